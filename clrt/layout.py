@@ -1,0 +1,202 @@
+"""The one table of record layouts: what the host packs and the kernels read.
+
+Every record that crosses from Python to OpenCL is described here once. `dtype(name)` gives the numpy
+side, `c_declarations(...)` the C side, so the two cannot drift apart. Only `float4`, `float`, `int` and
+`uint` occur (a `float3` would bring hidden padding), the wide fields come first, and a record that holds a
+`float4` is a multiple of 16 bytes, so that every OpenCL device agrees on the layout; a test asks each device.
+
+Three kinds of data:
+
+* RECORDS: C structs, one array of them per section of the world (`Sphere spheres[]`, ...).
+* WORLD: the sections, in the order in which every kernel that sees the scene receives them.
+* BLOCKS: what travels in queues. Rays move in blocks of LANES (16 or 8): inside a block each field is a
+  run of LANES floats, so that neighbouring work-items touch neighbouring memory.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+BANDS: Final = 3  # bands of light a ray carries; a compile-time constant of the kernels
+
+# name -> ((field, C type), ...); "@BANDS" after a type makes an array of one value a band
+RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
+    # --- geometry -----------------------------------------------------------------------------------------
+    # One per primitive, in scene order: the number of a primitive is its index here. `index` is the place in
+    # the section of its kind (KINDS).
+    "Primitive": (("kind", "int"), ("index", "int"), ("shape", "int"), ("material", "int")),
+    "Sphere": (("center_radius", "float4"),),  # xyz, w = radius
+    # `point` = any point of the plane; `normal` = outward unit normal
+    "Plane": (("point", "float4"), ("normal", "float4")),
+    "Disk": (("center_radius", "float4"), ("normal", "float4")),
+    # corners in winding order; `normals` = index of three corner normals in section `normals`, or -1 (flat)
+    "Triangle": (
+        ("v0", "float4"), ("v1", "float4"), ("v2", "float4"),
+        ("normals", "int"), ("pad0", "int"), ("pad1", "int"), ("pad2", "int"),
+    ),
+    # `normal`.xyz = outward unit Newell normal, .w = largest |coordinate| of the corners; corners are
+    # vertices[first : first + count] of section `vertices`
+    "Polygon": (("normal", "float4"), ("first", "int"), ("count", "int"), ("pad0", "int"), ("pad1", "int")),
+    # F(p) = p.Qp + 2 g.p + J about `center` (world axes, float32-exact centre); Q symmetric:
+    # `diagonal` = Qxx Qyy Qzz, .w = J;  `mixed` = Qxy Qyz Qxz;  `gradient` = g.
+    # clip coordinate i of a local point p is clip_i.xyz . p, which must lie in [clip_i.w, clip_high[i]]
+    # (-inf, inf without a clip). `reach` = largest |x|, |y|, |z| of the clipped surface's box (0 if unbounded)
+    "Quadric": (
+        ("center", "float4"), ("diagonal", "float4"), ("mixed", "float4"), ("gradient", "float4"),
+        ("clip_x", "float4"), ("clip_y", "float4"), ("clip_z", "float4"), ("clip_high", "float4"),
+        ("reach", "float4"),
+    ),
+    # Node of the tree: a box, and either children `first`, `first + 1` (count = 0) or the primitives
+    # order[first : first + count]
+    "Node": (
+        ("low", "float4"), ("high", "float4"),
+        ("first", "int"), ("count", "int"), ("pad0", "int"), ("pad1", "int"),
+    ),
+    # padded box of a finite primitive, as the builder reads it
+    "Box": (("low", "float4"), ("high", "float4")),
+    # --- light and materials ------------------------------------------------------------------------------
+    # checker = 0: plain; 1: flat (side of a square `checker_size`); 2: sphere (squares round the equator)
+    "Material": (
+        ("ka", "float"), ("kd", "float"), ("ks", "float"), ("shininess", "float"),
+        ("kr", "float"), ("kt", "float"), ("ior", "float"), ("checker_size", "float"),
+        ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
+        ("color", "float@BANDS"), ("color2", "float@BANDS"), ("highlight", "float@BANDS"),
+        ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
+    ),
+    # point light: `place`.xyz its position; directional: the unit vector towards it
+    "Light": (
+        ("place", "float4"),
+        ("directional", "int"), ("inverse_square", "int"), ("pad0", "int"), ("pad1", "int"),
+        ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
+    ),
+    # What holds for the whole scene; section `scene` has exactly one
+    "SceneInfo": (
+        ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
+        ("ambient_samples", "int"), ("tinted", "int"), ("spd", "int"), ("one_sided", "int"),
+        ("medium_ior", "float"), ("min_weight", "float"), ("background_width", "int"), ("background_height", "int"),
+        ("ambient", "float@BANDS"), ("background", "float@BANDS"), ("depth_color", "float@BANDS"),
+    ),
+    # --- camera: everything the pass `generate` needs; vectors are unit, `half` = tan(fov/2) or size/2 ------
+    "Camera": (
+        ("origin", "float4"), ("forward", "float4"), ("right", "float4"), ("up", "float4"),
+        ("half_width", "float"), ("half_height", "float"), ("shift_x", "float"), ("shift_y", "float"),
+        ("near", "float"), ("orthographic", "int"), ("width", "int"), ("height", "int"),
+        ("grid", "int"), ("jitter", "int"), ("seed", "uint"), ("pad0", "int"),
+    ),
+}
+
+KINDS: Final = {"SPHERE": 0, "PLANE": 1, "DISK": 2, "TRIANGLE": 3, "POLYGON": 4, "QUADRIC": 5}
+FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2}
+CHECKER: Final = {"PLAIN": 0, "CHECKER_FLAT": 1, "CHECKER_SPHERE": 2}
+
+# section name -> element type, in the order of the kernels' parameters
+WORLD: Final[dict[str, str]] = {
+    "scene": "SceneInfo",
+    "primitives": "Primitive",
+    "spheres": "Sphere",
+    "planes": "Plane",
+    "disks": "Disk",
+    "triangles": "Triangle",
+    "normals": "float4",  # corner normals of smooth triangles, three a triangle
+    "polygons": "Polygon",
+    "vertices": "float4",  # corners of polygons
+    "quadrics": "Quadric",
+    "unbounded": "int",  # primitive numbers of planes and unbounded quadrics: tested for every ray
+    "nodes": "Node",  # the tree over the others; written by the builder on the device
+    "order": "int",  # primitive numbers in the order of the tree's leaves
+    "materials": "Material",
+    "lights": "Light",
+    "background": "float",  # lat-long image, rows from the top, BANDS values a pixel
+}
+
+RAY_FIELDS: Final = ("ORIGIN_X", "ORIGIN_Y", "ORIGIN_Z", "DIRECTION_X", "DIRECTION_Y", "DIRECTION_Z", "T_MAX")
+
+# A ray's `path` word: upper 28 bits a key that no other path of the picture shares but by chance, lower 4 flags
+PATH: Final = {
+    "PATH_ROUTE": 3,  # 0 direct, 1 reflection, 2 transmission: the first such bounce
+    "PATH_GATHERED": 4,  # descends from an ambient ray
+    "PATH_GATHERED_FIRST": 8,  # ... that left from generation 0
+    "PATH_FLAGS": 15,
+}
+
+# What the pass `light` finds that a ray will spawn, packed into one word; streams are what is counted from it
+SPAWN: Final = {
+    "SPAWN_FEELERS": 0xFFFF,  # number of shadow feelers
+    "SPAWN_REFLECTION": 1 << 16,
+    "SPAWN_TRANSMISSION": 1 << 17,
+    "SPAWN_AMBIENT": 1 << 18,  # `ambient_samples` rays
+    "SPAWN_HIT": 1 << 19,
+    "SPAWN_TOTAL_INTERNAL": 1 << 20,
+}
+STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TOTAL_INTERNAL")
+SCANNED_STREAMS: Final = 4  # the first four get offsets; the last two only totals
+
+TERMS: Final = {"TERM_EMISSION": 1, "TERM_AMBIENT": 2, "TERM_DIFFUSE": 4, "TERM_HIGHLIGHT": 8, "TERM_ALL": 15}
+
+CHUNK: Final = 256  # rays that one work-item of the compaction counts
+
+# A ray's box test and every primitive's box are widened by this times the largest |coordinate|: more than the
+# rounding of any hit distance, so that the tree never rejects what brute force accepts
+PAD: Final = 8 * 2.0**-24
+QUADRIC_PAD: Final = 64 * 2.0**-24  # roots of a quadratic form carry more rounding
+OFFSET: Final = 4 * 2.0**-23  # distance by which spawned rays leave a surface, times the largest |coordinate|
+
+_NUMPY: Final = {"float4": (np.float32, (4,)), "float": (np.float32, ()), "int": (np.int32, ()), "uint": (np.uint32, ())}
+
+
+def _field_length(kind: str, bands: int) -> tuple[str, int]:
+    """C type and array length of a field; `@-BANDS` pads a band array to a multiple of 4."""
+    base, _, count = kind.partition("@")
+    if not count:
+        return base, 0
+    return base, bands if count == "BANDS" else -bands % 4
+
+
+def dtype(name: str, bands: int = BANDS) -> np.dtype:
+    """The numpy dtype of a record of RECORDS, or of an element type such as "float4" (shape (4,))."""
+    if name not in RECORDS:
+        base, shape = _NUMPY[name]
+        return np.dtype((base, shape))
+    fields = []
+    for field, kind in RECORDS[name]:
+        base, length = _field_length(kind, bands)
+        scalar, shape = _NUMPY[base]
+        if length:
+            fields.append((field, scalar, (length,)))
+        elif "@" not in kind:
+            fields.append((field, scalar, shape))
+    return np.dtype(fields)
+
+
+def _c_struct(name: str, bands: int) -> str:
+    lines = []
+    for field, kind in RECORDS[name]:
+        base, length = _field_length(kind, bands)
+        if length:
+            lines.append(f"    {base} {field}[{length}];")
+        elif "@" not in kind:
+            lines.append(f"    {base} {field};")
+    return "typedef struct {\n" + "\n".join(lines) + f"\n}} {name};\n"
+
+
+def c_declarations(bands: int = BANDS, lanes: int = 16) -> str:
+    """The C side of this table: constants, structs, and the world as kernel parameters.
+
+    `WORLD_PARAMETERS` is the list of the world's buffers in a kernel's signature, `World` the struct of these
+    pointers that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
+    """
+    constants: dict[str, int] = {"BANDS": bands, "LANES": lanes, "CHUNK": CHUNK, "SCANNED_STREAMS": SCANNED_STREAMS,
+                                 "STREAMS": len(STREAMS), "RAY_FIELDS": len(RAY_FIELDS)}
+    constants |= KINDS | FRESNEL | CHECKER | PATH | SPAWN | TERMS
+    constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
+    constants |= {name: number for number, name in enumerate(RAY_FIELDS)}
+    out = [f"#define {name} {value}" for name, value in constants.items()]
+    out += [f"#define {name} {float(value).hex()}f" for name, value in (("PAD", PAD), ("OFFSET", OFFSET))]
+    out += [_c_struct(name, bands) for name in RECORDS]
+    pointers = [f"__global const {kind} *{name}" for name, kind in WORLD.items()]
+    out.append("typedef struct {\n" + "".join(f"    {pointer};\n" for pointer in pointers) + "} World;\n")
+    out.append("#define WORLD_PARAMETERS " + ", ".join(pointers))
+    out.append("#define WORLD_OF_PARAMETERS {" + ", ".join(WORLD) + "}")
+    return "\n".join(out) + "\n"
