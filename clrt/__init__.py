@@ -1,0 +1,48 @@
+"""clrt: a Whitted ray tracer in OpenCL, driven from Python. Public names, each imported when first used.
+
+Lazily, so that `clrt --help` need not wait for numpy, OpenCL and the picture library.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from clrt.version import __version__
+
+if TYPE_CHECKING:
+    from clrt.device import DeviceInfo, devices
+    from clrt.errors import ClrtError, ClrtWarning, DeviceError, LimitError, SceneError
+    from clrt.formats import load, load_dict
+    from clrt.image import Image, read_image
+    from clrt.limits import Limits
+    from clrt.scene import Scene
+    from clrt.tracer import Hits, Settings, Tracer, render
+
+_HOMES = {
+    "clrt.device": ("DeviceInfo", "devices"),
+    "clrt.errors": ("ClrtError", "ClrtWarning", "DeviceError", "LimitError", "SceneError"),
+    "clrt.formats": ("load", "load_dict"),
+    "clrt.image": ("Image", "read_image"),
+    "clrt.limits": ("Limits",),
+    "clrt.scene": ("Scene",),
+    "clrt.tracer": ("Hits", "Settings", "Tracer", "render"),
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError", "Limits", "Scene",
+    "SceneError", "Settings", "Tracer", "__version__", "devices", "load", "load_dict", "read_image", "render",
+]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module 'clrt' has no attribute {name!r}")
+    value = getattr(import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

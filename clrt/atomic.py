@@ -1,0 +1,70 @@
+"""Writing files so that a reader finds the old one or the complete new one, never half of one."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from clrt.errors import ClrtError
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a new, empty file beside `path` to write to; it takes the place of `path` when the block ends.
+
+    The new file has the suffix of `path`, is forced to the disk before the replacement, and is removed when
+    the block fails or is interrupted. ClrtError when the folder is missing or cannot be written to.
+    """
+    target = Path(os.path.realpath(path))
+    if target.is_dir():
+        raise ClrtError(f"{path}: is a folder; give the name of a file in it")
+    if target.exists() and not target.is_file():
+        raise ClrtError(f"{path}: is not a regular file; give the name of a file to write")
+    temporary = target.with_name(f".clrt-{secrets.token_hex(6)}{target.suffix}")
+    try:
+        # Opened, not mkstemp: the file then gets the permissions that the user's umask asks for.
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+    except (OSError, ValueError) as error:
+        raise ClrtError(f"{path}: cannot be written: {_reason(target, error)}") from None
+    try:
+        yield temporary
+        _sync(temporary)
+        os.replace(temporary, target)
+        if os.name == "posix":
+            _sync(target.parent)
+    except OSError as error:
+        raise ClrtError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def check_replaceable(path: str | os.PathLike[str]) -> None:
+    """Raise the ClrtError that `replacing(path)` would, without touching `path`."""
+    try:
+        with replacing(path):
+            raise _Untouched
+    except _Untouched:
+        pass
+
+
+class _Untouched(Exception):
+    """Leaves a `replacing` block before it replaces anything."""
+
+
+def _reason(target: Path, error: Exception) -> str:
+    if not target.parent.exists():
+        return f"there is no folder {target.parent}; make it first"
+    if not target.parent.is_dir():
+        return f"{target.parent} is not a folder"
+    return f"the folder {target.parent} refuses new files ({error})"
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,149 @@
+"""A rendered picture: linear pixels, layers, statistics; saving, showing and hashing it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clrt.errors import ClrtError
+from clrt.imagefile import check_writable, encode, read_image, write
+from clrt.version import __version__
+
+__all__ = ["Image", "check_writable", "pixel_hash", "read_image"]
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """What a render gives. Arrays are owned and read-only; `np.array(image)` is a copy to change.
+
+    pixels: float32 (height, width, 3), linear Rec.709 radiance, unclamped, the top row first.
+    layers: name -> array (height, width) or (height, width, 3) of the same size, as asked for.
+    stats: rays by generation and kind, seconds by pass, device; plain numbers, texts, lists and dicts.
+    metadata: what made the picture (scene hash, kernel hash, device, settings), as texts.
+    ClrtError when an array has another shape or kind of number.
+    """
+
+    pixels: np.ndarray
+    layers: Mapping[str, np.ndarray] = field(default_factory=dict)
+    stats: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        pixels = np.ascontiguousarray(self.pixels)
+        if pixels.dtype != np.float32 or pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
+            raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3)")
+        layers = {name: np.ascontiguousarray(layer) for name, layer in self.layers.items()}
+        for name, layer in layers.items():
+            if layer.shape not in (pixels.shape, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
+                form = f"{layer.dtype} {layer.shape}"
+                raise ClrtError(f"layers[{name!r}]: {form} does not fit pixels {pixels.shape}")
+        object.__setattr__(self, "pixels", _read_only(pixels))
+        object.__setattr__(self, "layers", {name: _read_only(layer) for name, layer in layers.items()})
+
+    @property
+    def height(self) -> int:
+        """Rows of pixels."""
+        return int(self.pixels.shape[0])
+
+    @property
+    def width(self) -> int:
+        """Columns of pixels."""
+        return int(self.pixels.shape[1])
+
+    @cached_property
+    def hash(self) -> str:
+        """`pixel_hash` of the pixels: equal for pictures that are equal bit for bit."""
+        return pixel_hash(self.pixels)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.array(self.pixels, dtype=dtype, copy=copy)
+
+    def __repr__(self) -> str:
+        layers = f", layers {', '.join(self.layers)}" if self.layers else ""
+        return f"<clrt.Image {self.width} x {self.height}{layers}, hash {self.hash[:12]}>"
+
+    def save(self, path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None) -> Path:
+        """Write the picture; `path` is then the complete new file, or, after any error, what it was before.
+
+        The suffix decides. `.exr`: the linear radiance and all layers as float32 (`direct.R`, `depth.Z`,
+        `normal.X`, `shape.ID`, ...), with the metadata as attributes `clrt:...`; `.png`, `.tif`: sRGB of
+        `bits` = 8 (default) or 16; `.jpg`, `.bmp`: sRGB of 8 bits. `exposure` in stops brightens sRGB
+        pictures. Returns the absolute path. ClrtError as `check_writable`, and when the disk refuses.
+        """
+        bits = check_writable(path, exposure, bits)
+        if bits == 32:
+            groups = [_channels(name, layer) for name, layer in self.layers.items()]
+            samples = [self.pixels, *(layer.astype(np.float32) for _, layer in groups)]
+            names = ("R", "G", "B", *(name for group, _ in groups for name in group))
+            write(path, np.concatenate(samples, axis=2), names, self._attributes())
+        else:
+            write(path, encode(self.pixels, exposure, bits), metadata=self._attributes())
+        return Path(path).resolve()
+
+    def show(self, exposure: float = 0.0) -> None:
+        """Show the picture below a notebook's cell, else in the desktop's viewer; ClrtError without one."""
+        if "ipykernel" in sys.modules:
+            from IPython.display import Image as Picture
+            from IPython.display import display
+
+            display(Picture(data=self._png(exposure)))
+            return
+        viewer = _viewer()
+        file = Path(tempfile.mkdtemp(prefix="clrt-")) / f"{self.hash[:12]}.png"
+        self.save(file, exposure)
+        subprocess.run([*viewer, str(file)], check=False)
+
+    def _repr_png_(self) -> bytes:
+        return self._png(0.0)
+
+    def _png(self, exposure: float) -> bytes:
+        with tempfile.TemporaryDirectory(prefix="clrt-") as folder:
+            return self.save(Path(folder) / "image.png", exposure).read_bytes()
+
+    def _attributes(self) -> dict[str, str]:
+        return {"version": __version__, "image_hash": self.hash, **self.metadata}
+
+
+def pixel_hash(pixels: np.ndarray) -> str:
+    """SHA-256, in hex, of the shape as little-endian int32 and then the pixels as little-endian float32."""
+    digest = hashlib.sha256(np.asarray(pixels.shape, "<i4").tobytes())
+    digest.update(np.ascontiguousarray(pixels, "<f4").data)
+    return digest.hexdigest()
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _channels(name: str, layer: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of the channels, as compositing programs expect them, and the layer as (height, width, channels).
+
+    Numbers of shapes are exact in float32: there are at most 2^24 of them.
+    """
+    if layer.ndim == 2:
+        return (f"{name}.{'Z' if layer.dtype.kind == 'f' else 'ID'}",), layer[:, :, None]
+    axes = "XYZ" if name in ("position", "normal") else "RGB"
+    return tuple(f"{name}.{axis}" for axis in axes), layer
+
+
+def _viewer() -> list[str]:
+    if sys.platform == "darwin":
+        return ["open"]
+    if sys.platform == "win32":
+        return ["cmd", "/c", "start", ""]
+    if (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")) and shutil.which("xdg-open"):
+        return ["xdg-open"]
+    raise ClrtError("no desktop to show a picture on; save it with image.save('picture.png')")

@@ -1,0 +1,169 @@
+"""Picture files through OpenImageIO: what each suffix holds, writing whole files, reading linear pixels.
+
+The display encoding is computed here, in float64, and handed over as integers, so that a picture's bytes
+depend on its pixels alone and not on a library's idea of colour.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+
+from clrt.atomic import check_replaceable, replacing
+from clrt.errors import ClrtError, SceneError
+from clrt.limits import Limits
+
+# suffix -> bit depths that it can hold, the default first; 32 is linear float, 8 and 16 are sRGB integers
+DEPTHS = {
+    ".exr": (32,), ".png": (8, 16), ".tif": (8, 16), ".tiff": (8, 16),
+    ".jpg": (8,), ".jpeg": (8,), ".bmp": (8,),
+}  # fmt: skip
+
+# first bytes -> the OpenImageIO reader that gets the file: a name's suffix proves nothing
+MAGIC = {
+    b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg", b"v/1\x01": "openexr", b"BM": "bmp", b"#?": "hdr",
+    b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
+}  # fmt: skip
+MAX_PIXELS = 1 << 26  # 8192 x 8192: 0.8 GB of linear floats
+ROWS = 64  # encoded at a time: float64 copies of a whole large picture would dwarf the picture
+
+
+def check_writable(path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None) -> int:
+    """Check, before any work is done, that a picture can be saved at `path`; return its bits per sample.
+
+    ClrtError when the suffix is unknown, `bits` or `exposure` do not suit it, or the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in DEPTHS:
+        known = ", ".join(DEPTHS)
+        raise ClrtError(f"{path}: unknown suffix {suffix!r} of a picture; use one of {known}")
+    depths = DEPTHS[suffix]
+    if bits is not None and bits not in depths:
+        raise ClrtError(f"{path}: {suffix} cannot hold {bits} bits; use {' or '.join(map(str, depths))}")
+    if not np.isfinite(exposure) or abs(exposure) > 100:
+        raise ClrtError(f"{path}: exposure = {exposure} stops; use a number from -100 to 100")
+    if exposure != 0 and depths == (32,):
+        raise ClrtError(f"{path}: exposure = {exposure}, but {suffix} holds the radiance itself; use 0")
+    check_replaceable(path)
+    return bits or depths[0]
+
+
+def encode(pixels: np.ndarray, exposure: float = 0.0, bits: int = 8) -> np.ndarray:
+    """Linear float32 (h, w, 3) -> sRGB uint8 or uint16: clip to [0, 1], sRGB curve, floor(max v + 1/2).
+
+    `exposure` is in stops: 1 doubles the light. NaN becomes 0. Curve: IEC 61966-2-1.
+    """
+    encoded = np.empty(pixels.shape, np.uint8 if bits == 8 else np.uint16)
+    top = (1 << bits) - 1
+    for row in range(0, len(pixels), ROWS):
+        linear = pixels[row : row + ROWS].astype(np.float64) * 2.0**exposure
+        linear = np.fmin(np.fmax(linear, 0.0), 1.0)  # unlike clip, these drop a NaN
+        curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+        encoded[row : row + ROWS] = np.floor(top * curve + 0.5)
+    return encoded
+
+
+def decode(encoded: np.ndarray) -> np.ndarray:
+    """sRGB uint8 or uint16 -> linear float32 of the same shape (the inverse curve of `encode`)."""
+    value = np.arange(np.iinfo(encoded.dtype).max + 1, dtype=np.float64) / np.iinfo(encoded.dtype).max
+    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
+    return linear.astype(np.float32)[encoded]
+
+
+def write(
+    path: str | os.PathLike[str],
+    samples: np.ndarray,
+    channels: tuple[str, ...] = ("R", "G", "B"),
+    metadata: Mapping[str, str] | None = None,
+) -> None:
+    """Write samples (h, w, len(channels)) of uint8, uint16 or float32 as they are; replace `path` as a whole.
+
+    `metadata` becomes text attributes `clrt:<key>` where the format has such (EXR, PNG).
+    """
+    height, width, count = samples.shape
+    sample_type = "float" if samples.dtype == np.float32 else samples.dtype.name
+    spec = oiio.ImageSpec(width, height, count, sample_type)
+    spec.channelnames = channels
+    spec.attribute("DateTime", "")  # else EXR and TIFF get the time of day, and no two files would be equal
+    if sample_type != "float":
+        spec.attribute("oiio:ColorSpace", "sRGB")
+    if Path(path).suffix.lower() in (".jpg", ".jpeg"):
+        spec.attribute("Compression", "jpeg:95")
+        spec.attribute("jpeg:subsampling", "4:4:4")
+    for key, text in (metadata or {}).items():
+        spec.attribute(f"clrt:{key}", text)
+    with replacing(path) as temporary:
+        output = oiio.ImageOutput.create(str(temporary))
+        if output is None:
+            raise ClrtError(f"{path}: {oiio.geterror()}")
+        done = output.open(str(temporary), spec) and output.write_image(np.ascontiguousarray(samples))
+        # closing writes the last bytes: a full disk may show only here
+        if not (output.close() and done):
+            raise ClrtError(f"{path}: cannot be written: {output.geterror()}")
+
+
+def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
+    """A picture file as linear Rec.709 float32 (h, w, 3), the top row first.
+
+    Integer samples are decoded from sRGB, floating ones are taken as linear; grey becomes three equal
+    channels, alpha is dropped. Formats: EXR, Radiance HDR, PNG, JPEG, TIFF, BMP, told by their first bytes.
+    SceneError when the file is missing, of another kind, damaged, of more than MAX_PIXELS, or holds NaN or
+    infinity; LimitError when it has more bytes than `limits` (default `Limits()`) allow.
+    """
+    linear = read_samples(path, limits)
+    if not np.isfinite(linear).all():
+        y, x, channel = (int(index) for index in np.argwhere(~np.isfinite(linear))[0])
+        value = linear[y, x, channel]
+        raise SceneError(f"{path}: pixel ({x}, {y}) is {value}; a scene needs finite numbers")
+    return linear
+
+
+def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
+    """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash."""
+    source = _open(path, limits or Limits())
+    try:
+        spec = source.spec()
+        if spec.width * spec.height > MAX_PIXELS or spec.depth > 1:
+            size = f"{spec.width} x {spec.height} x {spec.depth}"
+            raise SceneError(f"{path}: {size} pixels; at most {MAX_PIXELS} in one layer are read")
+        integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
+        if not integer and spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
+            raise SceneError(f"{path}: samples of type {spec.format}; 8 or 16 bits or floats are read")
+        first, last = _colour_channels(spec.channelnames)
+        samples = source.read_image(0, 0, first, last, spec.format if integer else oiio.TypeFloat)
+        if samples is None:
+            raise SceneError(f"{path}: cannot be read: {source.geterror()}")
+    finally:
+        source.close()
+    linear = decode(samples) if integer else samples
+    return np.ascontiguousarray(np.broadcast_to(linear, (*linear.shape[:2], 3)))
+
+
+def _open(path: str | os.PathLike[str], limits: Limits) -> oiio.ImageInput:
+    try:
+        with open(path, "rb") as file:
+            limits.check("file_bytes", os.fstat(file.fileno()).st_size, str(path))
+            head = file.read(8)
+    except OSError as error:
+        raise SceneError(f"{path}: cannot be read: {error.strerror}") from None
+    reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
+    if reader is None:
+        raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
+    keep_alpha_apart = oiio.ImageSpec()
+    keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
+    source = oiio.ImageInput.open(str(path), keep_alpha_apart)
+    if source is None or source.format_name() != reader:
+        raise SceneError(f"{path}: cannot be read: {oiio.geterror()}")
+    return source
+
+
+def _colour_channels(names: tuple[str, ...]) -> tuple[int, int]:
+    """Range of the colour channels: R, G, B where there are such, else the first one, as grey."""
+    for first in range(len(names) - 2):
+        if tuple(name.upper() for name in names[first : first + 3]) == ("R", "G", "B"):
+            return first, first + 3
+    return 0, 1

@@ -1,0 +1,77 @@
+"""Where kernels, scenes and the validation package are: in a wheel, an editable install, a bare checkout.
+
+A wheel holds them inside itself (`clrt/_kernels`, `clrt/_scenes`, `clrt_validation`); an editable install
+and a bare checkout have them beside `clrt/`. The packed folder is taken when it is there, so that an
+installed clrt never picks up whatever happens to lie beside it in site-packages.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from difflib import get_close_matches
+from pathlib import Path
+from types import ModuleType
+
+from clrt.errors import ClrtError, SceneError
+
+PACKAGE = Path(__file__).resolve().parent
+SCENE_SUFFIXES = (".toml", ".json", ".nff", ".txt")
+
+
+def kernel_folder() -> Path:
+    """Folder of the `.cl` and `.clh` files. ClrtError when the installation lacks it."""
+    return _folder("_kernels", "kernels", "*.cl")
+
+
+def scene_folder() -> Path:
+    """Folder of the scenes that ship with the package. ClrtError when the installation lacks it."""
+    return _folder("_scenes", "scenes", "*.toml")
+
+
+def shipped_scenes() -> dict[str, Path]:
+    """The scenes that ship, name (file name without suffix) -> file, in alphabetical order."""
+    files = (file for file in scene_folder().iterdir() if file.suffix in SCENE_SUFFIXES)
+    return {file.stem: file for file in sorted(files, key=lambda file: file.stem)}
+
+
+def scene_file(name: str) -> Path:
+    """The file that `name` means: a file, or else a scene that ships. SceneError names the nearest one."""
+    path = Path(name)
+    if path.exists():
+        return path
+    if path.suffix or len(path.parts) > 1:
+        raise SceneError(f"{name}: no such file")
+    shipped = shipped_scenes()
+    if name in shipped:
+        return shipped[name]
+    near = get_close_matches(name, shipped, n=1)
+    hint = f"did you mean {near[0]!r}?" if near else "`clrt scenes` lists the ones that ship"
+    raise SceneError(f"{name}: neither a file nor a scene that ships with clrt; {hint}")
+
+
+def validation_module(name: str) -> ModuleType:
+    """Import `clrt_validation.<name>`, from a checkout's `validation/` where there is no installed one.
+
+    In a checkout the folder is registered under its installed name, so that its relative imports work
+    and one copy of each module exists whichever way it was reached.
+    """
+    if "clrt_validation" not in sys.modules and importlib.util.find_spec("clrt_validation") is None:
+        folder = PACKAGE.parent / "validation"
+        spec = importlib.util.spec_from_file_location(
+            "clrt_validation", folder / "__init__.py", submodule_search_locations=[str(folder)]
+        )
+        if spec is None or spec.loader is None or not (folder / "__init__.py").is_file():
+            raise ClrtError(f"{folder}: the validation package is missing; install clrt again")
+        package = importlib.util.module_from_spec(spec)
+        sys.modules["clrt_validation"] = package
+        spec.loader.exec_module(package)
+    return importlib.import_module(f"clrt_validation.{name}")
+
+
+def _folder(packed: str, beside: str, pattern: str) -> Path:
+    for folder in (PACKAGE / packed, PACKAGE.parent / beside):
+        if next(folder.glob(pattern), None) is not None:
+            return folder
+    raise ClrtError(f"{PACKAGE}: its folder {beside} is missing; install clrt again")

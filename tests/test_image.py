@@ -1,0 +1,335 @@
+"""Pictures: what a file holds, bit by bit; that a file is whole or untouched; that bad files are refused."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+import threading
+import zlib
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from clrt.errors import ClrtError, LimitError, SceneError
+from clrt.image import Image, check_writable, pixel_hash, read_image
+from clrt.imagefile import encode
+from clrt.limits import Limits
+from clrt.version import __version__
+
+
+def gradient(height: int = 5, width: int = 7) -> np.ndarray:
+    """Pixels of which no two rows, columns or channels are equal, some of them outside [0, 1]."""
+    y, x, channel = np.mgrid[0:height, 0:width, 0:3]
+    return (0.031 * x + 0.17 * y + 0.4 * channel - 0.2).astype(np.float32)
+
+
+def picture(**more: object) -> Image:
+    return Image(gradient(), **more)  # type: ignore[arg-type]
+
+
+def samples(path: Path) -> tuple[np.ndarray, oiio.ImageSpec]:
+    """All samples of a file as they are in it, read without any of our code."""
+    source = oiio.ImageInput.open(str(path))
+    return source.read_image(source.spec().format), source.spec()
+
+
+def srgb(linear: float, top: int) -> int:
+    """MODEL: clip, sRGB curve, floor(top v + 0.5), in Python's own floats."""
+    v = min(max(linear, 0.0), 1.0)
+    return int(top * (12.92 * v if v <= 0.0031308 else 1.055 * v ** (1 / 2.4) - 0.055) + 0.5)
+
+
+def test_hash_is_sha256_of_shape_and_little_endian_pixels():
+    pixels = np.arange(12, dtype=np.float32).reshape(2, 2, 3)
+    expected = hashlib.sha256(struct.pack("<3i", 2, 2, 3) + struct.pack("<12f", *range(12))).hexdigest()
+    assert Image(pixels).hash == expected == pixel_hash(pixels)
+    assert Image(pixels.reshape(1, 4, 3)).hash != expected
+    assert pixel_hash(pixels.astype(">f4")) == expected
+    assert pixel_hash(np.asfortranarray(pixels)) == expected
+
+
+def test_an_image_is_an_array_and_cannot_be_written_to():
+    image = picture()
+    assert np.asarray(image) is not None and np.shares_memory(np.asarray(image), image.pixels)
+    assert np.asarray(image, dtype=np.float64).dtype == np.float64
+    assert (image.height, image.width) == (5, 7)
+    with pytest.raises(ValueError, match="read-only"):
+        image.pixels[0, 0, 0] = 1
+    copy = np.array(image)
+    copy[0, 0, 0] = 1  # a copy may be changed
+    assert image.pixels[0, 0, 0] != 1
+
+
+@pytest.mark.parametrize(
+    "pixels",
+    [np.zeros((2, 2, 3)), np.zeros((2, 2), "f4"), np.zeros((2, 2, 4), "f4"), np.zeros((0, 2, 3), "f4")],
+)
+def test_pixels_of_another_kind_are_refused(pixels: np.ndarray):
+    with pytest.raises(ClrtError, match="pixels"):
+        Image(pixels)
+
+
+def test_a_layer_of_another_size_is_refused():
+    with pytest.raises(ClrtError, match="depth"):
+        picture(layers={"depth": np.zeros((5, 8), np.float32)})
+
+
+def test_eight_bits_are_clip_curve_and_rounding(tmp_path: Path):
+    image = picture()
+    image.save(tmp_path / "a.png")
+    stored, spec = samples(tmp_path / "a.png")
+    assert (spec.width, spec.height, spec.nchannels, str(spec.format)) == (7, 5, 3, "uint8")
+    expected = [[[srgb(float(v), 255) for v in pixel] for pixel in row] for row in image.pixels]
+    assert stored.tolist() == expected
+
+
+def test_every_eight_bit_value_is_reached_and_survives_a_round_trip(tmp_path: Path):
+    values = np.arange(256, dtype=np.uint8).reshape(16, 16, 1).repeat(3, axis=2)
+    for name in ("a.png", "a.tif", "a.bmp"):
+        linear = _decode_by_hand(values)
+        Image(linear).save(tmp_path / name)
+        assert np.array_equal(samples(tmp_path / name)[0], values), name
+        assert np.array_equal(read_image(tmp_path / name), linear), name
+
+
+def _decode_by_hand(values: np.ndarray) -> np.ndarray:
+    curve = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in np.arange(256) / 255]
+    return np.array(curve, np.float32)[values]
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.tif", "a.tiff"])
+def test_sixteen_bits(tmp_path: Path, name: str):
+    image = picture()
+    image.save(tmp_path / name, bits=16)
+    stored, spec = samples(tmp_path / name)
+    assert str(spec.format) == "uint16"
+    assert stored[2, 3].tolist() == [srgb(float(v), 65535) for v in image.pixels[2, 3]]
+    assert np.allclose(read_image(tmp_path / name), image.pixels.clip(0, 1), atol=2e-5)
+
+
+def test_jpeg_is_close(tmp_path: Path):
+    smooth = np.linspace(0.1, 0.9, 64 * 64 * 3, dtype=np.float32).reshape(64, 64, 3)
+    Image(smooth).save(tmp_path / "a.jpg")
+    assert np.abs(encode(read_image(tmp_path / "a.jpg")).astype(int) - encode(smooth)).max() <= 8
+
+
+def test_exposure_is_in_stops(tmp_path: Path):
+    image = picture()
+    image.save(tmp_path / "a.png", exposure=1.5)
+    expected = [srgb(float(v) * 2**1.5, 255) for v in image.pixels[1, 2]]
+    assert samples(tmp_path / "a.png")[0][1, 2].tolist() == expected
+
+
+def test_not_a_number_and_infinity_have_a_colour():
+    wild = np.array([[[np.nan, np.inf, -np.inf]]], np.float32)
+    assert encode(wild).tolist() == [[[0, 255, 0]]]
+
+
+def test_encoding_in_blocks_of_rows_changes_nothing():
+    tall = np.linspace(-0.1, 1.1, 200 * 3 * 3).reshape(200, 3, 3).astype(np.float32)
+    assert np.array_equal(encode(tall), np.concatenate([encode(row[None]) for row in tall]))
+
+
+def test_exr_holds_pixels_layers_and_metadata_exactly(tmp_path: Path):
+    pixels = gradient()
+    layers = {
+        "direct": pixels * 2,
+        "normal": -pixels,
+        "depth": np.where(pixels[..., 0] > 0, pixels[..., 1], np.inf).astype(np.float32),
+        "shape": np.arange(-1, 34, dtype=np.int32).reshape(5, 7),
+    }
+    image = Image(pixels, layers, metadata={"scene_hash": "abc", "device": "PoCL"})
+    image.save(tmp_path / "a.exr")
+    stored, spec = samples(tmp_path / "a.exr")
+    channel = dict(zip(spec.channelnames, np.moveaxis(stored, 2, 0), strict=True))
+    assert set(channel) == {
+        "R", "G", "B", "direct.R", "direct.G", "direct.B", "normal.X", "normal.Y", "normal.Z", "depth.Z",
+        "shape.ID",
+    }  # fmt: skip
+    assert str(spec.format) == "float"
+    assert np.array_equal(np.stack([channel[c] for c in "RGB"], 2), pixels)
+    assert np.array_equal(np.stack([channel[f"direct.{c}"] for c in "RGB"], 2), layers["direct"])
+    assert np.array_equal(np.stack([channel[f"normal.{c}"] for c in "XYZ"], 2), layers["normal"])
+    assert np.array_equal(channel["depth.Z"], layers["depth"])
+    assert np.array_equal(channel["shape.ID"], layers["shape"])
+    expected = {"scene_hash": "abc", "device": "PoCL", "image_hash": image.hash, "version": __version__}
+    assert {name: spec.getattribute(f"clrt:{name}") for name in expected} == expected
+    assert np.array_equal(read_image(tmp_path / "a.exr"), pixels)
+
+
+@pytest.mark.parametrize("name", ["a.exr", "a.png", "a.tif", "a.jpg", "a.bmp"])
+def test_equal_pictures_give_equal_files(tmp_path: Path, name: str):
+    picture().save(tmp_path / name)
+    first = (tmp_path / name).read_bytes()
+    picture().save(tmp_path / name)
+    assert (tmp_path / name).read_bytes() == first
+    assert b"DateTime" not in first
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "right"),
+    [
+        ("a.gif", {}, ".png"),
+        ("picture", {}, ".png"),
+        ("a.jpg", {"bits": 16}, "use 8"),
+        ("a.exr", {"bits": 8}, "use 32"),
+        ("a.exr", {"exposure": 1.0}, "use 0"),
+        ("a.png", {"exposure": float("nan")}, "-100 to 100"),
+        ("missing/a.png", {}, "make it first"),
+        ("file/a.png", {}, "is not a folder"),
+        ("folder.png", {}, "is a folder"),
+    ],
+)
+def test_what_cannot_be_saved_is_said_in_one_line_and_leaves_nothing(
+    tmp_path: Path, name: str, options: dict[str, float], right: str
+):
+    (tmp_path / "file").write_text("text")
+    (tmp_path / "folder.png").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    for attempt in (picture().save, check_writable):
+        with pytest.raises(ClrtError, match=right) as caught:
+            attempt(tmp_path / name, **options)
+        assert name in str(caught.value) and "\n" not in str(caught.value)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_checking_leaves_an_existing_file_alone(tmp_path: Path):
+    (tmp_path / "a.png").write_bytes(b"old")
+    assert check_writable(tmp_path / "a.png") == 8
+    assert (tmp_path / "a.png").read_bytes() == b"old"
+    assert [file.name for file in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_a_failed_or_interrupted_write_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "a.png").write_bytes(b"old")
+    for error in (OSError(28, "No space left on device"), KeyboardInterrupt()):
+
+        def fail(path: Path, error: BaseException = error) -> None:
+            raise error
+
+        monkeypatch.setattr("clrt.atomic._sync", fail)
+        seen = ClrtError if isinstance(error, OSError) else KeyboardInterrupt
+        with pytest.raises(seen, match=r"No space|^$"):
+            picture().save(tmp_path / "a.png")
+        assert (tmp_path / "a.png").read_bytes() == b"old"
+        assert [file.name for file in tmp_path.iterdir()] == ["a.png"]
+
+
+def test_a_reader_never_sees_half_a_file(tmp_path: Path):
+    path = tmp_path / "a.exr"
+    images = [Image(np.full((64, 64, 3), value, np.float32)) for value in (0.25, 0.75)]
+    images[0].save(path)
+    writer = threading.Thread(target=lambda: [image.save(path) for image in images * 20])
+    writer.start()
+    seen = set()
+    while writer.is_alive():
+        seen.add(pixel_hash(read_image(path)))
+    writer.join()
+    assert seen and seen <= {image.hash for image in images}
+
+
+def test_a_link_keeps_pointing(tmp_path: Path):
+    (tmp_path / "real").mkdir()
+    (tmp_path / "link.png").symlink_to(tmp_path / "real" / "a.png")
+    picture().save(tmp_path / "link.png")
+    assert (tmp_path / "link.png").is_symlink() and (tmp_path / "real" / "a.png").is_file()
+
+
+def test_notebooks_get_a_png():
+    data = picture()._repr_png_()
+    assert data.startswith(b"\x89PNG\r\n\x1a\n") and data.endswith(b"IEND\xaeB`\x82")
+
+
+def test_showing_without_a_desktop_says_what_to_do(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("sys.platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(ClrtError, match=r"image\.save"):
+        picture().show()
+
+
+def _png(width: int, height: int, colour_type: int, rows: bytes, palette: bytes = b"") -> bytes:
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, colour_type, 0, 0, 0))
+    colours = chunk(b"PLTE", palette) if palette else b""
+    body = chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b"")
+    return b"\x89PNG\r\n\x1a\n" + header + colours + body
+
+
+@pytest.mark.parametrize(
+    ("colour_type", "row", "palette", "expected"),
+    [
+        (0, bytes([0, 188, 255]), b"", [[188] * 3, [255] * 3]),  # grey
+        (4, bytes([0, 188, 10, 255, 0]), b"", [[188] * 3, [255] * 3]),  # grey, alpha
+        (6, bytes([0, 1, 2, 188, 10, 4, 5, 6, 0]), b"", [[1, 2, 188], [4, 5, 6]]),  # colour, alpha
+        (3, bytes([0, 1, 0]), bytes([9, 8, 7, 1, 2, 3]), [[1, 2, 3], [9, 8, 7]]),  # palette
+    ],
+)
+def test_grey_alpha_and_palettes(
+    tmp_path: Path, colour_type: int, row: bytes, palette: bytes, expected: list[list[int]]
+):
+    (tmp_path / "a.png").write_bytes(_png(2, 1, colour_type, row, palette))
+    linear = read_image(tmp_path / "a.png")
+    assert linear.shape == (1, 2, 3) and linear.dtype == np.float32
+    assert np.array_equal(linear, _decode_by_hand(np.array([expected])))
+
+
+def test_colour_is_found_among_the_layers_of_an_exr(tmp_path: Path):
+    spec = oiio.ImageSpec(2, 1, 4, "half")
+    spec.channelnames = ("Z", "R", "G", "B")
+    output = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
+    assert output.open(str(tmp_path / "a.exr"), spec)
+    assert output.write_image(np.array([[[9, 1, 2, 3], [9, 4, 5, 6]]], np.float32)) and output.close()
+    assert read_image(tmp_path / "a.exr").tolist() == [[[1, 2, 3], [4, 5, 6]]]
+
+
+def test_the_first_bytes_decide_and_not_the_name(tmp_path: Path):
+    picture().save(tmp_path / "a.exr")
+    (tmp_path / "a.exr").rename(tmp_path / "a.png")
+    assert np.array_equal(read_image(tmp_path / "a.png"), gradient())
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_picture_for_a_scene_is_finite(tmp_path: Path, value: float):
+    pixels = gradient()
+    pixels[3, 2, 1] = value
+    Image(pixels).save(tmp_path / "a.exr")
+    with pytest.raises(SceneError, match=r"a\.exr: pixel \(2, 3\) is (nan|inf)"):
+        read_image(tmp_path / "a.exr")
+
+
+@pytest.mark.parametrize("name", ["a.exr", "a.png", "a.tif", "a.jpg", "a.bmp"])
+def test_cut_files_are_errors_that_name_the_file(tmp_path: Path, name: str):
+    Image(gradient(40, 40)).save(tmp_path / name)
+    whole = (tmp_path / name).read_bytes()
+    for length in (0, 1, 12, len(whole) // 4):
+        (tmp_path / name).write_bytes(whole[:length])
+        with pytest.raises(SceneError, match=name) as caught:
+            read_image(tmp_path / name)
+        assert "\n" not in str(caught.value)
+
+
+def test_other_files_are_errors(tmp_path: Path):
+    (tmp_path / "a.png").write_text("<svg/>")
+    with pytest.raises(SceneError, match="not an EXR, HDR, PNG"):
+        read_image(tmp_path / "a.png")
+    with pytest.raises(SceneError, match=r"nothing\.png"):
+        read_image(tmp_path / "nothing.png")
+    with pytest.raises(SceneError):
+        read_image(tmp_path)
+
+
+def test_too_large_pictures_are_refused_before_they_are_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "a.png").write_bytes(_png(20_000, 20_000, 2, b"\0" * 1000))  # claims more than it has
+    with pytest.raises(SceneError, match=r"a\.png"):
+        read_image(tmp_path / "a.png")
+    picture().save(tmp_path / "b.png")
+    with pytest.raises(LimitError, match="file_bytes"):
+        read_image(tmp_path / "b.png", Limits(file_bytes=100))
+    monkeypatch.setattr("clrt.imagefile.MAX_PIXELS", 34)
+    with pytest.raises(SceneError, match="7 x 5 x 1 pixels; at most 34"):
+        read_image(tmp_path / "b.png")
