@@ -1,0 +1,67 @@
+"""The project's own scene files: TOML and JSON of the same structure."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any, NoReturn
+
+from clrt.errors import LimitError, SceneError, located, show
+from clrt.files import read_bytes
+from clrt.limits import Limits
+from clrt.scene import Scene, read_scene
+
+
+def load(path: Path, limits: Limits) -> Scene:
+    """The scene in a .toml or .json file."""
+    source = path.name
+    text = _text(read_bytes(path, limits), source)
+    try:
+        table = tomllib.loads(text) if path.suffix.lower() == ".toml" else _parse_json(text)
+    except RecursionError:
+        raise LimitError(located(source, "", f"nesting: deeper than the limit of {limits.nesting}")) from None
+    except ValueError as error:  # TOML and JSON errors both carry the line
+        raise SceneError(located(source, "", f"wrong syntax: {error}")) from None
+    limits.check("nesting", _depth(table, limits.nesting + 1), source)
+    return read_scene(table, folder=path.parent, source=source, limits=limits)
+
+
+def _text(data: bytes, source: str) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise SceneError(located(source, "", f"line {line} is not UTF-8 text")) from None
+
+
+def _parse_json(text: str) -> Any:
+    return json.loads(text, object_pairs_hook=_unique, parse_constant=_no_constant)
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise ValueError(
+            f"the key {show(next(k for k in keys if keys.count(k) > 1))} stands twice in one table"
+        )
+    return table
+
+
+def _no_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not allowed; numbers must be finite")
+
+
+def _depth(value: Any, most: int) -> int:
+    """How deeply tables and lists are nested; counts no further than `most`."""
+    level, depth = [value], 0
+    while level and depth < most:
+        level = [item for part in level for item in _children(part)]
+        depth += bool(level)
+    return depth
+
+
+def _children(value: Any) -> list[Any]:
+    items = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    return [item for item in items if isinstance(item, (dict, list))]

@@ -1,0 +1,269 @@
+"""The scene as the user means it; made from files, dicts or Python objects alike, and checked in one place."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+from clrt.camera import Camera
+from clrt.errors import ClrtWarning, located
+from clrt.files import resolve
+from clrt.lights import LIGHTS, DirectionalLight, Light, PointLight
+from clrt.limits import Limits
+from clrt.materials import IOR, Checker, Material, rgb
+from clrt.meshes import Mesh, MeshData, read_mesh
+from clrt.records import At, Color, Record, did_you_mean, float32, known_keys, listed, read, tagged
+from clrt.shapes import (
+    Box,
+    Cone,
+    Cylinder,
+    Disk,
+    Ellipsoid,
+    Paraboloid,
+    Plane,
+    Polygon,
+    Quadric,
+    Shape,
+    Sphere,
+)
+from clrt.transforms import Step, is_similarity
+
+__all__ = [
+    "IOR",
+    "SHAPES",
+    "Box",
+    "Camera",
+    "Checker",
+    "Cone",
+    "Cylinder",
+    "DirectionalLight",
+    "Disk",
+    "Ellipsoid",
+    "Light",
+    "Material",
+    "Mesh",
+    "MeshData",
+    "Paraboloid",
+    "Plane",
+    "PointLight",
+    "Polygon",
+    "Quadric",
+    "Scene",
+    "Shape",
+    "Sphere",
+    "Step",
+    "read_scene",
+    "rgb",
+]
+
+AnyShape = Sphere | Plane | Polygon | Mesh | Quadric | Ellipsoid | Cylinder | Cone | Paraboloid | Disk | Box
+SHAPES: dict[str, type[Shape]] = {
+    "sphere": Sphere,
+    "plane": Plane,
+    "polygon": Polygon,
+    "mesh": Mesh,
+    "quadric": Quadric,
+    "ellipsoid": Ellipsoid,
+    "cylinder": Cylinder,
+    "cone": Cone,
+    "paraboloid": Paraboloid,
+    "disk": Disk,
+    "box": Box,
+}
+_CHECKERED = (Sphere, Plane, Polygon, Disk)
+_UNSAVED = ("folder", "source", "limits")
+_DEFAULT_MATERIAL = Material()
+
+
+class _Settings(Record, frozen=True, kw_only=True):
+    """The scene's own values, without the tables below it."""
+
+    version: Annotated[Literal[1], Meta(description="version must be 1")] = 1
+    max_depth: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number >= 0")] = 5
+    min_weight: Annotated[float, Meta(ge=0, description="must be a number >= 0")] = 0.0
+    depth_color: Color = 0.0
+    background: Annotated[
+        Color | str, Meta(description="background must be a colour or the path of a lat-long image")
+    ] = 0.0
+    ambient: Color = 0.0
+    ambient_samples: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number >= 0")] = 0
+    medium_ior: Annotated[float, Meta(gt=0, description="must be a number > 0")] = 1.0
+    one_sided: Annotated[
+        Literal["none", "opaque"], Meta(description="one_sided must be 'none' or 'opaque'")
+    ] = "none"
+    shadow: Annotated[
+        Literal["opaque", "tinted"], Meta(description="shadow must be 'opaque' or 'tinted'")
+    ] = "opaque"
+    conformance: Annotated[
+        Literal["none", "spd"], Meta(description="conformance must be 'none' or 'spd'")
+    ] = "none"
+
+
+class Scene(_Settings, frozen=True, kw_only=True, eq=False):
+    """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here.
+
+    `folder` is where relative files are looked up (None: the current folder), `source` the name that messages start
+    with, `limits` what reading may cost; the three are neither saved nor compared.
+
+    Raises `SceneError` where the scene cannot be rendered and `LimitError` where it is too large.
+    """
+
+    camera: Camera | None = None
+    materials: dict[str, Material] = {}
+    lights: tuple[PointLight | DirectionalLight, ...] = ()
+    shapes: tuple[AnyShape, ...] = ()
+    folder: Path | None = None
+    source: str = ""
+    limits: Limits = Limits()
+
+    def __post_init__(self) -> None:
+        at = At(self.source)
+        names = _Settings.__struct_fields__
+        values: dict[str, Any] = {name: getattr(self, name) for name in names}
+        values = msgspec.structs.asdict(read(_Settings, values, at))
+        if self.folder is not None:
+            values["folder"] = Path(self.folder)
+        if isinstance(values["background"], str):
+            resolve(values["background"], self.folder, at.key("background"))
+        if self.camera is not None:
+            values["camera"] = read(Camera, self.camera, at.key("camera")).upright()
+        values["materials"] = _read_materials(self.materials, at.key("materials"))
+        values["lights"] = _read_lights(self.lights, at.key("lights"), self.limits)
+        values["shapes"] = self._read_shapes(values["materials"], at.key("shapes"))
+        for name, value in values.items():
+            msgspec.structs.force_setattr(self, name, value)
+        _warn(self)
+
+    def _read_shapes(self, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
+        shapes: list[Shape] = []
+        for index, data in enumerate(_listing(self.shapes, at, "shapes")):
+            place = at.item(index)
+            kind = tagged(SHAPES, data, place, "shape")
+            if kind is Plane and isinstance(data, Mapping) and "transform" in data:
+                raise place.key("transform").says(
+                    "a plane is infinite and takes no transform; move point and normal"
+                )
+            shape = (
+                read_mesh(data, place, self.folder, self.limits) if kind is Mesh else read(kind, data, place)
+            )
+            assert isinstance(shape, Shape)
+            _check_material(shape, materials, place)
+            shapes.append(shape)
+        total = sum(shape.primitives for shape in shapes)
+        self.limits.check("primitives", total, at.source, at.path)
+        return tuple(shapes)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return all(
+            getattr(self, name) == getattr(other, name)
+            for name in self.__struct_fields__
+            if name not in _UNSAVED
+        )
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def material_of(self, shape: Shape) -> Material:
+        """The material of one of this scene's shapes; the default one where it names none."""
+        if isinstance(shape.material, str):
+            return self.materials[shape.material]
+        return shape.material or _DEFAULT_MATERIAL
+
+    @property
+    def background_path(self) -> Path | None:
+        """The lat-long image's file, or None where the background is a colour."""
+        if not isinstance(self.background, str):
+            return None
+        return resolve(self.background, self.folder, At(self.source, "background"))
+
+    @property
+    def branching(self) -> bool:
+        """Whether some surface both reflects and transmits, so that rays can double at every generation."""
+        used = {id(m): m for m in map(self.material_of, self.shapes)}.values()
+        return any(m.kt > 0 and (m.kr > 0 or self.conformance == "spd") for m in used)
+
+
+def read_scene(
+    data: object, *, folder: Path | None = None, source: str = "", limits: Limits | None = None
+) -> Scene:
+    """The scene that a dict in the structure of the scene files describes."""
+    at = At(source)
+    if not isinstance(data, Mapping):
+        raise at.error(data, "a scene must be a table of keys")
+    known_keys(data, [name for name in Scene.__struct_fields__ if name not in _UNSAVED], at)
+    return Scene(**data, folder=folder, source=source, limits=limits or Limits())
+
+
+def _read_materials(data: object, at: At) -> dict[str, Material]:
+    if not isinstance(data, Mapping):
+        raise at.error(data, "materials must be a table of named materials")
+    for name in data:
+        if not isinstance(name, str):
+            raise at.error(name, "a material's name must be a text")
+    return {name: read(Material, value, at.key(name)) for name, value in data.items()}
+
+
+def _read_lights(data: object, at: At, limits: Limits) -> tuple[Light, ...]:
+    lights = _listing(data, at, "lights")
+    limits.check("lights", len(lights), at.source, at.path)
+    return tuple(
+        read(tagged(LIGHTS, light, at.item(i), "light"), light, at.item(i)) for i, light in enumerate(lights)
+    )
+
+
+def _listing(data: object, at: At, noun: str) -> list[Any] | tuple[Any, ...]:
+    if not isinstance(data, (list, tuple)):
+        raise at.error(data, f"{noun} must be a list of tables")
+    return data
+
+
+def _check_material(shape: Shape, materials: Mapping[str, Material], at: At) -> None:
+    material: object = shape.material
+    if isinstance(material, str):
+        if material not in materials:
+            known = f"the materials are {listed(materials)}{did_you_mean(material, materials)}"
+            raise at.key("material").error(material, known if materials else "the scene has no materials")
+        material = materials[material]
+    if isinstance(material, Material) and isinstance(material.color, Checker):
+        if not isinstance(shape, _CHECKERED):
+            raise at.key("material").says(
+                f"a checker is for spheres, planes, polygons and disks, not a {shape.type}"
+            )
+        if isinstance(shape, Sphere) and not is_similarity(float32(shape.matrix)):
+            raise at.key("transform").says(
+                "a sphere with a checker must stay round; use one scale for all axes"
+            )
+
+
+def _warn(scene: Scene) -> None:
+    """Warn, once each, of what is allowed but probably not meant."""
+    bright = next((s for s in scene.shapes if scene.material_of(s).gain > 1 + 1e-6), None)
+    if bright is not None:
+        place = _named(scene, bright)
+        gain = scene.material_of(bright).gain
+        text = (
+            f"diffuse + max(specular, reflection) + transmission is {gain:.4g}; above 1 a surface makes light"
+        )
+        warnings.warn(located(scene.source, place, text), ClrtWarning, stacklevel=4)
+    open_glass = next(
+        (
+            s
+            for s in scene.shapes
+            if s.is_open and scene.material_of(s).kt > 0 and not scene.material_of(s).thin
+        ),
+        None,
+    )
+    if open_glass is not None:
+        text = f"an open {open_glass.type} transmits but encloses nothing; a sheet of glass has thin = true"
+        warnings.warn(located(scene.source, _named(scene, open_glass), text), ClrtWarning, stacklevel=4)
+
+
+def _named(scene: Scene, shape: Shape) -> str:
+    index = next(i for i, other in enumerate(scene.shapes) if other is shape)
+    return f"shapes[{index}]"
