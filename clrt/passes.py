@@ -1,0 +1,203 @@
+"""One function a kernel pass. Each takes queues, launches, and gives back what the next pass needs.
+
+A queue is buffers and a count. Nothing here decides what the picture is; the kernels do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from clrt import layout
+from clrt.device import Device
+from clrt.world import World
+
+CAMERA, REFLECTION, TRANSMISSION, AMBIENT = "camera", "reflection", "transmission", "ambient"
+_STREAM = {name: number for number, name in enumerate(layout.STREAMS)}
+_SPAWNING = {REFLECTION: ("reflect", "REFLECTION"), TRANSMISSION: ("transmit", "TRANSMISSION"),
+             AMBIENT: ("gather_ambient", "AMBIENT")}
+
+
+@dataclass(frozen=True)
+class Queue:
+    """Rays of one kind and generation, in the order of their pixels."""
+
+    kind: str
+    n: int
+    rays: Any  # blocks of layout.RAY_FIELDS
+    pixel_of: Any  # uint: place of the pixel in the tile
+    path: Any  # uint: layout.PATH
+    weight: Any  # blocks of one value a band
+
+
+@dataclass(frozen=True)
+class Hits:
+    t: Any  # float
+    primitive: Any  # int, -1 on a miss
+
+
+@dataclass(frozen=True)
+class Lit:
+    """What the pass `light` found for a queue."""
+
+    local: Any  # blocks of one value a band: radiance that needs no further ray
+    spawn: Any  # uint: layout.SPAWN
+    offsets: np.ndarray  # (STREAMS, chunks) first place of each chunk's rays in each stream
+    totals: dict[str, int]  # by stream
+
+
+@dataclass(frozen=True)
+class Feelers:
+    """Shadow feelers of a queue: those of ray i are first[i] to first[i] + its count."""
+
+    n: int
+    first: Any
+    seen: Any  # uint: 1 where nothing blocks the light
+    contribution: Any  # blocks of one value a band
+
+
+def block_bytes(n: int, fields: int, lanes: int) -> int:
+    """Bytes of a queue of `n` items with `fields` floats each, in whole blocks."""
+    return -(-n // lanes) * lanes * fields * 4
+
+
+def queue_bytes(n: int, bands: int, lanes: int) -> int:
+    """Bytes of a Queue with its hits, local light, counts and places."""
+    return block_bytes(n, len(layout.RAY_FIELDS) + 2 * bands, lanes) + n * 4 * (2 + 2 + 1 + layout.SCANNED_STREAMS)
+
+
+def feeler_bytes(n: int, bands: int, lanes: int) -> int:
+    return block_bytes(n, len(layout.RAY_FIELDS) + bands, lanes) + n * 4
+
+
+def new_queue(device: Device, kind: str, n: int) -> Queue:
+    lanes = device.settings.lanes
+    return Queue(kind, n, device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)), device.buffer(4 * n),
+                 device.buffer(4 * n), device.buffer(block_bytes(n, device.bands, lanes)))
+
+
+def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> tuple[Queue, Any]:
+    """Camera rays of a tile: `samples` a pixel number. Also a buffer with the work-group size it ran with."""
+    queue = new_queue(device, CAMERA, len(pixels) * samples)
+    local_size = device.buffer(4)
+    device.launch("generate", queue.n, camera, device.upload(pixels), np.uint32(queue.n),
+                  queue.rays, queue.pixel_of, queue.path, queue.weight, local_size)
+    return queue, local_size
+
+
+def adopt(device: Device, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> Queue:
+    """A queue of the caller's rays: (n, 3), (n, 3), (n,) float32. Directions are normalised."""
+    queue = new_queue(device, CAMERA, len(origins))
+    device.launch("adopt", queue.n, device.upload(origins), device.upload(directions), device.upload(t_max),
+                  np.uint32(queue.n), queue.rays, queue.pixel_of, queue.path, queue.weight)
+    return queue
+
+
+def closest(device: Device, world: World, queue: Queue) -> Hits:
+    """Nearest hit of every ray."""
+    hits = Hits(device.buffer(4 * queue.n), device.buffer(4 * queue.n))
+    device.launch("closest", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), hits.t, hits.primitive)
+    return hits
+
+
+def light(device: Device, world: World, queue: Queue, hits: Hits, last: bool,
+          terms: int = layout.TERMS["TERM_ALL"]) -> Lit:
+    """Local light of every hit, and the count of what each will spawn."""
+    local = device.buffer(block_bytes(queue.n, device.bands, device.settings.lanes))
+    spawn = device.buffer(4 * queue.n)
+    device.launch("light", queue.n, *world.arguments, queue.rays, hits.t, hits.primitive, queue.path, queue.weight,
+                  np.uint32(queue.n), np.uint32(queue.kind == AMBIENT), np.uint32(last), np.uint32(terms),
+                  local, spawn)
+    chunks = -(-queue.n // layout.CHUNK)
+    sums = device.buffer(4 * chunks * len(layout.STREAMS))
+    device.launch("count", chunks, spawn, np.uint32(queue.n), np.uint32(world.ambient_samples),
+                  np.uint32(chunks), sums)
+    counted = device.read(sums, np.empty((len(layout.STREAMS), chunks), np.uint32)).astype(np.int64)
+    offsets = np.cumsum(counted, axis=1) - counted
+    totals = {name: int(counted[number].sum()) for name, number in _STREAM.items()}
+    return Lit(local, spawn, offsets, totals)
+
+
+def _first_places(device: Device, world: World, queue: Queue, lit: Lit, stream: str) -> Any:
+    """Each ray's first place in a stream: a buffer of uint."""
+    first = device.buffer(4 * queue.n)
+    chunks = lit.offsets.shape[1]
+    offsets = device.upload(lit.offsets.astype(np.uint32))
+    device.launch("scan", chunks, lit.spawn, np.uint32(queue.n), np.uint32(world.ambient_samples),
+                  np.uint32(chunks), offsets, np.uint32(_STREAM[stream]), first)
+    return first
+
+
+def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit,
+            terms: int = layout.TERMS["TERM_ALL"]) -> Feelers:
+    """Emit one shadow feeler for each light above each hit, and find which arrive."""
+    n = lit.totals["FEELERS"]
+    lanes = device.settings.lanes
+    first = _first_places(device, world, queue, lit, "FEELERS")
+    rays = device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes))
+    contribution = device.buffer(block_bytes(n, device.bands, lanes))
+    seen = device.buffer(4 * n)
+    if n:
+        device.launch("feelers", queue.n, *world.arguments, queue.rays, hits.t, hits.primitive, queue.weight,
+                      lit.spawn, first, np.uint32(queue.n), np.uint32(terms), rays, contribution)
+        if world.tinted:
+            device.launch("occluded_tinted", n, *world.arguments, rays, np.uint32(n), seen, contribution)
+        else:
+            device.launch("occluded", n, *world.arguments, rays, np.uint32(n), seen)
+    return Feelers(n, first, seen, contribution)
+
+
+def any_hit(device: Device, world: World, queue: Queue) -> Any:
+    """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
+    seen = device.buffer(4 * queue.n)
+    device.launch("occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen)
+    return seen
+
+
+def gather(device: Device, queue: Queue, lit: Lit, feelers: Feelers, film: Any, plane: int, pixels: int,
+           path_mask: int = 0, path_value: int = 0) -> None:
+    """Add what the rays bring to their pixels; only rays with path & path_mask == path_value."""
+    device.launch("gather", queue.n, queue.pixel_of, queue.path, np.uint32(queue.n), lit.local, lit.spawn,
+                  feelers.first, feelers.seen, feelers.contribution, np.uint32(path_mask), np.uint32(path_value),
+                  np.uint32(plane), np.uint32(pixels), film)
+
+
+def spawn(device: Device, world: World, kind: str, generation: int,
+          parents: list[tuple[Queue, Hits, Lit]]) -> Queue | None:
+    """The next generation's queue of one kind, from all queues of this generation; None if it is empty.
+
+    A ray's place is the number of children that stand before it: those of its own queue (`scan`), and those of
+    the others with a smaller pixel, or the same pixel and an earlier queue (`rank`).
+    """
+    kernel, stream = _SPAWNING[kind]
+    parents = [parent for parent in parents if parent[2].totals[stream]]
+    if not parents:
+        return None
+    firsts = [_first_places(device, world, queue, lit, stream) for queue, _, lit in parents]
+    slots = firsts if len(parents) == 1 else [_first_places(device, world, queue, lit, stream)
+                                              for queue, _, lit in parents]
+    child = new_queue(device, kind, sum(lit.totals[stream] for _, _, lit in parents))
+    for i, (queue, hits, lit) in enumerate(parents):
+        for j, (other, _, other_lit) in enumerate(parents):
+            if i != j:
+                device.launch("rank", queue.n, queue.pixel_of, np.uint32(queue.n), other.pixel_of, firsts[j],
+                              np.uint32(other.n), np.uint32(other_lit.totals[stream]), np.uint32(j < i), slots[i])
+        generation_argument = (np.uint32(generation),) if kind == AMBIENT else ()
+        device.launch(kernel, queue.n, *world.arguments, queue.rays, hits.t, hits.primitive, queue.pixel_of,
+                      queue.path, queue.weight, lit.spawn, slots[i], np.uint32(queue.n), *generation_argument,
+                      child.rays, child.pixel_of, child.path, child.weight)
+    return child
+
+
+def geometry(device: Device, world: World, queue: Queue, hits: Hits, samples: int) -> dict[str, np.ndarray]:
+    """Distance, position, normal, uv, primitive and shape of the first of every `samples` rays."""
+    n = queue.n // samples
+    out = {"depth": np.empty(n, np.float32), "position": np.empty((n, 3), np.float32),
+           "normal": np.empty((n, 3), np.float32), "uv": np.empty((n, 2), np.float32),
+           "primitive": np.empty(n, np.int32), "shape": np.empty(n, np.int32)}
+    buffers = {name: device.buffer(array.nbytes) for name, array in out.items()}
+    device.launch("geometry", n, *world.arguments, queue.rays, hits.t, hits.primitive, np.uint32(n),
+                  np.uint32(samples), *buffers.values())
+    return {name: device.read(buffers[name], array) for name, array in out.items()}

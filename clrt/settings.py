@@ -1,0 +1,36 @@
+"""How to run, never what the image is: tile and work-group sizes, lanes, threads, limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from clrt.errors import ClrtError, fault
+from clrt.limits import Limits
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """How a render runs. The picture has the same bits for every choice made here.
+
+    tile: rays of generation 0 traced at a time (all samples of a pixel stay together), at least 1.
+    local_size: work-items of a work-group, 1 to what the device allows.
+    lanes: rays of a queue block, 8 or 16.
+    threads: cores of the device to use; None: all of them.
+    limits: what a render may cost at most.
+    """
+
+    tile: int = 1 << 16
+    local_size: int = 64
+    lanes: int = 16
+    threads: int | None = None
+    limits: Limits = field(default_factory=Limits)
+
+    def __post_init__(self) -> None:
+        for name, least in (("tile", 1), ("local_size", 1), ("threads", 1)):
+            value = getattr(self, name)
+            if value is None and name == "threads":
+                continue
+            if not isinstance(value, int) or isinstance(value, bool) or value < least:
+                raise ClrtError(fault("settings", name, value, f"it must be a whole number, at least {least}"))
+        if self.lanes not in (8, 16):
+            raise ClrtError(fault("settings", "lanes", self.lanes, "it must be 8 or 16"))

@@ -1,0 +1,94 @@
+"""The algorithm: generations of queues of rays, one kernel pass after another (thesis 1.3, in breadth)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+
+from clrt import passes
+from clrt.device import Device
+from clrt.film import Film
+from clrt.passes import AMBIENT, REFLECTION, TRANSMISSION, Hits, Lit, Queue
+from clrt.world import World
+
+
+class TileTooLarge(Exception):
+    """The queues of a tile would need more memory than it may have; it must be split."""
+
+
+@dataclass
+class RayCounts:
+    """Rays by generation and kind, as `Image.stats` gives them."""
+
+    generations: list[Counter[str]] = field(default_factory=list)
+
+    def add(self, generation: int, queue: Queue, lit: Lit) -> None:
+        while len(self.generations) <= generation:
+            self.generations.append(Counter())
+        self.generations[generation] += Counter({
+            queue.kind: queue.n,
+            "hits": lit.totals["HIT"],
+            f"{queue.kind}_hits": lit.totals["HIT"] if queue.kind == passes.CAMERA else 0,
+            "total_internal_reflection": lit.totals["TOTAL_INTERNAL"],
+            "feelers": lit.totals["FEELERS"],
+        })
+
+    def merge(self, other: RayCounts) -> None:
+        for generation, counts in enumerate(other.generations):
+            while len(self.generations) <= generation:
+                self.generations.append(Counter())
+            self.generations[generation] += counts
+
+    def table(self) -> dict[str, dict[str, int] | list[dict[str, int]]]:
+        """{"rays": totals by kind, "generations": the same for each generation}."""
+        kinds = ("camera", "camera_hits", "reflection", "transmission", "ambient", "total_internal_reflection",
+                 "feelers", "hits")
+        rows = [{kind: counts[kind] for kind in kinds} for counts in self.generations]
+        return {"rays": {kind: sum(row[kind] for row in rows) for kind in kinds}, "generations": rows}
+
+    @property
+    def traced(self) -> int:
+        """All rays: those of every queue, and the shadow feelers."""
+        return sum(sum(counts[kind] for kind in ("camera", REFLECTION, TRANSMISSION, AMBIENT, "feelers"))
+                   for counts in self.generations)
+
+
+def trace(device: Device, world: World, queue: Queue, hits: Hits, film: Film, max_depth: int,
+          budget: int) -> RayCounts:
+    """Trace a queue of generation 0, whose hits are known, and all its descendants onto the film.
+
+    `budget` bounds the bytes of queues alive at a time: TileTooLarge before more is allocated.
+    """
+    counts = RayCounts()
+    film.add_terms(world, queue, hits, last=max_depth == 0)
+    queues = [(queue, hits)]
+    for generation in range(max_depth + 1):
+        parents: list[tuple[Queue, Hits, Lit]] = []
+        for queue, hits in queues:
+            lit = passes.light(device, world, queue, hits, last=generation == max_depth)
+            _check_budget(device, parents, (queue, lit), budget)
+            feelers = passes.feelers(device, world, queue, hits, lit)
+            film.add(queue, lit, feelers, generation)
+            counts.add(generation, queue, lit)
+            parents.append((queue, hits, lit))
+        queues = []
+        for kind in (REFLECTION, TRANSMISSION, AMBIENT):
+            child = passes.spawn(device, world, kind, generation, parents)
+            if child:
+                queues.append((child, passes.closest(device, world, child)))
+        if not queues:
+            break
+    return counts
+
+
+def _check_budget(device: Device, parents: list[tuple[Queue, Hits, Lit]], entry: tuple[Queue, Lit],
+                  budget: int) -> None:
+    lanes, bands = device.settings.lanes, device.bands
+    queue, lit = entry
+    everyone = [*((parent, found) for parent, _, found in parents), (queue, lit)]
+    children = sum(found.totals[stream] for _, found in everyone for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT"))
+    need = (sum(passes.queue_bytes(parent.n, bands, lanes) for parent, _ in everyone)
+            + passes.queue_bytes(children, bands, lanes)
+            + passes.feeler_bytes(lit.totals["FEELERS"], bands, lanes))
+    if need > budget:
+        raise TileTooLarge

@@ -1,0 +1,88 @@
+// The film of a tile: sums of what rays bring to their pixels.
+//
+// A pixel's rays stand together in a queue. The work-item of the first of them adds them all up, in order, and
+// then adds the sum to the film: one writer a pixel, no atomics, one result. Layers are further planes of the
+// film, for which only rays whose path word matches are added.
+#include "math.clh"
+#include "ray.clh"
+#include "sphere.clh"
+#include "plane.clh"
+#include "triangle.clh"
+#include "polygon.clh"
+#include "quadric.clh"
+#include "intersect.clh"
+#include "surface.clh"
+
+__kernel void gather(__global const uint *pixel_of, __global const uint *path, uint n,
+                     __global const float *local_radiance, __global const uint *spawn,
+                     __global const uint *first_feeler, __global const uint *seen,
+                     __global const float *contribution, uint path_mask, uint path_value,
+                     uint plane, uint pixels, __global float *film)
+{
+    const uint start = get_global_id(0);
+    if (start >= n) return;
+    const uint pixel = pixel_of[start];
+    if (start > 0 && pixel_of[start - 1] == pixel) return;
+    float sum[BANDS];
+    for (int b = 0; b < BANDS; b++) sum[b] = 0.0f;
+    for (uint i = start; i < n && pixel_of[i] == pixel; i++) {
+        if ((path[i] & path_mask) != path_value) continue;
+        const uint first = first_feeler[i], end = first + (spawn[i] & SPAWN_FEELERS);
+        for (int b = 0; b < BANDS; b++) {
+            float value = local_radiance[in_block(i, b, BANDS)];
+            for (uint f = first; f < end; f++)
+                if (seen[f]) value += contribution[in_block(f, b, BANDS)];
+            sum[b] += value;
+        }
+    }
+    const size_t at = ((size_t)plane * pixels + pixel) * BANDS;
+    for (int b = 0; b < BANDS; b++) film[at + b] += sum[b];
+}
+
+// means from sums
+__kernel void resolve(uint n, float samples, __global float *film)
+{
+    const uint i = get_global_id(0);
+    if (i < n) film[i] /= samples;
+}
+
+// What the first of every `samples` rays hit: distance, point, outward normal, barycentric weights, primitive and
+// shape. The layers of geometry, and the answer to a ray query.
+__kernel void geometry(WORLD_PARAMETERS, __global const float *rays, __global const float *hit_t,
+                       __global const int *hit_primitive, uint n, uint samples,
+                       __global float *distance, __global float *position, __global float *normal,
+                       __global float *uv, __global int *primitive, __global int *shape)
+{
+    const uint i = get_global_id(0);
+    if (i >= n) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const uint ray_number = i * samples;
+    const Hit hit = {hit_t[ray_number], hit_primitive[ray_number]};
+    float3 p = (float3)(0.0f, 0.0f, 0.0f), outward = p;
+    float u = 0.0f, v = 0.0f;
+    primitive[i] = hit.primitive;
+    shape[i] = -1;
+    distance[i] = INFINITY;
+    if (hit.primitive >= 0) {
+        const Ray ray = load_ray(rays, ray_number);
+        const Surface s = surface_at(world, ray, hit);
+        const Primitive hit_record = world.primitives[hit.primitive];
+        if (hit_record.kind == TRIANGLE) {
+            const TriangleHit at = triangle_hit(world.triangles[hit_record.index], ray, frame_of(ray.direction));
+            u = at.u;
+            v = at.v;
+        }
+        p = s.point;
+        outward = s.outward;
+        shape[i] = hit_record.shape;
+        distance[i] = hit.t;
+    }
+    position[3 * i] = p.x;
+    position[3 * i + 1] = p.y;
+    position[3 * i + 2] = p.z;
+    normal[3 * i] = outward.x;
+    normal[3 * i + 1] = outward.y;
+    normal[3 * i + 2] = outward.z;
+    uv[2 * i] = u;
+    uv[2 * i + 1] = v;
+}

@@ -1,0 +1,50 @@
+// Nearest hit of every ray of a queue, and occlusion of every shadow feeler.
+//
+// A feeler stops at the first blocker it finds (thesis 3.2.1). With tinted shadows it must see all surfaces it
+// crosses, in the order of (t, primitive), so that the product of their tints is the same on every device.
+#include "math.clh"
+#include "ray.clh"
+#include "sphere.clh"
+#include "plane.clh"
+#include "triangle.clh"
+#include "polygon.clh"
+#include "quadric.clh"
+#include "intersect.clh"
+
+__kernel void closest(WORLD_PARAMETERS, __global const float *rays, uint n,
+                      __global float *hit_t, __global int *hit_primitive)
+{
+    const uint i = get_global_id(0);
+    if (i >= n) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const Hit hit = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, false);
+    hit_t[i] = hit.t;
+    hit_primitive[i] = hit.primitive;
+}
+
+__kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen)
+{
+    const uint i = get_global_id(0);
+    if (i >= n) return;
+    const World world = WORLD_OF_PARAMETERS;
+    seen[i] = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, true).primitive < 0;
+}
+
+__kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,
+                              __global float *contribution)
+{
+    const uint i = get_global_id(0);
+    if (i >= n) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const Ray ray = load_ray(rays, i);
+    uint clear = 1;
+    Hit hit = {0.0f, BEFORE_ALL};
+    while (clear) {
+        hit = nearest_hit(world, ray, hit.t, hit.primitive, false);
+        if (hit.primitive < 0) break;
+        __global const Material *material = world.materials + world.primitives[hit.primitive].material;
+        if (material->kt == 0.0f) clear = 0;
+        for (int b = 0; b < BANDS; b++) contribution[in_block(i, b, BANDS)] *= material->kt * material->tint[b];
+    }
+    seen[i] = clear;
+}
