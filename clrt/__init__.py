@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from clrt.image import Image, read_image
     from clrt.limits import Limits
     from clrt.scene import Scene
-    from clrt.tracer import Hits, Settings, Tracer, render
+    from clrt.settings import Settings
+    from clrt.tracer import Hits, Tracer, render
 
 _HOMES = {
     "clrt.device": ("DeviceInfo", "devices"),
@@ -26,7 +27,8 @@ _HOMES = {
     "clrt.image": ("Image", "read_image"),
     "clrt.limits": ("Limits",),
     "clrt.scene": ("Scene",),
-    "clrt.tracer": ("Hits", "Settings", "Tracer", "render"),
+    "clrt.settings": ("Settings",),
+    "clrt.tracer": ("Hits", "Tracer", "render"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -1,0 +1,7 @@
+"""`python -m clrt`."""
+
+import sys
+
+from clrt.cli import main
+
+sys.exit(main())

@@ -1,0 +1,118 @@
+"""The command line: what can be asked for, and how faults reach the user; a module for each command.
+
+Nothing but argparse is imported before the command is known, so that help comes at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+from typing import Any, NoReturn
+
+from clrt.errors import ClrtError, ClrtWarning
+from clrt.version import __version__
+
+FAULT, INTERRUPTED = 2, 130  # exit codes; 130 is what shells expect after Ctrl-C
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command; return 0, 1 (a check failed), 2 (one line on stderr says why) or 130 (Ctrl-C)."""
+    warnings.simplefilter("ignore")
+    warnings.simplefilter("always", ClrtWarning)
+    warnings.showwarning = _show_warning
+    try:
+        options = _parser().parse_args(arguments)
+        code: int = import_module(f"clrt.cli.{options.command}").run(options)
+        sys.stdout.flush()
+    except ClrtError as error:
+        return say(f"error: {error}", FAULT)
+    except KeyboardInterrupt:
+        return say("interrupted; nothing was saved", INTERRUPTED)
+    except BrokenPipeError:
+        # the reader of our output has gone: let the interpreter's last flush go nowhere too
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return code
+
+
+def say(text: str, code: int = 0) -> int:
+    """Put one line on stderr; return `code`."""
+    print(f"clrt: {text}", file=sys.stderr)
+    return code
+
+
+def device(text: str) -> int | str:
+    """A device as `clrt.render` takes it: a number of `clrt devices`, or a part of its name."""
+    return int(text) if text.isdecimal() else text
+
+
+class _Parser(argparse.ArgumentParser):
+    """Faults on the command line are one line, like all others."""
+
+    def error(self, message: str) -> NoReturn:
+        say(f"error: {message}; `{self.prog} --help` shows what there is")
+        sys.exit(FAULT)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="clrt", description="A Whitted ray tracer in OpenCL.", allow_abbrev=False)
+    parser.add_argument("--version", action="version", version=f"clrt {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    def command(name: str, text: str) -> argparse.ArgumentParser:
+        return commands.add_parser(name, help=text, description=text, allow_abbrev=False)
+
+    render = command("render", "Render a scene to a picture.")
+    _add_scene(render)
+    render.add_argument("-o", "--output", metavar="OUT", required=True, help=".exr .png .tif .jpg .bmp")
+    _add_frame(render)
+    render.add_argument("--layers", type=_names, default=(), metavar="A,B", help="layers to store in an .exr")
+    render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
+    render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
+    render.add_argument("--bits", type=int, choices=(8, 16), help="bits per sample of .png and .tif (8)")
+    render.add_argument("--quiet", action="store_true", help="neither progress nor a closing line")
+
+    hashing = command("hash", "Print the hash of a scene's picture, or of the pixels in an .exr file.")
+    _add_scene(hashing)
+    _add_frame(hashing)
+
+    convert = command("convert", "Read a scene in any known format and write it as .toml or .json.")
+    convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
+    convert.add_argument("output", metavar="OUT", help="file to write: .toml or .json")
+
+    command("devices", "List the OpenCL devices; * marks the one that is used.")
+    command("scenes", "List the scenes that ship with clrt.")
+    selftest = command("selftest", "Check that a device computes what the reference does, bit for bit.")
+    _add_device(selftest)
+    return parser
+
+
+def _add_scene(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE", help="scene file, or a name from `clrt scenes`")
+
+
+def _add_device(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--device", type=device, metavar="D", help="number or part of a name: `clrt devices`")
+
+
+def _add_frame(parser: argparse.ArgumentParser) -> None:
+    """What the picture is, and where it is computed; by default as the scene says."""
+    parser.add_argument("--width", type=int, metavar="N", help="pixels in a row; alone, keeps the aspect")
+    parser.add_argument("--height", type=int, metavar="N", help="rows of pixels; alone, keeps the aspect")
+    parser.add_argument("--crop", type=int, nargs=4, metavar=("X", "Y", "W", "H"), help="only these pixels")
+    parser.add_argument("--spp", type=int, metavar="N", help="samples per pixel: 1, 4, 9, 16 ...")
+    parser.add_argument("--max-depth", type=int, metavar="N", help="generations after the camera's")
+    _add_device(parser)
+    parser.add_argument("--threads", type=int, metavar="N", help="CPU threads")
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
+
+
+def _show_warning(message: Warning | str, category: Any, filename: str, lineno: int, *more: Any) -> None:
+    say(f"warning: {message}")

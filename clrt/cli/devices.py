@@ -1,0 +1,17 @@
+"""`clrt devices`: what OpenCL offers on this machine."""
+
+from __future__ import annotations
+
+import argparse
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print a line for each device, its number first; * marks the one that a render takes by default."""
+    from clrt.device import choose, devices
+
+    default = choose()[0].index
+    for info in devices():
+        mark = "*" if info.index == default else " "
+        memory = f"{info.memory / 2**30:.1f} GiB"
+        print(f"{mark} {info.index}  {info.label}  ({info.kind}, {info.units} units, {memory})")
+    return 0

@@ -1,0 +1,23 @@
+"""`clrt hash`: the hash of a picture, equal wherever it was computed."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from clrt.resources import scene_file
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print `HASH  NAME` for a rendered scene, or for the pixels that an .exr file holds."""
+    if Path(options.scene).suffix.lower() == ".exr":
+        from clrt.image import pixel_hash
+        from clrt.imagefile import read_samples
+
+        value = pixel_hash(read_samples(options.scene))
+    else:
+        from clrt.cli.render import render
+
+        value = render(scene_file(options.scene), options).hash
+    print(f"{value}  {options.scene}")
+    return 0

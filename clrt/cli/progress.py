@@ -1,0 +1,37 @@
+"""A progress bar on stderr with rays per second and the time left; silent where stderr is not a terminal."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+Report = Callable[[int, int, int], None]
+
+
+@contextmanager
+def progress(name: str, quiet: bool) -> Iterator[Report | None]:
+    """Give a function to call with (done pixels, all pixels, rays so far), or None for silence."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[rate]:6.2f} Mrays/s"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=None, rate=0.0)
+        start = time.perf_counter()
+
+        def report(done: int, total: int, rays: int) -> None:
+            elapsed = max(time.perf_counter() - start, 1e-6)
+            bar.update(task, completed=done, total=total, rate=rays / elapsed / 1e6)
+
+        yield report

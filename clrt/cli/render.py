@@ -1,0 +1,88 @@
+"""`clrt render`: load, render with progress, save; whatever happens, no file is half-written."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from clrt.atomic import check_replaceable, replacing
+from clrt.cli import INTERRUPTED, say
+from clrt.errors import ClrtError
+from clrt.resources import scene_file
+
+if TYPE_CHECKING:
+    from clrt.image import Image
+
+
+def run(options: argparse.Namespace) -> int:
+    """Render `options.scene` to `options.output`. ClrtError, before rendering, when it cannot be saved."""
+    saved: list[Path] = []
+    try:
+        file = scene_file(options.scene)
+        _check_outputs(options)
+        start = time.perf_counter()
+        image = render(file, options, layers=options.layers)
+        seconds = time.perf_counter() - start
+        saved.append(image.save(options.output, options.exposure, options.bits))
+        if options.stats:
+            saved.append(_save_stats(image, options.stats))
+    except KeyboardInterrupt:
+        what = f"saved: {', '.join(map(str, saved))}" if saved else "nothing was saved"
+        return say(f"interrupted; {what}", INTERRUPTED)
+    if not options.quiet:
+        print(summary(image, saved[0], seconds))
+    return 0
+
+
+def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()) -> Image:
+    """The image of a scene file, with a progress bar on stderr where that is a terminal."""
+    import clrt
+    from clrt.cli.progress import progress
+
+    scene = clrt.load(file)
+    with progress(file.stem, getattr(options, "quiet", False)) as report:
+        return clrt.render(
+            scene,
+            width=options.width,
+            height=options.height,
+            spp=options.spp,
+            max_depth=options.max_depth,
+            device=options.device,
+            layers=layers,
+            progress=report,
+            settings=clrt.Settings(threads=options.threads),
+            crop=tuple(options.crop) if options.crop else None,
+        )
+
+
+def summary(image: Image, path: Path, seconds: float) -> str:
+    """The line after a render: where the picture is, its size, how long and how fast, and on what."""
+    rate = image.stats["traced"] / seconds / 1e6
+    size = f"{image.width} x {image.height}"
+    return f"{path}: {size}, {seconds:.2f} s, {rate:.2f} Mrays/s on {image.stats['device']}"
+
+
+def _check_outputs(options: argparse.Namespace) -> None:
+    from clrt.image import check_writable
+
+    bits = check_writable(options.output, options.exposure, options.bits)
+    if options.layers and bits != 32:
+        raise ClrtError(f"{options.output}: --layers needs an .exr, which alone holds layers")
+    if options.stats:
+        if Path(options.stats).resolve() == Path(options.output).resolve():
+            raise ClrtError(f"{options.stats}: is the picture's file too; give --stats one of its own")
+        check_replaceable(options.stats)
+
+
+def _save_stats(image: Image, path: str) -> Path:
+    with replacing(path) as temporary:
+        temporary.write_text(json.dumps(dict(image.stats), indent=2, default=_plain) + "\n")
+    return Path(path).resolve()
+
+
+def _plain(value: Any) -> Any:
+    """A numpy number or array as JSON has it."""
+    return value.tolist()

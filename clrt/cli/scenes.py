@@ -1,0 +1,25 @@
+"""`clrt scenes`: the names that `clrt render` knows without a path."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from clrt.resources import scene_folder, shipped_scenes
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print each shipped scene with the first comment of its file, and where the files are."""
+    scenes = shipped_scenes()
+    width = max(map(len, scenes))
+    for name, file in scenes.items():
+        print(f"{name:{width}}  {headline(file)}".rstrip())
+    print(f"in {scene_folder()}")
+    return 0
+
+
+def headline(file: Path) -> str:
+    """The text of a comment in the file's first line, else nothing."""
+    with file.open(encoding="utf-8") as lines:
+        first = lines.readline(200)
+    return first.lstrip("# ").strip() if first.startswith("#") else ""
