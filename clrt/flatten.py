@@ -1,0 +1,104 @@
+"""A scene as the arrays that go to the device. Knows no OpenCL; all is computed in float64 and rounded once.
+
+Sections and records are those of `clrt.layout`; the tree over the boxes is built on the device.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from clrt import layout
+from clrt.flatten_camera import flatten_camera
+from clrt.flatten_geometry import geometry
+from clrt.flatten_materials import MaterialTable, flatten_lights
+from clrt.flatten_shapes import collect
+from clrt.imagefile import read_image
+from clrt.scene import Scene, rgb
+
+__all__ = ["FlatScene", "flatten", "flatten_camera"]
+
+
+@dataclass(frozen=True, eq=False)
+class FlatScene:
+    """One array for each section of the world, with at least one element (how many count is in `scene`).
+
+    `finite` are the numbers of the primitives that have a box, ascending, `boxes` their boxes (w is 0), wide
+    enough that they contain every hit the kernels may find. `n_shapes` is the number of shapes of the scene.
+    """
+
+    scene: np.ndarray
+    primitives: np.ndarray
+    spheres: np.ndarray
+    planes: np.ndarray
+    disks: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+    polygons: np.ndarray
+    vertices: np.ndarray
+    quadrics: np.ndarray
+    unbounded: np.ndarray
+    materials: np.ndarray
+    lights: np.ndarray
+    background: np.ndarray
+    boxes: np.ndarray
+    finite: np.ndarray
+    n_shapes: int
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 (hexadecimal) of all arrays: scenes of one hash give one picture from a camera."""
+        digest = hashlib.sha256()
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if isinstance(value, np.ndarray):
+                digest.update(f"{entry.name} {value.dtype.descr} {value.shape}\n".encode())
+                digest.update(np.ascontiguousarray(value).view(np.uint8).data)
+        return digest.hexdigest()
+
+
+def flatten(scene: Scene, bands: int = layout.BANDS) -> FlatScene:
+    """The scene without its camera, for rays of `bands` bands (3: linear Rec.709 red, green, blue).
+
+    Raises `SceneError` with the place of a shape that its transform makes one that there is no primitive for,
+    or whose coordinates leave the range of float32, and for a background that cannot be read.
+    """
+    if bands != 3:
+        raise ValueError(f"bands: {bands} is not allowed; the colours of a scene have 3 bands")
+    materials = MaterialTable(scene, bands)
+    sections = geometry(collect(scene, materials), scene)
+    sections["materials"] = materials.records()
+    sections["lights"] = flatten_lights(scene, bands)
+    path = scene.background_path
+    image = np.zeros((0, 0, bands), np.float32) if path is None else read_image(path, scene.limits)
+    sections["background"] = np.ascontiguousarray(image, np.float32).reshape(-1)
+    sections["scene"] = _scene_info(scene, sections, image.shape, bands)
+    boxes, finite = sections.pop("boxes"), sections.pop("finite")
+    kept = {
+        name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)
+        for name, array in sections.items()
+    }
+    return FlatScene(**kept, boxes=boxes, finite=finite, n_shapes=len(scene.shapes))
+
+
+def _scene_info(
+    scene: Scene, sections: dict[str, np.ndarray], image: tuple[int, ...], bands: int
+) -> np.ndarray:
+    """The record SceneInfo, shape (1,); `nodes` is left to who builds the tree."""
+    out = np.zeros(1, layout.dtype("SceneInfo", bands))
+    info = out[0]
+    for name in ("primitives", "unbounded", "lights"):
+        info[name] = len(sections[name])
+    info["ambient_samples"] = scene.ambient_samples
+    info["tinted"] = scene.shadow == "tinted"
+    info["spd"] = scene.conformance == "spd"
+    info["one_sided"] = sections["materials"]["one_sided"].any()
+    info["medium_ior"], info["min_weight"] = scene.medium_ior, scene.min_weight
+    info["background_height"], info["background_width"] = image[:2]
+    info["ambient"], info["depth_color"] = rgb(scene.ambient), rgb(scene.depth_color)
+    if not isinstance(scene.background, str):
+        info["background"] = rgb(scene.background)
+    return out

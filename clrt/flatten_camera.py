@@ -1,0 +1,97 @@
+"""The camera as the device reads it: MODEL.md's unit vectors and half extents."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clrt import layout
+from clrt.camera import Camera
+from clrt.errors import SceneError
+from clrt.flatten_mesh import unit
+from clrt.records import At
+
+
+def flatten_camera(
+    camera: Camera,
+    width: int | None = None,
+    height: int | None = None,
+    spp: int | None = None,
+    jitter: int | None = None,
+) -> np.ndarray:
+    """The record `Camera`, shape (1,); what is given here replaces the camera's own size and samples.
+
+    Of `width` and `height` (pixels) a single one scales the other to keep the aspect ratio. `spp`, a square, is
+    the samples per pixel, `jitter` their seed. Raises `SceneError` for numbers that make no picture.
+    """
+    width, height = picture_size(camera, width, height)
+    grid = _grid(camera.spp if spp is None else spp)
+    seed = camera.jitter if jitter is None else jitter
+    forward, right, up = axes(camera)
+    half_width, half_height = _half_extents(camera, width, height)
+
+    out = np.zeros(1, layout.dtype("Camera"))
+    record = out[0]
+    record["origin"][:3] = camera.origin
+    record["forward"][:3] = forward
+    record["right"][:3] = right
+    record["up"][:3] = up
+    record["half_width"], record["half_height"] = half_width, half_height
+    record["shift_x"], record["shift_y"] = camera.shift
+    record["near"] = camera.near
+    record["orthographic"] = camera.type == "orthographic"
+    record["width"], record["height"], record["grid"] = width, height, grid
+    record["jitter"] = seed is not None
+    record["seed"] = (seed or 0) & 0xFFFFFFFF
+    return out
+
+
+def axes(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unit vectors forward (d), right and up (v) in float64; `mirror` turns right only.
+
+    Raises `SceneError` where an explicit `up` lies along the view; the default y axis then gives way to z.
+    """
+    camera.check(At(path="camera"))
+    camera = camera.upright()
+    assert camera.up is not None
+    forward = unit(np.subtract(camera.target, camera.origin))
+    right = unit(np.cross(forward, unit(camera.up)))
+    return forward, -right if camera.mirror else right, np.cross(right, forward)
+
+
+def picture_size(camera: Camera, width: int | None, height: int | None) -> tuple[int, int]:
+    """Width and height of the picture in pixels; one alone scales the other, to the nearest pixel."""
+    for name, side in (("width", width), ("height", height)):
+        if side is not None and not 1 <= side < 1 << 31:
+            raise SceneError(f"{name}: {side} is not allowed; a picture has 1 pixel or more on each side")
+    if width is None and height is None:
+        return camera.width, camera.height
+    if width is None:
+        assert height is not None
+        width = max(1, round(camera.width * height / camera.height))
+    elif height is None:
+        height = max(1, round(camera.height * width / camera.width))
+    return width, height
+
+
+def _grid(spp: int) -> int:
+    """Side of the square grid of samples in a pixel."""
+    if spp < 1:
+        raise SceneError(f"spp: {spp} is not allowed; a pixel has 1 sample or more")
+    side = math.isqrt(spp)
+    if side * side != spp:
+        near = f"{side * side} or {(side + 1) ** 2}"
+        raise SceneError(f"spp: {spp} is not allowed; samples form a square grid, so take {near}")
+    return side
+
+
+def _half_extents(camera: Camera, width: int, height: int) -> tuple[float, float]:
+    """Half width and height of the view: tangents, or world units of an orthographic camera."""
+    if camera.type == "orthographic":
+        half = 0.5 * camera.size
+    else:
+        half = math.tan(math.radians(0.5 * camera.fov))
+    if camera.fov_axis == "horizontal":
+        return half, half * height / width
+    return half * width / height, half

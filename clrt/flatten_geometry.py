@@ -1,0 +1,162 @@
+"""The sections of a world that hold its geometry, and the padded boxes that the tree is built over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clrt import flatten_mesh, flatten_quadric, layout
+from clrt.errors import SceneError, located
+from clrt.flatten_shapes import Collected
+from clrt.scene import Mesh, Scene
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Boxes of all primitives of a kind, (n, 3) float32, rounded outwards; infinite where there is none."""
+
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def bounded(self) -> np.ndarray:
+        return np.asarray(np.isfinite(self.low).all(1) & np.isfinite(self.high).all(1))
+
+
+def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:
+    """All sections from `primitives` to `unbounded`, and `boxes` and `finite` as FlatScene has them.
+
+    Raises `SceneError` where coordinates leave the range of float32 or a shape shrinks to nothing in it.
+    """
+    primitives = collected.primitives()
+    sections: dict[str, np.ndarray] = {"primitives": primitives}
+    boxes: dict[str, Boxes] = {}
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is found and named by _check
+        sections["spheres"], boxes["SPHERE"] = _spheres(collected)
+        sections["planes"], boxes["PLANE"] = _planes(collected)
+        sections["disks"], boxes["DISK"] = _disks(collected)
+        sections["triangles"], boxes["TRIANGLE"] = _triangles(collected)
+        sections["normals"] = np.concatenate([np.zeros((0, 4), np.float32), *collected.corner_normals])
+        sections["polygons"], sections["vertices"], boxes["POLYGON"] = _polygons(collected)
+        sections["quadrics"], boxes["QUADRIC"] = _quadrics(collected)
+    _check(scene, sections, boxes)
+    _gather(sections, boxes)
+    return sections
+
+
+def padded(low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray | float = 0.0) -> Boxes:
+    """Boxes (n, 3) in float64, wider by `pad` times their largest |coordinate| and by `extra` world units."""
+    largest = np.maximum(np.abs(low), np.abs(high)).max(axis=1, initial=0.0)
+    margin = (pad * largest + extra)[:, None]
+    low, high = low - margin, high + margin
+    low32, high32 = low.astype(np.float32), high.astype(np.float32)
+    return Boxes(
+        np.where(low32 > low, np.nextafter(low32, np.float32(-np.inf)), low32),
+        np.where(high32 < high, np.nextafter(high32, np.float32(np.inf)), high32),
+    )
+
+
+def _spheres(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out = np.zeros(len(collected.spheres), layout.dtype("Sphere"))
+    out["center_radius"] = np.reshape(collected.spheres, (-1, 4))
+    center, radius = np.split(out["center_radius"].astype(np.float64), [3], axis=1)
+    return out, padded(center - radius, center + radius, layout.PAD)
+
+
+def _planes(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out = np.zeros(len(collected.planes), layout.dtype("Plane"))
+    rows = np.reshape(collected.planes, (-1, 6))
+    out["point"][:, :3], out["normal"][:, :3] = rows[:, :3], rows[:, 3:]
+    everywhere = np.full((len(out), 3), np.inf, np.float32)
+    return out, Boxes(-everywhere, everywhere)
+
+
+def _disks(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out = np.zeros(len(collected.disks), layout.dtype("Disk"))
+    rows = np.reshape(collected.disks, (-1, 7))
+    out["center_radius"], out["normal"][:, :3] = rows[:, :4], rows[:, 4:]
+    center, radius = np.split(out["center_radius"].astype(np.float64), [3], axis=1)
+    square = np.square(out["normal"][:, :3].astype(np.float64))
+    half = radius * np.sqrt(
+        square[:, [1, 2, 0]] + square[:, [2, 0, 1]]
+    )  # sqrt(1 - n_i^2) without cancellation
+    return out, padded(center - half, center + half, layout.PAD)
+
+
+def _triangles(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out = np.concatenate([np.zeros(0, layout.dtype("Triangle")), *collected.triangles])
+    return out, padded(*flatten_mesh.triangle_boxes(out), layout.PAD)
+
+
+def _polygons(collected: Collected) -> tuple[np.ndarray, np.ndarray, Boxes]:
+    out, vertices, low, high, off = flatten_mesh.polygons(collected.corners, collected.corner_counts)
+    return out, vertices, padded(low, high, layout.PAD, 2 * off)
+
+
+def _quadrics(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out, low, high = flatten_quadric.records(collected.forms)
+    return out, padded(low, high, layout.QUADRIC_PAD)
+
+
+def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
+    """Raise for the first shape that float32 cannot hold."""
+    for kind in ("SPHERE", "DISK", "TRIANGLE", "POLYGON"):
+        _refuse(
+            scene, sections, kind, ~boxes[kind].bounded, "its coordinates are beyond float32; make it smaller"
+        )
+    quadrics = sections["quadrics"]
+    fields = ("center", "diagonal", "mixed", "gradient", "reach")
+    finite = [np.isfinite(quadrics[name]).all(axis=1) for name in fields]
+    solid = (
+        (quadrics["diagonal"][:, :3] != 0).any(1)
+        | (quadrics["mixed"] != 0).any(1)
+        | (quadrics["gradient"] != 0).any(1)
+    )
+    _refuse(
+        scene,
+        sections,
+        "QUADRIC",
+        ~np.all(finite, axis=0),
+        "its coordinates are beyond float32; make it smaller",
+    )
+    _refuse(scene, sections, "QUADRIC", ~solid, "its form vanishes in float32; make it larger or smaller")
+    for kind, section in (("SPHERE", "spheres"), ("DISK", "disks")):
+        _refuse(
+            scene,
+            sections,
+            kind,
+            sections[section]["center_radius"][:, 3] == 0,
+            "its radius vanishes in float32",
+        )
+    empty = ~(sections["polygons"]["normal"][:, :3] != 0).any(axis=1)
+    right = "it spans no area in float32; make it larger or move it towards the origin"
+    _refuse(scene, sections, "POLYGON", empty, right, meshes=False)  # a face without area is just never hit
+
+
+def _refuse(
+    scene: Scene, sections: dict[str, np.ndarray], kind: str, bad: np.ndarray, text: str, meshes: bool = True
+) -> None:
+    """`bad` tells of each primitive of a kind whether it is at fault."""
+    if not bad.any():
+        return
+    primitives = sections["primitives"]
+    shapes = primitives["shape"][primitives["kind"] == layout.KINDS[kind]]
+    for shape in np.unique(shapes[bad]):
+        if meshes or not isinstance(scene.shapes[shape], Mesh):
+            raise SceneError(located(scene.source, f"shapes[{shape}]", text))
+
+
+def _gather(sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
+    """Add `unbounded`, `finite` and `boxes`: from the order of the kinds to that of the primitives."""
+    primitives = sections["primitives"]
+    out = np.zeros(len(primitives), layout.dtype("Box"))
+    bounded = np.zeros(len(primitives), bool)
+    for kind, of_kind in boxes.items():
+        # a kind's primitives are numbered in the order of its section
+        which = primitives["kind"] == layout.KINDS[kind]
+        bounded[which] = of_kind.bounded
+        out["low"][which, :3], out["high"][which, :3] = of_kind.low, of_kind.high
+    sections["finite"] = np.flatnonzero(bounded).astype(np.int32)
+    sections["unbounded"] = np.flatnonzero(~bounded).astype(np.int32)
+    sections["boxes"] = out[bounded]

@@ -1,0 +1,81 @@
+"""Materials and lights as the device reads them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clrt import layout
+from clrt.scene import Checker, DirectionalLight, Disk, Material, Plane, Polygon, Scene, Shape, Sphere, rgb
+
+_FLAT = (Plane, Polygon, Disk)
+_FRESNEL = {False: "CONSTANT", True: "FRESNEL", "schlick": "SCHLICK"}
+
+
+class MaterialTable:
+    """The distinct materials of a scene, numbered as they come up."""
+
+    def __init__(self, scene: Scene, bands: int) -> None:
+        self._scene = scene
+        self._bands = bands
+        self._by_identity: dict[
+            tuple[int, str], int
+        ] = {}  # the scene keeps its materials alive, so an id lasts
+        self._by_value: dict[bytes, int] = {}
+
+    def number(self, shape: Shape) -> int:
+        """The number of this shape's material; equal materials share one."""
+        material = self._scene.material_of(shape)
+        checker = "PLAIN"
+        if isinstance(material.color, Checker):
+            checker = "CHECKER_SPHERE" if isinstance(shape, Sphere) else "CHECKER_FLAT"
+            assert isinstance(shape, (Sphere, *_FLAT)), "the scene refuses other checkered shapes"
+        key = id(material), checker
+        if key not in self._by_identity:
+            one_sided = self._scene.one_sided == "opaque" and material.kt == 0
+            record = _material(material, checker, one_sided, self._bands).tobytes()
+            self._by_identity[key] = self._by_value.setdefault(record, len(self._by_value))
+        return self._by_identity[key]
+
+    def records(self) -> np.ndarray:
+        """All of them in the order of their numbers, dtype Material."""
+        return np.frombuffer(b"".join(self._by_value), layout.dtype("Material", self._bands)).copy()
+
+
+def _material(material: Material, checker: str, one_sided: bool, bands: int) -> np.ndarray:
+    out = np.zeros(1, layout.dtype("Material", bands))
+    record = out[0]
+    record["ka"], record["kd"], record["ks"] = material.ka, material.diffuse, material.specular
+    record["shininess"] = material.shininess
+    record["kr"], record["kt"], record["ior"] = material.kr, material.kt, material.eta
+    record["fresnel"] = layout.FRESNEL[_FRESNEL[material.fresnel]]
+    record["thin"] = material.thin
+    record["one_sided"] = one_sided
+    record["checker"] = layout.CHECKER[checker]
+    first = second = material.color
+    if isinstance(material.color, Checker):
+        first, second = material.color.colors
+        record["checker_size"] = (
+            material.color.divisions if checker == "CHECKER_SPHERE" else material.color.size
+        )
+    assert not isinstance(first, Checker) and not isinstance(second, Checker)
+    record["color"], record["color2"] = rgb(first), rgb(second)
+    record["highlight"] = rgb(material.highlight_color)
+    record["mirror"] = rgb(material.reflection_color)
+    record["tint"] = rgb(material.transmission_color)
+    record["emission"] = rgb(material.emission)
+    return out
+
+
+def flatten_lights(scene: Scene, bands: int) -> np.ndarray:
+    """One record for each light of the scene, dtype Light."""
+    out = np.zeros(len(scene.lights), layout.dtype("Light", bands))
+    for record, light in zip(out, scene.lights, strict=True):
+        record["intensity"] = rgb(light.intensity)
+        if isinstance(light, DirectionalLight):
+            direction = np.asarray(light.direction, np.float64)
+            record["directional"] = 1
+            record["place"][:3] = -direction / np.linalg.norm(direction)
+        else:
+            record["place"][:3] = light.position
+            record["inverse_square"] = light.falloff == "inverse-square"
+    return out
