@@ -1,0 +1,25 @@
+"""The image model once more, in float64, recursive and brute force: the renderer's accuracy oracle.
+
+It reads the `Scene` as the user wrote it and shares no code with the flattening, the kernels or the float32
+twin, so that a fault in any of those shows as a difference. Where the kernels go by queues, this package goes
+by the equation: a ray's radiance is what its hit emits, gathers and reflects, plus what the reflected and the
+transmitted ray return.
+
+    vectors     dot products, unit vectors, rigid and affine frames
+    flat        plane, disk, polygon, triangle: one formula for the distance, one inside test each
+    curved      sphere, and every quadric: ellipsoid, cylinder, cone, paraboloid, general form
+    primitives  the shapes of a scene as numbered primitives in such batches
+    tree        boxes that skip what a ray cannot meet; brute force gives the same hits
+    world       nearest hit, visibility of a light
+    surfaces    materials as arrays, checker colours
+    optics      reflection, refraction, Fresnel
+    hashing     what looks random: jitter and ambient directions
+    camera      pixels to rays, background image
+    film        sums by layer, counts of rays
+    radiance    the recursion: the model itself
+    render      the functions below
+"""
+
+from .render import Hits64, Result64, edge_mask, radiance64, render64, trace64
+
+__all__ = ["Hits64", "Result64", "edge_mask", "radiance64", "render64", "trace64"]

@@ -1,0 +1,65 @@
+"""From pixels to rays, and from directions to the background."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from clrt.image import read_image
+from clrt.scene import Camera, Scene, rgb
+
+from .surfaces import longitude_latitude
+from .vectors import Array, dot, unit
+
+
+def camera_rays(camera: Camera, width: int, height: int, x: Array, y: Array) -> tuple[Array, Array]:
+    """Origins and directions (n, 3) through the points x, y (n,) of the image: pixel 0 is [0, 1), y down."""
+    forward, right, up = basis(camera)
+    by_width = camera.fov_axis == "horizontal"
+    half = camera.size / 2 if camera.type == "orthographic" else np.tan(np.radians(camera.fov) / 2)
+    half_width, half_height = (half, half * height / width) if by_width else (half * width / height, half)
+    across = ((2 * (x + camera.shift[0]) / width - 1) * half_width)[:, None] * right
+    down = ((1 - 2 * (y + camera.shift[1]) / height) * half_height)[:, None] * up
+    origin = np.broadcast_to(np.asarray(camera.origin, float), across.shape)
+    if camera.type == "orthographic":
+        return origin + across + down + camera.near * forward, np.broadcast_to(forward, across.shape)
+    direction = unit(forward + across + down)
+    return origin + (camera.near / dot(direction, forward[None]))[:, None] * direction, direction
+
+
+def basis(camera: Camera) -> tuple[Array, Array, Array]:
+    """Unit vectors forward, right, up of the image; `right` is negated in a mirrored one."""
+    forward = unit(np.asarray(camera.target, float) - np.asarray(camera.origin, float))
+    given = camera.up
+    if given is None:
+        given = (0.0, 0.0, 1.0) if np.linalg.norm(np.cross(forward, (0, 1, 0))) < 1e-6 else (0.0, 1.0, 0.0)
+    right = unit(np.cross(forward, given))
+    return forward, -right if camera.mirror else right, np.cross(right, forward)
+
+
+class Background:
+    """What a ray sees that meets nothing: a colour, or a lat-long image around the scene."""
+
+    def __init__(self, scene: Scene) -> None:
+        value: Any = scene.background
+        path = scene.background_path
+        self.color = np.array(rgb(value)) if path is None else None
+        self.image = None if path is None else read_image(path).astype(float)
+
+    def __call__(self, direction: Array) -> Array:
+        """Radiance (n, 3) from directions (n, 3); 0 from a direction that is none."""
+        if self.image is None:
+            return np.broadcast_to(np.asarray(self.color), direction.shape)
+        height, width = self.image.shape[:2]
+        valid = np.isfinite(direction).all(axis=1, keepdims=True)
+        direction = np.where(valid, direction, 1.0)
+        u, v = longitude_latitude(direction)
+        x, y = u * width - 0.5, v * height - 0.5
+        column, row = np.floor(x), np.floor(y)
+        right_share, low_share = (x - column)[:, None], (y - row)[:, None]
+        columns = [(column + i).astype(int) % width for i in (0, 1)]
+        rows = [np.clip(row + i, 0, height - 1).astype(int) for i in (0, 1)]
+        texels = [[self.image[r, c] for c in columns] for r in rows]
+        upper, lower = ((1 - right_share) * left + right_share * right for left, right in texels)
+        return np.where(valid, (1 - low_share) * upper + low_share * lower, 0.0)

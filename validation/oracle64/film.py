@@ -1,0 +1,74 @@
+"""Sums by pixel and layer, and counts of rays by generation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+
+from . import hashing
+from .vectors import Array, Bools, Ints, Words
+
+ROUTES = ("direct", "reflection", "transmission")
+TERMS = ("emission", "ambient", "diffuse", "highlight")  # of generation 0
+COUNTS = (
+    "camera", "camera_hits", "reflection", "transmission", "total_internal_reflection", "feelers",
+    "ambient", "hits",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Rays:
+    """n rays. `weight` is what their light counts for in their pixel, `path` a word of `hashing`."""
+
+    origin: Array  # (n, 3)
+    direction: Array  # (n, 3), unit
+    weight: Array  # (n, 3)
+    path: Words  # (n,)
+    pixel: Ints  # (n,)
+
+    def __len__(self) -> int:
+        return len(self.pixel)
+
+    def __getitem__(self, index: Ints | Bools) -> Rays:
+        return replace(self, **{f.name: getattr(self, f.name)[index] for f in fields(self)})
+
+
+@dataclass
+class Film:
+    """What reaches each pixel, apart by route, by generation and by term of generation 0.
+
+    The picture itself is not summed here but returned by the recursion; the layers sum to it.
+    """
+
+    pixels: int
+    layers: dict[str, Array] = field(default_factory=dict)  # name -> (pixels, 3)
+    generations: list[dict[str, int]] = field(default_factory=list)
+
+    def add(self, rays: Rays, generation: int, light: Array, term: str = "") -> None:
+        """Adds radiance (n, 3) that the rays bring; `term` names the part of the local light."""
+        light = rays.weight * light
+        for number, name in enumerate(ROUTES):
+            of_route = (rays.path & np.uint32(hashing.ROUTE)) == number
+            self._add(name, rays.pixel[of_route], light[of_route])
+        self._add(f"generation_{generation}", rays.pixel, light)
+        if generation == 0 and term in TERMS:
+            self._add(term, rays.pixel, light)
+        gathered = (rays.path & np.uint32(hashing.GATHERED_FIRST)) != 0
+        self._add("ambient", rays.pixel[gathered], light[gathered])
+
+    def _add(self, name: str, pixel: Ints, light: Array) -> None:
+        layer = self.layers.setdefault(name, np.zeros((self.pixels, 3)))
+        np.add.at(layer, pixel, light)
+
+    def count(self, generation: int, name: str, number: Any) -> None:
+        """Adds to a count of a generation."""
+        while len(self.generations) <= generation:
+            self.generations.append(dict.fromkeys(COUNTS, 0))
+        self.generations[generation][name] += int(number)
+
+    @property
+    def totals(self) -> dict[str, int]:
+        """The counts over all generations."""
+        return {name: sum(counts[name] for counts in self.generations) for name in COUNTS}

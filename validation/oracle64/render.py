@@ -1,0 +1,199 @@
+"""The oracle's public functions: pictures, hits and radiances in float64."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from clrt.scene import Camera, Scene
+
+from . import hashing
+from .camera import Background, camera_rays
+from .film import ROUTES, TERMS, Film, Rays
+from .radiance import Job, radiance, spot_at
+from .tree import LEAF
+from .vectors import Array, Bools, Ints, unit
+from .world import World, nearest_hit
+
+BLOCK = 1 << 15  # rays that go through the recursion together
+GEOMETRY = ("depth", "position", "normal", "shape")  # layers of the first sample
+
+
+@dataclass(frozen=True)
+class Hits64:
+    """Nearest hits of n rays; a miss has t = inf, primitive = shape = -1 and a zero normal."""
+
+    t: Array
+    primitive: Ints
+    shape: Ints
+    normal: Array  # (n, 3): outward geometric unit normal
+    position: Array  # (n, 3)
+
+
+@dataclass(frozen=True)
+class Result64:
+    """A picture: `pixels` (h, w, 3) linear radiance, `layers` by name, `stats` with rays and generations."""
+
+    pixels: Array
+    layers: dict[str, Any] = field(default_factory=dict)
+    stats: dict[str, Any] = field(default_factory=dict)
+
+
+def trace64(scene: Scene, origins: Any, directions: Any, leaf: int = LEAF) -> Hits64:
+    """Nearest hits of rays (n, 3), directions of any length; a zero or NaN direction misses.
+
+    `leaf`: primitives in a leaf of the tree; as many as the scene has is brute force.
+    """
+    with np.errstate(all="ignore"):
+        origin = np.asarray(origins, float).reshape(-1, 3)
+        return _hits(World.of(scene, leaf), origin, unit(directions).reshape(-1, 3))
+
+
+def _hits(world: World, origin: Array, direction: Array) -> Hits64:
+    t, primitive = nearest_hit(world, origin, direction)
+    hit = primitive >= 0
+    shape = np.full(len(t), -1)
+    normal, position = np.zeros_like(origin), np.zeros_like(origin)
+    if hit.any():
+        count = np.count_nonzero(hit)
+        path, pixel = hashing.word(np.zeros(count)), np.arange(count)
+        rays = Rays(origin[hit], direction[hit], np.ones((count, 3)), path, pixel)
+        spot = spot_at(world, rays, t[hit], primitive[hit])
+        shape[hit], normal[hit], position[hit] = spot.shape, spot.outward, spot.point
+    return Hits64(t, primitive, shape, normal, position)
+
+
+def radiance64(
+    scene: Scene, origins: Any, directions: Any, max_depth: int | None = None
+) -> tuple[Array, dict[str, Any]]:
+    """Radiance (n, 3) along rays (n, 3), and `stats` as of a picture. Ray i hashes like pixel i of seed 0."""
+    origin = np.asarray(origins, float).reshape(-1, 3)
+    with np.errstate(all="ignore"):
+        job = _job(scene, len(origin), max_depth)
+        light = np.zeros_like(origin)
+        direction = unit(directions).reshape(-1, 3)
+        for pixel in _blocks(len(origin)):
+            h = hashing.camera_path(0, pixel, 0)
+            weight = np.ones((len(pixel), 3))
+            rays = Rays(origin[pixel], direction[pixel], weight, hashing.key(h), pixel)
+            light[pixel] = radiance(job, rays, 0)
+    return light, _stats(job)
+
+
+def render64(
+    scene: Scene,
+    width: int | None = None,
+    height: int | None = None,
+    spp: int | None = None,
+    max_depth: int | None = None,
+    layers: Iterable[str] = (),
+    shift: tuple[float, float] = (0.0, 0.0),
+) -> Result64:
+    """The scene's picture. What is None is the camera's or the scene's; `shift` (pixels) moves samples.
+
+    One of width and height alone keeps the camera's aspect.
+
+    layers: ROUTES, generation_0 ..., TERMS, position and normal are (h, w, 3), depth and shape (h, w).
+    ValueError where the scene has no camera, `spp` is not square or a layer is unknown.
+    """
+    if scene.camera is None:
+        raise ValueError("the scene has no camera")
+    camera = _shifted(scene.camera, shift)
+    width, height = _size(camera, width, height)
+    grid = math.isqrt(spp or camera.spp)
+    if grid * grid != (spp or camera.spp):
+        raise ValueError(f"spp = {spp} is not a square number")
+    with np.errstate(all="ignore"):
+        job = _job(scene, width * height, max_depth)
+        total = np.zeros((width * height, 3))
+        for sample in range(grid * grid):
+            for pixel in _blocks(width * height):
+                total[pixel] += radiance(job, _camera_block(camera, width, height, grid, sample, pixel), 0)
+        found = {name: layer / grid**2 for name, layer in job.film.layers.items()}
+        found |= _geometry(job.world, camera, width, height, grid) if set(layers) & set(GEOMETRY) else {}
+    picked = {name: _layer(name, found, job.max_depth, (height, width)) for name in layers}
+    return Result64((total / grid**2).reshape(height, width, 3), picked, _stats(job))
+
+
+def _shifted(camera: Camera, shift: tuple[float, float]) -> Camera:
+    """The camera with `shift` added to its own."""
+    return msgspec.structs.replace(camera, shift=(camera.shift[0] + shift[0], camera.shift[1] + shift[1]))
+
+
+def edge_mask(
+    scene: Scene,
+    width: int | None = None,
+    height: int | None = None,
+    spp: int | None = None,
+    max_depth: int | None = None,
+    reference: Array | None = None,
+    step: float = 0.05,
+    change: float = 2e-3,
+) -> Bools:
+    """Pixels (h, w) where the picture moves by more than `change` under four diagonal shifts of `step` pixel.
+
+    `reference`: the picture itself, where it is at hand.
+    """
+    if reference is None:
+        reference = render64(scene, width, height, spp, max_depth).pixels
+    mask = np.zeros(reference.shape[:2], bool)
+    for shift in ((step, step), (step, -step), (-step, step), (-step, -step)):
+        moved = render64(scene, width, height, spp, max_depth, shift=shift).pixels
+        mask |= np.any(np.abs(moved - reference) > change, axis=2)
+    return mask
+
+
+def _size(camera: Camera, width: int | None, height: int | None) -> tuple[int, int]:
+    if width is None and height is None:
+        return camera.width, camera.height
+    return (
+        width or max(1, round((height or 1) * camera.width / camera.height)),
+        height or max(1, round((width or 1) * camera.height / camera.width)),
+    )
+
+
+def _job(scene: Scene, pixels: int, max_depth: int | None) -> Job:
+    depth = scene.max_depth if max_depth is None else max_depth
+    return Job(World.of(scene), scene, Background(scene), depth, Film(pixels))
+
+
+def _blocks(count: int) -> list[Ints]:
+    return [np.arange(start, min(start + BLOCK, count)) for start in range(0, count, BLOCK)]
+
+
+def _camera_block(camera: Camera, width: int, height: int, grid: int, sample: int, pixel: Ints) -> Rays:
+    """Sample number `sample` of these pixels: a grid of cells, their centres or jittered points."""
+    h = hashing.camera_path(camera.jitter or 0, pixel, sample)
+    place = (0.5, 0.5) if camera.jitter is None else hashing.jitter(h)
+    x = np.asarray(pixel % width + (sample % grid + place[0]) / grid, float)
+    y = np.asarray(pixel // width + (sample // grid + place[1]) / grid, float)
+    origin, direction = camera_rays(camera, width, height, x, y)
+    return Rays(origin, direction, np.ones((len(pixel), 3)), hashing.key(h), pixel)
+
+
+def _geometry(world: World, camera: Camera, width: int, height: int, grid: int) -> dict[str, Any]:
+    """The layers of the first sample's hits."""
+    parts = []
+    for pixel in _blocks(width * height):
+        rays = _camera_block(camera, width, height, grid, 0, pixel)
+        parts.append(_hits(world, rays.origin, rays.direction))
+    names = {"depth": "t", "position": "position", "normal": "normal", "shape": "shape"}
+    return {name: np.concatenate([getattr(hits, key) for hits in parts]) for name, key in names.items()}
+
+
+def _layer(name: str, found: dict[str, Any], max_depth: int, size: tuple[int, int]) -> Any:
+    """A layer as an image; one of the light that nothing reached is black."""
+    known = (*ROUTES, *TERMS, *GEOMETRY, *(f"generation_{k}" for k in range(max_depth + 1)))
+    if name not in known:
+        raise ValueError(f"{name} is not a layer; there are {', '.join(known)}")
+    layer = found.get(name, np.zeros((size[0] * size[1], 3)))
+    return layer.reshape(*size, *layer.shape[1:])
+
+
+def _stats(job: Job) -> dict[str, Any]:
+    return {"rays": job.film.totals, "generations": job.film.generations}

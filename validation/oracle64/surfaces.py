@@ -1,0 +1,112 @@
+"""Materials as arrays with one row a shape, and checker colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from clrt.scene import Checker, Scene, rgb
+
+from .batch import Batch
+from .flat import Planes
+from .vectors import Array, Bools, Ints, dot, unit
+
+PLAIN, SQUARES, GLOBE = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """Coefficients and colours in the letters of the model's equation; colours are (s, 3), numbers (s,)."""
+
+    color: Array  # F
+    other_color: Array  # F of a checker's odd cells
+    ka: Array
+    kd: Array
+    ks: Array
+    m: Array
+    kr: Array
+    kt: Array
+    eta: Array
+    highlight: Array  # H
+    mirror: Array  # M
+    clear: Array  # kt Tt, what a tinted shadow is multiplied by
+    tint: Array  # Tt
+    emission: Array  # e
+    fresnel: Bools
+    schlick: Bools
+    thin: Bools
+    checker: Ints  # PLAIN, SQUARES or GLOBE
+    size: Array  # of SQUARES
+    divisions: Array  # of a GLOBE
+    corner: Array  # where SQUARES start (s, 3)
+
+    @classmethod
+    def of(cls, scene: Scene, batches: list[Batch], shape_of: Ints) -> Surfaces:
+        """The surfaces of a scene; `batches` tell where a checker starts."""
+        rows = [_row(shape, scene.material_of(shape)) for shape in scene.shapes]
+        columns = {name: [row[name] for row in rows] for name in (rows[0] if rows else _NAMES)}
+        colors = {name: np.array(columns[name], float).reshape(-1, 3) for name in _COLORS}
+        flags = {name: np.array(columns[name], bool) for name in ("fresnel", "schlick", "thin")}
+        numbers = {name: np.array(columns[name], float) for name in _NUMBERS}
+        clear = numbers["kt"][:, None] * colors["tint"]
+        corner = np.zeros((len(rows), 3))
+        for batch in batches:
+            if isinstance(batch, Planes):
+                corner[shape_of[batch.ids]] = batch.point
+        checker = np.array(columns["checker"], int)
+        return cls(**colors, **flags, **numbers, clear=clear, checker=checker, corner=corner)
+
+    def reflectance(self, shape: Ints, point: Array, outward: Array) -> Array:
+        """F (m, 3) at points of shapes with these outward normals."""
+        odd = np.zeros(len(shape), bool)
+        flat, round_ = self.checker[shape] == SQUARES, self.checker[shape] == GLOBE
+        odd[flat] = _odd_square(point[flat] - self.corner[shape[flat]], outward[flat], self.size[shape[flat]])
+        odd[round_] = _odd_field(outward[round_], self.divisions[shape[round_]])
+        return np.where(odd[:, None], self.other_color[shape], self.color[shape])
+
+
+_COLORS = ("color", "other_color", "highlight", "mirror", "tint", "emission")
+_NUMBERS = ("ka", "kd", "ks", "m", "kr", "kt", "eta", "size", "divisions")
+_NAMES = (*_COLORS, *_NUMBERS, "fresnel", "schlick", "thin", "checker")
+
+
+def _row(shape: Any, material: Any) -> dict[str, Any]:
+    color = material.color
+    checked = isinstance(color, Checker)
+    first, second = (color.colors[0], color.colors[1]) if checked else (color, color)
+    kind = PLAIN if not checked else GLOBE if type(shape).__name__ == "Sphere" else SQUARES
+    return {
+        "color": rgb(first), "other_color": rgb(second), "highlight": rgb(material.highlight_color),
+        "mirror": rgb(material.reflection_color), "tint": rgb(material.transmission_color),
+        "emission": rgb(material.emission), "ka": material.ka, "kd": material.diffuse,
+        "ks": material.specular, "m": material.shininess, "kr": material.kr, "kt": material.kt,
+        "eta": material.eta, "thin": material.thin, "fresnel": material.fresnel is True,
+        "schlick": material.fresnel == "schlick", "checker": kind, "size": color.size if checked else 1.0,
+        "divisions": color.divisions if checked else 1,
+    }  # fmt: skip
+
+
+def _odd_square(offset: Array, normal: Array, size: Array) -> Bools:
+    """Whether offsets in planes fall into odd squares.
+
+    One side of the squares lies along the axis that the plane is most nearly parallel to.
+    """
+    axis = np.eye(3)[np.argmin(np.abs(normal), axis=1)]
+    across = unit(axis - dot(axis, normal)[:, None] * normal)
+    up = np.cross(normal, across)
+    cell = np.floor(dot(offset, across) / size) + np.floor(dot(offset, up) / size)
+    return np.asarray(cell % 2 == 1)
+
+
+def _odd_field(normal: Array, divisions: Array) -> Bools:
+    """Whether normals of a sphere fall into odd fields: `divisions` round the equator, half as many down."""
+    u, v = longitude_latitude(normal)
+    return np.asarray((np.floor(u * divisions) + np.floor(v * divisions / 2)) % 2 == 1)
+
+
+def longitude_latitude(direction: Array) -> tuple[Array, Array]:
+    """u and v in [0, 1] of unit vectors: -z is the middle, u grows towards +x, v downwards from +y."""
+    u = 0.5 + np.arctan2(direction[..., 0], -direction[..., 2]) / (2 * np.pi)
+    return u, np.arccos(np.clip(direction[..., 1], -1, 1)) / np.pi

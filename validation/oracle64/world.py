@@ -1,0 +1,108 @@
+"""The scene as rays see it: the nearest hit, and how much of a light is seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from clrt.scene import Scene
+
+from .batch import Batch
+from .primitives import gather
+from .surfaces import Surfaces
+from .tree import LEAF, Node, build, walk
+from .vectors import Array, Bools, Ints, dot
+
+
+@dataclass(frozen=True)
+class World:
+    """Primitives of a scene in batches, each with its trees of boxes."""
+
+    scene: Scene
+    batches: list[Batch]
+    trees: list[list[Node]]
+    shape_of: Ints  # (primitives,)
+    surfaces: Surfaces  # one row a shape
+
+    @classmethod
+    def of(cls, scene: Scene, leaf: int = LEAF) -> World:
+        """The world of a scene; with `leaf` as large as the scene, brute force."""
+        batches, shape_of = gather(scene)
+        trees = [build(batch, leaf) for batch in batches]
+        return cls(scene, batches, trees, shape_of, Surfaces.of(scene, batches, shape_of))
+
+    @cached_property
+    def hides_backs(self) -> Bools:
+        """Shapes (s,) that are invisible from behind."""
+        opaque = self.surfaces.kt == 0
+        return opaque if self.scene.one_sided == "opaque" else np.zeros_like(opaque)
+
+    def located(self, primitive: Ints) -> list[tuple[Batch, Ints, Ints]]:
+        """Where primitives (m,) lie: (batch, places in `primitive`, rows of the batch)."""
+        found = []
+        for batch in self.batches:
+            row = np.minimum(np.searchsorted(batch.ids, primitive), len(batch.ids) - 1)
+            places = np.flatnonzero(batch.ids[row] == primitive)
+            if places.size:
+                found.append((batch, places, row[places]))
+        return found
+
+
+def visible_roots(world: World, batch: Batch, which: Ints, origin: Array, direction: Array) -> Array:
+    """Distances (m, k) at which rays meet primitives; infinite where not in front or not visible."""
+    with np.errstate(all="ignore"):
+        roots = batch.roots(which, origin, direction)
+        roots = np.where((roots > 0) & np.isfinite(roots), roots, np.inf)
+        hides = world.hides_backs[world.shape_of[batch.ids[which]]]
+        if hides.any():
+            for k in range(roots.shape[1]):
+                met = np.flatnonzero(np.isfinite(roots[:, k]) & hides)
+                u = direction[met]
+                outward = batch.outward(which[met], origin[met] + roots[met, k, None] * u, u)
+                roots[met[dot(outward, u) > 0], k] = np.inf
+    return np.asarray(roots)
+
+
+def nearest_hit(world: World, origin: Array, direction: Array) -> tuple[Array, Ints]:
+    """Distance and primitive (n,) of nearest hits: inf and -1 for a miss, the lowest number among equals."""
+    t = np.full(len(origin), np.inf)
+    primitive = np.full(len(origin), -1)
+    for batch, roots in zip(world.batches, world.trees, strict=True):
+
+        def visit(rays: Ints, rows: Ints, batch: Batch = batch) -> None:
+            ray, which = np.repeat(rays, len(rows)), np.tile(rows, len(rays))
+            found = visible_roots(world, batch, which, origin[ray], direction[ray]).min(axis=1)
+            found = found.reshape(len(rays), len(rows))
+            best = np.argmin(found, axis=1)  # the first of equals, which has the lowest number
+            distance, number = found[np.arange(len(rays)), best], batch.ids[rows[best]]
+            nearer = (distance < t[rays]) | ((distance == t[rays]) & (number < primitive[rays]))
+            t[rays[nearer]], primitive[rays[nearer]] = distance[nearer], number[nearer]
+
+        walk(roots, origin, direction, t, visit)
+    return t, primitive
+
+
+def visibility(world: World, origin: Array, direction: Array, length: Array) -> Array:
+    """What of a light at distance `length` arrives (n, 3): 0 behind a blocker at t < length, else 1.
+
+    With tinted shadows every transmissive surface crossed multiplies it by kt Tt.
+    """
+    seen = np.ones((len(origin), 3))
+    reach = length.copy()
+    tinted = world.scene.shadow == "tinted"
+    for batch, roots in zip(world.batches, world.trees, strict=True):
+
+        def visit(rays: Ints, rows: Ints, batch: Batch = batch) -> None:
+            ray, which = np.repeat(rays, len(rows)), np.tile(rows, len(rays))
+            crossed = visible_roots(world, batch, which, origin[ray], direction[ray]) < length[ray, None]
+            shape = world.shape_of[batch.ids[which]]
+            opaque = (world.surfaces.kt[shape] == 0) | (not tinted)
+            blocked = ray[crossed.any(axis=1) & opaque]
+            seen[blocked], reach[blocked] = 0.0, -np.inf  # no box is nearer: such a ray is done
+            tints = world.surfaces.clear[shape] ** crossed.sum(axis=1)[:, None]
+            np.multiply.at(seen, ray[~opaque], tints[~opaque])
+
+        walk(roots, origin, direction, reach, visit)
+    return seen
