@@ -69,7 +69,8 @@ def flatten(scene: Scene, bands: int = layout.BANDS) -> FlatScene:
     if bands != 3:
         raise ValueError(f"bands: {bands} is not allowed; the colours of a scene have 3 bands")
     materials = MaterialTable(scene, bands)
-    sections = geometry(collect(scene, materials), scene)
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is found and named there
+        sections = geometry(collect(scene, materials), scene)
     sections["materials"] = materials.records()
     sections["lights"] = flatten_lights(scene, bands)
     path = scene.background_path

@@ -22,7 +22,7 @@ def flatten_camera(
 ) -> np.ndarray:
     """The record `Camera`, shape (1,); what is given here replaces the camera's own size and samples.
 
-    Of `width` and `height` (pixels) a single one scales the other to keep the aspect ratio. `spp`, a square, is
+    Of `width` and `height` (pixels) one alone scales the other to keep the aspect ratio. `spp`, a square, is
     the samples per pixel, `jitter` their seed. Raises `SceneError` for numbers that make no picture.
     """
     width, height = picture_size(camera, width, height)

@@ -8,8 +8,11 @@ import numpy as np
 
 from clrt import flatten_mesh, flatten_quadric, layout
 from clrt.errors import SceneError, located
-from clrt.flatten_shapes import Collected
+from clrt.flatten_shapes import Collected, concatenated
 from clrt.scene import Mesh, Scene
+
+_CHUNK = 1 << 15  # boxes treated at once: what fits the cache
+_LOWEST, _HIGHEST = np.float32(-np.inf), np.float32(np.inf)
 
 
 @dataclass(frozen=True)
@@ -18,10 +21,7 @@ class Boxes:
 
     low: np.ndarray
     high: np.ndarray
-
-    @property
-    def bounded(self) -> np.ndarray:
-        return np.asarray(np.isfinite(self.low).all(1) & np.isfinite(self.high).all(1))
+    bounded: np.ndarray  # (n,) bool
 
 
 def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:
@@ -32,29 +32,32 @@ def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:
     primitives = collected.primitives()
     sections: dict[str, np.ndarray] = {"primitives": primitives}
     boxes: dict[str, Boxes] = {}
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is found and named by _check
-        sections["spheres"], boxes["SPHERE"] = _spheres(collected)
-        sections["planes"], boxes["PLANE"] = _planes(collected)
-        sections["disks"], boxes["DISK"] = _disks(collected)
-        sections["triangles"], boxes["TRIANGLE"] = _triangles(collected)
-        sections["normals"] = np.concatenate([np.zeros((0, 4), np.float32), *collected.corner_normals])
-        sections["polygons"], sections["vertices"], boxes["POLYGON"] = _polygons(collected)
-        sections["quadrics"], boxes["QUADRIC"] = _quadrics(collected)
+    sections["spheres"], boxes["SPHERE"] = _spheres(collected)
+    sections["planes"], boxes["PLANE"] = _planes(collected)
+    sections["disks"], boxes["DISK"] = _disks(collected)
+    sections["triangles"], boxes["TRIANGLE"] = _triangles(collected)
+    sections["normals"] = concatenated(collected.corner_normals, np.zeros((0, 4), np.float32))
+    sections["polygons"], sections["vertices"], boxes["POLYGON"] = _polygons(collected)
+    sections["quadrics"], boxes["QUADRIC"] = _quadrics(collected)
     _check(scene, sections, boxes)
     _gather(sections, boxes)
     return sections
 
 
 def padded(low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray | float = 0.0) -> Boxes:
-    """Boxes (n, 3) in float64, wider by `pad` times their largest |coordinate| and by `extra` world units."""
-    largest = np.maximum(np.abs(low), np.abs(high)).max(axis=1, initial=0.0)
-    margin = (pad * largest + extra)[:, None]
-    low, high = low - margin, high + margin
-    low32, high32 = low.astype(np.float32), high.astype(np.float32)
-    return Boxes(
-        np.where(low32 > low, np.nextafter(low32, np.float32(-np.inf)), low32),
-        np.where(high32 < high, np.nextafter(high32, np.float32(np.inf)), high32),
-    )
+    """Boxes (n, 3), computed in float64, wider by `pad` times their largest |coordinate| and by `extra`."""
+    out = Boxes(np.empty_like(low, np.float32), np.empty_like(low, np.float32), np.empty(len(low), bool))
+    extra = np.broadcast_to(extra, len(low))
+    for start in range(0, len(low), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        least, most = low[part].astype(np.float64), high[part].astype(np.float64)
+        margin = (pad * np.maximum(-least, most).max(axis=1) + extra[part])[:, None]
+        least, most = least - margin, most + margin
+        least32, most32 = least.astype(np.float32), most.astype(np.float32)
+        out.low[part] = np.where(least32 > least, np.nextafter(least32, _LOWEST), least32)
+        out.high[part] = np.where(most32 < most, np.nextafter(most32, _HIGHEST), most32)
+        out.bounded[part] = np.isfinite(out.high[part] * 0.5 - out.low[part] * 0.5).all(axis=1)
+    return out
 
 
 def _spheres(collected: Collected) -> tuple[np.ndarray, Boxes]:
@@ -69,7 +72,7 @@ def _planes(collected: Collected) -> tuple[np.ndarray, Boxes]:
     rows = np.reshape(collected.planes, (-1, 6))
     out["point"][:, :3], out["normal"][:, :3] = rows[:, :3], rows[:, 3:]
     everywhere = np.full((len(out), 3), np.inf, np.float32)
-    return out, Boxes(-everywhere, everywhere)
+    return out, Boxes(-everywhere, everywhere, np.zeros(len(out), bool))
 
 
 def _disks(collected: Collected) -> tuple[np.ndarray, Boxes]:
@@ -85,7 +88,7 @@ def _disks(collected: Collected) -> tuple[np.ndarray, Boxes]:
 
 
 def _triangles(collected: Collected) -> tuple[np.ndarray, Boxes]:
-    out = np.concatenate([np.zeros(0, layout.dtype("Triangle")), *collected.triangles])
+    out = concatenated(collected.triangles, np.zeros(0, layout.dtype("Triangle")))
     return out, padded(*flatten_mesh.triangle_boxes(out), layout.PAD)
 
 

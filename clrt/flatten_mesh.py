@@ -16,9 +16,10 @@ def world_points(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 
 def world_normals(normals: np.ndarray, matrix: np.ndarray) -> np.ndarray:
-    """Unit normals (n, 3): through the inverse transpose, which keeps them outside in a mirror, too."""
+    """Unit normals (n, 3), through the inverse transpose: outside stays outside in mirrors; 0 stays 0."""
     turned = normals @ np.linalg.inv(matrix[:3, :3])
-    return turned / np.linalg.norm(turned, axis=1, keepdims=True)
+    length = np.linalg.norm(turned, axis=1, keepdims=True)
+    return turned / np.where(length > 0, length, 1.0)
 
 
 def unit(vector: Sequence[float] | np.ndarray) -> np.ndarray:
@@ -91,8 +92,8 @@ def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def polygons(corners: Sequence[np.ndarray], sizes: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
     """Polygons from chunks of world corners (k, 3) and their numbers of corners.
 
-    Returns records (dtype Polygon), vertices (n, 4) float32, boxes low and high (float64, not padded), and how
-    far each polygon's corners lie off its plane. The normal is Newell's, of the corners as float32 holds
+    Returns records (dtype Polygon), vertices (n, 4) float32, boxes low and high (float64, not padded), and
+    how far each polygon's corners lie off its plane. The normal is Newell's, of the corners as float32 holds
     them; it is 0 where these span no area.
     """
     size = np.concatenate([*sizes, np.zeros(0, np.int64)]).astype(np.int64)

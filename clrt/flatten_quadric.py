@@ -47,7 +47,7 @@ def ellipsoid(matrix: np.ndarray, center: Sequence[float], radii: Sequence[float
 
 
 def general(matrix: np.ndarray, coefficients: Sequence[float], clip: Corners | None = None) -> Form:
-    """Ax^2 + By^2 + Cz^2 + 2Dxy + 2Eyz + 2Fxz + 2Gx + 2Hy + 2Iz + J = 0 between two corners of object space."""
+    """Ax^2 + By^2 + Cz^2 + 2Dxy + 2Eyz + 2Fxz + 2Gx + 2Hy + 2Iz + J = 0; `clip`: two corners of a box."""
     a, b, c, d, e, f, *linear, j = coefficients
     q = np.array([[a, d, f], [d, b, e], [f, e, c]], np.float64)
     form = Form(matrix, np.zeros(3), q, np.array(linear, np.float64), float(j))

@@ -90,12 +90,17 @@ class Collected:
     def primitives(self) -> np.ndarray:
         """All of them in the order of their numbers, dtype Primitive."""
         self._close_rows()
-        return np.concatenate([*self.chunks, np.zeros(0, layout.dtype("Primitive"))])
+        return concatenated(self.chunks, np.zeros(0, layout.dtype("Primitive")))
 
     def _close_rows(self) -> None:
         if self.rows:
             self.chunks.append(np.array(self.rows, layout.dtype("Primitive")))
             self.rows.clear()
+
+
+def concatenated(chunks: list[np.ndarray], empty: np.ndarray) -> np.ndarray:
+    """The chunks in a row, `empty` if there are none; a single one is not copied."""
+    return chunks[0] if len(chunks) == 1 else np.concatenate([empty, *chunks])
 
 
 def collect(scene: Scene, materials: MaterialTable) -> Collected:
