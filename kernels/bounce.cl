@@ -2,15 +2,7 @@
 //
 // `slot` is each parent's place in the queue of children; it was counted before, so a queue is exactly as long
 // as what is written to it, and the children of a pixel stand together in the order of their parents.
-#include "math.clh"
 #include "hash.clh"
-#include "ray.clh"
-#include "sphere.clh"
-#include "plane.clh"
-#include "triangle.clh"
-#include "polygon.clh"
-#include "quadric.clh"
-#include "intersect.clh"
 #include "surface.clh"
 #include "texture.clh"
 #include "bounce.clh"

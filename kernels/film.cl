@@ -3,14 +3,6 @@
 // A pixel's rays stand together in a queue. The work-item of the first of them adds them all up, in order, and
 // then adds the sum to the film: one writer a pixel, no atomics, one result. Layers are further planes of the
 // film, for which only rays whose path word matches are added.
-#include "math.clh"
-#include "ray.clh"
-#include "sphere.clh"
-#include "plane.clh"
-#include "triangle.clh"
-#include "polygon.clh"
-#include "quadric.clh"
-#include "intersect.clh"
 #include "surface.clh"
 
 __kernel void gather(__global const uint *pixel_of, __global const uint *path, uint n,

@@ -3,15 +3,6 @@
 //
 // Two passes, because queues are dense and in stable order: `light` counts, a scan gives every ray its places,
 // `feelers` writes. Both look at the surface anew: recomputing it costs less than moving it through memory.
-#include "math.clh"
-#include "hash.clh"
-#include "ray.clh"
-#include "sphere.clh"
-#include "plane.clh"
-#include "triangle.clh"
-#include "polygon.clh"
-#include "quadric.clh"
-#include "intersect.clh"
 #include "surface.clh"
 #include "texture.clh"
 #include "bounce.clh"

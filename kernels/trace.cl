@@ -2,13 +2,6 @@
 //
 // A feeler stops at the first blocker it finds (thesis 3.2.1). With tinted shadows it must see all surfaces it
 // crosses, in the order of (t, primitive), so that the product of their tints is the same on every device.
-#include "math.clh"
-#include "ray.clh"
-#include "sphere.clh"
-#include "plane.clh"
-#include "triangle.clh"
-#include "polygon.clh"
-#include "quadric.clh"
 #include "intersect.clh"
 
 __kernel void closest(WORLD_PARAMETERS, __global const float *rays, uint n,

@@ -4,7 +4,6 @@
 // Trade-off: serial and binary, simple. The picture does not depend on the tree, only the time does. The larger
 // half of every split is put on the stack first, so the stack stays below log2(n) entries; below DEEP levels the
 // split is by halves, so that no distribution makes the tree deeper than the traversal's stack.
-#include "math.clh"
 #include "intersect.clh"
 
 #define BINS 16
