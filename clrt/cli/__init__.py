@@ -114,5 +114,7 @@ def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
-def _show_warning(message: Warning | str, category: Any, filename: str, lineno: int, *more: Any) -> None:
+def _show_warning(
+    message: Warning | str, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None
+) -> None:
     say(f"warning: {message}")
