@@ -9,7 +9,8 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from clrt.records import At, Record, Vector, float32, is_zero
+from clrt.places import At
+from clrt.records import Record, Vector, float32, is_zero
 
 Side = Annotated[int, Meta(ge=1, le=1 << 16, description="must be a whole number of pixels from 1 to 65536")]
 
@@ -17,9 +18,9 @@ Side = Annotated[int, Meta(ge=1, le=1 << 16, description="must be a whole number
 class Camera(Record, frozen=True, kw_only=True):
     """Where from, where to and how many pixels.
 
-    `fov` is in degrees, `size` in world units (of an orthographic view), `shift` in pixels. `spp` is a square number.
-    `jitter` is the seed of the samples' jitter, None for none. `up` is None until a scene holds the camera: then the
-    y axis, or the z axis for a camera that looks along y.
+    `fov` is in degrees, `size` in world units (of an orthographic view), `shift` in pixels. `spp` is a
+    square number. `jitter` is the seed of the samples' jitter, None for none. `up` is None until a scene
+    holds the camera: then the y axis, or the z axis for a camera that looks along y.
     """
 
     type: Annotated[

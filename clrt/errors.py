@@ -1,4 +1,4 @@
-"""The errors and warnings a user can meet; each is one line that says where, what, and what would be right."""
+"""The errors and warnings a user can meet; each one line: where, what, and what would be right."""
 
 from __future__ import annotations
 

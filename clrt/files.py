@@ -1,16 +1,13 @@
-"""Files that belong to a scene: found only inside its folder, written whole or not at all."""
+"""Files that belong to a scene: found only inside its folder, read only up to a limit."""
 
 from __future__ import annotations
 
-import os
 import stat
-import tempfile
-from contextlib import suppress
 from pathlib import Path
 
 from clrt.errors import SceneError, located
 from clrt.limits import Limits
-from clrt.records import At
+from clrt.places import At
 
 
 def resolve(name: str, folder: Path | None, at: At) -> Path:
@@ -42,31 +39,5 @@ def read_bytes(path: Path, limits: Limits) -> bytes:
     return data
 
 
-def write_bytes(path: Path, data: bytes) -> None:
-    """Make `path` hold `data`: the old file stays as it was until the new one is complete on disk."""
-    try:
-        mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o666 & ~_umask()
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name[:40]}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "wb") as file:
-                file.write(data)
-                file.flush()
-                os.fchmod(file.fileno(), mode)
-                os.fsync(file.fileno())
-            os.replace(temporary, path)
-        except BaseException:
-            with suppress(OSError):
-                os.unlink(temporary)
-            raise
-    except (OSError, ValueError) as error:
-        raise SceneError(located(str(path), "", f"cannot be written: {_reason(error)}")) from None
-
-
 def _reason(error: Exception) -> str:
     return error.strerror or str(error) if isinstance(error, OSError) else str(error)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from clrt.records import At, Color, Record, Vector, is_zero
+from clrt.places import At
+from clrt.records import Color, Record, Vector, is_zero
 
 
 class PointLight(Record, frozen=True, kw_only=True, tag="point", tag_field="type"):
@@ -32,7 +33,7 @@ class DirectionalLight(Record, frozen=True, kw_only=True, tag="directional", tag
 
 
 Light = PointLight | DirectionalLight
-LIGHTS: dict[str, type[PointLight] | type[DirectionalLight]] = {
+LIGHTS: dict[str, type[Light]] = {
     "point": PointLight,
     "directional": DirectionalLight,
 }

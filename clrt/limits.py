@@ -59,14 +59,15 @@ class Limits:
             advice, how = _LOADING[name], f"clrt.load(..., limits=Limits({name}=...))"
         else:
             advice, how = _RENDERING[name], f"Settings(limits=Limits({name}=...))"
-        text = f"{name}: {_number(value)} is above the limit of {_number(most)}; {advice}, or allow more with {how}"
-        raise LimitError(located(source, place, text))
+        text = f"{_number(value)} is above the limit of {_number(most)}; {advice}, or allow more with {how}"
+        raise LimitError(located(source, place, f"{name}: {text}"))
 
     def check_work(self, samples: int, lights: int, depth: int, branching: bool, source: str = "") -> None:
         """Stop a render that cannot end in a reasonable time.
 
-        `samples` is width x height x spp. A camera ray has at most 2^(depth + 1) - 1 descendants where some surface
-        both reflects and transmits (`branching`), else depth + 1; each sends a feeler to each light.
+        `samples` is width x height x spp. A camera ray has at most 2^(depth + 1) - 1 descendants where some
+        surface both reflects and transmits (`branching`), else depth + 1; each sends a feeler to each
+        light.
         """
         rays = 1 << depth if branching else depth + 1
         self.check("work", samples * max(lights, 1) * rays, source)

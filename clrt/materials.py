@@ -1,4 +1,4 @@
-"""What surfaces are made of: the coefficients of MODEL.md's local and global terms, as a scene states them."""
+"""What surfaces are made of: coefficients, tints and indices, as a scene states them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from clrt.records import At, Color, Record, check_color, did_you_mean, listed
+from clrt.places import At, did_you_mean, listed
+from clrt.records import Color, Record, check_color
 
 IOR = {"air": 1.0, "water": 1.333, "ice": 1.31, "glass": 1.5, "diamond": 2.419}
 """Indices of refraction by name (at the sodium line)."""
@@ -43,8 +44,8 @@ class Checker(Record, frozen=True, kw_only=True, tag="checker", tag_field="type"
 class Material(Record, frozen=True, kw_only=True):
     """Coefficients, tints and the index of refraction of a surface.
 
-    `ambient`, `reflection` and `transmission` are None where they are not given; `ka`, `kr`, `kt` are the numbers
-    that then hold. Colours are linear Rec.709, a single number is a grey.
+    `ambient`, `reflection` and `transmission` are None where they are not given; `ka`, `kr`, `kt` are the
+    numbers that then hold. Colours are linear Rec.709, a single number is a grey.
     """
 
     color: Annotated[

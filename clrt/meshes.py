@@ -12,11 +12,13 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
+from clrt.explain import FLOAT32_MAX
 from clrt.files import resolve
 from clrt.limits import Limits
 from clrt.meshfile import read_mesh_file, vertex_normals
+from clrt.places import At, known_keys
 from clrt.planar import flaws
-from clrt.records import FLOAT32_MAX, At, known_keys, read
+from clrt.records import read
 from clrt.shapes import FiniteShape
 
 Points = Annotated[
@@ -44,20 +46,31 @@ _ARRAYS = ("vertices", "faces", "normals")
 
 @dataclass(frozen=True, eq=False)
 class MeshData:
-    """A mesh ready for use: `vertices` (n, 3) float64, `faces` (m, 3) int32 or a list of int32 arrays of 3 or more
-    indices, `normals` None (flat) or (n, 3) float64."""
+    """A mesh ready for use.
+
+    `vertices` (n, 3) float64, `faces` (m, 3) int32 or a list of int32 arrays of 3 or more indices,
+    `normals` None (flat) or (n, 3) float64 as given, of any length but 0.
+    """
 
     vertices: np.ndarray
     faces: np.ndarray | list[np.ndarray]
     normals: np.ndarray | None
 
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of a mesh in place that has this data."""
+        faces = (
+            self.faces.tolist() if isinstance(self.faces, np.ndarray) else [f.tolist() for f in self.faces]
+        )
+        normals = {} if self.normals is None else {"normals": self.normals.tolist()}
+        return {"vertices": self.vertices.tolist(), "faces": faces, **normals}
+
 
 class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mesh"):
     """Triangles or n-gons that share vertices.
 
-    Either `vertices` (n, 3) and `faces`, with optional vertex `normals` (n, 3), or a `file`. Vertex normals make the
-    mesh smooth; `smooth = True` computes them, weighted by area, where they are not given. `smooth` left out (None)
-    follows the file: its normals if it has some, else flat.
+    Either `vertices` (n, 3) and `faces`, with optional vertex `normals` (n, 3), or a `file`. Vertex normals
+    make the mesh smooth; `smooth = True` computes them, weighted by area, where they are not given.
+    `smooth` left out (None) follows the file: its normals if it has some, else flat.
     """
 
     vertices: Points | None = None
@@ -105,7 +118,12 @@ def read_mesh(data: object, at: At, folder: Path | None, limits: Limits) -> Mesh
         if arrays:
             raise at.says(f"file and {', '.join(arrays)} exclude each other; give one or the other")
         place = at.key("file")
-        found = read_mesh_file(resolve(mesh.file, folder, place), place, limits, mesh.smooth)
+        path = resolve(mesh.file, folder, place)
+        mesh.__dict__["_path"] = path
+        if isinstance(data, Mesh) and data.__dict__.get("_path") == path:  # read before, for another scene
+            mesh.__dict__["_data"] = data.data()
+            return mesh
+        found = read_mesh_file(path, place, limits, mesh.smooth)
         loaded = dict(zip(_ARRAYS, found, strict=True))
         checked = _read_arrays(
             {name: array for name, array in loaded.items() if array is not None}, place, limits
@@ -117,7 +135,7 @@ def read_mesh(data: object, at: At, folder: Path | None, limits: Limits) -> Mesh
             raise at.says(f"the key {name!r} is missing; a mesh has vertices and faces, or a file")
     checked = _read_arrays(arrays, at, limits)
     mesh = msgspec.structs.replace(mesh, **checked)
-    vertices, faces, normals = (checked.get(name) for name in _ARRAYS)
+    vertices, faces, normals = checked["vertices"], checked["faces"], checked.get("normals")
     if normals is None and mesh.smooth:
         normals = vertex_normals(vertices, faces if isinstance(faces, np.ndarray) else _fan(faces))
     if normals is None:

@@ -13,7 +13,7 @@ import numpy as np
 from clrt.errors import ClrtError, ClrtWarning, located
 from clrt.files import read_bytes, resolve
 from clrt.limits import Limits
-from clrt.records import At
+from clrt.places import At
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
 _MATERIALS = re.compile(rb'^\s*usemtl\b|"materials"\s*:', re.MULTILINE)
@@ -24,9 +24,9 @@ def read_mesh_file(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """Vertices (n, 3) float64, triangles (m, 3) int and vertex normals (n, 3) or None for a flat mesh.
 
-    All nodes are joined in world space. `smooth` None follows the file: its own normals where it has some, else flat;
-    True computes normals that the file lacks, over all vertices at one position (files split them at seams).
-    Materials and textures are left out, with a warning.
+    All nodes are joined in world space. `smooth` None follows the file: its own normals where it has some,
+    else flat; True computes normals that the file lacks, over all vertices at one position (files split
+    them at seams). Materials and textures are left out, with a warning.
     """
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:

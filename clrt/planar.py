@@ -9,7 +9,7 @@ FLATNESS = 1e-4
 
 
 def newell(corners: np.ndarray) -> np.ndarray:
-    """Newell's normals, twice the area long, of (..., n, 3) polygons; counter-clockwise seen from where they point."""
+    """Newell's normals of (..., n, 3) polygons: twice the area long, to where they run counter-clockwise."""
     local = corners - corners[..., :1, :]  # differences first, so that far polygons lose nothing
     return np.cross(local, np.roll(local, -1, axis=-2)).sum(axis=-2)
 

@@ -1,7 +1,8 @@
-"""The scene as the user means it; made from files, dicts or Python objects alike, and checked in one place."""
+"""The scene as the user means it: from files, dicts or Python objects alike, checked in one place."""
 
 from __future__ import annotations
 
+import copy
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +18,8 @@ from clrt.lights import LIGHTS, DirectionalLight, Light, PointLight
 from clrt.limits import Limits
 from clrt.materials import IOR, Checker, Material, rgb
 from clrt.meshes import Mesh, MeshData, read_mesh
-from clrt.records import At, Color, Record, did_you_mean, float32, known_keys, listed, read, tagged
+from clrt.places import At, did_you_mean, known_keys, listed
+from clrt.records import Color, Record, float32, read, table_of, tagged
 from clrt.shapes import (
     Box,
     Cone,
@@ -34,32 +36,10 @@ from clrt.shapes import (
 from clrt.transforms import Step, is_similarity
 
 __all__ = [
-    "IOR",
-    "SHAPES",
-    "Box",
-    "Camera",
-    "Checker",
-    "Cone",
-    "Cylinder",
-    "DirectionalLight",
-    "Disk",
-    "Ellipsoid",
-    "Light",
-    "Material",
-    "Mesh",
-    "MeshData",
-    "Paraboloid",
-    "Plane",
-    "PointLight",
-    "Polygon",
-    "Quadric",
-    "Scene",
-    "Shape",
-    "Sphere",
-    "Step",
-    "read_scene",
-    "rgb",
-]
+    "IOR", "SHAPES", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk",
+    "Ellipsoid", "Light", "Material", "Mesh", "MeshData", "Paraboloid", "Plane", "PointLight",
+    "Polygon", "Quadric", "Scene", "Shape", "Sphere", "Step", "read_scene", "rgb",
+]  # fmt: skip
 
 AnyShape = Sphere | Plane | Polygon | Mesh | Quadric | Ellipsoid | Cylinder | Cone | Paraboloid | Disk | Box
 SHAPES: dict[str, type[Shape]] = {
@@ -76,7 +56,6 @@ SHAPES: dict[str, type[Shape]] = {
     "box": Box,
 }
 _CHECKERED = (Sphere, Plane, Polygon, Disk)
-_UNSAVED = ("folder", "source", "limits")
 _DEFAULT_MATERIAL = Material()
 
 
@@ -104,30 +83,35 @@ class _Settings(Record, frozen=True, kw_only=True):
     ] = "none"
 
 
-class Scene(_Settings, frozen=True, kw_only=True, eq=False):
+class Document(_Settings, frozen=True, kw_only=True):
+    """What a scene file can say."""
+
+    camera: Camera | None = None
+    materials: dict[str, Material] = msgspec.field(default_factory=dict)
+    lights: tuple[PointLight | DirectionalLight, ...] = ()
+    shapes: tuple[AnyShape, ...] = ()
+
+
+class Scene(Document, frozen=True, kw_only=True, eq=False):
     """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here.
 
-    `folder` is where relative files are looked up (None: the current folder), `source` the name that messages start
-    with, `limits` what reading may cost; the three are neither saved nor compared.
+    `folder` is where relative files are looked up (None: the current folder), `source` the name that
+    messages start with, `limits` what reading may cost; the three are neither saved nor compared.
 
     Raises `SceneError` where the scene cannot be rendered and `LimitError` where it is too large.
     """
 
-    camera: Camera | None = None
-    materials: dict[str, Material] = {}
-    lights: tuple[PointLight | DirectionalLight, ...] = ()
-    shapes: tuple[AnyShape, ...] = ()
     folder: Path | None = None
     source: str = ""
     limits: Limits = Limits()
 
     def __post_init__(self) -> None:
         at = At(self.source)
+        if self.folder is not None:
+            msgspec.structs.force_setattr(self, "folder", Path(self.folder))
         names = _Settings.__struct_fields__
         values: dict[str, Any] = {name: getattr(self, name) for name in names}
         values = msgspec.structs.asdict(read(_Settings, values, at))
-        if self.folder is not None:
-            values["folder"] = Path(self.folder)
         if isinstance(values["background"], str):
             resolve(values["background"], self.folder, at.key("background"))
         if self.camera is not None:
@@ -161,11 +145,7 @@ class Scene(_Settings, frozen=True, kw_only=True, eq=False):
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
             return NotImplemented
-        return all(
-            getattr(self, name) == getattr(other, name)
-            for name in self.__struct_fields__
-            if name not in _UNSAVED
-        )
+        return all(getattr(self, name) == getattr(other, name) for name in Document.__struct_fields__)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -174,6 +154,43 @@ class Scene(_Settings, frozen=True, kw_only=True, eq=False):
         if isinstance(shape.material, str):
             return self.materials[shape.material]
         return shape.material or _DEFAULT_MATERIAL
+
+    def to_dict(self) -> dict[str, Any]:
+        """The scene as `clrt.load_dict` takes it: built-in types only, default values left out."""
+        return {key: value for key, value in table_of(self).items() if key in Document.__struct_fields__}
+
+    def save(self, path: str | Path) -> None:
+        """Write the scene to a .toml or .json file, whole or not at all; loading it gives an equal scene.
+
+        Mesh files outside the new file's folder are written into it as vertices and faces. ClrtError where
+        the file cannot be written, or the background image is not in its folder.
+        """
+        from clrt.formats import native  # which reads scenes, too
+
+        native.save(self, Path(path))
+
+    def override(
+        self,
+        *,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+    ) -> Scene:
+        """This scene with other picture settings (None keeps one), without checking its shapes again."""
+        given = {"width": width, "height": height, "spp": spp}
+        changes = {name: value for name, value in given.items() if value is not None}
+        at = At(self.source)
+        other = copy.copy(self)
+        if max_depth is not None:
+            read(_Settings, {"max_depth": max_depth}, at)
+            msgspec.structs.force_setattr(other, "max_depth", max_depth)
+        if changes:
+            if self.camera is None:
+                raise at.key("camera").says(f"there is no camera whose {listed(changes)} could be set")
+            camera = read(Camera, table_of(self.camera) | changes, at.key("camera")).upright()
+            msgspec.structs.force_setattr(other, "camera", camera)
+        return other
 
     @property
     def background_path(self) -> Path | None:
@@ -196,7 +213,10 @@ def read_scene(
     at = At(source)
     if not isinstance(data, Mapping):
         raise at.error(data, "a scene must be a table of keys")
-    known_keys(data, [name for name in Scene.__struct_fields__ if name not in _UNSAVED], at)
+    data = {
+        key: value for key, value in data.items() if key != "$schema"
+    }  # where JSON files name their schema
+    known_keys(data, Document.__struct_fields__, at)
     return Scene(**data, folder=folder, source=source, limits=limits or Limits())
 
 

@@ -8,9 +8,10 @@ import numpy as np
 from msgspec import Meta
 
 from clrt import transforms
-from clrt.materials import Checker, Material
+from clrt.materials import Material
+from clrt.places import At
 from clrt.planar import FLATNESS, flaws
-from clrt.records import At, Record, Vector, float32, is_zero
+from clrt.records import Record, Vector, float32, is_zero
 
 Radius = Annotated[float, Meta(gt=0, description="a radius must be > 0")]
 EndRadius = Annotated[float, Meta(ge=0, description="must be a radius >= 0")]
@@ -63,14 +64,6 @@ class FiniteShape(Shape, frozen=True, kw_only=True):
 class Sphere(FiniteShape, frozen=True, kw_only=True, tag="sphere"):
     center: Vector
     radius: Radius
-
-    def check(self, at: At) -> None:
-        FiniteShape.check(self, at)
-        checkered = isinstance(self.material, Material) and isinstance(self.material.color, Checker)
-        if checkered and not transforms.is_similarity(self.matrix):
-            raise at.key("transform").says(
-                "a sphere with a checker must stay round; use one scale for all axes"
-            )
 
 
 class Plane(Shape, frozen=True, kw_only=True, tag="plane"):

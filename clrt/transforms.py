@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from msgspec import Meta
 
-from clrt.records import At, Record, Vector, float32, is_zero
+from clrt.places import At
+from clrt.records import Record, Vector, float32, is_zero
 
 Axis = Literal["x", "y", "z"]
 Row = tuple[float, float, float, float]
@@ -15,8 +16,8 @@ _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class Step(Record, frozen=True, kw_only=True):
-    """One of: `translate = [x, y, z]`, `rotate = [axis, degrees]` (counter-clockwise seen from the axis' tip),
-    `scale = s` or `scale = [x, y, z]`."""
+    """One of: `translate = [x, y, z]`, `rotate = [axis, degrees]` (counter-clockwise seen from the
+    axis' tip), `scale = s` or `scale = [x, y, z]`."""
 
     translate: Vector | None = None
     rotate: (
@@ -80,7 +81,7 @@ def check(transform: Any, at: At) -> None:
 
 
 def matrix_of(transform: Any) -> np.ndarray:
-    """The (4, 4) float64 matrix of a checked transform; None is the identity. The first step is applied first."""
+    """The (4, 4) float64 matrix of a checked transform; None is the identity. The first step acts first."""
     if not transform:
         return np.eye(4)
     if not isinstance(transform[0], Step):
@@ -92,7 +93,7 @@ def matrix_of(transform: Any) -> np.ndarray:
 
 
 def is_similarity(matrix: np.ndarray) -> bool:
-    """Whether a (4, 4) matrix keeps spheres round: its 3x3 part is a multiple of an orthogonal one (to 1e-6)."""
+    """Whether a (4, 4) matrix keeps spheres round: its 3x3 part is a scaled rotation or mirror (to 1e-6)."""
     product = matrix[:3, :3] @ matrix[:3, :3].T
     square = np.trace(product) / 3
     return bool(np.abs(product - square * np.eye(3)).max() <= 1e-6 * square)

@@ -2,25 +2,57 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from clrt.errors import SceneError, located
-from clrt.formats import native
+from clrt.errors import SceneError, located, show
+from clrt.formats import mesh, native, nff, thesis
 from clrt.limits import Limits
+from clrt.meshfile import MESH_SUFFIXES
+from clrt.places import did_you_mean, listed
 from clrt.scene import Scene, read_scene
+
+LOADERS: dict[str, Callable[..., Scene]] = {
+    ".toml": native.load,
+    ".json": native.load,
+    ".nff": nff.load,
+    ".txt": thesis.load,
+    **dict.fromkeys(MESH_SUFFIXES, mesh.load),
+}
+"""By suffix: functions of (path, limits, **options)."""
 
 
 def load(path: str | Path, *, limits: Limits | None = None, **options: Any) -> Scene:
-    """The scene in a file. Raises `SceneError` and `LimitError`."""
+    """The scene in a file, read as its suffix says.
+
+    .toml and .json are the project's own; .nff takes `conformance` ("none" or "spd"); .txt are scenes of
+    the thesis' program; mesh files (.obj .ply .glb .gltf .stl) take `smooth` and get a camera and a light.
+    `limits` is what reading may cost. Raises `SceneError` and `LimitError`.
+    """
     path = Path(path)
-    if path.suffix.lower() in (".toml", ".json"):
-        return native.load(path, limits or Limits())
-    raise SceneError(located(str(path), "", "no known suffix"))
+    loader = LOADERS.get(path.suffix.lower())
+    if loader is None:
+        text = f"the suffix {show(path.suffix)} is not known; scenes are {listed(LOADERS)} files"
+        raise SceneError(located(str(path), "", text))
+    known = [name for name in inspect.signature(loader).parameters if name not in ("path", "limits")]
+    for name in options:
+        if name not in known:
+            text = f"there is no option {name!r} for {path.suffix} files{did_you_mean(name, known)}"
+            raise SceneError(located(str(path), "", text))
+    if not path.is_file():
+        text = "is a folder" if path.is_dir() else "there is no such file"
+        raise SceneError(located(str(path), "", text))
+    return loader(path, limits or Limits(), **options)
 
 
 def load_dict(
     data: object, *, folder: str | Path | None = None, source: str = "", limits: Limits | None = None
 ) -> Scene:
-    """The scene that a dict describes: the structure of the scene files, lists or numpy arrays alike."""
+    """The scene that a dict describes: the structure of the scene files, lists or numpy arrays alike.
+
+    `folder` is where the files it names are looked up (None: the current folder), `source` the name that
+    messages start with. Raises `SceneError` and `LimitError`.
+    """
     return read_scene(data, folder=Path(folder) if folder else None, source=source, limits=limits)

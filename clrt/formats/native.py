@@ -7,10 +7,13 @@ import tomllib
 from pathlib import Path
 from typing import Any, NoReturn
 
+import tomli_w
+
+from clrt.atomic import replacing
 from clrt.errors import LimitError, SceneError, located, show
 from clrt.files import read_bytes
 from clrt.limits import Limits
-from clrt.scene import Scene, read_scene
+from clrt.scene import Mesh, Scene, read_scene
 
 
 def load(path: Path, limits: Limits) -> Scene:
@@ -25,6 +28,40 @@ def load(path: Path, limits: Limits) -> Scene:
         raise SceneError(located(source, "", f"wrong syntax: {error}")) from None
     limits.check("nesting", _depth(table, limits.nesting + 1), source)
     return read_scene(table, folder=path.parent, source=source, limits=limits)
+
+
+def save(scene: Scene, path: Path) -> None:
+    """Write the scene as `Scene.save` promises."""
+    suffix = path.suffix.lower()
+    if suffix not in (".toml", ".json"):
+        raise SceneError(located(str(path), "", "a scene is saved as .toml or .json"))
+    table = _moved(scene, path)
+    text = tomli_w.dumps(table) if suffix == ".toml" else json.dumps(table, indent=2) + "\n"
+    with replacing(path) as temporary:
+        temporary.write_text(text, "utf-8")
+
+
+def _moved(scene: Scene, path: Path) -> dict[str, Any]:
+    """The scene's dict with the names of its files as seen from the folder of `path`."""
+    table = scene.to_dict()
+    old, new = (scene.folder or Path()).resolve(), path.resolve().parent
+    if old == new:
+        return table
+    if scene.background_path is not None:
+        if not scene.background_path.is_relative_to(new):
+            text = f"{scene.background!r} is not in {new}; copy the image there, or save the scene in {old}"
+            raise SceneError(located(str(path), "background", text))
+        table["background"] = scene.background_path.relative_to(new).as_posix()
+    for shape, entry in zip(scene.shapes, table.get("shapes", ()), strict=True):
+        if not isinstance(shape, Mesh) or shape.file is None:
+            continue
+        file = (old / shape.file).resolve()
+        if file.is_relative_to(new):
+            entry["file"] = file.relative_to(new).as_posix()
+        else:
+            del entry["file"]
+            entry |= shape.data().to_dict()
+    return table
 
 
 def _text(data: bytes, source: str) -> str:

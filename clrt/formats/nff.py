@@ -1,0 +1,232 @@
+"""Eric Haines' Neutral File Format, as the Standard Procedural Databases (1987) write it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clrt.errors import SceneError, located
+from clrt.formats.tokens import Tokens, build, same_turn
+from clrt.limits import Limits
+from clrt.scene import Scene
+
+_RAYS = 513
+"""The published ray counts are of 513 x 513 rays through the pixel corners of a 512 x 512 picture."""
+
+
+def load(path: Path, limits: Limits, conformance: str = "none") -> Scene:
+    """The scene in an NFF file.
+
+    `conformance = "spd"` sets what the published ray counts of the SPD hold under: 513 x 513 rays, no
+    pruning, opaque surfaces seen from outside only (a file with patches, `pp`, is seen from both sides).
+    """
+    if conformance not in ("none", "spd"):
+        raise SceneError(
+            located(path.name, "conformance", f"{conformance!r} is not allowed; it is 'none' or 'spd'")
+        )
+    reader = _Reader(path, limits)
+    reader.read()
+    return build(reader.table(conformance), reader.lines, path, limits)
+
+
+class _Reader:
+    """The state while reading: the material that holds, and what was found so far."""
+
+    def __init__(self, path: Path, limits: Limits) -> None:
+        self.tokens = Tokens(path, limits)
+        self.lines: dict[str, int] = {}
+        self.background: list[float] = [0.0, 0.0, 0.0]
+        self.view: dict[str, Any] | None = None
+        self.lights: list[dict[str, Any]] = []
+        self.materials: dict[str, dict[str, Any]] = {}
+        self.material: str | None = None
+        self.shapes: list[dict[str, Any]] = []
+        self.patches = False
+
+    def read(self) -> None:
+        entities = {
+            "b": self._background,
+            "v": self._view,
+            "l": self._light,
+            "f": self._fill,
+            "s": self._sphere,
+            "c": self._cone,
+            "p": self._polygon,
+            "pp": self._patch,
+        }
+        while self.tokens.peek() is not None:
+            entities[self.tokens.expect(*entities)]()
+
+    def table(self, conformance: str) -> dict[str, Any]:
+        count = len(self.lights)
+        level = math.sqrt(count) / (2 * count) if count else 0.0
+        spd = conformance == "spd"
+        table: dict[str, Any] = {
+            "max_depth": 4,
+            "conformance": conformance,
+            "one_sided": "opaque" if spd and not self.patches else "none",
+            "background": self.background,
+            "ambient": level,
+            "materials": self.materials,
+            "lights": [{"intensity": level, **light} for light in self.lights],
+            "shapes": [_joined(shape) for shape in self.shapes],
+        }
+        if self.view is not None:
+            table["camera"] = self._camera(self.view, spd)
+        return table
+
+    def _camera(self, view: dict[str, Any], spd: bool) -> dict[str, Any]:
+        """The angle spans the rows' centres, top to bottom; ours spans their outer edges."""
+        width, height = (_RAYS, _RAYS) if spd else view["resolution"]
+        gaps = _RAYS - 2 if spd else max(height - 1, 1)
+        tangent = math.tan(math.radians(view["angle"] / 2)) * height / gaps
+        return {
+            "origin": view["from"],
+            "target": view["at"],
+            "up": view["up"],
+            "fov": math.degrees(2 * math.atan(tangent)),
+            "fov_axis": "vertical",
+            "width": width,
+            "height": height,
+        }
+
+    def _background(self) -> None:
+        self.background = self.tokens.numbers(3, "the background colour")
+
+    def _view(self) -> None:
+        self.lines["camera"] = self.tokens.line
+        view: dict[str, Any] = {}
+        while len(view) < 6:
+            wanted = [key for key in ("from", "at", "up", "angle", "hither", "resolution") if key not in view]
+            key = self.tokens.expect(*wanted)
+            if key in ("from", "at", "up"):
+                view[key] = self.tokens.numbers(3, key)
+            elif key == "resolution":
+                view[key] = [self.tokens.integer(key), self.tokens.integer(key)]
+            else:
+                view[key] = self.tokens.number(key)
+        if not 0 < view["angle"] < 180:
+            raise self.tokens.error(
+                f"angle {view['angle']:g} is not allowed; it must be between 0 and 180 degrees"
+            )
+        self.view = view
+
+    def _light(self) -> None:
+        self.lines[f"lights[{len(self.lights)}]"] = self.tokens.line
+        light: dict[str, Any] = {"type": "point", "position": self.tokens.numbers(3, "a light's position")}
+        if self.tokens.peek_same_line() is not None:
+            light["intensity"] = self.tokens.numbers(3, "a light's colour")
+        self.lights.append(light)
+
+    def _fill(self) -> None:
+        line = self.tokens.line
+        *color, kd, ks, shine, transmission, ior = self.tokens.numbers(8, "a fill: r g b Kd Ks shine T ior")
+        material = {
+            "color": color,
+            "diffuse": kd,
+            "specular": ks,
+            "reflection": ks,
+            "shininess": shine,
+            "transmission": transmission,
+            "ior": ior or 1.0,
+        }
+        known = (name for name, other in self.materials.items() if other == material)
+        self.material = next(known, f"fill_{len(self.materials) + 1}")
+        self.lines.setdefault(f"materials.{self.material}", line)
+        self.materials[self.material] = material
+
+    def _add(self, line: int, **shape: Any) -> None:
+        self.lines[f"shapes[{len(self.shapes)}]"] = line
+        self.shapes.append(shape | ({"material": self.material} if self.material else {}))
+
+    def _sphere(self) -> None:
+        line = self.tokens.line
+        *center, radius = self.tokens.numbers(4, "a sphere: x y z r")
+        if radius < 0:  # its inside is the visible side, where our quadric's form is positive
+            form = [-1, -1, -1, 0, 0, 0, 0, 0, 0, radius * radius]
+            self._add(line, type="quadric", coefficients=form, transform=[{"translate": center}])
+        else:
+            self._add(line, type="sphere", center=center, radius=radius)
+
+    def _cone(self) -> None:
+        line = self.tokens.line
+        *p0, r0 = self.tokens.numbers(4, "a cone's base: x y z r")
+        *p1, r1 = self.tokens.numbers(4, "a cone's apex: x y z r")
+        if (r0 < 0 or r1 < 0) and r0 <= 0 and r1 <= 0 and p0 != p1:
+            self._add(line, **_inward_cone(np.array(p0), -r0, np.array(p1), -r1))
+        elif r0 == r1:
+            self._add(line, type="cylinder", p0=p0, p1=p1, radius=r0)
+        else:
+            self._add(line, type="cone", p0=p0, r0=r0, p1=p1, r1=r1)
+
+    def _polygon(self) -> None:
+        line, count = self._corners()
+        points = [self.tokens.numbers(3, "a polygon's point") for _ in range(count)]
+        if not same_turn(points):
+            points.reverse()
+        run = self._run("polygons")
+        if run is None:
+            self._add(line, type="mesh", polygons=[points])
+        else:
+            run.append(points)
+
+    def _patch(self) -> None:
+        self.patches = True
+        line, count = self._corners()
+        corners = [self.tokens.numbers(6, "a patch's point and normal") for _ in range(count)]
+        run = self._run("patches")
+        if run is None:
+            self._add(line, type="mesh", patches=[corners])
+        else:
+            run.append(corners)
+
+    def _corners(self) -> tuple[int, int]:
+        line, count = self.tokens.line, self.tokens.integer("the number of points")
+        if count < 3:
+            raise self.tokens.error(f"{count} points are not allowed; a polygon has 3 or more")
+        return line, count
+
+    def _run(self, kind: str) -> list[Any] | None:
+        """The polygons of the shape before this one, if it is of the same kind and material."""
+        last = self.shapes[-1] if self.shapes else {}
+        return last.get(kind) if last.get("material") == self.material else None
+
+
+def _joined(shape: dict[str, Any]) -> dict[str, Any]:
+    """A run of polygons or patches as one mesh (one polygon stays one), any other shape as it is."""
+    shape = dict(shape)
+    polygons, patches = shape.pop("polygons", None), shape.pop("patches", None)
+    if polygons is not None and len(polygons) == 1:
+        return shape | {"type": "polygon", "points": polygons[0]}
+    outlines = polygons or patches
+    if outlines is None:
+        return shape
+    lengths = [len(outline) for outline in outlines]
+    corners = np.array([corner for outline in outlines for corner in outline])
+    starts = np.concatenate(([0], np.cumsum(lengths)))
+    shape["faces"] = [range(a, b) for a, b in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True)]
+    shape["faces"] = [list(face) for face in shape["faces"]]
+    shape["vertices"] = corners[:, :3]
+    if patches is not None:
+        shape["normals"] = corners[:, 3:]
+    return shape
+
+
+def _inward_cone(p0: np.ndarray, r0: float, p1: np.ndarray, r1: float) -> dict[str, Any]:
+    """An open cone or cylinder with its outer side within: -(x^2 + y^2 - (r0 + k z)^2) = 0, 0 <= z <= h."""
+    height = float(np.linalg.norm(p1 - p0))
+    z = (p1 - p0) / height
+    x = np.cross(z, np.eye(3)[np.abs(z).argmin()])
+    x /= np.linalg.norm(x)
+    matrix = np.eye(4)
+    matrix[:3] = np.c_[x, np.cross(z, x), z, p0]
+    slope, reach = (r1 - r0) / height, 1.01 * max(r0, r1)
+    return {
+        "type": "quadric",
+        "coefficients": [-1, -1, slope**2, 0, 0, 0, 0, 0, slope * r0, r0**2],
+        "clip": [[-reach, -reach, 0], [reach, reach, height]],
+        "transform": matrix.tolist(),
+    }

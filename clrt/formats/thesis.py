@@ -1,0 +1,239 @@
+"""Scenes of the thesis' own program: words and numbers, surfaces with spectra of 20 bands."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clrt.errors import ClrtWarning, located, show
+from clrt.formats.tokens import Tokens, build, same_turn
+from clrt.limits import Limits
+from clrt.scene import Scene
+
+_BANDS = 380.0 + 18.0 * np.arange(20)
+"""Lower ends of the bands in nm, each 18 nm wide."""
+_RANGE = (380.0, 750.0)
+
+
+def load(path: Path, limits: Limits) -> Scene:
+    """The scene in a text file of the thesis' program.
+
+    Spectra become RGB: a colour's blue, green and red are the means over the first, second and last third
+    of 380 to 750 nm; a warning says so. Words that the program would skip are warned about.
+    """
+    reader = _Reader(path, limits)
+    reader.read()
+    text = "its spectra are reduced to RGB (the means over each third of 380 to 750 nm)"
+    warnings.warn(located(path.name, "", text), ClrtWarning, stacklevel=3)
+    return build(reader.table(), reader.lines, path, limits)
+
+
+def thirds(spectrum: np.ndarray) -> np.ndarray:
+    """Red, green, blue of (20,) band values: means over the thirds of 380 to 750 nm (bands end at 740)."""
+    edges = np.linspace(*_RANGE, 4)
+    low = np.maximum(_BANDS, edges[:-1, None])
+    high = np.minimum(_BANDS + 18.0, edges[1:, None])
+    overlap = np.maximum(high - low, 0.0)
+    blue_to_red = (overlap @ spectrum) / overlap.sum(axis=1)
+    return np.asarray(blue_to_red[::-1])
+
+
+def interval(low: float, high: float) -> np.ndarray:
+    """(20,) bands: 1 where low <= band <= high."""
+    return np.where((_BANDS < low) | (_BANDS > high), 0.0, 1.0)
+
+
+_RED, _GREEN, _BLUE = interval(600, 750), interval(500, 600), interval(380, 500)
+_NAMED = {"Magenta": _RED + 0.5 * _BLUE + 0.1 * _GREEN, "Red": _RED + 0.1 * _BLUE + 0.1 * _GREEN}
+
+
+class _Reader:
+    """The state while reading, with the program's defaults."""
+
+    def __init__(self, path: Path, limits: Limits) -> None:
+        self.tokens = Tokens(path, limits)
+        self.lines: dict[str, int] = {}
+        self.width, self.height = 800, 600
+        self.pixel = 0.0015 * 500 / 800
+        self.focal = [0.0, 20.0, -30.0]
+        self.ambient = 1.0
+        self.lights: list[dict[str, Any]] = []
+        self.materials: dict[str, dict[str, Any]] = {}
+        self.shapes: list[dict[str, Any]] = []
+
+    def read(self) -> None:
+        entities = {
+            "Width": self._width,
+            "Height": self._height,
+            "Pixel": self._pixel,
+            "Focal": self._focal,
+            "Ambient": self._ambient,
+            "Light": self._light,
+            "Sphere": self._sphere,
+            "Plane": self._plane,
+            "Polygon": self._polygon,
+            "Mesh": self._mesh,
+            "Ellipsoid": self._ellipsoid,
+            "Quadric": self._quadric,
+        }
+        while self.tokens.peek() is not None:
+            word = self.tokens.word("an object")
+            if word in entities:
+                entities[word]()
+            else:
+                place = f"line {self.tokens.line}"
+                text = f"the word {show(word)} is skipped; known are {', '.join(entities)}"
+                warnings.warn(located(self.tokens.source, place, text), ClrtWarning, stacklevel=4)
+
+    def table(self) -> dict[str, Any]:
+        x, y, z = self.focal
+        camera = {
+            "origin": self.focal,
+            "target": [x, y, z + max(1.0, abs(z))],  # far enough to differ from the origin in float32
+            "fov": math.degrees(2 * math.atan(self.width * self.pixel / 2)),
+            "near": 1.0,
+            "mirror": True,
+            # The program samples pixel corners, so that on an even side one of them is the middle.
+            "shift": [0.0 if side % 2 else -0.5 for side in (self.width, self.height)],
+            "width": self.width,
+            "height": self.height,
+        }
+        return {
+            "max_depth": 3,
+            "medium_ior": 1.0003,
+            "ambient": self.ambient,
+            "camera": camera,
+            "materials": self.materials,
+            "lights": self.lights,
+            "shapes": self.shapes,
+        }
+
+    def _width(self) -> None:
+        self.width = self._side("Width")
+        self.pixel = 1.5 / self.width
+
+    def _height(self) -> None:
+        self.height = self._side("Height")
+
+    def _side(self, name: str) -> int:
+        side = self.tokens.integer(name)
+        if not 1 <= side <= 1 << 16:
+            raise self.tokens.error(f"{name} {side} is not allowed; it must be from 1 to 65536 pixels")
+        return side
+
+    def _pixel(self) -> None:
+        self.pixel = self.tokens.number("Pixel")
+        if not self.pixel > 0:
+            raise self.tokens.error(f"Pixel {self.pixel:g} is not allowed; it must be > 0")
+
+    def _focal(self) -> None:
+        self.lines["camera"] = self.tokens.line
+        self.focal = self.tokens.numbers(3, "Focal")
+
+    def _ambient(self) -> None:
+        self.ambient = self.tokens.number("Ambient")
+        if self.ambient < 0:
+            raise self.tokens.error(f"Ambient {self.ambient:g} is not allowed; it must be >= 0")
+
+    def _light(self) -> None:
+        self.lines[f"lights[{len(self.lights)}]"] = self.tokens.line
+        position = self._vector("Point")
+        self.tokens.expect("Spectrum")
+        spectrum = self._spectrum()
+        self.tokens.expect("Intensity")
+        intensity = self.tokens.number("Intensity")
+        if not spectrum.any():
+            raise self.tokens.error(
+                "the light's spectrum is empty; it must contain one of 380, 398, ... 722 nm"
+            )
+        color = intensity * thirds(spectrum) / spectrum.mean()
+        self.lights.append({"type": "point", "position": position, "intensity": color.tolist()})
+
+    def _sphere(self) -> None:
+        line, center = self.tokens.line, self._vector("Point")
+        self.tokens.expect("Radius")
+        self._add(line, type="sphere", center=center, radius=self.tokens.number("Radius"))
+
+    def _plane(self) -> None:
+        self._add(self.tokens.line, type="plane", point=self._vector("Point"), normal=self._vector("Vector"))
+
+    def _ellipsoid(self) -> None:
+        self._add(
+            self.tokens.line, type="ellipsoid", center=self._vector("Center"), radii=self._vector("Radii")
+        )
+
+    def _quadric(self) -> None:
+        line = self.tokens.line
+        self.tokens.expect("Constants")
+        self._add(line, type="quadric", coefficients=self.tokens.numbers(10, "Constants A to J"))
+
+    def _polygon(self) -> None:
+        self._add(self.tokens.line, type="polygon", points=self._points())
+
+    def _mesh(self) -> None:
+        line = self.tokens.line
+        faces: list[list[int]] = []
+        vertices: list[list[float]] = []
+        while self.tokens.peek() == "Polygon":
+            self.tokens.expect("Polygon")
+            points = self._points()
+            self._surface()  # the mesh's own surface, which comes last, shades all
+            faces.append([len(vertices) + corner for corner in range(len(points))])
+            vertices += points
+        if not faces:
+            raise self.tokens.error("a Mesh has one or more Polygons")
+        self._add(line, type="mesh", vertices=vertices, faces=faces)
+
+    def _points(self) -> list[list[float]]:
+        points = []
+        while self.tokens.peek() == "Point":
+            points.append(self._vector("Point"))
+        if len(points) < 3:
+            raise self.tokens.error(f"{len(points)} Points are not allowed; a Polygon has 3 or more")
+        return points if same_turn(points) else points[::-1]
+
+    def _vector(self, word: str) -> list[float]:
+        self.tokens.expect(word)
+        return self.tokens.numbers(3, word)
+
+    def _add(self, line: int, **shape: Any) -> None:
+        """Read the surface that ends a shape, and keep both."""
+        surface_line, material = self._surface()
+        known = (name for name, other in self.materials.items() if other == material)
+        name = next(known, f"surface_{len(self.materials) + 1}")
+        self.materials[name] = material
+        self.lines.setdefault(f"materials.{name}", surface_line)
+        self.lines[f"shapes[{len(self.shapes)}]"] = line
+        self.shapes.append(shape | {"material": name})
+
+    def _surface(self) -> tuple[int, dict[str, Any]]:
+        self.tokens.expect("Surface")
+        line = self.tokens.line
+        if self.tokens.expect("None", "Spectrum") == "None":
+            return line, {"color": 0.0}
+        color = thirds(self._spectrum()).tolist()
+        self.tokens.expect("Constants")
+        wanted = "Constants: diffuse, specular, transmissive, refraction, smoothness"
+        diffuse, specular, transmissive, refraction, smoothness = self.tokens.numbers(5, wanted)
+        return line, {
+            "color": color,
+            "diffuse": diffuse,
+            "specular": specular,
+            "reflection": specular,
+            "transmission": transmissive,
+            "ior": refraction or 1.0,
+            "shininess": smoothness,
+        }
+
+    def _spectrum(self) -> np.ndarray:
+        word = self.tokens.peek()
+        if word in _NAMED:
+            spectrum = _NAMED[self.tokens.expect(*_NAMED)]
+            return spectrum / spectrum.max()
+        return interval(
+            self.tokens.number("Magenta, Red or the lower end in nm"), self.tokens.number("the upper end")
+        )

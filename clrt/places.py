@@ -1,0 +1,55 @@
+"""Where in a scene something stands, and how a message speaks of it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from clrt.errors import SceneError, fault, located, show
+
+
+@dataclass(frozen=True)
+class At:
+    """A place in a scene, for messages: the file's name and a path such as `shapes[3].radius`."""
+
+    source: str = ""
+    path: str = ""
+
+    def key(self, name: str) -> At:
+        return At(self.source, f"{self.path}.{name}" if self.path else name)
+
+    def item(self, index: int) -> At:
+        return At(self.source, f"{self.path}[{index}]")
+
+    def inner(self, suffix: str) -> At:
+        """The place below this one that msgspec calls `$suffix`."""
+        return At(self.source, self.path + suffix)
+
+    def error(self, value: object, right: str) -> SceneError:
+        """'VALUE is not allowed; RIGHT' at this place."""
+        return SceneError(fault(self.source, self.path, value, right))
+
+    def says(self, text: str) -> SceneError:
+        return SceneError(located(self.source, self.path, text))
+
+
+def known_keys(table: Mapping[Any, Any], known: Iterable[str], at: At) -> None:
+    """Raise for the first key of `table` that is not among `known`, naming the nearest that is."""
+    names = list(known)
+    for key in table:
+        if key not in names:
+            raise at.says(f"unknown key {show(key)}{did_you_mean(key, names)} (keys here: {listed(names)})")
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """'; did you mean ...?' with the nearest of `known`, or nothing where there is none."""
+    near = difflib.get_close_matches(str(name).lower()[:80], list(known), n=1, cutoff=0.0)
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
+def listed(names: Iterable[str], most: int = 30) -> str:
+    """The names, comma-separated; '...' after the first `most`."""
+    shown = [*names]
+    return ", ".join(shown[:most]) + (", ..." if len(shown) > most else "")
