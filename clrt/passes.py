@@ -87,11 +87,14 @@ def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> t
     return queue, local_size
 
 
-def adopt(device: Device, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray) -> Queue:
-    """A queue of the caller's rays: (n, 3), (n, 3), (n,) float32. Directions are normalised."""
+def adopt(device: Device, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray, numbers: np.ndarray) -> Queue:
+    """A queue of the caller's rays: (n, 3), (n, 3), (n,) float32; the rays' numbers, (n,) uint32.
+
+    Directions are normalised. Numbers stand for the pixels of camera rays: what looks random depends on them.
+    """
     queue = new_queue(device, CAMERA, len(origins))
     device.launch("adopt", queue.n, device.upload(origins), device.upload(directions), device.upload(t_max),
-                  np.uint32(queue.n), queue.rays, queue.pixel_of, queue.path, queue.weight)
+                  device.upload(numbers), np.uint32(queue.n), queue.rays, queue.pixel_of, queue.path, queue.weight)
     return queue
 
 

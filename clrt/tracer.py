@@ -151,7 +151,7 @@ class Tracer:
 
     def _ray_chunks(self, origins: np.ndarray, directions: np.ndarray,
                     t_max: float | np.ndarray) -> Any:
-        """Checked float32 arrays in pieces of the settings' tile; one empty piece for no rays."""
+        """Checked float32 arrays, and the rays' numbers, in pieces of the settings' tile; one empty piece for no rays."""
         with np.errstate(over="ignore"):  # beyond float32: infinite, which misses
             o, d = np.asarray(origins, np.float32), np.asarray(directions, np.float32)
             for name, array in (("origins", o), ("directions", d)):
@@ -162,10 +162,10 @@ class Tracer:
             limit = np.asarray(t_max, np.float32)
         if limit.ndim and limit.shape != (len(o),):
             raise ClrtError(f"t_max: shape {limit.shape} is neither a number nor ({len(o)},)")
-        limit = np.broadcast_to(limit, (len(o),))
+        limit, numbers = np.broadcast_to(limit, (len(o),)), np.arange(len(o), dtype=np.uint32)
         step = self.settings.tile
         for start in range(0, max(len(o), 1), step):
-            yield tuple(np.ascontiguousarray(a[start:start + step]) for a in (o, d, limit))
+            yield tuple(np.ascontiguousarray(a[start:start + step]) for a in (o, d, limit, numbers))
 
     def _depth(self, max_depth: int | None) -> int:
         depth = self.scene.max_depth if max_depth is None else max_depth

@@ -44,10 +44,11 @@ __kernel void generate(__global const Camera *cameras, __global const uint *pixe
     for (int b = 0; b < BANDS; b++) weight[in_block(i, b, BANDS)] = 1.0f;
 }
 
-// The same queue from rays that the caller brings, n x 3 origins and directions of any length; `place` is the
-// number of the ray. t_max has n values.
+// The same queue from rays that the caller brings: n x 3 origins and directions of any length, n values of t_max.
+// `numbers` are the rays' numbers among all that were asked for, so that a ray's key does not depend on which rays
+// are traced together.
 __kernel void adopt(__global const float *origins, __global const float *directions, __global const float *t_max,
-                    uint n, __global float *rays, __global uint *pixel_of, __global uint *path,
+                    __global const uint *numbers, uint n, __global float *rays, __global uint *pixel_of, __global uint *path,
                     __global float *weight)
 {
     const uint i = get_global_id(0);
@@ -56,6 +57,6 @@ __kernel void adopt(__global const float *origins, __global const float *directi
     const float3 d = (float3)(directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]);
     store_ray(rays, i, origin, unit3(d), t_max[i]);
     pixel_of[i] = i;
-    path[i] = combine(combine(0u, i), 0u) & ~(uint)PATH_FLAGS;
+    path[i] = combine(combine(0u, numbers[i]), 0u) & ~(uint)PATH_FLAGS;
     for (int b = 0; b < BANDS; b++) weight[in_block(i, b, BANDS)] = 1.0f;
 }
