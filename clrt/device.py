@@ -127,9 +127,9 @@ def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
     return "\n".join(out) + "\n"
 
 
-def kernel_source(bands: int = layout.BANDS, lanes: int = 16, folder: Path | None = None) -> str:
+def kernel_source(bands: int = layout.BANDS, lanes: int = 16, packet: int = 16, folder: Path | None = None) -> str:
     """The program: the layout's declarations and every kernel file."""
-    return layout.c_declarations(bands, lanes) + flatten_includes(KERNEL_FILES, folder or kernel_folder())
+    return layout.c_declarations(bands, lanes, packet) + flatten_includes(KERNEL_FILES, folder or kernel_folder())
 
 
 def _thread_limited(device: cl.Device, threads: int | None) -> cl.Device:
@@ -162,7 +162,9 @@ class Device:
             self.pool = cl_tools.MemoryPool(cl_tools.ImmediateAllocator(self.queue))
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: {error}") from None
-        self.source = kernel_source(bands, self.settings.lanes, kernels)
+        # PoCL 3.0's compiler hangs or aborts on float16
+        self.packet = 8 if _pocl_version(self.info) and _pocl_version(self.info) < (3, 1) else self.settings.lanes
+        self.source = kernel_source(bands, self.settings.lanes, self.packet, kernels)
         self._kernels: dict[str, cl.Kernel] = {}
         self._events: list[tuple[str, cl.Event]] = []
         self._seconds: dict[str, float] = {}
@@ -174,12 +176,16 @@ class Device:
 
     @cached_property
     def program(self) -> cl.Program:
+        return self.build(self.source)
+
+    def build(self, source: str) -> cl.Program:
+        """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
         options = ["-cl-std=CL1.2"]
         if self.device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
             options.append("-cl-fp32-correctly-rounded-divide-sqrt")
         try:
             # the driver has a cache of its own; pyopencl's would keep binaries that PoCL 3.0 cannot load
-            return cl.Program(self.context, self.source).build(options, cache_dir=False)
+            return cl.Program(self.context, source).build(options, cache_dir=False)
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: the kernels do not build: {error}") from None
 

@@ -48,11 +48,18 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("clip_x", "float4"), ("clip_y", "float4"), ("clip_z", "float4"), ("clip_high", "float4"),
         ("reach", "float4"),
     ),
-    # Node of the tree: a box, and either children `first`, `first + 1` (count = 0) or the primitives
-    # order[first : first + count]
-    "Node": (
+    # Node of the tree: the boxes of eight children, plane by plane (low x, high x, low y, high y, low z, high z),
+    # and what each box holds: a node (>= 0) or a leaf ~(block * 4 + kind of block). An empty place is an inverted
+    # box. 256 bytes, four cache lines.
+    "WideNode": (("planes", "float@48"), ("child", "int@8"), ("pad", "int@8")),
+    # Leaves: up to eight primitives of a kind, by coordinate: v0.x of all, v0.y, ..., v2.z; centre x, y, z, radius.
+    # An empty place has NaN and primitive -1.
+    "TriangleBlock": (("corners", "float@72"), ("primitive", "int@8")),
+    "SphereBlock": (("places", "float@32"), ("primitive", "int@8")),
+    # binary node of the builder: children `first`, `first + 1` (count = 0), or the items first .. first + count
+    "BuildNode": (
         ("low", "float4"), ("high", "float4"),
-        ("first", "int"), ("count", "int"), ("pad0", "int"), ("pad1", "int"),
+        ("first", "int"), ("count", "int"), ("kind", "int"), ("pad0", "int"),
     ),
     # padded box of a finite primitive, as the builder reads it
     "Box": (("low", "float4"), ("high", "float4")),
@@ -89,6 +96,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
 
 KINDS: Final = {"SPHERE": 0, "PLANE": 1, "DISK": 2, "TRIANGLE": 3, "POLYGON": 4, "QUADRIC": 5}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2}
+BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
 CHECKER: Final = {"PLAIN": 0, "CHECKER_FLAT": 1, "CHECKER_SPHERE": 2}
 
 # section name -> element type, in the order of the kernels' parameters
@@ -104,8 +112,11 @@ WORLD: Final[dict[str, str]] = {
     "vertices": "float4",  # corners of polygons
     "quadrics": "Quadric",
     "unbounded": "int",  # primitive numbers of planes and unbounded quadrics: tested for every ray
-    "nodes": "Node",  # the tree over the others; written by the builder on the device
-    "order": "int",  # primitive numbers in the order of the tree's leaves
+    # the tree over the others and its leaves; written by the builder on the device
+    "nodes": "WideNode",
+    "triangle_blocks": "TriangleBlock",
+    "sphere_blocks": "SphereBlock",
+    "order": "int",  # primitive numbers of the leaves of other kinds, eight a leaf, filled up with -1
     "materials": "Material",
     "lights": "Light",
     "background": "float",  # lat-long image, rows from the top, BANDS values a pixel
@@ -151,6 +162,8 @@ def _field_length(kind: str, bands: int) -> tuple[str, int]:
     base, _, count = kind.partition("@")
     if not count:
         return base, 0
+    if count.isdigit():
+        return base, int(count)
     return base, bands if count == "BANDS" else -bands % 4
 
 
@@ -181,15 +194,15 @@ def _c_struct(name: str, bands: int) -> str:
     return "typedef struct {\n" + "\n".join(lines) + f"\n}} {name};\n"
 
 
-def c_declarations(bands: int = BANDS, lanes: int = 16) -> str:
+def c_declarations(bands: int = BANDS, lanes: int = 16, packet: int = 16) -> str:
     """The C side of this table: constants, structs, and the world as kernel parameters.
 
     `WORLD_PARAMETERS` is the list of the world's buffers in a kernel's signature, `World` the struct of these
     pointers that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
     """
-    constants: dict[str, int] = {"BANDS": bands, "LANES": lanes, "CHUNK": CHUNK, "SCANNED_STREAMS": SCANNED_STREAMS,
+    constants: dict[str, int] = {"BANDS": bands, "LANES": lanes, "PACKET": packet, "CHUNK": CHUNK, "SCANNED_STREAMS": SCANNED_STREAMS,
                                  "STREAMS": len(STREAMS), "RAY_FIELDS": len(RAY_FIELDS)}
-    constants |= KINDS | FRESNEL | CHECKER | PATH | SPAWN | TERMS
+    constants |= KINDS | BLOCKS | FRESNEL | CHECKER | PATH | SPAWN | TERMS
     constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
     constants |= {name: number for number, name in enumerate(RAY_FIELDS)}
     out = [f"#define {name} {value}" for name, value in constants.items()]

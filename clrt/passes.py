@@ -54,6 +54,7 @@ class Feelers:
 
     n: int
     first: Any
+    rays: Any  # blocks of layout.RAY_FIELDS
     seen: Any  # uint: 1 where nothing blocks the light
     contribution: Any  # blocks of one value a band
 
@@ -101,7 +102,7 @@ def adopt(device: Device, origins: np.ndarray, directions: np.ndarray, t_max: np
 def closest(device: Device, world: World, queue: Queue) -> Hits:
     """Nearest hit of every ray."""
     hits = Hits(device.buffer(4 * queue.n), device.buffer(4 * queue.n))
-    device.launch("closest", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), hits.t, hits.primitive)
+    device.launch("closest", -(-queue.n // device.packet), *world.arguments, queue.rays, np.uint32(queue.n), hits.t, hits.primitive)
     return hits
 
 
@@ -148,14 +149,14 @@ def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit,
         if world.tinted:
             device.launch("occluded_tinted", n, *world.arguments, rays, np.uint32(n), seen, contribution)
         else:
-            device.launch("occluded", n, *world.arguments, rays, np.uint32(n), seen)
-    return Feelers(n, first, seen, contribution)
+            device.launch("occluded", -(-n // device.packet), *world.arguments, rays, np.uint32(n), seen)
+    return Feelers(n, first, rays, seen, contribution)
 
 
 def any_hit(device: Device, world: World, queue: Queue) -> Any:
     """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
     seen = device.buffer(4 * queue.n)
-    device.launch("occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen)
+    device.launch("occluded", -(-queue.n // device.packet), *world.arguments, queue.rays, np.uint32(queue.n), seen)
     return seen
 
 

@@ -2,25 +2,54 @@
 //
 // A feeler stops at the first blocker it finds (thesis 3.2.1). With tinted shadows it must see all surfaces it
 // crosses, in the order of (t, primitive), so that the product of their tints is the same on every device.
-#include "intersect.clh"
+#include "packet.clh"
+
+// Rays `first` to `first + PACKET` of a queue; LANES is a multiple of PACKET.
+inline Packet load_packet(__global const float *rays, uint first)
+{
+    __global const float *lane = rays + in_block(first, 0, RAY_FIELDS);
+    Packet p;
+    p.ox = *(__global const floatP *)(lane + ORIGIN_X * LANES);
+    p.oy = *(__global const floatP *)(lane + ORIGIN_Y * LANES);
+    p.oz = *(__global const floatP *)(lane + ORIGIN_Z * LANES);
+    p.dx = *(__global const floatP *)(lane + DIRECTION_X * LANES);
+    p.dy = *(__global const floatP *)(lane + DIRECTION_Y * LANES);
+    p.dz = *(__global const floatP *)(lane + DIRECTION_Z * LANES);
+    p.t_max = *(__global const floatP *)(lane + T_MAX * LANES);
+    return p;
+}
 
 __kernel void closest(WORLD_PARAMETERS, __global const float *rays, uint n,
                       __global float *hit_t, __global int *hit_primitive)
 {
-    const uint i = get_global_id(0);
-    if (i >= n) return;
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Hit hit = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, false);
-    hit_t[i] = hit.t;
-    hit_primitive[i] = hit.primitive;
+    if (first + PACKET <= n) {
+        const PacketHit hits = packet_hits(world, load_packet(rays, first), false);
+        *(__global floatP *)(hit_t + first) = hits.t;
+        *(__global intP *)(hit_primitive + first) = hits.primitive;
+        return;
+    }
+    for (uint i = first; i < n; i++) {
+        const Hit hit = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, false);
+        hit_t[i] = hit.t;
+        hit_primitive[i] = hit.primitive;
+    }
 }
 
 __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen)
 {
-    const uint i = get_global_id(0);
-    if (i >= n) return;
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
-    seen[i] = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, true).primitive < 0;
+    if (first + PACKET <= n) {
+        const PacketHit hits = packet_hits(world, load_packet(rays, first), true);
+        *(__global intP *)(seen + first) = (hits.primitive < 0) & 1;
+        return;
+    }
+    for (uint i = first; i < n; i++)
+        seen[i] = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, true).primitive < 0;
 }
 
 __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,

@@ -1,152 +1,300 @@
 // The tree over the finite primitives: binned surface-area heuristic (Wald 2007, "On fast construction of
-// SAH-based bounding volume hierarchies"), built top-down by one work-item.
+// SAH-based bounding volume hierarchies"), binary first, then collapsed to eight-wide nodes whose leaves are blocks
+// of up to eight primitives of one kind.
 //
-// Trade-off: serial and binary, simple. The picture does not depend on the tree, only the time does. The larger
-// half of every split is put on the stack first, so the stack stays below log2(n) entries; below DEEP levels the
-// split is by halves, so that no distribution makes the tree deeper than the traversal's stack.
+// The picture does not depend on the tree, only the time does. Two phases make the binary tree: `split_top` splits
+// the whole set until there are enough ranges to share out, `build_subtree` finishes each range on a core of its
+// own. The larger half of a split goes on the stack first, so a stack stays below log2(n) entries; below DEEP levels
+// sets are halved, so that no distribution makes the tree deeper than the traversal's stack allows.
 #include "intersect.clh"
 
 #define BINS 16
-#define LEAF 4
-#define DEEP 32
+#define BLOCK 8
+#define DEEP 20
 
-inline float3 lower3(float3 a, float3 b) { return (float3)(smaller(a.x, b.x), smaller(a.y, b.y), smaller(a.z, b.z)); }
-inline float3 upper3(float3 a, float3 b) { return (float3)(larger(a.x, b.x), larger(a.y, b.y), larger(a.z, b.z)); }
-inline float half_area(float3 low, float3 high)
+inline float4 lower4(float4 a, float4 b) { return select(b, a, a < b); }
+inline float4 upper4(float4 a, float4 b) { return select(b, a, a > b); }
+inline float half_area(float4 low, float4 high)
 {
-    const float3 d = high - low;
+    const float4 d = high - low;
     return d.x < 0.0f ? 0.0f : d.x * d.y + d.y * d.z + d.z * d.x;
+}
+inline float blocks_of(int count) { return (float)((count + BLOCK - 1) / BLOCK); }
+
+inline int block_kind(int kind)
+{
+    return kind == TRIANGLE ? BLOCK_TRIANGLE : kind == SPHERE ? BLOCK_SPHERE : BLOCK_OTHER;
 }
 
 typedef struct {
-    int axis, bin;  // primitives whose bin on `axis` is below `bin` go left; axis < 0: no split found
+    int axis, bin;  // items whose bin on `axis` is below `bin` go left; axis < 0: no split found
     float cost;
 } Split;
 
-inline int bin_of(__global const Box *box, int axis, float low, float scale)
+// The cheapest of the BINS - 1 planes on each axis. A middle is taken as low + high: twice the middle will do.
+inline Split best_split(__global const Box *boxes, __global const int *item, int start, int end,
+                        float4 middle_low, float4 scale)
 {
-    const float middle = component(box->low.xyz, axis) * 0.5f + component(box->high.xyz, axis) * 0.5f;
-    return clamp((int)((middle - low) * scale), 0, BINS - 1);
-}
-
-// cheapest of the BINS - 1 planes on one axis
-inline Split best_plane(__global const Box *boxes, __global const int *item, int start, int end,
-                        int axis, float low, float scale, Split best)
-{
-    float3 bin_low[BINS], bin_high[BINS];
-    int bin_count[BINS];
-    for (int k = 0; k < BINS; k++) {
-        bin_low[k] = (float3)(INFINITY, INFINITY, INFINITY);
-        bin_high[k] = -bin_low[k];
-        bin_count[k] = 0;
-    }
+    float4 low[3][BINS], high[3][BINS];
+    int count[3][BINS];
+    for (int axis = 0; axis < 3; axis++)
+        for (int k = 0; k < BINS; k++) {
+            low[axis][k] = (float4)(INFINITY);
+            high[axis][k] = (float4)(-INFINITY);
+            count[axis][k] = 0;
+        }
     for (int i = start; i < end; i++) {
-        __global const Box *box = boxes + item[i];
-        const int k = bin_of(box, axis, low, scale);
-        bin_low[k] = lower3(box->low.xyz, bin_low[k]);
-        bin_high[k] = upper3(box->high.xyz, bin_high[k]);
-        bin_count[k]++;
+        const float4 a = boxes[item[i]].low, b = boxes[item[i]].high;
+        const int4 bin = clamp(convert_int4_sat((a + b - middle_low) * scale), 0, BINS - 1);
+        low[0][bin.x] = lower4(a, low[0][bin.x]); high[0][bin.x] = upper4(b, high[0][bin.x]); count[0][bin.x]++;
+        low[1][bin.y] = lower4(a, low[1][bin.y]); high[1][bin.y] = upper4(b, high[1][bin.y]); count[1][bin.y]++;
+        low[2][bin.z] = lower4(a, low[2][bin.z]); high[2][bin.z] = upper4(b, high[2][bin.z]); count[2][bin.z]++;
     }
-    float right_cost[BINS];
-    float3 side_low = (float3)(INFINITY, INFINITY, INFINITY), side_high = -side_low;
-    int side_count = 0;
-    for (int k = BINS - 1; k > 0; k--) {
-        side_low = lower3(bin_low[k], side_low);
-        side_high = upper3(bin_high[k], side_high);
-        side_count += bin_count[k];
-        right_cost[k] = half_area(side_low, side_high) * (float)side_count;
-    }
-    side_low = (float3)(INFINITY, INFINITY, INFINITY);
-    side_high = -side_low;
-    side_count = 0;
-    for (int k = 1; k < BINS; k++) {
-        side_low = lower3(bin_low[k - 1], side_low);
-        side_high = upper3(bin_high[k - 1], side_high);
-        side_count += bin_count[k - 1];
-        if (side_count == 0 || side_count == end - start) continue;
-        const float cost = half_area(side_low, side_high) * (float)side_count + right_cost[k];
-        if (best.axis < 0 || cost < best.cost) {
-            best.axis = axis;
-            best.bin = k;
-            best.cost = cost;
+    Split best = {-1, 0, INFINITY};
+    for (int axis = 0; axis < 3; axis++) {
+        float right_area[BINS];
+        int right_count[BINS];
+        float4 side_low = (float4)(INFINITY), side_high = (float4)(-INFINITY);
+        int side_count = 0;
+        for (int k = BINS - 1; k > 0; k--) {
+            side_low = lower4(low[axis][k], side_low);
+            side_high = upper4(high[axis][k], side_high);
+            side_count += count[axis][k];
+            right_area[k] = half_area(side_low, side_high);
+            right_count[k] = side_count;
+        }
+        side_low = (float4)(INFINITY);
+        side_high = (float4)(-INFINITY);
+        side_count = 0;
+        for (int k = 1; k < BINS; k++) {
+            side_low = lower4(low[axis][k - 1], side_low);
+            side_high = upper4(high[axis][k - 1], side_high);
+            side_count += count[axis][k - 1];
+            if (side_count == 0 || right_count[k] == 0) continue;
+            const float cost = half_area(side_low, side_high) * blocks_of(side_count)
+                             + right_area[k] * blocks_of(right_count[k]);
+            if (cost < best.cost) {
+                best.axis = axis;
+                best.bin = k;
+                best.cost = cost;
+            }
         }
     }
     return best;
 }
 
-// `item` is a permutation of the boxes, sorted into the tree's leaves; `nodes` has room for 2 n - 1.
-__kernel void build_tree(__global const Box *boxes, int n, __global int *item, __global Node *nodes,
-                         __global int *node_count)
+// Makes nodes[node] of the items start .. end: a leaf, or a split whose place is returned (0 for a leaf).
+inline int split_node(__global const Box *boxes, __global const uchar *kinds, __global int *item,
+                      __global BuildNode *node, int start, int end, int depth)
 {
-    int stack[STACK][4];  // node, start, end, depth
-    int size = 1, used = 1;
-    stack[0][0] = 0;
-    stack[0][1] = 0;
-    stack[0][2] = n;
-    stack[0][3] = 0;
-    while (size > 0) {
-        size--;
-        const int node = stack[size][0], start = stack[size][1], end = stack[size][2], depth = stack[size][3];
-        float3 low = (float3)(INFINITY, INFINITY, INFINITY), high = -low, middle_low = low, middle_high = high;
-        for (int i = start; i < end; i++) {
-            const float3 box_low = boxes[item[i]].low.xyz, box_high = boxes[item[i]].high.xyz;
-            const float3 middle = box_low * 0.5f + box_high * 0.5f;
-            low = lower3(box_low, low);
-            high = upper3(box_high, high);
-            middle_low = lower3(middle, middle_low);
-            middle_high = upper3(middle, middle_high);
-        }
-        nodes[node].low = (float4)(low, 0.0f);
-        nodes[node].high = (float4)(high, 0.0f);
-        nodes[node].pad0 = nodes[node].pad1 = 0;
-        const int count = end - start;
-        Split split = {-1, 0, 0.0f};
-        if (count > 1 && depth < DEEP)
-            for (int axis = 0; axis < 3; axis++) {
-                const float extent = component(middle_high, axis) - component(middle_low, axis);
-                if (!(extent > 0.0f)) continue;
-                split = best_plane(boxes, item, start, end, axis, component(middle_low, axis),
-                                   (float)BINS * 0.9999f / extent, split);
-            }
-        const float area = half_area(low, high);
-        const bool split_pays = split.axis >= 0 && split.cost + area < (float)count * area;
-        if (count <= LEAF && !split_pays) {
-            nodes[node].first = start;
-            nodes[node].count = count;
-            continue;
-        }
-        int middle = start + count / 2;
-        if (split.axis >= 0) {
-            const float from = component(middle_low, split.axis);
-            const float per_bin = (float)BINS * 0.9999f / (component(middle_high, split.axis) - from);
-            int i = start, j = end - 1;
-            while (i <= j) {
-                const int swap = item[i];
-                if (bin_of(boxes + swap, split.axis, from, per_bin) < split.bin) { i++; continue; }
-                item[i] = item[j];
-                item[j--] = swap;
-            }
-            middle = i;
-        }
-        nodes[node].first = used;
-        nodes[node].count = 0;
-        const int left_larger = middle - start >= end - middle;
-        for (int k = 0; k < 2; k++) {
-            const int left = (k == 0) == left_larger;
-            stack[size][0] = left ? used : used + 1;
-            stack[size][1] = left ? start : middle;
-            stack[size][2] = left ? middle : end;
-            stack[size][3] = depth + 1;
-            size++;
-        }
-        used += 2;
+    float4 low = (float4)(INFINITY), high = (float4)(-INFINITY), middle_low = low, middle_high = high;
+    for (int i = start; i < end; i++) {
+        const float4 a = boxes[item[i]].low, b = boxes[item[i]].high, middle = a + b;
+        low = lower4(a, low);
+        high = upper4(b, high);
+        middle_low = lower4(middle, middle_low);
+        middle_high = upper4(middle, middle_high);
     }
-    *node_count = used;
+    node->low = low;
+    node->high = high;
+    node->first = start;
+    node->count = end - start;
+    node->kind = kinds[item[start]];
+    node->pad0 = 0;
+    const int count = end - start;
+    Split split = {-1, 0, INFINITY};
+    const float4 extent = middle_high - middle_low;
+    // an axis without extent has all its items in bin 0, and no plane there is a split
+    const float4 scale = select((float4)(0.0f), (BINS * 0.9999f) / extent, extent > 1e-30f);
+    if (count > 1 && depth < DEEP) split = best_split(boxes, item, start, end, middle_low, scale);
+    const float area = half_area(low, high);
+    if (count <= BLOCK && !(split.axis >= 0 && split.cost + area < area * blocks_of(count))) {
+        // a leaf; if its kinds are mixed, the first kind parts from the others
+        int place = start;
+        for (int i = start; i < end; i++)
+            if (kinds[item[i]] == node->kind) {
+                const int swap = item[i];
+                item[i] = item[place];
+                item[place++] = swap;
+            }
+        return place < end ? place : 0;
+    }
+    if (split.axis < 0) return start + count / 2;
+    const float from = split.axis == 0 ? middle_low.x : split.axis == 1 ? middle_low.y : middle_low.z;
+    const float per_bin = split.axis == 0 ? scale.x : split.axis == 1 ? scale.y : scale.z;
+    int i = start, j = end - 1;
+    while (i <= j) {
+        const int moved = item[i];
+        __global const float *a = (__global const float *)&boxes[moved].low;
+        if (clamp(convert_int_sat((a[split.axis] + a[4 + split.axis] - from) * per_bin), 0, BINS - 1) < split.bin) {
+            i++;
+        } else {
+            item[i] = item[j];
+            item[j--] = moved;
+        }
+    }
+    return i;
 }
 
-// leaves hold primitive numbers: items of the builder are places in the list of finite primitives
-__kernel void number_leaves(__global const int *finite, int n, __global int *item)
+typedef struct {
+    int node, start, end, depth;
+} Task;
+
+inline void push_halves(Task *stack, int *size, const Task parent, int middle, int children)
 {
-    const int i = get_global_id(0);
-    if (i < n) item[i] = finite[item[i]];
+    const Task left = {children, parent.start, middle, parent.depth + 1};
+    const Task right = {children + 1, middle, parent.end, parent.depth + 1};
+    const bool left_larger = middle - parent.start > parent.end - middle;
+    stack[(*size)++] = left_larger ? left : right;
+    stack[(*size)++] = left_larger ? right : left;
+}
+
+// Splits the largest waiting range until there are `wanted`, or none above `least`. tasks[k] = node, start, end,
+// depth; a subtree of m items gets the nodes tasks[k].node and 2 m - 2 others from `used` on.
+__kernel void split_top(__global const Box *boxes, __global const uchar *kinds, int n, int wanted, int least,
+                        __global int *item, __global BuildNode *nodes, __global int4 *tasks, __global int *counts)
+{
+    Task waiting[64];
+    int size = 1, used = 1;
+    const Task all = {0, 0, n, 0};
+    waiting[0] = all;
+    while (size < wanted) {
+        int largest = 0;
+        for (int k = 1; k < size; k++)
+            if (waiting[k].end - waiting[k].start > waiting[largest].end - waiting[largest].start) largest = k;
+        const Task task = waiting[largest];
+        if (task.end - task.start <= least) break;
+        const int middle = split_node(boxes, kinds, item, nodes + task.node, task.start, task.end, task.depth);
+        nodes[task.node].first = used;
+        nodes[task.node].count = 0;
+        waiting[largest] = waiting[--size];
+        push_halves(waiting, &size, task, middle, used);
+        used += 2;
+    }
+    for (int k = 0; k < size; k++) tasks[k] = (int4)(waiting[k].node, waiting[k].start, waiting[k].end, waiting[k].depth);
+    counts[0] = size;
+    counts[1] = used;
+}
+
+// Finishes subtree k of split_top in nodes of its own: 2 * start + used is free for it, since the m items before
+// it need at most 2 m nodes.
+__kernel void build_subtree(__global const Box *boxes, __global const uchar *kinds, __global const int4 *tasks,
+                            __global const int *counts, __global int *item, __global BuildNode *nodes)
+{
+    const int k = get_global_id(0);
+    if (k >= counts[0]) return;
+    Task stack[STACK];
+    int size = 1, used = counts[1] + 2 * tasks[k].y;
+    const Task whole = {tasks[k].x, tasks[k].y, tasks[k].z, tasks[k].w};
+    stack[0] = whole;
+    while (size > 0) {
+        const Task task = stack[--size];
+        const int middle = split_node(boxes, kinds, item, nodes + task.node, task.start, task.end, task.depth);
+        if (middle == 0) continue;
+        nodes[task.node].first = used;
+        nodes[task.node].count = 0;
+        push_halves(stack, &size, task, middle, used);
+        used += 2;
+    }
+}
+
+// Eight-wide nodes from binary ones: a node takes in the largest of its children's boxes until it has eight.
+// leaves[kind][block] = first item, count; counts = nodes, triangle blocks, sphere blocks, other blocks.
+__kernel void collapse(__global const BuildNode *binary, __global WideNode *nodes, int most_blocks,
+                       __global int2 *leaves, __global int *counts)
+{
+    int2 stack[STACK];  // binary node, wide node
+    int size = 1, used = 1, blocks[3] = {0, 0, 0};
+    stack[0] = (int2)(0, 0);
+    while (size > 0) {
+        const int2 top = stack[--size];
+        int child[8], children = 1;
+        child[0] = top.x;
+        while (children < 8) {
+            int largest = -1;
+            float area = -1.0f;
+            for (int k = 0; k < children; k++) {
+                if (binary[child[k]].count > 0) continue;
+                const float a = half_area(binary[child[k]].low, binary[child[k]].high);
+                if (a > area) {
+                    area = a;
+                    largest = k;
+                }
+            }
+            if (largest < 0) break;
+            const int first = binary[child[largest]].first;
+            child[largest] = first;
+            child[children++] = first + 1;
+        }
+        __global WideNode *node = nodes + top.y;
+        for (int k = 0; k < 8; k++) {
+            float4 low = (float4)(INFINITY), high = (float4)(-INFINITY);
+            int reference = 0;
+            if (k < children) {
+                __global const BuildNode *from = binary + child[k];
+                low = from->low;
+                high = from->high;
+                if (from->count == 0) {
+                    reference = used++;
+                    stack[size++] = (int2)(child[k], reference);
+                } else {
+                    const int block = blocks[from->kind]++;
+                    leaves[from->kind * most_blocks + block] = (int2)(from->first, from->count);
+                    reference = ~(block * 4 + from->kind);
+                }
+            }
+            node->planes[k] = low.x;
+            node->planes[8 + k] = high.x;
+            node->planes[16 + k] = low.y;
+            node->planes[24 + k] = high.y;
+            node->planes[32 + k] = low.z;
+            node->planes[40 + k] = high.z;
+            node->child[k] = reference;
+            node->pad[k] = 0;
+        }
+    }
+    counts[0] = used;
+    for (int kind = 0; kind < 3; kind++) counts[1 + kind] = blocks[kind];
+}
+
+__kernel void pack_triangles(__global const int2 *leaves, int blocks, __global const int *item,
+                             __global const int *finite, __global const Primitive *primitives,
+                             __global const Triangle *triangles, __global TriangleBlock *out)
+{
+    const int b = get_global_id(0);
+    if (b >= blocks) return;
+    for (int k = 0; k < 8; k++) {
+        const bool empty = k >= leaves[b].y;
+        const int number = empty ? -1 : finite[item[leaves[b].x + k]];
+        out[b].primitive[k] = number;
+        Triangle t;
+        if (!empty) t = triangles[primitives[number].index];
+        else t.v0 = t.v1 = t.v2 = (float4)(NO_HIT);
+        out[b].corners[k] = t.v0.x; out[b].corners[8 + k] = t.v0.y; out[b].corners[16 + k] = t.v0.z;
+        out[b].corners[24 + k] = t.v1.x; out[b].corners[32 + k] = t.v1.y; out[b].corners[40 + k] = t.v1.z;
+        out[b].corners[48 + k] = t.v2.x; out[b].corners[56 + k] = t.v2.y; out[b].corners[64 + k] = t.v2.z;
+    }
+}
+
+__kernel void pack_spheres(__global const int2 *leaves, int blocks, __global const int *item,
+                           __global const int *finite, __global const Primitive *primitives,
+                           __global const Sphere *spheres, __global SphereBlock *out)
+{
+    const int b = get_global_id(0);
+    if (b >= blocks) return;
+    for (int k = 0; k < 8; k++) {
+        const bool empty = k >= leaves[b].y;
+        const int number = empty ? -1 : finite[item[leaves[b].x + k]];
+        const float4 s = empty ? (float4)(NO_HIT) : spheres[primitives[number].index].center_radius;
+        out[b].primitive[k] = number;
+        out[b].places[k] = s.x; out[b].places[8 + k] = s.y; out[b].places[16 + k] = s.z; out[b].places[24 + k] = s.w;
+    }
+}
+
+__kernel void pack_others(__global const int2 *leaves, int blocks, __global const int *item,
+                          __global const int *finite, __global int *order)
+{
+    const int b = get_global_id(0);
+    if (b >= blocks) return;
+    for (int k = 0; k < 8; k++) order[8 * b + k] = k < leaves[b].y ? finite[item[leaves[b].x + k]] : -1;
 }
