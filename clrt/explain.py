@@ -27,7 +27,7 @@ def single(value: Any) -> Any:
         return rounded
     if isinstance(value, int) and abs(value) > FLOAT32_MAX:
         raise OverflowError
-    if isinstance(value, list):
+    if isinstance(value, (list, tuple)):
         return [single(item) for item in value]
     if isinstance(value, dict):
         return {key: single(item) for key, item in value.items()}
@@ -73,7 +73,7 @@ def _tables(hint: Any, value: Any, at: At) -> list[tuple[At, type[msgspec.Struct
     structs = [t for t in _leaves(hint) if isinstance(t, type) and issubclass(t, msgspec.Struct)]
     if not structs:
         return []
-    items = enumerate(value) if isinstance(value, list) else ()
+    items = enumerate(value) if isinstance(value, (list, tuple)) else ()
     found = (
         [(at, value)]
         if isinstance(value, dict)
@@ -83,7 +83,7 @@ def _tables(hint: Any, value: Any, at: At) -> list[tuple[At, type[msgspec.Struct
 
 
 def _check_numbers(value: Any, at: At, right: str) -> None:
-    if isinstance(value, list):
+    if isinstance(value, (list, tuple)):
         for index, item in enumerate(value):
             _check_numbers(item, at.item(index), right)
     elif isinstance(value, (int, float)):

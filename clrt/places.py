@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,7 @@ class At:
     path: str = ""
 
     def key(self, name: str) -> At:
+        name = name if re.fullmatch(r"[\w-]{1,60}", name) else show(name)  # a file may call things anything
         return At(self.source, f"{self.path}.{name}" if self.path else name)
 
     def item(self, index: int) -> At:

@@ -14,9 +14,9 @@ from typing import Annotated, Any, TypeVar
 
 import msgspec
 import numpy as np
-from msgspec import Meta
+from msgspec import NODEFAULT, Meta
 
-from clrt.explain import FLOAT32_MAX, describe, explain, field_types, metas, single
+from clrt.explain import describe, explain, field_types, metas, single
 from clrt.places import At, did_you_mean, listed
 
 Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
@@ -70,9 +70,9 @@ def table_of(record: Record) -> dict[str, Any]:
 @cache
 def _defaults(cls: type[Record]) -> dict[str, Any]:
     """The fields of a record and their defaults, what all shapes share last."""
-    own = [field for field in msgspec.structs.fields(cls) if field.name not in ("material", "transform")]
-    shared = [field for field in msgspec.structs.fields(cls) if field.name in ("material", "transform")]
-    return {field.name: field.default for field in own + shared}
+    fields = sorted(msgspec.structs.fields(cls), key=lambda field: field.name in ("material", "transform"))
+    made = {field.name: field.default_factory for field in fields if field.default_factory is not NODEFAULT}
+    return {field.name: made[field.name]() if field.name in made else field.default for field in fields}
 
 
 def _as_builtin(value: Any) -> Any:
@@ -119,9 +119,8 @@ def check_color(color: object, at: At) -> None:
 
 
 def is_zero(vector: Iterable[float]) -> bool:
-    """Whether a vector has no direction in float32: its squared length vanishes or overflows."""
-    length = sum(c_float(c_float(x).value ** 2).value for x in vector)
-    return not 0.0 < length < FLOAT32_MAX
+    """Whether a vector has no direction once its components are rounded to float32."""
+    return not any(c_float(x).value for x in vector)
 
 
 def float32(values: Any) -> np.ndarray:

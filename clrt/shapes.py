@@ -25,7 +25,10 @@ Coefficients = Annotated[
 class Shape(Record, frozen=True, kw_only=True, tag_field="type"):
     """What all shapes have. `material` is a name, a material, or None for the default material."""
 
-    material: str | Material | None = None
+    material: (
+        Annotated[str | Material, Meta(description="must be the name of a material or a table of its keys")]
+        | None
+    ) = None
     name: str | None = None
 
     @property
@@ -222,7 +225,7 @@ class Box(FiniteShape, frozen=True, kw_only=True, tag="box"):
 
 def _direction(vector: Vector, at: At, noun: str) -> None:
     if is_zero(vector):
-        raise at.error(vector, f"{noun} must not be zero (its length in float32 is 0 or infinite)")
+        raise at.error(vector, f"{noun} must not be zero")
 
 
 def _apart(p0: Vector, p1: Vector, at: At) -> None:

@@ -41,8 +41,12 @@ def load(path: str | Path, *, limits: Limits | None = None, **options: Any) -> S
         if name not in known:
             text = f"there is no option {name!r} for {path.suffix} files{did_you_mean(name, known)}"
             raise SceneError(located(str(path), "", text))
-    if not path.is_file():
-        text = "is a folder" if path.is_dir() else "there is no such file"
+    try:
+        found = path.is_file()
+    except OSError as error:
+        raise SceneError(located(str(path), "", f"cannot be read: {error.strerror}")) from None
+    if not found:
+        text = "is a folder or a device, not a file" if path.exists() else "there is no such file"
         raise SceneError(located(str(path), "", text))
     return loader(path, limits or Limits(), **options)
 

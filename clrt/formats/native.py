@@ -92,7 +92,7 @@ def _no_constant(name: str) -> NoReturn:
 
 def _depth(value: Any, most: int) -> int:
     """How deeply tables and lists are nested; counts no further than `most`."""
-    level, depth = [value], 0
+    level, depth = [value], 1
     while level and depth < most:
         level = [item for part in level for item in _children(part)]
         depth += bool(level)

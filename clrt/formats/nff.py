@@ -105,7 +105,7 @@ class _Reader:
             if key in ("from", "at", "up"):
                 view[key] = self.tokens.numbers(3, key)
             elif key == "resolution":
-                view[key] = [self.tokens.integer(key), self.tokens.integer(key)]
+                view[key] = [self.tokens.side(key), self.tokens.side(key)]
             else:
                 view[key] = self.tokens.number(key)
         if not 0 < view["angle"] < 180:

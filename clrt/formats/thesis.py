@@ -44,7 +44,7 @@ def thirds(spectrum: np.ndarray) -> np.ndarray:
 
 def interval(low: float, high: float) -> np.ndarray:
     """(20,) bands: 1 where low <= band <= high."""
-    return np.where((_BANDS < low) | (_BANDS > high), 0.0, 1.0)
+    return np.array([1.0 if low <= band <= high else 0.0 for band in _BANDS])
 
 
 _RED, _GREEN, _BLUE = interval(600, 750), interval(500, 600), interval(380, 500)
@@ -113,17 +113,11 @@ class _Reader:
         }
 
     def _width(self) -> None:
-        self.width = self._side("Width")
+        self.width = self.tokens.side("Width")
         self.pixel = 1.5 / self.width
 
     def _height(self) -> None:
-        self.height = self._side("Height")
-
-    def _side(self, name: str) -> int:
-        side = self.tokens.integer(name)
-        if not 1 <= side <= 1 << 16:
-            raise self.tokens.error(f"{name} {side} is not allowed; it must be from 1 to 65536 pixels")
-        return side
+        self.height = self.tokens.side("Height")
 
     def _pixel(self) -> None:
         self.pixel = self.tokens.number("Pixel")

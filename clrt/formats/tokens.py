@@ -79,6 +79,13 @@ class Tokens:
             raise self.error(f"{value:g} is not allowed; {wanted} must be a whole number")
         return int(value)
 
+    def side(self, wanted: str) -> int:
+        """A picture's width or height in pixels."""
+        side = self.integer(wanted)
+        if not 1 <= side <= 1 << 16:
+            raise self.error(f"{side} is not allowed; {wanted} must be from 1 to 65536 pixels")
+        return side
+
 
 def build(table: dict[str, Any], lines: Mapping[str, int], path: Path, limits: Limits) -> Scene:
     """The scene in an importer's dict; `lines` says where each part (`shapes[3]`) stood in the file."""
