@@ -45,7 +45,7 @@ inline Split best_split(__global const Box *boxes, __global const int *item, int
         }
     for (int i = start; i < end; i++) {
         const float4 a = boxes[item[i]].low, b = boxes[item[i]].high;
-        const int4 bin = clamp(convert_int4_sat((a + b - middle_low) * scale), 0, BINS - 1);
+        const int4 bin = clamp(convert_int4_sat((a + b - middle_low) * scale), (int4)(0), (int4)(BINS - 1));
         low[0][bin.x] = lower4(a, low[0][bin.x]); high[0][bin.x] = upper4(b, high[0][bin.x]); count[0][bin.x]++;
         low[1][bin.y] = lower4(a, low[1][bin.y]); high[1][bin.y] = upper4(b, high[1][bin.y]); count[1][bin.y]++;
         low[2][bin.z] = lower4(a, low[2][bin.z]); high[2][bin.z] = upper4(b, high[2][bin.z]); count[2][bin.z]++;
