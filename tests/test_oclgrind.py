@@ -1,0 +1,130 @@
+"""Tiny frames of everything, for Oclgrind to watch every memory access of every kernel.
+
+What it finds stands in its log, which must be empty after each test.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+import watched
+from clrt.device import Device
+from clrt.image import Image
+from clrt.resources import kernel_folder
+
+pytestmark = pytest.mark.oclgrind
+
+GLASS = {"diffuse": 0.1, "specular": 0.3, "reflection": 0.3, "transmission": 0.7, "fresnel": True}
+MIRROR = {"color": [0.9, 0.6, 0.3], "specular": 0.5, "reflection": 0.5, "fresnel": "schlick"}
+CHECKER = {"color": {"type": "checker"}}
+MATT = {"emission": 0.1}
+TETRAHEDRON = {
+    "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    "faces": [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+}
+SHAPES: dict[str, list[dict[str, Any]]] = {
+    "spheres": [
+        {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": GLASS},
+        {"type": "sphere", "center": [1.4, 0.5, -1], "radius": 0.7, "transform": [{"scale": [1, 2, 1]}]},
+        {"type": "ellipsoid", "center": [-1.3, 0, -0.5], "radii": [0.4, 0.9, 0.5], "material": MIRROR},
+    ],
+    "flat": [
+        {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": CHECKER},
+        {"type": "polygon", "points": [[-1, -1, 0], [1, -1, 0], [0, -0.4, 0], [0, 1, 0]], "material": MIRROR},
+        {"type": "disk", "center": [1, 0.5, -1], "normal": [0, 0.2, 1], "radius": 0.6, "material": MATT},
+        {"type": "box", "min": [-1.5, -1, -1.5], "max": [-0.7, 0.2, -0.7], "material": GLASS},
+    ],
+    "round": [
+        {"type": "cylinder", "p0": [-1, -1, 0], "p1": [-1, 1, 0], "radius": 0.4, "caps": True},
+        {"type": "cone", "p0": [0.5, -1, 0], "r0": 0.6, "p1": [0.5, 0.5, 0], "r1": 0, "material": MIRROR},
+        {"type": "paraboloid", "apex": [1, 0, -1], "axis": [0, 1, 0], "focal": 0.2, "height": 1},
+        {
+            "type": "quadric", "coefficients": [1, -1, 1, 0, 0, 0, 0, 0, 0, -0.1],
+            "clip": [[-1, -1, -1], [1, 1, 1]], "material": MATT,
+        },
+    ],
+    "meshes": [
+        {"type": "mesh", **TETRAHEDRON, "material": GLASS},
+        {"type": "mesh", **TETRAHEDRON, "smooth": True, "transform": [{"translate": [-1.2, 0, 0]}]},
+    ],
+    "nothing": [],
+}  # fmt: skip
+LAYERS = ["direct", "reflection", "transmission", "generation_1", "emission", "ambient", "diffuse"]
+LAYERS += ["highlight", "depth", "position", "normal", "shape"]
+launched: set[str] = set()
+
+
+@pytest.fixture(autouse=True)
+def watch(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Nothing is hidden from Oclgrind, the kernels launched are recorded, and the log must stay empty."""
+    for name, replacement in watched.PATCHES:
+        monkeypatch.setattr(name, replacement)
+    launch = Device.launch
+
+    def recording(self: Device, name: str, *rest: Any, **options: Any) -> None:
+        launched.add(name)
+        launch(self, name, *rest, **options)
+
+    monkeypatch.setattr(Device, "launch", recording)
+    yield
+    assert watched.findings()[:2000] == ""
+
+
+def scene(shapes: str, **more: Any) -> clrt.Scene:
+    table = {
+        "max_depth": 2, "ambient": 0.2, "background": [0.1, 0.2, 0.3],
+        "camera": {"origin": [0.3, 0.5, 4], "target": [0, 0, 0], "width": 9, "height": 7},
+        "lights": [
+            {"type": "point", "position": [3, 4, 5], "falloff": "inverse-square", "intensity": 20},
+            {"type": "directional", "direction": [1, -2, -1]},
+        ],
+        "shapes": SHAPES[shapes],
+    }  # fmt: skip
+    return clrt.load_dict({**table, **more})
+
+
+@pytest.mark.parametrize("shapes", SHAPES)
+def test_frames(shapes: str):
+    """Work-groups of 8 do not divide the queues, so that the idle items of the last one are watched too."""
+    settings = clrt.Settings(local_size=8, lanes=8, tile=40)
+    image = clrt.render(scene(shapes), layers=LAYERS, settings=settings)
+    assert np.isfinite(image.pixels).all() and image.stats["rays"]["camera"] == 63
+
+
+@pytest.mark.parametrize("shadow", ["opaque", "tinted"])
+def test_a_frame_with_everything_that_costs_more(shadow: str, tmp_path: Path):
+    Image(np.random.default_rng(1).random((4, 8, 3), np.float32)).save(tmp_path / "sky.exr")
+    table = {"background": "sky.exr", "shadow": shadow, "ambient_samples": 3, "one_sided": "opaque"}
+    camera = {"origin": [0.3, 0.5, 4], "target": [0, 0, 0], "width": 5, "height": 4, "spp": 4, "jitter": 7}
+    made = clrt.load_dict(
+        {**table, "max_depth": 1, "camera": camera, "lights": [{"type": "point", "position": [3, 4, 5]}],
+         "shapes": SHAPES["spheres"] + SHAPES["flat"]}, folder=tmp_path,
+    )  # fmt: skip
+    assert np.isfinite(clrt.render(made).pixels).all()
+
+
+def test_questions_about_rays():
+    generator = np.random.default_rng(2)
+    origins = generator.normal(size=(37, 3)) * 3
+    directions = -origins + generator.normal(size=(37, 3)) * 0.3
+    directions[5] = 0
+    directions[6] = np.nan
+    for shapes in ("spheres", "meshes"):
+        tracer = clrt.Tracer(scene(shapes), settings=clrt.Settings(local_size=16))
+        hits = tracer.intersect(origins, directions)
+        assert (hits.primitive >= 0).any() and (hits.primitive[[5, 6]] == -1).all()
+        assert np.array_equal(tracer.occluded(origins, directions), hits.primitive >= 0)
+        assert tracer.radiance(origins, directions)[0].shape == (37, 3)
+
+
+def test_every_kernel_was_watched():
+    """Last in this file: it looks at what the tests above launched."""
+    source = "".join(file.read_text() for file in kernel_folder().glob("*.cl"))
+    assert launched == set(re.findall(r"__kernel\s+void\s+(\w+)", source))
