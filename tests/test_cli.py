@@ -20,7 +20,7 @@ import clrt
 from clrt.cli import main
 from clrt.image import pixel_hash, read_image
 from clrt.imagefile import read_samples
-from clrt.resources import scene_file, shipped_scenes
+from clrt.resources import scene_file, shipped_scenes, validation_module
 
 SCENE = """
 max_depth = 2
@@ -229,6 +229,24 @@ def test_convert_keeps_the_picture(scene: Path, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr() == ("", "")
     assert ".toml" in fault(capsys, "convert", scene, scene.with_name("a.obj"))
     assert not scene.with_name("a.obj").exists()
+
+
+def test_selftest_reports_each_check_and_fails_with_one(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    selftest = validation_module("selftest")
+    for passed, code, last in ((True, 0, "all 2 checks passed"), (False, 1, "1 of 2 checks failed")):
+        results = [selftest.Result("spheres", True, "all", 0.1), selftest.Result("meshes", passed, "here", 0.1)]
+        monkeypatch.setattr(selftest, "run_selftest", lambda device, results=results: results)
+        assert main(["selftest", "--device", "0"]) == code
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[0] == f"on {clrt.devices()[0].label}:" and lines[-1] == last
+        assert lines[1].startswith("same ") and lines[2].startswith("same " if passed else "DIFFERENT ")
+        assert "meshes" in lines[2] and "here" in lines[2]
+
+
+def test_selftest_passes_on_the_default_device(capsys: pytest.CaptureFixture[str]):
+    assert main(["selftest"]) == 0, capsys.readouterr().out
 
 
 def test_warnings_are_one_line(scene: Path, capsys: pytest.CaptureFixture[str]):
