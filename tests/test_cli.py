@@ -236,7 +236,8 @@ def test_selftest_reports_each_check_and_fails_with_one(
 ):
     selftest = validation_module("selftest")
     for passed, code, last in ((True, 0, "all 2 checks passed"), (False, 1, "1 of 2 checks failed")):
-        results = [selftest.Result("spheres", True, "all", 0.1), selftest.Result("meshes", passed, "here", 0.1)]
+        checks = (("spheres", True, "all"), ("meshes", passed, "here"))
+        results = [selftest.Result(*check, 0.1) for check in checks]
         monkeypatch.setattr(selftest, "run_selftest", lambda device, results=results: results)
         assert main(["selftest", "--device", "0"]) == code
         lines = capsys.readouterr().out.splitlines()
