@@ -56,9 +56,22 @@ def _all_devices() -> list[tuple[DeviceInfo, cl.Device]]:
     found: list[tuple[DeviceInfo, cl.Device]] = []
     for platform in platforms:
         for device in platform.get_devices():
-            kind = "CPU" if device.type & cl.device_type.CPU else "GPU" if device.type & cl.device_type.GPU else "other"
-            info = DeviceInfo(len(found), device.name.strip(), platform.name.strip(), _short_version(platform.version),
-                              kind, device.max_compute_units, device.global_mem_size)
+            kind = (
+                "CPU"
+                if device.type & cl.device_type.CPU
+                else "GPU"
+                if device.type & cl.device_type.GPU
+                else "other"
+            )
+            info = DeviceInfo(
+                len(found),
+                device.name.strip(),
+                platform.name.strip(),
+                _short_version(platform.version),
+                kind,
+                device.max_compute_units,
+                device.global_mem_size,
+            )
             found.append((info, device))
     return found
 
@@ -127,9 +140,13 @@ def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
     return "\n".join(out) + "\n"
 
 
-def kernel_source(bands: int = layout.BANDS, lanes: int = 16, packet: int = 16, folder: Path | None = None) -> str:
+def kernel_source(
+    bands: int = layout.BANDS, lanes: int = 16, packet: int = 16, folder: Path | None = None
+) -> str:
     """The program: the layout's declarations and every kernel file."""
-    return layout.c_declarations(bands, lanes, packet) + flatten_includes(KERNEL_FILES, folder or kernel_folder())
+    return layout.c_declarations(bands, lanes, packet) + flatten_includes(
+        KERNEL_FILES, folder or kernel_folder()
+    )
 
 
 def _thread_limited(device: cl.Device, threads: int | None) -> cl.Device:
@@ -137,33 +154,45 @@ def _thread_limited(device: cl.Device, threads: int | None) -> cl.Device:
         return device
     by_counts = cl.device_partition_property.BY_COUNTS
     try:
-        return device.create_sub_devices([by_counts, threads])[0]
+        return device.create_sub_devices([by_counts, threads])[0]  # type: ignore[list-item]
     except cl.Error as error:
-        raise DeviceError(f"{device.name}: cannot be limited to {threads} of its {device.max_compute_units} "
-                          f"compute units ({error}); leave out threads") from None
+        raise DeviceError(
+            f"{device.name}: cannot be limited to {threads} of its {device.max_compute_units} "
+            f"compute units ({error}); leave out threads"
+        ) from None
 
 
 class Device:
-    """An OpenCL device with the kernels built for it. Owns context, command queue, program and memory pool."""
+    """An OpenCL device and the kernels built for it: owns context, command queue, program and memory pool."""
 
-    def __init__(self, wanted: int | str | None = None, settings: Settings | None = None,
-                 bands: int = layout.BANDS, kernels: Path | None = None) -> None:
+    def __init__(
+        self,
+        wanted: int | str | None = None,
+        settings: Settings | None = None,
+        bands: int = layout.BANDS,
+        kernels: Path | None = None,
+    ) -> None:
         self.settings = settings or Settings()
         self.bands = bands
         self.info, device = choose(wanted)
         if self.settings.local_size > device.max_work_group_size:
-            raise DeviceError(f"{self.info.label}: local_size {self.settings.local_size} is above its "
-                              f"{device.max_work_group_size}")
+            raise DeviceError(
+                f"{self.info.label}: local_size {self.settings.local_size} is above its "
+                f"{device.max_work_group_size}"
+            )
         try:
             self.device = _thread_limited(device, self.settings.threads)
             self.context = cl.Context([self.device])
             self.queue = cl.CommandQueue(
-                self.context, properties=cl.command_queue_properties.PROFILING_ENABLE)
+                self.context, properties=cl.command_queue_properties.PROFILING_ENABLE
+            )
             self.pool = cl_tools.MemoryPool(cl_tools.ImmediateAllocator(self.queue))
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: {error}") from None
         # PoCL 3.0's compiler hangs or aborts on float16
-        self.packet = 8 if _pocl_version(self.info) and _pocl_version(self.info) < (3, 1) else self.settings.lanes
+        self.packet = (
+            8 if _pocl_version(self.info) and _pocl_version(self.info) < (3, 1) else self.settings.lanes
+        )
         self.source = kernel_source(bands, self.settings.lanes, self.packet, kernels)
         self._kernels: dict[str, cl.Kernel] = {}
         self._events: list[tuple[str, cl.Event]] = []
@@ -184,8 +213,8 @@ class Device:
         if self.device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
             options.append("-cl-fp32-correctly-rounded-divide-sqrt")
         try:
-            # the driver has a cache of its own; pyopencl's would keep binaries that PoCL 3.0 cannot load
-            return cl.Program(self.context, source).build(options, cache_dir=False)
+            # compiled once: PoCL keeps a cache of its own, for other drivers pyopencl does
+            return cl.Program(self.context, source).build(options)
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: the kernels do not build: {error}") from None
 
@@ -231,7 +260,9 @@ class Device:
 
     def fill_zero(self, target: Any, nbytes: int) -> None:
         if nbytes:
-            self._guard(lambda: cl.enqueue_fill_buffer(self.queue, target, np.uint32(0), 0, nbytes), "fill")
+            self._guard(
+                lambda: cl.enqueue_fill_buffer(self.queue, target, np.zeros(1, np.uint32), 0, nbytes), "fill"
+            )
 
     def finish(self) -> None:
         """Wait for everything launched, and add up the time by pass."""

@@ -23,7 +23,9 @@ _BY_PATH: Final = {
     "ambient": (layout.PATH["PATH_GATHERED_FIRST"], layout.PATH["PATH_GATHERED_FIRST"]),
 }
 # terms of the local light of generation 0
-_BY_TERM: Final = {name: layout.TERMS[f"TERM_{name.upper()}"] for name in ("emission", "ambient", "diffuse", "highlight")}
+_BY_TERM: Final = {
+    name: layout.TERMS[f"TERM_{name.upper()}"] for name in ("emission", "ambient", "diffuse", "highlight")
+}
 GEOMETRY: Final = ("depth", "position", "normal", "shape")
 _GENERATION = re.compile(r"generation_(\d+)")
 
@@ -60,7 +62,7 @@ class Film:
                 passes.gather(self.device, queue, lit, feelers, self.sums, plane, self.pixels, mask, value)
 
     def add_terms(self, world: World, queue: Queue, hits: Hits, last: bool) -> None:
-        """For layers that hold one term of generation 0: the passes of local light again, with that term only."""
+        """For layers of one term of generation 0: the passes of local light again, with that term only."""
         for plane, name in enumerate(self.planes):
             if name in _BY_TERM:
                 lit = passes.light(self.device, world, queue, hits, last, _BY_TERM[name])
@@ -71,4 +73,6 @@ class Film:
         """Means over the samples of each pixel: float32 (planes, pixels, bands)."""
         values = len(self.planes) * self.pixels * self.device.bands
         self.device.launch("resolve", values, np.uint32(values), np.float32(samples), self.sums)
-        return self.device.read(self.sums, np.empty((len(self.planes), self.pixels, self.device.bands), np.float32))
+        return self.device.read(
+            self.sums, np.empty((len(self.planes), self.pixels, self.device.bands), np.float32)
+        )

@@ -42,21 +42,21 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # F(p) = p.Qp + 2 g.p + J about `center` (world axes, float32-exact centre); Q symmetric:
     # `diagonal` = Qxx Qyy Qzz, .w = J;  `mixed` = Qxy Qyz Qxz;  `gradient` = g.
     # clip coordinate i of a local point p is clip_i.xyz . p, which must lie in [clip_i.w, clip_high[i]]
-    # (-inf, inf without a clip). `reach` = largest |x|, |y|, |z| of the clipped surface's box (0 if unbounded)
+    # (-inf, inf without a clip). `reach` = largest |x|, |y|, |z| of the clipped surface's box, 0 if unbounded
     "Quadric": (
         ("center", "float4"), ("diagonal", "float4"), ("mixed", "float4"), ("gradient", "float4"),
         ("clip_x", "float4"), ("clip_y", "float4"), ("clip_z", "float4"), ("clip_high", "float4"),
         ("reach", "float4"),
     ),
-    # Node of the tree: the boxes of eight children, plane by plane (low x, high x, low y, high y, low z, high z),
-    # and what each box holds: a node (>= 0) or a leaf ~(block * 4 + kind of block). An empty place is an inverted
-    # box. 256 bytes, four cache lines.
+    # Node of the tree: the boxes of eight children, plane by plane (low x, high x, low y, high y, low z,
+    # high z), and what each box holds: a node (>= 0) or a leaf ~(block * 4 + kind of block). An empty place
+    # is an inverted box. 256 bytes, four cache lines.
     "WideNode": (("planes", "float@48"), ("child", "int@8"), ("pad", "int@8")),
-    # Leaves: up to eight primitives of a kind, by coordinate: v0.x of all, v0.y, ..., v2.z; centre x, y, z, radius.
-    # An empty place has NaN and primitive -1.
+    # Leaves: up to eight primitives of a kind, by coordinate: v0.x of all, v0.y, ..., v2.z; centre x, y, z,
+    # radius. An empty place has NaN and primitive -1.
     "TriangleBlock": (("corners", "float@72"), ("primitive", "int@8")),
     "SphereBlock": (("places", "float@32"), ("primitive", "int@8")),
-    # binary node of the builder: children `first`, `first + 1` (count = 0), or the items first .. first + count
+    # binary node of the builder: children `first`, `first + 1` (count = 0), or items first .. first + count
     "BuildNode": (
         ("low", "float4"), ("high", "float4"),
         ("first", "int"), ("count", "int"), ("kind", "int"), ("pad0", "int"),
@@ -82,7 +82,8 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     "SceneInfo": (
         ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
         ("ambient_samples", "int"), ("tinted", "int"), ("spd", "int"), ("one_sided", "int"),
-        ("medium_ior", "float"), ("min_weight", "float"), ("background_width", "int"), ("background_height", "int"),
+        ("medium_ior", "float"), ("min_weight", "float"),
+        ("background_width", "int"), ("background_height", "int"),
         ("ambient", "float@BANDS"), ("background", "float@BANDS"), ("depth_color", "float@BANDS"),
     ),
     # --- camera: everything the pass `generate` needs; vectors are unit, `half` = tan(fov/2) or size/2 ------
@@ -124,7 +125,7 @@ WORLD: Final[dict[str, str]] = {
 
 RAY_FIELDS: Final = ("ORIGIN_X", "ORIGIN_Y", "ORIGIN_Z", "DIRECTION_X", "DIRECTION_Y", "DIRECTION_Z", "T_MAX")
 
-# A ray's `path` word: upper 28 bits a key that no other path of the picture shares but by chance, lower 4 flags
+# A ray's `path` word: upper 28 bits a key that other paths of the picture share only by chance, lower 4 flags
 PATH: Final = {
     "PATH_ROUTE": 3,  # 0 direct, 1 reflection, 2 transmission: the first such bounce
     "PATH_GATHERED": 4,  # descends from an ambient ray
@@ -142,7 +143,6 @@ SPAWN: Final = {
     "SPAWN_TOTAL_INTERNAL": 1 << 20,
 }
 STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TOTAL_INTERNAL")
-SCANNED_STREAMS: Final = 4  # the first four get offsets; the last two only totals
 
 TERMS: Final = {"TERM_EMISSION": 1, "TERM_AMBIENT": 2, "TERM_DIFFUSE": 4, "TERM_HIGHLIGHT": 8, "TERM_ALL": 15}
 
@@ -154,7 +154,12 @@ PAD: Final = 8 * 2.0**-24
 QUADRIC_PAD: Final = 64 * 2.0**-24  # roots of a quadratic form carry more rounding
 OFFSET: Final = 4 * 2.0**-23  # distance by which spawned rays leave a surface, times the largest |coordinate|
 
-_NUMPY: Final = {"float4": (np.float32, (4,)), "float": (np.float32, ()), "int": (np.int32, ()), "uint": (np.uint32, ())}
+_NUMPY: Final[dict[str, tuple[type[np.generic], tuple[int, ...]]]] = {
+    "float4": (np.float32, (4,)),
+    "float": (np.float32, ()),
+    "int": (np.int32, ()),
+    "uint": (np.uint32, ()),
+}
 
 
 def _field_length(kind: str, bands: int) -> tuple[str, int]:
@@ -170,9 +175,9 @@ def _field_length(kind: str, bands: int) -> tuple[str, int]:
 def dtype(name: str, bands: int = BANDS) -> np.dtype:
     """The numpy dtype of a record of RECORDS, or of an element type such as "float4" (shape (4,))."""
     if name not in RECORDS:
-        base, shape = _NUMPY[name]
-        return np.dtype((base, shape))
-    fields = []
+        element, shape = _NUMPY[name]
+        return np.dtype((element, shape))
+    fields: list[tuple[str, type[np.generic], tuple[int, ...]]] = []
     for field, kind in RECORDS[name]:
         base, length = _field_length(kind, bands)
         scalar, shape = _NUMPY[base]
@@ -200,8 +205,14 @@ def c_declarations(bands: int = BANDS, lanes: int = 16, packet: int = 16) -> str
     `WORLD_PARAMETERS` is the list of the world's buffers in a kernel's signature, `World` the struct of these
     pointers that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
     """
-    constants: dict[str, int] = {"BANDS": bands, "LANES": lanes, "PACKET": packet, "CHUNK": CHUNK, "SCANNED_STREAMS": SCANNED_STREAMS,
-                                 "STREAMS": len(STREAMS), "RAY_FIELDS": len(RAY_FIELDS)}
+    constants: dict[str, int] = {
+        "BANDS": bands,
+        "LANES": lanes,
+        "PACKET": packet,
+        "CHUNK": CHUNK,
+        "STREAMS": len(STREAMS),
+        "RAY_FIELDS": len(RAY_FIELDS),
+    }
     constants |= KINDS | BLOCKS | FRESNEL | CHECKER | PATH | SPAWN | TERMS
     constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
     constants |= {name: number for number, name in enumerate(RAY_FIELDS)}

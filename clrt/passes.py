@@ -16,8 +16,11 @@ from clrt.world import World
 
 CAMERA, REFLECTION, TRANSMISSION, AMBIENT = "camera", "reflection", "transmission", "ambient"
 _STREAM = {name: number for number, name in enumerate(layout.STREAMS)}
-_SPAWNING = {REFLECTION: ("reflect", "REFLECTION"), TRANSMISSION: ("transmit", "TRANSMISSION"),
-             AMBIENT: ("gather_ambient", "AMBIENT")}
+_SPAWNING = {
+    REFLECTION: ("reflect", "REFLECTION"),
+    TRANSMISSION: ("transmit", "TRANSMISSION"),
+    AMBIENT: ("gather_ambient", "AMBIENT"),
+}
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,9 @@ def block_bytes(n: int, fields: int, lanes: int) -> int:
 
 def queue_bytes(n: int, bands: int, lanes: int) -> int:
     """Bytes of a Queue with its hits, local light, counts and places."""
-    return block_bytes(n, len(layout.RAY_FIELDS) + 2 * bands, lanes) + n * 4 * (2 + 2 + 1 + layout.SCANNED_STREAMS)
+    return block_bytes(n, len(layout.RAY_FIELDS) + 2 * bands, lanes) + n * 4 * (
+        2 + 2 + 1 + 4  # pixel and path, hit, spawn, places in four streams
+    )
 
 
 def feeler_bytes(n: int, bands: int, lanes: int) -> int:
@@ -75,49 +80,101 @@ def feeler_bytes(n: int, bands: int, lanes: int) -> int:
 
 def new_queue(device: Device, kind: str, n: int) -> Queue:
     lanes = device.settings.lanes
-    return Queue(kind, n, device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)), device.buffer(4 * n),
-                 device.buffer(4 * n), device.buffer(block_bytes(n, device.bands, lanes)))
+    return Queue(
+        kind,
+        n,
+        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)),
+        device.buffer(4 * n),
+        device.buffer(4 * n),
+        device.buffer(block_bytes(n, device.bands, lanes)),
+    )
 
 
 def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> tuple[Queue, Any]:
     """Camera rays of a tile: `samples` a pixel number. Also a buffer with the work-group size it ran with."""
     queue = new_queue(device, CAMERA, len(pixels) * samples)
     local_size = device.buffer(4)
-    device.launch("generate", queue.n, camera, device.upload(pixels), np.uint32(queue.n),
-                  queue.rays, queue.pixel_of, queue.path, queue.weight, local_size)
+    device.launch(
+        "generate",
+        queue.n,
+        camera,
+        device.upload(pixels),
+        np.uint32(queue.n),
+        queue.rays,
+        queue.pixel_of,
+        queue.path,
+        queue.weight,
+        local_size,
+    )
     return queue, local_size
 
 
-def adopt(device: Device, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray, numbers: np.ndarray) -> Queue:
+def adopt(
+    device: Device, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray, numbers: np.ndarray
+) -> Queue:
     """A queue of the caller's rays: (n, 3), (n, 3), (n,) float32; the rays' numbers, (n,) uint32.
 
     Directions are normalised. Numbers stand for the pixels of camera rays: what looks random depends on them.
     """
     queue = new_queue(device, CAMERA, len(origins))
-    device.launch("adopt", queue.n, device.upload(origins), device.upload(directions), device.upload(t_max),
-                  device.upload(numbers), np.uint32(queue.n), queue.rays, queue.pixel_of, queue.path, queue.weight)
+    device.launch(
+        "adopt",
+        queue.n,
+        device.upload(origins),
+        device.upload(directions),
+        device.upload(t_max),
+        device.upload(numbers),
+        np.uint32(queue.n),
+        queue.rays,
+        queue.pixel_of,
+        queue.path,
+        queue.weight,
+    )
     return queue
 
 
 def closest(device: Device, world: World, queue: Queue) -> Hits:
     """Nearest hit of every ray."""
     hits = Hits(device.buffer(4 * queue.n), device.buffer(4 * queue.n))
-    device.launch("closest", -(-queue.n // device.packet), *world.arguments, queue.rays, np.uint32(queue.n), hits.t, hits.primitive)
+    device.launch(
+        "closest",
+        -(-queue.n // device.packet),
+        *world.arguments,
+        queue.rays,
+        np.uint32(queue.n),
+        hits.t,
+        hits.primitive,
+    )
     return hits
 
 
-def light(device: Device, world: World, queue: Queue, hits: Hits, last: bool,
-          terms: int = layout.TERMS["TERM_ALL"]) -> Lit:
+def light(
+    device: Device, world: World, queue: Queue, hits: Hits, last: bool, terms: int = layout.TERMS["TERM_ALL"]
+) -> Lit:
     """Local light of every hit, and the count of what each will spawn."""
     local = device.buffer(block_bytes(queue.n, device.bands, device.settings.lanes))
     spawn = device.buffer(4 * queue.n)
-    device.launch("light", queue.n, *world.arguments, queue.rays, hits.t, hits.primitive, queue.path, queue.weight,
-                  np.uint32(queue.n), np.uint32(queue.kind == AMBIENT), np.uint32(last), np.uint32(terms),
-                  local, spawn)
+    device.launch(
+        "light",
+        queue.n,
+        *world.arguments,
+        queue.rays,
+        hits.t,
+        hits.primitive,
+        queue.path,
+        queue.weight,
+        np.uint32(queue.n),
+        np.uint32(queue.kind == AMBIENT),
+        np.uint32(last),
+        np.uint32(terms),
+        local,
+        spawn,
+    )
     chunks = -(-queue.n // layout.CHUNK)
     sums = device.buffer(4 * chunks * len(layout.STREAMS))
-    device.launch("count", chunks, spawn, np.uint32(queue.n), np.uint32(world.ambient_samples),
-                  np.uint32(chunks), sums)
+    device.launch(
+        "count", chunks, spawn, np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks), sums
+    )
     counted = device.read(sums, np.empty((len(layout.STREAMS), chunks), np.uint32)).astype(np.int64)
     offsets = np.cumsum(counted, axis=1) - counted
     totals = {name: int(counted[number].sum()) for name, number in _STREAM.items()}
@@ -129,13 +186,23 @@ def _first_places(device: Device, world: World, queue: Queue, lit: Lit, stream: 
     first = device.buffer(4 * queue.n)
     chunks = lit.offsets.shape[1]
     offsets = device.upload(lit.offsets.astype(np.uint32))
-    device.launch("scan", chunks, lit.spawn, np.uint32(queue.n), np.uint32(world.ambient_samples),
-                  np.uint32(chunks), offsets, np.uint32(_STREAM[stream]), first)
+    device.launch(
+        "scan",
+        chunks,
+        lit.spawn,
+        np.uint32(queue.n),
+        np.uint32(world.ambient_samples),
+        np.uint32(chunks),
+        offsets,
+        np.uint32(_STREAM[stream]),
+        first,
+    )
     return first
 
 
-def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit,
-            terms: int = layout.TERMS["TERM_ALL"]) -> Feelers:
+def feelers(
+    device: Device, world: World, queue: Queue, hits: Hits, lit: Lit, terms: int = layout.TERMS["TERM_ALL"]
+) -> Feelers:
     """Emit one shadow feeler for each light above each hit, and find which arrive."""
     n = lit.totals["FEELERS"]
     lanes = device.settings.lanes
@@ -144,8 +211,21 @@ def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit,
     contribution = device.buffer(block_bytes(n, device.bands, lanes))
     seen = device.buffer(4 * n)
     if n:
-        device.launch("feelers", queue.n, *world.arguments, queue.rays, hits.t, hits.primitive, queue.weight,
-                      lit.spawn, first, np.uint32(queue.n), np.uint32(terms), rays, contribution)
+        device.launch(
+            "feelers",
+            queue.n,
+            *world.arguments,
+            queue.rays,
+            hits.t,
+            hits.primitive,
+            queue.weight,
+            lit.spawn,
+            first,
+            np.uint32(queue.n),
+            np.uint32(terms),
+            rays,
+            contribution,
+        )
         if world.tinted:
             device.launch("occluded_tinted", n, *world.arguments, rays, np.uint32(n), seen, contribution)
         else:
@@ -156,52 +236,121 @@ def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit,
 def any_hit(device: Device, world: World, queue: Queue) -> Any:
     """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
     seen = device.buffer(4 * queue.n)
-    device.launch("occluded", -(-queue.n // device.packet), *world.arguments, queue.rays, np.uint32(queue.n), seen)
+    device.launch(
+        "occluded", -(-queue.n // device.packet), *world.arguments, queue.rays, np.uint32(queue.n), seen
+    )
     return seen
 
 
-def gather(device: Device, queue: Queue, lit: Lit, feelers: Feelers, film: Any, plane: int, pixels: int,
-           path_mask: int = 0, path_value: int = 0) -> None:
+def gather(
+    device: Device,
+    queue: Queue,
+    lit: Lit,
+    feelers: Feelers,
+    film: Any,
+    plane: int,
+    pixels: int,
+    path_mask: int = 0,
+    path_value: int = 0,
+) -> None:
     """Add what the rays bring to their pixels; only rays with path & path_mask == path_value."""
-    device.launch("gather", queue.n, queue.pixel_of, queue.path, np.uint32(queue.n), lit.local, lit.spawn,
-                  feelers.first, feelers.seen, feelers.contribution, np.uint32(path_mask), np.uint32(path_value),
-                  np.uint32(plane), np.uint32(pixels), film)
+    device.launch(
+        "gather",
+        queue.n,
+        queue.pixel_of,
+        queue.path,
+        np.uint32(queue.n),
+        lit.local,
+        lit.spawn,
+        feelers.first,
+        feelers.seen,
+        feelers.contribution,
+        np.uint32(path_mask),
+        np.uint32(path_value),
+        np.uint32(plane),
+        np.uint32(pixels),
+        film,
+    )
 
 
-def spawn(device: Device, world: World, kind: str, generation: int,
-          parents: list[tuple[Queue, Hits, Lit]]) -> Queue | None:
+def spawn(
+    device: Device, world: World, kind: str, generation: int, parents: list[tuple[Queue, Hits, Lit]]
+) -> Queue | None:
     """The next generation's queue of one kind, from all queues of this generation; None if it is empty.
 
-    A ray's place is the number of children that stand before it: those of its own queue (`scan`), and those of
-    the others with a smaller pixel, or the same pixel and an earlier queue (`rank`).
+    A ray's place is the number of children that stand before it: those of its own queue (`scan`), and those
+    of the others with a smaller pixel, or the same pixel and an earlier queue (`rank`).
     """
     kernel, stream = _SPAWNING[kind]
     parents = [parent for parent in parents if parent[2].totals[stream]]
     if not parents:
         return None
     firsts = [_first_places(device, world, queue, lit, stream) for queue, _, lit in parents]
-    slots = firsts if len(parents) == 1 else [_first_places(device, world, queue, lit, stream)
-                                              for queue, _, lit in parents]
+    slots = (
+        firsts
+        if len(parents) == 1
+        else [_first_places(device, world, queue, lit, stream) for queue, _, lit in parents]
+    )
     child = new_queue(device, kind, sum(lit.totals[stream] for _, _, lit in parents))
     for i, (queue, hits, lit) in enumerate(parents):
         for j, (other, _, other_lit) in enumerate(parents):
             if i != j:
-                device.launch("rank", queue.n, queue.pixel_of, np.uint32(queue.n), other.pixel_of, firsts[j],
-                              np.uint32(other.n), np.uint32(other_lit.totals[stream]), np.uint32(j < i), slots[i])
+                device.launch(
+                    "rank",
+                    queue.n,
+                    queue.pixel_of,
+                    np.uint32(queue.n),
+                    other.pixel_of,
+                    firsts[j],
+                    np.uint32(other.n),
+                    np.uint32(other_lit.totals[stream]),
+                    np.uint32(j < i),
+                    slots[i],
+                )
         generation_argument = (np.uint32(generation),) if kind == AMBIENT else ()
-        device.launch(kernel, queue.n, *world.arguments, queue.rays, hits.t, hits.primitive, queue.pixel_of,
-                      queue.path, queue.weight, lit.spawn, slots[i], np.uint32(queue.n), *generation_argument,
-                      child.rays, child.pixel_of, child.path, child.weight)
+        device.launch(
+            kernel,
+            queue.n,
+            *world.arguments,
+            queue.rays,
+            hits.t,
+            hits.primitive,
+            queue.pixel_of,
+            queue.path,
+            queue.weight,
+            lit.spawn,
+            slots[i],
+            np.uint32(queue.n),
+            *generation_argument,
+            child.rays,
+            child.pixel_of,
+            child.path,
+            child.weight,
+        )
     return child
 
 
 def geometry(device: Device, world: World, queue: Queue, hits: Hits, samples: int) -> dict[str, np.ndarray]:
     """Distance, position, normal, uv, primitive and shape of the first of every `samples` rays."""
     n = queue.n // samples
-    out = {"depth": np.empty(n, np.float32), "position": np.empty((n, 3), np.float32),
-           "normal": np.empty((n, 3), np.float32), "uv": np.empty((n, 2), np.float32),
-           "primitive": np.empty(n, np.int32), "shape": np.empty(n, np.int32)}
+    out = {
+        "depth": np.empty(n, np.float32),
+        "position": np.empty((n, 3), np.float32),
+        "normal": np.empty((n, 3), np.float32),
+        "uv": np.empty((n, 2), np.float32),
+        "primitive": np.empty(n, np.int32),
+        "shape": np.empty(n, np.int32),
+    }
     buffers = {name: device.buffer(array.nbytes) for name, array in out.items()}
-    device.launch("geometry", n, *world.arguments, queue.rays, hits.t, hits.primitive, np.uint32(n),
-                  np.uint32(samples), *buffers.values())
+    device.launch(
+        "geometry",
+        n,
+        *world.arguments,
+        queue.rays,
+        hits.t,
+        hits.primitive,
+        np.uint32(n),
+        np.uint32(samples),
+        *buffers.values(),
+    )
     return {name: device.read(buffers[name], array) for name, array in out.items()}

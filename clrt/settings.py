@@ -31,6 +31,8 @@ class Settings:
             if value is None and name == "threads":
                 continue
             if not isinstance(value, int) or isinstance(value, bool) or value < least:
-                raise ClrtError(fault("settings", name, value, f"it must be a whole number, at least {least}"))
+                raise ClrtError(
+                    fault("settings", name, value, f"it must be a whole number, at least {least}")
+                )
         if self.lanes not in (8, 16):
             raise ClrtError(fault("settings", "lanes", self.lanes, "it must be 8 or 16"))

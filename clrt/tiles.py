@@ -21,7 +21,7 @@ def _morton_cell() -> np.ndarray:
 
 
 def tiles(width: int, height: int, crop: tuple[int, int, int, int], size: int) -> Iterator[np.ndarray]:
-    """Lists of at most `size` pixel numbers (y * width + x, uint32) that together cover crop = (x, y, w, h)."""
+    """Lists of at most `size` pixel numbers (y * width + x, uint32) that cover crop = (x, y, w, h)."""
     left, top, crop_width, crop_height = crop
     cell = _morton_cell()
     waiting: list[np.ndarray] = []

@@ -29,9 +29,9 @@ _TILE_BYTES: Final = 256 << 20  # bytes of queues that one tile may have
 class Hits:
     """Answers to n rays. A miss has primitive = shape = -1 and t = inf.
 
-    t: (n,) float32, distance. primitive, shape: (n,) int32. normal: (n, 3) float32, the outward geometric unit
-    normal (0 on a miss). u, v: (n,) float32, barycentric weights of a triangle's second and third corner, 0 on
-    other primitives.
+    t: (n,) float32, distance. primitive, shape: (n,) int32. normal: (n, 3) float32, the outward geometric
+    unit normal (0 on a miss). u, v: (n,) float32, barycentric weights of a triangle's second and third
+    corner, 0 on other primitives.
     """
 
     t: np.ndarray
@@ -43,28 +43,37 @@ class Hits:
 
 
 class Tracer:
-    """A scene compiled to a device: reusable for pictures and ray queries. Not for use by two threads at once.
+    """A scene compiled to a device: reusable for pictures and ray queries, by one thread at a time.
 
-    device: a number from `clrt.devices()`, a part of "platform version / name", or None (CLRT_DEVICE, else the
-    newest PoCL). Raises DeviceError, SceneError, LimitError.
+    device: a number from `clrt.devices()`, a part of "platform version / name", or None (CLRT_DEVICE, else
+    the newest PoCL). Raises DeviceError, SceneError, LimitError.
     """
 
-    def __init__(self, scene: Scene, device: int | str | None = None, settings: Settings | None = None) -> None:
+    def __init__(
+        self, scene: Scene, device: int | str | None = None, settings: Settings | None = None
+    ) -> None:
         self.scene = scene
         self.settings = settings or Settings()
         self.flat = flatten(scene)
         self.device = Device(device, self.settings)
         self.world = World(self.device, self.flat)
 
-    def render(self, width: int | None = None, height: int | None = None, spp: int | None = None,
-               max_depth: int | None = None, layers: Sequence[str] = (), progress: Progress | None = None,
-               crop: tuple[int, int, int, int] | None = None) -> Image:
+    def render(
+        self,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+        layers: Sequence[str] = (),
+        progress: Progress | None = None,
+        crop: tuple[int, int, int, int] | None = None,
+    ) -> Image:
         """The picture that the scene's camera sees.
 
-        width, height, spp, max_depth: in place of the scene's; one of width and height alone keeps the aspect.
-        layers: names as in the documentation (`direct`, `generation_1`, `depth`, ...). progress: called with
-        (pixels done, pixels in all, rays traced) after every tile. crop: (x, y, width, height), the part of the
-        picture to render, with the same bits as in the whole.
+        width, height, spp, max_depth: in place of the scene's; width or height alone keeps the aspect.
+        layers: names as in docs/model.md (`direct`, `generation_1`, `depth`, ...). progress: called with
+        (pixels done, pixels in all, rays traced) after every tile. crop: (x, y, width, height), the part of
+        the picture to render, with the same bits as in the whole.
         """
         if self.scene.camera is None:
             raise SceneError(f"{self.scene.source or 'scene'}: camera: missing; a picture needs a [camera]")
@@ -81,7 +90,7 @@ class Tracer:
         total = window[2] * window[3]
         camera_buffer = self.device.upload(camera)
         self.device.take_seconds()
-        waiting = [tile for tile in tiles(*full, window, max(1, self.settings.tile // samples))][::-1]
+        waiting = list(tiles(*full, window, max(1, self.settings.tile // samples)))[::-1]
         while waiting:
             pixels = waiting.pop()
             queue, reported = passes.generate(self.device, camera_buffer, pixels, samples)
@@ -92,7 +101,11 @@ class Tracer:
             except TileTooLarge:
                 waiting += _split(pixels)
                 continue
-            geometry = passes.geometry(self.device, self.world, queue, hits, samples) if set(names) & set(GEOMETRY) else {}
+            geometry = (
+                passes.geometry(self.device, self.world, queue, hits, samples)
+                if set(names) & set(GEOMETRY)
+                else {}
+            )
             picture.put(pixels, film, samples, geometry)
             local_size = int(self.device.read(reported, np.empty(1, np.uint32))[0])
             done += len(pixels)
@@ -102,10 +115,13 @@ class Tracer:
         stats = self._stats(counts, local_size)
         return Image(picture.pixels, picture.layers, stats, self._metadata())
 
-    def intersect(self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf) -> Hits:
-        """Nearest hits of n rays: origins, directions (n, 3); t_max a number or (n,): only 0 < t < t_max counts.
+    def intersect(
+        self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
+    ) -> Hits:
+        """Nearest hits of n rays: origins, directions (n, 3); t_max a number or (n,).
 
-        Directions need not have unit length; t is a distance. A zero or non-finite direction misses.
+        Only hits with 0 < t < t_max count. Directions need not have unit length; t is a distance. A zero or
+        non-finite direction misses.
         """
         parts = []
         for queue in self._adopted(origins, directions, t_max):
@@ -113,10 +129,18 @@ class Tracer:
             parts.append(passes.geometry(self.device, self.world, queue, hits, 1))
             self.device.finish()
         found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        return Hits(found["depth"], found["primitive"], found["shape"], found["normal"],
-                    found["uv"][:, 0], found["uv"][:, 1])
+        return Hits(
+            found["depth"],
+            found["primitive"],
+            found["shape"],
+            found["normal"],
+            found["uv"][:, 0],
+            found["uv"][:, 1],
+        )
 
-    def occluded(self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf) -> np.ndarray:
+    def occluded(
+        self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
+    ) -> np.ndarray:
         """(n,) bool: does anything stand within 0 < t < t_max. Rays as for `intersect`."""
         parts = []
         for queue in self._adopted(origins, directions, t_max):
@@ -124,9 +148,10 @@ class Tracer:
             parts.append(self.device.read(seen, np.empty(queue.n, np.uint32)) == 0)
         return np.concatenate(parts)
 
-    def radiance(self, origins: np.ndarray, directions: np.ndarray,
-                 max_depth: int | None = None) -> tuple[np.ndarray, dict[str, Any]]:
-        """Radiance that comes back along n rays, (n, 3) float32 linear Rec.709, and ray counts as in Image.stats."""
+    def radiance(
+        self, origins: np.ndarray, directions: np.ndarray, max_depth: int | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Radiance along n rays, (n, 3) float32 linear Rec.709, and ray counts as in Image.stats."""
         depth = self._depth(max_depth)
         parts, counts = [], RayCounts()
         waiting = list(self._ray_chunks(origins, directions, np.inf))[::-1]
@@ -149,9 +174,8 @@ class Tracer:
         for chunk in self._ray_chunks(origins, directions, t_max):
             yield passes.adopt(self.device, *chunk)
 
-    def _ray_chunks(self, origins: np.ndarray, directions: np.ndarray,
-                    t_max: float | np.ndarray) -> Any:
-        """Checked float32 arrays, and the rays' numbers, in pieces of the settings' tile; one empty piece for no rays."""
+    def _ray_chunks(self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray) -> Any:
+        """Checked float32 arrays and the rays' numbers, in pieces of a tile; one empty piece for no rays."""
         with np.errstate(over="ignore"):  # beyond float32: infinite, which misses
             o, d = np.asarray(origins, np.float32), np.asarray(directions, np.float32)
             for name, array in (("origins", o), ("directions", d)):
@@ -165,7 +189,7 @@ class Tracer:
         limit, numbers = np.broadcast_to(limit, (len(o),)), np.arange(len(o), dtype=np.uint32)
         step = self.settings.tile
         for start in range(0, max(len(o), 1), step):
-            yield tuple(np.ascontiguousarray(a[start:start + step]) for a in (o, d, limit, numbers))
+            yield tuple(np.ascontiguousarray(a[start : start + step]) for a in (o, d, limit, numbers))
 
     def _depth(self, max_depth: int | None) -> int:
         depth = self.scene.max_depth if max_depth is None else max_depth
@@ -183,14 +207,23 @@ class Tracer:
 
     def _stats(self, counts: RayCounts, local_size: int) -> dict[str, Any]:
         seconds = self.device.take_seconds()
-        return {**counts.table(), "seconds": seconds, "traced": counts.traced,
-                "device": self.device.info.label, "local_size": local_size}
+        return {
+            **counts.table(),
+            "seconds": seconds,
+            "traced": counts.traced,
+            "device": self.device.info.label,
+            "local_size": local_size,
+        }
 
     def _metadata(self) -> dict[str, str]:
         settings = {name: value for name, value in asdict(self.settings).items() if name != "limits"}
-        return {"scene_hash": self.flat.hash, "kernel_hash": self.device.kernel_hash,
-                "device": self.device.info.label, "version": __version__,
-                "settings": ", ".join(f"{name}={value}" for name, value in settings.items())}
+        return {
+            "scene_hash": self.flat.hash,
+            "kernel_hash": self.device.kernel_hash,
+            "device": self.device.info.label,
+            "version": __version__,
+            "settings": ", ".join(f"{name}={value}" for name, value in settings.items()),
+        }
 
 
 class _Picture:
@@ -218,9 +251,11 @@ class _Picture:
 def _split(array: np.ndarray) -> list[np.ndarray]:
     """Two halves, the first one last (for a stack). LimitError when there is only one pixel left."""
     if len(array) < 2:
-        raise LimitError(f"a single pixel needs more than {_TILE_BYTES >> 20} MiB of rays; "
-                         "lower spp, max_depth, ambient_samples or the number of lights")
-    return [array[len(array) // 2:], array[:len(array) // 2]]
+        raise LimitError(
+            f"a single pixel needs more than {_TILE_BYTES >> 20} MiB of rays; "
+            "lower spp, max_depth, ambient_samples or the number of lights"
+        )
+    return [array[len(array) // 2 :], array[: len(array) // 2]]
 
 
 def _check_crop(crop: tuple[int, int, int, int] | None, width: int, height: int) -> tuple[int, int, int, int]:
@@ -232,9 +267,17 @@ def _check_crop(crop: tuple[int, int, int, int] | None, width: int, height: int)
     return x, y, w, h
 
 
-def render(scene: Scene, width: int | None = None, height: int | None = None, spp: int | None = None,
-           max_depth: int | None = None, device: int | str | None = None, layers: Sequence[str] = (),
-           progress: Progress | None = None, settings: Settings | None = None,
-           crop: tuple[int, int, int, int] | None = None) -> Image:
+def render(
+    scene: Scene,
+    width: int | None = None,
+    height: int | None = None,
+    spp: int | None = None,
+    max_depth: int | None = None,
+    device: int | str | None = None,
+    layers: Sequence[str] = (),
+    progress: Progress | None = None,
+    settings: Settings | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+) -> Image:
     """The picture of a scene: `Tracer(scene, device, settings).render(...)`."""
     return Tracer(scene, device, settings).render(width, height, spp, max_depth, layers, progress, crop)

@@ -25,13 +25,15 @@ class RayCounts:
     def add(self, generation: int, queue: Queue, lit: Lit) -> None:
         while len(self.generations) <= generation:
             self.generations.append(Counter())
-        self.generations[generation] += Counter({
-            queue.kind: queue.n,
-            "hits": lit.totals["HIT"],
-            f"{queue.kind}_hits": lit.totals["HIT"] if queue.kind == passes.CAMERA else 0,
-            "total_internal_reflection": lit.totals["TOTAL_INTERNAL"],
-            "feelers": lit.totals["FEELERS"],
-        })
+        self.generations[generation] += Counter(
+            {
+                queue.kind: queue.n,
+                "hits": lit.totals["HIT"],
+                f"{queue.kind}_hits": lit.totals["HIT"] if queue.kind == passes.CAMERA else 0,
+                "total_internal_reflection": lit.totals["TOTAL_INTERNAL"],
+                "feelers": lit.totals["FEELERS"],
+            }
+        )
 
     def merge(self, other: RayCounts) -> None:
         for generation, counts in enumerate(other.generations):
@@ -41,20 +43,31 @@ class RayCounts:
 
     def table(self) -> dict[str, dict[str, int] | list[dict[str, int]]]:
         """{"rays": totals by kind, "generations": the same for each generation}."""
-        kinds = ("camera", "camera_hits", "reflection", "transmission", "ambient", "total_internal_reflection",
-                 "feelers", "hits")
+        kinds = (
+            "camera",
+            "camera_hits",
+            "reflection",
+            "transmission",
+            "ambient",
+            "total_internal_reflection",
+            "feelers",
+            "hits",
+        )
         rows = [{kind: counts[kind] for kind in kinds} for counts in self.generations]
         return {"rays": {kind: sum(row[kind] for row in rows) for kind in kinds}, "generations": rows}
 
     @property
     def traced(self) -> int:
         """All rays: those of every queue, and the shadow feelers."""
-        return sum(sum(counts[kind] for kind in ("camera", REFLECTION, TRANSMISSION, AMBIENT, "feelers"))
-                   for counts in self.generations)
+        return sum(
+            sum(counts[kind] for kind in ("camera", REFLECTION, TRANSMISSION, AMBIENT, "feelers"))
+            for counts in self.generations
+        )
 
 
-def trace(device: Device, world: World, queue: Queue, hits: Hits, film: Film, max_depth: int,
-          budget: int) -> RayCounts:
+def trace(
+    device: Device, world: World, queue: Queue, hits: Hits, film: Film, max_depth: int, budget: int
+) -> RayCounts:
     """Trace a queue of generation 0, whose hits are known, and all its descendants onto the film.
 
     `budget` bounds the bytes of queues alive at a time: TileTooLarge before more is allocated.
@@ -81,14 +94,19 @@ def trace(device: Device, world: World, queue: Queue, hits: Hits, film: Film, ma
     return counts
 
 
-def _check_budget(device: Device, parents: list[tuple[Queue, Hits, Lit]], entry: tuple[Queue, Lit],
-                  budget: int) -> None:
+def _check_budget(
+    device: Device, parents: list[tuple[Queue, Hits, Lit]], entry: tuple[Queue, Lit], budget: int
+) -> None:
     lanes, bands = device.settings.lanes, device.bands
     queue, lit = entry
     everyone = [*((parent, found) for parent, _, found in parents), (queue, lit)]
-    children = sum(found.totals[stream] for _, found in everyone for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT"))
-    need = (sum(passes.queue_bytes(parent.n, bands, lanes) for parent, _ in everyone)
-            + passes.queue_bytes(children, bands, lanes)
-            + passes.feeler_bytes(lit.totals["FEELERS"], bands, lanes))
+    children = sum(
+        found.totals[stream] for _, found in everyone for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT")
+    )
+    need = (
+        sum(passes.queue_bytes(parent.n, bands, lanes) for parent, _ in everyone)
+        + passes.queue_bytes(children, bands, lanes)
+        + passes.feeler_bytes(lit.totals["FEELERS"], bands, lanes)
+    )
     if need > budget:
         raise TileTooLarge

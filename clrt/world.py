@@ -10,7 +10,6 @@ from clrt import layout
 from clrt.device import Device
 from clrt.flatten import FlatScene
 
-
 _SUBTREES: Final = 32  # parts of the tree that cores build side by side
 _SHARED_SUBTREE: Final = 4096  # a part of fewer primitives is not split further for the sake of sharing
 
@@ -21,7 +20,9 @@ class World:
     def __init__(self, device: Device, flat: FlatScene) -> None:
         self.flat = flat
         made = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
-        buffers: dict[str, Any] = {name: device.upload(getattr(flat, name)) for name in layout.WORLD if name not in made}
+        buffers: dict[str, Any] = {
+            name: device.upload(getattr(flat, name)) for name in layout.WORLD if name not in made
+        }
         buffers |= _build_tree(device, flat, buffers)
         info = flat.scene.copy()
         info["nodes"] = buffers.pop("count")
@@ -35,19 +36,38 @@ class World:
 def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[str, Any]:
     """The tree over the finite primitives: the sections that the builder writes, and `count`, its nodes."""
     n = len(flat.finite)
-    size = {name: layout.dtype(layout.WORLD[name]).itemsize for name in ("nodes", "triangle_blocks", "sphere_blocks")}
+    size = {
+        name: layout.dtype(layout.WORLD[name]).itemsize
+        for name in ("nodes", "triangle_blocks", "sphere_blocks")
+    }
     if n == 0:
         return {"count": 0, "order": device.buffer(32)} | {name: device.buffer(size[name]) for name in size}
     kinds = flat.primitives["kind"][flat.finite]
     block_kinds = np.full(n, layout.BLOCKS["BLOCK_OTHER"], np.uint8)
     block_kinds[kinds == layout.KINDS["TRIANGLE"]] = layout.BLOCKS["BLOCK_TRIANGLE"]
     block_kinds[kinds == layout.KINDS["SPHERE"]] = layout.BLOCKS["BLOCK_SPHERE"]
-    boxes, kind_buffer, finite = device.upload(flat.boxes), device.upload(block_kinds), device.upload(flat.finite)
+    boxes, kind_buffer, finite = (
+        device.upload(flat.boxes),
+        device.upload(block_kinds),
+        device.upload(flat.finite),
+    )
     item = device.upload(np.arange(n, dtype=np.int32))
     binary = device.buffer((2 * n + 2 * _SUBTREES) * layout.dtype("BuildNode").itemsize)
     tasks, counts = device.buffer(16 * _SUBTREES), device.buffer(16)
-    device.launch("split_top", 1, boxes, kind_buffer, np.int32(n), np.int32(_SUBTREES), np.int32(_SHARED_SUBTREE),
-                  item, binary, tasks, counts, local_size=1)
+    device.launch(
+        "split_top",
+        1,
+        boxes,
+        kind_buffer,
+        np.int32(n),
+        np.int32(_SUBTREES),
+        np.int32(_SHARED_SUBTREE),
+        item,
+        binary,
+        tasks,
+        counts,
+        local_size=1,
+    )
     device.launch("build_subtree", _SUBTREES, boxes, kind_buffer, tasks, counts, item, binary, local_size=1)
 
     nodes, leaves = device.buffer(n * size["nodes"]), device.buffer(3 * n * 8)
@@ -55,12 +75,29 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
     used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
     out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32)}
     host_leaves = device.read(leaves, np.empty((3, n, 2), np.int32))
-    for kind, (name, packer, source) in enumerate((("triangle_blocks", "pack_triangles", "triangles"),
-                                                   ("sphere_blocks", "pack_spheres", "spheres"))):
+    for kind, (name, packer, source) in enumerate(
+        (("triangle_blocks", "pack_triangles", "triangles"), ("sphere_blocks", "pack_spheres", "spheres"))
+    ):
         out[name] = device.buffer(max(blocks[kind], 1) * size[name])
-        device.launch(packer, blocks[kind], device.upload(host_leaves[kind]), np.int32(blocks[kind]), item, finite,
-                      world["primitives"], world[source], out[name])
-    device.launch("pack_others", blocks[2], device.upload(host_leaves[2]), np.int32(blocks[2]), item, finite,
-                  out["order"])
+        device.launch(
+            packer,
+            blocks[kind],
+            device.upload(host_leaves[kind]),
+            np.int32(blocks[kind]),
+            item,
+            finite,
+            world["primitives"],
+            world[source],
+            out[name],
+        )
+    device.launch(
+        "pack_others",
+        blocks[2],
+        device.upload(host_leaves[2]),
+        np.int32(blocks[2]),
+        item,
+        finite,
+        out["order"],
+    )
     device.finish()
     return out

@@ -1,8 +1,8 @@
 """Published scenes of other programs, and the pictures that those programs made of them.
 
-Colour is not compared here (the thesis program has a colour pipeline of its own), but where things are and how
-bright they are: `edges` is the correlation of the two pictures' gradients, which a shift by one pixel destroys,
-`brightness` that of their luminances.
+Colour is not compared here (the thesis program has a colour pipeline of its own), but where things are and
+how bright they are: `EDGES` bounds the correlation of the two pictures' gradients, which a shift by one pixel
+destroys, `BRIGHTNESS` that of their luminances.
 """
 
 from __future__ import annotations
