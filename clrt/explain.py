@@ -17,6 +17,9 @@ from clrt.places import At, known_keys
 
 FLOAT32_MAX = float(np.finfo(np.float32).max)
 
+REFUSALS = (msgspec.ValidationError, OverflowError, RecursionError, UnicodeEncodeError)
+"""What `msgspec.convert` and `single` raise for a bad value (the last: half a surrogate pair)."""
+
 
 def single(value: Any) -> Any:
     """`value` with its floats rounded to float32; OverflowError where that is not finite."""
@@ -55,13 +58,15 @@ def _check_value(hint: Any, value: Any, at: At, name: str) -> None:
         try:
             msgspec.convert(table, struct)
             msgspec.convert(single(table), struct)
-        except (msgspec.ValidationError, OverflowError, RecursionError):
+        except REFUSALS:
             explain(struct, table, inner)
     right = describe(hint, name)
-    _check_numbers(value, at, right)
+    _check_numbers(value, at)
     for candidate, note in ((value, ""), (single(value), " (in float32, which is what devices compute in)")):
         try:
             msgspec.convert(candidate, hint)
+        except UnicodeEncodeError:
+            raise at.error(value, f"{right}, and its text valid Unicode") from None
         except msgspec.ValidationError as error:
             suffix = re.search(r" - at `\$(.*?)`$", str(error))
             path = suffix.group(1) if suffix else ""
@@ -82,10 +87,13 @@ def _tables(hint: Any, value: Any, at: At) -> list[tuple[At, type[msgspec.Struct
     return [(place, structs[0], table) for place, table in found]
 
 
-def _check_numbers(value: Any, at: At, right: str) -> None:
+def _check_numbers(value: Any, at: At) -> None:
     if isinstance(value, (list, tuple)):
         for index, item in enumerate(value):
-            _check_numbers(item, at.item(index), right)
+            _check_numbers(item, at.item(index))
+    elif isinstance(value, dict):
+        for key, item in value.items():
+            _check_numbers(item, at.key(str(key)))
     elif isinstance(value, (int, float)):
         if not -FLOAT32_MAX <= value <= FLOAT32_MAX:
             raise at.error(value, f"numbers must be finite and at most {FLOAT32_MAX:.3g} (float32)")

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from clrt.explain import FLOAT32_MAX
+from clrt.explain import FLOAT32_MAX, REFUSALS
 from clrt.files import resolve
 from clrt.limits import Limits
 from clrt.meshfile import read_mesh_file, vertex_normals
@@ -230,7 +230,7 @@ def _faces(value: object, vertices: int, at: At) -> np.ndarray | list[np.ndarray
 def _rows(value: object, kind: Any, at: At, right: str) -> Any:
     try:
         return msgspec.convert(msgspec.to_builtins(value, enc_hook=lambda item: item.tolist()), kind)
-    except (msgspec.ValidationError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+    except (*REFUSALS, TypeError, AttributeError) as error:
         path = str(error).rpartition("`$")[2].rstrip("`") if "`$" in str(error) else ""
         raise at.inner(path).says(f"not allowed ({str(error).partition(' - at ')[0]}); {right}") from None
 

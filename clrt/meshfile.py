@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import re
 import warnings
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -33,18 +34,19 @@ def read_mesh_file(
         raise at.error(path.name, f"a mesh file must end in one of {', '.join(MESH_SUFFIXES)}")
     data = read_bytes(path, limits)
     parts = _parse(data, path, at, limits)
-    if _MATERIALS.search(data) or any(part.visual.defined for part, _ in parts):
+    if _MATERIALS.search(data) or any(part.colored for part in parts):
         text = f"{path.name}: its materials and colours are ignored; the shape's material holds for all of it"
         warnings.warn(located(at.source, at.path, text), ClrtWarning, stacklevel=2)
-    limits.check("vertices", sum(len(part.vertices) for part, _ in parts), at.source, at.path)
-    own = smooth is not False and any(_has_normals(part) for part, _ in parts)
-    pieces = [_piece(part, matrix, own, smooth) for part, matrix in parts]
-    starts = np.cumsum([0] + [len(vertices) for vertices, _, _ in pieces[:-1]])
-    vertices = np.concatenate([vertices for vertices, _, _ in pieces])
-    faces = np.concatenate([faces + start for (_, faces, _), start in zip(pieces, starts, strict=True)])
-    if own:
-        return vertices, faces, np.concatenate([normals for _, _, normals in pieces])
-    return vertices, faces, smooth_normals(vertices, faces) if smooth else None
+    limits.check("vertices", sum(len(part.vertices) for part in parts), at.source, at.path)
+    own = smooth is not False and any(part.normals is not None for part in parts)
+    with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
+        pieces = [_in_world(_with_normals(part, smooth) if own else part) for part in parts]
+        starts = np.cumsum([0] + [len(piece.vertices) for piece in pieces[:-1]])
+        vertices = np.concatenate([piece.vertices for piece in pieces])
+        faces = np.concatenate([piece.faces + start for piece, start in zip(pieces, starts, strict=True)])
+        if own:
+            return vertices, faces, np.concatenate([piece.normals for piece in pieces])
+        return vertices, faces, smooth_normals(vertices, faces) if smooth else None
 
 
 def smooth_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -61,12 +63,22 @@ def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     across = np.cross(b - a, c - a)
     for corner in range(3):
         np.add.at(normals, triangles[:, corner], across)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.where(length > 0, normals / np.where(length > 0, length, 1.0), (0.0, 0.0, 1.0))
+    return _units(normals)
 
 
-def _parse(data: bytes, path: Path, at: At, limits: Limits) -> list[tuple[Any, np.ndarray]]:
-    """The file's meshes (trimesh.Trimesh), each with its (4, 4) matrix to world space."""
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """One node: vertices (n, 3), triangles (m, 3), normals (n, 3) or None, (4, 4) matrix to the world."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    normals: Any
+    matrix: np.ndarray
+    colored: bool
+
+
+def _parse(data: bytes, path: Path, at: At, limits: Limits) -> list[_Part]:
+    """The file's nodes that have faces."""
     try:
         import trimesh
     except ImportError:
@@ -102,45 +114,66 @@ def _parse(data: bytes, path: Path, at: At, limits: Limits) -> list[tuple[Any, n
                 skip_materials=True,
             )
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
-            found = [(scene.geometry[name], np.asarray(matrix, np.float64)) for matrix, name in placed]
+            found = [(scene.geometry[name], matrix) for matrix, name in placed]
+            parts = [_part(mesh, matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
     except ClrtError:
         raise
     except Exception as error:  # a broken file can fail anywhere inside a parser
-        raise at.says(f"{path.name} cannot be read as a mesh: {type(error).__name__}: {error}") from None
-    parts = [
-        (part, matrix) for part, matrix in found if isinstance(part, trimesh.Trimesh) and len(part.faces)
-    ]
+        text = f"{path.name} cannot be read as a mesh: {type(error).__name__}: {error}"
+        raise at.says(text[:300]) from None
+    parts = [part for part in parts if len(part.faces)]
     if not parts:
         raise at.says(f"{path.name} has no faces")
     return parts
 
 
-def _has_normals(part: Any) -> bool:
-    """Whether the file gave normals: only these are in trimesh's cache before anyone has asked for some."""
-    return "vertex_normals" in part._cache.cache
+def _part(mesh: Any, matrix: Any) -> _Part:
+    """A trimesh.Trimesh as plain arrays; ValueError where they do not fit together (trimesh may not look)."""
+    vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
+    # Only what the file gave is in trimesh's cache before anyone has asked for normals.
+    given = "vertex_normals" in mesh._cache.cache
+    normals = np.array(mesh.vertex_normals, np.float64) if given else None
+    if (
+        vertices.ndim != 2
+        or vertices.shape[1] != 3
+        or (normals is not None and normals.shape != vertices.shape)
+    ):
+        raise ValueError("vertices must be 3 numbers each")
+    if faces.size and (faces.ndim != 2 or faces.shape[1] != 3):
+        raise ValueError("faces must be triangles")
+    if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
+        raise ValueError(f"a face names a vertex that is not among the {len(vertices)} of its part")
+    return _Part(
+        vertices, faces, normals, np.array(matrix, np.float64).reshape(4, 4), bool(mesh.visual.defined)
+    )
 
 
-def _piece(
-    part: Any, matrix: np.ndarray, own: bool, smooth: bool | None
-) -> tuple[np.ndarray, np.ndarray, Any]:
-    """One node in world space, with normals if the whole mesh has some (`own`)."""
-    vertices, faces = np.array(part.vertices, np.float64), np.array(part.faces, np.int64)
-    normals = None
-    if own and _has_normals(part):
-        normals = np.array(part.vertex_normals, np.float64)
-    elif own and smooth:
-        normals = smooth_normals(vertices, faces)
-    elif own:  # flat among smooth: every triangle has corners of its own
-        vertices, faces = vertices[faces.reshape(-1)], np.arange(faces.size).reshape(-1, 3)
-        normals = vertex_normals(vertices, faces)
-    linear = matrix[:3, :3]
+def _with_normals(part: _Part, smooth: bool | None) -> _Part:
+    """The part with normals where it has none: smooth ones, or each triangle's own on corners of its own."""
+    if part.normals is not None:
+        return part
+    if smooth:
+        return replace(part, normals=smooth_normals(part.vertices, part.faces))
+    vertices, faces = part.vertices[part.faces.reshape(-1)], np.arange(part.faces.size).reshape(-1, 3)
+    return replace(part, vertices=vertices, faces=faces, normals=vertex_normals(vertices, faces))
+
+
+def _in_world(part: _Part) -> _Part:
+    """The part moved by its matrix, its outer side still outside."""
+    linear = part.matrix[:3, :3]
+    mirrored = np.linalg.det(linear) < 0
+    vertices = part.vertices @ linear.T + part.matrix[:3, 3]
+    faces = part.faces[:, ::-1] if mirrored else part.faces
+    normals = part.normals
     if normals is not None:
         cofactors = np.cross(
             linear[[1, 2, 0]], linear[[2, 0, 1]]
         )  # the inverse transpose, times the determinant
-        normals = normals @ cofactors.T * (-1.0 if np.linalg.det(linear) < 0 else 1.0)
-        length = np.linalg.norm(normals, axis=1, keepdims=True)
-        normals = np.where(length > 0, normals / np.where(length > 0, length, 1.0), (0.0, 0.0, 1.0))
-    if np.linalg.det(linear) < 0:
-        faces = faces[:, ::-1]
-    return vertices @ linear.T + matrix[:3, 3], faces, normals
+        normals = _units(normals @ cofactors.T * (-1.0 if mirrored else 1.0))
+    return replace(part, vertices=vertices, faces=faces, normals=normals)
+
+
+def _units(vectors: np.ndarray) -> np.ndarray:
+    """(n, 3) vectors of length 1; z for those of length 0."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.where(length > 0, vectors / np.where(length > 0, length, 1.0), (0.0, 0.0, 1.0))

@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 from msgspec import NODEFAULT, Meta
 
-from clrt.explain import describe, explain, field_types, metas, single
+from clrt.explain import REFUSALS, describe, explain, field_types, metas, single
 from clrt.places import At, did_you_mean, listed
 
 Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
@@ -51,7 +51,7 @@ def read(cls: type[R], data: object, at: At) -> R:
     try:
         record = msgspec.convert(table, cls)
         msgspec.convert(single(table), cls)  # the ranges must hold for what the device will see, too
-    except (msgspec.ValidationError, OverflowError, RecursionError):
+    except REFUSALS:
         explain(cls, table, at)
     record.check(at)
     return record
