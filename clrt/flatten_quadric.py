@@ -21,6 +21,11 @@ Corners = Sequence[Sequence[float]]
 
 _INFINITE = np.full(3, np.inf)
 
+# Rounding moves a hit to where |F| is up to this times F's terms, which for a thin cylinder or at a cone's
+# apex is far off the surface. Of 1.6e6 float32 hits on shapes as thin as 1e-4 none was outside its box; 677 were
+# without this room.
+_NOISE = 4 * layout.QUADRIC_PAD
+
 
 @dataclass(frozen=True)
 class Form:
@@ -147,7 +152,7 @@ def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     center = (origin + center).astype(np.float32).astype(np.float64)
 
     world = stacked.moved(center - origin, inverse)
-    noise = np.where(bounded, layout.QUADRIC_PAD * _magnitude(world, 0.5 * (high - low)), 0.0)
+    noise = np.where(bounded, _NOISE * _magnitude(world, 0.5 * (high - low)), 0.0)
     low, high = _boxes(stacked, linear, noise)
     low, high = low + origin, high + origin
     _write(out, center, world, low, high)
@@ -213,8 +218,8 @@ def _clip_boxes(forms: Forms, linear: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """World boxes of the clip boxes of object space."""
     closed = np.isfinite(forms.low).all(1) & np.isfinite(forms.high).all(1)
     low, high = np.full(forms.g.shape, -np.inf), np.full(forms.g.shape, np.inf)
-    center = _times(linear[closed], 0.5 * (forms.low + forms.high)[closed])
-    half = _times(np.abs(linear[closed]), 0.5 * (forms.high - forms.low)[closed])
+    center = _times(linear[closed], 0.5 * (forms.low[closed] + forms.high[closed]))
+    half = _times(np.abs(linear[closed]), 0.5 * (forms.high[closed] - forms.low[closed]))
     low[closed], high[closed] = center - half, center + half
     return low, high
 
