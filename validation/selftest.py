@@ -1,0 +1,146 @@
+"""Does a device compute what the model says, bit for bit? The answer of `clrt selftest`, in seconds.
+
+Three questions, from the ground up, so that the first failure names the cause: do host and device agree on
+the layout of records; does the device's arithmetic round as IEEE 754 asks; and do the kernels give, pass by
+pass, the values of the float32 twin on small scenes that hold every primitive and every term of the model.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyopencl as cl
+
+from clrt import layout
+from clrt.device import Device
+
+from .twin_compare import compare_picture, compare_rays
+from .twin_scenes import difficult_rays, scenes
+
+
+@dataclass(frozen=True)
+class Result:
+    """One check: `detail` says what was compared, or the first thing that differs."""
+
+    name: str
+    passed: bool
+    detail: str
+    seconds: float
+
+
+def run_selftest(device: int | str | Device | None = None) -> list[Result]:
+    """All checks on a device: as `clrt.render` takes it, or one already opened.
+
+    Raises DeviceError when there is none, or when it cannot build the kernels.
+    """
+    opened = device if isinstance(device, Device) else Device(device)
+    results = [
+        _timed("layout of records", lambda: check_layout(opened)),
+        _timed("arithmetic", lambda: check_arithmetic(opened)),
+    ]
+    for seed, (name, (scene, flat)) in enumerate(scenes().items()):
+
+        def check() -> tuple[bool, str]:
+            picture = compare_picture(opened, scene, flat)  # noqa: B023 - called before the loop goes on
+            if picture.difference:
+                return False, str(picture.difference)
+            rays = compare_rays(opened, flat, *difficult_rays(1000, seed), max_depth=1)  # noqa: B023
+            if rays.difference:
+                return False, f"caller's rays: {rays.difference}"
+            return (
+                True,
+                f"{picture.values + rays.values:,} values of {picture.rays + rays.rays:,} rays are the same",
+            )
+
+        results.append(_timed(name, check))
+    return results
+
+
+def _timed(name: str, check: Callable[[], tuple[bool, str]]) -> Result:
+    start = time.perf_counter()
+    passed, detail = check()
+    return Result(name, passed, detail, time.perf_counter() - start)
+
+
+def check_layout(device: Device) -> tuple[bool, str]:
+    """Sizes and offsets of all records of `clrt.layout`, as numpy and as the device has them."""
+    names: list[str] = []
+    expected: list[int] = []
+    lines: list[str] = []
+    for record in layout.RECORDS:
+        kind = layout.dtype(record, device.bands)
+        assert kind.fields is not None
+        names.append(f"size of {record}")
+        expected.append(kind.itemsize)
+        lines += [f"    {{ {record} r;", f"    out[i++] = sizeof({record});"]
+        for field, (_, offset, *_) in kind.fields.items():
+            names.append(f"offset of {record}.{field}")
+            expected.append(offset)
+            lines.append(f"    out[i++] = (uint)((__private char *)&r.{field} - (__private char *)&r);")
+        lines.append("    }")
+    body = "\n".join(lines)
+    source = (
+        f"{layout.c_declarations(device.bands, device.settings.lanes)}\n"
+        f"__kernel void layout_of_records(__global uint *out)\n{{\n    uint i = 0;\n{body}\n}}\n"
+    )
+    found = _run(device, source, "layout_of_records", 1, np.empty(len(names), np.uint32))
+    for name, here, there in zip(names, expected, found.tolist(), strict=True):
+        if here != there:
+            return False, f"{name}: {there} bytes on the device, {here} in numpy"
+    return True, f"{len(names)} sizes and offsets are the same"
+
+
+_OPERATIONS: dict[str, Callable[..., np.ndarray]] = {
+    "a + b": lambda a, b, c: a + b,
+    "a - b": lambda a, b, c: a - b,
+    "a * b": lambda a, b, c: a * b,
+    "a / b": lambda a, b, c: a / b,
+    "a * b + c": lambda a, b, c: a * b + c,
+    "sqrt(fabs(a))": lambda a, b, c: np.sqrt(np.abs(a)),
+    "floor(a)": lambda a, b, c: np.floor(a),
+    "(float)as_uint(a)": lambda a, b, c: a.view(np.uint32).astype(np.float32),
+}
+
+
+def check_arithmetic(device: Device) -> tuple[bool, str]:
+    """Is arithmetic correctly rounded, subnormal numbers included, and is a * b + c two operations."""
+    n = 1 << 14
+    generator = np.random.default_rng(1)
+    a, b, c = generator.normal(size=(3, n)) * np.exp2(generator.integers(-75, 62, (3, n)))
+    a, b, c = a.astype(np.float32), b.astype(np.float32), c.astype(np.float32)
+    c[::2] = -(a * b)[::2]  # here a fused operation leaves the rounding error instead of 0
+    lines = "\n".join(f"    out[{k} * n + i] = {text};" for k, text in enumerate(_OPERATIONS))
+    source = f"""#pragma OPENCL FP_CONTRACT OFF
+__kernel void arithmetic(__global const float *as, __global const float *bs, __global const float *cs, uint n,
+                         __global float *out)
+{{
+    const uint i = get_global_id(0);
+    const float a = as[i], b = bs[i], c = cs[i];
+{lines}
+}}
+"""
+    with np.errstate(all="ignore"):
+        expected = [operation(a, b, c) for operation in _OPERATIONS.values()]
+    inputs = [device.upload(array) for array in (a, b, c)]
+    out = np.empty((len(expected), n), np.float32)
+    found = _run(device, source, "arithmetic", n, out, *inputs, np.uint32(n))
+    for name, here, there in zip(_OPERATIONS, expected, found, strict=True):
+        wrong = np.flatnonzero(here.view(np.uint32) != there.view(np.uint32))
+        if len(wrong):
+            i = int(wrong[0])
+            values = f"a = {float(a[i]).hex()}, b = {float(b[i]).hex()}, c = {float(c[i]).hex()}"
+            both = f"{float(there[i]).hex()} on the device, {float(here[i]).hex()} in numpy"
+            return False, f"{name} with {values}: {both}; {len(wrong)} of {n} differ"
+    return True, f"{len(_OPERATIONS)} operations on {n:,} numbers are the same"
+
+
+def _run(device: Device, source: str, kernel: str, items: int, out: np.ndarray, *arguments: Any) -> Any:
+    """Compile and run a kernel of its own; `out` is its last argument and comes back filled."""
+    target = device.buffer(out.nbytes)
+    built = cl.Kernel(device.build(source), kernel)
+    built(device.queue, (items,), None, *arguments, target)
+    return device.read(target, out)

@@ -1,0 +1,165 @@
+"""The float32 twin's local light: the passes `light` and `feelers`, a queue at a time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clrt import layout
+from clrt.flatten import FlatScene
+
+from .twin_geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit, primitives_of
+from .twin_math import Array, larger
+from .twin_queues import Queue
+from .twin_shading import (
+    ALL,
+    AMBIENT,
+    DIFFUSE,
+    HIGHLIGHT,
+    Bounce,
+    ambient_share,
+    bounce_at,
+    lit,
+    local_light,
+    reflected_light,
+    towards,
+)
+from .twin_surface import Surface, background_of, bands, surface_at
+
+SPAWN = {name: np.uint32(bit) for name, bit in layout.SPAWN.items()}
+
+
+@dataclass(frozen=True)
+class Lit:
+    """The local light of a queue's rays (bands, n) and the packed word of what each will spawn.
+
+    `which` are the rays that hit; `surface` and `bounce` are theirs.
+    """
+
+    local: Array
+    spawn: Array
+    which: Array
+    surface: Surface
+    bounce: Bounce
+
+
+@dataclass(frozen=True)
+class Feelers:
+    """Shadow feelers in the order of their rays and lights; contribution is (bands, n)."""
+
+    ray: Array
+    rays: Rays
+    seen: Array
+    contribution: Array
+
+
+def light(flat: FlatScene, queue: Queue, hits: Hits, last: bool, terms: int = ALL) -> Lit:
+    """Local light of every ray, and what each will spawn; in the last generation `depth_color` instead."""
+    info = flat.scene[0]
+    which = np.flatnonzero(hits.primitive >= 0)
+    rays, weight = queue.rays[which], queue.weight[:, which]
+    s = surface_at(flat, rays, Hits(hits.t[which], hits.primitive[which]))
+    bounce = bounce_at(flat, s, rays.direction)
+
+    transmits = _worth_tracing(info, weight * bounce.transmit)
+    reflects = _worth_tracing(info, weight * bounce.reflect)
+    if info["spd"]:
+        reflects = (s.material["kr"] > 0.0) | (s.material["kt"] > 0.0)
+    gathers = _any_positive(weight * ambient_share(s)) & (
+        queue.path[which] & np.uint32(layout.PATH["PATH_GATHERED"]) == 0
+    )
+    if last or not (terms & AMBIENT and info["ambient_samples"] > 0):
+        gathers = np.zeros_like(gathers)
+
+    value = weight * local_light(flat, s, gathers, terms)
+    if last and terms == ALL:
+        depth_color = info["depth_color"][:, None]
+        value = np.where(reflects, value + weight * bounce.reflect * depth_color, value)
+        value = np.where(transmits, value + weight * bounce.transmit * depth_color, value)
+    found = np.full(len(which), SPAWN["SPAWN_HIT"])
+    if terms & (DIFFUSE | HIGHLIGHT):
+        for source in _lights(flat):
+            found += lit(s, towards(source, s.leave(s.n))).astype(np.uint32)
+    if not last and terms == ALL:
+        found |= np.where(reflects, SPAWN["SPAWN_REFLECTION"], np.uint32(0))
+        found |= np.where(transmits, SPAWN["SPAWN_TRANSMISSION"], np.uint32(0))
+        found |= np.where(bounce.total_internal, SPAWN["SPAWN_TOTAL_INTERNAL"], np.uint32(0))
+    found |= np.where(gathers, SPAWN["SPAWN_AMBIENT"], np.uint32(0))
+
+    local, spawn = _of_misses(flat, queue, terms), np.zeros(len(queue), np.uint32)
+    local[:, which], spawn[which] = value, found
+    return Lit(local, spawn, which, s, bounce)
+
+
+def _of_misses(flat: FlatScene, queue: Queue, terms: int) -> Array:
+    """Background; the constant ambient light for an ambient ray that meets nothing."""
+    if terms != ALL:
+        return np.zeros_like(queue.weight)
+    if queue.kind == "ambient":
+        return queue.weight * flat.scene["ambient"][0][:, None]
+    return queue.weight * background_of(flat, queue.rays.direction)
+
+
+def _worth_tracing(info: np.void, share: Array) -> Array:
+    """Not black, and not under the cut-off."""
+    most = np.zeros_like(share[0])
+    for value in share:
+        most = larger(value, most)
+    return (most > 0.0) & (most >= info["min_weight"])
+
+
+def _any_positive(share: Array) -> Array:
+    return np.asarray((share > 0.0).any(axis=0))
+
+
+def _lights(flat: FlatScene) -> Array:
+    return flat.lights[: int(flat.scene["lights"][0])]
+
+
+def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feelers:
+    """One feeler to each light above each hit, and which of them arrive."""
+    s, direction = found.surface, queue.rays.direction[:, found.which]
+    start = s.leave(s.n)
+    ways = [towards(source, start) for source in _lights(flat)]
+    above = np.array([lit(s, to) for to in ways], bool).reshape(len(ways), len(found.which))
+    if not terms & (DIFFUSE | HIGHLIGHT):
+        above = np.zeros_like(above)
+    radiance = [
+        reflected_light(source, to, s, direction, terms)
+        for source, to in zip(_lights(flat), ways, strict=True)
+    ]
+    hit, number = np.nonzero(above.T)  # by ray, then by light
+
+    def chosen(parts: list[Array], empty: tuple[int, ...]) -> Array:
+        return np.stack(parts)[number, ..., hit].T if parts else np.zeros(empty, np.float32)
+
+    rays = Rays(
+        start[:, hit],
+        chosen([to.direction for to in ways], (3, 0)),
+        chosen([to.distance for to in ways], (0,)),
+    )
+    ray = found.which[hit]
+    contribution = queue.weight[:, ray] * chosen(radiance, (layout.BANDS, 0))
+    if flat.scene["tinted"][0]:
+        seen = _tint(flat, rays, contribution)
+    else:
+        seen = nearest_hit(flat, rays).primitive < 0
+    return Feelers(ray, rays, seen.astype(np.uint32), contribution)
+
+
+def _tint(flat: FlatScene, rays: Rays, contribution: Array) -> Array:
+    """Multiply by kt Tt of every surface crossed, in order, up to the first opaque one. Which get through?"""
+    seen = np.ones(len(rays), bool)
+    at = Hits(np.zeros(len(rays), np.float32), np.full(len(rays), BEFORE_ALL, np.int32))
+    crossing = np.arange(len(rays))
+    while len(crossing):
+        at = nearest_hit(flat, rays[crossing], at)
+        hit = at.primitive != NO_PRIMITIVE
+        crossing, at = crossing[hit], Hits(at.t[hit], at.primitive[hit])
+        material = flat.materials[primitives_of(flat)["material"][at.primitive]]
+        contribution[:, crossing] *= material["kt"] * bands(material["tint"])
+        clear = material["kt"] != 0.0
+        seen[crossing[~clear]] = False
+        crossing, at = crossing[clear], Hits(at.t[clear], at.primitive[clear])
+    return seen

@@ -1,0 +1,148 @@
+"""The float32 twin's generations: the same queues in the same order as on a device, one stage after another.
+
+`generations` is the algorithm. It yields every stage's values, so that a comparison can name the first that
+differs, and adds to a film.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from clrt import layout
+from clrt.flatten import FlatScene
+
+from .twin_film import TERMS, Film, rays_counted
+from .twin_geometry import Hits, nearest_hit
+from .twin_local import SPAWN, Feelers, Lit, feelers, light
+from .twin_math import Array, combine
+from .twin_queues import FLAGS, Queue, merged, new_queue
+from .twin_shading import ambient_directions, ambient_share
+
+_ROUTE = np.uint32(layout.PATH["PATH_ROUTE"])
+SPAWNING = {"reflection": "reflect", "transmission": "transmit", "ambient": "gather_ambient"}
+_GATHERED, _GATHERED_FIRST = layout.PATH["PATH_GATHERED"], layout.PATH["PATH_GATHERED_FIRST"]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The values that one pass computed for one queue, each with the ray's number as its last axis.
+
+    `name` is the kernel's, `kind` the queue's: camera, reflection, transmission or ambient.
+    """
+
+    name: str
+    generation: int
+    kind: str
+    values: dict[str, Array]
+    pixel_of: Array  # place of each ray's pixel
+
+
+def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: Lit) -> Queue:
+    """The rays of one kind that a queue's hits spawn, in the order of their parents."""
+    bit, flag, number = {
+        "reflection": ("SPAWN_REFLECTION", 1, 1),
+        "transmission": ("SPAWN_TRANSMISSION", 2, 2),
+        "ambient": ("SPAWN_AMBIENT", 0, 3),
+    }[kind]
+    chosen = np.flatnonzero(found.spawn[found.which] & SPAWN[bit])
+    parent, s = found.which[chosen], found.surface[chosen]
+    path, weight, pixel_of = queue.path[parent], queue.weight[:, parent], queue.pixel_of[parent]
+    if kind == "ambient":
+        samples = int(flat.scene["ambient_samples"][0])
+        direction, key = ambient_directions(s, path, samples)
+        flags = path & FLAGS | np.uint32(_GATHERED | (_GATHERED_FIRST if generation == 0 else 0))
+        weight = weight * ambient_share(s) / np.float32(samples)
+        return new_queue(
+            kind,
+            np.repeat(s.leave(s.n), samples, axis=1),
+            direction.reshape(3, -1),
+            np.repeat(pixel_of, samples),
+            np.repeat(key & ~FLAGS | flags, samples),
+            np.repeat(weight, samples, axis=1),
+        )
+    bounce = found.bounce
+    direction, share = (
+        (bounce.reflected, bounce.reflect) if kind == "reflection" else (bounce.transmitted, bounce.transmit)
+    )
+    key = combine(path & ~FLAGS, np.full_like(path, number))
+    flags = path & FLAGS
+    flags = np.where(flags & _ROUTE, flags, flags | np.uint32(flag))
+    origin = s.leave(s.n) if kind == "reflection" else s.leave(-s.n)
+    return new_queue(
+        kind, origin, direction[:, chosen], pixel_of, key & ~FLAGS | flags, weight * share[:, chosen]
+    )
+
+
+def generations(
+    flat: FlatScene, queue: Queue, max_depth: int, film: Film, counts: list[Counter[str]]
+) -> Iterator[Stage]:
+    """Trace a queue of generation 0 and all its descendants onto the film, and count rays by generation."""
+    yield stage("generate", 0, queue, queue_values(queue))
+    queues = [queue]
+    for generation in range(max_depth + 1):
+        parents: list[tuple[Queue, Lit]] = []
+        for queue in queues:
+            hits = nearest_hit(flat, queue.rays)
+            yield stage("closest", generation, queue, {"t": hits.t, "primitive": hits.primitive})
+            if generation == 0:
+                _add_terms(flat, queue, hits, max_depth == 0, film)
+            found = light(flat, queue, hits, last=generation == max_depth)
+            yield stage("light", generation, queue, {"spawn": found.spawn, "local": found.local})
+            shadows = feelers(flat, queue, found)
+            yield stage("feelers", generation, queue, feeler_values(shadows), queue.pixel_of[shadows.ray])
+            film.add(queue, found, shadows, generation)
+            _count(counts, generation, rays_counted(queue, found, shadows))
+            parents.append((queue, found))
+        queues = []
+        for kind, name in SPAWNING.items():
+            child = merged([children(flat, kind, generation, queue, found) for queue, found in parents])
+            yield stage(name, generation + 1, child, queue_values(child))
+            if len(child):
+                queues.append(child)
+        if not queues:
+            break
+    yield Stage("gather", max_depth, "film", {"sums": film.sums}, np.arange(film.sums.shape[-1]))
+
+
+def _add_terms(flat: FlatScene, queue: Queue, hits: Hits, last: bool, film: Film) -> None:
+    for name in film.planes:
+        if name in TERMS:
+            found = light(flat, queue, hits, last, TERMS[name])
+            film.add_term(name, queue, found, feelers(flat, queue, found, TERMS[name]))
+
+
+def _count(counts: list[Counter[str]], generation: int, row: dict[str, int]) -> None:
+    while len(counts) <= generation:
+        counts.append(Counter())
+    counts[generation].update(row)
+
+
+def stage(
+    name: str, generation: int, queue: Queue, values: dict[str, Array], pixel_of: Array | None = None
+) -> Stage:
+    return Stage(name, generation, queue.kind, values, queue.pixel_of if pixel_of is None else pixel_of)
+
+
+def queue_values(queue: Queue) -> dict[str, Array]:
+    return {
+        "pixel_of": queue.pixel_of,
+        "path": queue.path,
+        "origin": queue.rays.origin,
+        "direction": queue.rays.direction,
+        "t_max": queue.rays.t_max,
+        "weight": queue.weight,
+    }
+
+
+def feeler_values(shadows: Feelers) -> dict[str, Array]:
+    return {
+        "origin": shadows.rays.origin,
+        "direction": shadows.rays.direction,
+        "t_max": shadows.rays.t_max,
+        "seen": shadows.seen,
+        "contribution": shadows.contribution,
+    }
