@@ -22,8 +22,8 @@ Corners = Sequence[Sequence[float]]
 _INFINITE = np.full(3, np.inf)
 
 # Rounding moves a hit to where |F| is up to this times F's terms, which for a thin cylinder or at a cone's
-# apex is far off the surface. Of 1.6e6 float32 hits on shapes as thin as 1e-4 none was outside its box; 677 were
-# without this room.
+# apex is far off the surface. Of 1.6e6 float32 hits on shapes as thin as 1e-4 none was outside its box; 677
+# were without this room.
 _NOISE = 4 * layout.QUADRIC_PAD
 
 
