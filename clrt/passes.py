@@ -226,10 +226,11 @@ def feelers(
             rays,
             contribution,
         )
+        packets = -(-n // device.packet)
         if world.tinted:
-            device.launch("occluded_tinted", n, *world.arguments, rays, np.uint32(n), seen, contribution)
+            device.launch("occluded_tinted", packets, *world.arguments, rays, np.uint32(n), seen, contribution)
         else:
-            device.launch("occluded", -(-n // device.packet), *world.arguments, rays, np.uint32(n), seen)
+            device.launch("occluded", packets, *world.arguments, rays, np.uint32(n), seen)
     return Feelers(n, first, rays, seen, contribution)
 
 

@@ -22,7 +22,7 @@ from clrt.wavefront import RayCounts, TileTooLarge, trace
 from clrt.world import World
 
 Progress = Callable[[int, int, int], None]
-_TILE_BYTES: Final = 256 << 20  # bytes of queues that one tile may have
+_TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
 
 
 @dataclass(frozen=True)

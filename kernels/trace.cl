@@ -52,21 +52,43 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
         seen[i] = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, true).primitive < 0;
 }
 
+// Follows feeler i from its first hit through all it crosses, or until an opaque surface: is it seen, and how tinted.
+inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i,
+                           __global uint *seen, __global float *contribution)
+{
+    seen[i] = 1;
+    while (hit.primitive >= 0) {
+        __global const Material *material = world.materials + world.primitives[hit.primitive].material;
+        for (int b = 0; b < BANDS; b++) contribution[in_block(i, b, BANDS)] *= material->kt * material->tint[b];
+        if (material->kt == 0.0f) {
+            seen[i] = 0;
+            return;
+        }
+        hit = nearest_hit(world, ray, hit.t, hit.primitive, false);
+    }
+}
+
 __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,
                               __global float *contribution)
 {
-    const uint i = get_global_id(0);
-    if (i >= n) return;
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Ray ray = load_ray(rays, i);
-    uint clear = 1;
-    Hit hit = {0.0f, BEFORE_ALL};
-    while (clear) {
-        hit = nearest_hit(world, ray, hit.t, hit.primitive, false);
-        if (hit.primitive < 0) break;
-        __global const Material *material = world.materials + world.primitives[hit.primitive].material;
-        if (material->kt == 0.0f) clear = 0;
-        for (int b = 0; b < BANDS; b++) contribution[in_block(i, b, BANDS)] *= material->kt * material->tint[b];
+    if (first + PACKET <= n) {
+        float t[PACKET];
+        int primitive[PACKET];
+        const Packet packet = load_packet(rays, first);
+        const PacketHit hits = packet_hits(world, packet, false);
+        *(floatP *)t = hits.t;
+        *(intP *)primitive = hits.primitive;
+        for (int lane = 0; lane < PACKET; lane++) {
+            const Hit hit = {t[lane], primitive[lane]};
+            cross_surfaces(world, load_ray(rays, first + lane), hit, first + lane, seen, contribution);
+        }
+        return;
     }
-    seen[i] = clear;
+    for (uint i = first; i < n; i++) {
+        const Ray ray = load_ray(rays, i);
+        cross_surfaces(world, ray, nearest_hit(world, ray, 0.0f, BEFORE_ALL, false), i, seen, contribution);
+    }
 }
