@@ -70,11 +70,11 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
     )
     device.launch("build_subtree", _SUBTREES, boxes, kind_buffer, tasks, counts, item, binary, local_size=1)
 
-    nodes, leaves = device.buffer(n * size["nodes"]), device.buffer(3 * n * 8)
-    device.launch("collapse", 1, binary, nodes, np.int32(n), leaves, counts, local_size=1)
+    nodes, leaves = device.buffer(n * size["nodes"]), device.buffer(3 * (n + 1) * 8)
+    device.launch("collapse", 1, binary, nodes, np.int32(n + 1), leaves, counts, local_size=1)
     used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
     out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32)}
-    host_leaves = device.read(leaves, np.empty((3, n, 2), np.int32))
+    host_leaves = device.read(leaves, np.empty((3, n + 1, 2), np.int32))
     for kind, (name, packer, source) in enumerate(
         (("triangle_blocks", "pack_triangles", "triangles"), ("sphere_blocks", "pack_spheres", "spheres"))
     ):

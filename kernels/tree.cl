@@ -199,12 +199,15 @@ __kernel void build_subtree(__global const Box *boxes, __global const uchar *kin
 }
 
 // Eight-wide nodes from binary ones: a node takes in the largest of its children's boxes until it has eight.
-// leaves[kind][block] = first item, count; counts = nodes, triangle blocks, sphere blocks, other blocks.
+// leaves[kind][block] = first item, count; counts = nodes, triangle blocks, sphere blocks, other blocks. The first
+// block of the other kinds is empty: the unused lanes of a node lead there, since the box test of a ray from very
+// far away may overflow and accept them.
 __kernel void collapse(__global const BuildNode *binary, __global WideNode *nodes, int most_blocks,
                        __global int2 *leaves, __global int *counts)
 {
     int2 stack[STACK];  // binary node, wide node
     int size = 1, used = 1, blocks[3] = {0, 0, 0};
+    leaves[BLOCK_OTHER * most_blocks + blocks[BLOCK_OTHER]++] = (int2)(0, 0);
     stack[0] = (int2)(0, 0);
     while (size > 0) {
         const int2 top = stack[--size];
@@ -229,7 +232,7 @@ __kernel void collapse(__global const BuildNode *binary, __global WideNode *node
         __global WideNode *node = nodes + top.y;
         for (int k = 0; k < 8; k++) {
             float4 low = (float4)(INFINITY), high = (float4)(-INFINITY);
-            int reference = 0;
+            int reference = ~BLOCK_OTHER;
             if (k < children) {
                 __global const BuildNode *from = binary + child[k];
                 low = from->low;
