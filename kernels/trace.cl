@@ -4,21 +4,6 @@
 // crosses, in the order of (t, primitive), so that the product of their tints is the same on every device.
 #include "packet.clh"
 
-// Rays `first` to `first + PACKET` of a queue; LANES is a multiple of PACKET.
-inline Packet load_packet(__global const float *rays, uint first)
-{
-    __global const float *lane = rays + in_block(first, 0, RAY_FIELDS);
-    Packet p;
-    p.ox = *(__global const floatP *)(lane + ORIGIN_X * LANES);
-    p.oy = *(__global const floatP *)(lane + ORIGIN_Y * LANES);
-    p.oz = *(__global const floatP *)(lane + ORIGIN_Z * LANES);
-    p.dx = *(__global const floatP *)(lane + DIRECTION_X * LANES);
-    p.dy = *(__global const floatP *)(lane + DIRECTION_Y * LANES);
-    p.dz = *(__global const floatP *)(lane + DIRECTION_Z * LANES);
-    p.t_max = *(__global const floatP *)(lane + T_MAX * LANES);
-    return p;
-}
-
 __kernel void closest(WORLD_PARAMETERS, __global const float *rays, uint n,
                       __global float *hit_t, __global int *hit_primitive)
 {
