@@ -17,7 +17,8 @@ from types import ModuleType
 from clrt.errors import ClrtError, SceneError
 
 PACKAGE = Path(__file__).resolve().parent
-SCENE_SUFFIXES = (".toml", ".json", ".nff", ".txt")
+SCENE_SUFFIXES = (".toml", ".json", ".nff", ".txt", ".py")
+TOOL_PREFIX = "generate_"  # scripts that write what scenes load, and are none themselves
 
 
 def kernel_folder() -> Path:
@@ -31,9 +32,10 @@ def scene_folder() -> Path:
 
 
 def shipped_scenes() -> dict[str, Path]:
-    """The scenes that ship, name (file name without suffix) -> file, in alphabetical order."""
+    """The scenes that ship, name (file name without suffix) -> file or script, in alphabetical order."""
     files = (file for file in scene_folder().iterdir() if file.suffix in SCENE_SUFFIXES)
-    return {file.stem: file for file in sorted(files, key=lambda file: file.stem)}
+    scenes = {file.stem: file for file in files if not file.name.startswith(TOOL_PREFIX)}
+    return dict(sorted(scenes.items()))
 
 
 def scene_file(name: str) -> Path:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from clrt.resources import scene_file
-
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene of `options.input` to `options.output`. ClrtError leaves the output as it was."""
-    import clrt
+    from clrt.shipped import load_scene
 
-    clrt.load(scene_file(options.input)).save(options.output)
+    load_scene(options.input).save(options.output)
     return 0

@@ -41,8 +41,9 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
     """The image of a scene file, with a progress bar on stderr where that is a terminal."""
     import clrt
     from clrt.cli.progress import progress
+    from clrt.shipped import load_scene
 
-    scene = clrt.load(file)
+    scene = load_scene(file)
     with progress(file.stem, getattr(options, "quiet", False)) as report:
         return clrt.render(
             scene,

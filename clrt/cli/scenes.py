@@ -19,7 +19,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def headline(file: Path) -> str:
-    """The text of a comment in the file's first line, else nothing."""
+    """The text of a comment, or of a script's docstring, in the file's first line, else nothing."""
     with file.open(encoding="utf-8") as lines:
         first = lines.readline(200)
-    return first.lstrip("# ").strip() if first.startswith("#") else ""
+    return first.lstrip('#" ').strip() if first.startswith(("#", '"""')) else ""
