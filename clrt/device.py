@@ -24,7 +24,17 @@ from clrt.errors import DeviceError
 from clrt.resources import kernel_folder
 from clrt.settings import Settings
 
-KERNEL_FILES: Final = ("generate.cl", "trace.cl", "light.cl", "bounce.cl", "compact.cl", "film.cl", "tree.cl")
+KERNEL_FILES: Final = (
+    "generate.cl",
+    "trace.cl",
+    "surface.cl",
+    "light.cl",
+    "bounce.cl",
+    "ambient.cl",
+    "compact.cl",
+    "film.cl",
+    "tree.cl",
+)
 _INCLUDE = re.compile(r'^#include "([\w.]+)"$')
 
 

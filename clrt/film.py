@@ -12,7 +12,7 @@ import numpy as np
 from clrt import layout, passes
 from clrt.device import Device
 from clrt.errors import ClrtError
-from clrt.passes import Feelers, Hits, Lit, Queue
+from clrt.queues import Feelers, Hits, Lit, Queue
 from clrt.world import World
 
 # layers of radiance: all generations, rays whose path word & mask == value

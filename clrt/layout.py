@@ -21,6 +21,7 @@ import numpy as np
 
 BANDS: Final = 3  # bands of light a ray carries; a compile-time constant of the kernels
 
+# fmt: off
 # name -> ((field, C type), ...); "@BANDS" after a type makes an array of one value a band
 RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # --- geometry -----------------------------------------------------------------------------------------
@@ -95,6 +96,8 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     ),
 }
 
+# fmt: on
+
 KINDS: Final = {"SPHERE": 0, "PLANE": 1, "DISK": 2, "TRIANGLE": 3, "POLYGON": 4, "QUADRIC": 5}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
@@ -124,6 +127,15 @@ WORLD: Final[dict[str, str]] = {
 }
 
 RAY_FIELDS: Final = ("ORIGIN_X", "ORIGIN_Y", "ORIGIN_Z", "DIRECTION_X", "DIRECTION_Y", "DIRECTION_Z", "T_MAX")
+
+# What the pass `surface` finds at a hit: the point moved back onto its primitive, the geometric normal turned
+# to the side the ray came from, the shading normal, and how far spawned rays start off the surface. With it
+# goes a word: material * SURFACE_MATERIAL + SURFACE_SECOND_COLOR + SURFACE_INSIDE, or -1 on a miss.
+SURFACE_FIELDS: Final = (
+    "POINT_X", "POINT_Y", "POINT_Z", "NORMAL_X", "NORMAL_Y", "NORMAL_Z",
+    "SHADING_X", "SHADING_Y", "SHADING_Z", "LEAVE_BY",
+)
+SURFACE: Final = {"SURFACE_INSIDE": 1, "SURFACE_SECOND_COLOR": 2, "SURFACE_MATERIAL": 4}
 
 # A ray's `path` word: upper 28 bits a key that other paths of the picture share only by chance, lower 4 flags
 PATH: Final = {
@@ -212,10 +224,12 @@ def c_declarations(bands: int = BANDS, lanes: int = 16, packet: int = 16) -> str
         "CHUNK": CHUNK,
         "STREAMS": len(STREAMS),
         "RAY_FIELDS": len(RAY_FIELDS),
+        "SURFACE_FIELDS": len(SURFACE_FIELDS),
     }
-    constants |= KINDS | BLOCKS | FRESNEL | CHECKER | PATH | SPAWN | TERMS
+    constants |= KINDS | BLOCKS | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
     constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
-    constants |= {name: number for number, name in enumerate(RAY_FIELDS)}
+    for fields in (RAY_FIELDS, SURFACE_FIELDS):
+        constants |= {name: number for number, name in enumerate(fields)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
     out += [f"#define {name} {float(value).hex()}f" for name, value in (("PAD", PAD), ("OFFSET", OFFSET))]
     out += [_c_struct(name, bands) for name in RECORDS]

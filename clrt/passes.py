@@ -1,93 +1,37 @@
 """One function a kernel pass. Each takes queues, launches, and gives back what the next pass needs.
 
-A queue is buffers and a count. Nothing here decides what the picture is; the kernels do.
+Nothing here decides what the picture is; the kernels do.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from clrt import layout
 from clrt.device import Device
+from clrt.queues import (
+    AMBIENT,
+    CAMERA,
+    REFLECTION,
+    TRANSMISSION,
+    Feelers,
+    Hits,
+    Lit,
+    Queue,
+    block_bytes,
+    new_queue,
+    packets,
+)
 from clrt.world import World
 
-CAMERA, REFLECTION, TRANSMISSION, AMBIENT = "camera", "reflection", "transmission", "ambient"
 _STREAM = {name: number for number, name in enumerate(layout.STREAMS)}
 _SPAWNING = {
     REFLECTION: ("reflect", "REFLECTION"),
     TRANSMISSION: ("transmit", "TRANSMISSION"),
     AMBIENT: ("gather_ambient", "AMBIENT"),
 }
-
-
-@dataclass(frozen=True)
-class Queue:
-    """Rays of one kind and generation, in the order of their pixels."""
-
-    kind: str
-    n: int
-    rays: Any  # blocks of layout.RAY_FIELDS
-    pixel_of: Any  # uint: place of the pixel in the tile
-    path: Any  # uint: layout.PATH
-    weight: Any  # blocks of one value a band
-
-
-@dataclass(frozen=True)
-class Hits:
-    t: Any  # float
-    primitive: Any  # int, -1 on a miss
-
-
-@dataclass(frozen=True)
-class Lit:
-    """What the pass `light` found for a queue."""
-
-    local: Any  # blocks of one value a band: radiance that needs no further ray
-    spawn: Any  # uint: layout.SPAWN
-    offsets: np.ndarray  # (STREAMS, chunks) first place of each chunk's rays in each stream
-    totals: dict[str, int]  # by stream
-
-
-@dataclass(frozen=True)
-class Feelers:
-    """Shadow feelers of a queue: those of ray i are first[i] to first[i] + its count."""
-
-    n: int
-    first: Any
-    rays: Any  # blocks of layout.RAY_FIELDS
-    seen: Any  # uint: 1 where nothing blocks the light
-    contribution: Any  # blocks of one value a band
-
-
-def block_bytes(n: int, fields: int, lanes: int) -> int:
-    """Bytes of a queue of `n` items with `fields` floats each, in whole blocks."""
-    return -(-n // lanes) * lanes * fields * 4
-
-
-def queue_bytes(n: int, bands: int, lanes: int) -> int:
-    """Bytes of a Queue with its hits, local light, counts and places."""
-    return block_bytes(n, len(layout.RAY_FIELDS) + 2 * bands, lanes) + n * 4 * (
-        2 + 2 + 1 + 4  # pixel and path, hit, spawn, places in four streams
-    )
-
-
-def feeler_bytes(n: int, bands: int, lanes: int) -> int:
-    return block_bytes(n, len(layout.RAY_FIELDS) + bands, lanes) + n * 4
-
-
-def new_queue(device: Device, kind: str, n: int) -> Queue:
-    lanes = device.settings.lanes
-    return Queue(
-        kind,
-        n,
-        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)),
-        device.buffer(4 * n),
-        device.buffer(4 * n),
-        device.buffer(block_bytes(n, device.bands, lanes)),
-    )
 
 
 def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> tuple[Queue, Any]:
@@ -134,16 +78,26 @@ def adopt(
 
 
 def closest(device: Device, world: World, queue: Queue) -> Hits:
-    """Nearest hit of every ray."""
-    hits = Hits(device.buffer(4 * queue.n), device.buffer(4 * queue.n))
+    """Nearest hit of every ray, and what the surface is there."""
+    n, fields = queue.n, len(layout.SURFACE_FIELDS)
+    hits = Hits(
+        device.buffer(4 * n),
+        device.buffer(4 * n),
+        device.buffer(block_bytes(n, fields, device.settings.lanes)),
+        device.buffer(4 * n),
+    )
+    found = (queue.rays, np.uint32(n), hits.t, hits.primitive)
+    device.launch("closest", packets(device, n), *world.arguments, *found)
     device.launch(
-        "closest",
-        -(-queue.n // device.packet),
+        "surface",
+        n,
         *world.arguments,
         queue.rays,
-        np.uint32(queue.n),
         hits.t,
         hits.primitive,
+        np.uint32(n),
+        hits.surfaces,
+        hits.code,
     )
     return hits
 
@@ -156,11 +110,11 @@ def light(
     spawn = device.buffer(4 * queue.n)
     device.launch(
         "light",
-        queue.n,
+        packets(device, queue.n),
         *world.arguments,
         queue.rays,
-        hits.t,
-        hits.primitive,
+        hits.surfaces,
+        hits.code,
         queue.path,
         queue.weight,
         np.uint32(queue.n),
@@ -213,11 +167,11 @@ def feelers(
     if n:
         device.launch(
             "feelers",
-            queue.n,
+            packets(device, queue.n),
             *world.arguments,
             queue.rays,
-            hits.t,
-            hits.primitive,
+            hits.surfaces,
+            hits.code,
             queue.weight,
             lit.spawn,
             first,
@@ -226,11 +180,11 @@ def feelers(
             rays,
             contribution,
         )
-        packets = -(-n // device.packet)
+        arguments = (*world.arguments, rays, np.uint32(n), seen)
         if world.tinted:
-            device.launch("occluded_tinted", packets, *world.arguments, rays, np.uint32(n), seen, contribution)
+            device.launch("occluded_tinted", packets(device, n), *arguments, contribution)
         else:
-            device.launch("occluded", packets, *world.arguments, rays, np.uint32(n), seen)
+            device.launch("occluded", packets(device, n), *arguments)
     return Feelers(n, first, rays, seen, contribution)
 
 
@@ -238,7 +192,7 @@ def any_hit(device: Device, world: World, queue: Queue) -> Any:
     """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
     seen = device.buffer(4 * queue.n)
     device.launch(
-        "occluded", -(-queue.n // device.packet), *world.arguments, queue.rays, np.uint32(queue.n), seen
+        "occluded", packets(device, queue.n), *world.arguments, queue.rays, np.uint32(queue.n), seen
     )
     return seen
 
@@ -287,47 +241,21 @@ def spawn(
     if not parents:
         return None
     firsts = [_first_places(device, world, queue, lit, stream) for queue, _, lit in parents]
-    slots = (
-        firsts
-        if len(parents) == 1
-        else [_first_places(device, world, queue, lit, stream) for queue, _, lit in parents]
-    )
     child = new_queue(device, kind, sum(lit.totals[stream] for _, _, lit in parents))
+    written = (child.rays, child.pixel_of, child.path, child.weight)
     for i, (queue, hits, lit) in enumerate(parents):
+        slots = firsts[i] if len(parents) == 1 else _first_places(device, world, queue, lit, stream)
         for j, (other, _, other_lit) in enumerate(parents):
             if i != j:
-                device.launch(
-                    "rank",
-                    queue.n,
-                    queue.pixel_of,
-                    np.uint32(queue.n),
-                    other.pixel_of,
-                    firsts[j],
-                    np.uint32(other.n),
-                    np.uint32(other_lit.totals[stream]),
-                    np.uint32(j < i),
-                    slots[i],
-                )
-        generation_argument = (np.uint32(generation),) if kind == AMBIENT else ()
-        device.launch(
-            kernel,
-            queue.n,
-            *world.arguments,
-            queue.rays,
-            hits.t,
-            hits.primitive,
-            queue.pixel_of,
-            queue.path,
-            queue.weight,
-            lit.spawn,
-            slots[i],
-            np.uint32(queue.n),
-            *generation_argument,
-            child.rays,
-            child.pixel_of,
-            child.path,
-            child.weight,
-        )
+                total, goes_first = np.uint32(other_lit.totals[stream]), np.uint32(j < i)
+                numbers = (other.pixel_of, firsts[j], np.uint32(other.n), total, goes_first)
+                device.launch("rank", queue.n, queue.pixel_of, np.uint32(queue.n), *numbers, slots)
+        read = (hits.surfaces, hits.code, queue.pixel_of, queue.path, queue.weight, lit.spawn, slots)
+        n = np.uint32(queue.n)
+        if kind == AMBIENT:
+            device.launch(kernel, queue.n, *world.arguments, *read, n, np.uint32(generation), *written)
+        else:
+            device.launch(kernel, packets(device, queue.n), *world.arguments, queue.rays, *read, n, *written)
     return child
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from clrt import passes
 from clrt.device import Device
 from clrt.film import Film
-from clrt.passes import AMBIENT, REFLECTION, TRANSMISSION, Hits, Lit, Queue
+from clrt.queues import AMBIENT, CAMERA, REFLECTION, TRANSMISSION, Hits, Lit, Queue, feeler_bytes, queue_bytes
 from clrt.world import World
 
 
@@ -29,7 +29,7 @@ class RayCounts:
             {
                 queue.kind: queue.n,
                 "hits": lit.totals["HIT"],
-                f"{queue.kind}_hits": lit.totals["HIT"] if queue.kind == passes.CAMERA else 0,
+                f"{queue.kind}_hits": lit.totals["HIT"] if queue.kind == CAMERA else 0,
                 "total_internal_reflection": lit.totals["TOTAL_INTERNAL"],
                 "feelers": lit.totals["FEELERS"],
             }
@@ -104,9 +104,9 @@ def _check_budget(
         found.totals[stream] for _, found in everyone for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT")
     )
     need = (
-        sum(passes.queue_bytes(parent.n, bands, lanes) for parent, _ in everyone)
-        + passes.queue_bytes(children, bands, lanes)
-        + passes.feeler_bytes(lit.totals["FEELERS"], bands, lanes)
+        sum(queue_bytes(parent.n, bands, lanes) for parent, _ in everyone)
+        + queue_bytes(children, bands, lanes)
+        + feeler_bytes(lit.totals["FEELERS"], bands, lanes)
     )
     if need > budget:
         raise TileTooLarge

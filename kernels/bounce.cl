@@ -1,109 +1,95 @@
-// The next generation: reflection rays, transmission rays and ambient rays, one pass and one queue each.
+// The next generation: reflection rays, transmission rays and ambient rays, one pass and one queue each. One
+// work-item a packet.
 //
 // `slot` is each parent's place in the queue of children; it was counted before, so a queue is exactly as long
 // as what is written to it, and the children of a pixel stand together in the order of their parents.
 #include "hash.clh"
-#include "surface.clh"
-#include "texture.clh"
 #include "bounce.clh"
 
-inline uint route_or(uint flags, uint route) { return flags & PATH_ROUTE ? flags : flags | route; }
+// the parents' words, and the queue that receives the children
+typedef struct {
+    __global const uint *pixel_of;
+    __global const uint *path;
+    __global const int *spawn;
+    __global const uint *slot;
+    __global float *rays;
+    __global uint *pixel;
+    __global uint *path_of;
+    __global float *weight;
+} Family;
 
-__kernel void reflect(WORLD_PARAMETERS, __global const float *rays, __global const float *hit_t,
-                      __global const int *hit_primitive, __global const uint *pixel_of,
-                      __global const uint *path, __global const float *weight,
-                      __global const uint *spawn, __global const uint *slot, uint n,
+// Writes the children of the lanes that spawn one: `child` is the number that makes their key, `route` the kind
+// of bounce for rays that have had none.
+inline void store_children(const Family f, uint first, uint n, int spawn_bit, uint child, uint route,
+                           Vec origin, Vec direction, const floatP *weight)
+{
+    float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[BANDS][PACKET];
+    *(floatP *)ox = origin.x;
+    *(floatP *)oy = origin.y;
+    *(floatP *)oz = origin.z;
+    *(floatP *)dx = direction.x;
+    *(floatP *)dy = direction.y;
+    *(floatP *)dz = direction.z;
+    for (int b = 0; b < BANDS; b++) *(floatP *)w[b] = weight[b];
+    for (uint k = 0; k < PACKET && first + k < n; k++) {
+        const uint i = first + k;
+        if (!(f.spawn[i] & spawn_bit)) continue;
+        const uint at = f.slot[i], flags = f.path[i] & PATH_FLAGS;
+        store_ray(f.rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), INFINITY);
+        f.pixel[at] = f.pixel_of[i];
+        f.path_of[at] = child_path(f.path[i], child, flags & PATH_ROUTE ? flags : flags | route);
+        for (int b = 0; b < BANDS; b++) f.weight[in_block(at, b, BANDS)] = w[b][k];
+    }
+}
+
+// `reflecting`: reflection rays, else transmission rays
+inline void bounce_packet(const World world, __global const float *rays, __global const float *surfaces,
+                          __global const int *surface_code, __global const float *weights, const Family f,
+                          uint n, bool reflecting)
+{
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
+    const int spawn_bit = reflecting ? SPAWN_REFLECTION : SPAWN_TRANSMISSION;
+    intP todo = (load_word(f.spawn, first, n) & spawn_bit) != 0, mine;
+    if (!any_of(todo)) return;
+    const Surfaces s = load_surfaces(surfaces, surface_code, first, n);
+    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS);
+    Vec direction = u;
+    floatP weight[BANDS];
+    for (int b = 0; b < BANDS; b++) weight[b] = (floatP)(0.0f);
+    while (any_of(todo)) {
+        const Bounce bounce = bounce_at(world, s, next_material(world, s, &todo, &mine), u);
+        direction = choose(direction, bounce.transmitted, mine);
+        for (int b = 0; b < BANDS; b++)
+            weight[b] = select(weight[b], load_field(weights, first, n, b, BANDS)
+                                          * (reflecting ? bounce.reflect[b] : bounce.transmit[b]), mine);
+    }
+    if (reflecting)
+        store_children(f, first, n, spawn_bit, CHILD_REFLECTION, 1, leaves(s, s.n), reflected(s, u), weight);
+    else
+        store_children(f, first, n, spawn_bit, CHILD_TRANSMISSION, 2, leaves(s, minus(s.n)), direction, weight);
+}
+
+__kernel void reflect(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
+                      __global const int *surface_code, __global const uint *pixel_of,
+                      __global const uint *path, __global const float *weights,
+                      __global const int *spawn, __global const uint *slot, uint n,
                       __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
                       __global float *child_weight)
 {
-    const uint i = get_global_id(0);
-    if (i >= n || !(spawn[i] & SPAWN_REFLECTION)) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Ray ray = load_ray(rays, i);
-    const Hit hit = {hit_t[i], hit_primitive[i]};
-    const Surface s = surface_at(world, ray, hit);
-    const Bounce bounce = bounce_at(world, s, world.materials[s.material], ray.direction);
-    const uint child = slot[i];
-    store_ray(child_rays, child, leave(s, s.n), bounce.reflected, INFINITY);
-    child_pixel[child] = pixel_of[i];
-    child_path_of[child] = child_path(path[i], CHILD_REFLECTION, route_or(path[i] & PATH_FLAGS, 1u));
-    for (int b = 0; b < BANDS; b++)
-        child_weight[in_block(child, b, BANDS)] = weight[in_block(i, b, BANDS)] * bounce.reflect[b];
+    const Family f = {pixel_of, path, spawn, slot, child_rays, child_pixel, child_path_of, child_weight};
+    bounce_packet(world, rays, surfaces, surface_code, weights, f, n, true);
 }
 
-__kernel void transmit(WORLD_PARAMETERS, __global const float *rays, __global const float *hit_t,
-                       __global const int *hit_primitive, __global const uint *pixel_of,
-                       __global const uint *path, __global const float *weight,
-                       __global const uint *spawn, __global const uint *slot, uint n,
+__kernel void transmit(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
+                       __global const int *surface_code, __global const uint *pixel_of,
+                       __global const uint *path, __global const float *weights,
+                       __global const int *spawn, __global const uint *slot, uint n,
                        __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
                        __global float *child_weight)
 {
-    const uint i = get_global_id(0);
-    if (i >= n || !(spawn[i] & SPAWN_TRANSMISSION)) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Ray ray = load_ray(rays, i);
-    const Hit hit = {hit_t[i], hit_primitive[i]};
-    const Surface s = surface_at(world, ray, hit);
-    const Bounce bounce = bounce_at(world, s, world.materials[s.material], ray.direction);
-    const uint child = slot[i];
-    store_ray(child_rays, child, leave(s, -s.n), bounce.transmitted, INFINITY);
-    child_pixel[child] = pixel_of[i];
-    child_path_of[child] = child_path(path[i], CHILD_TRANSMISSION, route_or(path[i] & PATH_FLAGS, 2u));
-    for (int b = 0; b < BANDS; b++)
-        child_weight[in_block(child, b, BANDS)] = weight[in_block(i, b, BANDS)] * bounce.transmit[b];
-}
-
-// Direction `index` of a cosine-distributed set about n: the R2 sequence (Roberts 2018) shifted by a hash, on the
-// disk by the concentric map (Shirley and Chiu 1997), in the frame of Duff et al. 2017.
-inline float3 cosine_direction(float3 n, uint key, uint index)
-{
-    const float x = 2.0f * unit_interval(mix_bits(key + 1u) + index * 0xC13FA9A9u) - 1.0f;
-    const float y = 2.0f * unit_interval(mix_bits(key + 2u) + index * 0x91E10DA5u) - 1.0f;
-    float2 disk = (float2)(0.0f, 0.0f);
-    if (fabs(x) > fabs(y)) {
-        const float2 angle = sine_cosine(0.785398163f * (y / x));
-        disk = (float2)(x * angle.y, x * angle.x);
-    } else if (y != 0.0f) {
-        const float2 angle = sine_cosine(0.785398163f * (x / y));
-        disk = (float2)(y * angle.x, y * angle.y);
-    }
-    const float sign = n.z < 0.0f ? -1.0f : 1.0f;
-    const float a = -1.0f / (sign + n.z);
-    const float b = n.x * n.y * a;
-    const float3 tangent = (float3)(1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x);
-    const float3 bitangent = (float3)(b, sign + n.y * n.y * a, -n.y);
-    const float height = sqrt(larger(1.0f - disk.x * disk.x - disk.y * disk.y, 0.0f));
-    return unit3(tangent * disk.x + bitangent * disk.y + n * height);
-}
-
-// `samples` rays a parent, from its slot on (thesis 3.2.2: ambient light from a sampling of the surroundings)
-__kernel void gather_ambient(WORLD_PARAMETERS, __global const float *rays, __global const float *hit_t,
-                             __global const int *hit_primitive, __global const uint *pixel_of,
-                             __global const uint *path, __global const float *weight,
-                             __global const uint *spawn, __global const uint *slot, uint n, uint generation,
-                             __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
-                             __global float *child_weight)
-{
-    const uint i = get_global_id(0);
-    if (i >= n || !(spawn[i] & SPAWN_AMBIENT)) return;
-    const World world = WORLD_OF_PARAMETERS;
-    const Ray ray = load_ray(rays, i);
-    const Hit hit = {hit_t[i], hit_primitive[i]};
-    const Surface s = surface_at(world, ray, hit);
-    const Material material = world.materials[s.material];
-    const bool second = material.checker != PLAIN && checker_odd(material, s.outward, s.relative);
-    const uint samples = world.scene->ambient_samples;
-    const uint key = combine(path[i] & ~(uint)PATH_FLAGS, CHILD_AMBIENT);
-    const uint flags = path[i] & PATH_FLAGS | PATH_GATHERED | (generation == 0 ? PATH_GATHERED_FIRST : 0);
-    for (uint k = 0; k < samples; k++) {
-        const uint child = slot[i] + k;
-        float3 direction = cosine_direction(s.ns, key, k);
-        if (!(dot3(direction, s.n) > 0.0f)) direction = cosine_direction(s.n, key, k);
-        store_ray(child_rays, child, leave(s, s.n), direction, INFINITY);
-        child_pixel[child] = pixel_of[i];
-        child_path_of[child] = key & ~(uint)PATH_FLAGS | flags;
-        for (int b = 0; b < BANDS; b++)
-            child_weight[in_block(child, b, BANDS)] = weight[in_block(i, b, BANDS)]
-                * (material.ka * surface_color(material, second, b)) / (float)samples;
-    }
+    const Family f = {pixel_of, path, spawn, slot, child_rays, child_pixel, child_path_of, child_weight};
+    bounce_packet(world, rays, surfaces, surface_code, weights, f, n, false);
 }

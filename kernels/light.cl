@@ -1,112 +1,144 @@
 // Local light: what a ray's hit sends back by itself, the shadow feelers that will decide about the lights, and
-// the count of everything the hit will spawn.
+// the count of everything the hit will spawn. One work-item a packet.
 //
 // Two passes, because queues are dense and in stable order: `light` counts, a scan gives every ray its places,
-// `feelers` writes. Both look at the surface anew: recomputing it costs less than moving it through memory.
-#include "surface.clh"
-#include "texture.clh"
+// `feelers` writes.
 #include "bounce.clh"
 #include "light.clh"
+#include "texture.clh"
 
-inline uint count_feelers(const World world, const Surface s, const Material material)
+// radiance of the background along each ray of a packet
+inline void backgrounds(const World world, Vec direction, floatP *radiance)
 {
-    if (!(material.kd > 0.0f || material.ks > 0.0f)) return 0;
-    uint count = 0;
-    for (int l = 0; l < world.scene->lights; l++)
-        count += lit(s, towards(world.lights[l], leave(s, s.n)));
-    return count;
-}
-
-// `local` receives weight * (emission + ambient), or the background; `spawn` the packed counts (layout.SPAWN).
-// In the last generation nothing is spawned: `depth_color` stands for it.
-__kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const float *hit_t,
-                    __global const int *hit_primitive, __global const uint *path, __global const float *weight,
-                    uint n, uint ambient_queue, uint last, uint terms,
-                    __global float *local_radiance, __global uint *spawn)
-{
-    const uint i = get_global_id(0);
-    if (i >= n) return;
-    const World world = WORLD_OF_PARAMETERS;
-    const Ray ray = load_ray(rays, i);
-    const Hit hit = {hit_t[i], hit_primitive[i]};
-    const bool gathered = path[i] & PATH_GATHERED;
-    float radiance[BANDS];
-
-    if (hit.primitive < 0) {
-        // an ambient ray that meets nothing brings the constant ambient light
-        background_of(world, ray.direction, radiance);
-        for (int b = 0; b < BANDS; b++) {
-            const float value = ambient_queue ? world.scene->ambient[b] : radiance[b];
-            local_radiance[in_block(i, b, BANDS)] = terms == TERM_ALL ? weight[in_block(i, b, BANDS)] * value : 0.0f;
-        }
-        spawn[i] = 0;
+    if (world.scene->background_width == 0) {
+        for (int b = 0; b < BANDS; b++) radiance[b] = (floatP)(world.scene->background[b]);
         return;
     }
+    float x[PACKET], y[PACKET], z[PACKET], band[BANDS][PACKET], seen[BANDS];
+    *(floatP *)x = direction.x;
+    *(floatP *)y = direction.y;
+    *(floatP *)z = direction.z;
+    for (int k = 0; k < PACKET; k++) {
+        background_of(world, (float3)(x[k], y[k], z[k]), seen);
+        for (int b = 0; b < BANDS; b++) band[b][k] = seen[b];
+    }
+    for (int b = 0; b < BANDS; b++) radiance[b] = *(floatP *)band[b];
+}
 
-    const Surface s = surface_at(world, ray, hit);
-    const Material material = world.materials[s.material];
-    const bool second = material.checker != PLAIN && checker_odd(material, s.outward, s.relative);
-    const Bounce bounce = bounce_at(world, s, material, ray.direction);
-    const bool reflects = world.scene->spd ? material.kr > 0.0f || material.kt > 0.0f
-                                           : worth_tracing(world, weight, i, bounce.reflect);
-    const bool transmits = worth_tracing(world, weight, i, bounce.transmit);
-    bool gathers = world.scene->ambient_samples > 0 && !gathered && !last && terms & TERM_AMBIENT;
-    uint found = SPAWN_HIT;
+// `local_radiance` receives weight * (emission + ambient), or the background; `spawn` the packed counts
+// (layout.SPAWN). In the last generation nothing is spawned: `depth_color` stands for it.
+__kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
+                    __global const int *surface_code, __global const int *path, __global const float *weights,
+                    uint n, uint ambient_queue, uint last, uint terms,
+                    __global float *local_radiance, __global int *spawn)
+{
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const Surfaces s = load_surfaces(surfaces, surface_code, first, n);
+    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS);
+    const intP ungathered = (load_word(path, first, n) & PATH_GATHERED) == 0;
+    floatP weight[BANDS], value[BANDS];
+    for (int b = 0; b < BANDS; b++) weight[b] = load_field(weights, first, n, b, BANDS);
 
-    float most_ambient = 0.0f;
-    for (int b = 0; b < BANDS; b++)
-        most_ambient = larger(weight[in_block(i, b, BANDS)] * (material.ka * surface_color(material, second, b)),
-                              most_ambient);
-    gathers = gathers && most_ambient > 0.0f;
+    // misses: an ambient ray that meets nothing brings the constant ambient light
+    const intP missed = s.code < 0;
+    for (int b = 0; b < BANDS; b++) value[b] = (floatP)(0.0f);
+    if (any_of(missed) && terms == TERM_ALL) {
+        if (!ambient_queue) backgrounds(world, u, value);
+        for (int b = 0; b < BANDS; b++)
+            value[b] = weight[b] * (ambient_queue ? (floatP)(world.scene->ambient[b]) : value[b]);
+    }
 
-    for (int b = 0; b < BANDS; b++) {
-        const float w = weight[in_block(i, b, BANDS)];
-        const float emission = terms & TERM_EMISSION ? material.emission[b] : 0.0f;
-        const float ambient = terms & TERM_AMBIENT && !gathers
-            ? material.ka * surface_color(material, second, b) * world.scene->ambient[b] : 0.0f;
-        float value = w * (emission + ambient);
-        if (last && terms == TERM_ALL) {
-            if (reflects) value += w * bounce.reflect[b] * world.scene->depth_color[b];
-            if (transmits) value += w * bounce.transmit[b] * world.scene->depth_color[b];
+    intP found = select((intP)(SPAWN_HIT), (intP)(0), missed);
+    const Vec start = leaves(s, s.n);
+    intP todo = ~missed, mine;
+    while (any_of(todo)) {
+        __global const Material *material = next_material(world, s, &todo, &mine);
+        if (terms & (TERM_DIFFUSE | TERM_HIGHLIGHT) && (material->kd > 0.0f || material->ks > 0.0f))
+            for (int l = 0; l < world.scene->lights; l++)
+                found += lit(s, towards(world.lights + l, start)) & mine & 1;
+
+        intP gathers = (intP)(0);
+        if (world.scene->ambient_samples > 0 && !last && terms & TERM_AMBIENT) {
+            floatP most = (floatP)(0.0f);
+            for (int b = 0; b < BANDS; b++) most = largerP(weight[b] * (material->ka * colors(material, s, b)), most);
+            gathers = ungathered & (most > 0.0f);
+            found |= gathers & mine & SPAWN_AMBIENT;
         }
-        local_radiance[in_block(i, b, BANDS)] = value;
+        for (int b = 0; b < BANDS; b++) {
+            const float emission = terms & TERM_EMISSION ? material->emission[b] : 0.0f;
+            floatP ambient = (floatP)(0.0f);
+            if (terms & TERM_AMBIENT)
+                ambient = select(material->ka * colors(material, s, b) * world.scene->ambient[b], ambient, gathers);
+            value[b] = select(value[b], weight[b] * (emission + ambient), mine);
+        }
+        if (terms != TERM_ALL || !(material->kr > 0.0f || material->kt > 0.0f)) continue;
+
+        const Bounce bounce = bounce_at(world, s, material, u);
+        const intP reflects = mine & (world.scene->spd ? (intP)(-1) : worth_tracing(world, weight, bounce.reflect));
+        const intP transmits = mine & worth_tracing(world, weight, bounce.transmit);
+        if (!last) {
+            found |= (reflects & SPAWN_REFLECTION) | (transmits & SPAWN_TRANSMISSION)
+                   | (bounce.total_internal & mine & SPAWN_TOTAL_INTERNAL);
+            continue;
+        }
+        for (int b = 0; b < BANDS; b++) {
+            const float instead = world.scene->depth_color[b];
+            value[b] = select(value[b], value[b] + weight[b] * bounce.reflect[b] * instead, reflects);
+            value[b] = select(value[b], value[b] + weight[b] * bounce.transmit[b] * instead, transmits);
+        }
     }
-    if (terms & (TERM_DIFFUSE | TERM_HIGHLIGHT)) found |= count_feelers(world, s, material);
-    if (!last && terms == TERM_ALL) {
-        if (reflects) found |= SPAWN_REFLECTION;
-        if (transmits) found |= SPAWN_TRANSMISSION;
-        if (bounce.total_internal) found |= SPAWN_TOTAL_INTERNAL;
-    }
-    if (gathers) found |= SPAWN_AMBIENT;
-    spawn[i] = found;
+    for (int b = 0; b < BANDS; b++) store_field(local_radiance, first, n, b, BANDS, value[b]);
+    store_word(spawn, first, n, found);
 }
 
 // One ray to each light above the surface, with what it would bring to the pixel if nothing is in between.
-// `first` is each ray's first place in the queue of feelers.
-__kernel void feelers(WORLD_PARAMETERS, __global const float *rays, __global const float *hit_t,
-                      __global const int *hit_primitive, __global const float *weight,
-                      __global const uint *spawn, __global const uint *first, uint n, uint terms,
+// `first_feeler` is each ray's first place in the queue of feelers.
+__kernel void feelers(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
+                      __global const int *surface_code, __global const float *weights,
+                      __global const int *spawn, __global const int *first_feeler, uint n, uint terms,
                       __global float *feeler_rays, __global float *contribution)
 {
-    const uint i = get_global_id(0);
-    if (i >= n || (spawn[i] & SPAWN_FEELERS) == 0) return;
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
+    const intP counted = (load_word(spawn, first, n) & SPAWN_FEELERS) != 0;
+    if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Ray ray = load_ray(rays, i);
-    const Hit hit = {hit_t[i], hit_primitive[i]};
-    const Surface s = surface_at(world, ray, hit);
-    const Material material = world.materials[s.material];
-    const bool second = material.checker != PLAIN && checker_odd(material, s.outward, s.relative);
-    const float3 start = leave(s, s.n);
-    uint place = first[i];
+    const Surfaces s = load_surfaces(surfaces, surface_code, first, n);
+    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = leaves(s, s.n);
+    float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], distance[PACKET];
+    float brings[BANDS][PACKET];
+    int place[PACKET], launched[PACKET];
+    *(floatP *)ox = start.x;
+    *(floatP *)oy = start.y;
+    *(floatP *)oz = start.z;
+    *(intP *)place = load_word(first_feeler, first, n);
+    const uint lanes = min((uint)PACKET, n - first);
     for (int l = 0; l < world.scene->lights; l++) {
-        const Light light = world.lights[l];
+        __global const Light *light = world.lights + l;
         const Towards to = towards(light, start);
-        if (!lit(s, to)) continue;
-        float radiance[BANDS];
-        reflected_light(light, to, s, material, second, ray.direction, terms, radiance);
-        store_ray(feeler_rays, place, start, to.direction, to.distance);
-        for (int b = 0; b < BANDS; b++)
-            contribution[in_block(place, b, BANDS)] = weight[in_block(i, b, BANDS)] * radiance[b];
-        place++;
+        const intP launch = counted & lit(s, to);
+        if (!any_of(launch)) continue;
+        intP todo = launch, mine;
+        floatP radiance[BANDS], total[BANDS];
+        for (int b = 0; b < BANDS; b++) total[b] = (floatP)(0.0f);
+        while (any_of(todo)) {
+            __global const Material *material = next_material(world, s, &todo, &mine);
+            reflected_light(light, to, s, material, u, terms, radiance);
+            for (int b = 0; b < BANDS; b++) total[b] = select(total[b], radiance[b], mine);
+        }
+        *(floatP *)dx = to.direction.x;
+        *(floatP *)dy = to.direction.y;
+        *(floatP *)dz = to.direction.z;
+        *(floatP *)distance = to.distance;
+        *(intP *)launched = launch;
+        for (int b = 0; b < BANDS; b++) *(floatP *)brings[b] = load_field(weights, first, n, b, BANDS) * total[b];
+        for (uint k = 0; k < lanes; k++) {
+            if (!launched[k]) continue;
+            const uint at = place[k]++;
+            store_ray(feeler_rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), distance[k]);
+            for (int b = 0; b < BANDS; b++) contribution[in_block(at, b, BANDS)] = brings[b][k];
+        }
     }
 }

@@ -1,0 +1,90 @@
+"""Queues: buffers and a count. What the passes hand to each other, and how many bytes it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from clrt import layout
+from clrt.device import Device
+
+CAMERA: Final = "camera"
+REFLECTION: Final = "reflection"
+TRANSMISSION: Final = "transmission"
+AMBIENT: Final = "ambient"
+
+
+@dataclass(frozen=True)
+class Queue:
+    """Rays of one kind and generation, in the order of their pixels."""
+
+    kind: str
+    n: int
+    rays: Any  # blocks of layout.RAY_FIELDS
+    pixel_of: Any  # uint: place of the pixel in the tile
+    path: Any  # uint: layout.PATH
+    weight: Any  # blocks of one value a band
+
+
+@dataclass(frozen=True)
+class Hits:
+    t: Any  # float
+    primitive: Any  # int, -1 on a miss
+    surfaces: Any  # blocks of layout.SURFACE_FIELDS
+    code: Any  # int: layout.SURFACE and the material, -1 on a miss
+
+
+@dataclass(frozen=True)
+class Lit:
+    """What the pass `light` found for a queue."""
+
+    local: Any  # blocks of one value a band: radiance that needs no further ray
+    spawn: Any  # uint: layout.SPAWN
+    offsets: np.ndarray  # (STREAMS, chunks) first place of each chunk's rays in each stream
+    totals: dict[str, int]  # by stream
+
+
+@dataclass(frozen=True)
+class Feelers:
+    """Shadow feelers of a queue: those of ray i are first[i] to first[i] + its count."""
+
+    n: int
+    first: Any
+    rays: Any  # blocks of layout.RAY_FIELDS
+    seen: Any  # uint: 1 where nothing blocks the light
+    contribution: Any  # blocks of one value a band
+
+
+def packets(device: Device, n: int) -> int:
+    """Work-items for n rays, a packet each."""
+    return -(-n // device.packet)
+
+
+def block_bytes(n: int, fields: int, lanes: int) -> int:
+    """Bytes of a queue of `n` items with `fields` floats each, in whole blocks."""
+    return -(-n // lanes) * lanes * fields * 4
+
+
+def queue_bytes(n: int, bands: int, lanes: int) -> int:
+    """Bytes of a Queue with its hits, local light, counts and places."""
+    fields = len(layout.RAY_FIELDS) + len(layout.SURFACE_FIELDS) + 2 * bands
+    words = 2 + 3 + 1 + 4  # pixel and path; hit and code; spawn; places in four streams
+    return block_bytes(n, fields, lanes) + 4 * n * words
+
+
+def feeler_bytes(n: int, bands: int, lanes: int) -> int:
+    return block_bytes(n, len(layout.RAY_FIELDS) + bands, lanes) + n * 4
+
+
+def new_queue(device: Device, kind: str, n: int) -> Queue:
+    lanes = device.settings.lanes
+    return Queue(
+        kind,
+        n,
+        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)),
+        device.buffer(4 * n),
+        device.buffer(4 * n),
+        device.buffer(block_bytes(n, device.bands, lanes)),
+    )
