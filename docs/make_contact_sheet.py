@@ -1,9 +1,10 @@
 """Render the pictures of the documentation from the scenes that ship.
 
-    python docs/make_contact_sheet.py [contact-sheet] [showcase] [shading-layers]
+    python docs/make_contact_sheet.py [contact-sheet] [showcase] [shading-layers] [acne]
 
-writes docs/contact-sheet.png (every scene, small), docs/showcase.png (at its own size) and
-docs/shading-layers.png (thesis_4_2_shading, term by term); all three when none is named.
+writes docs/contact-sheet.png (every scene, small), docs/showcase.png (at its own size),
+docs/shading-layers.png (thesis_4_2_shading, term by term) and docs/acne.png (thesis_3_07_acne with and
+without the offset of spawned rays); all of them when none is named.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ import OpenImageIO as oiio
 from numpy.typing import NDArray
 
 import clrt
+from clrt import layout
 from clrt.imagefile import encode
 from clrt.resources import shipped_scenes
 from clrt.scene import Scene
@@ -96,7 +98,25 @@ def shading_layers() -> Pixels:
     return sheet([*cells, captioned(image.pixels, "all of it")], columns=3)
 
 
-PICTURES = {"contact-sheet": contact_sheet, "showcase": showcase, "shading-layers": shading_layers}
+def acne() -> Pixels:
+    """thesis_3_07_acne at one sample, with the offset of spawned rays and without it."""
+    scene = load_scene("thesis_3_07_acne")
+    width, offset = fitting_width(scene), layout.OFFSET
+    cells = [captioned(clrt.render(scene, width=width, spp=1).pixels, "with the offset")]
+    try:
+        setattr(layout, "OFFSET", 0.0)  # noqa: B010 - a constant everywhere else
+        cells.append(captioned(clrt.render(scene, width=width, spp=1).pixels, "without"))
+    finally:
+        setattr(layout, "OFFSET", offset)  # noqa: B010
+    return sheet(cells, columns=2)
+
+
+PICTURES = {
+    "contact-sheet": contact_sheet,
+    "showcase": showcase,
+    "shading-layers": shading_layers,
+    "acne": acne,
+}
 
 if __name__ == "__main__":
     for picture in sys.argv[1:] or PICTURES:

@@ -11,10 +11,11 @@ import OpenImageIO as oiio
 import pytest
 
 import clrt
+from clrt import layout
 from clrt.cli.scenes import headline
 from clrt.errors import SceneError
 from clrt.resources import scene_folder, shipped_scenes
-from clrt.scene import Mesh, Scene, Sphere
+from clrt.scene import DirectionalLight, Mesh, Scene, Sphere
 from clrt.shipped import load_scene
 
 NAMES = sorted(shipped_scenes())
@@ -131,6 +132,30 @@ def test_meshes_are_closed_and_wound_outwards():
     length = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()
     assert volume(*script["torus_knot"]()) == pytest.approx(np.pi * 0.24**2 * length, rel=0.02)
     assert 1.5 < volume(*script["gem"]()) < 1.75
+
+
+def test_without_the_offset_surfaces_shade_themselves(
+    scenes: dict[str, Scene], monkeypatch: pytest.MonkeyPatch
+):
+    """Thesis, figure 3.7, on the sphere: with the offset all of its lit side is lit."""
+    scene = scenes["thesis_3_07_acne"]
+    assert isinstance(scene.shapes[1], Sphere)
+    light = scene.lights[0]
+    assert isinstance(light, DirectionalLight)
+    towards = -np.array(light.direction) / np.linalg.norm(light.direction)
+    layers = ("shape", "normal", "diffuse")
+
+    def lit_and_dark() -> tuple[int, int]:
+        image = clrt.render(scene, width=160, spp=1, layers=layers)
+        facing = (image.layers["shape"] == 1) & (image.layers["normal"] @ towards > 0.05)
+        bright = image.layers["diffuse"].max(axis=2) > 0
+        return int((facing & bright).sum()), int((facing & ~bright).sum())
+
+    lit, dark = lit_and_dark()
+    assert lit > 1000 and dark == 0
+    monkeypatch.setattr(layout, "OFFSET", 0.0)
+    lit, dark = lit_and_dark()
+    assert 0.3 < dark / (lit + dark) < 0.7
 
 
 def test_no_ray_leaves_the_room(scenes: dict[str, Scene]):
