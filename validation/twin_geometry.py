@@ -98,6 +98,11 @@ def disk_root(center: Array, radius: Array, normal: Array, rays: Rays) -> Array:
     return np.where(dot(p, p) <= radius * radius, t, _NO_HIT)
 
 
+def straddles(a: Array, b: Array, c: Array) -> Array:
+    """Is 0 within the extent of three coordinates."""
+    return (np.minimum(np.minimum(a, b), c) <= 0.0) & (np.maximum(np.maximum(a, b), c) >= 0.0)
+
+
 def triangle_hit(v0: Array, v1: Array, v2: Array, rays: Rays, frame: Frame) -> tuple[Array, Array, Array]:
     """Distance and the barycentric weights of v1 and v2; the weights mean nothing on a miss."""
     a, b, c = (frame.seen(rays.origin, corner) for corner in (v0, v1, v2))
@@ -106,6 +111,7 @@ def triangle_hit(v0: Array, v1: Array, v2: Array, rays: Rays, frame: Frame) -> t
     w = b[0] * a[1] - b[1] * a[0]
     determinant = u + v + w
     inside = (u >= 0.0) & (v >= 0.0) & (w >= 0.0) | (u <= 0.0) & (v <= 0.0) & (w <= 0.0)
+    inside &= straddles(a[0], b[0], c[0]) & straddles(a[1], b[1], c[1])
     t = (u * a[2] + v * b[2] + w * c[2]) * frame.shear[2] / determinant
     return np.where(inside, t, _NO_HIT), v / determinant, w / determinant
 
@@ -119,12 +125,18 @@ def polygon_root(corners: list[Array], normal: Array, rays: Rays, frame: Frame) 
     """Crossing number (thesis Algorithm 1) in the rays' frames."""
     inside = np.zeros(np.broadcast_shapes(corners[0].shape, rays.origin.shape)[1:], bool)
     a = frame.seen(rays.origin, corners[-1])
+    near, far = np.full(inside.shape, np.inf, np.float32), np.full(inside.shape, -np.inf, np.float32)
     for corner in corners:
         b = frame.seen(rays.origin, corner)
         e = a[0] * b[1] - b[0] * a[1]
         inside ^= ((a[1] >= 0.0) != (b[1] >= 0.0)) & ((e > 0.0) == (b[1] > a[1]))
+        depth = b[2] * frame.shear[2]
+        near, far = np.where(depth < near, depth, near), np.where(depth > far, depth, far)
         a = b
-    return np.where(inside, plane_root(corners[0], normal, rays), _NO_HIT)
+    t = plane_root(corners[0], normal, rays)
+    within = np.where(t > near, t, near)
+    within = np.where(within < far, within, far)
+    return np.where(inside & (np.abs(t) < np.inf), within, _NO_HIT)
 
 
 def quadric_times(diagonal: Array, mixed: Array, p: Array) -> Array:
