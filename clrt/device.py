@@ -251,7 +251,12 @@ class Device:
         self._events.append((name, event))
 
     def buffer(self, nbytes: int) -> Any:
-        """Uninitialised device memory from the pool; freed when no longer referenced."""
+        """Uninitialised device memory from the pool; freed when no longer referenced.
+
+        LimitError where all buffers together would pass the limit `device_bytes`: drivers promise more memory
+        than there is, and fail when it is touched.
+        """
+        self.settings.limits.check("device_bytes", self.pool.active_bytes + nbytes)
         return self._guard(lambda: self.pool.allocate(max(nbytes, 4)), f"{nbytes} bytes")
 
     def upload(self, array: np.ndarray) -> Any:
