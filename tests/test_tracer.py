@@ -35,7 +35,8 @@ def limited(**limits: int) -> clrt.Settings:
 def test_a_limit_stops_a_render_and_says_what_to_change(limits: dict, render: dict) -> None:
     scene = clrt.load_dict(SCENE)
     (name,) = limits
-    with pytest.raises(clrt.LimitError, match=rf"{name}: .*limit of .*Settings\(limits=Limits\({name}=") as caught:
+    advice = rf"{name}: .*limit of .*Settings\(limits=Limits\({name}="
+    with pytest.raises(clrt.LimitError, match=advice) as caught:
         clrt.render(scene, settings=limited(**limits), **render)
     assert "\n" not in str(caught.value)
     enough = limits[name] * 1000 if name == "device_bytes" else limits[name] + 1
@@ -58,7 +59,7 @@ def test_a_tile_that_needs_too_much_is_split_and_gives_the_same_bits(monkeypatch
 
 @pytest.mark.parametrize("crop", [(0, 0, 0, 5), (-1, 0, 5, 5), (36, 0, 5, 5), (0, 0, 41, 30)])
 def test_a_crop_outside_the_picture_is_refused(crop: tuple[int, int, int, int]) -> None:
-    with pytest.raises(clrt.ClrtError, match="crop: .* is not a part of the picture of 40 x 30 pixels"):
+    with pytest.raises(clrt.ClrtError, match=r"crop: .* is not a part of the picture of 40 x 30 pixels"):
         clrt.render(clrt.load_dict(SCENE), crop=crop)
 
 
