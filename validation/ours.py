@@ -1,0 +1,112 @@
+"""Our own pictures as the comparison wants them: apart by generation and kind of ray, and by term."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from clrt import passes
+from clrt.device import Device
+from clrt.film import Film
+from clrt.flatten import flatten_camera
+from clrt.passes import Feelers, Lit, Queue
+from clrt.tiles import tiles
+from clrt.tracer import Tracer
+from clrt.version import __version__
+from clrt.wavefront import TileTooLarge, trace
+
+from .types import OracleImage
+
+TERMS = ("emission", "ambient", "diffuse", "highlight")  # of the local light of generation 0
+_TILE = 1 << 15  # rays
+_BUDGET = 256 << 20  # bytes of queues
+
+
+class RayFilm(Film):
+    """A film that also keeps what each generation and kind of rays brings, on a film of its own."""
+
+    def __init__(self, device: Device, pixels: int, shadows: bool) -> None:
+        super().__init__(device, pixels, TERMS if shadows else ())
+        self.by_ray: dict[str, Film] = {}
+        self.shadows = shadows
+
+    def add(self, queue: Queue, lit: Lit, feelers: Feelers, generation: int) -> None:
+        """As Film.add; a queue is one kind of ray of one generation."""
+        feelers = feelers if self.shadows else _all_seen(self.device, feelers)
+        super().add(queue, lit, feelers, generation)
+        key = ray_key(generation, queue.kind)
+        if key not in self.by_ray:
+            self.by_ray[key] = Film(self.device, self.pixels, ())
+        self.by_ray[key].add(queue, lit, feelers, generation)
+
+    def developed(self, samples: int) -> Iterator[tuple[str, np.ndarray]]:
+        """Each picture by its key, "image" or one of `by_ray`: float32 (pixels, 3)."""
+        for name, values in zip(self.planes, self.develop(samples), strict=True):
+            yield name if name == "image" else ray_key(0, f"camera {name}"), values
+        for key, film in self.by_ray.items():
+            yield key, film.develop(samples)[0]
+
+
+def ray_key(generation: int, kind: str) -> str:
+    """A key of OracleImage.by_ray: "generation 2 reflection", with a term "generation 0 camera diffuse"."""
+    return f"generation {generation} {kind}"
+
+
+def render_ours(tracer: Tracer, width: int | None = None, height: int | None = None, spp: int | None = None,
+                max_depth: int | None = None, shadows: bool = True) -> OracleImage:
+    """What `tracer.render` gives, bit for bit, with every generation's and kind's share in `by_ray`.
+
+    Camera rays also have their terms: "generation 0 camera highlight" and so on. `shadows=False` lets every
+    opaque feeler arrive, to tell how a picture without shadows would look (and gives no terms).
+    """
+    start = time.perf_counter()
+    scene = tracer.scene
+    if scene.camera is None:
+        raise ValueError("the scene has no camera")
+    camera = flatten_camera(scene.camera, width, height, spp)
+    columns, rows = int(camera["width"][0]), int(camera["height"][0])
+    samples = int(camera["grid"][0]) ** 2
+    depth = scene.max_depth if max_depth is None else max_depth
+    found: dict[str, np.ndarray] = {
+        "t": np.full(columns * rows, np.inf, np.float32), "shape": np.full(columns * rows, -1, np.int32)
+    }
+    buffer = tracer.device.upload(camera)
+    waiting = list(tiles(columns, rows, (0, 0, columns, rows), max(1, _TILE // samples)))
+    while waiting:
+        pixels = waiting.pop()
+        try:
+            _render_tile(tracer, buffer, pixels, samples, depth, shadows, found)
+        except TileTooLarge:
+            if len(pixels) < 2:
+                raise
+            waiting += np.array_split(pixels, 2)
+        tracer.device.finish()
+    pictures = {key: values.reshape(rows, columns, *values.shape[1:]) for key, values in found.items()}
+    t, shape, pixels = pictures.pop("t"), pictures.pop("shape"), pictures.pop("image")
+    name = f"clrt {__version__} on {tracer.device.info.label}"
+    return OracleImage(pixels, dict(sorted(pictures.items())), t, shape, name, time.perf_counter() - start)
+
+
+def _render_tile(tracer: Tracer, camera: Any, pixels: np.ndarray, samples: int, depth: int, shadows: bool,
+                 found: dict[str, np.ndarray]) -> None:
+    """Render these pixels and put them into `found`, arrays over all pixels."""
+    device, world = tracer.device, tracer.world
+    queue, _ = passes.generate(device, camera, pixels, samples)
+    hits = passes.closest(device, world, queue)
+    film = RayFilm(device, len(pixels), shadows)
+    trace(device, world, queue, hits, film, depth, _BUDGET)
+    for key, values in film.developed(samples):
+        if key not in found:
+            found[key] = np.zeros((len(found["t"]), 3), np.float32)
+        found[key][pixels] = values
+    geometry = passes.geometry(device, world, queue, hits, samples)
+    found["t"][pixels], found["shape"][pixels] = geometry["depth"], geometry["shape"]
+
+
+def _all_seen(device: Device, feelers: Feelers) -> Feelers:
+    """The same feelers, each of which reaches its light."""
+    return dataclasses.replace(feelers, seen=device.upload(np.ones(max(feelers.n, 1), np.uint32)))
