@@ -20,30 +20,32 @@ COUNTS = (
 
 @dataclass(frozen=True)
 class Rays:
-    """n rays. `weight` is what their light counts for in their pixel, `path` a word of `hashing`."""
+    """n rays of one kind. `weight` is what their light counts for in their pixel, `path` a word of `hashing`."""
 
     origin: Array  # (n, 3)
     direction: Array  # (n, 3), unit
     weight: Array  # (n, 3)
     path: Words  # (n,)
     pixel: Ints  # (n,)
+    kind: str = "camera"  # "reflection", "transmission", "ambient"
 
     def __len__(self) -> int:
         return len(self.pixel)
 
     def __getitem__(self, index: Ints | Bools) -> Rays:
-        return replace(self, **{f.name: getattr(self, f.name)[index] for f in fields(self)})
+        arrays = {f.name: getattr(self, f.name)[index] for f in fields(self) if f.name != "kind"}
+        return replace(self, **arrays)
 
 
 @dataclass
 class Film:
-    """What reaches each pixel, apart by route, by generation and by term of generation 0.
+    """What reaches each pixel, apart by route, by generation, by kind of ray and by term of generation 0.
 
     The picture itself is not summed here but returned by the recursion; the layers sum to it.
     """
 
     pixels: int
-    layers: dict[str, Array] = field(default_factory=dict)  # name -> (pixels, 3)
+    layers: dict[str, Array] = field(default_factory=dict)  # name, "generation 2 reflection" -> (pixels, 3)
     generations: list[dict[str, int]] = field(default_factory=list)
 
     def add(self, rays: Rays, generation: int, light: Array, term: str = "") -> None:
@@ -53,6 +55,7 @@ class Film:
             of_route = (rays.path & np.uint32(hashing.ROUTE)) == number
             self._add(name, rays.pixel[of_route], light[of_route])
         self._add(f"generation_{generation}", rays.pixel, light)
+        self._add(f"generation {generation} {rays.kind}", rays.pixel, light)
         if generation == 0 and term in TERMS:
             self._add(term, rays.pixel, light)
         gathered = (rays.path & np.uint32(hashing.GATHERED_FIRST)) != 0

@@ -60,13 +60,13 @@ class Spot:
         return np.asarray(self.point + self.offset[:, None] * side)
 
 
-def radiance(job: Job, rays: Rays, generation: int, ambient_rays: bool = False) -> Array:
+def radiance(job: Job, rays: Rays, generation: int) -> Array:
     """Radiance (n, 3) along rays; one that meets nothing brings the background, an ambient ray A."""
     t, primitive = nearest_hit(job.world, rays.origin, rays.direction)
     hit, missed = primitive >= 0, np.flatnonzero(primitive < 0)
     light = np.zeros((len(rays), 3))
     if missed.size:
-        light[missed] = job.ambient if ambient_rays else job.background(rays.direction[missed])
+        light[missed] = job.ambient if rays.kind == "ambient" else job.background(rays.direction[missed])
         job.film.add(rays[missed], generation, light[missed])
     job.film.count(generation, "hits", np.count_nonzero(hit))
     if generation == 0:
@@ -131,8 +131,8 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
             direction = hashing.cosine_direction(h, i, ns)
             below = dot(direction, n) <= 0
             direction[below] = hashing.cosine_direction(h[below], i, n[below])
-            gatherers = Rays(origin, direction, weight, path, parents.pixel)
-            seen = radiance(job, gatherers, generation + 1, ambient_rays=True)
+            gatherers = Rays(origin, direction, weight, path, parents.pixel, "ambient")
+            seen = radiance(job, gatherers, generation + 1)
             light[gathers] += share[gathers] / samples * seen
             job.film.count(generation + 1, "ambient", len(gatherers))
     return light
@@ -239,6 +239,7 @@ def follow(job: Job, rays: Rays, generation: int, spawned: Bools, children: Rays
     route = path & np.uint32(hashing.FLAGS)
     route = np.where(route & np.uint32(hashing.ROUTE), route, route | np.uint32(number)).astype(np.uint32)
     path = hashing.key(hashing.child(path, number)) | route
-    traced = replace(children[spawned], weight=rays.weight[spawned] * share, path=path)
+    weight = rays.weight[spawned] * share
+    traced = replace(children[spawned], weight=weight, path=path, kind=ROUTES[number])
     light[spawned] = share * radiance(job, traced, generation + 1)
     return light

@@ -37,11 +37,15 @@ class Hits64:
 
 @dataclass(frozen=True)
 class Result64:
-    """A picture: `pixels` (h, w, 3) linear radiance, `layers` by name, `stats` with rays and generations."""
+    """A picture: `pixels` (h, w, 3) linear radiance, `layers` by name, `stats` with rays and generations.
+
+    `by_ray`: what the rays of each generation and kind bring, (h, w, 3) by "generation 2 reflection" and so on.
+    """
 
     pixels: Array
     layers: dict[str, Any] = field(default_factory=dict)
     stats: dict[str, Any] = field(default_factory=dict)
+    by_ray: dict[str, Array] = field(default_factory=dict)
 
 
 def trace64(scene: Scene, origins: Any, directions: Any, leaf: int = LEAF) -> Hits64:
@@ -117,7 +121,8 @@ def render64(
         found = {name: layer / grid**2 for name, layer in job.film.layers.items()}
         found |= _geometry(job.world, camera, width, height, grid) if set(layers) & set(GEOMETRY) else {}
     picked = {name: _layer(name, found, job.max_depth, (height, width)) for name in layers}
-    return Result64((total / grid**2).reshape(height, width, 3), picked, _stats(job))
+    by_ray = {name: found[name].reshape(height, width, 3) for name in sorted(found) if " " in name}
+    return Result64((total / grid**2).reshape(height, width, 3), picked, _stats(job), by_ray)
 
 
 def _shifted(camera: Camera, shift: tuple[float, float]) -> Camera:
