@@ -20,7 +20,7 @@ COUNTS = (
 
 @dataclass(frozen=True)
 class Rays:
-    """n rays of one kind. `weight` is what their light counts for in their pixel, `path` a word of `hashing`."""
+    """n rays of a kind. `weight`: what their light counts for in their pixel; `path`: a word of `hashing`."""
 
     origin: Array  # (n, 3)
     direction: Array  # (n, 3), unit

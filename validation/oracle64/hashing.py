@@ -22,10 +22,9 @@ def word(x: Any) -> Words:
 
 def mix(x: Words) -> Words:
     """lowbias32 (Wellons 2018)."""
-    x = x ^ x >> np.uint32(16)
-    x = x * np.uint32(0x7FEB352D)
-    x = x ^ x >> np.uint32(15)
-    x = x * np.uint32(0x846CA68B)
+    with np.errstate(over="ignore"):  # numpy warns of what wraps where x is a single number
+        x = (x ^ x >> np.uint32(16)) * np.uint32(0x7FEB352D)
+        x = (x ^ x >> np.uint32(15)) * np.uint32(0x846CA68B)
     return x ^ x >> np.uint32(16)
 
 

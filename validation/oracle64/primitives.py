@@ -121,8 +121,11 @@ def _cone(shape: Any, matrix: Array) -> list[Batch]:
     p0, p1 = np.asarray(shape.p0, float), np.asarray(shape.p1, float)
     r0, r1 = (shape.r0, shape.r1) if hasattr(shape, "r0") else (shape.radius, shape.radius)
     height = float(np.linalg.norm(p1 - p0))
-    axis, slope = (p1 - p0) / height, (r1 - r0) / height
-    parts: list[Batch] = [_revolution(matrix, p0, axis, height, r0 * r0, 2 * r0 * slope, slope * slope)]
+    axis, slope = (p1 - p0) / height, abs(r1 - r0) / height
+    # h counts from the narrow end, so that an apex is the frame's origin: rays through it have a double root,
+    # which rounding would split or lose anywhere else
+    narrow, r, up = (p0, r0, axis) if r0 <= r1 else (p1, r1, -axis)
+    parts: list[Batch] = [_revolution(matrix, narrow, up, height, r * r, 2 * r * slope, slope * slope)]
     if shape.caps:
         parts += [_disk_in(matrix, p, n, r) for p, n, r in ((p0, -axis, r0), (p1, axis, r1)) if r > 0]
     return _numbered(*parts)

@@ -39,7 +39,7 @@ class Hits64:
 class Result64:
     """A picture: `pixels` (h, w, 3) linear radiance, `layers` by name, `stats` with rays and generations.
 
-    `by_ray`: what the rays of each generation and kind bring, (h, w, 3) by "generation 2 reflection" and so on.
+    `by_ray`: what the rays of each generation and kind bring, (h, w, 3) by "generation 2 reflection" etc.
     """
 
     pixels: Array

@@ -1,0 +1,127 @@
+"""The oracle's cameras, hashes and textures against what is known without it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+import clrt
+from tests.engines import unit
+from tests.solids import CAMERA, colourful, scene
+from validation.oracle64 import edge_mask, hashing, radiance64, render64
+
+
+def test_hashes_are_those_of_plain_integers() -> None:
+    def mix(x: int) -> int:
+        for shift, factor in ((16, 0x7FEB352D), (15, 0x846CA68B)):
+            x = (x ^ x >> shift) * factor % 2**32
+        return x ^ x >> 16
+
+    words = [0, 1, 2, 12345, 2**31, 2**32 - 1]
+    assert hashing.mix(hashing.word(words)).tolist() == [mix(x) for x in words]
+    combined = hashing.combine(hashing.word(words), 7)
+    assert combined.tolist() == [mix(x ^ mix((7 + 0x9E3779B9) % 2**32)) for x in words]
+
+
+def test_camera_variants() -> None:
+    base = colourful(max_depth=0)
+    picture = render64(base).pixels
+
+    def with_camera(**keys: Any) -> np.ndarray:
+        return render64(colourful(max_depth=0, camera={**CAMERA, **keys})).pixels
+
+    assert np.abs(with_camera(mirror=True)[:, ::-1] - picture).max() < 1e-12
+    assert np.abs(with_camera(shift=[3, -2])[2:, :-3] - picture[:-2, 3:]).max() < 1e-12
+    vertical = 2 * np.degrees(np.arctan(np.tan(np.radians(45 / 2)) * 30 / 40))
+    assert np.abs(with_camera(fov=vertical, fov_axis="vertical") - picture).max() < 1e-9
+    # a grid of samples: the mean of what four cameras shifted by a quarter of a pixel see
+    quarters = [render64(base, shift=(dx, dy)).pixels for dx in (-0.25, 0.25) for dy in (-0.25, 0.25)]
+    assert np.abs(render64(base, spp=4).pixels - np.mean(quarters, axis=0)).max() < 1e-12
+    depth = render64(base, layers=["depth"]).layers["depth"]
+    near = render64(colourful(camera={**CAMERA, "near": 1.0}), layers=["depth", "position"])
+    ahead = unit(np.subtract(CAMERA["target"], CAMERA["origin"]))
+    cosine = (unit(near.layers["position"] - CAMERA["origin"]) @ ahead)[20:]
+    assert (depth[20:] - near.layers["depth"][20:]) * cosine == pytest.approx(1, abs=1e-9)
+
+
+def test_orthographic_camera_and_default_up() -> None:
+    camera = {
+        "type": "orthographic",
+        "origin": [0, 5, 0],
+        "target": [0, 0, 0],
+        "size": 4.0,
+        "width": 8,
+        "height": 4,
+    }
+    floor = {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}
+    layers = render64(scene(floor, camera=camera), layers=["position", "depth"]).layers
+    # looking down, up is z: right = d x up = -y x z = -x
+    assert layers["depth"] == pytest.approx(5)
+    assert layers["position"][0, 0] == pytest.approx([1.75, 0, 0.75])
+    assert layers["position"][3, 7] == pytest.approx([-1.75, 0, -0.75])
+
+
+def test_background_image(tmp_path: Path) -> None:
+    """Its middle lies towards -z, +y is up, u grows to the right; bilinear, wrapping in u."""
+    pixels = np.random.default_rng(7).uniform(0, 1, (4, 8, 3)).astype(np.float32)
+    spec = oiio.ImageSpec(8, 4, 3, oiio.FLOAT)
+    out = oiio.ImageOutput.create(str(tmp_path / "sky.exr"))
+    assert out.open(str(tmp_path / "sky.exr"), spec) and out.write_image(pixels)
+    out.close()
+    found = clrt.load_dict({"background": "sky.exr"}, folder=tmp_path)
+
+    def towards(column: float, row: float) -> list[float]:
+        longitude, colatitude = (column / 8 - 0.5) * 2 * np.pi, row / 4 * np.pi
+        return [
+            np.sin(colatitude) * np.sin(longitude),
+            np.cos(colatitude),
+            -np.sin(colatitude) * np.cos(longitude),
+        ]
+
+    places = [(2.5, 1.5), (4.0, 2.0), (0.0, 1.5), (7.5, 3.9)]
+    light, _ = radiance64(found, np.zeros((4, 3)), [towards(*place) for place in places])
+    expected = [
+        pixels[1, 2],
+        pixels[1:3, 3:5].mean(axis=(0, 1)),
+        pixels[1, [0, 7]].mean(axis=0),
+        pixels[3, 7],
+    ]
+    assert light == pytest.approx(np.array(expected), abs=1e-6)
+
+
+def test_checkers() -> None:
+    black_white = {"color": {"type": "checker", "colors": [0, 1], "size": 0.5}, "ambient": 1.0}
+    floor = {"type": "plane", "point": [0.1, 0, 0], "normal": [0, 1, 0], "material": black_white}
+    spots = np.array([[0.2, 0.2], [0.7, 0.2], [0.2, 0.7], [0.7, 0.7], [-0.1, 0.2], [-0.1, -0.1]])
+    origin = np.stack([spots[:, 0], np.ones(6), spots[:, 1]], axis=1)
+    light, _ = radiance64(scene(floor, ambient=1.0), origin, np.tile([0, -1, 0], (6, 1)))
+    # u along x, the first of the axes in the plane; v = n x u = -z: cells of z in (0, .5) are number -1
+    assert light[:, 0].tolist() == [1, 0, 0, 1, 0, 1]
+    globe_color = {"type": "checker", "colors": [0, 1], "divisions": 8}
+    globe = {
+        "type": "sphere",
+        "center": [0, 0, 0],
+        "radius": 1,
+        "material": {"color": globe_color, "ambient": 1.0},
+    }
+    around = np.radians(
+        [10, 30, 50, 80, 100]
+    )  # from -z towards +x: fields of 45 degrees, 4 to the left of -z
+    outside = 3 * np.stack([np.sin(around), np.full(5, 0.1), -np.cos(around)], axis=1)
+    light, _ = radiance64(scene(globe, ambient=1.0), outside, -outside)
+    assert light[:, 0].tolist() == [1, 1, 0, 0, 1]
+
+
+def test_edge_mask_is_where_the_silhouette_is() -> None:
+    camera = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 60, "height": 60}
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1.0, "material": {"diffuse": 0, "emission": 1.0}}
+    mask = edge_mask(scene(ball, camera=camera, max_depth=0))
+    radius = 30 / np.tan(np.radians(22.5)) * np.tan(np.arcsin(1 / 5))
+    y, x = np.mgrid[:60, :60] + 0.5 - 30
+    distance = np.abs(np.hypot(x, y) - radius)
+    assert mask[distance < 0.02].all() and not mask[distance > 0.0708].any()
+    assert 0 < mask.mean() < 0.05
