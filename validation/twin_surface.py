@@ -193,8 +193,8 @@ def in_plane(n: Array, p: Array) -> tuple[Array, Array]:
     return dot(p, u), dot(p, cross(n, u))
 
 
-def color_of(s: Surface) -> Array:
-    """F of the model, a value a band: the material's colour, or the checker's."""
+def second_color(s: Surface) -> Array:
+    """Does the second colour of the checker show."""
     material = s.material
     around, flat = lat_long(s.outward), in_plane(s.outward, s.relative)
     on_sphere = material["checker"] == layout.CHECKER["CHECKER_SPHERE"]
@@ -202,8 +202,12 @@ def color_of(s: Surface) -> Array:
     column = np.where(on_sphere, around[0] * size, flat[0] * (ONE / size))
     row = np.where(on_sphere, around[1] * (size * 0.5), flat[1] * (ONE / size))
     cell = np.floor(column) + np.floor(row)
-    second = (material["checker"] != layout.CHECKER["PLAIN"]) & (cell - 2.0 * np.floor(cell * 0.5) != 0.0)
-    return np.where(second, bands(material["color2"]), bands(material["color"]))
+    return (material["checker"] != layout.CHECKER["PLAIN"]) & (cell - 2.0 * np.floor(cell * 0.5) != 0.0)
+
+
+def color_of(s: Surface) -> Array:
+    """F of the model, a value a band."""
+    return np.where(second_color(s), bands(s.material["color2"]), bands(s.material["color"]))
 
 
 def background_of(flat: FlatScene, direction: Array) -> Array:

@@ -16,11 +16,12 @@ from clrt import layout
 from clrt.flatten import FlatScene
 
 from .twin_film import TERMS, Film, rays_counted
-from .twin_geometry import Hits, nearest_hit
+from .twin_geometry import Hits, nearest_hit, primitives_of
 from .twin_local import SPAWN, Feelers, Lit, feelers, light
 from .twin_math import Array, combine
 from .twin_queues import FLAGS, Queue, merged, new_queue
 from .twin_shading import ambient_directions, ambient_share
+from .twin_surface import second_color
 
 _ROUTE = np.uint32(layout.PATH["PATH_ROUTE"])
 SPAWNING = {"reflection": "reflect", "transmission": "transmit", "ambient": "gather_ambient"}
@@ -91,6 +92,7 @@ def generations(
             if generation == 0:
                 _add_terms(flat, queue, hits, max_depth == 0, film)
             found = light(flat, queue, hits, last=generation == max_depth)
+            yield stage("surface", generation, queue, surface_values(flat, hits, found))
             yield stage("light", generation, queue, {"spawn": found.spawn, "local": found.local})
             shadows = feelers(flat, queue, found)
             yield stage("feelers", generation, queue, feeler_values(shadows), queue.pixel_of[shadows.ray])
@@ -136,6 +138,19 @@ def queue_values(queue: Queue) -> dict[str, Array]:
         "t_max": queue.rays.t_max,
         "weight": queue.weight,
     }
+
+
+def surface_values(flat: FlatScene, hits: Hits, found: Lit) -> dict[str, Array]:
+    """Zeros and the code -1 on a miss."""
+    s, which, n = found.surface, found.which, len(hits.t)
+    fields = np.zeros((10, n), np.float32)
+    fields[:, which] = np.concatenate([s.point, s.n, s.ns, s.offset[None]])
+    material = primitives_of(flat)["material"][hits.primitive[which]]
+    bits = layout.SURFACE
+    code = np.full(n, -1, np.int32)
+    code[which] = material * bits["SURFACE_MATERIAL"] + s.inside * bits["SURFACE_INSIDE"]
+    code[which] += second_color(s) * bits["SURFACE_SECOND_COLOR"]
+    return {"point": fields[:3], "n": fields[3:6], "ns": fields[6:9], "offset": fields[9], "code": code}
 
 
 def feeler_values(shadows: Feelers) -> dict[str, Array]:

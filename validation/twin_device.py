@@ -1,0 +1,117 @@
+"""The values of every pass of a device, in the stages of the float32 twin."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from clrt import film as device_film
+from clrt import layout, passes
+from clrt.device import Device
+from clrt.queues import Hits, Queue
+from clrt.world import World
+
+from .twin_wavefront import SPAWNING, Stage
+
+LAYERS = (
+    "direct",
+    "reflection",
+    "transmission",
+    "generation_0",
+    "emission",
+    "ambient",
+    "diffuse",
+    "highlight",
+)
+
+
+def device_stages(
+    device: Device, world: World, queue: Queue, pixels: int, samples: int, max_depth: int
+) -> Iterator[Stage]:
+    """The generation loop of `clrt.wavefront`, one stage at a time."""
+    film = device_film.Film(device, pixels, LAYERS)
+    first, first_hits = queue, passes.closest(device, world, queue)
+    yield _queue_stage(device, "generate", 0, queue)
+    queues = [queue]
+    for generation in range(max_depth + 1):
+        parents = []
+        for queue in queues:
+            hits = passes.closest(device, world, queue)
+            place = _words(device, queue.pixel_of, queue.n)
+            values = {
+                "t": _words(device, hits.t, queue.n, np.float32),
+                "primitive": _words(device, hits.primitive, queue.n, np.int32),
+            }
+            yield Stage("closest", generation, queue.kind, values, place)
+            yield Stage("surface", generation, queue.kind, _surface(device, hits, queue.n), place)
+            last = generation == max_depth
+            if generation == 0:
+                film.add_terms(world, queue, hits, last)
+            lit = passes.light(device, world, queue, hits, last)
+            spawn, local = (
+                _words(device, lit.spawn, queue.n),
+                _blocks(device, lit.local, queue.n, device.bands),
+            )
+            yield Stage("light", generation, queue.kind, {"spawn": spawn, "local": local}, place)
+            shadows = passes.feelers(device, world, queue, hits, lit)
+            owner = place.repeat(spawn & layout.SPAWN["SPAWN_FEELERS"])
+            values = _rays(device, shadows.rays, shadows.n) | {
+                "seen": _words(device, shadows.seen, shadows.n),
+                "contribution": _blocks(device, shadows.contribution, shadows.n, device.bands),
+            }
+            yield Stage("feelers", generation, queue.kind, values, owner)
+            film.add(queue, lit, shadows, generation)
+            parents.append((queue, hits, lit))
+        queues = []
+        for kind, name in SPAWNING.items():
+            child = passes.spawn(device, world, kind, generation, parents)
+            yield _queue_stage(device, name, generation + 1, child or passes.new_queue(device, kind, 0))
+            if child:
+                queues.append(child)
+        if not queues:
+            break
+    place = np.arange(pixels, dtype=np.uint32)
+    yield Stage("gather", max_depth, "film", {"sums": _film(device, film, pixels)}, place)
+    film.develop(samples)
+    yield Stage("resolve", max_depth, "film", {"means": _film(device, film, pixels)}, place)
+    seen = passes.geometry(device, world, first, first_hits, samples)
+    yield Stage("geometry", 0, "camera", {name: array.T for name, array in seen.items()}, place)
+
+
+def _queue_stage(device: Device, name: str, generation: int, queue: Queue) -> Stage:
+    place = _words(device, queue.pixel_of, queue.n)
+    values = {
+        "pixel_of": place,
+        "path": _words(device, queue.path, queue.n),
+        **_rays(device, queue.rays, queue.n),
+        "weight": _blocks(device, queue.weight, queue.n, device.bands),
+    }
+    return Stage(name, generation, queue.kind, values, place)
+
+
+def _rays(device: Device, rays: object, n: int) -> dict[str, np.ndarray]:
+    fields = _blocks(device, rays, n, len(layout.RAY_FIELDS))
+    return {"origin": fields[:3], "direction": fields[3:6], "t_max": fields[6]}
+
+
+def _surface(device: Device, hits: Hits, n: int) -> dict[str, np.ndarray]:
+    fields = _blocks(device, hits.surfaces, n, len(layout.SURFACE_FIELDS))
+    values = {"point": fields[:3], "n": fields[3:6], "ns": fields[6:9], "offset": fields[9]}
+    return values | {"code": _words(device, hits.code, n, np.int32)}
+
+
+def _words(device: Device, buffer: object, n: int, kind: type[np.generic] = np.uint32) -> np.ndarray:
+    return device.read(buffer, np.empty(n, kind))
+
+
+def _blocks(device: Device, buffer: object, n: int, fields: int) -> np.ndarray:
+    """(fields, n) of a buffer of blocks (`kernels/ray.clh`)."""
+    lanes = device.settings.lanes
+    blocks = device.read(buffer, np.empty((-(-n // lanes), fields, lanes), np.float32))
+    return np.ascontiguousarray(blocks.transpose(1, 0, 2).reshape(fields, -1)[:, :n])
+
+
+def _film(device: Device, film: device_film.Film, pixels: int) -> np.ndarray:
+    sums = device.read(film.sums, np.empty((len(film.planes), pixels, device.bands), np.float32))
+    return np.ascontiguousarray(sums.transpose(0, 2, 1))
