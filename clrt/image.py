@@ -84,11 +84,10 @@ class Image:
         bits = check_writable(path, exposure, bits)
         if bits == 32:
             groups = [_channels(name, layer) for name, layer in self.layers.items()]
-            samples = [self.pixels, *(layer.astype(np.float32) for _, layer in groups)]
             names = ("R", "G", "B", *(name for group, _ in groups for name in group))
-            write(path, np.concatenate(samples, axis=2), names, self._attributes())
+            write(path, [self.pixels, *(layer for _, layer in groups)], names, self._attributes())
         else:
-            write(path, encode(self.pixels, exposure, bits), metadata=self._attributes())
+            write(path, [encode(self.pixels, exposure, bits)], metadata=self._attributes())
         return Path(path).resolve()
 
     def show(self, exposure: float = 0.0) -> None:

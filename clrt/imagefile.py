@@ -7,7 +7,7 @@ depend on its pixels alone and not on a library's idea of colour.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +29,7 @@ MAGIC = {
     b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
 }  # fmt: skip
 MAX_PIXELS = 1 << 26  # 8192 x 8192: 0.8 GB of linear floats
-ROWS = 64  # encoded at a time: float64 copies of a whole large picture would dwarf the picture
+ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
 
 
 def check_writable(path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None) -> int:
@@ -76,17 +76,18 @@ def decode(encoded: np.ndarray) -> np.ndarray:
 
 def write(
     path: str | os.PathLike[str],
-    samples: np.ndarray,
+    parts: Sequence[np.ndarray],
     channels: tuple[str, ...] = ("R", "G", "B"),
     metadata: Mapping[str, str] | None = None,
 ) -> None:
-    """Write samples (h, w, len(channels)) of uint8, uint16 or float32 as they are; replace `path` as a whole.
+    """Write arrays (h, w, any number of channels) side by side, as they are; replace `path` as a whole.
 
-    `metadata` becomes text attributes `clrt:<key>` where the format has such (EXR, PNG).
+    The first one is uint8, uint16 or float32, and so are the samples. `channels` names them all; `metadata`
+    becomes text attributes `clrt:<key>` where the format has such (EXR, PNG).
     """
-    height, width, count = samples.shape
-    sample_type = "float" if samples.dtype == np.float32 else samples.dtype.name
-    spec = oiio.ImageSpec(width, height, count, sample_type)
+    height, width, _ = parts[0].shape
+    sample_type = "float" if parts[0].dtype == np.float32 else parts[0].dtype.name
+    spec = oiio.ImageSpec(width, height, len(channels), sample_type)
     spec.channelnames = channels
     spec.attribute("DateTime", "")  # else EXR and TIFF get the time of day, and no two files would be equal
     if sample_type != "float":
@@ -100,7 +101,10 @@ def write(
         output = oiio.ImageOutput.create(str(temporary))
         if output is None:
             raise ClrtError(f"{path}: {oiio.geterror()}")
-        done = output.open(str(temporary), spec) and output.write_image(np.ascontiguousarray(samples))
+        done = output.open(str(temporary), spec)
+        for row in range(0, height if done else 0, ROWS):
+            block = np.concatenate([part[row : row + ROWS].astype(parts[0].dtype) for part in parts], axis=2)
+            done = done and output.write_scanlines(row, row + len(block), 0, block)
         # closing writes the last bytes: a full disk may show only here
         if not (output.close() and done):
             raise ClrtError(f"{path}: cannot be written: {output.geterror()}")

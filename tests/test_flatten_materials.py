@@ -104,7 +104,7 @@ def test_lights_and_the_scene_s_own_values() -> None:
 
 def test_a_background_image_is_read_row_by_row(tmp_path: Any) -> None:
     pixels = np.arange(24, dtype=np.float32).reshape(2, 4, 3)
-    write(tmp_path / "sky.exr", pixels)
+    write(tmp_path / "sky.exr", [pixels])
     scene = flatten(Scene(background="sky.exr", folder=tmp_path))
     info = scene.scene[0]
     assert (info["background_width"], info["background_height"]) == (4, 2)

@@ -160,6 +160,19 @@ def test_exr_holds_pixels_layers_and_metadata_exactly(tmp_path: Path):
 
 
 @pytest.mark.parametrize("name", ["a.exr", "a.png", "a.tif", "a.jpg", "a.bmp"])
+def test_tall_pictures_are_written_in_blocks_of_rows(tmp_path: Path, name: str):
+    tall = np.random.default_rng(1).random((201, 3, 3), np.float32)
+    image = Image(tall, {"depth": tall[..., 0]})
+    image.save(tmp_path / name)
+    stored, _ = samples(tmp_path / name)
+    if name.endswith("exr"):
+        assert np.array_equal(stored, np.concatenate([tall, tall[..., :1]], axis=2))
+    elif not name.endswith("jpg"):
+        assert np.array_equal(stored, encode(tall))
+    assert np.abs(encode(read_image(tmp_path / name)).astype(int) - encode(tall)).mean() < 8
+
+
+@pytest.mark.parametrize("name", ["a.exr", "a.png", "a.tif", "a.jpg", "a.bmp"])
 def test_equal_pictures_give_equal_files(tmp_path: Path, name: str):
     picture().save(tmp_path / name)
     first = (tmp_path / name).read_bytes()
