@@ -84,6 +84,15 @@ def _parser() -> argparse.ArgumentParser:
     convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
     convert.add_argument("output", metavar="OUT", help="file to write: .toml or .json")
 
+    compare = command("compare", "Say how far a picture is from another one, or from its scene, and why.")
+    compare.add_argument("a", metavar="A", help="picture (or scene) to judge")
+    compare.add_argument("b", metavar="B", help="what it should show: a picture, or a scene to render")
+    compare.add_argument("--mask", action="store_true", help="leave edges out, where correct programs differ")
+    compare.add_argument("--json", action="store_true", help="print JSON")
+    compare.add_argument("--spp", type=int, metavar="N", help="samples per pixel of the scene: 1, 4, 9, 16 ...")
+    _add_device(compare)
+    compare.add_argument("--threads", type=int, metavar="N", help="CPU threads")
+
     command("devices", "List the OpenCL devices; * marks the one that is used.")
     command("scenes", "List the scenes that ship with clrt.")
     selftest = command("selftest", "Check that a device computes what the reference does, bit for bit.")
