@@ -16,7 +16,7 @@ def load_scene(name: str | Path) -> Scene:
     Only scripts that ship with the package are run; any other .py file is an error, as for `clrt.load`.
     """
     file = scene_file(str(name))
-    if file.suffix == ".py" and file in shipped_scenes().values():
+    if file.suffix == ".py" and file.resolve() in shipped_scenes().values():
         return generate(file)
     return load(file)
 

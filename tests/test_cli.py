@@ -196,6 +196,20 @@ def test_shipped_scenes_have_names(
     assert scene_file("showcase") == Path("showcase")
 
 
+def test_a_scene_script_is_run_only_if_it_ships(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    script = shipped_scenes()["tetrahedron"]
+    monkeypatch.chdir(script.parent)
+    for name in ("tetrahedron", str(script), script.name):
+        assert main(["hash", name, "--width", "16"]) == 0
+    assert len({line.split()[0] for line in capsys.readouterr().out.splitlines()}) == 1
+    trap = f"open({str(tmp_path / 'trapped')!r}, 'w')\n"
+    (tmp_path / "tetrahedron.py").write_text(trap + script.read_text())
+    assert "suffix '.py'" in fault(capsys, "hash", tmp_path / "tetrahedron.py")
+    assert not (tmp_path / "trapped").exists()
+
+
 def test_devices_are_listed_with_the_default_marked(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
