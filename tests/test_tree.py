@@ -1,0 +1,73 @@
+"""Input that is hard on a tree: it must build, in bounded time, and give what brute force gives."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.resources import validation_module
+
+trace32 = validation_module("twin").trace32
+RNG = np.random.default_rng(20240603)
+
+
+def spheres(centers: np.ndarray, radii: np.ndarray) -> list[dict]:
+    pairs = zip(centers.tolist(), radii.tolist(), strict=True)
+    return [{"type": "sphere", "center": center, "radius": radius} for center, radius in pairs]
+
+
+def mesh(vertices: np.ndarray, faces: np.ndarray) -> dict:
+    return {"type": "mesh", "vertices": vertices, "faces": faces}
+
+
+def rays(n: int, size: float) -> tuple[np.ndarray, np.ndarray]:
+    origins = RNG.normal(size=(n, 3)) * 3 * size
+    return origins.astype(np.float32), (RNG.normal(size=(n, 3)) * 0.4 * size - origins).astype(np.float32)
+
+
+PLACES = RNG.normal(size=(40, 3)).tolist()
+SHAPES = {
+    "nothing": [],
+    "one sphere": spheres(np.zeros((1, 3)), np.ones(1)),
+    "equal spheres": spheres(np.zeros((300, 3)), np.ones(300)),
+    "one centre": spheres(np.zeros((300, 3)), np.linspace(0.01, 1, 300)),
+    "in a row": spheres(np.geomspace(1e-6, 1, 300)[:, None] * [1, 0, 0], np.full(300, 0.05)),
+    "huge and tiny": spheres(RNG.normal(size=(300, 3)), 10.0 ** RNG.uniform(-6, 3, 300)),
+    "all kinds": [
+        *spheres(RNG.normal(size=(40, 3)), np.full(40, 0.1)),
+        mesh(RNG.normal(size=(120, 3)), np.arange(120).reshape(-1, 3)),
+        *({"type": "disk", "center": c, "normal": [0, 1, 0.3], "radius": 0.2} for c in PLACES[:20]),
+        *({"type": "ellipsoid", "center": c, "radii": [0.1, 0.2, 0.3]} for c in PLACES[20:]),
+        {"type": "plane", "point": [0, -2, 0], "normal": [0, 1, 0]},
+    ],
+    "flat mesh": [mesh(RNG.uniform(-1, 1, (300, 3)) * [1, 0, 1], np.arange(300).reshape(-1, 3))],
+    "slivers": [mesh(RNG.uniform(-1, 1, (300, 3)) * [1, 1e-6, 1e-3], np.arange(300).reshape(-1, 3))],
+    "points": [mesh(np.repeat(RNG.normal(size=(50, 3)), 3, 0), np.arange(150).reshape(-1, 3))],
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_tree_gives_what_brute_force_gives(name: str) -> None:
+    tracer = clrt.Tracer(clrt.load_dict({"shapes": SHAPES[name]}))
+    origins, directions = rays(4000, 1.0)
+    ours, theirs = tracer.intersect(origins, directions), trace32(tracer.flat, origins, directions)
+    assert np.array_equal(ours.primitive, theirs.primitive)
+    assert np.array_equal(ours.t.view(np.uint32), theirs.t.view(np.uint32))
+    assert np.array_equal(tracer.occluded(origins, directions), theirs.primitive >= 0)
+    if name not in ("nothing", "points", "slivers"):
+        assert (theirs.primitive >= 0).sum() > 20
+
+
+def test_a_million_equal_triangles_build_and_render_in_bounded_time() -> None:
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float64)
+    scene = clrt.load_dict({"shapes": [mesh(vertices, np.tile([0, 1, 2], (1_000_000, 1)))]})
+    start = time.process_time()
+    tracer = clrt.Tracer(scene)
+    # every leaf must be looked at: 125,000 blocks a ray
+    hits = tracer.intersect([[0.2, 0.2, 3], [0.9, 0.9, 3]], [[0, 0, -1], [0, 0, -1]])
+    assert time.process_time() - start < 20  # measured 2
+    assert hits.primitive.tolist() == [0, -1]
+    assert hits.t.tolist() == pytest.approx([3, np.inf], rel=1e-6)
