@@ -18,6 +18,7 @@ from .compare_metrics import encoded, flip, largest, psnr, share, ssim
 from .types import Better, Comparison, Gate, OracleImage
 
 FINE, COARSE, FAR = 1e-4, 1e-3, 1e-2  # differences of linear radiance
+_MANY = 0.2  # share of lit pixels; so many are off by a fault, not by rounding or at an edge
 _KINDS = ("camera", "reflection", "transmission", "ambient")
 
 
@@ -77,6 +78,7 @@ class RayRow:
     mean_difference: float  # ours - reference, outside the mask
     largest: float  # |difference| outside the mask
     within: float  # share of pixels within FINE outside the mask
+    off: float  # share of the pixels they light, outside the mask, that are off by more than 1e-3 of it
 
     @property
     def label(self) -> str:
@@ -179,9 +181,11 @@ def ray_rows(ours: OracleImage, reference: OracleImage, mask: np.ndarray) -> lis
     for key in sorted(keys, key=_order):
         theirs = reference.by_ray.get(key, black)
         difference = np.nan_to_num(mine.get(key, black).astype(np.float64) - theirs, nan=math.inf)[~mask]
-        off = largest(difference)
-        rows.append(RayRow(key, float(np.mean(theirs)), float(difference.mean()) if off.size else 0.0,
-                           float(off.max(initial=0.0)), 1 - share(off > FINE)))
+        off, light = largest(difference), largest(theirs[~mask])
+        wrong = off > 1e-3 * light + 1e-7
+        mean = float(difference.mean()) if off.size else 0.0
+        rows.append(RayRow(key, float(np.mean(theirs)), mean, float(off.max(initial=0.0)), 1 - share(off > FINE),
+                           share(wrong[wrong | (light > 0)])))
     return rows
 
 
@@ -241,20 +245,21 @@ def gate(name: str, value: float, limit: float, better: Better, detail: str = ""
 
 
 def _blame(failed: list[Gate], rows: list[RayRow], limit: Limits) -> str:
-    """Where it went wrong first: geometry, else the worst rays of the earliest generation that fails.
+    """Where it went wrong first: geometry, else the worst rays of the earliest generation that is wrong.
 
-    Rays of later generations start from what earlier ones found, so that their failures follow from it.
+    Rays of later generations start from what earlier ones found, so that their failures follow from it. Rays
+    that bring little light pass their gate even if all of it is wrong, which then shows in `off`.
     """
     names = {gate.name for gate in failed}
     if names & {"another shape", "distance"}:
         return "generation 0, camera, geometry"
-    broken = [row for row in rows if not row.within >= (limit.rays or 0.999)]
+    broken = [row for row in rows if not row.within >= (limit.rays or 0.999) or row.off > _MANY]
     broken = broken or [row for row in rows if row.within < 1 and names - {"edges", "clipped", "lit"}]
     if not broken:
         return f"picture, {failed[0].name}"
     first = [row for row in broken if _order(row.key)[0] == _order(broken[0].key)[0]]
     terms = [row for row in first if len(row.key.split()) == 4]
-    return min(terms or first, key=lambda row: row.within).label
+    return min(terms or first, key=lambda row: (row.within, -row.off)).label
 
 
 def size(pixels: np.ndarray) -> str:
