@@ -105,10 +105,16 @@ def test_hits_of_simple_shapes_in_closed_form() -> None:
 
 
 def test_an_apex_faces_the_ray() -> None:
-    cone = scene({"type": "cone", "p0": [0, 0, 0], "r0": 0.7, "p1": [0, 1.3, 0], "r1": 0})
-    hits = trace64(cone, [0, 4, 0], [0, -1, 0])
-    assert hits.t == pytest.approx([2.7], abs=1e-12)
-    assert hits.normal[0] == pytest.approx([0, 1, 0], abs=1e-12)
+    """From outside and from inside; the cone stands anywhere, so the apex is hit to rounding only."""
+    for place in ([0, 0, 0], [10.1, -3.7, 2.3]):
+        base = np.array(place)
+        top = base + [0, 1.3, 0]
+        for r0, r1 in ((0.7, 0.0), (0.0, 0.7)):
+            ends = (base, top) if r1 == 0 else (top, base)
+            cone = scene({"type": "cone", "p0": list(ends[0]), "r0": r0, "p1": list(ends[1]), "r1": r1})
+            hits = trace64(cone, [top + [0, 2.7, 0], top - [0, 0.5, 0]], [[0, -1, 0], [0, 1, 0]])
+            assert hits.t == pytest.approx([2.7, 0.5], abs=1e-12)
+            assert hits.normal == pytest.approx(np.array([[0, 1, 0], [0, -1, 0]]), abs=1e-12)
 
 
 @pytest.mark.parametrize("direction", [[0, 0, 0], [np.nan, 0, 1]])

@@ -108,17 +108,29 @@ def test_checkers() -> None:
         "radius": 1,
         "material": {"color": globe_color, "ambient": 1.0},
     }
-    around = np.radians(
-        [10, 30, 50, 80, 100]
-    )  # from -z towards +x: fields of 45 degrees, 4 to the left of -z
-    outside = 3 * np.stack([np.sin(around), np.full(5, 0.1), -np.cos(around)], axis=1)
+    # fields of 45 degrees, numbered from the back (+z) over -x, -z, +x and from the top down
+    longitude = np.radians([10, 30, 50, 80, 100, 10, 10, 10])
+    colatitude = np.radians([80, 80, 80, 80, 80, 100, 40, 10])
+    outside = 3 * np.stack(
+        [
+            np.sin(colatitude) * np.sin(longitude),
+            np.cos(colatitude),
+            -np.sin(colatitude) * np.cos(longitude),
+        ],
+        axis=1,
+    )
     light, _ = radiance64(scene(globe, ambient=1.0), outside, -outside)
-    assert light[:, 0].tolist() == [1, 1, 0, 0, 1]
+    assert light[:, 0].tolist() == [1, 1, 0, 0, 1, 0, 0, 0]
 
 
 def test_edge_mask_is_where_the_silhouette_is() -> None:
     camera = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 60, "height": 60}
-    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1.0, "material": {"diffuse": 0, "emission": 1.0}}
+    ball = {
+        "type": "sphere",
+        "center": [0, 0, 0],
+        "radius": 1.0,
+        "material": {"diffuse": 0, "emission": 0.01},
+    }
     mask = edge_mask(scene(ball, camera=camera, max_depth=0))
     radius = 30 / np.tan(np.radians(22.5)) * np.tan(np.arcsin(1 / 5))
     y, x = np.mgrid[:60, :60] + 0.5 - 30

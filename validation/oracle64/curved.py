@@ -75,11 +75,14 @@ class Quadrics(Batch):
         return np.where(inside, roots + shift[:, None], np.nan)
 
     def _local(self, which: Ints, point: Array) -> tuple[Array, Array, Array]:
-        """Local coordinates, half the gradient of F there, and the size of its terms."""
-        x = apply(self.inverse[which], point - self.position[which])
-        half = apply(self.form[which], x) + self.gradient[which]
-        terms = apply(np.abs(self.form[which]), np.abs(x)) + np.abs(self.gradient[which])
-        return x, half, np.max(terms, axis=-1)
+        """Local coordinates, half the gradient of F there, and what its rounding scales with."""
+        position, inverse, form, gradient = (
+            field[which] for field in (self.position, self.inverse, self.form, self.gradient)
+        )
+        x = apply(inverse, point - position)
+        size = apply(np.abs(inverse), np.abs(point) + np.abs(position))
+        terms = apply(np.abs(form), size) + np.abs(gradient)
+        return x, apply(form, x) + gradient, np.max(terms, axis=-1)
 
     def outward(self, which: Ints, point: Array, direction: Array) -> Array:
         _, half, terms = self._local(which, point)
