@@ -193,8 +193,9 @@ class Device:
         try:
             self.device = _thread_limited(device, self.settings.threads)
             self.context = cl.Context([self.device])
+            # PoCL's context names the whole device where it was made for a part: the queue must say which
             self.queue = cl.CommandQueue(
-                self.context, properties=cl.command_queue_properties.PROFILING_ENABLE
+                self.context, self.device, properties=cl.command_queue_properties.PROFILING_ENABLE
             )
             self.pool = cl_tools.MemoryPool(cl_tools.ImmediateAllocator(self.queue))
         except cl.Error as error:
