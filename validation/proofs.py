@@ -1,0 +1,242 @@
+"""Large proofs with rays made on the device: no leak through shared edges, no surface that meets itself.
+
+    python -m clrt_validation.proofs --leaks 1e8 --self-hits 1e7
+
+prints a table and exits with 1 when a single ray fails. Figures that were reached are in docs/performance.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyopencl as cl
+
+import clrt
+from clrt import layout, passes
+from clrt.device import Device
+from clrt.flatten import FlatScene, flatten
+from clrt.queues import CAMERA, Queue, block_bytes
+from clrt.world import World
+
+SCALES = (1e-3, 1.0, 1e3, 1e6)
+DISTANCES = (0.0, 10.0, 1000.0)  # from the origin of the world, in sizes of the shape
+Progress = Callable[[str, int], None]
+
+
+@dataclass(frozen=True)
+class Proof:
+    """How many rays of a kind were traced, and how many failed."""
+
+    name: str
+    rays: int
+    failed: int
+    seconds: float
+
+
+class Prover:
+    """A device with the kernels of the product and those that make the rays."""
+
+    def __init__(
+        self, wanted: int | str | None = None, batch: int = 1 << 20, kernels: Path | None = None
+    ) -> None:
+        self.device = Device(wanted, kernels=kernels)
+        self.batch = batch  # rays at a time, a multiple of 64
+        source = (Path(__file__).parent / "kernels" / "aim.cl").read_text(encoding="utf-8")
+        self._program = self.device.build(self.device.source + '#line 1 "aim.cl"\n' + source)
+        lanes = self.device.settings.lanes
+        words = self.device.upload(np.zeros(batch, np.uint32))
+        rays = self.device.buffer(block_bytes(batch, len(layout.RAY_FIELDS), lanes))
+        self.queue = Queue(CAMERA, batch, rays, words, words, words)
+
+    def make(self, kernel: str, *arguments: Any) -> Queue:
+        """Fill the queue with a batch of rays by a kernel of aim.cl, whose last parameter is the queue."""
+        made = cl.Kernel(self._program, kernel)
+        made.set_args(*arguments, self.queue.rays)
+        cl.enqueue_nd_range_kernel(self.device.queue, made, (self.batch,), (64,))
+        return self.queue
+
+    def primitives(self, hits: passes.Hits) -> np.ndarray:
+        return self.device.read(hits.primitive, np.empty(self.batch, np.int32))
+
+    def fields(self, blocks: Any, fields: int, first: int, count: int) -> np.ndarray:
+        """(batch, count) float64 of fields first .. first + count of a queue's blocks."""
+        lanes = self.device.settings.lanes
+        raw = self.device.read(blocks, np.empty((self.batch // lanes, fields, lanes), np.float32))
+        return raw[:, first : first + count].transpose(0, 2, 1).reshape(self.batch, count).astype(np.float64)
+
+
+def lumpy_ball(scale: float, center: np.ndarray, rings: int = 40, around: int = 60) -> dict[str, Any]:
+    """A closed mesh about `center` that is seen whole from there; two corners have 60 triangles."""
+    v = (np.arange(1, rings) / rings * np.pi)[:, None]
+    u = np.arange(around) / around * 2 * np.pi
+    radius = scale * (1 + 0.2 * np.sin(3 * u) * np.sin(v) ** 3)
+    ball = np.stack(
+        [radius * np.sin(v) * np.cos(u), radius * np.cos(v) + 0 * u, radius * np.sin(v) * np.sin(u)], -1
+    )
+    vertices = np.concatenate([[[0, scale, 0]], ball.reshape(-1, 3), [[0, -scale, 0]]]) + center
+    ring = 1 + np.arange(rings - 1)[:, None] * around
+    here, beside = ring + np.arange(around), ring + (np.arange(around) + 1) % around
+    quads = np.stack([here[:-1], beside[:-1], beside[1:], here[1:]], -1).reshape(-1, 4)
+    last = len(vertices) - 1
+    top = np.stack([np.zeros(around, int), beside[0], here[0]], -1)
+    bottom = np.stack([np.full(around, last), here[-1], beside[-1]], -1)
+    faces = np.concatenate([top, quads[:, :3], quads[:, [0, 2, 3]], bottom])
+    return {"type": "mesh", "vertices": vertices, "faces": faces}
+
+
+def _places() -> Iterator[tuple[float, np.ndarray]]:
+    direction = np.array([0.48, 0.6, 0.64])
+    for scale in SCALES:
+        for distance in DISTANCES:
+            yield scale, direction * distance * scale
+
+
+def leaks(prover: Prover, rays: int, progress: Progress | None = None) -> Proof:
+    """Rays from inside closed meshes, aimed at shared edges and corners: one that meets nothing leaked."""
+    start, done, failed = time.perf_counter(), 0, 0
+    places, n = list(_places()), prover.batch
+    share = -(-rays // (len(places) * n))
+    for number, (scale, center) in enumerate(places):
+        flat = flatten(clrt.load_dict({"shapes": [lumpy_ball(scale, center)]}))
+        world = World(prover.device, flat)
+        middle = np.array([*center, 0], np.float32)
+        for batch in range(share):
+            seed = np.uint32(number * 65536 + batch)
+            arguments = (np.uint32(n), np.uint32(len(flat.triangles)), seed, middle, np.float32(0.3 * scale))
+            hits = passes.closest(
+                prover.device, world, prover.make("aim_at_edges", *world.arguments, *arguments)
+            )
+            failed += int((prover.primitives(hits) < 0).sum())
+            prover.device.finish()
+            done += n
+            if progress:
+                progress("leaks", done)
+    return Proof(
+        "leaks through shared edges and corners of closed meshes", done, failed, time.perf_counter() - start
+    )
+
+
+# each about 1 across, at the origin; every one is convex, so that only the way through it may meet it again
+SOLIDS: dict[str, dict[str, Any]] = {
+    "sphere": {"type": "sphere", "center": [0, 0, 0], "radius": 1},
+    "ellipsoid": {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1, 0.4, 0.7]},
+    "cylinder": {"type": "cylinder", "p0": [-0.5, -0.6, 0], "p1": [0.5, 0.6, 0.2], "radius": 0.5},
+    "cone": {"type": "cone", "p0": [0, -0.7, 0], "r0": 0.8, "p1": [0.1, 0.8, 0.3], "r1": 0.1},
+    "paraboloid": {
+        "type": "paraboloid",
+        "apex": [0, -0.8, 0],
+        "axis": [0.2, 1, 0.1],
+        "focal": 0.2,
+        "height": 1.5,
+    },
+    "triangle": {
+        "type": "mesh",
+        "vertices": [[-1, -0.5, 0.2], [1, -0.4, 0], [0, 1, -0.3]],
+        "faces": [[0, 1, 2]],
+    },
+    "polygon": {"type": "polygon", "points": [[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]},
+    "disk": {"type": "disk", "center": [0, 0, 0], "normal": [0.3, 1, 0.2], "radius": 1},
+    "plane": {"type": "plane", "point": [0, 0, 0], "normal": [0.3, 1, 0.2]},
+}
+
+
+def _way_through(flat: FlatScene, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Distance to where rays from the surface of the scene's one curved primitive leave it, in float64."""
+    if flat.primitives["kind"][0] == layout.KINDS["SPHERE"]:
+        o = origins - flat.spheres["center_radius"][0, :3].astype(np.float64)
+        return np.asarray(-2 * np.sum(o * directions, -1))
+    q = {
+        name: flat.quadrics[name][0].astype(np.float64)
+        for name in ("center", "diagonal", "mixed", "gradient")
+    }
+    xy, yz, xz = q["mixed"][:3]
+    form = np.diag(q["diagonal"][:3]) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]])
+    slope = np.sum(directions * ((origins - q["center"][:3]) @ form + q["gradient"][:3]), -1)
+    with np.errstate(divide="ignore"):
+        return np.asarray(-2 * slope / np.sum(directions * (directions @ form), -1))
+
+
+def self_hits(prover: Prover, rays: int, progress: Progress | None = None) -> Proof:
+    """Rays that leave a surface outwards must miss it; inwards not meet it before half of their way."""
+    start, done, failed = time.perf_counter(), 0, 0
+    places, n = list(_places()), prover.batch
+    share = -(-rays // (2 * len(places) * len(SOLIDS) * n))
+    rng = np.random.default_rng(20240613)
+    for name, keys in SOLIDS.items():
+        for scale, center in places:
+            moved = {**keys, "transform": [{"scale": scale}, {"translate": center.tolist()}]}
+            if name == "plane":
+                moved = {**keys, "point": center.tolist()}
+            flat = flatten(clrt.load_dict({"shapes": [moved]}))
+            world = World(prover.device, flat)
+            for _ in range(share):
+                origins = center + 3 * scale * _directions(rng, n)
+                aims = center + 0.6 * scale * _directions(rng, n)
+                far, numbers = np.full(n, np.inf, np.float32), np.arange(n, dtype=np.uint32)
+                o, d = origins.astype(np.float32), (aims - origins).astype(np.float32)
+                queue = passes.adopt(
+                    prover.device, o, d, np.full(n, np.inf, np.float32), np.arange(n, dtype=np.uint32)
+                )
+                first = passes.closest(prover.device, world, queue)
+                for inner in (0, 1):
+                    seed = np.uint32(rng.integers(1 << 32))
+                    leaving = prover.make(
+                        "leave_surfaces", first.surfaces, first.code, np.uint32(n), seed, np.uint32(inner)
+                    )
+                    failed += _met_again(prover, world, flat, leaving, bool(inner))
+                    done += n
+                prover.device.finish()
+                if progress:
+                    progress(name, done)
+    return Proof("self-hits of rays that leave a surface", done, failed, time.perf_counter() - start)
+
+
+def _directions(rng: np.random.Generator, n: int) -> np.ndarray:
+    d = rng.normal(size=(n, 3))
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def _met_again(prover: Prover, world: World, flat: FlatScene, leaving: Queue, inner: bool) -> int:
+    hits = passes.closest(prover.device, world, leaving)
+    again = prover.primitives(hits) >= 0
+    if not inner or flat.primitives["kind"][0] not in (layout.KINDS["SPHERE"], layout.KINDS["QUADRIC"]):
+        return int(again.sum())
+    t = prover.device.read(hits.t, np.empty(prover.batch, np.float32))
+    numbers = np.flatnonzero(again)
+    rays = prover.fields(leaving.rays, len(layout.RAY_FIELDS), 0, 6)[numbers]
+    return int((t[numbers] < 0.5 * _way_through(flat, rays[:, :3], rays[:, 3:])).sum())
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        prog="clrt_validation.proofs", description=(__doc__ or "").splitlines()[0]
+    )
+    parser.add_argument("--leaks", type=float, default=1e8, help="rays aimed at edges and corners")
+    parser.add_argument("--self-hits", type=float, default=1e7, help="rays that leave surfaces")
+    parser.add_argument("--device", default=None)
+    arguments = parser.parse_args()
+    prover = Prover(arguments.device)
+
+    def progress(what: str, done: int) -> None:
+        if sys.stderr.isatty():
+            print(f"\r{what}: {done:,} rays ", end="", file=sys.stderr)
+
+    proofs = [
+        leaks(prover, int(arguments.leaks), progress),
+        self_hits(prover, int(arguments.self_hits), progress),
+    ]
+    print(f"\non {prover.device.info.label}:")
+    for proof in proofs:
+        print(f"{proof.name}: {proof.failed} of {proof.rays:,} ({proof.seconds:.0f} s)")
+    return int(any(proof.failed for proof in proofs))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
