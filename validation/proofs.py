@@ -181,9 +181,7 @@ def self_hits(prover: Prover, rays: int, progress: Progress | None = None) -> Pr
                 aims = center + 0.6 * scale * _directions(rng, n)
                 far, numbers = np.full(n, np.inf, np.float32), np.arange(n, dtype=np.uint32)
                 o, d = origins.astype(np.float32), (aims - origins).astype(np.float32)
-                queue = passes.adopt(
-                    prover.device, o, d, np.full(n, np.inf, np.float32), np.arange(n, dtype=np.uint32)
-                )
+                queue = passes.adopt(prover.device, o, d, far, numbers)
                 first = passes.closest(prover.device, world, queue)
                 for inner in (0, 1):
                     seed = np.uint32(rng.integers(1 << 32))
