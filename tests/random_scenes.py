@@ -141,3 +141,45 @@ def grid_rays() -> tuple[np.ndarray, np.ndarray]:
         origins += [o, o]
         directions += [d, diagonal]
     return np.concatenate(origins).astype(np.float32), np.concatenate(directions).astype(np.float32)
+
+
+def crowd(kind: str, n: int, seed: int, scale: float = 1.0) -> clrt.Scene:
+    """`n` primitives within some 3 units, times `scale`; a tenth of them stand twice at the same place."""
+    generator = np.random.default_rng(seed)
+    place = generator.normal(size=(n, 3)) * scale
+    size = 10 ** generator.uniform(-2.5, -0.5, n) * scale
+    twice = generator.integers(0, n, n // 10)
+    place[: len(twice)], size[: len(twice)] = place[twice], size[twice]
+    shapes: list[Table] = []
+    if kind == "triangles":
+        corners = place[:, None] + generator.normal(size=(n, 3, 3)) * size[:, None, None]
+        corners[: len(twice)] = corners[twice]
+        faces = np.arange(3 * n).reshape(n, 3).tolist()
+        shapes.append({"type": "mesh", "vertices": corners.reshape(-1, 3).tolist(), "faces": faces})
+    for i, (p, r) in enumerate(zip(place.tolist(), size.tolist(), strict=True)):
+        other = [x + r for x in p]
+        if kind == "concentric spheres":
+            shapes.append({"type": "sphere", "center": [0, 0, 0], "radius": r})
+        elif kind == "spheres" or (kind == "mixed" and i % 5 == 0):
+            shapes.append({"type": "sphere", "center": p, "radius": r})
+        elif kind == "mixed":
+            shapes.append([
+                {"type": "disk", "center": p, "normal": other, "radius": r},
+                {"type": "box", "min": p, "max": other},
+                {"type": "cylinder", "p0": p, "p1": other, "radius": r},
+                {"type": "mesh", "vertices": [p, other, place[i - 1].tolist()], "faces": [[0, 1, 2]]},
+            ][i % 5 - 1])  # fmt: skip
+    return clrt.load_dict({"shapes": shapes})
+
+
+def crowd_rays(n: int, seed: int, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Rays for `crowd`: a third from one point and side by side, a third parallel to axes, a third anyhow."""
+    generator = np.random.default_rng(seed)
+    origins = generator.normal(size=(n, 3)) * 2
+    directions = generator.normal(size=(n, 3))
+    eye = n // 3
+    origins[:eye] = 0, 0, 6
+    x, y = generator.uniform(-0.5, 0.5, (2, eye))
+    directions[:eye] = np.c_[np.sort(x), y, -np.ones(eye)]
+    directions[eye : 2 * eye] = np.eye(3)[generator.integers(0, 3, eye)] * generator.choice([-1, 1], (eye, 1))
+    return (origins * scale).astype(np.float32), directions.astype(np.float32)
