@@ -104,15 +104,32 @@ def test_hits_of_simple_shapes_in_closed_form() -> None:
         assert hits.normal[0] == pytest.approx(normal, abs=1e-12), data
 
 
+def test_a_clip_box_cuts_in_object_space() -> None:
+    """The unit sphere about (1, 0, 0) as a quadric, of which 0.5 <= x <= 1.5 is kept, then turned to y."""
+    form = [1, 1, 1, 0, 0, 0, -1, 0, 0, 0]
+    belt = {"type": "quadric", "coefficients": form, "clip": [[0.5, -1, -1], [1.5, 1, 1]]}
+    turned = scene({**belt, "transform": [{"rotate": ["z", 90]}]})
+    heights = [0.49, 0.51, 1.0, 1.49, 1.51]
+    down = trace64(turned, [[0, y, 5] for y in heights], [[0, 0, -1]] * 5)
+    half = np.sqrt(1 - (np.array(heights) - 1) ** 2)
+    assert down.t == pytest.approx(np.where([0, 1, 1, 1, 0], 5 - half, np.inf), abs=1e-12)
+    # through the open ends along the axis, and to the inner side of the belt
+    assert trace64(turned, [0, 5, 0], [0, -1, 0]).primitive.tolist() == [-1]
+    within = trace64(turned, [0, 5, 0], [0.22, -1, 0])
+    assert within.primitive.tolist() == [0] and 0.5 < within.position[0, 1] < 1.5 and within.normal[0, 1] < 0
+
+
 def test_an_apex_faces_the_ray() -> None:
     """From outside and from inside; the cone stands anywhere, so the apex is hit to rounding only."""
     for place in ([0, 0, 0], [10.1, -3.7, 2.3]):
         base = np.array(place)
-        top = base + [0, 1.3, 0]
+        top = base + np.array([0, 1.3, 0])
         for r0, r1 in ((0.7, 0.0), (0.0, 0.7)):
             ends = (base, top) if r1 == 0 else (top, base)
             cone = scene({"type": "cone", "p0": list(ends[0]), "r0": r0, "p1": list(ends[1]), "r1": r1})
-            hits = trace64(cone, [top + [0, 2.7, 0], top - [0, 0.5, 0]], [[0, -1, 0], [0, 1, 0]])
+            hits = trace64(
+                cone, [top + np.array([0, 2.7, 0]), top - np.array([0, 0.5, 0])], [[0, -1, 0], [0, 1, 0]]
+            )
             assert hits.t == pytest.approx([2.7, 0.5], abs=1e-12)
             assert hits.normal == pytest.approx(np.array([[0, 1, 0], [0, -1, 0]]), abs=1e-12)
 

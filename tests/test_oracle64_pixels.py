@@ -25,6 +25,13 @@ def test_hashes_are_those_of_plain_integers() -> None:
     assert hashing.mix(hashing.word(words)).tolist() == [mix(x) for x in words]
     combined = hashing.combine(hashing.word(words), 7)
     assert combined.tolist() == [mix(x ^ mix((7 + 0x9E3779B9) % 2**32)) for x in words]
+    h = 123456789
+    assert [float(x) for x in hashing.jitter(hashing.word(h))] == [mix(h + i) // 256 / 2**24 for i in (1, 2)]
+    u1, u2 = ((mix(h + 1) + 5 * 0xC13FA9A9) % 2**32 // 256, (mix(h + 2) + 5 * 0x91E10DA5) % 2**32 // 256)
+    # about +z the frame is x, y: the direction's first two coordinates are the point of the disk
+    point = hashing.concentric(np.array([u1 / 2**24]), np.array([u2 / 2**24]))
+    direction = hashing.cosine_direction(hashing.word([h]), 5, np.array([[0, 0, 1.0]]))
+    assert direction[0, :2] == pytest.approx(np.concatenate(point), abs=1e-12)
 
 
 def test_camera_variants() -> None:

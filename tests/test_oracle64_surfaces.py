@@ -63,11 +63,12 @@ def test_thin_sheets_are_the_same_from_both_sides(side: int) -> None:
 
 
 def smooth(degrees: float, **material: Any) -> dict[str, Any]:
-    """A flat triangle round the origin in y = 0, outer side up, whose corners' normals all lean towards +x."""
+    """A triangle round the origin in y = 0, outer side up, whose corners have normals leaning to +x."""
     normal = (-polar(-degrees)).tolist()
     corners = [[-3, 0, -3], [0, 0, 6], [3, 0, -3]]
     faces, normals = [[0, 1, 2]], [normal] * 3
-    return {"type": "mesh", "vertices": corners, "faces": faces, "normals": normals, "material": material}
+    mesh = {"type": "mesh", "vertices": corners, "faces": faces, "normals": normals}
+    return {**mesh, "material": material}
 
 
 def test_shading_normals_make_the_light_and_geometric_ones_the_sides() -> None:
