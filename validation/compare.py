@@ -184,8 +184,8 @@ def ray_rows(ours: OracleImage, reference: OracleImage, mask: np.ndarray) -> lis
         off, light = largest(difference), largest(theirs[~mask])
         wrong = off > 1e-3 * light + 1e-7
         mean = float(difference.mean()) if off.size else 0.0
-        rows.append(RayRow(key, float(np.mean(theirs)), mean, float(off.max(initial=0.0)), 1 - share(off > FINE),
-                           share(wrong[wrong | (light > 0)])))
+        rows.append(RayRow(key, float(np.mean(theirs)), mean, float(off.max(initial=0.0)),
+                           1 - share(off > FINE), share(wrong[wrong | (light > 0)])))
     return rows
 
 

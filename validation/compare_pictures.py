@@ -18,7 +18,7 @@ from clrt.settings import Settings
 from clrt.tracer import Tracer
 
 from .compare import gate, limits, size
-from .compare_causes import BYTE, Cause, explain, ranked, tolerance_of
+from .compare_causes import BYTE, Cause, disagreement, ranked, tolerance_of
 from .compare_metrics import (
     DIAGONAL,
     EDGE_STEP,
@@ -32,7 +32,9 @@ from .compare_metrics import (
     ssim,
     steep,
 )
+from .compare_moves import moved, resized
 from .compare_scene import explain_by_scene
+from .compare_undo import undoable
 from .ours import render_ours
 from .types import Gate
 
@@ -70,7 +72,7 @@ def compare_pictures(picture: Array, reference: Array, masked: bool = False,
                   if (count := int(np.count_nonzero(~np.isfinite(image).all(axis=-1)))))
     a, b = (np.nan_to_num(image.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
             for image in (picture, reference))
-    tolerance = tolerance_of(a, b)
+    tolerance, exact = tolerance_of(a, b), b
     if tolerance == BYTE:
         a, b = (decode(encode(image)).astype(np.float64) for image in (a, b))
     if a.shape != b.shape:
@@ -87,7 +89,7 @@ def compare_pictures(picture: Array, reference: Array, masked: bool = False,
         return PictureComparison(verdict, metrics, gates, (), notes)
     causes = explain(a, b, tolerance)
     if scene and not any(cause.left <= _ALL for cause in causes):
-        causes = _causes_of_scene(causes, (a, b), ~mask, tolerance, scene, report)
+        causes = _causes_of_scene(causes, (a, exact), ~mask, tolerance, scene, report)
     if not any(cause.proven for cause in causes):
         causes += regions(a, b, tolerance)
     return PictureComparison(verdict, metrics, gates, tuple(causes), notes)
@@ -114,12 +116,12 @@ class SceneReference:
         """Pixels (h, w) where the picture jumps: see `edge_mask`."""
         camera = self.scene.camera
         assert camera is not None
-        moved = []
+        shifted = []
         for x, y in DIAGONAL:
             shift = camera.shift[0] + EDGE_STEP * x, camera.shift[1] + EDGE_STEP * y
             changed = structs.replace(self.scene, camera=structs.replace(camera, shift=shift))
-            moved.append(self.render(changed))
-        return edge_mask(reference, moved)
+            shifted.append(self.render(changed))
+        return edge_mask(reference, shifted)
 
 
 def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[str, float], tuple[Gate, ...]]:
@@ -162,6 +164,18 @@ def _verdict(identical: bool, metrics: dict[str, float], gates: tuple[Gate, ...]
     return "similar" if metrics["SSIM"] >= SIMILAR else "different"
 
 
+def explain(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
+    """Causes that two linear pictures (h, w, 3) of any sizes tell by themselves, the best first.
+
+    [] where they agree within the tolerance or nothing helps.
+    """
+    if picture.shape == reference.shape and disagreement(picture, reference, tolerance) == 0:
+        return []
+    tried = (*undoable(picture, reference, tolerance), *moved(picture, reference, tolerance),
+             *resized(picture, reference, tolerance))
+    return ranked([cause for cause in tried if cause.likely or picture.shape != reference.shape])
+
+
 def _causes_of_scene(causes: list[Cause], pictures: tuple[Array, Array], kept: Array, tolerance: float,
                      scene: SceneReference, report: Callable[[str], None] | None) -> list[Cause]:
     """`causes` and those found in the scene, in the picture as it is or with what is likely undone.
@@ -176,8 +190,8 @@ def _causes_of_scene(causes: list[Cause], pictures: tuple[Array, Array], kept: A
 
     picture, reference = pictures
     found = [] if any(cause.proven for cause in causes) else search(picture)
-    for cause in causes:
-        if cause.undone is not None and not any(other.proven for other in found):
+    for cause in undoable(picture, reference, tolerance):
+        if cause.undone is not None and cause.left < 0.9 and not any(other.proven for other in found):
             further = search(cause.undone)
             found += [
                 replace(more, name=f"{cause.name} and {more.name}", text=f"{cause.text}; {more.text}",
@@ -199,18 +213,19 @@ def regions(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     # what is less than two pixels wide is an edge that two correct programs draw differently
     places = ndimage.binary_opening(np.abs(difference) > 4 * tolerance, np.ones((2, 2)))
     labels, count = ndimage.label(places)
-    if not count or share(places) > _LARGEST_PLACES:
+    brighter = share(difference[places] > 0)
+    one_way = not 0.03 <= brighter <= 0.97
+    if not count or share(places) > (_LARGEST_PLACES if one_way else 0.5):
         return []
     elsewhere = float(np.abs(difference[~places]).sum() / np.abs(difference).sum())
     sizes = ndimage.sum_labels(places, labels, range(1, count + 1))
     rows, columns = ndimage.find_objects(labels)[int(np.argmax(sizes))]
     box = f"{columns.stop - columns.start} x {rows.stop - rows.start}"
     box = f"{box} pixels at ({columns.start}, {rows.start})"
-    brighter = share(difference[places] > 0)
     name, way = "an object that differs", "differs"
-    if brighter > 0.97:
+    if one_way and brighter > 0.5:
         name, way = "a missing shadow, or light that should not be", "is brighter"
-    elif brighter < 0.03:
+    elif one_way:
         name, way = "a missing light, or a shadow that should not be", "is darker"
     where = f"{count} place{'s' if count > 1 else ''}, the largest {box}, {100 * share(places):.1f} % in all,"
     text = f"it {way} in {where} and agrees elsewhere; compare with the scene to be sure"

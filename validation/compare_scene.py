@@ -109,7 +109,7 @@ def _mixed(picture: Array, reference: Array, names: Sequence[str], parts: Sequen
             said.append(f"{name} missing")
             texts.append(f"there is nothing of {name}")
         elif share != 1:
-            said.append(f"{name} times {share:.3g}")
+            said.append(f"{name} times {share:.2g}")
             texts.append(f"{name} is {share:.3g} times as strong as it should be")
     return Cause(" and ".join(said), "; ".join(texts), remaining(picture, mixed, before, tolerance))
 
