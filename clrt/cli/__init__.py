@@ -93,6 +93,17 @@ def _parser() -> argparse.ArgumentParser:
     _add_device(compare)
     compare.add_argument("--threads", type=int, metavar="N", help="CPU threads")
 
+    bench = command("bench", "Time every pass, the tree's builder, and whole pictures.")
+    bench.add_argument("--only", type=_names, metavar="A,B", help="kernels, builder, launch, frames ...")
+    bench.add_argument("--scene", nargs="+", metavar="SCENE", help="frames of these, not the usual ones")
+    bench.add_argument("--quick", action="store_true", help="small scenes: a try, not a measurement")
+    bench.add_argument("--rounds", type=int, default=9, metavar="N", help="how often each case is timed (9)")
+    bench.add_argument("--against", choices=("embree",), help="time Embree on the same rays, too")
+    bench.add_argument("--json", metavar="FILE", help="write all times")
+    bench.add_argument("--compare", metavar="OLD.json", help="say what is slower or faster than it")
+    bench.add_argument("--chart", metavar="FILE", help="draw the roofline chart: .png, .svg or .pdf")
+    _add_device(bench)
+
     command("devices", "List the OpenCL devices; * marks the one that is used.")
     command("scenes", "List the scenes that ship with clrt.")
     selftest = command("selftest", "Check that a device computes what the reference does, bit for bit.")

@@ -1,0 +1,80 @@
+"""The roofline chart (Williams, Waterman, Patterson 2009): how near each pass is to the device's best."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.atomic import replacing
+from clrt.bench.report import Report
+from clrt.bench.timing import Measurement
+from clrt.errors import ClrtError
+
+_MARKS: Final = {"tracing": "o", "shading": "s", "compaction": "^"}
+
+
+def pyplot() -> Any:
+    """matplotlib's drawing module, without a screen. ClrtError where it is not installed."""
+    try:
+        import matplotlib
+    except ModuleNotFoundError:
+        raise ClrtError("charts need matplotlib; install it with: pip install 'clrt[bench]'") from None
+    matplotlib.use("Agg")
+    matplotlib.rcParams |= {"svg.hashsalt": "clrt", "axes.spines.top": False, "axes.spines.right": False}
+    import matplotlib.pyplot as plt
+
+    return plt
+
+
+def save(figure: Any, path: str | Path) -> Path:
+    """Write a figure as what its name ends with (.png, .svg, .pdf); whole or not at all."""
+    target = Path(path)
+    try:
+        with replacing(target) as temporary:
+            figure.savefig(temporary, format=target.suffix.lstrip(".") or "png", dpi=120, bbox_inches="tight")
+    except ValueError as error:  # an unknown format
+        raise ClrtError(f"{path}: {error}") from None
+    pyplot().close(figure)
+    return target
+
+
+def roofline(report: Report, path: str | Path) -> Path:
+    """Draw every pass with known traffic and operations. ClrtError for a report without the roof."""
+    best = report.roof
+    drawn = [m for m in report.of(*_MARKS) if m.flops and m.nbytes]
+    if best is None or not drawn:
+        raise ClrtError(
+            "a roofline chart needs the kernels' measurements; leave out --only, or add kernels to it"
+        )
+    plt = pyplot()
+    figure, axes = plt.subplots(figsize=(9, 6))
+    intensity = np.geomspace(0.02, 200, 200)
+    for bandwidth, text, style in ((best.memory, "memory", "-"), (best.cache, "a core's cache", ":")):
+        height = np.minimum(intensity * bandwidth, best.arithmetic) / 1e9
+        axes.plot(
+            intensity, height, f"k{style}", lw=1, label=f"copy through {text}: {bandwidth / 1e9:.0f} GB/s"
+        )
+    names = sorted({m.scene for m in drawn})
+    for m in drawn:
+        _dot(axes, m, f"C{names.index(m.scene)}")
+    for k, name in enumerate(names):
+        axes.plot([], [], "o", color=f"C{k}", label=name)
+    axes.set(
+        xscale="log",
+        yscale="log",
+        ylim=(0.1, 2 * best.arithmetic / 1e9),
+        xlabel="operations a byte of compulsory traffic",
+        ylabel=f"Gflop/s on one core (fused multiply-adds: {best.arithmetic / 1e9:.0f})",
+        title=f"{report.machine['processor']}, {report.machine['device'].split(' / ')[0]}",
+    )
+    axes.legend(loc="lower right", frameon=False, fontsize=8)
+    return save(figure, path)
+
+
+def _dot(axes: Any, m: Measurement, color: str) -> None:
+    x, y = m.flops / m.nbytes, m.flops / m.median / 1e9
+    axes.plot(x, y, _MARKS[m.group], color=color, ms=5)
+    name = m.queue if m.group == "tracing" else m.name
+    axes.annotate(name, (x, y), xytext=(4, -2), textcoords="offset points", fontsize=6, color=color)

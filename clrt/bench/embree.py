@@ -1,0 +1,146 @@
+"""The yardstick: Embree, on the same geometry and the same rays, on one thread.
+
+A small C++ file in the repository's tests/embree, built on request against Debian's libembree-dev. It is a
+means of measuring, not a part of clrt.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.bench.timing import Case
+from clrt.errors import ClrtError
+from clrt.flatten import FlatScene
+
+_SOURCE: Final = Path(__file__).resolve().parents[2] / "tests" / "embree" / "yardstick.cpp"
+_FLAGS: Final = ("-O3", "-march=native", "-shared", "-fPIC")
+MODES: Final = ("default", "robust")
+# width of the call, and whether Embree is told that the rays are coherent: which is best depends on the rays
+CALLS: Final = ((1, False), (8, False), (8, True), (16, False), (16, True))
+
+
+def build() -> ctypes.CDLL:
+    """Compile the yardstick unless it is compiled, and load it. ClrtError says what is missing."""
+    if not _SOURCE.is_file():
+        raise ClrtError(
+            f"{_SOURCE}: the yardstick is only in a checkout of the repository, not in an installed clrt"
+        )
+    library = _SOURCE.parents[2] / "build" / "yardstick.so"
+    if not library.exists() or library.stat().st_mtime < _SOURCE.stat().st_mtime:
+        library.parent.mkdir(exist_ok=True)
+        command = ["g++", *_FLAGS, str(_SOURCE), "-o", str(library), "-lembree3"]
+        try:
+            done = subprocess.run(command, capture_output=True, text=True)
+        except FileNotFoundError:
+            raise ClrtError("g++ is not here; the yardstick needs it (Debian: apt-get install g++)") from None
+        if done.returncode:
+            wanted = "Debian: apt-get install libembree-dev" if "embree3/" in done.stderr else done.stderr
+            raise ClrtError(f"{_SOURCE.name} does not compile; it needs Embree 3 ({wanted})")
+    loaded = ctypes.CDLL(str(library))
+    for name in ("yardstick_triangles", "yardstick_spheres"):
+        getattr(loaded, name).restype = ctypes.c_void_p
+    loaded.yardstick_commit_seconds.restype = ctypes.c_double
+    return loaded
+
+
+@dataclass
+class Yardstick:
+    """Embree's tree over a flattened scene of only triangles or only spheres; freed by `close`."""
+
+    library: ctypes.CDLL
+    handle: ctypes.c_void_p
+    mode: str
+    seconds: float  # that Embree took for its tree
+
+    def close(self) -> None:
+        self.library.yardstick_free(self.handle)
+
+    def trace(
+        self, rays: np.ndarray, width: int, coherent: bool, occlusion: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Distances and primitive numbers (-1: a miss) of rays (7, n) float32; see `yardstick_trace`."""
+        n = rays.shape[1]
+        t, primitive = np.empty(n, np.float32), np.empty(n, np.int32)
+        self.library.yardstick_trace(
+            self.handle, width, occlusion, coherent, n, _pointer(rays), _pointer(t), _pointer(primitive)
+        )
+        return t, primitive
+
+
+def commit(library: ctypes.CDLL, flat: FlatScene, mode: str, threads: int = 1) -> Yardstick:
+    """Build Embree's tree with that many threads. ClrtError for scenes of mixed or other primitives."""
+    info, config = flat.scene[0], f"threads={threads}".encode()
+    count, robust = int(info["primitives"]), int(mode == "robust")
+    if count == len(flat.triangles):
+        corners = np.stack([flat.triangles[name][:, :3] for name in ("v0", "v1", "v2")], axis=1)
+        vertices, faces = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
+        vertices, faces = np.ascontiguousarray(vertices), np.ascontiguousarray(faces, np.uint32)
+        arguments: tuple[Any, ...] = (len(vertices), _pointer(vertices), count, _pointer(faces))
+        made = library.yardstick_triangles(*arguments, config, robust)
+    elif count == len(flat.spheres):
+        spheres = np.ascontiguousarray(flat.spheres["center_radius"])
+        made = library.yardstick_spheres(count, _pointer(spheres), config, robust)
+    else:
+        raise ClrtError("the yardstick takes scenes of only triangles or only spheres")
+    handle = ctypes.c_void_p(made)
+    return Yardstick(library, handle, mode, float(library.yardstick_commit_seconds(handle)))
+
+
+def tracing_cases(yardsticks: list[Yardstick], rays: dict[str, np.ndarray], scene: str) -> list[Case]:
+    """Every call and mode on every kind of rays (kind -> (7, n) float32); shadow feelers ask for any hit."""
+
+    def make(yardstick: Yardstick, kind: str, width: int, coherent: bool) -> Case:
+        def run() -> None:
+            yardstick.trace(rays[kind], width, coherent, kind == "shadow")
+
+        return Case(
+            group="embree",
+            scene=scene,
+            name=f"{yardstick.mode} {width}{' coherent' if coherent else ''}",
+            queue=kind,
+            run=run,
+            items=rays[kind].shape[1],
+            unit="rays",
+        )
+
+    return [make(y, kind, *call) for kind in rays for y in yardsticks for call in CALLS]
+
+
+def commit_cases(library: ctypes.CDLL, flat: FlatScene, scene: str, threads: int) -> list[Case]:
+    """Embree's own time for its tree, in both modes."""
+
+    def make(mode: str) -> Case:
+        def run() -> float:
+            made = commit(library, flat, mode, threads)
+            made.close()
+            return made.seconds
+
+        return Case(
+            group="embree",
+            scene=scene,
+            name=f"{mode} tree",
+            run=run,
+            threads=threads,
+            items=int(flat.scene["primitives"][0]),
+            unit="primitives",
+            clock="wall",
+        )
+
+    return [make(mode) for mode in MODES]
+
+
+def disagreement(yardstick: Yardstick, rays: np.ndarray, ours: np.ndarray, occlusion: bool) -> float:
+    """The share of rays that hit for one and miss for the other; `ours` are primitives, -1 on a miss."""
+    _, theirs = yardstick.trace(rays, 1, False, occlusion)
+    return float(((ours < 0) != (theirs < 0)).mean())
+
+
+def _pointer(array: np.ndarray) -> ctypes.c_void_p:
+    assert array.flags.c_contiguous
+    return array.ctypes.data_as(ctypes.c_void_p)

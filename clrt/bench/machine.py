@@ -1,0 +1,69 @@
+"""The machine that times are of, and which of its cores this process may use."""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from clrt.device import Device
+from clrt.version import __version__
+
+
+def facts(device: Device) -> dict[str, Any]:
+    """What times depend on, for the report."""
+    return {
+        "processor": processor_name(),
+        "cores": os.cpu_count(),
+        "memory_bytes": os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"),
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "clrt": __version__,
+        "device": device.info.label,
+        "kernels": device.kernel_hash[:12],
+    }
+
+
+def processor_name() -> str:
+    """The processor's own name where Linux tells it, and its widest vector unit."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return platform.processor() or platform.machine()
+    name = re.search(r"model name\s*: (.*)", text)
+    widest = next((unit for unit in ("avx512f", "avx2", "avx", "asimd") if f" {unit}" in text), "")
+    return f"{name.group(1) if name else platform.machine()} {widest}".strip()
+
+
+def load() -> float:
+    """Processes that wanted to run, over the last minute; nan where the system does not say."""
+    try:
+        return os.getloadavg()[0]
+    except OSError:
+        return float("nan")
+
+
+@contextmanager
+def one_core() -> Iterator[None]:
+    """Keep all threads of this process, the driver's too, on one core, where the system can do that."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    before = os.sched_getaffinity(0)
+    _move_threads({max(before)})
+    try:
+        yield
+    finally:
+        _move_threads(before)
+
+
+def _move_threads(cores: set[int]) -> None:
+    for task in Path("/proc/self/task").iterdir():
+        try:
+            os.sched_setaffinity(int(task.name), cores)
+        except ProcessLookupError:  # has ended since
+            continue

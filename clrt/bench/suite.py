@@ -1,0 +1,131 @@
+"""The whole run: which cases, in which order, with how many threads; gives back a report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.bench import embree, host, kernels, machine, roof, scenes
+from clrt.bench.frames import frame_times
+from clrt.bench.report import Report
+from clrt.bench.timing import Measurement, Tell, measure
+from clrt.device import Device
+from clrt.flatten import flatten
+from clrt.scene import Scene
+from clrt.settings import Settings
+
+GROUPS: Final = ("kernels", "builder", "launch", "compile", "frames", "program")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plan:
+    """What to measure. `extra` are the caller's own scenes (name -> scene), rendered as frames only."""
+
+    groups: Sequence[str] = GROUPS
+    names: Sequence[str] = tuple(scenes.SCENES)
+    device: int | str | None = None
+    rounds: int = 9
+    quick: bool = False
+    embree: bool = False
+    extra: dict[str, Scene] = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
+
+    @property
+    def width(self) -> int:
+        """Of the square picture whose queues are recorded."""
+        return 128 if self.quick else 512
+
+
+def run(plan: Plan, tell: Tell | None = None) -> Report:
+    """Measure all that the plan names. ClrtError, before that, where the yardstick cannot be built."""
+    library = embree.build() if plan.embree else None
+    device = Device(plan.device, plan.settings)
+    before = machine.load()
+    # the load that this run makes itself is no disturbance, so it is asked first
+    found: list[Measurement] = []
+    if "kernels" in plan.groups:
+        with machine.one_core():
+            found += _on_one_core(plan, library, tell)
+    if "builder" in plan.groups:
+        found += _builders(plan, library, tell)
+    if "launch" in plan.groups:
+        found += measure(host.launch_cases(device), plan.rounds, tell)
+    if "frames" in plan.groups:
+        frames = {} if plan.extra else _frames(plan)
+        sizes = {name: (scene, _width(scene)) for name, scene in plan.extra.items()}
+        found += frame_times(
+            {**frames, **sizes}, _threads(device), plan.rounds, plan.device, plan.settings, tell
+        )
+    if "compile" in plan.groups:
+        found += host.compile_times(plan.device, 1 if plan.quick else 3, tell)
+    if "program" in plan.groups:
+        found += host.program_times(plan.device, plan.rounds, tell)
+    facts: dict[str, Any] = {**machine.facts(device), "load_before": before, "quick": plan.quick}
+    return Report(facts, tuple(found))
+
+
+def _on_one_core(plan: Plan, library: Any, tell: Tell | None) -> list[Measurement]:
+    """The roof, and the passes of every scene with Embree's calls between them."""
+    single = Device(plan.device, replace(plan.settings, threads=1))
+    found = measure(roof.cases(single, threads=1), plan.rounds, tell)
+    for name in plan.names:
+        recording = kernels.recorded(scenes.make(name, plan.quick), plan.width, plan.device, plan.settings)
+        cases = kernels.cases(recording, name)
+        if library is None:
+            found += measure(cases, plan.rounds, tell)
+            continue
+        rays = {
+            kind: kernels.rays_of(recording, kind) for kind in recording.rays if kind in kernels.RAY_KINDS
+        }
+        yardsticks = [embree.commit(library, recording.world.flat, mode) for mode in embree.MODES]
+        differ = {kind: _disagreement(recording, yardsticks[1], rays[kind], kind) for kind in rays}
+        both = measure([*cases, *embree.tracing_cases(yardsticks, rays, name)], plan.rounds, tell)
+        found += [replace(m, extra={"disagree": differ[m.queue]}) if m.group == "embree" else m for m in both]
+        for yardstick in yardsticks:
+            yardstick.close()
+    return found
+
+
+def _disagreement(recording: Any, yardstick: embree.Yardstick, rays: np.ndarray, kind: str) -> float:
+    return embree.disagreement(yardstick, rays, kernels.hits_of(recording, kind), kind == "shadow")
+
+
+def _builders(plan: Plan, library: Any, tell: Tell | None) -> list[Measurement]:
+    found = []
+    for name in plan.names:
+        flat = flatten(scenes.make(name, plan.quick))
+        cases = []
+        for threads in _threads(Device(plan.device, plan.settings)):
+            device = Device(plan.device, replace(plan.settings, threads=threads))
+            cases += host.builder_cases(device, flat, name, threads)
+            if library is not None:
+                cases += embree.commit_cases(library, flat, name, threads)
+        found += measure(cases, plan.rounds, tell)
+    return found
+
+
+def _frames(plan: Plan) -> dict[str, tuple[Scene, int]]:
+    """The sphereflake at 1024 x 1024, the terrain as the kernels see it, and two scenes that ship."""
+    from clrt.shipped import load_scene
+
+    if plan.quick:
+        return {"flake": (scenes.flake_frame(levels=2), 128)}
+    return {
+        "flake": (scenes.flake_frame(), 1024),
+        "terrain": (scenes.make("terrain"), 512),
+        "showcase": (load_scene("showcase"), 640),
+        "room": (load_scene("room"), 320),
+    }
+
+
+def _width(scene: Scene) -> int:
+    return scene.camera.width if scene.camera else 512
+
+
+def _threads(device: Device) -> tuple[int, ...]:
+    """One, and as many as the device has."""
+    units = device.info.units
+    return (1, units) if units > 1 and device.info.kind == "CPU" else (1,)

@@ -1,0 +1,96 @@
+"""What a walk through the tree cannot avoid, counted on the host from the tree as the device built it.
+
+A single ray must test the boxes of every node that it enters before its nearest hit, and every block of the
+leaves among them; a front-to-back walk that always guesses right does no more. Packets share nodes between
+rays, and so can do with less: the count measures the rays' work, not the kernel's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from clrt import layout
+from clrt.device import Device
+from clrt.world import World
+
+_NODE, _BLOCK = layout.dtype("WideNode").itemsize, layout.dtype("TriangleBlock").itemsize
+# operations for the eight boxes of a node (6 multiply-adds and 7 comparisons each), and for the eight
+# primitives of a block: a watertight triangle takes 18 for the corners, 9 for the edges, 11 for the
+# distance, a sphere 21
+_NODE_FLOPS: Final = 8 * 19.0
+_BLOCK_FLOPS: Final = {
+    layout.BLOCKS["BLOCK_TRIANGLE"]: 8 * 38.0,
+    layout.BLOCKS["BLOCK_SPHERE"]: 8 * 21.0,
+    layout.BLOCKS["BLOCK_OTHER"]: 8 * 30.0,
+}
+
+
+@dataclass(frozen=True)
+class Walk:
+    """Means a ray: nodes and blocks visited, operations; `tree_bytes`: nodes and blocks of the whole tree."""
+
+    nodes: float
+    blocks: float
+    flops: float
+    tree_bytes: int
+
+    def nbytes(self, rays: int) -> float:
+        """Bytes of the tree that `rays` must see at least: what each visits, or all of it once."""
+        return min(float(self.tree_bytes), rays * (self.nodes * _NODE + self.blocks * _BLOCK))
+
+
+def read_nodes(device: Device, world: World) -> np.ndarray:
+    """The tree's nodes, dtype WideNode, from the device."""
+    section = dict(zip(layout.WORLD, world.arguments, strict=True))
+    info = device.read(section["scene"], np.empty(1, layout.dtype("SceneInfo")))
+    return device.read(section["nodes"], np.empty(int(info["nodes"][0]), layout.dtype("WideNode")))
+
+
+def count_visits(nodes: np.ndarray, origins: np.ndarray, directions: np.ndarray, t: np.ndarray) -> Walk:
+    """Visits of rays (n, 3), (n, 3) whose nearest hits are at distance t, (n,)."""
+    planes = nodes["planes"].reshape(-1, 6, 8)
+    leaves = (nodes["child"] < 0) & (planes[:, 0] <= planes[:, 1])  # an empty place has an inverted box
+    total = len(nodes) * _NODE + int(leaves.sum()) * _BLOCK
+    with np.errstate(divide="ignore"):
+        inverse = 1.0 / directions
+    ray, node = np.arange(len(t)), np.zeros(len(t) if len(nodes) else 0, np.int64)
+    visited, blocks, flops = 0, 0, 0.0
+    while len(node):
+        visited += len(node)
+        flops += len(node) * _NODE_FLOPS
+        met = _boxes_met(planes[node], origins[ray], inverse[ray], t[ray])
+        child = nodes["child"][node]
+        at, lane = np.nonzero(met)
+        reference = child[at, lane]
+        leaf = reference < 0
+        blocks += int(leaf.sum())
+        flops += sum(_BLOCK_FLOPS[int(kind)] for kind in ~reference[leaf] & 3)
+        ray, node = ray[at][~leaf], reference[~leaf].astype(np.int64)
+    n = max(len(t), 1)
+    return Walk(visited / n, blocks / n, flops / n, total)
+
+
+def _boxes_met(planes: np.ndarray, origin: np.ndarray, inverse: np.ndarray, t: np.ndarray) -> np.ndarray:
+    """(k, 8) bool: which of a node's boxes a ray enters before t; `planes` is (k, 6, 8)."""
+    near, far = np.zeros((len(t), 8)), np.repeat(t[:, None], 8, axis=1)
+    with np.errstate(invalid="ignore"):  # 0 * inf where a ray runs in a plane of a box: no bound
+        for axis in range(3):
+            low = (planes[:, 2 * axis] - origin[:, axis, None]) * inverse[:, axis, None]
+            high = (planes[:, 2 * axis + 1] - origin[:, axis, None]) * inverse[:, axis, None]
+            near, far = np.fmax(near, np.fmin(low, high)), np.fmin(far, np.fmax(low, high))
+    return (near <= far) & (planes[:, 0] <= planes[:, 1])
+
+
+def rays_on_host(device: Device, rays: Any, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Origins (n, 3), directions (n, 3) and t_max (n,), float32, of a queue's rays."""
+    lanes, fields = device.settings.lanes, len(layout.RAY_FIELDS)
+    blocks = -(-n // lanes)
+    data = device.read(rays, np.empty((blocks, fields, lanes), np.float32))
+    flat = data.transpose(0, 2, 1).reshape(blocks * lanes, fields)[:n]
+    column = {name: k for k, name in enumerate(layout.RAY_FIELDS)}
+    origin = [column[f"ORIGIN_{axis}"] for axis in "XYZ"]
+    direction = [column[f"DIRECTION_{axis}"] for axis in "XYZ"]
+    return flat[:, origin], flat[:, direction], flat[:, column["T_MAX"]]

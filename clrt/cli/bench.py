@@ -1,0 +1,119 @@
+"""`clrt bench`: time every pass, the builder and whole pictures; compare with an older run, with Embree."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from clrt.atomic import check_replaceable
+from clrt.errors import ClrtError
+
+if TYPE_CHECKING:
+    from clrt.bench.timing import Tell
+
+SLOWER = 1  # exit code
+
+
+def run(options: argparse.Namespace) -> int:
+    """Measure and print; 1 where --compare finds something slower. ClrtError, first, for bad options."""
+    from clrt.bench import report, suite
+
+    old = report.load(options.compare) if options.compare else None
+    for path in filter(None, (options.json, options.chart)):
+        check_replaceable(path)
+    plan = _plan(options)
+    if old:
+        _check_same_machine(old, plan)
+    with _reporting() as tell:
+        measured = suite.run(plan, tell)
+    _show(measured)
+    if options.json:
+        measured.save(options.json)
+    if options.chart:
+        from clrt.bench.chart import roofline
+
+        roofline(measured, options.chart)
+    return _compare(old, measured) if old else 0
+
+
+def _plan(options: argparse.Namespace) -> Any:
+    from clrt.bench import suite
+    from clrt.shipped import load_scene
+
+    groups = options.only or suite.GROUPS
+    for name in groups:
+        if name not in suite.GROUPS:
+            raise ClrtError(f"--only: {name!r} is not one of {', '.join(suite.GROUPS)}")
+    if options.rounds < 1:
+        raise ClrtError(f"--rounds: {options.rounds} is not allowed; it must be at least 1")
+    if options.chart:
+        from clrt.bench.chart import pyplot
+
+        pyplot()
+    return suite.Plan(
+        groups=groups,
+        device=options.device,
+        rounds=options.rounds,
+        quick=options.quick,
+        embree=options.against == "embree",
+        extra={Path(name).stem: load_scene(name) for name in options.scene or ()},
+    )
+
+
+def _show(measured: Any) -> None:
+    from rich.console import Console
+
+    from clrt.bench import report
+
+    # a table that is cut is worthless: lines may be long where nobody sees the terminal's edge
+    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+    facts = measured.machine
+    console.print(f"{facts['processor']}, {facts['cores']} cores; {facts['device']}")
+    console.print(
+        f"load before: {facts['load_before']:.1f}" + ("; quick: small scenes" if facts["quick"] else "")
+    )
+    for table in report.tables(measured):
+        console.print(table)
+
+
+def _check_same_machine(old: Any, plan: Any) -> None:
+    from clrt.bench.machine import facts
+    from clrt.device import Device
+
+    new = {**facts(Device(plan.device)), "quick": plan.quick}
+    differ = [name for name in ("processor", "device", "quick") if old.machine.get(name) != new[name]]
+    if differ:
+        what = ", ".join(f"{name} {old.machine.get(name)!r}" for name in differ)
+        raise ClrtError(
+            f"--compare: the old report is of {what}; its times cannot be compared with those of here"
+        )
+
+
+def _compare(old: Any, new: Any) -> int:
+    from rich.console import Console
+
+    from clrt.bench import verdict
+
+    verdicts = verdict.compare(old, new)
+    if not verdicts:
+        raise ClrtError("--compare: the old report has none of the cases measured now")
+    Console(width=None if sys.stdout.isatty() else 160, highlight=False).print(
+        verdict.verdict_table(verdicts)
+    )
+    return SLOWER if any(v.word == verdict.SLOWER for v in verdicts) else 0
+
+
+@contextmanager
+def _reporting() -> Iterator[Tell | None]:
+    """A function that shows one changing line on stderr, or None where that is no terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+
+    with Console(stderr=True).status("") as status:
+        yield status.update
