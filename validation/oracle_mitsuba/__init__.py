@@ -1,0 +1,33 @@
+"""Mitsuba 3 as an oracle: a renderer of other people's, of another design, that shares no code with this one.
+
+It runs in a process of its own (`client`, `worker`), reads the scene's records and nothing made of them, and
+is asked in two ways:
+
+- layer A, `stock-S1` ...: scenes that Mitsuba's own plugins can express, so that nobody here wrote the
+  shading;
+- layer B, `table` and `bsdf`: Whitted's recursion, breadth first, on Mitsuba's camera, intersections and
+  visibility. `table` computes what surfaces do with light from a table of materials: the full model; `bsdf`
+  leaves that to Mitsuba's own BSDFs and emitters where it has them.
+
+    forms      quadric surfaces as 4x4 matrices
+    meshing    triangles of what Mitsuba has no plugin for
+    parts      the scene's shapes as Mitsuba's
+    faces      polygons, boxes and meshes as triangles
+    plugins    those as plain data
+    surfaces   materials, lights and camera as arrays
+    hashing    what looks random and is not
+    stock      layer A: its configurations
+    modes      what each mode can express, and what the worker is asked
+    textures   checkers as Mitsuba's, for stock plugins
+    skies      backgrounds as Mitsuba's
+    endless    meshes of quadrics without an end
+    translate  a scene as a dict for Mitsuba
+    xml        and as a file
+    client     the process, from the caller's side
+    worker, engine, world, whitted, table, lobes, sensors: what runs inside it
+"""
+
+from .client import Mitsuba, MitsubaError
+from .modes import MODES
+
+__all__ = ["MODES", "Mitsuba", "MitsubaError"]

@@ -1,0 +1,271 @@
+"""The scene's shapes as what Mitsuba knows: unit spheres, cylinders, disks and rectangles under a matrix, and
+meshes.
+
+This reads the scene's own records and nothing that the renderer makes of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from clrt.scene import (
+    Box,
+    Cone,
+    Cylinder,
+    Disk,
+    Ellipsoid,
+    Mesh,
+    Paraboloid,
+    Plane,
+    Polygon,
+    Quadric,
+    Scene,
+    Sphere,
+)  # fmt: skip
+
+from . import endless, faces, forms, meshing
+from .forms import Array, Form
+from .meshing import Triangles
+
+Kind = Literal["sphere", "cylinder", "disk", "rectangle", "mesh"]
+CURVED_TRIANGLES = 1 << 20  # of all curved meshes of a scene together
+NEAR = 20.0  # times the scene's size: where the middle part of a plane ends
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A shape of Mitsuba's that stands for the scene's shape number `owner`, or for a part of it.
+
+    sphere: radius 1 about 0. cylinder: radius 1 about z from 0 to 1. disk: radius 1 in xy, rectangle: [-1,
+    1]^2, both facing +z. All under `to_world` (4, 4) by whose inverse transpose normals go; `flip` turns them
+    round. mesh: in world space; `smooth`: its normals are for shading, else they are the surface's own.
+    `form`: the surface itself, where Mitsuba's shape approximates it or meets it less exactly than float32
+    could: its cylinders and instances are off by up to 1e-5 of a distance.
+    """
+
+    kind: Kind
+    owner: int
+    to_world: Array | None = None
+    flip: bool = False
+    mesh: Triangles | None = None
+    smooth: bool = False
+    form: Form | None = None
+
+    def corners(self) -> Array:
+        """Points (n, 3) around which the part lies."""
+        if self.mesh is not None:
+            return self.mesh.vertices
+        assert self.to_world is not None
+        z = {"sphere": (-1.0, 1.0), "cylinder": (0.0, 1.0)}.get(self.kind, (0.0,))
+        box = np.array([(x, y, h, 1.0) for x in (-1, 1) for y in (-1, 1) for h in z])
+        return np.asarray((box @ self.to_world.T)[:, :3])
+
+
+@dataclass(frozen=True)
+class Fineness:
+    """How curved shapes are made: segments around, rows along a cone, cells along an axis of a quadric's
+    grid.
+
+    margin: how far meshes go beyond rims and clips. `forms`: whether hits are moved onto forms; else
+    ellipsoids and elliptic cylinders are meshes, which Mitsuba meets ten times as exactly as its own
+    instances.
+    """
+
+    around: int
+    rows: int
+    cells: int
+    margin: float
+    forms: bool
+
+
+POLISHED = Fineness(around=256, rows=1, cells=96, margin=0.02, forms=True)
+"""For modes that move a hit from the mesh to the surface and drop what lies beyond its ends."""
+EXACT = Fineness(around=768, rows=64, cells=192, margin=0.0, forms=False)
+"""For modes that take the mesh as it is: within 1e-5 (quadrics: 2e-5) of the radius of curvature."""
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """A scene's parts, and the ball that holds all that is finite in it."""
+
+    parts: tuple[Part, ...]
+    center: Array
+    size: float  # the ball's radius
+
+
+def geometry(scene: Scene, fineness: Fineness) -> Geometry:
+    """The parts of a scene."""
+    curved = sum(isinstance(shape, (Cone, Paraboloid, Quadric)) for shape in scene.shapes)
+    if curved:
+        most = int(np.sqrt(CURVED_TRIANGLES / curved))
+        fineness = replace(
+            fineness,
+            around=min(fineness.around, max(48, most)),
+            cells=min(fineness.cells, max(24, most // 4)),
+        )
+    finite = [part for number, shape in enumerate(scene.shapes) for part in _finite(number, shape, fineness)]
+    center, size = _ball(scene, finite)
+    without_end: list[Part] = []
+    for number, shape in enumerate(scene.shapes):
+        if isinstance(shape, Plane):
+            without_end += _plane(number, shape, center, size)
+        elif isinstance(shape, Quadric) and is_endless(shape):
+            without_end += _endless_quadric(number, shape, center, size)
+    parts = sorted([*finite, *without_end], key=lambda part: part.owner)
+    return Geometry(tuple(parts), center, size)
+
+
+def _ball(scene: Scene, parts: list[Part]) -> tuple[Array, float]:
+    points = [part.corners() for part in parts]
+    points += [np.array([shape.point]) for shape in scene.shapes if isinstance(shape, Plane)]
+    if scene.camera is not None:
+        points.append(np.array([scene.camera.origin, scene.camera.target]))
+    if not points:
+        return np.zeros(3), 1.0
+    low = np.min([p.min(axis=0) for p in points], axis=0)
+    high = np.max([p.max(axis=0) for p in points], axis=0)
+    return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-6)
+
+
+def _finite(number: int, shape: Any, fineness: Fineness) -> Iterator[Part]:
+    """The parts of a shape; none of a plane, an endless quadric or a quadric without points."""
+    matrix = shape.matrix
+    if isinstance(shape, (Sphere, Ellipsoid)):
+        radii = shape.radii if isinstance(shape, Ellipsoid) else (shape.radius,) * 3
+        placed = np.diag([*radii, 1.0])
+        placed[:3, 3] = shape.center
+        yield _sphere(number, matrix @ placed, fineness)
+    elif isinstance(shape, Disk):
+        yield _disk(number, matrix, shape.center, shape.normal, shape.radius)
+    elif isinstance(shape, Cylinder):
+        axis = np.subtract(shape.p1, shape.p0)
+        scale = np.diag([shape.radius, shape.radius, np.linalg.norm(axis), 1.0])
+        to_world = matrix @ _frame(shape.p0, axis) @ scale
+        yield _cylinder(number, to_world, fineness)
+        yield from _caps(number, shape, shape.radius, shape.radius)
+    elif isinstance(shape, Cone):
+        axis = np.subtract(shape.p1, shape.p0)
+        to_world = matrix @ _frame(shape.p0, axis) @ np.diag([1.0, 1.0, np.linalg.norm(axis), 1.0])
+        mesh = meshing.cone(shape.r0, shape.r1, 2 * fineness.around, fineness.rows, fineness.margin)
+        yield _curved(number, mesh, to_world, forms.cone(shape.r0, shape.r1, to_world))
+        yield from _caps(number, shape, shape.r0, shape.r1)
+    elif isinstance(shape, Paraboloid):
+        width = np.sqrt(4 * shape.focal * shape.height)
+        to_world = matrix @ _frame(shape.apex, shape.axis) @ np.diag([width, width, shape.height, 1.0])
+        mesh = meshing.paraboloid(fineness.around, fineness.margin)
+        yield _curved(number, mesh, to_world, forms.paraboloid(to_world))
+    elif isinstance(shape, Quadric):
+        yield from _bounded_quadric(number, shape, fineness)
+    elif isinstance(shape, (Polygon, Box, Mesh)):
+        mesh, smooth = faces.triangles(shape)
+        yield Part("mesh", number, mesh=mesh, smooth=smooth)
+
+
+def _frame(origin: Any, axis: Any) -> Array:
+    """A rotation that takes z to `axis` (any length), then a translation to `origin`."""
+    z = np.asarray(axis, float) / np.linalg.norm(axis)
+    x = np.eye(3)[np.argmin(np.abs(z))]
+    x = np.cross(x, z)
+    x /= np.linalg.norm(x)
+    frame = np.eye(4)
+    frame[:3, 0], frame[:3, 1], frame[:3, 2], frame[:3, 3] = x, np.cross(z, x), z, origin
+    return frame
+
+
+def _sphere(number: int, to_world: Array, fineness: Fineness, flip: bool = False) -> Part:
+    """A round sphere is left to Mitsuba."""
+    form = forms.sphere(to_world, flip)
+    if _scale(to_world[:3, :3]) is not None:
+        return Part("sphere", number, to_world, flip=flip)
+    if fineness.forms:
+        return Part("sphere", number, to_world, flip=flip, form=form)
+    mesh = faces.moved(meshing.sphere(fineness.around), to_world)
+    if flip:
+        mesh = Triangles(mesh.vertices, mesh.faces[:, ::-1], -mesh.normals)
+    return Part("mesh", number, mesh=mesh, form=form)
+
+
+def _cylinder(number: int, to_world: Array, fineness: Fineness) -> Part:
+    """A round cylinder is left to Mitsuba where hits are not moved onto forms."""
+    form = forms.cone(1.0, 1.0, to_world)
+    x, y, z = to_world[:3, :3].T
+    upright = max(abs(x @ z), abs(y @ z)) <= 1e-9 * np.linalg.norm(z) * np.linalg.norm(x)
+    if fineness.forms or (upright and _scale(np.stack([x, y])) is not None):
+        return Part("cylinder", number, to_world, form=form)
+    return _curved(number, meshing.cone(1.0, 1.0, 2 * fineness.around, 1, 0.0), to_world, form)
+
+
+def _scale(vectors: Array) -> float | None:
+    """The length that all rows have and that makes them orthonormal, or None."""
+    product = vectors @ vectors.T
+    scale = np.trace(product) / len(product)
+    return (
+        float(np.sqrt(scale))
+        if np.abs(product - scale * np.eye(len(product))).max() <= 1e-9 * scale
+        else None
+    )
+
+
+def _disk(number: int, matrix: Array, center: Any, normal: Any, radius: float) -> Part:
+    return Part("disk", number, matrix @ _frame(center, normal) @ np.diag([radius, radius, 1.0, 1.0]))
+
+
+def _caps(number: int, shape: Any, r0: float, r1: float) -> Iterator[Part]:
+    axis = np.subtract(shape.p1, shape.p0)
+    for center, normal, radius in ((shape.p0, -axis, r0), (shape.p1, axis, r1)):
+        if shape.caps and radius > 0:
+            yield _disk(number, shape.matrix, center, normal, radius)
+
+
+def _curved(number: int, mesh: Triangles, to_world: Array, form: Form) -> Part:
+    return Part("mesh", number, mesh=faces.moved(mesh, to_world), form=form)
+
+
+def _plane(number: int, shape: Plane, center: Array, size: float) -> Iterator[Part]:
+    """A rectangle about the scene and four around that one: on a single large one Mitsuba's float32 is
+    coarse."""
+    normal = np.asarray(shape.normal, float) / np.linalg.norm(shape.normal)
+    foot = center - ((center - np.asarray(shape.point)) @ normal) * normal
+    form = forms.plane(shape.point, shape.normal)
+    near, far = NEAR * size, endless.FAR * size
+    width, middle = (far - 0.99 * near) / 2, (far + 0.99 * near) / 2
+    rectangles = [(0.0, 0.0, near, near)]
+    for side in (-1, 1):
+        rectangles += [(side * middle, 0.0, width, far), (0.0, side * middle, near, width)]
+    for x, y, half_width, half_height in rectangles:
+        placed = np.diag([half_width, half_height, 1.0, 1.0])
+        placed[:2, 3] = x, y
+        yield Part("rectangle", number, _frame(foot, normal) @ placed, form=form)
+
+
+def is_endless(shape: Quadric) -> bool:
+    """Whether a quadric has neither a clip nor an end of its own."""
+    return shape.clip is None and forms.ellipsoid_frame(shape.coefficients) is None
+
+
+def _bounded_quadric(number: int, shape: Quadric, fineness: Fineness) -> Iterator[Part]:
+    frame = forms.ellipsoid_frame(shape.coefficients)
+    if shape.clip is None:
+        if frame is not None and frame[0].any():
+            yield _sphere(number, shape.matrix @ frame[0], fineness, frame[1])
+        return
+    low, high = (np.asarray(corner, float) for corner in shape.clip)
+    extra = fineness.margin * (high - low)
+    axes = [np.linspace(a, b, fineness.cells + 1) for a, b in zip(low - extra, high + extra, strict=True)]
+    form = forms.quadric(shape.coefficients, shape.clip, shape.matrix)
+    mesh = meshing.quadric(forms.matrix(shape.coefficients), (axes[0], axes[1], axes[2]))
+    if mesh is not None:
+        yield _curved(number, mesh, shape.matrix, form)
+
+
+def _endless_quadric(number: int, shape: Quadric, center: Array, size: float) -> Iterator[Part]:
+    to_object = np.linalg.inv(shape.matrix)
+    middle = to_object[:3, :3] @ center + to_object[:3, 3]
+    extent = size * float(np.linalg.norm(to_object[:3, :3], 2))
+    mesh = endless.surface(forms.matrix(shape.coefficients), middle, extent)
+    if mesh is not None:
+        yield _curved(number, mesh, shape.matrix, forms.quadric(shape.coefficients, None, shape.matrix))

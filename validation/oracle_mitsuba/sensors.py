@@ -1,0 +1,80 @@
+"""Camera rays and pictures by Mitsuba's own plugins, at exact positions in the image (worker process)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import engine
+from .engine import dr, mi
+from .skies import environment
+
+Array = np.ndarray
+PATHS = 1 << 21  # traced together
+
+
+def camera_rays(sensor: dict[str, Any], eye: Array | None, position: Array) -> tuple[Array, Array]:
+    """Origins and unit directions (n, 3) through positions (n, 2) of the image, 0 to 1.
+
+    eye: where all rays start, or None: where Mitsuba starts them (its near plane).
+    """
+    ray = _sampled(engine.load(sensor), position)
+    direction = engine.rows(ray.d, len(position))
+    direction = direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    origin = engine.rows(ray.o, len(position)) if eye is None else np.broadcast_to(eye, direction.shape)
+    return origin, direction
+
+
+def _sampled(sensor: Any, position: Array) -> Any:
+    x, y = (mi.Float(np.ascontiguousarray(position[:, k], np.float32)) for k in range(2))
+    return sensor.sample_ray(0.0, 0.5, mi.Point2f(x, y), mi.Point2f(0.5))[0]
+
+
+def stock_render(job: dict[str, Any]) -> dict[str, Any]:
+    """A stock integrator's mean over `paths` paths per position (n, 2), its standard error, and what is hit.
+
+    No film and no jitter: the integrator is asked for the very rays of these positions.
+    """
+    plan = job["scene"]
+    sky = {"sky": environment(plan["sky"]["background"])} if "sky" in plan else {}
+    scene = engine.load(plan | sky)
+    integrator = engine.load(job["integrator"])
+    n, paths = len(job["positions"]), job["paths"]
+    mean, error = np.zeros((n, 3)), np.zeros((n, 3))
+    block = max(1, PATHS // paths)
+    for begin in range(0, n, block):
+        rows = slice(begin, min(begin + block, n))
+        count = rows.stop - rows.start
+        ray = mi.RayDifferential3f(_rays(scene, job, np.repeat(job["positions"][rows], paths, axis=0)))
+        sampler = mi.load_dict({"type": "independent", "sample_count": paths})
+        sampler.seed(job["seed"] * n + begin, count * paths)
+        light, _, _ = integrator.sample(scene, sampler, ray)
+        values = engine.rows(light, count * paths).reshape(count, paths, 3)
+        mean[rows] = values.mean(axis=1)
+        error[rows] = values.std(axis=1) / max(paths - 1, 1) ** 0.5
+    return {"mean": mean, "error": error if paths > 1 else None, **_first_hits(scene, job)}
+
+
+def _rays(scene: Any, job: dict[str, Any], position: Array) -> Any:
+    ray = _sampled(scene.sensors()[0], position)
+    if job["eye"] is not None:
+        ray.o = engine.point(np.broadcast_to(job["eye"], (len(position), 3)))
+    return ray
+
+
+def _first_hits(scene: Any, job: dict[str, Any]) -> dict[str, Array]:
+    n = len(job["positions"])
+    ray = mi.Ray3f(_rays(scene, job, job["positions"]))
+    si = scene.ray_intersect(ray)
+    dr.eval(si.t, si.n, si.shape, si.instance)
+    instance = engine.words(si.instance, n)
+    number = np.where(instance > 0, instance, engine.words(si.shape, n))
+    shape = np.full(n, -1)
+    for plugin in scene.shapes():
+        if plugin.id() in job["owners"]:
+            shape[number == engine.number(plugin)] = job["owners"][plugin.id()]
+    t = engine.column(si.t, n).copy()
+    shape[~np.isfinite(t)] = -1
+    point = engine.rows(ray.o, n) + np.where(np.isfinite(t), t, 0.0)[:, None] * engine.rows(ray.d, n)
+    return {"t": t, "shape": shape, "point": point, "normal": engine.rows(si.n, n).copy()}

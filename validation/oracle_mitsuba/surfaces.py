@@ -1,0 +1,190 @@
+"""Materials, lights and camera of a scene as plain arrays, for the worker."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from clrt.scene import Camera, Checker, Disk, Plane, PointLight, Polygon, Scene, Sphere, rgb
+
+from .forms import Array
+from .hashing import camera_words, mix, unit
+
+PLAIN, SQUARES, GLOBE = 0, 1, 2
+
+
+def materials(scene: Scene) -> dict[str, Array]:
+    """One row a shape, and a last one for misses: coefficients, tints, flags and checkers in the model's
+    letters."""
+    rows = [_row(shape, scene.material_of(shape)) for shape in scene.shapes]
+    rows.append(_row(None, scene.material_of(Sphere(center=(0.0, 0.0, 0.0), radius=1.0))))
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+def _row(shape: Any, material: Any) -> dict[str, Any]:
+    checker = material.color if isinstance(material.color, Checker) else None
+    first, second = checker.colors if checker else (material.color, material.color)
+    pattern = PLAIN if checker is None else GLOBE if isinstance(shape, Sphere) else SQUARES
+    origin, across, up = squares(shape) if pattern == SQUARES else np.zeros((3, 3))
+    return {
+        "F": rgb(first),
+        "F2": rgb(second),
+        "ka": material.ka,
+        "kd": material.diffuse,
+        "ks": material.specular,
+        "m": material.shininess,
+        "kr": material.kr,
+        "kt": material.kt,
+        "eta": float(material.eta),
+        "H": rgb(material.highlight_color),
+        "M": rgb(material.reflection_color),
+        "Tt": rgb(material.transmission_color),
+        "e": rgb(material.emission),
+        "thin": bool(material.thin),
+        "fresnel": material.fresnel is True,
+        "schlick": material.fresnel == "schlick",
+        "pattern": pattern,
+        "size": checker.size if checker else 1.0,
+        "divisions": checker.divisions if checker else 1,
+        "origin": origin,
+        "across": across,
+        "up": up,
+    }
+
+
+def squares(shape: Any) -> tuple[Array, Array, Array]:
+    """Where a checker of squares starts in world space, and the directions of its two sides."""
+    matrix = shape.matrix
+    if isinstance(shape, Polygon):
+        points = np.asarray(shape.points)
+        local = points - points[0]
+        start, normal = points[0], np.sum(np.cross(local, np.roll(local, -1, axis=0)), axis=0)
+    elif isinstance(shape, Disk):
+        start, normal = np.asarray(shape.center), np.asarray(shape.normal, float)
+    else:
+        assert isinstance(shape, Plane)
+        start, normal = np.asarray(shape.point), np.asarray(shape.normal, float)
+    normal = normal @ np.linalg.inv(matrix[:3, :3])
+    normal /= np.linalg.norm(normal)
+    axis = np.eye(3)[np.argmin(np.abs(normal))]
+    across = axis - (axis @ normal) * normal
+    across /= np.linalg.norm(across)
+    return matrix[:3, :3] @ start + matrix[:3, 3], across, np.cross(normal, across)
+
+
+def lights(scene: Scene) -> list[dict[str, Any]]:
+    """Each light's `type`, `at` (position, or unit direction to it), `intensity` (3,) and `falloff`
+    (bool)."""
+    found: list[dict[str, Any]] = []
+    for light in scene.lights:
+        point = isinstance(light, PointLight)
+        at = np.asarray(light.position if isinstance(light, PointLight) else light.direction, float)
+        found.append(
+            {
+                "type": light.type,
+                "at": at if point else -at / np.linalg.norm(at),
+                "intensity": np.array(rgb(light.intensity)),
+                "falloff": isinstance(light, PointLight) and light.falloff == "inverse-square",
+            }
+        )
+    return found
+
+
+def settings(scene: Scene, max_depth: int | None) -> dict[str, Any]:
+    """What the model reads of the scene besides."""
+    return {
+        "max_depth": scene.max_depth if max_depth is None else max_depth,
+        "min_weight": scene.min_weight if scene.conformance == "none" else 0.0,
+        "depth_color": np.array(rgb(scene.depth_color)),
+        "ambient": np.array(rgb(scene.ambient)),
+        "ambient_samples": scene.ambient_samples,
+        "medium_ior": float(scene.medium_ior),
+        "hides_backs": scene.one_sided == "opaque",
+        "tinted": scene.shadow == "tinted",
+        "background": background(scene),
+    }
+
+
+def background(scene: Scene) -> Any:
+    """A colour (3,), or the path (str) of a lat-long image."""
+    path = scene.background_path
+    return str(path) if path is not None else np.array(rgb(scene.background))  # type: ignore[arg-type]
+
+
+def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 0.0) -> dict[str, Any]:
+    """The camera about `center` as a plugin of Mitsuba's, for pictures of width x height; `scale`: the
+    scene's size.
+
+    Mitsuba's camera looks along +z with +x to the left. `near` = 0, which it does not allow, becomes a small
+    distance; the worker then moves the rays' origins back into the camera.
+    """
+    forward = np.subtract(camera.target, camera.origin)
+    forward = forward / np.linalg.norm(forward)
+    assert camera.up is not None
+    right = np.cross(forward, camera.up)
+    right /= np.linalg.norm(right)
+    up = np.cross(right, forward)
+    right = -right if camera.mirror else right
+    origin = np.asarray(camera.origin, float) - center
+    near = camera.near if camera.near > 0 else 1e-2 * scale
+    plugin: dict[str, Any] = {"type": camera.type, "near_clip": near, "far_clip": near + 1e3 * scale}
+    stretch = 1.0
+    if camera.type == "perspective":
+        plugin["type"] = "perspective"
+        plugin["fov"] = camera.fov
+        plugin["fov_axis"] = "x" if camera.fov_axis == "horizontal" else "y"
+        plugin["principal_point_offset_x"] = camera.shift[0] / width
+        plugin["principal_point_offset_y"] = camera.shift[1] / height
+    else:  # the view is 2 units wide under a scale; it has no principal point, so the camera itself is moved
+        stretch = (camera.size if camera.fov_axis == "horizontal" else camera.size * width / height) / 2
+        pixel = 2 * stretch / width
+        origin = origin + pixel * (camera.shift[0] * right - camera.shift[1] * up)
+        origin = origin + (camera.near - near) * forward
+    to_world = np.eye(4)
+    to_world[:3, 0], to_world[:3, 1] = -stretch * right, stretch * up
+    to_world[:3, 2], to_world[:3, 3] = forward, origin
+    plugin["to_world"] = to_world
+    plugin["film"] = {
+        "type": "hdrfilm",
+        "width": width,
+        "height": height,
+        "pixel_format": "rgb",
+        "component_format": "float32",
+        "rfilter": {"type": "box"},
+    }
+    return plugin
+
+
+def view(scene: Scene, width: int, height: int, spp: int, size: float, center: Array) -> dict[str, Any]:
+    """The camera's plugin about `center`, samples and their path words.
+
+    `eye`: where its rays start about `center`, None: where Mitsuba starts them, on its near plane.
+    """
+    camera = scene.camera
+    assert camera is not None
+    at_eye = camera.type == "perspective" and camera.near == 0
+    positions, paths = film_positions(camera, width, height, spp)
+    return {
+        "sensor": sensor(camera, width, height, size, center),
+        "center": center,
+        "eye": np.asarray(camera.origin) - center if at_eye else None,
+        "positions": positions,
+        "paths": paths,
+    }
+
+
+def film_positions(camera: Camera, width: int, height: int, spp: int) -> tuple[Array, Array]:
+    """Where in the image (0 to 1) every sample lies, (spp, h w, 2), and its path word (spp, h w) uint32."""
+    n = math.isqrt(spp)
+    if n * n != spp:
+        raise ValueError(f"spp = {spp} is not a square number")
+    pixel = np.arange(width * height)
+    corner = np.stack([pixel % width, pixel // width], -1).astype(float)
+    path = np.stack([camera_words(camera.jitter or 0, pixel, sample) for sample in range(spp)])
+    grid = np.stack([(i % n, i // n) for i in range(spp)]).astype(float)[:, None]
+    inner: Any = 0.5
+    if camera.jitter is not None:
+        inner = np.stack([unit(mix(path + np.uint32(1))), unit(mix(path + np.uint32(2)))], -1)
+    return (corner + (grid + inner) / n) / (width, height), path

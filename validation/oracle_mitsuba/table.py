@@ -1,0 +1,272 @@
+"""The table mode: Mitsuba says what rays meet and which lights are seen.
+
+What surfaces do with light is computed here, in float64, from a table of materials: the full model.
+`lobes.py` replaces these formulas by Mitsuba's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from . import skies
+from .hashing import GATHERED, child_path, cosine_direction
+from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Lit, Rays
+from .world import Hits, World
+
+Array = np.ndarray
+PLAIN, GLOBE = 0, 2  # patterns, as in surfaces.py
+
+
+@dataclass(frozen=True, eq=False)
+class Spot:
+    """Where rays hit, seen from the ray's side."""
+
+    shape: Array  # (n,)
+    point: Array
+    outward: Array
+    n: Array  # geometric normal
+    ns: Array  # shading normal
+    enters: Array  # (n,) bool: the ray comes from outside
+    offset: Array  # (n,)
+    F: Array
+    form: Array  # (n,)
+
+    def take(self, rows: Array) -> Spot:
+        return Spot(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    def leave(self, side: Array) -> Array:
+        return np.asarray(self.point + self.offset[:, None] * side)
+
+
+class Table:
+    """The table mode. job: `materials`, `lights`, `settings` and `geometry` as surfaces.py and plugins.py
+    make them."""
+
+    def __init__(self, job: dict[str, Any]) -> None:
+        self.of = job["materials"]
+        self.lights, self.settings = job["lights"], job["settings"]
+        self.max_depth: int = self.settings["max_depth"]
+        background = self.settings["background"]
+        self.sky = skies.read(background) if isinstance(background, str) else None
+        self.center = job["geometry"]["center"]
+        opaque = self.of["kt"] == 0
+        self.world = World(job["geometry"], opaque, self.settings["hides_backs"], self.plugins())
+        self.clear = self.of["kt"][:, None] * self.of["Tt"] if self.settings["tinted"] else None
+
+    def plugins(self) -> dict[str, Any]:
+        """What Mitsuba's scene needs besides shapes."""
+        return {}
+
+    def shade(self, rays: Rays, hits: Hits, kind: str, last: bool) -> Lit:
+        """The rays' own light, and the rays they spawn; those of the last generation bring depth_color
+        instead."""
+        lit = Lit(np.zeros_like(rays.direction), np.zeros((4, *rays.direction.shape)), [])
+        met = np.flatnonzero(hits.shape >= 0)
+        missed = np.flatnonzero(hits.shape < 0)
+        ambient = self.settings["ambient"]
+        lit.light[missed] = ambient if kind == AMBIENT else self.background(rays.direction[missed])
+        if not met.size:
+            return lit
+        here = rays.take(met)
+        spot = self._spot(here, hits.take(met))
+        share = self.of["ka"][spot.shape, None] * spot.F
+        gathers = (here.path & GATHERED == 0) & np.any(here.weight * share != 0, axis=1)
+        gathers &= not last and self.settings["ambient_samples"] > 0
+        constant = np.where(gathers[:, None], 0.0, share * ambient)
+        received = [self._received(index, here, spot) for index in range(len(self.lights))]
+        lit.terms[:, met] = np.stack(
+            [self.of["e"][spot.shape], constant, *sum(received, np.zeros((2, *share.shape)))]
+        )
+        lit.light[met] = lit.terms[:, met].sum(axis=0)
+        for name, rows, weight, child in self._bounced(here, spot):
+            if last:
+                lit.light[met[rows]] += weight * self.settings["depth_color"]
+            else:
+                lit.children.append((name, child))
+        if gathers.any():
+            lit.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
+        return lit
+
+    def _spot(self, rays: Rays, hits: Hits) -> Spot:
+        u = rays.direction
+        enters = dot(hits.outward, u) <= 0
+        n = np.where(enters[:, None], hits.outward, -hits.outward)
+        ns = np.where((dot(hits.shading, n) < 0)[:, None], -hits.shading, hits.shading)
+        ns = np.where((dot(ns, u) < 0)[:, None], ns, n)
+        F = self.reflectance(hits)
+        return Spot(
+            hits.shape, hits.point, hits.outward, n, ns, enters, self.world.step(hits.point), F, hits.form
+        )
+
+    def reflectance(self, hits: Hits) -> Array:
+        """F (n, 3): plain, squares on flat shapes, fields on spheres."""
+        shape, of = hits.shape, self.of
+        pattern = of["pattern"][shape]
+        offset = hits.point - of["origin"][shape]
+        squares = [np.floor(dot(offset, of[side][shape]) / of["size"][shape]) for side in ("across", "up")]
+        u, v = longitude_latitude(hits.outward)
+        divisions = of["divisions"][shape]
+        fields = [np.floor(u * divisions), np.floor(v * divisions / 2)]
+        cell = np.where(pattern == GLOBE, fields[0] + fields[1], squares[0] + squares[1])
+        odd = (pattern != PLAIN) & (cell % 2 == 1)
+        return np.where(odd[:, None], of["F2"][shape], of["F"][shape])
+
+    def background(self, direction: Array) -> Array:
+        """Radiance (n, 3) of directions that meet nothing."""
+        if self.sky is None:
+            return np.broadcast_to(self.settings["background"], direction.shape)
+        return bilinear(self.sky, direction)
+
+    def _received(self, index: int, rays: Rays, spot: Spot) -> Array:
+        """What light number `index` adds at hits: diffuse and highlight (2, n, 3)."""
+        light, of, shape = self.lights[index], self.of, spot.shape
+        origin = spot.leave(spot.n)
+        towards = (
+            light["at"] - origin if light["type"] == "point" else np.broadcast_to(light["at"], origin.shape)
+        )
+        distance = np.linalg.norm(towards, axis=1)
+        L = towards / np.where(distance > 0, distance, 1.0)[:, None]
+        lit = (dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & ((of["kd"][shape] > 0) | (of["ks"][shape] > 0))
+        rows = np.flatnonzero(lit)
+        added = np.zeros((2, *origin.shape))
+        if rows.size:
+            reach = distance[rows] if light["type"] == "point" else np.full(len(rows), np.inf)
+            seen = self.world.visible(origin[rows], L[rows], spot.form[rows], reach, self.clear)
+            part = spot.take(rows)
+            added[:, rows] = seen * self.local(index, rays.direction[rows], part, L[rows], distance[rows])
+        return added
+
+    def local(self, index: int, u: Array, spot: Spot, L: Array, distance: Array) -> Array:
+        """I f(r) kd F (Ns.L) and I f(r) ks H (R.V)^m, unshadowed (2, n, 3), the light in direction L (n,
+        3)."""
+        light, of, shape = self.lights[index], self.of, spot.shape
+        cosine = dot(spot.ns, L)
+        aligned = -dot(2 * cosine[:, None] * spot.ns - L, u)
+        with np.errstate(all="ignore"):
+            lobe = np.where(aligned > 0, aligned ** of["m"][shape], 0.0)
+        highlight = self._faded(of["H"][shape], shape, cosine)
+        value = np.stack(
+            [(of["kd"][shape] * cosine)[:, None] * spot.F, (of["ks"][shape] * lobe)[:, None] * highlight]
+        )
+        falloff = 1 / distance**2 if light["falloff"] else np.ones_like(distance)
+        return np.asarray(light["intensity"] * falloff[:, None] * value)
+
+    def _faded(self, tint: Array, shape: Array, cosine: Array) -> Array:
+        """Schlick's approximation on the shapes that have it: a tint goes to 1 at grazing angles."""
+        grazing = tint + (1 - tint) * (1 - cosine[:, None]) ** 5
+        return np.where(self.of["schlick"][shape, None], grazing, tint)
+
+    def _bounced(self, rays: Rays, spot: Spot) -> Iterator[tuple[str, Array, Array, Rays]]:
+        """Reflected and transmitted rays, with the rows (m,) they come from and their shares (m, 3) of
+        those."""
+        found = self.optics(rays.direction, spot, spot.ns)
+        again = np.flatnonzero((dot(found.reflected, spot.n) <= 0) | (dot(found.transmitted, spot.n) >= 0))
+        if again.size:  # a shading normal that bends a ray through the surface: the geometric one does not
+            part = spot.take(again)
+            by_n = self.optics(rays.direction[again], part, part.n)
+            mirrored = dot(found.reflected[again], part.n) <= 0
+            crossed = ~found.total[again] & (dot(found.transmitted[again], part.n) >= 0)
+            found.reflected[again[mirrored]] = by_n.reflected[mirrored]
+            for name in ("transmitted", "total", "reflects", "transmits"):
+                getattr(found, name)[again[crossed]] = getattr(by_n, name)[crossed]
+        outcomes = (
+            (REFLECTION, found.reflects, found.reflected, spot.n, 1),
+            (TRANSMISSION, found.transmits, found.transmitted, -spot.n, 2),
+        )
+        for name, share, direction, side, number in outcomes:
+            weight = rays.weight * share
+            most = weight.max(axis=1)
+            rows = np.flatnonzero((most > 0) & (most >= self.settings["min_weight"]))
+            if rows.size:
+                path = child_path(rays.path[rows], number) | rays.path[rows] & np.uint32(15)
+                child = Rays(spot.leave(side), direction, weight, rays.pixel, rays.path, spot.form).take(rows)
+                yield name, rows, share[rows], replace(child, path=path)
+
+    def optics(self, u: Array, spot: Spot, n: Array) -> Optics:
+        """Reflection and refraction of directions u at the normals n, in the model's formulas."""
+        of, shape = self.of, spot.shape
+        kr = of["kr"][shape, None] * self._faded(of["M"][shape], shape, -dot(spot.ns, u))
+        kt = of["kt"][shape, None] * of["Tt"][shape]
+        thin = of["thin"][shape]
+        outside = np.full(len(shape), self.settings["medium_ior"])
+        enters = spot.enters | thin
+        eta_i, eta_t = (
+            np.where(enters, outside, of["eta"][shape]),
+            np.where(enters, of["eta"][shape], outside),
+        )
+        cos_i = -dot(n, u)
+        reflected = normalized(u + 2 * cos_i[:, None] * n)
+        eta = eta_i / eta_t
+        k = 1 - eta**2 * (1 - cos_i**2)
+        cos_t = np.sqrt(np.maximum(k, 0.0))
+        bent = normalized(eta[:, None] * u + (eta * cos_i - cos_t)[:, None] * n)
+        straight = thin | (eta_i == eta_t)
+        transmitted = np.where(straight[:, None], u, bent)
+        total = (k < 0) & ~thin & (of["kt"][shape] > 0)
+        parallel = (eta_t * cos_i - eta_i * cos_t) / (eta_t * cos_i + eta_i * cos_t)
+        across = (eta_i * cos_i - eta_t * cos_t) / (eta_i * cos_i + eta_t * cos_t)
+        fresnel = np.where(k < 0, 1.0, np.where(eta_i == eta_t, 0.0, (parallel**2 + across**2) / 2))
+        fresnel = np.where(thin, 2 * fresnel / (1 + fresnel), fresnel)[:, None]
+        by_fresnel, lost = of["fresnel"][shape, None], total[:, None]
+        reflects = np.where(by_fresnel, kr * fresnel, kr + np.where(lost, kt, 0.0))
+        transmits = np.where(lost, 0.0, np.where(by_fresnel, kt * (1 - fresnel), kt))
+        return Optics(reflected, transmitted, reflects, transmits, total)
+
+    def _gatherers(self, rays: Rays, spot: Spot, share: Array, rows: Array) -> Rays:
+        """The ambient rays of hits `rows` (m,): cosine-distributed about the shading normal."""
+        samples = self.settings["ambient_samples"]
+        h = child_path(rays.path[rows], 3, masked=False)
+        path = child_path(rays.path[rows], 3) | rays.path[rows] & np.uint32(15) | GATHERED
+        n, ns = spot.n[rows], spot.ns[rows]
+        queues = []
+        for i in range(samples):
+            direction = cosine_direction(h, i, ns)
+            below = dot(direction, n) <= 0
+            direction[below] = cosine_direction(h[below], i, n[below])
+            weight = rays.weight[rows] * share[rows] / samples
+            origin, form = spot.leave(spot.n)[rows], spot.form[rows]
+            queues.append(Rays(origin, direction, weight, rays.pixel[rows], path, form))
+        return Rays.joined(queues)
+
+
+@dataclass(frozen=True, eq=False)
+class Optics:
+    """Directions that light goes on in (n, 3), its shares (n, 3), and where reflection is total (n,)."""
+
+    reflected: Array
+    transmitted: Array
+    reflects: Array
+    transmits: Array
+    total: Array
+
+
+def dot(a: Array, b: Array) -> Array:
+    return np.asarray(np.einsum("ni,ni->n", a, b))
+
+
+def normalized(a: Array) -> Array:
+    return np.asarray(a / np.linalg.norm(a, axis=1, keepdims=True))
+
+
+def longitude_latitude(direction: Array) -> tuple[Array, Array]:
+    """u and v in [0, 1]: -z is in the middle, u grows towards +x, v from +y downwards."""
+    u = 0.5 + np.arctan2(direction[:, 0], -direction[:, 2]) / (2 * np.pi)
+    return u, np.arccos(np.clip(direction[:, 1], -1.0, 1.0)) / np.pi
+
+
+def bilinear(image: Array, direction: Array) -> Array:
+    """A lat-long image (h, w, 3) in directions (n, 3)."""
+    height, width = image.shape[:2]
+    u, v = longitude_latitude(direction)
+    x, y = u * width - 0.5, np.clip(v * height - 0.5, 0, height - 1)
+    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    right, low = (left + 1) % width, np.minimum(top + 1, height - 1)
+    fx, fy = (x - left)[:, None], (y - top)[:, None]
+    left = left % width
+    upper = image[top, left] * (1 - fx) + image[top, right] * fx
+    lower = image[low, left] * (1 - fx) + image[low, right] * fx
+    return np.asarray(upper * (1 - fy) + lower * fy)

@@ -1,0 +1,171 @@
+"""A whole scene as plain data for Mitsuba, with its stock plugins: what `clrt convert scene.toml scene.xml`
+writes.
+
+Shapes, cameras, checkers, backgrounds, mirrors and dielectrics are exact. What Mitsuba has no plugin for
+becomes the nearest one, and a note says so: a Phong highlight a rough conductor, constant shares of a
+boundary Fresnel's, a light without falloff one that is as bright where the camera looks. Mitsuba adds what
+the model leaves out: light from surface to surface, and the square of the index in transmitted radiance.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from clrt.scene import Camera, Checker, Material, Scene, rgb
+
+from . import skies, surfaces, textures
+from .forms import Array
+from .parts import EXACT, Part, geometry
+from .plugins import Plugin, scene, shape
+from .plugins import rgb as color
+
+
+def to_mitsuba(source: Scene) -> Plugin:
+    """The scene as what mitsuba.load_dict takes, once `engine.realised` has made its arrays Mitsuba's."""
+    return translated(source)[0]
+
+
+def translated(source: Scene) -> tuple[Plugin, list[str]]:
+    """The scene as plain data (plugins.py), and notes on what is not exact in it."""
+    notes = _settings_notes(source)
+    world = geometry(source, EXACT)
+    children: dict[str, Plugin] = {
+        "integrator": {"type": "path", "max_depth": source.max_depth + 2, "rr_depth": 100_000}
+    }
+    camera = source.camera
+    if camera is not None:
+        children["sensor"] = surfaces.sensor(camera, camera.width, camera.height, world.size)
+        children["sensor"]["sampler"] = {"type": "independent", "sample_count": max(16, camera.spp)}
+    for index, part in enumerate(world.parts):
+        part = textures.shaped(part, source)
+        inner = _surface(source, part, notes)
+        plugin = textures.dressed(shape(part, **inner), part, source, np.zeros(3))
+        if plugin["type"] == "instance" and "emitter" in inner:
+            del plugin["group"]["unit"]["emitter"]
+            notes.append(f"shapes[{part.owner}]: Mitsuba's instances cannot emit")
+        children[f"shape_{part.owner}_{index}"] = plugin
+    look_at = np.asarray(camera.target, float) if camera is not None else world.center
+    for index, light in enumerate(surfaces.lights(source)):
+        children[f"light_{index}"] = _light(light, look_at, f"lights[{index}]", notes)
+    sky = _sky(source)
+    if sky is not None:
+        children["sky"] = sky
+    return scene(children), list(dict.fromkeys(notes))
+
+
+def _settings_notes(source: Scene) -> list[str]:
+    notes = []
+    if max(rgb(source.ambient)) > 0:
+        notes.append("ambient: left out; Mitsuba has no constant ambient light")
+    if source.shadow == "tinted":
+        notes.append("shadow: Mitsuba's shadows of glass are opaque")
+    if source.one_sided != "none":
+        notes.append("one_sided: Mitsuba's surfaces are seen from both sides")
+    if max(rgb(source.depth_color)) > 0 or source.min_weight > 0:
+        notes.append("depth_color, min_weight: left out")
+    if source.camera is not None and source.camera.near == 0:
+        notes.append("camera.near: Mitsuba's is above 0")
+    return notes
+
+
+def _surface(source: Scene, part: Part, notes: list[str]) -> dict[str, Any]:
+    """`bsdf`, and `emitter` where the material emits."""
+    material = source.material_of(source.shapes[part.owner])
+    place = f"shapes[{part.owner}].material"
+    inner: dict[str, Any] = {"bsdf": _sum(_lobes(source, material, part, place, notes), place, notes)}
+    if max(rgb(material.emission)) > 0:
+        inner["emitter"] = {"type": "area", "radiance": color(rgb(material.emission))}
+        notes.append(
+            f"{place}.emission: Mitsuba's emitters shine from their outer side only, and light others"
+        )
+    return inner
+
+
+Lobe = tuple[float, Any]
+"""How strong a lobe is (its largest band), and a function that makes its plugin so many times as strong."""
+
+
+def _lobes(source: Scene, material: Material, part: Part, place: str, notes: list[str]) -> list[Lobe]:
+    lobes: list[Lobe] = []
+    if material.diffuse > 0:
+        colors = material.color.colors if isinstance(material.color, Checker) else (material.color,)
+
+        def diffuse(scale: float) -> Plugin:
+            texture = textures.reflectance(material, scale * material.diffuse, part, source)
+            return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": texture}}
+
+        lobes.append((material.diffuse * max(max(rgb(c)) for c in colors), diffuse))
+    if material.specular > 0:
+        tint = material.specular * np.array(rgb(material.highlight_color))
+        notes.append(f"{place}.specular: a rough conductor in place of a Phong highlight")
+        roughness = {"distribution": "beckmann", "alpha": float(np.sqrt(2 / (material.shininess + 2)))}
+        lobes.append((tint.max(), lambda scale: _mirror("roughconductor", scale * tint, **roughness)))
+    mirror = material.kr * np.array(rgb(material.reflection_color))
+    clear = material.kt * np.array(rgb(material.transmission_color))
+    if material.kt > 0:
+        if not material.fresnel:
+            notes.append(f"{place}: Fresnel's shares in place of constant ones")
+        boundary = {
+            "type": "thindielectric" if material.thin else "dielectric",
+            "int_ior": material.eta, "ext_ior": float(source.medium_ior),
+        }  # fmt: skip
+        lobes.append((max(mirror.max(), clear.max()), lambda scale: {
+            **boundary, "specular_reflectance": color(scale * mirror),
+            "specular_transmittance": color(scale * clear),
+        }))  # fmt: skip
+    elif material.kr > 0:
+        if material.fresnel:
+            notes.append(f"{place}.fresnel: a mirror that reflects alike at every angle")
+        lobes.append((mirror.max(), lambda scale: _mirror("conductor", scale * mirror)))
+    return [lobe for lobe in lobes if lobe[0] > 0]
+
+
+def _mirror(kind: str, tint: Array, **more: Any) -> Plugin:
+    inner = {"type": kind, "material": "none", "specular_reflectance": color(tint), **more}
+    return {"type": "twosided", "inner": inner}
+
+
+def _sum(lobes: list[Lobe], place: str, notes: list[str]) -> Plugin:
+    """The sum of lobes: Mitsuba blends with shares of 1, so each is made stronger by what its share takes
+    away."""
+    total = sum(strength for strength, _ in lobes)
+    if not lobes:
+        return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": color(0.0)}}
+    if total > 1:
+        notes.append(f"{place}: reflects more than it gets, which Mitsuba does not allow; weakened")
+    scale = min(total, 1.0)
+    (strength, first), rest = lobes[0], total
+    plugin = first(scale / strength)
+    so_far = strength
+    for strength, make in lobes[1:]:
+        so_far += strength
+        blended = {"one": plugin, "two": make(scale / strength)}
+        plugin = {"type": "blendbsdf", "weight": strength / so_far, **blended}
+    assert so_far <= rest * (1 + 1e-12)
+    return plugin
+
+
+def _light(light: dict[str, Any], look_at: Array, place: str, notes: list[str]) -> Plugin:
+    """pi I, as a reflectance of 1 then sends I."""
+    strength = np.pi * light["intensity"]
+    if light["type"] == "directional":
+        return {"type": "directional", "direction": (-light["at"]).tolist(), "irradiance": color(strength)}
+    if not light["falloff"]:
+        notes.append(
+            f"{place}.falloff: Mitsuba's lights have one; this one is as bright at the camera's target"
+        )
+        strength = strength * max(float(np.sum((light["at"] - look_at) ** 2)), 1e-12)
+    return {"type": "point", "position": light["at"].tolist(), "intensity": color(strength)}
+
+
+def _sky(source: Scene) -> Plugin | None:
+    path = source.background_path
+    if path is not None:
+        return {"type": "envmap", "filename": str(path), "to_world": skies.HALF_TURN}
+    background: Any = source.background
+    return {"type": "constant", "radiance": color(rgb(background))} if max(rgb(background)) > 0 else None
+
+
+__all__ = ["Camera", "to_mitsuba", "translated"]

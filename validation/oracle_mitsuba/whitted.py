@@ -1,0 +1,86 @@
+"""Whitted's recursion, breadth first: queues of rays by generation and kind, a picture of what each added."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from .world import Hits, World
+
+Array = np.ndarray
+CAMERA, REFLECTION, TRANSMISSION, AMBIENT = "camera", "reflection", "transmission", "ambient"
+TERMS = ("emission", "ambient", "diffuse", "highlight")
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """A queue; `weight` is what a ray's light counts for in its pixel."""
+
+    origin: Array  # (n, 3)
+    direction: Array  # (n, 3), unit
+    weight: Array  # (n, 3)
+    pixel: Array  # (n,)
+    path: Array  # (n,) uint32: the hash word and flags
+    form: Array  # (n,) int: which of the world's forms the ray starts on, or -1
+
+    def take(self, rows: Array) -> Rays:
+        return Rays(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+    @staticmethod
+    def joined(queues: list[Rays]) -> Rays:
+        names = Rays.__dataclass_fields__
+        return Rays(*(np.concatenate([getattr(queue, name) for queue in queues]) for name in names))
+
+
+class Shader(Protocol):
+    """What surfaces do with light."""
+
+    world: World
+    max_depth: int
+
+    def shade(self, rays: Rays, hits: Hits, kind: str, last: bool) -> Lit:
+        """The rays' own light, and the rays they spawn; the last generation gets depth_color for these."""
+
+
+def trace(shader: Shader, rays: Rays, pixels: int, sums: dict[str, Array]) -> Hits:
+    """Add the light along camera rays and all their descendants to `sums`, by generation and kind, (pixels,
+    3).
+
+    Of generation 0 also each of TERMS, which are parts of "generation 0 camera". Returns the camera rays'
+    hits.
+    """
+    queues = {CAMERA: rays}
+    first: Hits | None = None
+    for generation in range(shader.max_depth + 1):
+        spawned: dict[str, list[Rays]] = {}
+        for kind, queue in queues.items():
+            hits = shader.world.nearest(queue.origin, queue.direction, queue.form)
+            first = first or hits
+            lit = shader.shade(queue, hits, kind, last=generation == shader.max_depth)
+            _add(sums, f"generation {generation} {kind}", queue, lit.light, pixels)
+            if generation == 0:
+                for term, light in zip(TERMS, lit.terms, strict=True):
+                    _add(sums, f"generation 0 {kind} {term}", queue, light, pixels)
+            for name, child in lit.children:
+                spawned.setdefault(name, []).append(child)
+        queues = {name: Rays.joined(found) for name, found in spawned.items()}
+        queues = {name: queue for name, queue in queues.items() if len(queue.pixel)}
+    assert first is not None
+    return first
+
+
+def _add(sums: dict[str, Array], name: str, rays: Rays, light: Array, pixels: int) -> None:
+    total = sums.setdefault(name, np.zeros((pixels, 3)))
+    for band in range(3):
+        total[:, band] += np.bincount(rays.pixel, rays.weight[:, band] * light[:, band], pixels)
+
+
+@dataclass(frozen=True, eq=False)
+class Lit:
+    """What surfaces make of a queue of n rays."""
+
+    light: Array  # (n, 3): the rays' own
+    terms: Array  # (4, n, 3): its TERMS; the rest of it is background and depth_color
+    children: list[tuple[str, Rays]]  # queues of rays, by kind

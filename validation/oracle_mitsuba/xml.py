@@ -1,0 +1,143 @@
+"""Mitsuba's XML of a scene, with its meshes as PLY files beside it."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from clrt.atomic import replacing
+from clrt.scene import Scene
+
+from .forms import Array
+from .plugins import Plugin
+from .translate import translated
+
+VERSION = "3.0.0"
+TAGS = {
+    "path": "integrator",
+    "perspective": "sensor",
+    "orthographic": "sensor",
+    "hdrfilm": "film",
+    "box": "rfilter",
+    "independent": "sampler",
+    "sphere": "shape",
+    "rectangle": "shape",
+    "disk": "shape",
+    "cylinder": "shape",
+    "ply": "shape",
+    "instance": "shape",
+    "shapegroup": "shape",
+    "twosided": "bsdf",
+    "diffuse": "bsdf",
+    "conductor": "bsdf",
+    "roughconductor": "bsdf",
+    "dielectric": "bsdf",
+    "thindielectric": "bsdf",
+    "blendbsdf": "bsdf",
+    "point": "emitter",
+    "directional": "emitter",
+    "area": "emitter",
+    "constant": "emitter",
+    "envmap": "emitter",
+    "checkerboard": "texture",
+}
+POINTS = {"position": "point", "center": "point", "p0": "point", "p1": "point", "direction": "vector"}
+
+
+def to_xml(scene: Scene, meshes: str = "meshes") -> str:
+    """The scene as Mitsuba's XML. Its meshes are said to lie in the folder `meshes`, where nothing is
+    written."""
+    return _document(scene, meshes, None)[0]
+
+
+def write_xml(scene: Scene, path: str | os.PathLike[str]) -> None:
+    """Write the XML to `path`, and the meshes into a folder beside it, named after it."""
+    path = Path(path)
+    folder = f"{path.stem}_meshes"
+    text, meshes = _document(scene, folder, path.parent)
+    if meshes:
+        (path.parent / folder).mkdir(exist_ok=True)
+    for name, mesh in meshes.items():
+        with replacing(path.parent / name) as temporary:
+            Path(temporary).write_bytes(ply(mesh))
+    with replacing(path) as temporary:
+        Path(temporary).write_text(text, encoding="utf-8")
+
+
+def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict[str, Plugin]]:
+    """The XML, and the meshes by file name. folder: what names of pictures are relative to, None: nothing."""
+    plain, notes = translated(scene)
+    found: dict[str, Plugin] = {}
+    for key, plugin in plain.items():
+        if isinstance(plugin, dict) and plugin["type"] == "mesh":
+            name = f"{meshes}/{key}.ply"
+            found[name] = plugin
+            inner = {part: plugin[part] for part in ("bsdf", "emitter") if part in plugin}
+            plain[key] = {"type": "ply", "filename": name, **inner}
+        elif isinstance(plugin, dict) and "filename" in plugin and folder is not None:
+            plain[key] = {**plugin, "filename": os.path.relpath(plugin["filename"], folder)}
+    lines = [f'<scene version="{VERSION}">']
+    lines += [f"  <!-- {note.replace('--', '- -')} -->" for note in notes]
+    for key, plugin in plain.items():
+        if key != "type":
+            lines += _element(key, plugin, 1)
+    return "\n".join([*lines, "</scene>", ""]), found
+
+
+def _element(name: str, value: Any, depth: int) -> list[str]:
+    """One property or plugin, as indented lines."""
+    indent, named = "  " * depth, f"name={quoteattr(name)}"
+    if isinstance(value, dict):
+        if value["type"] == "rgb":
+            return [f'{indent}<rgb {named} value="{_numbers(value["value"])}"/>']
+        if value["type"] == "ref":
+            return [f"{indent}<ref id={quoteattr(value['id'])}/>"]
+        tag = TAGS[value["type"]]
+        # Mitsuba knows children by name (a texture's place) and top-level plugins by id
+        label = f"id={quoteattr(name)}" if depth == 1 else named
+        lines = [f"{indent}<{tag} type={quoteattr(value['type'])} {label}>"]
+        for key, inner in value.items():
+            if key != "type":
+                lines += _element(key, inner, depth + 1)
+        return [*lines, f"{indent}</{tag}>"]
+    if isinstance(value, np.ndarray):
+        matrix = f'<matrix value="{_numbers(value.ravel())}"/>'
+        return [f"{indent}<transform {named}>{matrix}</transform>"]
+    if isinstance(value, list):
+        x, y, z = (_number(part) for part in value)
+        return [f'{indent}<{POINTS[name]} {named} x="{x}" y="{y}" z="{z}"/>']
+    if isinstance(value, bool):
+        return [f'{indent}<boolean {named} value="{str(value).lower()}"/>']
+    if isinstance(value, (int, np.integer)):
+        return [f'{indent}<integer {named} value="{value}"/>']
+    if isinstance(value, (float, np.floating)):
+        return [f'{indent}<float {named} value="{_number(value)}"/>']
+    return [f"{indent}<string {named} value={quoteattr(value)}/>"]
+
+
+def _number(value: Any) -> str:
+    return repr(float(value))
+
+
+def _numbers(values: Any) -> str:
+    return ", ".join(map(_number, values)) if len(values) == 3 else " ".join(map(_number, values))
+
+
+def ply(mesh: Plugin) -> bytes:
+    """A mesh as a binary PLY file: float32 corners with normals, and u and v where it has them."""
+    columns: list[Array] = [mesh["vertices"], mesh["normals"]]
+    names = ["x", "y", "z", "nx", "ny", "nz"]
+    if "texcoords" in mesh:
+        columns.append(mesh["texcoords"])
+        names += ["u", "v"]
+    vertices = np.concatenate(columns, axis=1).astype("<f4")
+    faces = np.empty(len(mesh["faces"]), np.dtype([("count", "u1"), ("corners", "<i4", 3)]))
+    faces["count"], faces["corners"] = 3, mesh["faces"]
+    header = ["ply", "format binary_little_endian 1.0", f"element vertex {len(vertices)}"]
+    header += [f"property float {name}" for name in names]
+    header += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header", ""]
+    return "\n".join(header).encode() + vertices.tobytes() + faces.tobytes()
