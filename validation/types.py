@@ -65,6 +65,8 @@ class Case:
     spp: int = 1
     max_depth: int | None = None
     note: str = ""
+    # a scene of the same picture and the same shapes' numbers, for oracles that cannot express this one
+    stand_in: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True, eq=False)
