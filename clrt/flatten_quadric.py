@@ -67,8 +67,14 @@ def cone(matrix: np.ndarray, p0: Sequence[float], r0: float, p1: Sequence[float]
     start, end = np.array(p0, np.float64), np.array(p1, np.float64)
     length = float(np.linalg.norm(end - start))
     slope, middle = (r1 - r0) / length, 0.5 * (r0 + r1)
+    axis = (end - start) / length
+    if min(r0, r1) < 0.1 * max(r0, r1):
+        # written about its apex: rays near it have almost equal roots, which cancel about any other point
+        s0 = r0 / slope
+        apex = start - axis * s0
+        return _revolution(matrix, apex, axis, (s0, s0 + length, slope * slope, 0.0, 0.0))
     profile = (-0.5 * length, 0.5 * length, slope * slope, 2 * middle * slope, middle * middle)
-    return _revolution(matrix, 0.5 * (start + end), (end - start) / length, profile)
+    return _revolution(matrix, 0.5 * (start + end), axis, profile)
 
 
 def paraboloid(
@@ -149,10 +155,13 @@ def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             np.zeros((rest.sum(), 3)), inverse[rest]
         )
         center[rest] = _own_center(at_origin)
+    apex = (stacked.profile[:, 5] > 0) & (stacked.profile[:, 6] == 0) & (stacked.profile[:, 7] == 0)
+    center[apex] = 0.0
     center = (origin + center).astype(np.float32).astype(np.float64)
 
     world = stacked.moved(center - origin, inverse)
-    noise = np.where(bounded, _NOISE * _magnitude(world, 0.5 * (high - low)), 0.0)
+    farthest = np.maximum(np.abs(low + origin - center), np.abs(high + origin - center))
+    noise = np.where(bounded, _NOISE * _magnitude(world, farthest), 0.0)
     low, high = _boxes(stacked, linear, noise)
     low, high = low + origin, high + origin
     _write(out, center, world, low, high)
@@ -258,10 +267,14 @@ def _write(out: np.ndarray, center: np.ndarray, forms: Forms, low: np.ndarray, h
     out["diagonal"][:, 3] = forms.j * scale
     out["mixed"][:, :3] = np.stack([q[:, 0, 1], q[:, 1, 2], q[:, 0, 2]], axis=1)
     out["gradient"][:, :3] = forms.g * scale[:, None]
+    # a clip box is closed: where it touches the surface, as at an apex, rounding must not open a hole
+    farthest = np.maximum(np.abs(low - center), np.abs(high - center))
+    farthest = np.where(np.isfinite(farthest), farthest, 0.0)
+    slack = 16 * 2.0**-24 * _times(np.abs(forms.clip), farthest)
     for i, name in enumerate(("clip_x", "clip_y", "clip_z")):
         out[name][:, :3] = forms.clip[:, i]
-        out[name][:, 3] = forms.low[:, i]
-    out["clip_high"][:, :3] = forms.high
+        out[name][:, 3] = (forms.low - slack)[:, i]
+    out["clip_high"][:, :3] = forms.high + slack
     reach = np.maximum(np.abs(low), np.abs(high))
     out["reach"][:, :3] = np.where(np.isfinite(reach), reach, 0.0)
 

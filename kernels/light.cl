@@ -76,8 +76,11 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
         if (terms != TERM_ALL || !(material->kr > 0.0f || material->kt > 0.0f)) continue;
 
         const Bounce bounce = bounce_at(world, s, material, u);
-        const intP reflects = mine & (world.scene->spd ? (intP)(-1) : worth_tracing(world, weight, bounce.reflect));
-        const intP transmits = mine & worth_tracing(world, weight, bounce.transmit);
+        intP reflects = mine, transmits = mine & ~bounce.total_internal & (material->kt > 0.0f ? (intP)(-1) : (intP)(0));
+        if (!world.scene->spd) {
+            reflects &= worth_tracing(world, weight, bounce.reflect);
+            transmits &= worth_tracing(world, weight, bounce.transmit);
+        }
         if (!last) {
             found |= (reflects & SPAWN_REFLECTION) | (transmits & SPAWN_TRANSMISSION)
                    | (bounce.total_internal & mine & SPAWN_TOTAL_INTERNAL);

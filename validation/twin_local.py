@@ -66,6 +66,7 @@ def light(flat: FlatScene, queue: Queue, hits: Hits, last: bool, terms: int = AL
     reflects = _worth_tracing(info, weight * bounce.reflect)
     if info["spd"]:
         reflects = (s.material["kr"] > 0.0) | (s.material["kt"] > 0.0)
+        transmits = (s.material["kt"] > 0.0) & ~bounce.total_internal
     gathers = _any_positive(weight * ambient_share(s)) & (
         queue.path[which] & np.uint32(layout.PATH["PATH_GATHERED"]) == 0
     )
