@@ -34,6 +34,7 @@ KERNEL_FILES: Final = (
     "compact.cl",
     "film.cl",
     "tree.cl",
+    "crossings.cl",
 )
 _INCLUDE = re.compile(r'^#include "([\w.]+)"$')
 

@@ -197,6 +197,12 @@ def any_hit(device: Device, world: World, queue: Queue) -> Any:
     return seen
 
 
+def next_hit(device: Device, world: World, queue: Queue, hits: Hits) -> None:
+    """Every ray's next hit, in the order of (t, primitive), in place of the one in `hits`; misses stay."""
+    found = (queue.rays, np.uint32(queue.n), hits.t, hits.primitive)
+    device.launch("next_hit", queue.n, *world.arguments, *found)
+
+
 def gather(
     device: Device,
     queue: Queue,

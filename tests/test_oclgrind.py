@@ -12,11 +12,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 
 import clrt
 import watched
 from clrt.device import Device
 from clrt.image import Image
+from clrt.raymesh import RayMeshIntersector
 from clrt.resources import kernel_folder
 
 pytestmark = pytest.mark.oclgrind
@@ -122,6 +124,15 @@ def test_questions_about_rays():
         assert (hits.primitive >= 0).any() and (hits.primitive[[5, 6]] == -1).all()
         assert np.array_equal(tracer.occluded(origins, directions), hits.primitive >= 0)
         assert tracer.radiance(origins, directions)[0].shape == (37, 3)
+
+
+def test_all_hits_of_a_ray():
+    mesh = trimesh.Trimesh(TETRAHEDRON["vertices"], TETRAHEDRON["faces"], process=False)
+    ray = RayMeshIntersector(mesh, settings=clrt.Settings(local_size=16))
+    origins = np.random.default_rng(4).normal(size=(21, 3)) * 2
+    faces, _ = ray.intersects_id(origins, mesh.centroid - origins)
+    inside = (origins > 0).all(axis=1) & (origins.sum(axis=1) < 1)
+    assert len(faces) == 21 + np.count_nonzero(~inside)
 
 
 def test_every_kernel_was_watched():
