@@ -58,7 +58,7 @@ def roofline(report: Report, path: str | Path) -> Path:
         )
     names = sorted({m.scene for m in drawn})
     for m in drawn:
-        _dot(axes, m, f"C{names.index(m.scene)}")
+        _dot(axes, m, names.index(m.scene))
     for k, name in enumerate(names):
         axes.plot([], [], "o", color=f"C{k}", label=name)
     axes.set(
@@ -73,8 +73,11 @@ def roofline(report: Report, path: str | Path) -> Path:
     return save(figure, path)
 
 
-def _dot(axes: Any, m: Measurement, color: str) -> None:
+def _dot(axes: Any, m: Measurement, scene: int) -> None:
     x, y = m.flops / m.nbytes, m.flops / m.median / 1e9
-    axes.plot(x, y, _MARKS[m.group], color=color, ms=5)
-    name = m.queue if m.group == "tracing" else m.name
-    axes.annotate(name, (x, y), xytext=(4, -2), textcoords="offset points", fontsize=6, color=color)
+    axes.plot(x, y, _MARKS[m.group], color=f"C{scene}", ms=5)
+    if m.group != "tracing" and scene:
+        return  # the other passes hardly depend on the scene: one name each will do
+    name, color = (m.queue, f"C{scene}") if m.group == "tracing" else (m.name, "black")
+    place = (5, 3 - 5 * scene)
+    axes.annotate(name, (x, y), xytext=place, textcoords="offset points", fontsize=6, color=color)

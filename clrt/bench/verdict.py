@@ -1,9 +1,10 @@
 """Two reports compared: what became slower or faster by more than the scatter of its times explains.
 
-Times scatter with a long tail, so medians are compared, on a logarithmic scale. A median of n times with
-the robust standard deviation s = 1.4826 MAD has the standard error 1.2533 s / sqrt(n) (for a normal
-centre). A change counts if it is more than three errors of both reports together, and more than FLOOR: two
-runs of the same program lie that far apart, since memory falls into other places.
+Times scatter with a long tail, so medians are compared, on a logarithmic scale. A median of n times with the
+robust standard deviation s = 1.4826 MAD has the standard error 1.2533 s / sqrt(n) (for a normal centre). A
+change counts if it is more than three errors of both reports together, and more than FLOOR: two runs of the
+same program lie that far apart, since memory falls into other places. How far these two do shows in all the
+cases that nobody touched: three robust standard deviations of all changes count too, up to MOST.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
     from rich.table import Table
 
 FLOOR: Final = 0.05  # what two runs of the same program may differ by
+MOST: Final = 0.09
 WORTH: Final = 0.10  # a change that must not be missed
+_ENOUGH: Final = 10  # cases that tell how far two runs lie apart
 SAME, FASTER, SLOWER, UNCLEAR = "same", "faster", "slower", "unclear"
 _COLORS: Final = {SAME: "", FASTER: "green", SLOWER: "red", UNCLEAR: "yellow"}
 
@@ -37,12 +40,14 @@ class Verdict:
     word: str
 
 
-def judge(old: Measurement, new: Measurement) -> Verdict:
-    """Whether a case takes another time than it did. "unclear": a change of 10 % could not have been seen."""
-    a, b = ([seconds / m.items for seconds in m.seconds] for m in (old, new))
-    change = math.log(median(b) / median(a))
-    error = math.hypot(_error(a), _error(b))
-    least = max(3 * error, FLOOR)
+def judge(old: Measurement, new: Measurement, between: float = 0.0) -> Verdict:
+    """Whether a case takes another time than it did. "unclear": a change of 10 % could not have been seen.
+
+    `between` is the standard deviation of what two runs of the same program differ by, as a share.
+    """
+    change = math.log(new.ns / old.ns)
+    error = math.hypot(_error(old.seconds), _error(new.seconds))
+    least = max(3 * error, FLOOR, min(3 * between, MOST))
     if abs(change) > least:
         word = SLOWER if change > 0 else FASTER
     else:
@@ -53,7 +58,10 @@ def judge(old: Measurement, new: Measurement) -> Verdict:
 def compare(old: Report, new: Report) -> list[Verdict]:
     """A verdict for each case that both reports have."""
     before = {m.key: m for m in old.measurements}
-    return [judge(before[m.key], m) for m in new.measurements if m.key in before]
+    pairs = [(before[m.key], m) for m in new.measurements if m.key in before]
+    changes = [math.log(b.ns / a.ns) for a, b in pairs]
+    between = 1.4826 * _deviation(changes) if len(changes) >= _ENOUGH else 0.0
+    return [judge(*pair, between) for pair in pairs]
 
 
 def verdict_table(verdicts: Sequence[Verdict]) -> Table:
@@ -82,6 +90,10 @@ def _error(times: Sequence[float]) -> float:
     """The standard error of the median, as a share of it; infinite for fewer than three times."""
     if len(times) < 3:
         return math.inf
-    middle = median(times)
-    deviation = 1.4826 * median(abs(t - middle) for t in times)
-    return 1.2533 * deviation / math.sqrt(len(times)) / middle
+    return 1.2533 * 1.4826 * _deviation(times) / math.sqrt(len(times)) / median(times)
+
+
+def _deviation(values: Sequence[float]) -> float:
+    """Median distance from the median."""
+    middle = median(values)
+    return median(abs(value - middle) for value in values)
