@@ -19,10 +19,11 @@ PIP_POCL = if [ -z "$$CLRT_DEVICE" ]; then \
 	if [ -f "$$icd" ]; then export OCL_ICD_VENDORS="$$icd"; fi; done; fi
 
 # What `make test` leaves out, each with the reason that it prints.
-ELSEWHERE := debian_pocl oclgrind browser
+ELSEWHERE := debian_pocl oclgrind browser embree
 REASON_debian_pocl := needs Debian's PoCL 3.1 beside the pip one
 REASON_oclgrind := needs Oclgrind, a memory checker for kernels
 REASON_browser := needs a headless browser
+REASON_embree := needs g++ and Debian's libembree-dev, a yardstick of speed
 REASON_shared := needs the published scenes and pictures in ../shared
 ifeq ($(wildcard ../shared/data),)
 ELSEWHERE += shared

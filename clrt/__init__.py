@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from clrt.formats import load, load_dict
     from clrt.image import Image, read_image
     from clrt.limits import Limits
+    from clrt.raymesh import RayMeshIntersector
     from clrt.scene import Scene
     from clrt.settings import Settings
     from clrt.tracer import Hits, Tracer, render
@@ -26,6 +27,7 @@ _HOMES = {
     "clrt.formats": ("load", "load_dict"),
     "clrt.image": ("Image", "read_image"),
     "clrt.limits": ("Limits",),
+    "clrt.raymesh": ("RayMeshIntersector",),
     "clrt.scene": ("Scene",),
     "clrt.settings": ("Settings",),
     "clrt.tracer": ("Hits", "Tracer", "render"),
@@ -33,8 +35,9 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError", "Limits", "Scene",
-    "SceneError", "Settings", "Tracer", "__version__", "devices", "load", "load_dict", "read_image", "render",
+    "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError", "Limits",
+    "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "__version__", "devices", "load",
+    "load_dict", "read_image", "render",
 ]  # fmt: skip
 
 

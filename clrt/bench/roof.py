@@ -34,11 +34,10 @@ class Roof:
 
 def cases(device: Device, threads: int) -> list[Case]:
     """The two kernels as cases; the copy once through memory and once small enough for a core's own cache."""
-    source = Path(__file__).with_suffix(".cl").read_text(encoding="utf-8")
-    program = device.build(f"#define WIDTH {device.packet}\n{source}")
+    program = _program(device)
     made = [_copy(device, program, name, nbytes) for name, nbytes in _SIZES.items()]
     clock = "cpu" if threads == 1 and device.info.kind == "CPU" else "wall"
-    return [replace(case, threads=threads, clock=clock) for case in (*made, _arithmetic(device, program))]
+    return [replace(case, threads=threads, clock=clock) for case in (*made, arithmetic_case(device, _STEPS))]
 
 
 def roof_of(measurements: Sequence[Measurement], threads: int = 1) -> Roof:
@@ -49,6 +48,11 @@ def roof_of(measurements: Sequence[Measurement], threads: int = 1) -> Roof:
         if m.group == "roof" and m.threads == threads
     }
     return Roof(rate[MEMORY], rate[CACHE], rate[ARITHMETIC])
+
+
+def _program(device: Device) -> cl.Program:
+    source = Path(__file__).with_suffix(".cl").read_text(encoding="utf-8")
+    return device.build(f"#define WIDTH {device.packet}\n{source}")
 
 
 def _copy(device: Device, program: cl.Program, name: str, nbytes: int) -> Case:
@@ -65,14 +69,15 @@ def _copy(device: Device, program: cl.Program, name: str, nbytes: int) -> Case:
     return Case(group="roof", name=name, run=run, items=round(moved / 1e6), unit="MB", nbytes=moved)
 
 
-def _arithmetic(device: Device, program: cl.Program) -> Case:
-    kernel = cl.Kernel(program, "arithmetic")
+def arithmetic_case(device: Device, steps: int) -> Case:
+    """That many steps of the kernel `arithmetic` in every work-item."""
+    kernel = cl.Kernel(_program(device), "arithmetic")
     out = device.buffer(4 * _ITEMS)
-    kernel.set_args(out, np.float32(0.999), np.float32(0.001), np.int32(_STEPS))
+    kernel.set_args(out, np.float32(0.999), np.float32(0.001), np.int32(steps))
 
     def run() -> None:
         cl.enqueue_nd_range_kernel(device.queue, kernel, (_ITEMS,), (16,))
         device.finish()
 
-    flops = 2.0 * _CHAINS * _STEPS * _ITEMS * device.packet
+    flops = 2.0 * _CHAINS * steps * _ITEMS * device.packet
     return Case(group="roof", name=ARITHMETIC, run=run, items=round(flops / 1e6), unit="Mflop", flops=flops)

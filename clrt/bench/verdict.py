@@ -2,9 +2,9 @@
 
 Times scatter with a long tail, so medians are compared, on a logarithmic scale. A median of n times with the
 robust standard deviation s = 1.4826 MAD has the standard error 1.2533 s / sqrt(n) (for a normal centre). A
-change counts if it is more than three errors of both reports together, and more than FLOOR: two runs of the
+change counts if it is more than SURE errors of both reports together, and more than FLOOR: two runs of the
 same program lie that far apart, since memory falls into other places. How far these two do shows in all the
-cases that nobody touched: three robust standard deviations of all changes count too, up to MOST.
+cases that nobody touched: SURE robust standard deviations of all changes count too, up to MOST.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from clrt.bench.timing import Measurement
 if TYPE_CHECKING:
     from rich.table import Table
 
+SURE: Final = 4.0
 FLOOR: Final = 0.05  # what two runs of the same program may differ by
-MOST: Final = 0.09
+MOST: Final = 0.085
 WORTH: Final = 0.10  # a change that must not be missed
 _ENOUGH: Final = 10  # cases that tell how far two runs lie apart
 SAME, FASTER, SLOWER, UNCLEAR = "same", "faster", "slower", "unclear"
@@ -47,7 +48,7 @@ def judge(old: Measurement, new: Measurement, between: float = 0.0) -> Verdict:
     """
     change = math.log(new.ns / old.ns)
     error = math.hypot(_error(old.seconds), _error(new.seconds))
-    least = max(3 * error, FLOOR, min(3 * between, MOST))
+    least = max(SURE * error, FLOOR, min(SURE * between, MOST))
     if abs(change) > least:
         word = SLOWER if change > 0 else FASTER
     else:
