@@ -73,8 +73,11 @@ def with_material(shape: int, **changes: Any) -> clrt.Scene:
 def with_lights(*factors: float) -> clrt.Scene:
     """Each light's intensity times a factor; 0 leaves it out."""
     base = scene()
-    lights = [replace(light, intensity=tuple(factor * np.array(clrt.scene.rgb(light.intensity))))
-              for light, factor in zip(base.lights, factors, strict=True) if factor]
+    lights = [
+        replace(light, intensity=tuple(factor * np.array(clrt.scene.rgb(light.intensity))))
+        for light, factor in zip(base.lights, factors, strict=True)
+        if factor
+    ]
     return replace(base, lights=tuple(lights))
 
 

@@ -38,8 +38,9 @@ def test_ssim_is_scikit_image_s_with_gaussian_windows():
 
     a, b = RANDOM.random((20, 30, 3)), RANDOM.random((20, 30, 3))
     value, windows = metrics.ssim(a, b)
-    expected = structural_similarity(a, b, data_range=1, channel_axis=-1, gaussian_weights=True, sigma=1.5,
-                                     use_sample_covariance=False)
+    expected = structural_similarity(
+        a, b, data_range=1, channel_axis=-1, gaussian_weights=True, sigma=1.5, use_sample_covariance=False
+    )
     assert value == pytest.approx(expected, abs=1e-12) and windows.shape == a.shape
     assert metrics.ssim(a, a)[0] == 1
 
@@ -255,8 +256,11 @@ def test_another_size_is_a_failure_not_a_crash():
 
 
 def test_the_limits_are_those_of_the_documentation():
-    figures = {spp: (limit.ssim, limit.psnr, limit.flip, limit.window) for spp in (1, 4, 9, 16, 25, 64, 100)
-               for limit in [compare.limits(spp)]}
+    figures = {
+        spp: (limit.ssim, limit.psnr, limit.flip, limit.window)
+        for spp in (1, 4, 9, 16, 25, 64, 100)
+        for limit in [compare.limits(spp)]
+    }
     one, sixteen, many = (0.998, 45, 0.002, None), (0.9995, 60, 0.002, 0.9), (0.9999, 65, 0.002, 0.9)
     assert figures == {1: one, 4: one, 9: one, 16: sixteen, 25: sixteen, 64: many, 100: many}
     limit = compare.limits()

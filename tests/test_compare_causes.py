@@ -74,8 +74,11 @@ def test_a_gain_is_told_in_stops_and_per_channel():
 @pytest.mark.parametrize("shift", [(0.5, 0.5), (-0.5, 0), (0, 0.5)])
 def test_half_a_pixel_is_likely_from_pictures_and_proven_by_the_scene(shift: tuple[float, float]):
     moved = clrt.render(samples.with_camera(shift=shift)).pixels
-    ways = {(0.5, 0.5): "0.5 pixel left and 0.5 pixel up", (-0.5, 0): "0.5 pixel right",
-            (0, 0.5): "0.5 pixel up"}
+    ways = {
+        (0.5, 0.5): "0.5 pixel left and 0.5 pixel up",
+        (-0.5, 0): "0.5 pixel right",
+        (0, 0.5): "0.5 pixel up",
+    }
     best = found(moved)[0]
     assert best.name == f"shift by {ways[shift]}" and best.likely and not best.proven
     best = in_scene(moved)[0]
@@ -91,8 +94,16 @@ def test_pictures_of_other_things_have_no_cause(seed: int):
 
 
 def test_the_best_cause_comes_first_and_each_name_once():
-    many = [causes.Cause(name, "", left, certain=certain) for name, left, certain in
-            (("a", 0.3, True), ("b", 0.0, False), ("c", 0.05, True), ("a", 0.02, True), ("d", 0.2, True))]
+    many = [
+        causes.Cause(name, "", left, certain=certain)
+        for name, left, certain in (
+            ("a", 0.3, True),
+            ("b", 0.0, False),
+            ("c", 0.05, True),
+            ("a", 0.02, True),
+            ("d", 0.2, True),
+        )
+    ]
     best = [(cause.name, cause.left) for cause in causes.ranked(many)]
     assert best == [("a", 0.02), ("c", 0.05), ("b", 0.0), ("d", 0.2)]
 
@@ -120,8 +131,10 @@ def test_other_pixels_of_the_same_view():
 def test_places_that_differ_are_named_without_certainty():
     shadow = samples.picture().copy()
     shadow[40:52, 10:40] *= 0.6
-    for a, b, name in ((samples.picture(), shadow, "a missing shadow, or light that should not be"),
-                       (shadow, samples.picture(), "a missing light, or a shadow that should not be")):
+    for a, b, name in (
+        (samples.picture(), shadow, "a missing shadow, or light that should not be"),
+        (shadow, samples.picture(), "a missing light, or a shadow that should not be"),
+    ):
         (best,) = found(a, b)
         assert best.name == name and not best.proven
         assert "in 1 place, the largest 30 x 12 pixels at (10, 40), 5.2 % in all" in best.text
@@ -226,6 +239,7 @@ def test_what_is_wrong_with_the_scene_is_found(name: str):
 
 def test_what_is_tried_is_reported_and_stops_at_the_proof():
     tried: list[str] = []
-    pictures.compare_pictures(IN_SCENE["ambient light missing"](), samples.picture(), scene=reference(),
-                              report=tried.append)
+    pictures.compare_pictures(
+        IN_SCENE["ambient light missing"](), samples.picture(), scene=reference(), report=tried.append
+    )
     assert tried[0].startswith("light 1 of 2") and tried[-1] == "ambient light"

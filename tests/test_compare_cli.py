@@ -14,7 +14,6 @@ import clrt
 import compare_samples as samples
 from clrt.cli import main
 
-
 Printed = pytest.CaptureFixture[str]
 
 

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .compare_metrics import encoded, flip, largest, psnr, share, ssim
+from .compare_rays import FINE, RayRow, ray_rows
 from .types import Better, Comparison, Gate, OracleImage
 
-FINE, COARSE, FAR = 1e-4, 1e-3, 1e-2  # differences of linear radiance
+COARSE, FAR = 1e-3, 1e-2  # differences of linear radiance, as FINE
 _MANY = 0.2  # share of lit pixels; so many are off by a fault, not by rounding or at an edge
-_KINDS = ("camera", "reflection", "transmission", "ambient")
 
 
 @dataclass(frozen=True)
@@ -59,41 +59,40 @@ def limits(spp: int = 1, many_edges: bool = False) -> Limits:
 
 def exact(base: Limits) -> Limits:
     """Stricter limits for an oracle in float64 that follows the very rays: what ours misses is rounding."""
-    return dataclasses.replace(base, ssim=max(base.ssim or 0, 0.9995), window=0.9, flip=0.001,
-                               psnr=max(base.psnr or 0, 55), masked=0.005, mean=1e-5)
+    return dataclasses.replace(
+        base,
+        ssim=max(base.ssim or 0, 0.9995),
+        window=0.9,
+        flip=0.001,
+        psnr=max(base.psnr or 0, 55),
+        masked=0.005,
+        mean=1e-5,
+    )
 
 
 def statistical(base: Limits, mean: float = 1e-2) -> Limits:
     """Limits for an oracle that draws its light at random: its noise hides single pixels, not the whole."""
-    return dataclasses.replace(base, ssim=None, window=None, flip=None, fine=None, coarse=None, masked=None,
-                               rays=None, distance=None, mean=mean)
+    return dataclasses.replace(
+        base,
+        ssim=None,
+        window=None,
+        flip=None,
+        fine=None,
+        coarse=None,
+        masked=None,
+        rays=None,
+        distance=None,
+        mean=mean,
+    )
 
 
-@dataclass(frozen=True)
-class RayRow:
-    """What rays of one generation and kind brought to a picture, ours against the reference's."""
-
-    key: str  # "generation 2 transmission"
-    mean: float  # of the reference's radiance, over the picture
-    mean_difference: float  # ours - reference, outside the mask
-    largest: float  # |difference| outside the mask
-    within: float  # share of pixels within FINE outside the mask
-    off: float  # share of the pixels they light, outside the mask, that are off by more than 1e-3 of it
-
-    @property
-    def label(self) -> str:
-        """"generation 2, transmission"."""
-        return key_label(self.key)
-
-
-def key_label(key: str) -> str:
-    """"generation 0 camera diffuse" -> "generation 0, camera, diffuse"."""
-    word, number, *rest = key.split()
-    return ", ".join([f"{word} {number}", *rest])
-
-
-def compare(ours: OracleImage, reference: OracleImage, mask: np.ndarray | None = None, spp: int = 1,
-            limit: Limits | None = None) -> Comparison:
+def compare(
+    ours: OracleImage,
+    reference: OracleImage,
+    mask: np.ndarray | None = None,
+    spp: int = 1,
+    limit: Limits | None = None,
+) -> Comparison:
     """Our picture against an oracle's of the same case.
 
     mask: (h, w) bool, the edges, from the reference's side alone (`edge_mask`); None where there are none to
@@ -114,15 +113,20 @@ def compare(ours: OracleImage, reference: OracleImage, mask: np.ndarray | None =
     metrics |= _geometry(ours, reference, mask)
     rows = ray_rows(ours, reference, mask)
     for row in rows:
-        metrics |= {f"{row.key}: within 1e-4": row.within, f"{row.key}: largest": row.largest,
-                    f"{row.key}: mean difference": row.mean_difference}
+        metrics |= {
+            f"{row.key}: mean": row.mean,
+            f"{row.key}: mean difference": row.mean_difference,
+            f"{row.key}: largest": row.largest,
+            f"{row.key}: within 1e-4": row.within,
+        }
     gates = (*_gates(metrics, limit), *_ray_gates(rows, limit))
     failed = [gate for gate in gates if not gate.passed]
     return Comparison(metrics, gates, maps, _blame(failed, rows, limit) if failed else "")
 
 
-def _figures(a: np.ndarray, b: np.ndarray,
-             mask: np.ndarray) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+def _figures(
+    a: np.ndarray, b: np.ndarray, mask: np.ndarray
+) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """The figures of two finite linear pictures and their maps."""
     difference = a - b
     off, out = largest(difference), ~mask
@@ -165,46 +169,6 @@ def _geometry(ours: OracleImage, reference: OracleImage, mask: np.ndarray) -> di
     return found
 
 
-def ray_rows(ours: OracleImage, reference: OracleImage, mask: np.ndarray) -> list[RayRow]:
-    """A row for each generation and kind of ray; [] where one picture does not tell them apart.
-
-    A kind that only one of them has is compared with black. Terms ("generation 0 camera diffuse") are
-    compared where both have them; a reference that tells only generations apart is compared with our sums.
-    """
-    if not ours.by_ray or not reference.by_ray:
-        return []
-    black = np.zeros(reference.pixels.shape)
-    mine = _by_generation(ours.by_ray) if all(len(k.split()) == 2 for k in reference.by_ray) else ours.by_ray
-    keys = {key for key in {*mine, *reference.by_ray}
-            if len(key.split()) < 4 or (key in mine and key in reference.by_ray)}
-    rows = []
-    for key in sorted(keys, key=_order):
-        theirs = reference.by_ray.get(key, black)
-        difference = np.nan_to_num(mine.get(key, black).astype(np.float64) - theirs, nan=math.inf)[~mask]
-        off, light = largest(difference), largest(theirs[~mask])
-        wrong = off > 1e-3 * light + 1e-7
-        mean = float(difference.mean()) if off.size else 0.0
-        rows.append(RayRow(key, float(np.mean(theirs)), mean, float(off.max(initial=0.0)),
-                           1 - share(off > FINE), share(wrong[wrong | (light > 0)])))
-    return rows
-
-
-def _by_generation(by_ray: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    sums: dict[str, np.ndarray] = {}
-    for key, values in by_ray.items():
-        word, number, *rest = key.split()
-        if len(rest) < 2:
-            name = f"{word} {number}"
-            sums[name] = sums[name] + values if name in sums else values
-    return sums
-
-
-def _order(key: str) -> tuple[int, int, str]:
-    _, number, *rest = key.split()
-    kind = rest[0] if rest else ""
-    return int(number), _KINDS.index(kind) if kind in _KINDS else len(_KINDS), " ".join(rest)
-
-
 # figure, field of Limits that bounds it, which side is better, what it is
 _GATES: tuple[tuple[str, str, Better, str], ...] = (
     ("SSIM", "ssim", "high", "structural similarity of the whole picture"),
@@ -227,8 +191,11 @@ _GATES: tuple[tuple[str, str, Better, str], ...] = (
 def _gates(metrics: dict[str, float], limit: Limits) -> list[Gate]:
     """The gates on a picture's figures; one whose limit or figure is missing is left out."""
     bounds = dataclasses.asdict(limit)
-    return [gate(name, metrics[name], bounds[field], better, detail)
-            for name, field, better, detail in _GATES if bounds[field] is not None and name in metrics]
+    return [
+        gate(name, metrics[name], bounds[field], better, detail)
+        for name, field, better, detail in _GATES
+        if bounds[field] is not None and name in metrics
+    ]
 
 
 def _ray_gates(rows: list[RayRow], limit: Limits) -> list[Gate]:
@@ -257,11 +224,11 @@ def _blame(failed: list[Gate], rows: list[RayRow], limit: Limits) -> str:
     broken = broken or [row for row in rows if row.within < 1 and names - {"edges", "clipped", "lit"}]
     if not broken:
         return f"picture, {failed[0].name}"
-    first = [row for row in broken if _order(row.key)[0] == _order(broken[0].key)[0]]
-    terms = [row for row in first if len(row.key.split()) == 4]
+    first = [row for row in broken if row.generation == broken[0].generation]
+    terms = [row for row in first if row.is_term]
     return min(terms or first, key=lambda row: (row.within, -row.off)).label
 
 
 def size(pixels: np.ndarray) -> str:
-    """"160 x 120"."""
+    """The size as "160 x 120"."""
     return f"{pixels.shape[1]} x {pixels.shape[0]}" if pixels.ndim >= 2 else f"an array {pixels.shape}"

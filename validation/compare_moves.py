@@ -30,8 +30,11 @@ def moved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]
     if shares:
         y, x = min(shares, key=lambda shift: shares[shift])
         left = shares[y, x]
-        words = [f"{abs(v):g} pixel{'s' if abs(v) > 1 else ''} {way[v > 0]}"
-                 for v, way in ((x, ("left", "right")), (y, ("up", "down"))) if v]
+        words = [
+            f"{abs(v):g} pixel{'s' if abs(v) > 1 else ''} {way[v > 0]}"
+            for v, way in ((x, ("left", "right")), (y, ("up", "down")))
+            if v
+        ]
         whole = all(v == int(v) for v in (x, y))
         text = "the picture is moved" if whole else "samples are not at the pixels' centres"
         # hard edges let no half pixel vanish; but only a shift is better one way and worse the other

@@ -59,19 +59,27 @@ class PictureComparison:
         return self.verdict in ("identical", "equal", "same picture")
 
 
-def compare_pictures(picture: Array, reference: Array, masked: bool = False,
-                     scene: SceneReference | None = None,
-                     report: Callable[[str], None] | None = None) -> PictureComparison:
+def compare_pictures(
+    picture: Array,
+    reference: Array,
+    masked: bool = False,
+    scene: SceneReference | None = None,
+    report: Callable[[str], None] | None = None,
+) -> PictureComparison:
     """Compare two linear pictures (h, w, 3) of any sizes.
 
     masked: leave edges out of differences and causes. scene: what made `reference`, to look for causes in it.
     report: gets the name of each cause before it is tried.
     """
-    notes = tuple(f"{count} pixels of {name} are NaN or infinite; they count as 0" for name, image in
-                  (("the picture", picture), ("the reference", reference))
-                  if (count := int(np.count_nonzero(~np.isfinite(image).all(axis=-1)))))
-    a, b = (np.nan_to_num(image.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
-            for image in (picture, reference))
+    notes = tuple(
+        f"{count} pixels of {name} are NaN or infinite; they count as 0"
+        for name, image in (("the picture", picture), ("the reference", reference))
+        if (count := int(np.count_nonzero(~np.isfinite(image).all(axis=-1))))
+    )
+    a, b = (
+        np.nan_to_num(image.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+        for image in (picture, reference)
+    )
     tolerance, exact = tolerance_of(a, b), b
     if tolerance == BYTE:
         a, b = (decode(encode(image)).astype(np.float64) for image in (a, b))
@@ -171,17 +179,27 @@ def explain(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     """
     if picture.shape == reference.shape and disagreement(picture, reference, tolerance) == 0:
         return []
-    tried = (*undoable(picture, reference, tolerance), *moved(picture, reference, tolerance),
-             *resized(picture, reference, tolerance))
+    tried = (
+        *undoable(picture, reference, tolerance),
+        *moved(picture, reference, tolerance),
+        *resized(picture, reference, tolerance),
+    )
     return ranked([cause for cause in tried if cause.likely or picture.shape != reference.shape])
 
 
-def _causes_of_scene(causes: list[Cause], pictures: tuple[Array, Array], kept: Array, tolerance: float,
-                     scene: SceneReference, report: Callable[[str], None] | None) -> list[Cause]:
+def _causes_of_scene(
+    causes: list[Cause],
+    pictures: tuple[Array, Array],
+    kept: Array,
+    tolerance: float,
+    scene: SceneReference,
+    report: Callable[[str], None] | None,
+) -> list[Cause]:
     """`causes` and those found in the scene, in the picture as it is or with what is likely undone.
 
     Only the pixels in `kept` (h, w) count.
     """
+
     def search(picture: Array) -> list[Cause]:
         def render(changed: Scene, shadows: bool = True) -> Array:
             return scene.render(changed, shadows)[kept]
@@ -194,8 +212,12 @@ def _causes_of_scene(causes: list[Cause], pictures: tuple[Array, Array], kept: A
         if cause.undone is not None and cause.left < 0.9 and not any(other.proven for other in found):
             further = search(cause.undone)
             found += [
-                replace(more, name=f"{cause.name} and {more.name}", text=f"{cause.text}; {more.text}",
-                        left=more.left * cause.left)
+                replace(
+                    more,
+                    name=f"{cause.name} and {more.name}",
+                    text=f"{cause.text}; {more.text}",
+                    left=more.left * cause.left,
+                )
                 for more in further
                 if more.proven
             ]

@@ -47,8 +47,14 @@ class _Change:
     scene: Scene
 
 
-def explain_by_scene(picture: Array, scene: Scene, reference: Array, render: Render, tolerance: float,
-                     report: Callable[[str], None] | None = None) -> list[Cause]:
+def explain_by_scene(
+    picture: Array,
+    scene: Scene,
+    reference: Array,
+    render: Render,
+    tolerance: float,
+    report: Callable[[str], None] | None = None,
+) -> list[Cause]:
     """Causes for the difference of a picture and `reference`, which `render(scene)` gave, the best first.
 
     Pictures are (h, w, 3), or (n, 3) of the same n pixels. Stops at the first that is proven. `report` gets
@@ -91,8 +97,14 @@ def _quietly(render: Callable[[], Array], otherwise: Array) -> Array:
             return otherwise
 
 
-def _mixed(picture: Array, reference: Array, names: Sequence[str], parts: Sequence[Array], before: float,
-           tolerance: float) -> Cause:
+def _mixed(
+    picture: Array,
+    reference: Array,
+    names: Sequence[str],
+    parts: Sequence[Array],
+    before: float,
+    tolerance: float,
+) -> Cause:
     """How much of each part the picture has: least squares where nothing is clipped."""
     open_ = (picture < 0.95) & (reference < 0.95)
     mixed, shares = reference.astype(np.float64), np.ones(len(parts))
@@ -157,8 +169,10 @@ def _changes(scene: Scene) -> Iterator[_Change]:
     points = [light for light in scene.lights if isinstance(light, PointLight)]
     if points:
         other = {"none": "inverse-square", "inverse-square": "none"}
-        lights = tuple(replace(light, falloff=other[light.falloff]) if light in points else light
-                       for light in scene.lights)
+        lights = tuple(
+            replace(light, falloff=other[light.falloff]) if light in points else light
+            for light in scene.lights
+        )
         text = "point lights fade with the distance, or do not"
         yield _Change("falloff of lights", text, replace(scene, lights=lights))
     shadow = {"opaque": "tinted", "tinted": "opaque"}[scene.shadow]
@@ -187,10 +201,16 @@ def _of_camera(scene: Scene) -> Iterator[_Change]:
     axis = {"horizontal": "vertical", "vertical": "horizontal"}[camera.fov_axis]
     yield seen("fov axis", f"the field of view is the {axis} one, not the {camera.fov_axis}", fov_axis=axis)
     if camera.fov < 90:
-        yield seen("fov doubled", f"the field of view is {2 * camera.fov:g} degrees, not {camera.fov:g}",
-                   fov=2 * camera.fov)
-    yield seen("fov halved", f"the field of view is {camera.fov / 2:g} degrees, not {camera.fov:g}",
-               fov=camera.fov / 2)
+        yield seen(
+            "fov doubled",
+            f"the field of view is {2 * camera.fov:g} degrees, not {camera.fov:g}",
+            fov=2 * camera.fov,
+        )
+    yield seen(
+        "fov halved",
+        f"the field of view is {camera.fov / 2:g} degrees, not {camera.fov:g}",
+        fov=camera.fov / 2,
+    )
     spp = 16 if camera.spp == 1 else 1
     yield seen(f"{spp} samples a pixel", f"{spp} samples a pixel in place of {camera.spp}", spp=spp)
 
@@ -200,14 +220,23 @@ _OF_MATERIALS: tuple[tuple[str, str, _OfMaterial], ...] = (
     ("transmission missing", "nothing is transmitted", lambda m: {"transmission": 0.0}),
     ("no refraction", "light goes straight through, as if ior were 1", lambda m: {"ior": 1.0}),
     ("ior inverted", "the indices of both sides are swapped", lambda m: {"ior": 1 / m.eta}),
-    ("Fresnel", "reflection by Fresnel's equations where the scene has constants, or the reverse",
-     lambda m: {"fresnel": not m.fresnel, "reflection": m.kr, "transmission": m.kt}),
+    (
+        "Fresnel",
+        "reflection by Fresnel's equations where the scene has constants, or the reverse",
+        lambda m: {"fresnel": not m.fresnel, "reflection": m.kr, "transmission": m.kt},
+    ),
     ("shininess 2 times", "highlights are too small", lambda m: {"shininess": 2 * m.shininess}),
-    ("shininess 4 times", "highlights are too small: Blinn's half vector needs 4 times Phong's exponent",
-     lambda m: {"shininess": 4 * m.shininess}),
+    (
+        "shininess 4 times",
+        "highlights are too small: Blinn's half vector needs 4 times Phong's exponent",
+        lambda m: {"shininess": 4 * m.shininess},
+    ),
     ("shininess halved", "highlights are too large", lambda m: {"shininess": m.shininess / 2}),
-    ("shininess a quarter", "highlights are too large: Phong's exponent with Blinn's half vector",
-     lambda m: {"shininess": m.shininess / 4}),
+    (
+        "shininess a quarter",
+        "highlights are too large: Phong's exponent with Blinn's half vector",
+        lambda m: {"shininess": m.shininess / 4},
+    ),
 )
 
 

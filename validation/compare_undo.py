@@ -36,15 +36,24 @@ _NOTHING = _Part("", "", lambda image: image)
 _TURNS = (
     _NOTHING,
     _Part("horizontal flip", "left and right are swapped", lambda image: image[:, ::-1]),
-    _Part("vertical flip", "top and bottom are swapped: y points the other way, or rows start at the bottom",
-          lambda image: image[::-1]),
+    _Part(
+        "vertical flip",
+        "top and bottom are swapped: y points the other way, or rows start at the bottom",
+        lambda image: image[::-1],
+    ),
     _Part("rotation by 180 degrees", "both axes point the other way", lambda image: image[::-1, ::-1]),
-    _Part("transpose", "rows and columns are swapped: pixels are indexed [x][y]",
-          lambda image: image.swapaxes(0, 1)),
+    _Part(
+        "transpose",
+        "rows and columns are swapped: pixels are indexed [x][y]",
+        lambda image: image.swapaxes(0, 1),
+    ),
     _Part("rotation by 90 degrees to the right", "it lies on its side", lambda image: np.rot90(image, 1)),
     _Part("rotation by 90 degrees to the left", "it lies on its side", lambda image: np.rot90(image, -1)),
-    _Part("transpose about the other diagonal", "rows and columns are swapped and turned",
-          lambda image: image[::-1, ::-1].swapaxes(0, 1)),
+    _Part(
+        "transpose about the other diagonal",
+        "rows and columns are swapped and turned",
+        lambda image: image[::-1, ::-1].swapaxes(0, 1),
+    ),
 )
 _SWAPS = (
     _NOTHING,
@@ -57,10 +66,12 @@ _SWAPS = (
 _TONES = (
     _NOTHING,
     _Part("sRGB applied twice", "the sRGB curve is applied two times: the picture is washed out", decoded),
-    _Part("sRGB not applied", "linear values stand where sRGB ones belong: the picture is too dark",
-          encoded),
-    _Part("gamma 2.2 in place of sRGB", "a power of 1/2.2 is used, not the sRGB curve",
-          lambda image: encoded(image) ** 2.2),
+    _Part("sRGB not applied", "linear values stand where sRGB ones belong: the picture is too dark", encoded),
+    _Part(
+        "gamma 2.2 in place of sRGB",
+        "a power of 1/2.2 is used, not the sRGB curve",
+        lambda image: encoded(image) ** 2.2,
+    ),
     _Part("negative", "the picture is inverted", lambda image: decoded(1 - encoded(image))),
 )
 

@@ -56,8 +56,14 @@ def ray_key(generation: int, kind: str) -> str:
     return f"generation {generation} {kind}"
 
 
-def render_ours(tracer: Tracer, width: int | None = None, height: int | None = None, spp: int | None = None,
-                max_depth: int | None = None, shadows: bool = True) -> OracleImage:
+def render_ours(
+    tracer: Tracer,
+    width: int | None = None,
+    height: int | None = None,
+    spp: int | None = None,
+    max_depth: int | None = None,
+    shadows: bool = True,
+) -> OracleImage:
     """What `tracer.render` gives, bit for bit, with every generation's and kind's share in `by_ray`.
 
     Camera rays also have their terms: "generation 0 camera highlight" and so on. `shadows=False` lets every
@@ -72,7 +78,8 @@ def render_ours(tracer: Tracer, width: int | None = None, height: int | None = N
     samples = int(camera["grid"][0]) ** 2
     depth = scene.max_depth if max_depth is None else max_depth
     found: dict[str, np.ndarray] = {
-        "t": np.full(columns * rows, np.inf, np.float32), "shape": np.full(columns * rows, -1, np.int32)
+        "t": np.full(columns * rows, np.inf, np.float32),
+        "shape": np.full(columns * rows, -1, np.int32),
     }
     buffer = tracer.device.upload(camera)
     waiting = list(tiles(columns, rows, (0, 0, columns, rows), max(1, _TILE // samples)))
@@ -91,8 +98,15 @@ def render_ours(tracer: Tracer, width: int | None = None, height: int | None = N
     return OracleImage(pixels, dict(sorted(pictures.items())), t, shape, name, time.perf_counter() - start)
 
 
-def _render_tile(tracer: Tracer, camera: Any, pixels: np.ndarray, samples: int, depth: int, shadows: bool,
-                 found: dict[str, np.ndarray]) -> None:
+def _render_tile(
+    tracer: Tracer,
+    camera: Any,
+    pixels: np.ndarray,
+    samples: int,
+    depth: int,
+    shadows: bool,
+    found: dict[str, np.ndarray],
+) -> None:
     """Render these pixels and put them into `found`, arrays over all pixels."""
     device, world = tracer.device, tracer.world
     queue, _ = passes.generate(device, camera, pixels, samples)

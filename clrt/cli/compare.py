@@ -19,8 +19,15 @@ if TYPE_CHECKING:
 
 PICTURES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
 DIFFERS = 1  # exit code
-_DIGITS = {"PSNR": ".1f", "largest, of 255": ".1f", "mean, of 255": ".2f", "brightness": ".4f", "SSIM": ".5f",
-           "worst window": ".3f", "FLIP": ".5f"}
+_DIGITS = {
+    "PSNR": ".1f",
+    "largest, of 255": ".1f",
+    "mean, of 255": ".2f",
+    "brightness": ".4f",
+    "SSIM": ".5f",
+    "worst window": ".3f",
+    "FLIP": ".5f",
+}
 _MEANINGS = {
     "SSIM": "structure, 1 is equal",
     "FLIP": "what an eye sees, 0 is equal",
@@ -168,6 +175,7 @@ def _left(cause: Any) -> str:
 
 def _plain(result: Any, options: argparse.Namespace) -> dict[str, Any]:
     """The comparison as JSON has it; what is infinite (the PSNR of equal pictures) becomes null."""
+
     def finite(value: float) -> float | None:
         return value if math.isfinite(value) else None
 
