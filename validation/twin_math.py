@@ -106,11 +106,11 @@ def sine_cosine(a: Array) -> tuple[Array, Array]:
 
 def mix_bits(x: Array | np.uint32) -> Array:
     """Wellons' lowbias32 of uint32 words."""
-    x = x ^ x >> 16
+    x = x ^ x >> np.uint32(16)
     x = x * np.uint32(0x7FEB352D)
-    x = x ^ x >> 15
+    x = x ^ x >> np.uint32(15)
     x = x * np.uint32(0x846CA68B)
-    return np.asarray(x ^ x >> 16)
+    return np.asarray(x ^ x >> np.uint32(16))
 
 
 def combine(a: Array, b: Array | np.uint32) -> Array:
