@@ -89,7 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     compare.add_argument("b", metavar="B", help="what it should show: a picture, or a scene to render")
     compare.add_argument("--mask", action="store_true", help="leave edges out, where correct programs differ")
     compare.add_argument("--json", action="store_true", help="print JSON")
-    compare.add_argument("--spp", type=int, metavar="N", help="samples per pixel of the scene: 1, 4, 9, 16 ...")
+    compare.add_argument("--spp", type=int, metavar="N", help="samples per pixel of the scene: 1, 4, 9 ...")
     _add_device(compare)
     compare.add_argument("--threads", type=int, metavar="N", help="CPU threads")
 
