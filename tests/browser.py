@@ -192,3 +192,14 @@ class Browser:
     def screenshot(self, path: Path) -> None:
         """What the window shows, as a PNG."""
         path.write_bytes(base64.b64decode(self._ask("Page.captureScreenshot", format="png")["data"]))
+
+
+if __name__ == "__main__":
+    # the picture in the documentation: python tests/browser.py file:///.../report.html#case-0 docs/report.png
+    import sys
+    import tempfile
+
+    with tempfile.TemporaryDirectory() as folder, Browser(Path(folder)) as opened:
+        opened.open(sys.argv[1])
+        opened.run("new Promise(done => setTimeout(done, 1000))")
+        opened.screenshot(Path(sys.argv[2]))

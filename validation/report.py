@@ -193,7 +193,7 @@ def figure(value: float) -> str:
         return str(int(value))
     if 0.9 < value < 1:
         digits = min(9, max(4, 1 - math.floor(math.log10(1 - value))))  # that tell it from 1
-        return f"{value:.{digits}f}".rstrip("0")
+        return f"{value:.{digits}f}".rstrip("0").rstrip(".")
     if 20 <= abs(value) < 1e6:
         return f"{value:.1f}"
     return f"{value:.2g}" if abs(value) < 1e-3 else f"{value:.4g}"
