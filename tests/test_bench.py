@@ -299,10 +299,10 @@ def test_the_command_measures_compares_and_draws(tmp_path: Path, capsys: pytest.
     groups = {row["group"] for row in json.loads(old.read_text())["measurements"]}
     assert groups == {"roof", "tracing", "shading", "compaction", "frame", "builder", "launch"}
 
-    # an old report ten times as fast: everything is slower now
+    # an old report a hundred times as fast: everything is slower now, on a busy machine too
     table = json.loads(old.read_text())
     for row in table["measurements"]:
-        row["seconds"] = [seconds / 10 for seconds in row["seconds"]]
+        row["seconds"] = [seconds / 100 for seconds in row["seconds"]]
     old.write_text(json.dumps(table))
     launches = ["bench", "--quick", "--only", "launch", "--rounds", "5"]
     assert main([*launches, "--compare", str(old), "--json", str(new)]) == 1
