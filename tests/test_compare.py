@@ -216,6 +216,12 @@ def test_each_gate_fails_when_it_should(name: str):
         assert gate not in failed(good)
 
 
+def test_edges_do_not_count_as_other_pixels():
+    mine = spoilt(put(np.s_[5, 0], 0.404))
+    assert failed(compare.compare(mine, oracle(GREY))) >= {"within 1e-3"}
+    assert compare.compare(mine, oracle(GREY), EDGES).passed
+
+
 def test_a_mask_may_not_hide_the_picture():
     mask = np.zeros((40, 50), bool)
     mask[:, :5] = True
@@ -237,7 +243,9 @@ def test_shapes_and_distances():
     other[7, 9] = 1
     assert failed(compare.compare(oracle(GREY, t=t, shape=other), right)) == {"another shape"}
     far = t.copy()
-    far[7, 9] *= 1.00002
+    far[7, 9] *= 2
+    assert failed(compare.compare(oracle(GREY, t=far, shape=other), right)) == {"another shape"}, "told once"
+    far[7, 9] = 2.00004
     assert failed(compare.compare(oracle(GREY, t=far, shape=shape), right)) == {"distance"}
     for wrong in (np.inf, np.nan):
         far[7, 9] = wrong

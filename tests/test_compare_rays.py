@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ from compare_samples import EDGES, GREY, failed, oracle
 
 compare = validation_module("compare")
 ray_rows = validation_module("compare_rays").ray_rows
+
+
+RAYS_ONLY = dataclasses.replace(compare.statistical(compare.limits()), rays=0.999, mean=None)
 
 
 def rays(**planes: Any) -> Any:
@@ -28,6 +32,13 @@ def test_errors_that_cancel_are_found_by_the_kind_of_ray():
     result = compare.compare(mine, rays(g0_camera=0.2, g1_reflection=0.1, g1_transmission=0.1))
     assert failed(result) == {"generation 1, reflection", "generation 1, transmission"}
     assert result.metrics["generation 1 reflection: largest"] == pytest.approx(0.01)
+
+
+def test_the_tolerance_of_rays_is_that_of_pictures():
+    right = rays(g0_camera=0.2, g1_reflection=0.1)
+    assert compare.compare(rays(g0_camera=0.2, g1_reflection=0.10009), right, limit=RAYS_ONLY).passed
+    wrong = compare.compare(rays(g0_camera=0.2, g1_reflection=0.10011), right, limit=RAYS_ONLY)
+    assert failed(wrong) == {"generation 1, reflection"}
 
 
 def test_the_earliest_generation_is_blamed_and_its_term():

@@ -38,10 +38,9 @@ class RayFilm(Film):
         """As Film.add; a queue is one kind of ray of one generation."""
         feelers = feelers if self.shadows else _all_seen(self.device, feelers)
         super().add(queue, lit, feelers, generation)
-        key = ray_key(generation, queue.kind)
-        if key not in self.by_ray:
-            self.by_ray[key] = Film(self.device, self.pixels, ())
-        self.by_ray[key].add(queue, lit, feelers, generation)
+        apart = Film(self.device, self.pixels, ())
+        apart.add(queue, lit, feelers, generation)
+        self.by_ray[ray_key(generation, queue.kind)] = apart  # a generation has one queue of a kind
 
     def developed(self, samples: int) -> Iterator[tuple[str, np.ndarray]]:
         """Each picture by its key, "image" or one of `by_ray`: float32 (pixels, 3)."""
