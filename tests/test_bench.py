@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.bench import kernels, report, roof, scenes, timing, verdict, walk
+from clrt.bench import kernels, report, roof, scaling, scenes, timing, verdict, walk
 from clrt.bench.machine import one_core
 from clrt.bench.recorder import Recording, case
 from clrt.bench.timing import Case, Measurement
@@ -324,6 +324,23 @@ def test_faults_come_before_measuring(tmp_path: Path, capsys: pytest.CaptureFixt
         assert main(["bench", "--quick", *options]) == 2
         text, errors = capsys.readouterr()
         assert text == "" and word in errors and errors.count("\n") == 1
+
+
+def test_scaling_measures_each_point_in_a_process_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    points = [(n, scaling.Point(primitives=n, width=32, lights=1, depth=1, tile=256)) for n in (200, 20_000)]
+    monkeypatch.setattr(scaling, "series", lambda quick: {"primitives": points})
+    assert scaling.main([str(tmp_path / "a.json"), str(tmp_path / "a.svg"), "--quick"]) == 0
+    assert "<svg" in (tmp_path / "a.svg").read_text()
+    few, many = json.loads((tmp_path / "a.json").read_text())["series"]["primitives"]
+    assert (few["x"], many["x"]) == (200, 20_000) and len(few["seconds"]) == 5 and few["rays"] > 32 * 32
+    assert few["device_bytes"] < many["device_bytes"] < many["peak_bytes"]
+
+
+def test_every_series_has_a_label_and_grows():
+    for quick in (False, True):
+        for name, points in scaling.series(quick).items():
+            x = [where for where, _ in points]
+            assert name in scaling.LABELS and x == sorted(set(x)) and len(x) >= 2
 
 
 @pytest.mark.embree

@@ -28,11 +28,22 @@ _SURFACE: Final[dict[str, Any]] = {
     "transmission": 0.3,
     "ior": 1.3,
 }
-_FLAKE_VIEW: Final = ([0.3, 1.6, 3.9], [0.0, 0.05, 0.0])  # origin, target
+_MIRROR: Final = {**_SURFACE, "transmission": 0.0}
+_TERRAIN_VIEW: Final = ([9.0, 6.5, 9.0], [0.0, 0.0, 0.0])  # origin, target
+_FLAKE_VIEW: Final = ([0.3, 1.6, 3.9], [0.0, 0.05, 0.0])
 
 
 def terrain(triangles: int = TRIANGLES) -> Scene:
     """About that many triangles over a square of side 20: seven octaves of warped sines."""
+    return _scene([_terrain_mesh(triangles, _SURFACE)], *_TERRAIN_VIEW)
+
+
+def terrain_frame(triangles: int = TRIANGLES, lights: int = 1, max_depth: int = 1) -> Scene:
+    """The terrain as a picture: a dull mirror, no ambient rays."""
+    return _scene([_terrain_mesh(triangles, _MIRROR)], *_TERRAIN_VIEW, **_frame(lights, max_depth))
+
+
+def _terrain_mesh(triangles: int, material: dict[str, Any]) -> dict[str, Any]:
     side = max(2, round(math.sqrt(triangles / 2)))
     x, z = np.meshgrid(*(np.linspace(-10.0, 10.0, side + 1),) * 2, indexing="ij")
     rng = np.random.default_rng(3)
@@ -42,8 +53,7 @@ def terrain(triangles: int = TRIANGLES) -> Scene:
         along = np.sin(f * x + a + np.sin(0.7 * f * z + c))
         y += 1.2 / 1.9**octave * along * np.cos(f * z + b + np.sin(0.6 * f * x + d))
     vertices = np.stack([x, y, z], axis=-1).reshape(-1, 3)
-    mesh = {"type": "mesh", "vertices": vertices, "faces": _grid_faces(side, side), "material": _SURFACE}
-    return _scene([mesh], [9.0, 6.5, 9.0], [0.0, 0.0, 0.0])
+    return {"type": "mesh", "vertices": vertices, "faces": _grid_faces(side, side), "material": material}
 
 
 def lumps(triangles: int = TRIANGLES) -> Scene:
@@ -75,13 +85,15 @@ def flake(levels: int = 4) -> Scene:
 
 def flake_frame(lights: int = 3, max_depth: int = 4, levels: int = 4) -> Scene:
     """The sphereflake as a picture: mirrors in front of a plain background, no ambient rays."""
+    return _scene(_flake_spheres(levels, _MIRROR), *_FLAKE_VIEW, **_frame(lights, max_depth))
+
+
+def _frame(lights: int, max_depth: int) -> dict[str, Any]:
     places = ([6.0, 14.0, 4.0], [-8.0, 6.0, 7.0], [3.0, -4.0, 9.0])
     around = [
         {"type": "point", "position": places[i % 3], "intensity": 1.0 / max(lights, 1)} for i in range(lights)
     ]
-    mirror = {**_SURFACE, "transmission": 0.0}
-    settings: dict[str, Any] = {"lights": around, "max_depth": max_depth, "ambient_samples": 0}
-    return _scene(_flake_spheres(levels, mirror), *_FLAKE_VIEW, **settings)
+    return {"lights": around, "max_depth": max_depth, "ambient_samples": 0}
 
 
 def _flake_spheres(levels: int, material: dict[str, Any] = _SURFACE) -> list[dict[str, Any]]:

@@ -80,7 +80,8 @@ def _on_one_core(plan: Plan, library: Any, tell: Tell | None) -> list[Measuremen
         rays = {
             kind: kernels.rays_of(recording, kind) for kind in recording.rays if kind in kernels.RAY_KINDS
         }
-        yardsticks = [embree.commit(library, recording.world.flat, mode) for mode in embree.MODES]
+        shape = embree.geometry(recording.world.flat)
+        yardsticks = [embree.commit(library, shape, mode) for mode in embree.MODES]
         differ = {kind: _disagreement(recording, yardsticks[1], rays[kind], kind) for kind in rays}
         both = measure([*cases, *embree.tracing_cases(yardsticks, rays, name)], plan.rounds, tell)
         found += [replace(m, extra={"disagree": differ[m.queue]}) if m.group == "embree" else m for m in both]
@@ -97,12 +98,13 @@ def _builders(plan: Plan, library: Any, tell: Tell | None) -> list[Measurement]:
     found = []
     for name in plan.names:
         flat = flatten(scenes.make(name, plan.quick))
+        shape = embree.geometry(flat) if library is not None else None
         cases = []
         for threads in _threads(Device(plan.device, plan.settings)):
             device = Device(plan.device, replace(plan.settings, threads=threads))
             cases += host.builder_cases(device, flat, name, threads)
-            if library is not None:
-                cases += embree.commit_cases(library, flat, name, threads)
+            if shape is not None:
+                cases += embree.commit_cases(library, shape, name, threads)
         found += measure(cases, plan.rounds, tell)
     return found
 
@@ -115,7 +117,7 @@ def _frames(plan: Plan) -> dict[str, tuple[Scene, int]]:
         return {"flake": (scenes.flake_frame(levels=2), 128)}
     return {
         "flake": (scenes.flake_frame(), 1024),
-        "terrain": (scenes.make("terrain"), 512),
+        "terrain": (scenes.terrain_frame(), 1024),
         "showcase": (load_scene("showcase"), 640),
         "room": (load_scene("room"), 320),
     }
