@@ -142,7 +142,7 @@ def test_texts_are_no_markup():
     hostile = page(
         dataclasses.replace(good, cases=[named], mutants=[mutant], device=bad, command=bad, notes=(bad,))
     )
-    assert sum(tag == "script" for tag, _ in hostile.starts) == 3, "data, scale and the script of the page"
+    assert sum(tag == "script" for tag, _ in hostile.starts) == 5, "data, scale and the scripts of the page"
     assert hostile.words.count('alert("x")') > 8
     assert "</script" not in report.script_data({"a": "</script>"})
 

@@ -122,9 +122,14 @@ def test_maps_show_where_it_differs(browser: Browser, page: str):
     red, _, blue = drawn(browser, x, y)
     assert (red > blue) == (difference[np.abs(difference).argmax()] > 0) and max(red, blue) > 150
     assert max(drawn(browser, 3, 3)) < 60, "equal is dark"
-    for key in "67":
+    told = f"{VIEWER}.querySelector('.legend').textContent"
+    assert "ours darker" in browser.run(told)
+    for key, end in (("6", "0 equal"), ("7", "1 equal")):
         browser.press(key)
+        assert browser.run(told).startswith(end)
         assert sum(drawn(browser, x, y)) > sum(drawn(browser, 3, 3)) + 60
+    browser.press("3")
+    assert browser.run(told) == "", "pictures need none"
     browser.press("5")
     plain = drawn(browser, 3, 3)
     mask = case.results["oracle64"][1].maps["mask"]

@@ -54,9 +54,13 @@ def report_html(result: SuiteResult) -> str:
         fewest=FEWEST_ORACLES,
         script_data=script_data,
         scale={"floor": FLOOR, "decades": DECADES},
-        css=(_TEMPLATES / "report.css").read_text(encoding="utf-8"),
-        js=(_TEMPLATES / "report.js").read_text(encoding="utf-8"),
+        css=_text("report.css"),
+        scripts=[_text(name) for name in ("maps.js", "viewer.js", "report.js")],
     )
+
+
+def _text(name: str) -> str:
+    return (_TEMPLATES / name).read_text(encoding="utf-8")
 
 
 def headline(result: SuiteResult) -> str:
