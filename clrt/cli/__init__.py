@@ -93,6 +93,16 @@ def _parser() -> argparse.ArgumentParser:
     _add_device(compare)
     compare.add_argument("--threads", type=int, metavar="N", help="CPU threads")
 
+    validate = command("validate", "Let independent programs render the same scenes, and compare.")
+    validate.add_argument("--full", action="store_true", help="every oracle and scene, mutants")
+    validate.add_argument("--report", metavar="OUT.html", help="write a page with all pictures and figures")
+    validate.add_argument("--random", type=int, metavar="N", help="scenes drawn at random (0; --full: 100)")
+    validate.add_argument("--seed", type=int, default=1, metavar="S", help="of the random scenes (1)")
+    validate.add_argument("--spd", metavar="FOLDER", help="ray counts of balls_c_s4.nff ... in there")
+    validate.add_argument("--mutants", action="store_true", help="plant faults: each must be noticed")
+    validate.add_argument("--case", action="append", metavar="NAME", help="only this case; may be repeated")
+    _add_device(validate)
+
     bench = command("bench", "Time every pass, the tree's builder, and whole pictures.")
     bench.add_argument("--only", type=_names, metavar="A,B", help="kernels, builder, launch, frames ...")
     bench.add_argument("--scene", nargs="+", metavar="SCENE", help="frames of these, not the usual ones")

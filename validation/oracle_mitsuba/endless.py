@@ -12,7 +12,7 @@ import numpy as np
 from .forms import Array
 from .meshing import Triangles, spanning, turned
 
-STEPS = 300  # even ones, across three times the scene's size
+STEPS = 200  # even ones, across three times the scene's size
 GROWING = 130  # each way
 AROUND = 1024
 FAR = 1e6  # times the scene's size

@@ -21,20 +21,21 @@ def realised(plugin: Any) -> Any:
     if isinstance(plugin, dict):
         if plugin.get("type") == "mesh":
             return _mesh(plugin)
-        if plugin.get("type") == "bitmap":
-            return {**plugin, "bitmap": mi.Bitmap(np.ascontiguousarray(plugin["bitmap"], np.float32))}
-        if plugin.get("type") == "ellipsoids":
-            tensors = {key: mi.TensorXf(np.ascontiguousarray(plugin[key], np.float32))
-                       for key in ("centers", "scales", "quaternions")}  # fmt: skip
-            return {**plugin, **tensors}
         return {key: realised(value) for key, value in plugin.items()}
     if isinstance(plugin, np.ndarray):
+        if plugin.ndim == 3:
+            return mi.Bitmap(np.ascontiguousarray(plugin, np.float32))
         return (mi.ScalarTransform3f if plugin.shape == (3, 3) else mi.ScalarTransform4f)(plugin)
     return plugin
 
 
 def load(plugin: dict[str, Any]) -> Any:
-    """A plugin, or a scene, as given: Mitsuba's own optimisation reorders and merges shapes."""
+    """A plugin, or a scene, as given: Mitsuba's own optimisation reorders and merges shapes.
+
+    {"type": "file", "path": ...} is the scene in an XML file.
+    """
+    if plugin["type"] == "file":
+        return mi.load_file(plugin["path"], optimize=False)
     return mi.load_dict(realised(plugin), optimize=False)
 
 

@@ -42,7 +42,9 @@ def turned(columns: int, radii: Array, heights: Array) -> tuple[Array, Array]:
 
 
 def cone(r0: float, r1: float, segments: int, rows: int, margin: float) -> Triangles:
-    """The lateral surface x^2 + y^2 = (r0 + (r1 - r0) z)^2 for 0 <= z <= 1, and `margin` beyond its rims.
+    """The lateral surface x^2 + y^2 = (r0 + (r1 - r0) z)^2 for 0 <= z <= 1.
+
+    With a `margin` it goes as far beyond its rims, and lies around the surface.
 
     Where a row of quads narrows, normals that its triangles interpolate are off by a share of a segment's
     angle: radii fall by one factor from row to row.
@@ -57,18 +59,19 @@ def cone(r0: float, r1: float, segments: int, rows: int, margin: float) -> Trian
         radii = np.geomspace(first, last, rows + 1)
         radii[0], radii[-1] = ends
         heights = (radii - r0) / k
-    vertices, faces = turned(segments, np.maximum(r0 + k * heights, 0.0), heights)
+    outside = 1 / np.cos(np.pi / segments) if margin > 0 else 1.0
+    vertices, faces = turned(segments, outside * np.maximum(r0 + k * heights, 0.0), heights)
     angle = 2 * np.pi * np.arange(segments + 1) / segments
     normals = np.stack([np.cos(angle), np.sin(angle), np.full_like(angle, -k)], -1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     return Triangles(vertices, faces, np.tile(normals, (len(heights), 1)))
 
 
-def sphere(segments: int) -> Triangles:
-    """The unit sphere."""
+def sphere(segments: int, around: bool = False) -> Triangles:
+    """The unit sphere; `around`: the mesh lies around it and touches it."""
     angle = np.pi * np.arange(segments // 2 + 1) / (segments // 2)
     vertices, faces = turned(segments, np.where(angle < np.pi, np.sin(angle), 0.0), -np.cos(angle))
-    return Triangles(vertices, faces, vertices)
+    return Triangles(vertices / np.cos(np.pi / segments) ** 2 if around else vertices, faces, vertices)
 
 
 def paraboloid(segments: int, margin: float) -> Triangles:

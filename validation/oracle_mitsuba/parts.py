@@ -33,6 +33,8 @@ from .meshing import Triangles
 
 Kind = Literal["sphere", "cylinder", "disk", "rectangle", "mesh"]
 CURVED_TRIANGLES = 1 << 20  # of all curved meshes of a scene together
+CROWD, CROWD_SEGMENTS = 256, 12  # from how many spheres on they become meshes, and how coarse ones
+ENCLOSING = 96  # segments of meshes around ellipsoids, cylinders and cones
 NEAR = 20.0  # times the scene's size: where the middle part of a plane ends
 
 
@@ -43,8 +45,7 @@ class Part:
     sphere: radius 1 about 0. cylinder: radius 1 about z from 0 to 1. disk: radius 1 in xy, rectangle: [-1,
     1]^2, both facing +z. All under `to_world` (4, 4) by whose inverse transpose normals go; `flip` turns them
     round. mesh: in world space; `smooth`: its normals are for shading, else they are the surface's own.
-    `form`: the surface itself, where Mitsuba's shape approximates it or meets it less exactly than float32
-    could: its cylinders and instances are off by up to 1e-5 of a distance.
+    `form`: the surface that a mesh or a rectangle approximates.
     """
 
     kind: Kind
@@ -70,9 +71,7 @@ class Fineness:
     """How curved shapes are made: segments around, rows along a cone, cells along an axis of a quadric's
     grid.
 
-    margin: how far meshes go beyond rims and clips. `forms`: whether hits are moved onto forms; else
-    ellipsoids and elliptic cylinders are meshes, which Mitsuba meets ten times as exactly as its own
-    instances.
+    margin: how far meshes go beyond rims and clips. `forms`: whether hits are moved onto forms.
     """
 
     around: int
@@ -86,6 +85,8 @@ POLISHED = Fineness(around=256, rows=1, cells=96, margin=0.02, forms=True)
 """For modes that move a hit from the mesh to the surface and drop what lies beyond its ends."""
 EXACT = Fineness(around=768, rows=64, cells=192, margin=0.0, forms=False)
 """For modes that take the mesh as it is: within 1e-5 (quadrics: 2e-5) of the radius of curvature."""
+SMALL = Fineness(around=256, rows=16, cells=96, margin=0.0, forms=False)
+"""For files: within 8e-5."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,6 +116,8 @@ def geometry(scene: Scene, fineness: Fineness) -> Geometry:
             without_end += _plane(number, shape, center, size)
         elif isinstance(shape, Quadric) and is_endless(shape):
             without_end += _endless_quadric(number, shape, center, size)
+    if fineness.forms and sum(_is_round(part) for part in finite) >= CROWD:
+        finite = [_in_crowd(part) if _is_round(part) else part for part in finite]
     parts = sorted([*finite, *without_end], key=lambda part: part.owner)
     return Geometry(tuple(parts), center, size)
 
@@ -150,8 +153,7 @@ def _finite(number: int, shape: Any, fineness: Fineness) -> Iterator[Part]:
     elif isinstance(shape, Cone):
         axis = np.subtract(shape.p1, shape.p0)
         to_world = matrix @ _frame(shape.p0, axis) @ np.diag([1.0, 1.0, np.linalg.norm(axis), 1.0])
-        mesh = meshing.cone(shape.r0, shape.r1, 2 * fineness.around, fineness.rows, fineness.margin)
-        yield _curved(number, mesh, to_world, forms.cone(shape.r0, shape.r1, to_world))
+        yield _cone(number, shape.r0, shape.r1, to_world, fineness)
         yield from _caps(number, shape, shape.r0, shape.r1)
     elif isinstance(shape, Paraboloid):
         width = np.sqrt(4 * shape.focal * shape.height)
@@ -177,37 +179,47 @@ def _frame(origin: Any, axis: Any) -> Array:
 
 
 def _sphere(number: int, to_world: Array, fineness: Fineness, flip: bool = False) -> Part:
-    """A round sphere is left to Mitsuba."""
-    form = forms.sphere(to_world, flip)
-    if _scale(to_world[:3, :3]) is not None:
+    """A round sphere is left to Mitsuba; an ellipsoid is a mesh, around it if hits are moved onto forms."""
+    if _are_alike(to_world[:3, :3].T):
         return Part("sphere", number, to_world, flip=flip)
-    if fineness.forms:
-        return Part("sphere", number, to_world, flip=flip, form=form)
-    mesh = faces.moved(meshing.sphere(fineness.around), to_world)
+    segments = ENCLOSING if fineness.forms else fineness.around
+    mesh = faces.moved(meshing.sphere(segments, around=fineness.forms), to_world)
     if flip:
         mesh = Triangles(mesh.vertices, mesh.faces[:, ::-1], -mesh.normals)
-    return Part("mesh", number, mesh=mesh, form=form)
+    return Part("mesh", number, mesh=mesh, form=forms.sphere(to_world, flip))
+
+
+def _is_round(part: Part) -> bool:
+    return part.kind == "sphere" and part.form is None and not part.flip
+
+
+def _in_crowd(part: Part) -> Part:
+    """A sphere as a coarse mesh: Mitsuba is slow with thousands of sphere plugins."""
+    assert part.to_world is not None
+    mesh = faces.moved(meshing.sphere(CROWD_SEGMENTS, around=True), part.to_world)
+    return Part("mesh", part.owner, mesh=mesh, form=forms.sphere(part.to_world))
 
 
 def _cylinder(number: int, to_world: Array, fineness: Fineness) -> Part:
     """A round cylinder is left to Mitsuba where hits are not moved onto forms."""
-    form = forms.cone(1.0, 1.0, to_world)
     x, y, z = to_world[:3, :3].T
-    upright = max(abs(x @ z), abs(y @ z)) <= 1e-9 * np.linalg.norm(z) * np.linalg.norm(x)
-    if fineness.forms or (upright and _scale(np.stack([x, y])) is not None):
-        return Part("cylinder", number, to_world, form=form)
-    return _curved(number, meshing.cone(1.0, 1.0, 2 * fineness.around, 1, 0.0), to_world, form)
+    upright = max(abs(x @ z), abs(y @ z)) <= 1e-6 * np.linalg.norm(z) * np.linalg.norm(x)
+    if not fineness.forms and upright and _are_alike(np.stack([x, y])):
+        return Part("cylinder", number, to_world)
+    return _cone(number, 1.0, 1.0, to_world, fineness)
 
 
-def _scale(vectors: Array) -> float | None:
-    """The length that all rows have and that makes them orthonormal, or None."""
+def _cone(number: int, r0: float, r1: float, to_world: Array, fineness: Fineness) -> Part:
+    segments = ENCLOSING if fineness.forms else 2 * fineness.around
+    mesh = meshing.cone(r0, r1, segments, fineness.rows, fineness.margin)
+    return _curved(number, mesh, to_world, forms.cone(r0, r1, to_world))
+
+
+def _are_alike(vectors: Array) -> bool:
+    """Whether vectors (k, 3) have one length and right angles between them."""
     product = vectors @ vectors.T
-    scale = np.trace(product) / len(product)
-    return (
-        float(np.sqrt(scale))
-        if np.abs(product - scale * np.eye(len(product))).max() <= 1e-9 * scale
-        else None
-    )
+    square = np.trace(product) / len(product)
+    return bool(np.abs(product - square * np.eye(len(product))).max() <= 1e-6 * square)
 
 
 def _disk(number: int, matrix: Array, center: Any, normal: Any, radius: float) -> Part:

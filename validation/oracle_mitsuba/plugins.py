@@ -15,7 +15,6 @@ from .forms import Array
 from .parts import Geometry, Part
 
 Plugin = dict[str, Any]
-MANY_SPHERES = 256  # from here on one `ellipsoids` plugin is faster than so many spheres
 NATIVE, FLAT, SMOOTH = 0, 1, 2
 
 
@@ -40,29 +39,12 @@ def shape(part: Part, **inner: Any) -> Plugin:
     assert to_world is not None
     if part.kind in ("disk", "rectangle"):
         return {"type": part.kind, "to_world": to_world, **flip, **inner}
-    x, y, z = (to_world[:3, k] for k in range(3))
-    lengths = np.linalg.norm(to_world[:3, :3], axis=0)
-    sheared = max(abs(x @ y), abs(y @ z), abs(z @ x)) > 1e-9 * lengths.max() ** 2
-    origin = to_world[:3, 3]
-    if part.kind == "sphere" and not sheared and np.ptp(lengths) <= 1e-9 * lengths.max():
-        return {"type": "sphere", "center": origin.tolist(), "radius": float(lengths[0]), **flip, **inner}
-    if part.kind == "cylinder" and not sheared and abs(lengths[0] - lengths[1]) <= 1e-9 * lengths[0]:
-        ends = {"p0": origin.tolist(), "p1": (origin + z).tolist(), "radius": float(lengths[0])}
-        return {"type": "cylinder", **ends, **flip, **inner}
-    # Mitsuba's sphere and cylinder are wrong under other matrices; an instance of the unit one is right
-    unit: Plugin = {"type": part.kind, **flip, **inner}
-    return {"type": "instance", "to_world": to_world, "group": {"type": "shapegroup", "unit": unit}}
-
-
-def scene(children: dict[str, Plugin]) -> Plugin:
-    """A scene of plugins. What an instance repeats must stand beside it: it is moved there."""
-    found: Plugin = {"type": "scene"}
-    for name, child in children.items():
-        if child.get("type") == "instance" and "group" in child:
-            found[f"{name}_group"] = child["group"]
-            child = {**child, "group": {"type": "ref", "id": f"{name}_group"}}
-        found[name] = child
-    return found
+    if part.kind == "sphere":
+        radius = float(np.linalg.norm(to_world[:3, 0]))
+        return {"type": "sphere", "center": to_world[:3, 3].tolist(), "radius": radius, **flip, **inner}
+    origin, end = to_world[:3, 3], to_world[:3, 3] + to_world[:3, 2]
+    ends = {"p0": origin.tolist(), "p1": end.tolist(), "radius": float(np.linalg.norm(to_world[:3, 0]))}
+    return {"type": "cylinder", **ends, **flip, **inner}
 
 
 def packed(world: Geometry) -> dict[str, Any]:
@@ -74,37 +56,27 @@ def packed(world: Geometry) -> dict[str, Any]:
     finest.
     """
     parts = [shifted(part, -world.center) for part in world.parts]
-    natives = [part for part in parts if part.mesh is None]
-    spheres = [part for part in natives if part.kind == "sphere" and not part.flip]
-    crowd = spheres if len(spheres) >= MANY_SPHERES else []
-    alone = [part for part in natives if not (crowd and part in crowd)] if crowd else natives
-    flat = [part for part in parts if part.mesh is not None and part.form is None and not part.smooth]
-    smooth = [part for part in parts if part.mesh is not None and part.smooth]
-    curved = [part for part in parts if part.mesh is not None and part.form is not None]
-
-    shapes: list[Plugin] = [shape(part) for part in alone]
-    rows = [_rows([part], [1], NATIVE) for part in alone]
-    if crowd:
-        shapes.append(_ellipsoids(crowd))
-        rows.append(_rows(crowd, [1] * len(crowd), NATIVE))
-    for group, kind in ((flat, FLAT), (smooth, SMOOTH), (curved, FLAT)):
-        counts = [len(part.mesh.faces) for part in group if part.mesh is not None]
+    groups: list[tuple[Plugin, list[Part], list[int], int]] = []
+    groups += [(shape(part), [part], [1], NATIVE) for part in parts if part.mesh is None]
+    meshes = [part for part in parts if part.mesh is not None]
+    for smooth in (False, True):
+        alike = [part for part in meshes if part.smooth == smooth]
+        counts = [len(part.mesh.faces) for part in alike if part.mesh is not None]
         if sum(counts):
-            shapes.append(_joined(group))
-            rows.append(_rows(group, counts, kind))
-    forms = [part.form for part in parts if part.form is not None]
+            groups.append((_joined(alike), alike, counts, SMOOTH if smooth else FLAT))
+    whose = [part for _, alike, _, _ in groups for part in alike]
+    lengths = [count for _, _, counts, _ in groups for count in counts]
+    forms = [part.form for part in whose if part.form is not None]
     number = {id(form): row for row, form in enumerate(forms)}
-    whose = [part for group in rows for part in group[3]]
-    form = np.array([number[id(part.form)] if part.form is not None else -1 for part in whose], int)
-    lengths = [length for group in rows for length in group[4]]
+    sizes = [sum(counts) for _, _, counts, _ in groups]
     return {
         "size": world.size,
         "center": world.center,
-        "shapes": shapes,
-        "first": np.cumsum([0, *(len(group[0]) for group in rows[:-1])]) if rows else np.zeros(0, int),
-        "owner": _concatenated([group[0] for group in rows]),
-        "kind": _concatenated([group[1] for group in rows]),
-        "form": np.repeat(form, lengths),
+        "shapes": [plugin for plugin, _, _, _ in groups],
+        "first": np.cumsum([0, *sizes])[:-1],
+        "owner": np.repeat(np.array([part.owner for part in whose], int), lengths),
+        "kind": np.repeat(np.array([kind for _, _, _, kind in groups], int), sizes),
+        "form": np.repeat(np.array([number.get(id(part.form), -1) for part in whose], int), lengths),
         "forms": np.array([form.packed() for form in forms]).reshape(-1, 38),
     }
 
@@ -119,17 +91,6 @@ def shifted(part: Part, by: Array) -> Part:
     return replace(part, to_world=to_world)
 
 
-def _rows(
-    parts: list[Part], counts: list[int], kind: int
-) -> tuple[Array, Array, None, list[Part], list[int]]:
-    owner = np.repeat([part.owner for part in parts], counts)
-    return owner, np.full(len(owner), kind), None, parts, counts
-
-
-def _concatenated(arrays: list[Array]) -> Array:
-    return np.concatenate(arrays) if arrays else np.zeros(0, int)
-
-
 def _joined(parts: list[Part]) -> Plugin:
     meshes = [part.mesh for part in parts if part.mesh is not None]
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
@@ -139,27 +100,3 @@ def _joined(parts: list[Part]) -> Plugin:
         "normals": np.concatenate([mesh.normals for mesh in meshes]),
         "faces": np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]),
     }
-
-
-def _ellipsoids(parts: list[Part]) -> Plugin:
-    """Spheres under any matrices: the sphere's image is that under the matrix' rotation and singular
-    values."""
-    matrices = np.array([part.to_world for part in parts])
-    rotation, scale, _ = np.linalg.svd(matrices[:, :3, :3])
-    rotation[np.linalg.det(rotation) < 0, :, 0] *= -1
-    return {
-        "type": "ellipsoids", "extent": 1.0, "centers": matrices[:, :3, 3], "scales": scale,
-        "quaternions": np.array([quaternion(r) for r in rotation]),
-    }  # fmt: skip
-
-
-def quaternion(rotation: Array) -> Array:
-    """The unit quaternion (x, y, z, w) of a rotation (3, 3): the eigenvector of Bar-Itzhack's matrix."""
-    r = rotation
-    k = np.array([
-        [r[0, 0] - r[1, 1] - r[2, 2], r[1, 0] + r[0, 1], r[2, 0] + r[0, 2], r[2, 1] - r[1, 2]],
-        [r[1, 0] + r[0, 1], r[1, 1] - r[0, 0] - r[2, 2], r[2, 1] + r[1, 2], r[0, 2] - r[2, 0]],
-        [r[2, 0] + r[0, 2], r[2, 1] + r[1, 2], r[2, 2] - r[0, 0] - r[1, 1], r[1, 0] - r[0, 1]],
-        [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], r[0, 0] + r[1, 1] + r[2, 2]],
-    ])  # fmt: skip
-    return np.asarray(np.linalg.eigh(k / 3)[1][:, -1])

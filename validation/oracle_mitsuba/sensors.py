@@ -67,9 +67,8 @@ def _first_hits(scene: Any, job: dict[str, Any]) -> dict[str, Array]:
     n = len(job["positions"])
     ray = mi.Ray3f(_rays(scene, job, job["positions"]))
     si = scene.ray_intersect(ray)
-    dr.eval(si.t, si.n, si.shape, si.instance)
-    instance = engine.words(si.instance, n)
-    number = np.where(instance > 0, instance, engine.words(si.shape, n))
+    dr.eval(si.t, si.n, si.shape)
+    number = engine.words(si.shape, n)
     shape = np.full(n, -1)
     for plugin in scene.shapes():
         if plugin.id() in job["owners"]:

@@ -31,7 +31,6 @@ from .forms import Array
 from .parts import EXACT, Part, geometry, is_endless
 from .plugins import Plugin, shape, shifted
 from .plugins import rgb as color
-from .plugins import scene as scene_of
 from .skies import HALF_TURN
 
 FAINT = 1e-5  # reflectances are this much lower, lights this much stronger
@@ -109,8 +108,6 @@ def supports(scene: Scene, name: str) -> str | None:
             return (
                 f"shapes[{number}]: a quadric without an end, whose mesh is too coarse to be taken as it is"
             )
-        if found == "emitter" and isinstance(item, (Ellipsoid, Quadric)):
-            return f"shapes[{number}]: Mitsuba's instances, which ellipsoids are, cannot emit"
         if found == "diffuse" and material.ka > 0 and max(rgb(scene.ambient)) > 0:
             return f"shapes[{number}]: ambient light, which Mitsuba does not have"
     return _settings_support(scene, name) or _lights_support(scene, name)
@@ -159,7 +156,7 @@ def work(scene: Scene, name: str, size: tuple[int, int], spp: int, max_depth: in
         children["sensor"] = base["sensor"]
         owners = {name: int(name.split("_")[1]) for name in children if name.startswith("shape_")}
         job = {
-            "scene": scene_of(children),
+            "scene": {"type": "scene", **children},
             "integrator": integrator,
             "owners": owners,
             "seed": len(found.renders),

@@ -17,8 +17,8 @@ from clrt.scene import Camera, Checker, Material, Scene, rgb
 
 from . import skies, surfaces, textures
 from .forms import Array
-from .parts import EXACT, Part, geometry
-from .plugins import Plugin, scene, shape
+from .parts import SMALL, Part, geometry
+from .plugins import Plugin, shape
 from .plugins import rgb as color
 
 
@@ -30,7 +30,7 @@ def to_mitsuba(source: Scene) -> Plugin:
 def translated(source: Scene) -> tuple[Plugin, list[str]]:
     """The scene as plain data (plugins.py), and notes on what is not exact in it."""
     notes = _settings_notes(source)
-    world = geometry(source, EXACT)
+    world = geometry(source, SMALL)
     children: dict[str, Plugin] = {
         "integrator": {"type": "path", "max_depth": source.max_depth + 2, "rr_depth": 100_000}
     }
@@ -42,9 +42,6 @@ def translated(source: Scene) -> tuple[Plugin, list[str]]:
         part = textures.shaped(part, source)
         inner = _surface(source, part, notes)
         plugin = textures.dressed(shape(part, **inner), part, source, np.zeros(3))
-        if plugin["type"] == "instance" and "emitter" in inner:
-            del plugin["group"]["unit"]["emitter"]
-            notes.append(f"shapes[{part.owner}]: Mitsuba's instances cannot emit")
         children[f"shape_{part.owner}_{index}"] = plugin
     look_at = np.asarray(camera.target, float) if camera is not None else world.center
     for index, light in enumerate(surfaces.lights(source)):
@@ -52,7 +49,7 @@ def translated(source: Scene) -> tuple[Plugin, list[str]]:
     sky = _sky(source)
     if sky is not None:
         children["sky"] = sky
-    return scene(children), list(dict.fromkeys(notes))
+    return {"type": "scene", **children}, list(dict.fromkeys(notes))
 
 
 def _settings_notes(source: Scene) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import engine
 from .engine import dr, mi
-from .plugins import FLAT, SMOOTH, scene
+from .plugins import FLAT, SMOOTH
 
 Array = np.ndarray
 OFFSET = 1e-6  # of the coordinates: how far off a surface rays start; 16 units in the last place of a float32
@@ -56,7 +56,7 @@ class World:
         self.short = SHORT * float(geometry["size"])
         self.least_step = OFFSET * 0.05 * float(geometry["size"])
         plugins = {f"shape_{i:06d}": shape for i, shape in enumerate(geometry["shapes"])}
-        self.scene = engine.load(scene({**plugins, **more}))
+        self.scene = engine.load({"type": "scene", **plugins, **more})
         self.owner, self.kind, self.form = geometry["owner"], geometry["kind"], geometry["form"]
         self.forms = geometry["forms"]
         self.owner_of_form = np.zeros(len(self.forms), int)
@@ -68,7 +68,7 @@ class World:
         self.first = np.zeros(places.max(initial=0) + 1, int)
         self.first[places] = geometry["first"]
         self.many = np.zeros(places.max(initial=0) + 1, bool)  # a rectangle's two triangles are one primitive
-        self.many[places] = [shape["type"] in ("mesh", "ellipsoids") for shape in geometry["shapes"]]
+        self.many[places] = [shape["type"] == "mesh" for shape in geometry["shapes"]]
 
     def nearest(self, origin: Array, direction: Array, form: Array, start: Array | None = None) -> Hits:
         """Nearest hits of rays (n, 3), unit directions, at distances above `start` (n,; 0).
@@ -90,12 +90,19 @@ class World:
             if not todo.size:
                 return found
             hits, exists, met = self._traced(origin[todo], direction[todo], begin[todo])
-            good = exists & (hits.t > after[todo]) & self._shows(hits, direction[todo])
+            good = (
+                exists
+                & (hits.t > after[todo])
+                & (hits.t < found.t[todo])
+                & self._shows(hits, direction[todo])
+            )
             found.put(todo[good], hits.take(good))
-            passed = exists & ~good
-            todo, met = todo[passed], met[passed]
+            step = self.step(origin[todo] + met[:, None] * direction[todo])
+            # something else may lie between a facet and the surface far behind it
+            passed = exists & (met + np.where(good, 20.0, 0.0) * step < found.t[todo])
             # further each time: a ray along a facet meets it again and again
-            begin[todo] = met + (1 + count) ** 2 * self.step(origin[todo] + met[:, None] * direction[todo])
+            todo, ahead = todo[passed], (met + (1 + count) ** 2 * step)[passed]
+            begin[todo] = ahead
         if len(todo) > max(10, n // 1000):
             raise RuntimeError(
                 f"{len(todo)} of {n} rays meet more than {PASSES} surfaces that they should pass"
@@ -107,13 +114,11 @@ class World:
         n = len(origin)
         moved = origin + begin[:, None] * direction
         si = self.scene.ray_intersect(engine.rays(moved - self.center, direction))
-        instance, prim = si.instance, si.prim_index
-        dr.eval(si.t, si.p, si.n, si.sh_frame.n, si.shape, instance, prim)
+        prim = si.prim_index
+        dr.eval(si.t, si.p, si.n, si.sh_frame.n, si.shape, prim)
         t = engine.column(si.t, n)
         exists = np.isfinite(t)
-        outer = engine.words(instance, n)
-        number = np.where(outer > 0, outer, engine.words(si.shape, n))
-        number = np.where(exists, number, 0)
+        number = np.where(exists, engine.words(si.shape, n), 0)
         row = np.where(exists, self.first[number] + np.where(self.many[number], engine.words(prim, n), 0), 0)
         normal, shading = engine.rows(si.n, n), engine.rows(si.sh_frame.n, n)
         if not len(self.owner):

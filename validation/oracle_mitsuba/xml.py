@@ -29,8 +29,6 @@ TAGS = {
     "disk": "shape",
     "cylinder": "shape",
     "ply": "shape",
-    "instance": "shape",
-    "shapegroup": "shape",
     "twosided": "bsdf",
     "diffuse": "bsdf",
     "conductor": "bsdf",
@@ -94,8 +92,6 @@ def _element(name: str, value: Any, depth: int) -> list[str]:
     if isinstance(value, dict):
         if value["type"] == "rgb":
             return [f'{indent}<rgb {named} value="{_numbers(value["value"])}"/>']
-        if value["type"] == "ref":
-            return [f"{indent}<ref id={quoteattr(value['id'])}/>"]
         tag = TAGS[value["type"]]
         # Mitsuba knows children by name (a texture's place) and top-level plugins by id
         label = f"id={quoteattr(name)}" if depth == 1 else named

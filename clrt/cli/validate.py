@@ -1,0 +1,135 @@
+"""`clrt validate`: independent programs render the same scenes, and their pictures are compared with ours."""
+
+from __future__ import annotations
+
+import argparse
+import shlex
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from clrt.atomic import check_replaceable
+from clrt.errors import ClrtError
+from clrt.resources import validation_module
+
+FAILED = 1  # exit code
+_SHOWN = 40  # failures that are listed
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run the suite and print what is proven; 0 where all is, else 1. ClrtError where it cannot be run."""
+    if options.report:
+        check_replaceable(options.report)
+    try:
+        suite = validation_module("suite")
+        plan = _plan(suite, options)
+        with _progress() as progress:
+            result = suite.run(plan, progress)
+        if options.report:
+            _write(result, Path(options.report))
+    except ModuleNotFoundError as error:
+        needs = f"clrt validate needs the package {error.name}"
+        raise ClrtError(f"{needs}; install what it needs with: pip install 'clrt[validation]'") from None
+    _show(result)
+    return 0 if result.passed else FAILED
+
+
+def _plan(suite: Any, options: argparse.Namespace) -> Any:
+    if options.random is not None and options.random < 0:
+        raise ClrtError(f"--random: {options.random} is not allowed; it is a number of scenes, at least 0")
+    everything = options.full and not options.case
+    return suite.Plan(
+        quick=not options.full,
+        random=suite.FULL_RANDOM if options.random is None and everything else options.random or 0,
+        seed=options.seed,
+        spd=Path(options.spd) if options.spd else None,
+        mutants=options.mutants or everything,
+        cases=tuple(options.case or ()),
+        device=options.device,
+        pictures=bool(options.report),
+        command=shlex.join(["clrt", *sys.argv[1:]]),
+    )
+
+
+def _write(result: Any, report: Path) -> None:
+    page = validation_module("report").write_report(result, report)
+    xml, data = validation_module("suite_files").write_beside(result, report)
+    print(f"report: {page}\nfor other programs: {xml.name} (JUnit), {data.name}")
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[int, int, str], None] | None]:
+    """A bar on stderr, or a line every tenth where that is not a terminal."""
+    if not sys.stderr.isatty():
+        yield _report_tenths
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import TimeRemainingColumn as Remaining
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), Remaining(),
+               TextColumn("{task.description}"))
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting", total=None)
+        yield lambda done, total, name: bar.update(task, completed=done, total=total, description=name)
+
+
+def _report_tenths(done: int, total: int, name: str) -> None:
+    if done * 10 // total != (done - 1) * 10 // total:
+        print(f"{done} of {total}: {name}", file=sys.stderr, flush=True)
+
+
+def _show(result: Any) -> None:
+    """The summary: a line for each oracle, then all that failed or was not proven."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for title in ("what", "proven", "of", ""):
+        table.add_column(title, justify="right" if title in ("proven", "of") else "left", no_wrap=True)
+    for name, good, total, note in _rows(result):
+        table.add_row(escape(name), str(good), str(total),
+                      "[green]ok[/]" if good == total else f"[red]{escape(note)}[/]")
+    console.print(table)
+    failures = list(_failures(result))
+    for line in failures[:_SHOWN]:
+        console.print(f"[red]failed[/] {escape(line)}")
+    if len(failures) > _SHOWN:
+        console.print(f"[red]and {len(failures) - _SHOWN} more[/]")
+    for note in result.notes:
+        loud = note.startswith("NOT PROVEN")
+        console.print(f"[bold red]{escape(note)}[/]" if loud else f"[dim]note: {escape(note)}[/]")
+    verdict = "[bold green]proven[/]" if result.passed else "[bold red]not proven[/]"
+    console.print(f"{verdict} on {escape(result.device)} in {result.seconds:.0f} s")
+
+
+def _rows(result: Any) -> Iterator[tuple[str, int, int, str]]:
+    """Name, good ones, all, what to say of the others."""
+    oracles: dict[str, list[bool]] = {}
+    for case in result.cases:
+        for oracle, (_, found) in case.results.items():
+            oracles.setdefault(oracle, []).append(found.passed)
+        for oracle in case.unproven:
+            oracles.setdefault(oracle, []).append(False)
+    for oracle, passed in oracles.items():
+        yield f"pictures, {oracle}", sum(passed), len(passed), "fails"
+    if result.coverage:
+        covered = len(result.coverage) - len(result.thin)
+        yield "features under two oracles that share no code", covered, len(result.coverage), "too thin"
+    if result.counts:
+        yield "ray counts", sum(count.passed for count in result.counts), len(result.counts), "off"
+    if result.mutants:
+        yield "mutants caught", sum(not m.survived for m in result.mutants), len(result.mutants), "survived"
+    for check in result.checks:
+        yield f"{check.name}: {check.detail}", int(check.passed), 1, "differs"
+
+
+def _failures(result: Any) -> Iterator[str]:
+    suite_files = validation_module("suite_files")
+    for group, name, _, failure, _ in suite_files.outcomes(result):
+        if failure:
+            yield f"{name} ({group}): {failure}"

@@ -1,0 +1,116 @@
+"""The scenes on which our kernels and the oracles must agree.
+
+    parts    primitives, materials and a room, of which the others are made
+    matrix   every primitive with every material, from outside and inside
+    terms    one term of the model a case
+    views    cameras, samples, total internal reflection, mirrors of mirrors
+    chance   scenes drawn from a seed
+    stock    what Mitsuba's own plugins can express
+    found    scenes on which something once failed
+
+A case is known by its name, so that a run can be repeated and shared out to processes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import warnings
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any
+
+from clrt.errors import ClrtError, ClrtWarning
+from clrt.formats import load_dict
+from clrt.places import did_you_mean
+from clrt.resources import shipped_scenes
+from clrt.scene import Scene
+from clrt.shipped import load_scene
+
+from ..compare import Limits, exact, limits
+from ..coverage import features_of
+from ..types import Case
+from . import chance, found, matrix, stock, terms, views
+from .parts import HEIGHT, WIDTH
+
+ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf")  # of layers that express whole scenes
+_AT_16 = " at 16 samples"
+_WIDTH_AT_16 = 80
+_SIZES = {16: (72, 54), 64: (48, 36)}  # smaller, or the oracles take too long
+_RANDOM = re.compile(r"random (\d+)/(\d+)( at 16 samples)?")
+_SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
+
+
+@cache
+def matrix_cases() -> dict[str, Case]:
+    """The small scenes that were made to test something, by name."""
+    modules = (terms, views, matrix, found)
+    cases = [_case(name, scene, tags) for module in modules for name, scene, tags in module.scenes()]
+    cases += [_case(name, scene, set(), ("oracle64", f"stock-{mode}")) for name, scene,
+              mode in stock.scenes()]
+    stand_ins = {"equal distances": terms.ties(moved=50.0)}
+    return {c.name: dataclasses.replace(c, stand_in=stand_ins.get(c.name)) for c in cases}
+
+
+def shipped_cases() -> list[str]:
+    """Names of the cases of the scenes that ship."""
+    return [f"shipped {name}{samples}" for name in shipped_scenes() for samples in ("", _AT_16)]
+
+
+def random_cases(count: int, seed: int) -> list[str]:
+    """Names of the cases of `count` scenes drawn from a seed."""
+    return [f"random {seed}/{number}{samples}" for number in range(count) for samples in ("", _AT_16)]
+
+
+def case_named(name: str) -> Case:
+    """The case of a name; ClrtError suggests the nearest one."""
+    if name in matrix_cases():
+        return matrix_cases()[name]
+    drawn, shipped = _RANDOM.fullmatch(name), _SHIPPED.fullmatch(name)
+    if drawn:
+        scene = chance.scene(int(drawn.group(1)), int(drawn.group(2)))
+        return _of_scene(name, partial(quietly, partial(load_dict, scene)), (96, 72), bool(drawn.group(3)))
+    if shipped and shipped.group(1) in shipped_scenes():
+        return _of_scene(name, partial(quietly, partial(load_scene, shipped.group(1))), None,
+                         bool(shipped.group(2)))
+    known = [*matrix_cases(), *shipped_cases()]
+    near = did_you_mean(name, known)
+    raise ClrtError(f"case: {name!r} is not a case{near}; a random one is 'random SEED/NUMBER'")
+
+
+def limits_of(case: Case, oracle: str) -> Limits:
+    """The limits of a case's comparison: strict for what was made as a test and for the oracle in float64."""
+    base = limits(case.spp, many_edges=case.name not in matrix_cases())
+    if oracle == "oracle64":
+        return dataclasses.replace(exact(base), window=base.window)  # one pixel of an edge can spoil a window
+    if oracle.startswith("stock"):
+        # its shadow rays start elsewhere, which shows where shadows meet what casts them
+        return dataclasses.replace(base, masked=0.03, psnr=(base.psnr or 0) - 2)
+    return base
+
+
+def quietly(load: Callable[[], Scene]) -> Scene:
+    """A scene without the warnings that are due: cases are to have open glass and bright sums."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ClrtWarning)
+        return load()
+
+
+def _case(name: str, scene: dict[str, Any] | Callable[[], Scene], tags: set[str],
+          oracles: tuple[str, ...] = ORACLES) -> Case:
+    load: Callable[[], Scene] = scene if callable(scene) else partial(load_dict, scene)
+    loaded = quietly(load)
+    assert loaded.camera is not None
+    spp = loaded.camera.spp
+    size = _SIZES.get(spp, (WIDTH, HEIGHT))
+    return Case(name, scene, frozenset(features_of(loaded) | tags), oracles, *size, spp)
+
+
+def _of_scene(name: str, load: Callable[[], Scene], size: tuple[int, int] | None, many: bool) -> Case:
+    scene = load()
+    assert scene.camera is not None
+    width = _WIDTH_AT_16 if many else WIDTH
+    width, height = size or (width, round(width * scene.camera.height / scene.camera.width))
+    if many and size:
+        width, height = size[0] * 2 // 3, size[1] * 2 // 3
+    return Case(name, load, frozenset(features_of(scene)), ORACLES, width, height, 16 if many else 1)

@@ -1,0 +1,106 @@
+"""Scenes drawn from a seed: any shapes with any materials under any lights, which nobody thought of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .parts import CHECKERED, CLOSED, OPEN, Table
+
+_ALL = {**CLOSED, **OPEN}
+_CHANCE_OF_CHECKER = 0.4
+
+
+def scene(seed: int, number: int) -> Table:
+    """Scene `number` of a seed: the same on every machine."""
+    draw = np.random.default_rng([seed, number])
+    table: Table = {
+        "max_depth": int(draw.integers(1, 6)), "background": _color(draw, 0.1, 0.6),
+        "ambient": _color(draw, 0.05, 0.4),
+        "ambient_samples": int(draw.choice([0, 0, 0, 0, 2])),
+        "min_weight": float(draw.choice([0, 0, 0.01, 0.1])),
+        "depth_color": _color(draw, 0, 0.5), "medium_ior": float(draw.choice([1.0, 1.0, 1.333])),
+        "one_sided": str(draw.choice(["none", "none", "none", "opaque"])),
+        "shadow": str(draw.choice(["opaque", "tinted"])), "camera": _camera(draw),
+        "lights": [_light(draw) for _ in range(draw.integers(1, 4))],
+        "shapes": [_shape(draw) for _ in range(draw.integers(3, 12))],
+    }  # fmt: skip
+    if table["ambient_samples"]:
+        table["max_depth"] = min(table["max_depth"], 2)  # each ray of them spawns more
+    floor = {"type": "plane", "point": [0, float(draw.uniform(-3, -1.5)), 0], "normal": [0, 1, 0]}
+    table["shapes"].append({**floor, "material": _material(draw, True)})
+    return table
+
+
+def _camera(draw: np.random.Generator) -> Table:
+    origin = draw.normal(size=3)
+    origin *= draw.choice([1.0, 6.0, 8.0]) / np.linalg.norm(origin)
+    origin[1] = abs(origin[1])
+    camera: Table = {"origin": _numbers(origin), "target": _numbers(draw.normal(size=3) * 0.5)}
+    if draw.random() < 0.2:
+        camera |= {"type": "orthographic", "size": float(draw.uniform(4, 8))}
+    else:
+        camera |= {"fov": float(draw.uniform(30, 80))}
+    if draw.random() < 0.3:
+        camera |= {"mirror": True, "shift": _numbers(draw.uniform(-0.5, 0.5, 2)),
+                   "near": float(draw.uniform(0, 2))}
+    if draw.random() < 0.3:
+        camera |= {"jitter": int(draw.integers(0, 1 << 32))}
+    if draw.random() < 0.2:
+        camera |= {"fov_axis": "vertical"}
+    return camera
+
+
+def _light(draw: np.random.Generator) -> Table:
+    color = _color(draw, 0.2, 0.6)
+    if draw.random() < 0.3:
+        direction = draw.normal(size=3)
+        return {"type": "directional",
+                "direction": _numbers([direction[0], -abs(direction[1]), direction[2]]),
+                "intensity": color}  # fmt: skip
+    position = draw.normal(size=3) * 4
+    if draw.random() < 0.3:
+        return {"type": "point", "position": _numbers(position), "falloff": "inverse-square",
+                "intensity": _numbers(np.array(color) * 12)}  # fmt: skip
+    return {"type": "point", "position": _numbers(position), "intensity": color}
+
+
+def _shape(draw: np.random.Generator) -> Table:
+    name = str(draw.choice(list(_ALL)))
+    x, y, z = draw.normal(size=3) * 1.3
+    shape = _ALL[name]((round(float(x), 4), round(float(y), 4), round(float(z), 4)),
+                       round(float(draw.uniform(0.3, 1.3)), 4))
+    return {**shape, "material": _material(draw, name in CHECKERED)}
+
+
+def _material(draw: np.random.Generator, checkered: bool) -> Table:
+    table: Table = {"color": _color(draw, 0.1, 0.9), "diffuse": float(draw.uniform(0.1, 0.7))}
+    if checkered and draw.random() < _CHANCE_OF_CHECKER:
+        table["color"] = {"type": "checker", "colors": [_color(draw, 0.3, 0.6), _color(draw, 0.3, 0.6)],
+                          "size": float(draw.uniform(0.4, 1.2)),
+                          "divisions": int(draw.integers(3, 9))}  # fmt: skip
+    if draw.random() < 0.4:
+        table |= {"specular": float(draw.uniform(0.1, 0.5)), "shininess": float(10 ** draw.uniform(0, 2.3)),
+                  "highlight_color": _color(draw, 0.4, 1)}  # fmt: skip
+    kind = draw.random()
+    if kind < 0.25:
+        table |= {"reflection": float(draw.uniform(0.1, 0.8)), "reflection_color": _color(draw, 0.5, 1)}
+        table["fresnel"] = "schlick" if kind < 0.1 else False
+    elif kind < 0.5:
+        table |= {"transmission": float(draw.uniform(0.3, 0.9)), "transmission_color": _color(draw, 0.6, 1),
+                  "ior": float(draw.choice([1.0, 1.2, 1.5, 2.0, 0.8])), "thin": bool(draw.random() < 0.25),
+                  "fresnel": bool(draw.random() < 0.5), "diffuse": 0.1}  # fmt: skip
+        if draw.random() < 0.5:
+            table["reflection"] = float(draw.uniform(0.05, 0.3)) if not table["fresnel"] else 1.0
+    if draw.random() < 0.15:
+        table |= {"emission": _color(draw, 0, 0.3), "ambient": 0.2}
+    return table
+
+
+def _color(draw: np.random.Generator, low: float, high: float) -> list[float]:
+    return _numbers(draw.uniform(low, high, 3))
+
+
+def _numbers(values: Any) -> list[float]:
+    return [round(float(value), 4) for value in values]

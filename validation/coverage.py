@@ -1,0 +1,203 @@
+"""What there is to prove, and which oracles proved it: the table of features.
+
+A feature counts as proven by an oracle where a case that has the feature agrees with it. Oracles of one
+family share code, so a feature needs two families.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from clrt.scene import (
+    Box,
+    Checker,
+    Cone,
+    Cylinder,
+    DirectionalLight,
+    Ellipsoid,
+    Material,
+    Mesh,
+    Polygon,
+    Quadric,
+    Scene,
+    Shape,
+    Sphere,
+    rgb,
+)
+from clrt.transforms import is_similarity
+
+from .types import CaseResult, CountResult
+
+SHAPES: Final = (
+    "sphere", "sphere, transformed", "sphere, made an ellipsoid", "ellipsoid", "plane", "polygon",
+    "polygon of many corners",
+    "disk", "box", "box, mirrored", "mesh of triangles", "mesh of polygons", "smooth mesh",
+    "mesh with normals", "cylinder",
+    "cylinder with caps", "cone", "cone with caps", "cone with a tip", "paraboloid", "quadric",
+    "quadric, clipped",
+    "transform",
+)  # fmt: skip
+MATERIALS: Final = (
+    "ambient, constant", "emission", "diffuse", "highlight", "highlight tint", "checker on a plane",
+    "checker on a disk",
+    "checker on a polygon", "checker on a sphere", "mirror", "mirror tint", "schlick mirror",
+    "schlick highlight",
+    "transmission", "transmission tint", "fresnel", "thin", "equal indices",
+)  # fmt: skip
+LIGHTS: Final = ("point light", "inverse square", "directional light", "several lights", "no light",
+                 "shadows", "tinted shadows")
+SETTINGS: Final = (
+    "background colour", "background image", "ambient rays", "depth colour", "least weight", "medium index",
+    "one-sided surfaces", "no bounces",
+)  # fmt: skip
+CAMERAS: Final = (
+    "perspective", "orthographic", "vertical field of view", "up vector", "near", "mirrored camera",
+    "shifted camera",
+    "jitter", "4 samples", "16 samples", "64 samples",
+)  # fmt: skip
+# what a scene's tables do not show
+SITUATIONS: Final = (
+    "from inside", "camera in glass", "total internal reflection", "deep mirrors", "light behind the surface",
+    "equal distances",
+)  # fmt: skip
+COUNTS: Final = ("ray counts",)
+FEATURES: Final = {"shapes": SHAPES, "materials": MATERIALS, "lights": LIGHTS, "scene": SETTINGS,
+                   "camera": CAMERAS,
+                   "situations": SITUATIONS, "counting": COUNTS}  # fmt: skip
+
+
+def features_of(scene: Scene) -> set[str]:
+    """The features that a scene's tables show."""
+    found = _scene_features(scene) | _light_features(scene) | _camera_features(scene)
+    for shape in scene.shapes:
+        found |= _shape_features(shape) | _material_features(scene, shape)
+    return found
+
+
+def coverage(results: Iterable[CaseResult], counts: Iterable[CountResult] = ()) -> dict[str, set[str]]:
+    """Feature -> oracles under which it passed, for every feature there is."""
+    table: dict[str, set[str]] = {name: set() for names in FEATURES.values() for name in names}
+    for result in results:
+        agree = {oracle for oracle, (_, comparison) in result.results.items() if comparison.passed}
+        for feature in result.case.features:
+            table.setdefault(feature, set()).update(agree)
+    by_oracle: dict[str, list[bool]] = {}
+    for count in counts:
+        by_oracle.setdefault(count.scene.partition(", ")[2] or "published", []).append(count.passed)
+    table[COUNTS[0]] = {oracle for oracle, passed in by_oracle.items() if all(passed)}
+    return table
+
+
+def fewest_cases(features: Mapping[str, frozenset[str]]) -> list[str]:
+    """A few of these cases (name -> features) that have all of the features: the greedy choice."""
+    missing = set().union(*features.values()) if features else set()
+    chosen: list[str] = []
+    while missing:
+        best = max(features, key=lambda name: len(features[name] & missing))
+        chosen.append(best)
+        missing -= features[best]
+    return chosen
+
+
+def _scene_features(scene: Scene) -> set[str]:
+    bounces = any(m.kr > 0 or m.kt > 0 for m in map(scene.material_of, scene.shapes))
+    image = isinstance(scene.background, str)
+    tests = {
+        "background image": image, "background colour": not image, "ambient rays": scene.ambient_samples > 0,
+        "depth colour": bounces and scene.depth_color != 0, "least weight": bounces and scene.min_weight > 0,
+        "medium index": scene.medium_ior != 1, "one-sided surfaces": scene.one_sided == "opaque",
+        "no bounces": bounces and scene.max_depth == 0,
+    }  # fmt: skip
+    return {name for name, holds in tests.items() if holds}
+
+
+def _light_features(scene: Scene) -> set[str]:
+    lights = scene.lights
+    sun = [isinstance(light, DirectionalLight) for light in lights]
+    tinted = scene.shadow == "tinted" and any(scene.material_of(shape).kt > 0 for shape in scene.shapes)
+    tests = {
+        "point light": not all(sun), "directional light": any(sun), "several lights": len(lights) > 1,
+        "inverse square": any(getattr(light, "falloff", "none") != "none" for light in lights),
+        "no light": not lights, "shadows": bool(lights) and len(scene.shapes) > 1,
+        "tinted shadows": tinted and bool(lights),
+    }  # fmt: skip
+    return {name for name, holds in tests.items() if holds}
+
+
+def _camera_features(scene: Scene) -> set[str]:
+    camera = scene.camera
+    if camera is None:
+        return set()
+    tests = {
+        camera.type: True, "vertical field of view": camera.fov_axis == "vertical", "near": camera.near > 0,
+        "up vector": camera.up not in (None, (0.0, 1.0, 0.0)), "mirrored camera": camera.mirror,
+        "shifted camera": camera.shift != (0.0, 0.0), "jitter": camera.jitter is not None,
+        f"{camera.spp} samples": camera.spp in (4, 16, 64),
+    }  # fmt: skip
+    return {name for name, holds in tests.items() if holds}
+
+
+def _shape_features(shape: Shape) -> set[str]:
+    moved = getattr(shape, "transform", None) is not None
+    return {_shape_name(shape, moved), *(["transform"] if moved else [])}
+
+
+def _shape_name(shape: Any, moved: bool) -> str:
+    if isinstance(shape, Sphere) and moved:
+        return "sphere, transformed" if is_similarity(shape.matrix) else "sphere, made an ellipsoid"
+    if isinstance(shape, Polygon) and len(shape.points) > 4:
+        return "polygon of many corners"
+    if isinstance(shape, Box) and _mirrors(shape):
+        return "box, mirrored"
+    if isinstance(shape, Mesh):
+        if shape.normals is not None or shape.smooth:
+            return "mesh with normals" if shape.normals is not None else "smooth mesh"
+        polygons = any(len(face) > 3 for face in shape.data().faces)
+        return "mesh of polygons" if polygons else "mesh of triangles"
+    if isinstance(shape, Cone):
+        return "cone with a tip" if 0 in (shape.r0, shape.r1) else "cone with caps" if shape.caps else "cone"
+    if isinstance(shape, Cylinder) and shape.caps:
+        return "cylinder with caps"
+    if isinstance(shape, Quadric) and shape.clip is not None:
+        return "quadric, clipped"
+    return "ellipsoid" if isinstance(shape, Ellipsoid) else shape.type
+
+
+def _mirrors(shape: Shape) -> bool:
+    import numpy as np
+
+    return bool(np.linalg.det(shape.matrix[:3, :3]) < 0)
+
+
+def _material_features(scene: Scene, shape: Shape) -> set[str]:
+    material = scene.material_of(shape)
+    lit = bool(scene.lights)
+    schlick = material.fresnel == "schlick"
+    tests = {
+        "ambient, constant": material.ka > 0 and any(rgb(scene.ambient)) and not scene.ambient_samples,
+        "emission": any(rgb(material.emission)), "diffuse": lit and material.diffuse > 0,
+        "highlight": lit and material.specular > 0,
+        "highlight tint": lit and material.specular > 0 and _tinted(material.highlight_color),
+        "schlick highlight": lit and material.specular > 0 and schlick,
+        f"checker on a {shape.type}": isinstance(material.color, Checker),
+    }  # fmt: skip
+    return {name for name, holds in tests.items() if holds} | _bounce_features(scene, material)
+
+
+def _bounce_features(scene: Scene, material: Material) -> set[str]:
+    kr, kt, fresnel = material.kr > 0, material.kt > 0, material.fresnel is True
+    same = material.eta == scene.medium_ior
+    tests = {
+        "mirror": kr, "mirror tint": kr and _tinted(material.reflection_color),
+        "schlick mirror": kr and material.fresnel == "schlick",
+        "transmission": kt and not same and not material.thin,
+        "transmission tint": kt and _tinted(material.transmission_color),
+        "fresnel": fresnel and (kr or kt) and not same,
+        "thin": kt and material.thin, "equal indices": kt and same,
+    }  # fmt: skip
+    return {name for name, holds in tests.items() if holds}
+
+
+def _tinted(color: Any) -> bool:
+    return rgb(color) != (1.0, 1.0, 1.0)

@@ -1,0 +1,112 @@
+"""Who renders a case: our kernels, and the oracles by name."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.device import Device
+from clrt.errors import ClrtWarning
+from clrt.flatten import flatten
+from clrt.formats import load_dict
+from clrt.scene import Scene
+from clrt.tracer import Tracer
+from clrt.world import World
+
+from .oracle64 import edge_mask, render64
+from .oracle_mitsuba import Mitsuba
+from .ours import TERMS, ray_key, render_ours
+from .types import Case, OracleImage
+
+ORACLE64: Final = "oracle64"
+
+
+def scene_of(case: Case) -> Scene:
+    """The case's scene, of its size, samples and depth."""
+    return _loaded(case.scene, case)
+
+
+def stand_in_of(case: Case) -> Scene:
+    """The scene of the same picture for oracles that cannot express the case's own, if it has one."""
+    return _loaded(case.stand_in or case.scene, case)
+
+
+def _loaded(source: Any, case: Case) -> Scene:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore",
+                              ClrtWarning)  # cases go where warnings are due: open glass, bright sums
+        scene = source() if callable(source) else load_dict(source)
+    assert isinstance(scene, Scene)
+    return scene.override(width=case.width, height=case.height, spp=case.spp, max_depth=case.max_depth)
+
+
+class OpenedTracer(Tracer):
+    """A tracer on a device that is already open, so that its kernels are built once for many scenes."""
+
+    def __init__(self, scene: Scene, device: Device) -> None:
+        self.scene, self.settings, self.device = scene, device.settings, device
+        self.flat = flatten(scene)
+        self.world = World(device, self.flat)
+
+
+def our_picture(scene: Scene, device: Device) -> OracleImage:
+    """The kernels' picture of a scene from its camera."""
+    return render_ours(OpenedTracer(scene, device))
+
+
+def picture64(scene: Scene) -> OracleImage:
+    """The float64 oracle's."""
+    start = time.perf_counter()
+    result = render64(scene, layers=(*TERMS, "depth", "shape"))
+    # with ambient rays, the ambient light of generation 0 is what rays of later generations bring
+    names = [name for name in TERMS if name != "ambient" or not scene.ambient_samples]
+    terms = {ray_key(0, f"camera {name}"): result.layers[name] for name in names}
+    return OracleImage(result.pixels, result.by_ray | terms, result.layers["depth"], result.layers["shape"],
+                       "float64 oracle", time.perf_counter() - start)  # fmt: skip
+
+
+def edges64(scene: Scene, reference: np.ndarray) -> np.ndarray:
+    """Pixels (h, w) where the float64 oracle's picture jumps; never made from ours."""
+    return np.asarray(edge_mask(scene, reference=reference))
+
+
+class Oracles:
+    """All oracles, of which Mitsuba is a process of its own. A context manager."""
+
+    def __init__(self, timeout: float = 300.0) -> None:
+        self.mitsuba = Mitsuba(timeout)
+        self._missing: str | None = None
+        self._asked = False
+
+    def __enter__(self) -> Oracles:
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.mitsuba.close()
+
+    def missing(self) -> str | None:
+        """Why Mitsuba does not run here, or None."""
+        if not self._asked:
+            self._missing, self._asked = self.mitsuba.available(), True
+        return self._missing
+
+    def unable(self, oracle: str, scene: Scene) -> str | None:
+        """Why an oracle cannot render a scene, here or at all; None where it can."""
+        if oracle == ORACLE64:
+            return None
+        return self.missing() or self.mitsuba.supports(scene, mode_of(oracle))
+
+    def render(self, oracle: str, scene: Scene) -> OracleImage:
+        """An oracle's picture of a scene from its camera."""
+        if oracle == ORACLE64:
+            return picture64(scene)
+        assert scene.camera is not None
+        return self.mitsuba.render(scene, mode=mode_of(oracle), spp=scene.camera.spp)
+
+
+def mode_of(oracle: str) -> str:
+    """Mitsuba's mode for an oracle's name: "mitsuba-table" -> "table"."""
+    return oracle.removeprefix("mitsuba-")
