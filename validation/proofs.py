@@ -2,7 +2,7 @@
 
     python -m clrt_validation.proofs --leaks 1e8 --self-hits 1e7
 
-prints a table and exits with 1 when a single ray fails. Figures that were reached are in docs/performance.md.
+prints what was found, and exits with 1 when a single ray fails.
 """
 
 from __future__ import annotations
