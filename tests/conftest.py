@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from validation.oracle_mitsuba import Mitsuba
 
 
 @pytest.fixture(scope="session")
@@ -14,3 +17,13 @@ def shared_folder() -> Path:
     if not (folder / "data").is_dir():
         pytest.skip(f"the foreign scenes are not here: no folder {folder / 'data'}")
     return folder
+
+
+@pytest.fixture(scope="session")
+def mitsuba() -> Iterator[Mitsuba]:
+    """Mitsuba in its process. Where it cannot run its tests fail: what they prove is not proven."""
+    with Mitsuba() as found:
+        reason = found.available()
+        if reason is not None:
+            pytest.fail(f"nothing is proven: {reason}")
+        yield found

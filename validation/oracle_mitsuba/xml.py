@@ -101,6 +101,9 @@ def _element(name: str, value: Any, depth: int) -> list[str]:
                 lines += _element(key, inner, depth + 1)
         return [*lines, f"{indent}</{tag}>"]
     if isinstance(value, np.ndarray):
+        if value.shape == (3, 3):  # in XML even a transform of the plane has 4x4 numbers
+            plane, value = value, np.eye(4)
+            value[:2, :2], value[:2, 3] = plane[:2, :2], plane[:2, 2]
         matrix = f'<matrix value="{_numbers(value.ravel())}"/>'
         return [f"{indent}<transform {named}>{matrix}</transform>"]
     if isinstance(value, list):

@@ -1,0 +1,45 @@
+"""Scenes as Mitsuba's XML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from tests.mitsuba_rooms import CHECKER, GREY, HEIGHT, MATTE, NEAR, SCENES, WIDTH, off, ours, room, stock_room
+from validation.oracle_mitsuba.modes import plan
+from validation.oracle_mitsuba.xml import to_xml, write_xml
+
+
+def test_xml_is_the_scene(mitsuba: Any, tmp_path: Path) -> None:
+    """The file, read by Mitsuba, gives the picture that the scene gives."""
+    materials = {"floor": CHECKER, "a": CHECKER, "b": MATTE, "c": GREY, "d": MATTE}
+    scene = stock_room(materials, {"lights": [NEAR], "background": 0.0})
+    file = tmp_path / "room.xml"
+    write_xml(scene, file)
+    assert len(list((tmp_path / "room_meshes").iterdir())) == 3  # box, cone and ellipsoid
+    (render,) = plan(scene, WIDTH, HEIGHT, "stock-S1", 1, None, None).job["renders"]
+    assert scene.camera is not None
+    job = {
+        **render,
+        "scene": {"type": "file", "path": str(file)},
+        "owners": {},
+        "eye": np.array(scene.camera.origin),
+    }
+    (answer,) = mitsuba.request("stock", {"renders": [job]})
+    assert (
+        off(answer["mean"].reshape(HEIGHT, WIDTH, 3), ours(scene).pixels, 1e-3) <= 2e-3
+    )  # meshes are coarser in files
+
+
+def test_xml_says_what_it_changes() -> None:
+    scene = room(SCENES["schlick, thin, emission"]["materials"], background="sky.exr")
+    text = to_xml(scene)
+    tree = ElementTree.fromstring(text)
+    kinds = {element.get("type") for element in tree.iter()}
+    assert {"perspective", "rectangle", "sphere", "ply", "point", "directional", "envmap", "area"} <= kinds
+    assert {"blendbsdf", "thindielectric"} <= kinds
+    for note in ("ambient", "specular", "falloff", "emission", "fresnel"):
+        assert note in text.split("<integrator")[0]
