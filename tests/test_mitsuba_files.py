@@ -7,8 +7,12 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+import pytest
 
+from clrt.cli import main
+from clrt.errors import ClrtError
 from tests.mitsuba_rooms import CHECKER, GREY, HEIGHT, MATTE, NEAR, SCENES, WIDTH, off, ours, room, stock_room
+from validation.oracle_mitsuba import meshing
 from validation.oracle_mitsuba.modes import plan
 from validation.oracle_mitsuba.xml import to_xml, write_xml
 
@@ -43,3 +47,25 @@ def test_xml_says_what_it_changes() -> None:
     assert {"blendbsdf", "thindielectric"} <= kinds
     for note in ("ambient", "specular", "falloff", "emission", "fresnel"):
         assert note in text.split("<integrator")[0]
+
+
+def test_convert_writes_xml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "gallery.xml"
+    assert main(["convert", "gallery", str(out)]) == 0
+    tree = ElementTree.parse(out)
+    names = [element.get("value") for element in tree.iter("string") if element.get("name") == "filename"]
+    assert names and all((tmp_path / str(name)).is_file() for name in names)
+    assert "Mitsuba lacks" in capsys.readouterr().err
+    (tmp_path / "sky_meshes").write_text("in the way")
+    assert main(["convert", "gallery", str(tmp_path / "sky.xml")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1 and not (tmp_path / "sky.xml").exists()
+    assert main(["convert", "gallery", str(tmp_path / "nowhere" / "sky.xml")]) == 2
+
+
+def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> None:
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+    monkeypatch.setattr(meshing, "import_module", missing)
+    with pytest.raises(ClrtError, match=r"need mapbox_earcut; .* 'clrt\[validation\]'|need shapely"):
+        write_xml(stock_room({"a": MATTE, "b": MATTE, "c": MATTE, "d": MATTE}, {}), tmp_path / "room.xml")

@@ -80,9 +80,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_scene(hashing)
     _add_frame(hashing)
 
-    convert = command("convert", "Read a scene in any known format and write it as .toml or .json.")
+    convert = command("convert", "Read a scene in any known format; write it as .toml, .json or .xml.")
     convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
-    convert.add_argument("output", metavar="OUT", help="file to write: .toml or .json")
+    convert.add_argument("output", metavar="OUT", help="file to write: .toml, .json, or .xml (for Mitsuba)")
 
     compare = command("compare", "Say how far a picture is from another one, or from its scene, and why.")
     compare.add_argument("a", metavar="A", help="picture (or scene) to judge")

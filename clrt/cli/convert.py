@@ -1,13 +1,23 @@
-"""`clrt convert`: any scene format in, the project's own out."""
+"""`clrt convert`: any scene format in, the project's own out, or Mitsuba's XML."""
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene of `options.input` to `options.output`. ClrtError leaves the output as it was."""
     from clrt.shipped import load_scene
 
-    load_scene(options.input).save(options.output)
+    scene = load_scene(options.input)
+    if Path(options.output).suffix.lower() == ".xml":
+        from clrt.cli import say
+        from clrt.resources import validation_module
+
+        changed = validation_module("oracle_mitsuba.xml").write_xml(scene, options.output)
+        if changed:
+            say(f"{options.output}: Mitsuba lacks {changed} things of this scene; the first lines name them")
+        return 0
+    scene.save(options.output)
     return 0

@@ -9,7 +9,8 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from clrt.atomic import replacing
+from clrt.atomic import check_replaceable, replacing
+from clrt.errors import ClrtError
 from clrt.scene import Scene
 
 from .forms import Array
@@ -52,18 +53,31 @@ def to_xml(scene: Scene, meshes: str = "meshes") -> str:
     return _document(scene, meshes, None)[0]
 
 
-def write_xml(scene: Scene, path: str | os.PathLike[str]) -> None:
-    """Write the XML to `path`, and the meshes into a folder beside it, named after it."""
+def write_xml(scene: Scene, path: str | os.PathLike[str]) -> int:
+    """Write the XML to `path`, and the meshes into a folder beside it, named after it.
+
+    Returns how many notes on what is not exact the file starts with. ClrtError where a file cannot be
+    written, or a package that makes meshes is missing.
+    """
     path = Path(path)
     folder = f"{path.stem}_meshes"
-    text, meshes = _document(scene, folder, path.parent)
+    try:
+        text, meshes = _document(scene, folder, path.parent)
+    except ModuleNotFoundError as error:
+        needs = f"{path}: its meshes need {error.name}; install it with: pip install 'clrt[validation]'"
+        raise ClrtError(needs) from None
+    check_replaceable(path)
     if meshes:
-        (path.parent / folder).mkdir(exist_ok=True)
+        try:
+            (path.parent / folder).mkdir(exist_ok=True)
+        except OSError as error:
+            raise ClrtError(f"{path.parent / folder}: cannot be made: {error.strerror}") from None
     for name, mesh in meshes.items():
         with replacing(path.parent / name) as temporary:
-            Path(temporary).write_bytes(ply(mesh))
+            temporary.write_bytes(ply(mesh))
     with replacing(path) as temporary:
-        Path(temporary).write_text(text, encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8")
+    return text.count("<!--")
 
 
 def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict[str, Plugin]]:
