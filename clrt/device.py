@@ -11,7 +11,7 @@ import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -160,6 +160,23 @@ def kernel_source(
     )
 
 
+# Contexts and programs are kept for the process: they hold no state of a scene, and looking a program up in
+# the driver's cache takes longer than a small picture.
+@cache
+def _context(device: cl.Device) -> cl.Context:
+    return cl.Context([device])
+
+
+@cache
+def _program(context: cl.Context, source: str) -> cl.Program:
+    options = ["-cl-std=CL1.2"]
+    if context.devices[0].single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
+        options.append("-cl-fp32-correctly-rounded-divide-sqrt")
+    # PoCL keeps a cache of its own on disk, for other drivers pyopencl does
+    return cl.Program(context, source).build(options)
+
+
+@cache
 def _thread_limited(device: cl.Device, threads: int | None) -> cl.Device:
     if threads is None or threads >= device.max_compute_units:
         return device
@@ -193,7 +210,7 @@ class Device:
             )
         try:
             self.device = _thread_limited(device, self.settings.threads)
-            self.context = cl.Context([self.device])
+            self.context = _context(self.device)
             # PoCL's context names the whole device where it was made for a part: the queue must say which
             self.queue = cl.CommandQueue(
                 self.context, self.device, properties=cl.command_queue_properties.PROFILING_ENABLE
@@ -221,12 +238,8 @@ class Device:
 
     def build(self, source: str) -> cl.Program:
         """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
-        options = ["-cl-std=CL1.2"]
-        if self.device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
-            options.append("-cl-fp32-correctly-rounded-divide-sqrt")
         try:
-            # compiled once: PoCL keeps a cache of its own, for other drivers pyopencl does
-            return cl.Program(self.context, source).build(options)
+            return _program(self.context, source)
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: the kernels do not build: {error}") from None
 
