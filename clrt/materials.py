@@ -45,7 +45,9 @@ class Material(Record, frozen=True, kw_only=True):
     """Coefficients, tints and the index of refraction of a surface.
 
     `ambient`, `reflection` and `transmission` are None where they are not given; `ka`, `kr`, `kt` are the
-    numbers that then hold. Colours are linear Rec.709, a single number is a grey.
+    numbers that then hold. Colours are linear Rec.709, a single number is a grey. `absorption` is the share
+    of light lost in the medium per unit of length, as the logarithm of what passes; where media overlap, the
+    one of the highest `priority` is there.
     """
 
     color: Annotated[
@@ -66,6 +68,11 @@ class Material(Record, frozen=True, kw_only=True):
     reflection_color: Color = 1.0
     transmission_color: Color = 1.0
     emission: Color = 0.0
+    absorption: Color = 0.0
+    priority: Annotated[
+        int,
+        Meta(ge=-(1 << 15), lt=1 << 15, description="priority must be a whole number from -32768 to 32767"),
+    ] = 0
     thin: bool = False
 
     def check(self, at: At) -> None:
@@ -100,6 +107,11 @@ class Material(Record, frozen=True, kw_only=True):
     def eta(self) -> float:
         """Index of refraction as a number."""
         return IOR[self.ior] if isinstance(self.ior, str) else self.ior
+
+    @property
+    def is_medium(self) -> bool:
+        """Whether rays pass into what the surface encloses."""
+        return self.kt > 0 and not self.thin
 
     @property
     def gain(self) -> float:
