@@ -22,6 +22,7 @@ from .ours import TERMS, ray_key, render_ours
 from .types import Case, OracleImage
 
 ORACLE64: Final = "oracle64"
+_AMBIENT: Final = ray_key(0, "camera ambient")  # says nothing new where later rays bring the ambient light
 
 
 def scene_of(case: Case) -> Scene:
@@ -61,9 +62,9 @@ def picture64(scene: Scene) -> OracleImage:
     """The float64 oracle's."""
     start = time.perf_counter()
     result = render64(scene, layers=(*TERMS, "depth", "shape"))
-    # with ambient rays, the ambient light of generation 0 is what rays of later generations bring
-    names = [name for name in TERMS if name != "ambient" or not scene.ambient_samples]
-    terms = {ray_key(0, f"camera {name}"): result.layers[name] for name in names}
+    terms = {ray_key(0, f"camera {name}"): result.layers[name] for name in TERMS}
+    if scene.ambient_samples:
+        terms.pop(_AMBIENT)
     return OracleImage(result.pixels, result.by_ray | terms, result.layers["depth"], result.layers["shape"],
                        "float64 oracle", time.perf_counter() - start)  # fmt: skip
 
@@ -104,7 +105,10 @@ class Oracles:
         if oracle == ORACLE64:
             return picture64(scene)
         assert scene.camera is not None
-        return self.mitsuba.render(scene, mode=mode_of(oracle), spp=scene.camera.spp)
+        picture = self.mitsuba.render(scene, mode=mode_of(oracle), spp=scene.camera.spp)
+        if scene.ambient_samples:
+            picture.by_ray.pop(_AMBIENT, None)
+        return picture
 
 
 def mode_of(oracle: str) -> str:

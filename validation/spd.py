@@ -84,7 +84,7 @@ def compared(scene: str, ours: tuple[int, ...], theirs: tuple[int, ...]) -> list
 
 def _ball(kr: float, kt: float) -> Scene:
     """Within a ball: every ray hits it, is lit, and goes on; what leaves it meets nothing."""
-    wall = {"reflection": kr, "transmission": kt, "ior": 1.0}
+    wall = {"diffuse": 0.1, "reflection": kr, "transmission": kt, "ior": 1.0}
     return load_dict({
         "max_depth": _DEPTH, "ambient": 0.1, "camera": _square([0.3, 0.1, 0.2], [1, 0, 0.1]),
         "lights": [{"type": "point", "position": [0, 0, 0]}],
@@ -94,7 +94,7 @@ def _ball(kr: float, kt: float) -> Scene:
 
 def _stack() -> Scene:
     """Planes one behind the other, each lit from the camera's side; glass blocks, but a feeler is counted."""
-    sheet = {"transmission": 0.7, "thin": True}
+    sheet = {"diffuse": 0.3, "transmission": 0.7, "thin": True}
     planes = [{"type": "plane", "point": [0, 0, -k], "normal": [0, 0, 1],
                "material": sheet} for k in range(9)]
     return load_dict({"max_depth": _DEPTH, "camera": _square([0, 0, 4], [0, 0, 0]), "shapes": planes,

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from .parts import (
     CHECKERED,
@@ -14,6 +13,7 @@ from .parts import (
     OPAQUE,
     OPEN,
     WIDTH,
+    Place,
     Primitive,
     Table,
     room,
@@ -30,8 +30,8 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
         yield f"opaque {name}", _grid(primitive, OPAQUE, name in CHECKERED), set()
         yield f"clear {name}", _grid(primitive, CLEAR, False), set()
     for name, primitive in CLOSED.items():
-        yield f"inside {name}", _inside(primitive), {"from inside"}
-        yield f"in glass {name}", _in_glass(primitive), {"from inside", "camera in glass"}
+        yield f"inside {name}", _inside(name, primitive), {"from inside"}
+        yield f"in glass {name}", _in_glass(name, primitive), {"from inside", "camera in glass"}
     yield "room of planes", _planes(), {"from inside"}
 
 
@@ -45,23 +45,34 @@ def _grid(primitive: Primitive, materials: dict[str, Table], checkered: bool) ->
     return room(shapes)
 
 
-def _view(fov: float, **more: Any) -> Table:
-    camera: Table = {"origin": [0.1, 0.05, 0.6], "target": [-0.15, -0.1, -1.0], "fov": fov}
-    return {**camera, "width": WIDTH, "height": HEIGHT, **more}
+def _view() -> Table:
+    camera: Table = {"origin": [0.5, 0.2, 0.6], "target": [-0.4, -0.25, -1.0], "fov": 100}
+    return {**camera, "width": WIDTH, "height": HEIGHT}
 
 
-def _inside(primitive: Primitive) -> Table:
-    """The camera and a lamp within the primitive, whose walls shine and mirror."""
-    walls = {"color": [0.6, 0.5, 0.45], "diffuse": 0.6, "specular": 0.2, "shininess": 12, "reflection": 0.25}
-    lamp = {"type": "point", "position": [0.2, 0.4, 0.3], "intensity": [0.5, 0.45, 0.4]}
-    return {"max_depth": 3, "background": 0.2, "ambient": 0.2, "camera": _view(75), "lights": [lamp],
-            "shapes": [with_material(primitive((0.0, 0.0, 0.0), 3.0), walls)]}  # fmt: skip
+def _middle(name: str) -> Place:
+    """Where a primitive goes whose inside is to be about the origin."""
+    return (1.0, 1.2, 0.0) if name == "mesh of polygons" else (0.0, 0.0, 0.0)  # its origin is a corner
 
 
-def _in_glass(primitive: Primitive) -> Table:
+def _inside(name: str, primitive: Primitive) -> Table:
+    """The camera, two lamps and a ball within the primitive, whose walls shine and mirror."""
+    walls = {"color": [0.6, 0.5, 0.45], "diffuse": 0.5, "specular": 0.3, "shininess": 12, "reflection": 0.3,
+             "reflection_color": [1, 0.9, 0.8]}  # fmt: skip
+    places = (([0.2, 0.4, 0.3], [0.3, 0.35, 0.4]), ([-0.1, -0.3, -0.2], [0.3, 0.2, 0.15]))
+    lamps = [{"type": "point", "position": place, "intensity": color} for place, color in places]
+    ball = {"type": "sphere", "center": [-0.35, 0.1, -0.75], "radius": 0.3, "material": OPAQUE["shiny"]}
+    return {"max_depth": 3, "background": 0.2, "ambient": 0.2, "camera": _view(), "lights": lamps,
+            "shapes": [with_material(primitive(_middle(name), 3.0), walls), ball]}  # fmt: skip
+
+
+def _in_glass(name: str, primitive: Primitive) -> Table:
     """The camera within glass, through whose walls it sees a room, or is reflected totally."""
     glass = {"color": 0.3, "diffuse": 0.1, "fresnel": True, "ior": 1.4, "transmission_color": [0.9, 1, 0.95]}
-    return room([with_material(primitive((0.0, 0.0, 0.0), 2.0), glass)], camera=_view(60), lights=LIGHTS[:1])
+    balls = [{"type": "sphere", "center": [x, y, -2.2], "radius": 0.8, "material": OPAQUE[material]}
+             for x, y, material in ((-2.4, -0.4, "matte"), (0.3, 1.2, "shiny"), (2.6, -0.7, "lamp"))]
+    shapes = [with_material(primitive(_middle(name), 1.9), glass), *balls]
+    return room(shapes, camera=_view(), lights=LIGHTS[:1])
 
 
 def _planes() -> Table:
