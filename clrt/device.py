@@ -243,10 +243,15 @@ class Device:
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: the kernels do not build: {error}") from None
 
-    def kernel(self, name: str) -> cl.Kernel:
-        """A kernel object, looked up once: a lookup costs far more than a launch."""
+    def kernel(self, name: str, arguments: tuple[Any, ...]) -> cl.Kernel:
+        """A kernel object for arguments of these types, looked up once: a lookup costs more than a launch.
+
+        Told the types of its numbers beforehand, it takes them in a tenth of the time.
+        """
         if name not in self._kernels:
-            self._kernels[name] = cl.Kernel(self.program, name)
+            kernel = cl.Kernel(self.program, name)
+            kernel.set_scalar_arg_dtypes([a.dtype if isinstance(a, np.generic) else None for a in arguments])
+            self._kernels[name] = kernel
         return self._kernels[name]
 
     def launch(self, name: str, items: int, *arguments: Any, local_size: int | None = None) -> None:
@@ -257,7 +262,7 @@ class Device:
         if items == 0:
             return
         local = local_size or self.settings.local_size
-        kernel = self.kernel(name)
+        kernel = self.kernel(name, arguments)
         try:
             kernel.set_args(*arguments)
             event = cl.enqueue_nd_range_kernel(self.queue, kernel, (-(-items // local) * local,), (local,))
