@@ -11,11 +11,15 @@ transmitted ray return.
     primitives  the shapes of a scene as numbered primitives in such batches
     tree        boxes that skip what a ray cannot meet; brute force gives the same hits
     world       nearest hit, visibility of a light
+    palette     colours as the numbers that rays carry
     surfaces    materials as arrays, checker colours
-    optics      reflection, refraction, Fresnel
+    media       what rays are inside of
+    spot        the surface and the media where a ray hits
+    optics      reflection, refraction, Fresnel, metals
     hashing     what looks random: jitter and ambient directions
     camera      pixels to rays, background image
     film        sums by layer, counts of rays
+    bounce      what a hit reflects and transmits
     radiance    the recursion: the model itself
     render      the functions below
 """

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from clrt.image import read_image
-from clrt.scene import Camera, Scene, rgb
+from clrt.scene import Camera, Scene
 
+from .palette import Palette
 from .surfaces import longitude_latitude
 from .vectors import Array, dot, unit
 
@@ -41,16 +42,16 @@ def basis(camera: Camera) -> tuple[Array, Array, Array]:
 class Background:
     """What a ray sees that meets nothing: a colour, or a lat-long image around the scene."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, palette: Palette) -> None:
         value: Any = scene.background
         path = scene.background_path
-        self.color = np.array(rgb(value)) if path is None else None
-        self.image = None if path is None else read_image(path).astype(float)
+        self.color = palette.light(value) if path is None else None
+        self.image = None if path is None else palette.light_image(read_image(path).astype(float))
 
     def __call__(self, direction: Array) -> Array:
-        """Radiance (n, 3) from directions (n, 3); 0 from a direction that is none."""
+        """Radiance (n, bands) from directions (n, 3); 0 from a direction that is none."""
         if self.image is None:
-            return np.broadcast_to(np.asarray(self.color), direction.shape)
+            return np.broadcast_to(np.asarray(self.color), (len(direction), len(np.asarray(self.color))))
         height, width = self.image.shape[:2]
         valid = np.isfinite(direction).all(axis=1, keepdims=True)
         direction = np.where(valid, direction, 1.0)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import hashing
+from .palette import Palette
 from .vectors import Array, Bools, Ints, Words
 
 ROUTES = ("direct", "reflection", "transmission")
@@ -24,9 +25,11 @@ class Rays:
 
     origin: Array  # (n, 3)
     direction: Array  # (n, 3), unit
-    weight: Array  # (n, 3)
+    weight: Array  # (n, bands)
     path: Words  # (n,)
     pixel: Ints  # (n,)
+    media: Ints  # (n, k): lists of media
+    group: Ints  # (n,): the only group of bands that a ray carries; -1: all of them
     kind: str = "camera"  # "reflection", "transmission", "ambient"
 
     def __len__(self) -> int:
@@ -45,12 +48,13 @@ class Film:
     """
 
     pixels: int
+    palette: Palette
     layers: dict[str, Array] = field(default_factory=dict)  # name, "generation 2 reflection" -> (pixels, 3)
     generations: list[dict[str, int]] = field(default_factory=list)
 
     def add(self, rays: Rays, generation: int, light: Array, term: str = "") -> None:
-        """Adds radiance (n, 3) that the rays bring; `term` names the part of the local light."""
-        light = rays.weight * light
+        """Adds radiance (n, bands) that the rays bring; `term` names the part of the local light."""
+        light = self.palette.developed(rays.weight * light)
         for number, name in enumerate(ROUTES):
             of_route = (rays.path & np.uint32(hashing.ROUTE)) == number
             self._add(name, rays.pixel[of_route], light[of_route])

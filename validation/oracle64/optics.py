@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .vectors import Array, dot, unit
 
@@ -34,6 +35,18 @@ def fresnel(eta_i: Array, eta_t: Array, cos_i: Array) -> Array:
     return np.where(eta_i == eta_t, 0.0, reflectance)
 
 
+def conductor(eta_i: Array, index: NDArray[np.complex128], cos_i: Array) -> Array:
+    """Unpolarised reflectance (m, bands) of a metal of complex index (m, bands) in a medium eta_i (m, 1).
+
+    Fresnel's equations with a complex cosine (Born, Wolf, ch. 14); the sign of k is that of the phase.
+    """
+    n, cosine = index / eta_i, cos_i[:, None]
+    inner = np.sqrt(1 - (1 - cosine**2) / n**2)
+    rs = (cosine - n * inner) / (cosine + n * inner)
+    rp = (n * cosine - inner) / (n * cosine + inner)
+    return np.asarray((np.abs(rs) ** 2 + np.abs(rp) ** 2) / 2)
+
+
 def schlick(tint: Array, cosine: Array) -> Array:
-    """A mirror's tint (m, 3), which goes to 1 at grazing angles (Schlick 1994; thesis 3.2.3)."""
+    """A mirror's tint (m, bands), which goes to 1 at grazing angles (Schlick 1994; thesis 3.2.3)."""
     return np.asarray(tint + (1 - tint) * (1 - cosine[:, None]) ** 5)

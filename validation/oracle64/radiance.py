@@ -7,19 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene import PointLight, Scene, rgb
+from clrt.scene import PointLight, Scene
 
 from . import hashing, optics
+from .bounce import Spawned, bounce
 from .camera import Background
 from .film import ROUTES, Film, Rays
-from .vectors import Array, Bools, Ints, dot, unit
-from .world import World, nearest_hit, visibility
-
-# Rays leave a surface at this times the largest |coordinate| of the hit, the primitive and the ray's origin.
-# A hit moved back onto its primitive is off it by about 1e-15 of these, so a ray finds its own surface behind
-# it; what the offset hides is far below what float32 resolves.
-OFFSET = 1e-10
-
+from .spot import Spot, spot_at, visible_hit
+from .vectors import Array, dot, unit
+from .world import World, visibility
 
 @dataclass(frozen=True)
 class Job:
@@ -33,69 +29,33 @@ class Job:
 
     @property
     def ambient(self) -> Array:
-        """A (3,)."""
-        return np.array(rgb(self.scene.ambient))
+        """A (bands,)."""
+        return self.world.palette.light(self.scene.ambient)
 
-    @property
-    def counts_all(self) -> bool:
-        """Whether rays of weight 0 are traced, as the Standard Procedural Databases' ray counts are taken."""
-        return bool(self.scene.conformance == "spd")
-
-
-@dataclass(frozen=True)
-class Spot:
-    """Where rays hit, one row a ray."""
-
-    point: Array  # on the primitive
-    outward: Array
-    n: Array  # geometric normal on the ray's side
-    ns: Array  # shading normal on the ray's side
-    enters: Bools  # the ray comes from outside
-    offset: Array
-    shape: Ints
-    color: Array  # F
-
-    def leave(self, side: Array) -> Array:
-        """Origins of rays that leave towards `side` (n or -n)."""
-        return np.asarray(self.point + self.offset[:, None] * side)
 
 
 def radiance(job: Job, rays: Rays, generation: int) -> Array:
-    """Radiance (n, 3) along rays; one that meets nothing brings the background, an ambient ray A."""
-    t, primitive = nearest_hit(job.world, rays.origin, rays.direction)
-    hit, missed = primitive >= 0, np.flatnonzero(primitive < 0)
-    light = np.zeros((len(rays), 3))
+    """Radiance (n, bands) along rays; one that meets nothing brings the background, an ambient ray A."""
+    met = visible_hit(job.world, rays)
+    media = job.world.media
+    hit, missed = met.primitive >= 0, np.flatnonzero(met.primitive < 0)
+    # nothing comes through an endless medium that absorbs; inf * 0 would be NaN
+    depth = media.sigma[media.top(met.before)]
+    clear = np.exp(-np.where(depth > 0, depth * met.t[:, None], 0.0))
+    rays = replace(rays, weight=rays.weight * clear)
+    light = np.zeros((len(rays), job.world.palette.bands))
     if missed.size:
-        light[missed] = job.ambient if rays.kind == "ambient" else job.background(rays.direction[missed])
+        ambient = rays.kind == "ambient"
+        light[missed] = job.ambient if ambient else job.background(rays.direction[missed])
         job.film.add(rays[missed], generation, light[missed])
     job.film.count(generation, "hits", np.count_nonzero(hit))
     if generation == 0:
         job.film.count(0, "camera", len(rays))
         job.film.count(0, "camera_hits", np.count_nonzero(hit))
     if hit.any():
-        spot = spot_at(job.world, rays[hit], t[hit], primitive[hit])
+        spot = spot_at(job.world, rays[hit], met[hit])
         light[hit] = shade(job, rays[hit], spot, generation)
-    return light
-
-
-def spot_at(world: World, rays: Rays, t: Array, primitive: Ints) -> Spot:
-    """The surface where rays hit primitives at distances t."""
-    u = rays.direction
-    point = rays.origin + t[:, None] * u
-    outward, ns, extent = np.empty_like(point), np.empty_like(point), np.empty_like(t)
-    for batch, here, rows in world.located(primitive):
-        point[here] = batch.project(rows, point[here])
-        outward[here] = batch.outward(rows, point[here], u[here])
-        ns[here] = batch.shading_normal(rows, point[here], outward[here])
-        extent[here] = batch.extent(rows)
-    enters = dot(outward, u) <= 0
-    n = np.where(enters[:, None], outward, -outward)
-    ns = np.where(dot(ns, n)[:, None] < 0, -ns, ns)
-    ns = np.where(dot(ns, u)[:, None] >= 0, n, ns)
-    largest = [np.max(np.abs(rays.origin), axis=1), np.max(np.abs(point), axis=1), extent]
-    shape = world.shape_of[primitive]
-    color = world.surfaces.reflectance(shape, point, outward)
-    return Spot(point, outward, n, ns, enters, OFFSET * np.max(largest, axis=0), shape, color)
+    return light * clear
 
 
 def shade(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
@@ -105,11 +65,11 @@ def shade(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     light = emission + ambient_light(job, rays, spot, generation)
     for source in job.scene.lights:
         light += lit_by(job, source, rays, spot, generation)
-    passed = bounce(job, rays, spot)
+    passed = bounce(job.world, rays, spot)
     if generation < job.max_depth:
         job.film.count(generation, "total_internal_reflection", np.count_nonzero(passed.total))
-    light += follow(job, rays, generation, passed.reflects, passed.reflection, hashing.REFLECTION)
-    light += follow(job, rays, generation, passed.transmits, passed.transmission, hashing.TRANSMISSION)
+    light += follow(job, rays, generation, passed.reflection, hashing.REFLECTION)
+    light += follow(job, rays, generation, passed.transmission, hashing.TRANSMISSION)
     return np.asarray(light)
 
 
@@ -131,7 +91,10 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
             direction = hashing.cosine_direction(h, i, ns)
             below = dot(direction, n) <= 0
             direction[below] = hashing.cosine_direction(h[below], i, n[below])
-            gatherers = Rays(origin, direction, weight, path, parents.pixel, "ambient")
+            gatherers = replace(
+                parents, origin=origin, direction=direction, weight=weight, path=path,
+                media=spot.before[gathers], kind="ambient",
+            )  # fmt: skip
             seen = radiance(job, gatherers, generation + 1)
             light[gathers] += share[gathers] / samples * seen
             job.film.count(generation + 1, "ambient", len(gatherers))
@@ -151,10 +114,10 @@ def lit_by(job: Job, source: Any, rays: Rays, spot: Spot, generation: int) -> Ar
     cosine = dot(spot.ns, direction)
     asked = (dot(spot.n, direction) > 0) & (cosine > 0) & ((of.kd[shape] > 0) | (of.ks[shape] > 0))
     job.film.count(generation, "feelers", np.count_nonzero(asked))
-    seen = np.zeros((len(shape), 3))
+    seen = np.zeros_like(spot.color)
     seen[asked] = visibility(job.world, origin[asked], direction[asked], distance[asked])
 
-    received = np.array(rgb(source.intensity)) * seen
+    received = job.world.palette.light(source.intensity) * seen
     if isinstance(source, PointLight) and source.falloff == "inverse-square":
         received /= distance[:, None] ** 2
     received = np.where(asked[:, None], received, 0.0)
@@ -170,76 +133,22 @@ def lit_by(job: Job, source: Any, rays: Rays, spot: Spot, generation: int) -> Ar
     return np.asarray(diffuse + shine)
 
 
-@dataclass(frozen=True)
-class Bounce:
-    """The rays that a hit passes light on to, and how much of it."""
-
-    reflects: Bools  # (n,): a reflection is asked for
-    transmits: Bools
-    reflection: Rays  # weights are those of the path
-    transmission: Rays
-    total: Bools  # a transmission is asked for and cannot leave
-
-
-def bounce(job: Job, rays: Rays, spot: Spot) -> Bounce:
-    """Mirror and transmission rays of all hits, with their shares in `weight` (n, 3)."""
-    of, shape, u = job.world.surfaces, spot.shape, rays.direction
-    thin, medium = of.thin[shape], np.full(len(shape), float(job.scene.medium_ior))
-    enters = spot.enters | thin  # a sheet has the surrounding medium on both sides
-    eta_i = np.where(enters, medium, of.eta[shape])
-    eta_t = np.where(enters, of.eta[shape], medium)
-
-    reflected = optics.reflect(u, spot.ns)
-    reflected = np.where((dot(reflected, spot.n) <= 0)[:, None], optics.reflect(u, spot.n), reflected)
-    transmitted, k = optics.refract(u, spot.ns, eta_i / eta_t)
-    above = (k >= 0) & (dot(transmitted, spot.n) >= 0)
-    bent = np.where(above[:, None], spot.n, spot.ns)  # the normal at which light is refracted
-    transmitted, k = optics.refract(u, bent, eta_i / eta_t)
-    transmitted = np.where(thin[:, None], u, transmitted)
-
-    total = (k < 0) & ~thin & (of.kt[shape] > 0)
-    share = optics.fresnel(eta_i, eta_t, -dot(bent, u))
-    share = np.where(thin, 2 * share / (1 + share), share)[:, None]
-    mirror = of.mirror[shape]
-    mirror = np.where(of.schlick[shape, None], optics.schlick(mirror, -dot(spot.ns, u)), mirror)
-    reflects, transmits = of.kr[shape, None] * mirror, of.kt[shape, None] * of.tint[shape]
-    by_fresnel = of.fresnel[shape, None]
-    reflects, transmits = (
-        np.where(by_fresnel, reflects * share, reflects + np.where(total[:, None], transmits, 0.0)),
-        np.where(total[:, None], 0.0, np.where(by_fresnel, transmits * (1 - share), transmits)),
-    )
-    asked = (of.kr[shape] > 0) | (of.kt[shape] > 0), (of.kt[shape] > 0) & ~total
-    return Bounce(
-        _worth(job, rays.weight * reflects, asked[0]),
-        _worth(job, rays.weight * transmits, asked[1]),
-        replace(rays, origin=spot.leave(spot.n), direction=reflected, weight=reflects),
-        replace(rays, origin=spot.leave(-spot.n), direction=transmitted, weight=transmits),
-        total,
-    )
-
-
-def _worth(job: Job, weight: Array, asked: Bools) -> Bools:
-    """Which rays are spawned: not those of weight 0 or below the cut-off, unless all are counted."""
-    most = weight.max(axis=1)
-    return asked if job.counts_all else (most > 0) & (most >= job.scene.min_weight)
-
-
-def follow(job: Job, rays: Rays, generation: int, spawned: Bools, children: Rays, number: int) -> Array:
+def follow(job: Job, rays: Rays, generation: int, spawned: Spawned, number: int) -> Array:
     """What the children of `rays` return, times their share; beyond the last generation `depth_color`."""
-    light = np.zeros((len(rays), 3))
-    if not spawned.any():
+    light = np.zeros_like(rays.weight)
+    if not len(spawned.parent):
         return light
-    share = children.weight[spawned]
+    children, share = spawned.rays, spawned.rays.weight
+    parents = rays[spawned.parent]
     if generation == job.max_depth:
-        light[spawned] = share * np.array(rgb(job.scene.depth_color))
-        job.film.add(rays, generation, light)
-        return light
-    job.film.count(generation + 1, ROUTES[number], np.count_nonzero(spawned))
-    path = rays.path[spawned]
-    route = path & np.uint32(hashing.FLAGS)
-    route = np.where(route & np.uint32(hashing.ROUTE), route, route | np.uint32(number)).astype(np.uint32)
-    path = hashing.key(hashing.child(path, number)) | route
-    weight = rays.weight[spawned] * share
-    traced = replace(children[spawned], weight=weight, path=path, kind=ROUTES[number])
-    light[spawned] = share * radiance(job, traced, generation + 1)
+        returned = share * job.world.palette.light(job.scene.depth_color)
+        job.film.add(parents, generation, returned)
+    else:
+        job.film.count(generation + 1, ROUTES[number], len(spawned.parent))
+        route = parents.path & np.uint32(hashing.FLAGS)
+        route = np.where(route & np.uint32(hashing.ROUTE), route, route | np.uint32(number)).astype(np.uint32)
+        path = hashing.key(hashing.child(parents.path, number)) | route
+        traced = replace(children, weight=parents.weight * share, path=path, kind=ROUTES[number])
+        returned = share * radiance(job, traced, generation + 1)
+    np.add.at(light, spawned.parent, returned)
     return light

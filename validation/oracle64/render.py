@@ -15,9 +15,11 @@ from clrt.scene import Camera, Scene
 from . import hashing
 from .camera import Background, camera_rays
 from .film import ROUTES, TERMS, Film, Rays
-from .radiance import Job, radiance, spot_at
+from .media import around
+from .radiance import Job, radiance
+from .spot import Met, spot_at, visible_hit
 from .tree import LEAF
-from .vectors import Array, Bools, Ints, unit
+from .vectors import Array, Bools, Ints, Words, unit
 from .world import World, nearest_hit
 
 BLOCK = 1 << 15  # rays that go through the recursion together
@@ -40,12 +42,14 @@ class Result64:
     """A picture: `pixels` (h, w, 3) linear radiance, `layers` by name, `stats` with rays and generations.
 
     `by_ray`: what the rays of each generation and kind bring, (h, w, 3) by "generation 2 reflection" etc.
+    `bands` (h, w, bands): the picture before it is developed; the pixels themselves in RGB mode.
     """
 
     pixels: Array
     layers: dict[str, Any] = field(default_factory=dict)
     stats: dict[str, Any] = field(default_factory=dict)
     by_ray: dict[str, Array] = field(default_factory=dict)
+    bands: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
 
 
 def trace64(scene: Scene, origins: Any, directions: Any, leaf: int = LEAF) -> Hits64:
@@ -55,19 +59,20 @@ def trace64(scene: Scene, origins: Any, directions: Any, leaf: int = LEAF) -> Hi
     """
     with np.errstate(all="ignore"):
         origin = np.asarray(origins, float).reshape(-1, 3)
-        return _hits(World.of(scene, leaf), origin, unit(directions).reshape(-1, 3))
+        world, direction = World.of(scene, leaf), unit(directions).reshape(-1, 3)
+        return _hits(world, origin, direction, *nearest_hit(world, origin, direction))
 
 
-def _hits(world: World, origin: Array, direction: Array) -> Hits64:
-    t, primitive = nearest_hit(world, origin, direction)
+def _hits(world: World, origin: Array, direction: Array, t: Array, primitive: Ints) -> Hits64:
     hit = primitive >= 0
     shape = np.full(len(t), -1)
     normal, position = np.zeros_like(origin), np.zeros_like(origin)
     if hit.any():
         count = np.count_nonzero(hit)
+        nothing = np.full((count, 0), -1)
         path, pixel = hashing.word(np.zeros(count)), np.arange(count)
-        rays = Rays(origin[hit], direction[hit], np.ones((count, 3)), path, pixel)
-        spot = spot_at(world, rays, t[hit], primitive[hit])
+        rays = _fresh(world, origin[hit], direction[hit], path, pixel, nothing)
+        spot = spot_at(world, rays, Met(t[hit], primitive[hit], nothing, nothing))
         shape[hit], normal[hit], position[hit] = spot.shape, spot.outward, spot.point
     return Hits64(t, primitive, shape, normal, position)
 
@@ -75,16 +80,15 @@ def _hits(world: World, origin: Array, direction: Array) -> Hits64:
 def radiance64(
     scene: Scene, origins: Any, directions: Any, max_depth: int | None = None
 ) -> tuple[Array, dict[str, Any]]:
-    """Radiance (n, 3) along rays (n, 3), and `stats` as of a picture. Ray i hashes like pixel i of seed 0."""
+    """Radiance (n, bands) along rays (n, 3), and `stats` as of a picture. Ray i hashes like pixel i of seed 0."""
     origin = np.asarray(origins, float).reshape(-1, 3)
     with np.errstate(all="ignore"):
         job = _job(scene, len(origin), max_depth)
-        light = np.zeros_like(origin)
+        light = np.zeros((len(origin), job.world.palette.bands))
         direction = unit(directions).reshape(-1, 3)
         for pixel in _blocks(len(origin)):
             h = hashing.camera_path(0, pixel, 0)
-            weight = np.ones((len(pixel), 3))
-            rays = Rays(origin[pixel], direction[pixel], weight, hashing.key(h), pixel)
+            rays = _fresh(job.world, origin[pixel], direction[pixel], hashing.key(h), pixel)
             light[pixel] = radiance(job, rays, 0)
     return light, _stats(job)
 
@@ -114,15 +118,17 @@ def render64(
         raise ValueError(f"spp = {spp} is not a square number")
     with np.errstate(all="ignore"):
         job = _job(scene, width * height, max_depth)
-        total = np.zeros((width * height, 3))
+        total = np.zeros((width * height, job.world.palette.bands))
         for sample in range(grid * grid):
             for pixel in _blocks(width * height):
-                total[pixel] += radiance(job, _camera_block(camera, width, height, grid, sample, pixel), 0)
+                block = _camera_block(job.world, camera, (width, height), grid, sample, pixel)
+                total[pixel] += radiance(job, block, 0)
         found = {name: layer / grid**2 for name, layer in job.film.layers.items()}
         found |= _geometry(job.world, camera, width, height, grid) if set(layers) & set(GEOMETRY) else {}
     picked = {name: _layer(name, found, job.max_depth, (height, width)) for name in layers}
     by_ray = {name: found[name].reshape(height, width, 3) for name in sorted(found) if " " in name}
-    return Result64((total / grid**2).reshape(height, width, 3), picked, _stats(job), by_ray)
+    bands = (total / grid**2).reshape(height, width, -1)
+    return Result64(job.world.palette.developed(bands), picked, _stats(job), by_ray, bands)
 
 
 def _shifted(camera: Camera, shift: tuple[float, float]) -> Camera:
@@ -164,29 +170,43 @@ def _size(camera: Camera, width: int | None, height: int | None) -> tuple[int, i
 
 def _job(scene: Scene, pixels: int, max_depth: int | None) -> Job:
     depth = scene.max_depth if max_depth is None else max_depth
-    return Job(World.of(scene), scene, Background(scene), depth, Film(pixels))
+    world = World.of(scene)
+    return Job(world, scene, Background(scene, world.palette), depth, Film(pixels, world.palette))
 
 
 def _blocks(count: int) -> list[Ints]:
     return [np.arange(start, min(start + BLOCK, count)) for start in range(0, count, BLOCK)]
 
 
-def _camera_block(camera: Camera, width: int, height: int, grid: int, sample: int, pixel: Ints) -> Rays:
+def _camera_block(
+    world: World, camera: Camera, size: tuple[int, int], grid: int, sample: int, pixel: Ints
+) -> Rays:
     """Sample number `sample` of these pixels: a grid of cells, their centres or jittered points."""
+    width, height = size
     h = hashing.camera_path(camera.jitter or 0, pixel, sample)
     place = (0.5, 0.5) if camera.jitter is None else hashing.jitter(h)
     x = np.asarray(pixel % width + (sample % grid + place[0]) / grid, float)
     y = np.asarray(pixel // width + (sample // grid + place[1]) / grid, float)
     origin, direction = camera_rays(camera, width, height, x, y)
-    return Rays(origin, direction, np.ones((len(pixel), 3)), hashing.key(h), pixel)
+    return _fresh(world, origin, direction, hashing.key(h), pixel)
+
+
+def _fresh(world: World, origin: Array, direction: Array, path: Words, pixel: Ints,
+           media: Ints | None = None) -> Rays:  # fmt: skip
+    """Rays of all bands that start in the media that are there."""
+    if media is None:
+        media = around(world.scene, world.batches, world.shape_of, world.media, origin)
+    weight = np.ones((len(pixel), world.palette.bands))
+    return Rays(origin, direction, weight, path, pixel, media, np.full(len(pixel), -1))
 
 
 def _geometry(world: World, camera: Camera, width: int, height: int, grid: int) -> dict[str, Any]:
     """The layers of the first sample's hits."""
     parts = []
     for pixel in _blocks(width * height):
-        rays = _camera_block(camera, width, height, grid, 0, pixel)
-        parts.append(_hits(world, rays.origin, rays.direction))
+        rays = _camera_block(world, camera, (width, height), grid, 0, pixel)
+        met = visible_hit(world, rays)
+        parts.append(_hits(world, rays.origin, rays.direction, met.t, met.primitive))
     names = {"depth": "t", "position": "position", "normal": "normal", "shape": "shape"}
     return {name: np.concatenate([getattr(hits, key) for hits in parts]) for name, key in names.items()}
 

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from clrt.scene import Checker, Scene, rgb
+from clrt.scene import Checker, Scene
 
 from .batch import Batch
 from .flat import Planes
+from .palette import Palette
 from .vectors import Array, Bools, Ints, dot, unit
 
 PLAIN, SQUARES, GLOBE = 0, 1, 2
@@ -18,7 +20,8 @@ PLAIN, SQUARES, GLOBE = 0, 1, 2
 
 @dataclass(frozen=True)
 class Surfaces:
-    """Coefficients and colours in the letters of the model's equation; colours are (s, 3), numbers (s,)."""
+    """Coefficients and colours in the letters of the model's equation; colours are (s, bands), numbers
+    (s,)."""
 
     color: Array  # F
     other_color: Array  # F of a checker's odd cells
@@ -28,13 +31,16 @@ class Surfaces:
     m: Array
     kr: Array
     kt: Array
-    eta: Array
+    eta: Array  # (s, groups)
+    metal: NDArray[np.complex128]  # (s, bands): a conductor's index eta + ik, else 1
     highlight: Array  # H
     mirror: Array  # M
     clear: Array  # kt Tt, what a tinted shadow is multiplied by
     tint: Array  # Tt
     emission: Array  # e
     fresnel: Bools
+    conductor: Bools
+    curved: Bools  # the index is a curve
     schlick: Bools
     thin: Bools
     checker: Ints  # PLAIN, SQUARES or GLOBE
@@ -43,12 +49,12 @@ class Surfaces:
     corner: Array  # where SQUARES start (s, 3)
 
     @classmethod
-    def of(cls, scene: Scene, batches: list[Batch], shape_of: Ints) -> Surfaces:
+    def of(cls, scene: Scene, palette: Palette, batches: list[Batch], shape_of: Ints) -> Surfaces:
         """The surfaces of a scene; `batches` tell where a checker starts."""
-        rows = [_row(shape, scene.material_of(shape)) for shape in scene.shapes]
+        rows = [_row(palette, shape, scene.material_of(shape)) for shape in scene.shapes]
         columns = {name: [row[name] for row in rows] for name in (rows[0] if rows else _NAMES)}
-        colors = {name: np.array(columns[name], float).reshape(-1, 3) for name in _COLORS}
-        flags = {name: np.array(columns[name], bool) for name in ("fresnel", "schlick", "thin")}
+        colors = {name: np.array(columns[name], float).reshape(-1, palette.bands) for name in _COLORS}
+        flags = {name: np.array(columns[name], bool) for name in _FLAGS}
         numbers = {name: np.array(columns[name], float) for name in _NUMBERS}
         clear = numbers["kt"][:, None] * colors["tint"]
         corner = np.zeros((len(rows), 3))
@@ -56,10 +62,13 @@ class Surfaces:
             if isinstance(batch, Planes):
                 corner[shape_of[batch.ids]] = batch.point
         checker = np.array(columns["checker"], int)
-        return cls(**colors, **flags, **numbers, clear=clear, checker=checker, corner=corner)
+        eta = np.array(columns["eta"], float).reshape(-1, palette.groups)
+        metal = np.array(columns["metal"], complex).reshape(-1, palette.bands)
+        more = {"eta": eta, "metal": metal, "clear": clear, "checker": checker, "corner": corner}
+        return cls(**colors, **flags, **numbers, **more)
 
     def reflectance(self, shape: Ints, point: Array, outward: Array) -> Array:
-        """F (m, 3) at points of shapes with these outward normals."""
+        """F (m, bands) at points of shapes with these outward normals."""
         odd = np.zeros(len(shape), bool)
         flat, round_ = self.checker[shape] == SQUARES, self.checker[shape] == GLOBE
         odd[flat] = _odd_square(point[flat] - self.corner[shape[flat]], outward[flat], self.size[shape[flat]])
@@ -68,22 +77,26 @@ class Surfaces:
 
 
 _COLORS = ("color", "other_color", "highlight", "mirror", "tint", "emission")
-_NUMBERS = ("ka", "kd", "ks", "m", "kr", "kt", "eta", "size", "divisions")
-_NAMES = (*_COLORS, *_NUMBERS, "fresnel", "schlick", "thin", "checker")
+_NUMBERS = ("ka", "kd", "ks", "m", "kr", "kt", "size", "divisions")
+_FLAGS = ("fresnel", "schlick", "thin", "conductor", "curved")
+_NAMES = (*_COLORS, *_NUMBERS, *_FLAGS, "eta", "metal", "checker")
 
 
-def _row(shape: Any, material: Any) -> dict[str, Any]:
+def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
     color = material.color
     checked = isinstance(color, Checker)
     first, second = (color.colors[0], color.colors[1]) if checked else (color, color)
     kind = PLAIN if not checked else GLOBE if type(shape).__name__ == "Sphere" else SQUARES
+    tints = {"color": first, "other_color": second, "highlight": material.highlight_color,
+             "mirror": material.reflection_color, "tint": material.transmission_color}
     return {
-        "color": rgb(first), "other_color": rgb(second), "highlight": rgb(material.highlight_color),
-        "mirror": rgb(material.reflection_color), "tint": rgb(material.transmission_color),
-        "emission": rgb(material.emission), "ka": material.ka, "kd": material.diffuse,
+        **{name: palette.reflectance(tint) for name, tint in tints.items()},
+        "emission": palette.light(material.emission), "ka": material.ka, "kd": material.diffuse,
         "ks": material.specular, "m": material.shininess, "kr": material.kr, "kt": material.kt,
-        "eta": material.eta, "thin": material.thin, "fresnel": material.fresnel is True,
-        "schlick": material.fresnel == "schlick", "checker": kind, "size": color.size if checked else 1.0,
+        "eta": palette.index(material.ior), "curved": palette.is_curve(material.ior),
+        "conductor": getattr(material, "conductor", None) is not None, "metal": palette.metal(getattr(material, "conductor", None)),
+        "thin": material.thin, "fresnel": material.fresnel is True, "schlick": material.fresnel == "schlick",
+        "checker": kind, "size": color.size if checked else 1.0,
         "divisions": color.divisions if checked else 1,
     }  # fmt: skip
 

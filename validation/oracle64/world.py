@@ -10,10 +10,15 @@ import numpy as np
 from clrt.scene import Scene
 
 from .batch import Batch
+from .media import Media
+from .palette import Palette
 from .primitives import gather
 from .surfaces import Surfaces
 from .tree import LEAF, Node, build, walk
 from .vectors import Array, Bools, Ints, dot
+
+
+Hit = tuple[Array, Ints]  # distances and primitives (n,)
 
 
 @dataclass(frozen=True)
@@ -24,14 +29,18 @@ class World:
     batches: list[Batch]
     trees: list[list[Node]]
     shape_of: Ints  # (primitives,)
+    palette: Palette
     surfaces: Surfaces  # one row a shape
+    media: Media
 
     @classmethod
     def of(cls, scene: Scene, leaf: int = LEAF) -> World:
         """The world of a scene; with `leaf` as large as the scene, brute force."""
         batches, shape_of = gather(scene)
         trees = [build(batch, leaf) for batch in batches]
-        return cls(scene, batches, trees, shape_of, Surfaces.of(scene, batches, shape_of))
+        palette = Palette.of(scene)
+        surfaces = Surfaces.of(scene, palette, batches, shape_of)
+        return cls(scene, batches, trees, shape_of, palette, surfaces, Media.of(scene, palette))
 
     @cached_property
     def hides_backs(self) -> Bools:
@@ -65,16 +74,25 @@ def visible_roots(world: World, batch: Batch, which: Ints, origin: Array, direct
     return np.asarray(roots)
 
 
-def nearest_hit(world: World, origin: Array, direction: Array) -> tuple[Array, Ints]:
-    """Distance and primitive (n,) of nearest hits: inf and -1 for a miss, the lowest number among equals."""
-    t = np.full(len(origin), np.inf)
-    primitive = np.full(len(origin), -1)
+def nearest_hit(world: World, origin: Array, direction: Array, after: Hit | None = None) -> Hit:
+    """Distance and primitive (n,) of nearest hits: inf and -1 for a miss, the lowest number among equals.
+
+    `after`: hits that, with all before them, are passed.
+    """
+    t, primitive = np.full(len(origin), np.inf), np.full(len(origin), -1)
+    passed, last = (np.zeros(len(origin)), primitive.copy()) if after is None else after
     for batch, roots in zip(world.batches, world.trees, strict=True):
 
         def visit(rays: Ints, rows: Ints, batch: Batch = batch) -> None:
             ray, which = np.repeat(rays, len(rows)), np.tile(rows, len(rays))
-            found = visible_roots(world, batch, which, origin[ray], direction[ray]).min(axis=1)
-            found = found.reshape(len(rays), len(rows))
+            found = visible_roots(world, batch, which, origin[ray], direction[ray])
+            if after is not None:
+                number, beyond = batch.ids[which, None], passed[ray, None]
+                # the same root may come out an ulp larger in other company
+                own = (number == last[ray, None]) & (found <= beyond * (1 + 1e-12))
+                later = (found > beyond) | ((found == beyond) & (number > last[ray, None]))
+                found = np.where(later & ~own, found, np.inf)
+            found = found.min(axis=1).reshape(len(rays), len(rows))
             best = np.argmin(found, axis=1)  # the first of equals, which has the lowest number
             distance, number = found[np.arange(len(rays)), best], batch.ids[rows[best]]
             nearer = (distance < t[rays]) | ((distance == t[rays]) & (number < primitive[rays]))
@@ -85,11 +103,11 @@ def nearest_hit(world: World, origin: Array, direction: Array) -> tuple[Array, I
 
 
 def visibility(world: World, origin: Array, direction: Array, length: Array) -> Array:
-    """What of a light at distance `length` arrives (n, 3): 0 behind a blocker at t < length, else 1.
+    """What of a light at distance `length` arrives (n, bands): 0 behind a blocker at t < length, else 1.
 
     With tinted shadows every transmissive surface crossed multiplies it by kt Tt.
     """
-    seen = np.ones((len(origin), 3))
+    seen = np.ones((len(origin), world.palette.bands))
     reach = length.copy()
     tinted = world.scene.shadow == "tinted"
     for batch, roots in zip(world.batches, world.trees, strict=True):

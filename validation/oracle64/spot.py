@@ -1,0 +1,110 @@
+"""What a ray meets that it can see: the surface there, and the media on both of its sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from .film import Rays
+from .media import tidy
+from .vectors import Array, Bools, Ints, dot
+from .world import World, nearest_hit
+
+# Rays leave a surface at this times the largest |coordinate| of the hit, the primitive and the ray's origin.
+# A hit moved back onto its primitive is off it by about 1e-15 of these, so a ray finds its own surface behind
+# it; what the offset hides is far below what float32 resolves.
+OFFSET = 1e-10
+
+
+@dataclass(frozen=True)
+class Met:
+    """The nearest visible hits of n rays; a miss has t = inf and primitive = -1."""
+
+    t: Array
+    primitive: Ints
+    before: Ints  # (n, k): the media on the ray's side
+    after: Ints  # (n, k): and beyond
+
+    def __getitem__(self, index: Ints | Bools) -> Met:
+        return Met(*(getattr(self, f.name)[index] for f in fields(self)))
+
+
+@dataclass(frozen=True)
+class Spot:
+    """Where rays hit, one row a ray."""
+
+    point: Array  # on the primitive
+    outward: Array
+    n: Array  # geometric normal on the ray's side
+    ns: Array  # shading normal on the ray's side
+    enters: Bools  # the ray comes from outside
+    offset: Array
+    shape: Ints
+    color: Array  # F
+    before: Ints  # media on the ray's side
+    after: Ints  # and beyond
+
+    def take(self, rows: Ints) -> Spot:
+        return Spot(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+    def leave(self, side: Array) -> Array:
+        """Origins of rays that leave towards `side` (n or -n)."""
+        return np.asarray(self.point + self.offset[:, None] * side)
+
+
+def visible_hit(world: World, rays: Rays) -> Met:
+    """Nearest hits, but those of boundaries that leave the medium on top as it is: rays go on behind these."""
+    origin, u, media = rays.origin, rays.direction, world.media
+    t, primitive = nearest_hit(world, origin, u)
+    before = after = rays.media
+    if (media.number < 0).all():
+        return Met(t, primitive, before, after)
+    todo = np.flatnonzero(primitive >= 0)
+    while todo.size:
+        shape = world.shape_of[primitive[todo]]
+        outward = _outward(world, origin[todo] + t[todo, None] * u[todo], u[todo], primitive[todo])
+        old, new = media.crossed(before[todo], shape, dot(outward, u[todo]) <= 0)
+        hidden = (media.number[shape] >= 0) & (media.top(old) == media.top(new))
+        before = _put(before, todo, np.where(hidden[:, None], new, old))
+        after = _put(after, todo, new)
+        todo = todo[hidden]
+        t[todo], primitive[todo] = nearest_hit(world, origin[todo], u[todo], (t[todo], primitive[todo]))
+        todo = todo[primitive[todo] >= 0]
+    return Met(t, primitive, tidy(before), tidy(after))
+
+
+def _put(lists: Ints, rows: Ints, values: Ints) -> Ints:
+    """Lists (n, k) with those of some rows replaced by values (m, j)."""
+    missing = max(values.shape[1] - lists.shape[1], 0)
+    grown = np.pad(lists, ((0, 0), (0, missing)), constant_values=-1)
+    grown[rows] = np.pad(values, ((0, 0), (0, grown.shape[1] - values.shape[1])), constant_values=-1)
+    return tidy(grown)
+
+
+def _outward(world: World, point: Array, u: Array, primitive: Ints) -> Array:
+    outward = np.empty_like(point)
+    for batch, here, rows in world.located(primitive):
+        outward[here] = batch.outward(rows, batch.project(rows, point[here]), u[here])
+    return outward
+
+
+def spot_at(world: World, rays: Rays, met: Met) -> Spot:
+    """The surface where rays hit something (no misses)."""
+    u = rays.direction
+    point = rays.origin + met.t[:, None] * u
+    outward, ns, extent = np.empty_like(point), np.empty_like(point), np.empty_like(met.t)
+    for batch, here, rows in world.located(met.primitive):
+        point[here] = batch.project(rows, point[here])
+        outward[here] = batch.outward(rows, point[here], u[here])
+        ns[here] = batch.shading_normal(rows, point[here], outward[here])
+        extent[here] = batch.extent(rows)
+    enters = dot(outward, u) <= 0
+    n = np.where(enters[:, None], outward, -outward)
+    ns = np.where(dot(ns, n)[:, None] < 0, -ns, ns)
+    ns = np.where(dot(ns, u)[:, None] >= 0, n, ns)
+    largest = [np.max(np.abs(rays.origin), axis=1), np.max(np.abs(point), axis=1), extent]
+    offset = OFFSET * np.max(largest, axis=0)
+    shape = world.shape_of[met.primitive]
+    color = world.surfaces.reflectance(shape, point, outward)
+    return Spot(point, outward, n, ns, enters, offset, shape, color, met.before, met.after)
