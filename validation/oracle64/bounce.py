@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -138,5 +139,7 @@ def _joined(spawned: list[Spawned]) -> Spawned:
     parent = np.concatenate([part.parent for part in spawned])
     order = np.argsort(parent, kind="stable")
     names = ("origin", "direction", "weight", "path", "pixel", "media", "group")
-    joined = {name: np.concatenate([getattr(part.rays, name) for part in spawned])[order] for name in names}
+    joined: dict[str, Any] = {
+        name: np.concatenate([getattr(part.rays, name) for part in spawned])[order] for name in names
+    }
     return Spawned(replace(spawned[0].rays, **joined), parent[order])

@@ -11,11 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clrt.scene import Plane, Quadric, Scene
+from clrt.scene import Disk, Polygon, Scene
 
 from .batch import Batch
+from .curved import Quadrics, Spheres
+from .flat import Disks, Planes
 from .palette import Palette
-from .vectors import Array, Bools, Ints, dot, unit
+from .vectors import Array, Bools, Ints, apply, dot, unit
 
 _SOMEWHERE = unit([0.5377, 0.6142, -0.5776])  # along no edge of anything that a person would build
 
@@ -29,21 +31,24 @@ class Media:
     eta: Array  # (m + 1, groups): index of refraction
     curved: Bools  # (m + 1,): the index is a curve
     sigma: Array  # (m + 1, bands): absorption per unit length
+    solid: Bools  # (shapes,): there is an inside that a ray can start in
 
     @classmethod
     def of(cls, scene: Scene, palette: Palette) -> Media:
         """Materials that are equal are one medium."""
         materials = [scene.material_of(shape) for shape in scene.shapes]
-        refracting = [m for m in materials if m.kt > 0 and not m.thin]
+        lists = scene.conformance != "spd"  # these ray counts know none
+        refracting = [m for m in materials if m.kt > 0 and not m.thin and lists]
         distinct = [m for i, m in enumerate(refracting) if m not in refracting[:i]]
         number = [distinct.index(m) if m in distinct else -1 for m in materials]
         around = np.full((1, palette.groups), scene.medium_ior)
         return cls(
             np.array(number, int),
-            np.array([*(getattr(m, "priority", 0) for m in distinct), -np.inf]),
+            np.array([*(m.priority for m in distinct), -np.inf]),
             np.concatenate([*(palette.index(m.ior)[None] for m in distinct), around]),
             np.array([*(palette.is_curve(m.ior) for m in distinct), False]),
-            np.array([*(palette.curve(getattr(m, "absorption", 0.0)) for m in distinct), np.zeros(palette.bands)]),
+            np.array([*(palette.curve(m.absorption) for m in distinct), np.zeros(palette.bands)]),
+            np.array([not isinstance(shape, (Polygon, Disk)) for shape in scene.shapes], bool),
         )
 
     def top(self, lists: Ints) -> Ints:
@@ -80,44 +85,58 @@ def tidy(lists: Ints) -> Ints:
     return np.asarray(packed[:, : int((packed >= 0).sum(axis=1).max(initial=0))])
 
 
-def around(scene: Scene, batches: list[Batch], shape_of: Ints, media: Media, points: Array) -> Ints:
-    """The lists (n, k) of rays that start at points: the media they are inside of, in scene order."""
-    lists = np.full((len(points), 0), -1)
-    if (media.number < 0).all():
-        return lists
+def around(batches: list[Batch], shape_of: Ints, media: Media, points: Array) -> Ints:
+    """The lists (n, k) of rays that start at points: the media they are inside of, the largest one first."""
+    bounded = [number for number in np.argsort(-_extent(batches, shape_of, media), kind="stable")
+               if media.number[number] >= 0 and media.solid[number]]  # fmt: skip
+    if not bounded:
+        return np.full((len(points), 0), -1)
     distinct, back = np.unique(points, axis=0, return_inverse=True)
-    turns = _turns(batches, shape_of, media, distinct)
-    for number, shape in enumerate(scene.shapes):
-        if media.number[number] < 0 or shape.is_open:
-            continue
-        inside = turns[:, number] > 0
-        if isinstance(shape, Plane):
-            inside = dot(distinct - np.asarray(shape.point), unit(shape.normal)[None]) < 0
-        elif isinstance(shape, Quadric):
-            inside = _form(shape, distinct) < 0
-        lists = np.column_stack([lists, np.where(inside, media.number[number], -1)[back.ravel()]])
-    return tidy(lists)
+    turns = _turns(batches, shape_of, media, distinct)[:, bounded]
+    most = max(int(turns.max(initial=0)), 1)
+    columns = [np.where(turns > turn, media.number[bounded], -1) for turn in range(most)]
+    lists = np.stack(columns, axis=2).reshape(len(distinct), -1)  # each shape's turns side by side
+    return tidy(lists[back.ravel()])
+
+
+def _extent(batches: list[Batch], shape_of: Ints, media: Media) -> Array:
+    """The diagonal (shapes,) of each shape's box."""
+    low, high = np.full((2, len(media.number), 3), np.inf) * [[[1]], [[-1]]]
+    for batch in batches:
+        np.minimum.at(low, shape_of[batch.ids], batch.low)
+        np.maximum.at(high, shape_of[batch.ids], batch.high)
+    return np.asarray(np.linalg.norm(high - low, axis=1))
 
 
 def _turns(batches: list[Batch], shape_of: Ints, media: Media, points: Array) -> Ints:
-    """How often (n, shapes) a ray from a point leaves a shape less how often it enters it."""
+    """How often (n, shapes) points are inside of shapes that bound media."""
     count = np.zeros((len(points), len(media.number)), int)
     for batch in batches:
         rows = np.flatnonzero(media.number[shape_of[batch.ids]] >= 0)
         shape = shape_of[batch.ids[rows]]
         for number, point in enumerate(points if rows.size else []):
-            origin, u = np.broadcast_to(point, (len(rows), 3)), np.broadcast_to(_SOMEWHERE, (len(rows), 3))
-            for t in batch.roots(rows, origin, u).T:
-                met = np.isfinite(t) & (t > 0)
-                outward = batch.outward(rows, origin + np.where(met, t, 0.0)[:, None] * u, u)
-                side = np.where(met, np.sign(dot(outward, u)), 0).astype(int)
-                np.add.at(count[number], shape, side)
+            np.add.at(count[number], shape, _inside(batch, rows, np.broadcast_to(point, (len(rows), 3))))
     return count
 
 
-def _form(shape: Quadric, points: Array) -> Array:
-    """The value of a quadric's form, > 0 outside."""
-    a, b, c, d, e, f, g, h, i, j = shape.coefficients
-    x, y, z = np.linalg.solve(shape.matrix, np.c_[points, np.ones(len(points))].T)[:3]
-    squares, products = a * x * x + b * y * y + c * z * z, d * x * y + e * y * z + f * x * z
-    return np.asarray(squares + 2 * (products + g * x + h * y + i * z) + j)
+def _inside(batch: Batch, rows: Ints, point: Array) -> Ints:
+    """What primitives (m,) say of whether a point (m, 3) is inside; it is summed over a shape's primitives.
+
+    A curved one or a plane knows by itself. A face tells whether a ray from the point leaves or enters there.
+    """
+    if isinstance(batch, Spheres):
+        offset = point - batch.center[rows]
+        return (dot(offset, offset) < batch.radius[rows] ** 2).astype(int)
+    if type(batch) is Planes:
+        return (dot(point - batch.point[rows], batch.normal[rows]) < 0).astype(int)
+    if isinstance(batch, Quadrics):
+        x = apply(batch.inverse[rows], point - batch.position[rows])
+        form = dot(x, apply(batch.form[rows], x) + 2 * batch.gradient[rows]) + batch.constant[rows]
+        clipped = np.all((x >= batch.clip_low[rows]) & (x <= batch.clip_high[rows]), axis=1)
+        return ((form < 0) & clipped).astype(int)
+    if type(batch) is Disks:
+        return np.zeros(len(rows), int)  # a cap: the side knows
+    u = np.broadcast_to(_SOMEWHERE, point.shape)
+    t = batch.roots(rows, point, u)[:, 0]
+    met = np.isfinite(t) & (t > 0)
+    return np.where(met, np.sign(dot(batch.outward(rows, point, u), u)), 0).astype(int)

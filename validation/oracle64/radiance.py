@@ -17,6 +17,7 @@ from .spot import Spot, spot_at, visible_hit
 from .vectors import Array, dot, unit
 from .world import World, visibility
 
+
 @dataclass(frozen=True)
 class Job:
     """One rendering: the world, what the model reads of the scene besides, and where its sums go."""

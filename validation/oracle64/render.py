@@ -80,7 +80,10 @@ def _hits(world: World, origin: Array, direction: Array, t: Array, primitive: In
 def radiance64(
     scene: Scene, origins: Any, directions: Any, max_depth: int | None = None
 ) -> tuple[Array, dict[str, Any]]:
-    """Radiance (n, bands) along rays (n, 3), and `stats` as of a picture. Ray i hashes like pixel i of seed 0."""
+    """Radiance (n, bands) along rays (n, 3), and `stats` as of a picture.
+
+    Ray i hashes like pixel i of seed 0.
+    """
     origin = np.asarray(origins, float).reshape(-1, 3)
     with np.errstate(all="ignore"):
         job = _job(scene, len(origin), max_depth)
@@ -195,7 +198,7 @@ def _fresh(world: World, origin: Array, direction: Array, path: Words, pixel: In
            media: Ints | None = None) -> Rays:  # fmt: skip
     """Rays of all bands that start in the media that are there."""
     if media is None:
-        media = around(world.scene, world.batches, world.shape_of, world.media, origin)
+        media = around(world.batches, world.shape_of, world.media, origin)
     weight = np.ones((len(pixel), world.palette.bands))
     return Rays(origin, direction, weight, path, pixel, media, np.full(len(pixel), -1))
 

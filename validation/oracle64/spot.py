@@ -54,7 +54,7 @@ class Spot:
 
 
 def visible_hit(world: World, rays: Rays) -> Met:
-    """Nearest hits, but those of boundaries that leave the medium on top as it is: rays go on behind these."""
+    """Nearest hits, but not those of boundaries that leave the medium on top as it is: these are crossed."""
     origin, u, media = rays.origin, rays.direction, world.media
     t, primitive = nearest_hit(world, origin, u)
     before = after = rays.media

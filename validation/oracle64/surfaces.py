@@ -87,6 +87,7 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
     checked = isinstance(color, Checker)
     first, second = (color.colors[0], color.colors[1]) if checked else (color, color)
     kind = PLAIN if not checked else GLOBE if type(shape).__name__ == "Sphere" else SQUARES
+    metal = getattr(material, "conductor", None)
     tints = {"color": first, "other_color": second, "highlight": material.highlight_color,
              "mirror": material.reflection_color, "tint": material.transmission_color}
     return {
@@ -94,7 +95,7 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
         "emission": palette.light(material.emission), "ka": material.ka, "kd": material.diffuse,
         "ks": material.specular, "m": material.shininess, "kr": material.kr, "kt": material.kt,
         "eta": palette.index(material.ior), "curved": palette.is_curve(material.ior),
-        "conductor": getattr(material, "conductor", None) is not None, "metal": palette.metal(getattr(material, "conductor", None)),
+        "conductor": metal is not None, "metal": palette.metal(metal),
         "thin": material.thin, "fresnel": material.fresnel is True, "schlick": material.fresnel == "schlick",
         "checker": kind, "size": color.size if checked else 1.0,
         "divisions": color.divisions if checked else 1,

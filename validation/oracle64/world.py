@@ -17,7 +17,6 @@ from .surfaces import Surfaces
 from .tree import LEAF, Node, build, walk
 from .vectors import Array, Bools, Ints, dot
 
-
 Hit = tuple[Array, Ints]  # distances and primitives (n,)
 
 
