@@ -202,6 +202,7 @@ class Device:
     ) -> None:
         self.settings = settings or Settings()
         self.bands = bands
+        self._kernel_folder = kernels
         self.info, device = choose(wanted)
         if self.settings.local_size > device.max_work_group_size:
             raise DeviceError(
@@ -226,6 +227,12 @@ class Device:
         self._kernels: dict[str, cl.Kernel] = {}
         self._events: list[tuple[str, cl.Event]] = []
         self._seconds: dict[str, float] = {}
+
+    def with_bands(self, bands: int) -> Device:
+        """The same device with kernels for rays of another number of bands; itself where that is its own."""
+        if bands == self.bands:
+            return self
+        return Device(self.info.index, self.settings, bands, self._kernel_folder)
 
     @property
     def kernel_hash(self) -> str:

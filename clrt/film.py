@@ -27,14 +27,18 @@ _BY_TERM: Final = {
     name: layout.TERMS[f"TERM_{name.upper()}"] for name in ("emission", "ambient", "diffuse", "highlight")
 }
 GEOMETRY: Final = ("depth", "position", "normal", "shape")
+SPECTRAL: Final = ("bands", "xyz")  # of scenes with a spectrum: the whole picture, not yet RGB
 _GENERATION = re.compile(r"generation_(\d+)")
 
 
-def check_layers(layers: Iterable[str], max_depth: int) -> tuple[str, ...]:
+def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) -> tuple[str, ...]:
     """The names, each once. ClrtError names an unknown one and its nearest neighbour."""
     names = tuple(dict.fromkeys(layers))
     known = (*_BY_PATH, *_BY_TERM, *GEOMETRY, *(f"generation_{g}" for g in range(max_depth + 1)))
+    known += SPECTRAL if spectral else ()
     for name in names:
+        if name in SPECTRAL and not spectral:
+            raise ClrtError(f"layers: {name!r} is for scenes with a spectrum; this one is in RGB")
         if name not in known:
             near = get_close_matches(name, known, n=1)
             hint = f"did you mean {near[0]!r}?" if near else "known: " + ", ".join(dict.fromkeys(known))
@@ -48,7 +52,7 @@ class Film:
     def __init__(self, device: Device, pixels: int, layers: tuple[str, ...]) -> None:
         self.device = device
         self.pixels = pixels
-        self.planes = ("image", *(name for name in layers if name not in GEOMETRY))
+        self.planes = ("image", *(name for name in layers if name not in GEOMETRY + SPECTRAL))
         self.nbytes = 4 * len(self.planes) * pixels * device.bands
         self.sums: Any = device.buffer(self.nbytes)
         device.fill_zero(self.sums, self.nbytes)
@@ -69,10 +73,23 @@ class Film:
                 feelers = passes.feelers(self.device, world, queue, hits, lit, _BY_TERM[name])
                 passes.gather(self.device, queue, lit, feelers, self.sums, plane, self.pixels)
 
-    def develop(self, samples: int) -> np.ndarray:
-        """Means over the samples of each pixel: float32 (planes, pixels, bands)."""
+    def develop(self, samples: int, response: np.ndarray | None = None) -> np.ndarray:
+        """Turn the sums into means over the samples of each pixel, once, and `read` them."""
         values = len(self.planes) * self.pixels * self.device.bands
         self.device.launch("resolve", values, np.uint32(values), np.float32(samples), self.sums)
-        return self.device.read(
-            self.sums, np.empty((len(self.planes), self.pixels, self.device.bands), np.float32)
-        )
+        return self.read(response)
+
+    def read(self, response: np.ndarray | None = None, planes: int | None = None) -> np.ndarray:
+        """The first `planes` planes (None: all), float32 (planes, pixels, rows of `response`).
+
+        `response` (rows, bands) float32 is applied on the device, so that the host sees few values a pixel
+        however many bands there are; without it the rows are the bands.
+        """
+        planes = len(self.planes) if planes is None else planes
+        source, rows, n = self.sums, self.device.bands, planes * self.pixels
+        if response is not None:
+            rows = len(response)
+            source = self.device.buffer(4 * n * rows)
+            matrix = self.device.upload(response)
+            self.device.launch("develop", n, self.sums, np.uint32(n), matrix, np.uint32(rows), source)
+        return self.device.read(source, np.empty((planes, self.pixels, rows), np.float32))

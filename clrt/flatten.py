@@ -28,6 +28,8 @@ class FlatScene:
 
     `finite` are the numbers of the primitives that have a box, ascending, `boxes` their boxes (w is 0), wide
     enough that they contain every hit the kernels may find. `n_shapes` is the number of shapes of the scene.
+    `response` (rows, bands) float32 turns a pixel's bands into its colour, `xyz` (3, bands) into CIE XYZ;
+    None in RGB mode, where the bands are the colour.
     """
 
     scene: np.ndarray
@@ -47,6 +49,13 @@ class FlatScene:
     boxes: np.ndarray
     finite: np.ndarray
     n_shapes: int
+    response: np.ndarray | None = None
+    xyz: np.ndarray | None = None
+
+    @property
+    def bands(self) -> int:
+        """How many values of light a ray carries: 3 in RGB mode."""
+        return int(self.scene["ambient"].shape[-1])
 
     @cached_property
     def hash(self) -> str:
@@ -60,21 +69,20 @@ class FlatScene:
         return digest.hexdigest()
 
 
-def flatten(scene: Scene, bands: int = layout.BANDS) -> FlatScene:
-    """The scene without its camera, for rays of `bands` bands (3: linear Rec.709 red, green, blue).
+def flatten(scene: Scene) -> FlatScene:
+    """The scene without its camera, for rays of the scene's bands (RGB mode: red, green, blue).
 
     Raises `SceneError` with the place of a shape that its transform makes one that there is no primitive for,
     or whose coordinates leave the range of float32, and for a background that cannot be read.
     """
-    if bands != 3:
-        raise ValueError(f"bands: {bands} is not allowed; the colours of a scene have 3 bands")
+    bands = layout.BANDS
     materials = MaterialTable(scene, bands)
     with np.errstate(over="ignore", invalid="ignore"):  # what overflows is found and named there
         sections = geometry(collect(scene, materials), scene)
     sections["materials"] = materials.records()
     sections["lights"] = flatten_lights(scene, bands)
     path = scene.background_path
-    image = np.zeros((0, 0, bands), np.float32) if path is None else read_image(path, scene.limits)
+    image = np.zeros((0, 0, 3), np.float32) if path is None else read_image(path, scene.limits)
     sections["background"] = np.ascontiguousarray(image, np.float32).reshape(-1)
     sections["scene"] = _scene_info(scene, sections, image.shape, bands)
     boxes, finite = sections.pop("boxes"), sections.pop("finite")
@@ -102,4 +110,6 @@ def _scene_info(
     info["ambient"], info["depth_color"] = rgb(scene.ambient), rgb(scene.depth_color)
     if not isinstance(scene.background, str):
         info["background"] = rgb(scene.background)
+    for name, primary in (("sky_red", (1, 0, 0)), ("sky_green", (0, 1, 0)), ("sky_blue", (0, 0, 1))):
+        info[name] = rgb(primary)
     return out

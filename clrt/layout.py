@@ -19,7 +19,7 @@ from typing import Final
 
 import numpy as np
 
-BANDS: Final = 3  # bands of light a ray carries; a compile-time constant of the kernels
+BANDS: Final = 3  # bands of light a ray carries in RGB mode; a compile-time constant of the kernels
 
 # fmt: off
 # name -> ((field, C type), ...); "@BANDS" after a type makes an array of one value a band
@@ -86,6 +86,8 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("medium_ior", "float"), ("min_weight", "float"),
         ("background_width", "int"), ("background_height", "int"),
         ("ambient", "float@BANDS"), ("background", "float@BANDS"), ("depth_color", "float@BANDS"),
+        # the light that red, green and blue 1 of the background image stand for
+        ("sky_red", "float@BANDS"), ("sky_green", "float@BANDS"), ("sky_blue", "float@BANDS"),
     ),
     # --- camera: everything the pass `generate` needs; vectors are unit, `half` = tan(fov/2) or size/2 ------
     "Camera": (
@@ -123,7 +125,7 @@ WORLD: Final[dict[str, str]] = {
     "order": "int",  # primitive numbers of the leaves of other kinds, eight a leaf, filled up with -1
     "materials": "Material",
     "lights": "Light",
-    "background": "float",  # lat-long image, rows from the top, BANDS values a pixel
+    "background": "float",  # lat-long image, rows from the top, red, green and blue of a pixel
 }
 
 RAY_FIELDS: Final = ("ORIGIN_X", "ORIGIN_Y", "ORIGIN_Z", "DIRECTION_X", "DIRECTION_Y", "DIRECTION_Z", "T_MAX")

@@ -11,8 +11,8 @@ import numpy as np
 from clrt import passes
 from clrt.device import Device
 from clrt.errors import ClrtError, LimitError, SceneError
-from clrt.film import GEOMETRY, Film, check_layers
-from clrt.flatten import flatten, flatten_camera
+from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers
+from clrt.flatten import FlatScene, flatten, flatten_camera
 from clrt.image import Image
 from clrt.scene import Scene
 from clrt.settings import Settings
@@ -55,7 +55,7 @@ class Tracer:
         self.scene = scene
         self.settings = settings or Settings()
         self.flat = flatten(scene)
-        self.device = Device(device, self.settings)
+        self.device = Device(device, self.settings, self.flat.bands)
         self.world = World(self.device, self.flat)
 
     def render(
@@ -81,11 +81,11 @@ class Tracer:
         full = int(camera["width"][0]), int(camera["height"][0])
         samples = int(camera["grid"][0]) ** 2
         depth = self._depth(max_depth)
-        names = check_layers(layers, depth)
+        names = check_layers(layers, depth, self.flat.response is not None)
         window = _check_crop(crop, *full)
         self._check_limits(full[0] * full[1], samples, depth)
 
-        picture = _Picture(window, full[0], names)
+        picture = _Picture(window, full[0], names, self.flat)
         counts, done, local_size = RayCounts(), 0, 0
         total = window[2] * window[3]
         camera_buffer = self.device.upload(camera)
@@ -166,7 +166,7 @@ class Tracer:
                 halves = [_split(array) for array in chunk]
                 waiting += list(zip(*halves, strict=True))
                 continue
-            parts.append(film.develop(1)[0])
+            parts.append(film.develop(1, self.flat.response)[0])
             self.device.finish()
         return np.concatenate(parts), dict(counts.table())
 
@@ -229,21 +229,27 @@ class Tracer:
 class _Picture:
     """The whole picture on the host, filled tile by tile."""
 
-    def __init__(self, window: tuple[int, int, int, int], full_width: int, names: tuple[str, ...]) -> None:
+    def __init__(
+        self, window: tuple[int, int, int, int], full_width: int, names: tuple[str, ...], flat: FlatScene
+    ) -> None:
         self.left, self.top, self.width, self.height = window
         self.full_width = full_width
+        self.flat = flat
         shape = (self.height, self.width)
         self.pixels = np.zeros((*shape, 3), np.float32)
         self.layers: dict[str, np.ndarray] = {}
         for name in names:
             kind = np.int32 if name == "shape" else np.float32
-            self.layers[name] = np.zeros(shape if name in ("depth", "shape") else (*shape, 3), kind)
+            rows = () if name in ("depth", "shape") else (flat.bands,) if name == "bands" else (3,)
+            self.layers[name] = np.zeros((*shape, *rows), kind)
 
     def put(self, pixels: np.ndarray, film: Film, samples: int, geometry: dict[str, np.ndarray]) -> None:
         """Place a tile's means and geometry."""
         place = (pixels // self.full_width - self.top, pixels % self.full_width - self.left)
-        for name, values in zip(film.planes, film.develop(samples), strict=True):
+        for name, values in zip(film.planes, film.develop(samples, self.flat.response), strict=True):
             (self.pixels if name == "image" else self.layers[name])[place] = values
+        for name in set(self.layers) & set(SPECTRAL):
+            self.layers[name][place] = film.read(self.flat.xyz if name == "xyz" else None, planes=1)[0]
         for name in set(self.layers) & set(GEOMETRY):
             self.layers[name][place] = geometry[name]
 

@@ -38,6 +38,21 @@ __kernel void resolve(uint n, float samples, __global float *film)
     if (i < n) film[i] /= samples;
 }
 
+// Each pixel's means of BANDS bands to `rows` numbers, such as red, green and blue: one row of the matrix after the
+// other, its bands added up from the first on.
+__kernel void develop(__global const float *film, uint n, __global const float *matrix, uint rows,
+                      __global float *developed)
+{
+    const uint i = get_global_id(0);
+    if (i >= n) return;
+    __global const float *bands = film + (size_t)i * BANDS;
+    for (uint row = 0; row < rows; row++) {
+        float sum = matrix[row * BANDS] * bands[0];
+        for (int b = 1; b < BANDS; b++) sum += matrix[row * BANDS + b] * bands[b];
+        developed[(size_t)i * rows + row] = sum;
+    }
+}
+
 // What the first of every `samples` rays hit: distance, point, outward normal, barycentric weights, primitive and
 // shape. The layers of geometry, and the answer to a ray query.
 __kernel void geometry(WORLD_PARAMETERS, __global const float *rays, __global const float *hit_t,

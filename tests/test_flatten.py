@@ -238,11 +238,6 @@ def test_the_hash_is_stable_and_sees_every_change() -> None:
     assert len({first, *(scene.hash for scene in others)}) == 7
 
 
-def test_only_three_bands_are_flattened_from_colours() -> None:
-    with pytest.raises(ValueError, match="bands: 4"):
-        flatten(Scene(), bands=4)
-
-
 def test_a_mesh_of_half_a_million_triangles_takes_no_loop_over_them() -> None:
     side = 500
     x, y = np.meshgrid(np.arange(side + 1.0), np.arange(side + 1.0))

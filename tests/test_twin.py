@@ -18,7 +18,7 @@ from validation import selftest
 from validation.twin import radiance32, render32, trace32
 from validation.twin_compare import Comparison, compare_picture, compare_rays
 from validation.twin_geometry import primitives_of
-from validation.twin_scenes import difficult_rays, scenes, with_sky
+from validation.twin_scenes import difficult_rays, in_bands, scenes, with_sky
 
 SCENES = scenes()
 RAYS_PER_SCENE = 9_000
@@ -53,6 +53,15 @@ def test_random_scenes(seed: int, device: Device) -> None:
     with np.errstate(over="ignore"):
         origins, t_max = origins * scale, t_max * scale
     assert same(compare_rays(device, flat, origins, directions, t_max, max_depth=3)) > 1500
+
+
+@pytest.mark.parametrize("name", ["spheres", "tinted shadows", "ambient samples", "sky image"])
+@pytest.mark.parametrize("bands", [4, 24, 64])
+def test_any_number_of_bands(bands: int, name: str, device: Device) -> None:
+    scene, flat = SCENES[name]
+    flat = in_bands(flat, bands)
+    rays = same(compare_picture(device, scene, flat))
+    assert rays + same(compare_rays(device, flat, *difficult_rays(500, seed=bands), max_depth=2)) > 1500
 
 
 def test_rays_through_corners_along_edges_and_at_a_tangent(device: Device) -> None:

@@ -29,8 +29,11 @@ _BUDGET = 256 << 20  # bytes of queues
 class RayFilm(Film):
     """A film that also keeps what each generation and kind of rays brings, on a film of its own."""
 
-    def __init__(self, device: Device, pixels: int, shadows: bool) -> None:
+    def __init__(
+        self, device: Device, pixels: int, shadows: bool, response: np.ndarray | None = None
+    ) -> None:
         super().__init__(device, pixels, TERMS if shadows else ())
+        self.response = response
         self.by_ray: dict[str, Film] = {}
         self.shadows = shadows
 
@@ -44,10 +47,10 @@ class RayFilm(Film):
 
     def developed(self, samples: int) -> Iterator[tuple[str, np.ndarray]]:
         """Each picture by its key, "image" or one of `by_ray`: float32 (pixels, 3)."""
-        for name, values in zip(self.planes, self.develop(samples), strict=True):
+        for name, values in zip(self.planes, self.develop(samples, self.response), strict=True):
             yield name if name == "image" else ray_key(0, f"camera {name}"), values
         for key, film in self.by_ray.items():
-            yield key, film.develop(samples)[0]
+            yield key, film.develop(samples, self.response)[0]
 
 
 def ray_key(generation: int, kind: str) -> str:
@@ -110,7 +113,7 @@ def _render_tile(
     device, world = tracer.device, tracer.world
     queue, _ = passes.generate(device, camera, pixels, samples)
     hits = passes.closest(device, world, queue)
-    film = RayFilm(device, len(pixels), shadows)
+    film = RayFilm(device, len(pixels), shadows, tracer.flat.response)
     trace(device, world, queue, hits, film, depth, _BUDGET)
     for key, values in film.developed(samples):
         if key not in found:

@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from clrt import layout
 from clrt.flatten import FlatScene, flatten, flatten_camera
 from clrt.scene import Scene
 
@@ -109,13 +110,17 @@ def _render(
     layers: tuple[str, ...],
     counts: list[Counter[str]],
 ) -> dict[str, np.ndarray]:
-    """All planes at some pixels: (pixels,) or (pixels, 3)."""
-    film = Film(len(pixels), layers)
+    """All planes at some pixels: (pixels,), (pixels, 3), or (pixels, bands) of the layer `bands`."""
+    film = Film(len(pixels), layers, flat.bands)
     with np.errstate(all="ignore"):
-        queue = generate(camera, pixels)
+        queue = generate(camera, pixels, flat.bands)
         for _ in generations(flat, queue, depth, film, counts):
             pass
-        planes = film.means(samples)
+        planes = film.means(samples, flat.response)
+        if "bands" in layers:
+            planes["bands"] = film.means(samples)["image"]
+        if "xyz" in layers:
+            planes["xyz"] = film.means(samples, flat.xyz)["image"]
         if set(layers) & set(GEOMETRY):
             seen = geometry(flat, queue, nearest_hit(flat, queue.rays))
             found = {"depth": seen.t, "position": seen.position, "normal": seen.normal, "shape": seen.shape}
@@ -143,19 +148,25 @@ def radiance32(
     with np.errstate(all="ignore"):
         for start in range(0, len(origins), _CHUNK):
             end = start + _CHUNK
-            queue = adopted(origins[start:end], directions[start:end], np.inf, start)
-            film = Film(len(queue))
+            queue = adopted(origins[start:end], directions[start:end], np.inf, start, flat.bands)
+            film = Film(len(queue), (), flat.bands)
             for _ in generations(flat, queue, max_depth, film, counts):
                 pass
-            parts.append(film.means(1)["image"])
+            parts.append(film.means(1, flat.response)["image"])
     return np.concatenate(parts), statistics(counts)
 
 
-def adopted(origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray, first: int = 0) -> Queue:
+def adopted(
+    origins: np.ndarray,
+    directions: np.ndarray,
+    t_max: float | np.ndarray,
+    first: int = 0,
+    bands: int = layout.BANDS,
+) -> Queue:
     """The caller's rays as a queue: (n, 3), (n, 3), a number or (n,). `first` numbers the first ray."""
     o, d = np.asarray(origins, np.float32), np.asarray(directions, np.float32)
     limit = np.array(np.broadcast_to(np.asarray(t_max, np.float32), (len(o),)))
-    return adopt(o, d, limit, np.arange(first, first + len(o), dtype=np.uint32))
+    return adopt(o, d, limit, np.arange(first, first + len(o), dtype=np.uint32), bands)
 
 
 def geometry(flat: FlatScene, queue: Queue, hits: Hits) -> Hits32:

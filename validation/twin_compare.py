@@ -19,7 +19,7 @@ from clrt.world import World
 from . import twin_queues
 from .twin import adopted, geometry
 from .twin_device import LAYERS, device_stages
-from .twin_film import Film
+from .twin_film import Film, developed
 from .twin_geometry import nearest_hit
 from .twin_queues import generate
 from .twin_wavefront import Stage, generations
@@ -77,13 +77,14 @@ def compare_picture(
     camera = flatten_camera(scene.camera, width, height, spp)
     pixels = np.arange(int(camera["width"][0]) * int(camera["height"][0]), dtype=np.uint32)
     samples = int(camera["grid"][0]) ** 2
+    device = device.with_bands(flat.bands)
     queue, _ = passes.generate(device, device.upload(camera), pixels, samples)
     with np.errstate(all="ignore"):
         return _compare(
             device,
             flat,
             queue,
-            generate(camera, pixels),
+            generate(camera, pixels, flat.bands),
             len(pixels),
             samples,
             scene.max_depth if max_depth is None else max_depth,
@@ -101,9 +102,10 @@ def compare_rays(
     """Every stage of the caller's n rays: origins and directions (n, 3), t_max a number or (n,)."""
     o, d = (np.ascontiguousarray(array, np.float32) for array in (origins, directions))
     limit = np.array(np.broadcast_to(np.asarray(t_max, np.float32), (len(o),)))
+    device = device.with_bands(flat.bands)
     queue = passes.adopt(device, o, d, limit, np.arange(len(o), dtype=np.uint32))
     with np.errstate(all="ignore"):
-        return _compare(device, flat, queue, adopted(o, d, limit), len(o), 1, max_depth)
+        return _compare(device, flat, queue, adopted(o, d, limit, bands=flat.bands), len(o), 1, max_depth)
 
 
 def _compare(
@@ -115,7 +117,7 @@ def _compare(
     samples: int,
     max_depth: int,
 ) -> Comparison:
-    film = Film(pixels, LAYERS)
+    film = Film(pixels, LAYERS, flat.bands)
     counts: list[Counter[str]] = []
     computed = device_stages(device, World(device, flat), queue, pixels, samples, max_depth)
     expected = chain(
@@ -167,7 +169,11 @@ def _last_stages(
     flat: FlatScene, queue: twin_queues.Queue, film: Film, samples: int, max_depth: int
 ) -> Iterator[Stage]:
     place = np.arange(film.sums.shape[-1], dtype=np.uint32)
-    yield Stage("resolve", max_depth, "film", {"means": film.sums / np.float32(samples)}, place)
+    means = film.sums / np.float32(samples)
+    yield Stage("resolve", max_depth, "film", {"means": means}, place)
+    if flat.response is not None:
+        values = {"rgb": developed(means, flat.response)}
+        yield Stage("develop", max_depth, "film", values, place)
     seen = geometry(flat, queue, nearest_hit(flat, queue.rays))
     values = {
         "depth": seen.t,

@@ -73,8 +73,11 @@ def device_stages(
             break
     place = np.arange(pixels, dtype=np.uint32)
     yield Stage("gather", max_depth, "film", {"sums": _film(device, film, pixels)}, place)
-    film.develop(samples)
+    rgb = film.develop(samples, world.flat.response)
     yield Stage("resolve", max_depth, "film", {"means": _film(device, film, pixels)}, place)
+    if world.flat.response is not None:
+        values = {"rgb": np.ascontiguousarray(rgb.transpose(0, 2, 1))}
+        yield Stage("develop", max_depth, "film", values, place)
     seen = passes.geometry(device, world, first, first_hits, samples)
     yield Stage("geometry", 0, "camera", {name: array.T for name, array in seen.items()}, place)
 

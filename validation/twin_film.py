@@ -24,14 +24,15 @@ TERMS = {
     name: layout.TERMS[f"TERM_{name.upper()}"] for name in ("emission", "ambient", "diffuse", "highlight")
 }
 GEOMETRY = ("depth", "position", "normal", "shape")
+SPECTRAL = ("bands", "xyz")
 
 
 class Film:
     """Planes (bands, pixels) of sums: the picture, then the layers of radiance among `layers`."""
 
-    def __init__(self, pixels: int, layers: tuple[str, ...] = ()) -> None:
-        self.planes = ("image", *(name for name in layers if name not in GEOMETRY))
-        self.sums = np.zeros((len(self.planes), layout.BANDS, pixels), np.float32)
+    def __init__(self, pixels: int, layers: tuple[str, ...] = (), bands: int = layout.BANDS) -> None:
+        self.planes = ("image", *(name for name in layers if name not in GEOMETRY + SPECTRAL))
+        self.sums = np.zeros((len(self.planes), bands, pixels), np.float32)
 
     def add(self, queue: Queue, found: Lit, shadows: Feelers, generation: int) -> None:
         """What a queue brings, to the picture and to every layer it belongs to."""
@@ -53,9 +54,20 @@ class Film:
             np.add.at(total[band], queue.pixel_of[chosen], value[band, chosen])
         self.sums[plane] += total
 
-    def means(self, samples: int) -> dict[str, Array]:
-        """Pixels of each plane, (pixels, bands)."""
-        return dict(zip(self.planes, (self.sums / np.float32(samples)).transpose(0, 2, 1), strict=True))
+    def means(self, samples: int, response: Array | None = None) -> dict[str, Array]:
+        """Pixels of each plane, (pixels, bands); (pixels, rows) with a `response` (rows, bands)."""
+        means = self.sums / np.float32(samples)
+        if response is not None:
+            means = developed(means, response)
+        return dict(zip(self.planes, means.transpose(0, 2, 1), strict=True))
+
+
+def developed(means: Array, response: Array) -> Array:
+    """(planes, rows, pixels) of (planes, bands, pixels): row by row, from the first band on."""
+    total = response[:, 0, None] * means[:, None, 0]
+    for band in range(1, response.shape[1]):
+        total = total + response[:, band, None] * means[:, None, band]
+    return total
 
 
 def arriving(found: Lit, shadows: Feelers) -> Array:

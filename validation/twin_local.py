@@ -141,7 +141,7 @@ def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feel
         chosen([to.distance for to in ways], (0,)),
     )
     ray = found.which[hit]
-    contribution = queue.weight[:, ray] * chosen(radiance, (layout.BANDS, 0))
+    contribution = queue.weight[:, ray] * chosen(radiance, (flat.bands, 0))
     if flat.scene["tinted"][0]:
         seen = _tint(flat, rays, contribution)
     else:

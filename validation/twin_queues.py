@@ -28,7 +28,7 @@ class Queue:
         return len(self.rays)
 
 
-def generate(camera: Array, pixels: Array) -> Queue:
+def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
     """Camera rays (docs/model.md, Camera and pixels): all samples of each of the pixel numbers."""
     c = camera[0]
     grid, width, height = (np.uint32(c[name]) for name in ("grid", "width", "height"))
@@ -55,14 +55,22 @@ def generate(camera: Array, pixels: Array) -> Queue:
     else:
         direction = unit(forward + in_view)
         origin = origin + direction * (c["near"] / dot(direction, forward))
-    return new_queue("camera", origin, direction, place, key & ~FLAGS)
+    return new_queue("camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)))
 
 
-def adopt(origins: Array, directions: Array, t_max: Array, numbers: Array) -> Queue:
+def adopt(
+    origins: Array, directions: Array, t_max: Array, numbers: Array, bands: int = layout.BANDS
+) -> Queue:
     """A queue of the caller's rays: (n, 3), (n, 3) of any length, (n,) float32; their numbers (n,) uint32."""
     path = combine(combine(np.zeros_like(numbers), numbers), np.zeros_like(numbers)) & ~FLAGS
     place = np.arange(len(numbers), dtype=np.uint32)
-    return new_queue("camera", origins.T, unit(directions.T), place, path, t_max=t_max)
+    weight = ones(bands, len(numbers))
+    return new_queue("camera", origins.T, unit(directions.T), place, path, weight, t_max)
+
+
+def ones(bands: int, n: int) -> Array:
+    """The weights of rays that start."""
+    return np.ones((bands, n), np.float32)
 
 
 def new_queue(
@@ -71,19 +79,17 @@ def new_queue(
     direction: Array,
     pixel_of: Array,
     path: Array,
-    weight: Array | None = None,
+    weight: Array,
     t_max: Array | None = None,
 ) -> Queue:
-    """Weights default to 1, t_max to infinity; `origin` may be one for all."""
+    """t_max defaults to infinity; `origin` may be one for all."""
     n = len(pixel_of)
     rays = Rays(
         np.ascontiguousarray(np.broadcast_to(origin, (3, n))),
         np.ascontiguousarray(direction),
         np.full(n, np.inf, np.float32) if t_max is None else t_max,
     )
-    return Queue(
-        kind, rays, pixel_of, path, np.ones((layout.BANDS, n), np.float32) if weight is None else weight
-    )
+    return Queue(kind, rays, pixel_of, path, weight)
 
 
 def merged(queues: list[Queue]) -> Queue:

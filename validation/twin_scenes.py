@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from clrt import layout
 from clrt.errors import ClrtWarning
 from clrt.flatten import FlatScene, flatten
 from clrt.formats import load_dict
@@ -207,10 +208,36 @@ def scenes() -> dict[str, tuple[Scene, FlatScene]]:
 def with_sky(flat: FlatScene) -> FlatScene:
     """The same scene with a lat-long image of 13 x 6 pixels around it."""
     height, width = 6, 13
-    value = np.arange(height * width * 3, dtype=np.uint32) * np.uint32(2654435761) >> np.uint32(8)
     info = flat.scene.copy()
     info["background_width"], info["background_height"] = width, height
-    return replace(flat, scene=info, background=value.astype(np.float32) * np.float32(2.0**-24))
+    return replace(flat, scene=info, background=_numbers(height * width * 3))
+
+
+def in_bands(flat: FlatScene, n: int) -> FlatScene:
+    """The same scene with n bands, each of whose values is an RGB value times a number from 0 to 1.25."""
+    sections: Table = {
+        name: _in_bands(getattr(flat, name), record, n)
+        for name, record in (("scene", "SceneInfo"), ("materials", "Material"), ("lights", "Light"))
+    }
+    matrix = _numbers(4 * n).reshape(4, n) - np.float32(0.25)
+    return replace(flat, **sections, response=matrix[:3], xyz=matrix[1:])
+
+
+def _in_bands(records: np.ndarray, name: str, n: int) -> np.ndarray:
+    out = np.zeros(records.shape, layout.dtype(name, n))
+    for field, kind in layout.RECORDS[name]:
+        if kind == "float@BANDS":
+            factor = 1.25 * _numbers(len(records) * n).reshape(-1, n)
+            out[field] = records[field][:, np.arange(n) % 3] * factor.astype(np.float32)
+        elif "@" not in kind:
+            out[field] = records[field]
+    return out
+
+
+def _numbers(n: int) -> np.ndarray:
+    """n numbers in [0, 1), float32."""
+    value = np.arange(n, dtype=np.uint32) * np.uint32(2654435761) >> np.uint32(8)
+    return value.astype(np.float32) * np.float32(2.0**-24)
 
 
 def difficult_rays(n: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

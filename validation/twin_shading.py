@@ -78,7 +78,7 @@ def reflected_light(light: np.void, to: Towards, s: Surface, u: Array, terms: in
 
 def local_light(flat: FlatScene, s: Surface, gathers: Array, terms: int) -> Array:
     """e + ka F A, without the ambient term where rays gather it instead."""
-    emission = bands(s.material["emission"]) if terms & EMISSION else np.zeros_like(s.n)
+    emission = bands(s.material["emission"]) if terms & EMISSION else np.zeros_like(color_of(s))
     ambient = ambient_share(s) * flat.scene["ambient"][0][:, None]
     if not terms & AMBIENT:
         ambient = np.zeros_like(ambient)

@@ -224,7 +224,9 @@ def background_of(flat: FlatScene, direction: Array) -> Array:
     fx, fy = x - x0, y - y0
     left, top = (x0.astype(np.int32) + width) % width, np.clip(y0.astype(np.int32), 0, height - 1)
     right, bottom = (left + 1) % width, np.clip(y0.astype(np.int32) + 1, 0, height - 1)
-    image = bands(flat.background.reshape(height, width, -1))
+    image = bands(flat.background.reshape(height, width, 3))
     above = image[:, top, left] * (1.0 - fx) + image[:, top, right] * fx
     below = image[:, bottom, left] * (1.0 - fx) + image[:, bottom, right] * fx
-    return np.where(seen, above * (1.0 - fy) + below * fy, plain)
+    red, green, blue = above * (1.0 - fy) + below * fy
+    sky = [info[name][:, None] for name in ("sky_red", "sky_green", "sky_blue")]
+    return np.where(seen, red * sky[0] + green * sky[1] + blue * sky[2], plain)

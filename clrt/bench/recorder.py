@@ -128,7 +128,7 @@ def _record_tile(
     with device.rays_of("generation 2", None):
         passes.spawn(device, world, REFLECTION, 1, children)
     with device.rays_of("primary", len(pixels)):
-        film.develop(1)
+        film.develop(1, world.flat.response)
 
 
 def _light(
