@@ -1,8 +1,9 @@
 """The whole of validation in one call: cases under their oracles, ray counts, mutants, coverage.
 
 Cases go to a few processes, each with a device and a Mitsuba of its own. Quick: the float64 oracle on every
-matrix case, and Mitsuba on as few of them as have all features. Full: every oracle that can express a case,
-the scenes that ship, random scenes, and edges looked for whether they are needed or not.
+matrix case, and Mitsuba on as few of them as have all features. Least: only these few, and Mitsuba's own
+plugins. Full: every oracle that can express a case, the scenes that ship, random scenes, and edges looked for
+whether they are needed or not.
 """
 
 from __future__ import annotations
@@ -42,9 +43,14 @@ _PACKAGES: Final = ("numpy", "pyopencl", "scikit-image", "flip-evaluator", "mits
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run consists of. seed: of the random scenes. pictures: keep them for a report."""
+    """What a run consists of.
+
+    least: no more cases than show every feature to two oracles. seed: of the random scenes. pictures: keep
+    them for a report.
+    """
 
     quick: bool = True
+    least: bool = False
     random: int = 0
     seed: int = RANDOM_SEED
     spd: Path | None = None
@@ -99,12 +105,13 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
 def tasks_of(plan: Plan) -> list[Task]:
     """The cases to run, and for each the oracles that can express it."""
     matrix = matrix_cases()
+    some = fewest_cases({name: c.features for name, c in matrix.items() if "mitsuba-table" in c.oracles})
     if plan.cases:
         names = [name for name in plan.cases if case_named(name)]
+    elif plan.least:
+        names = [*some, *(name for name, case in matrix.items() if "mitsuba-table" not in case.oracles)]
     else:
         names = [*matrix, *([] if plan.quick else shipped_cases()), *random_cases(plan.random, plan.seed)]
-    some = set(fewest_cases({name: case.features for name,
-                             case in matrix.items() if "mitsuba-table" in case.oracles}))
     tasks = []
     for name in names:
         case = case_named(name)
@@ -129,6 +136,8 @@ def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:
         yield f"NOT PROVEN, {len(names)} comparisons: {shown}: {why}"
     if plan.cases:
         yield "only the cases asked for; no ray counts"
+    elif plan.least:
+        yield "least: no more cases than show every feature; the rest is left to a run without it"
     elif plan.quick:
         yield "quick: Mitsuba on a selection of the cases; stock plugins, scenes that ship left to --full"
     if plan.spd is None and not plan.cases:
