@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING, Any
 from clrt.version import __version__
 
 if TYPE_CHECKING:
-    from clrt.device import DeviceInfo, devices
     from clrt.errors import ClrtError, ClrtWarning, DeviceError, LimitError, SceneError
     from clrt.formats import load, load_dict
     from clrt.image import Image, read_image
     from clrt.limits import Limits
+    from clrt.platforms import DeviceInfo, devices
     from clrt.raymesh import RayMeshIntersector
     from clrt.scene import Scene
     from clrt.settings import Settings
     from clrt.tracer import Hits, Tracer, render
 
 _HOMES = {
-    "clrt.device": ("DeviceInfo", "devices"),
     "clrt.errors": ("ClrtError", "ClrtWarning", "DeviceError", "LimitError", "SceneError"),
     "clrt.formats": ("load", "load_dict"),
     "clrt.image": ("Image", "read_image"),
     "clrt.limits": ("Limits",),
+    "clrt.platforms": ("DeviceInfo", "devices"),
     "clrt.raymesh": ("RayMeshIntersector",),
     "clrt.scene": ("Scene",),
     "clrt.settings": ("Settings",),

@@ -1,16 +1,17 @@
-"""The OpenCL side: choose a device, build the kernels, keep buffers, launch.
+"""The OpenCL side: build the kernels, keep buffers, launch, read.
 
 Nothing of a scene ever reaches the source or the build options, so the kernels compile once a machine: the
-driver's own cache finds them again.
+driver's own cache finds them again. Every call of the driver goes through `Device._guard`: a refusal is a
+DeviceError.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
 import re
+import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Final
@@ -19,8 +20,9 @@ import numpy as np
 import pyopencl as cl
 from pyopencl import tools as cl_tools
 
-from clrt import layout
-from clrt.errors import DeviceError
+from clrt import kernelcache, layout
+from clrt.errors import DeviceError, MemoryLimitError
+from clrt.platforms import check_process, choose, pocl_version
 from clrt.resources import kernel_folder
 from clrt.settings import Settings
 
@@ -37,92 +39,8 @@ KERNEL_FILES: Final = (
     "crossings.cl",
 )
 _INCLUDE = re.compile(r'^#include "([\w.]+)"$')
-
-
-@dataclass(frozen=True)
-class DeviceInfo:
-    """One OpenCL device, as `clrt devices` lists it. `memory` is in bytes, `units` counts compute units."""
-
-    index: int
-    name: str
-    platform: str
-    version: str
-    kind: str
-    units: int
-    memory: int
-
-    @property
-    def label(self) -> str:
-        return f"{self.platform} {self.version} / {self.name}"
-
-
-def _all_devices() -> list[tuple[DeviceInfo, cl.Device]]:
-    try:
-        platforms = cl.get_platforms()
-    except cl.Error as error:
-        raise DeviceError(
-            f"no OpenCL platform: {error}; install a driver: pip install 'clrt[pocl]' (Linux, x86-64), "
-            "or your system's (Debian: apt-get install pocl-opencl-icd)"
-        ) from None
-    found: list[tuple[DeviceInfo, cl.Device]] = []
-    for platform in platforms:
-        for device in platform.get_devices():
-            kind = (
-                "CPU"
-                if device.type & cl.device_type.CPU
-                else "GPU"
-                if device.type & cl.device_type.GPU
-                else "other"
-            )
-            info = DeviceInfo(
-                len(found),
-                device.name.strip(),
-                platform.name.strip(),
-                _short_version(platform.version),
-                kind,
-                device.max_compute_units,
-                device.global_mem_size,
-            )
-            found.append((info, device))
-    return found
-
-
-def _short_version(version: str) -> str:
-    """'OpenCL 3.0 PoCL 3.1+debian  Linux, ...' -> 'PoCL 3.1+debian'; other drivers: the whole text."""
-    match = re.search(r"PoCL [\w.+-]+", version)
-    return match.group(0) if match else version.strip()
-
-
-def devices() -> list[DeviceInfo]:
-    """The OpenCL devices of this machine. DeviceError when there is no OpenCL platform."""
-    return [info for info, _ in _all_devices()]
-
-
-def _pocl_version(info: DeviceInfo) -> tuple[int, ...]:
-    match = re.search(r"PoCL (\d+)\.(\d+)", info.version)
-    return tuple(int(part) for part in match.groups()) if match else ()
-
-
-def choose(wanted: int | str | None = None) -> tuple[DeviceInfo, cl.Device]:
-    """The device that `wanted` means: a number, a part of "platform version / name", or None.
-
-    None looks at the environment variable CLRT_DEVICE, then takes the newest PoCL, then the first device.
-    DeviceError lists what there is.
-    """
-    found = _all_devices()
-    if wanted is None:
-        wanted = os.environ.get("CLRT_DEVICE") or None
-    if wanted is None:
-        if not found:
-            raise DeviceError("no OpenCL device; `clrt devices` lists what this machine offers")
-        return max(found, key=lambda entry: (_pocl_version(entry[0]), -entry[0].index))
-    text = str(wanted).strip()
-    matches = [entry for entry in found if text == str(entry[0].index)]
-    matches = matches or [entry for entry in found if text.lower() in entry[0].label.lower()]
-    if not matches:
-        offered = "; ".join(f"{info.index}: {info.label}" for info, _ in found) or "nothing"
-        raise DeviceError(f"device {text!r} is not here; this machine offers {offered}")
-    return matches[0]
+_SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-items than 16 bits can count
+_waiting = ThreadPoolExecutor(1, "clrt-wait")
 
 
 def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
@@ -221,10 +139,11 @@ class Device:
             raise DeviceError(f"{self.info.label}: {error}") from None
         # PoCL 3.0's compiler hangs or aborts on float16
         self.packet = (
-            8 if _pocl_version(self.info) and _pocl_version(self.info) < (3, 1) else self.settings.lanes
+            8 if pocl_version(self.info) and pocl_version(self.info) < (3, 1) else self.settings.lanes
         )
         self.source = kernel_source(bands, self.settings.lanes, self.packet, kernels)
         self._kernels: dict[str, cl.Kernel] = {}
+        self._launched: set[tuple[str, int, bool]] = set()
         self._events: list[tuple[str, cl.Event]] = []
         self._seconds: dict[str, float] = {}
 
@@ -245,10 +164,18 @@ class Device:
 
     def build(self, source: str) -> cl.Program:
         """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
-        try:
-            return _program(self.context, source)
-        except cl.Error as error:
-            raise DeviceError(f"{self.info.label}: the kernels do not build: {error}") from None
+        check_process()
+        with kernelcache.lock():
+            try:
+                return _program(self.context, source)
+            except cl.Error:
+                pass  # builds fail without a reason where a process outside clrt's lock compiles, too
+            try:
+                return _program(self.context, source)
+            except cl.Error as error:
+                raise DeviceError(
+                    f"{self.info.label}: the kernels do not build: {error}; `clrt doctor` looks for the cause"
+                ) from None
 
     def kernel(self, name: str, arguments: tuple[Any, ...]) -> cl.Kernel:
         """A kernel object for arguments of these types, looked up once: a lookup costs more than a launch.
@@ -256,7 +183,7 @@ class Device:
         Told the types of its numbers beforehand, it takes them in a tenth of the time.
         """
         if name not in self._kernels:
-            kernel = cl.Kernel(self.program, name)
+            kernel = self._guard(lambda: cl.Kernel(self.program, name), f"kernel {name}")
             kernel.set_scalar_arg_dtypes([a.dtype if isinstance(a, np.generic) else None for a in arguments])
             self._kernels[name] = kernel
         return self._kernels[name]
@@ -268,36 +195,68 @@ class Device:
         """
         if items == 0:
             return
+        check_process()
         local = local_size or self.settings.local_size
         kernel = self.kernel(name, arguments)
-        try:
+        total = -(-items // local) * local
+
+        def enqueue() -> cl.Event:
             kernel.set_args(*arguments)
-            event = cl.enqueue_nd_range_kernel(self.queue, kernel, (-(-items // local) * local,), (local,))
-        except cl.Error as error:
-            raise DeviceError(f"{self.info.label}: kernel {name}: {error}") from None
+            return cl.enqueue_nd_range_kernel(self.queue, kernel, (total,), (local,))
+
+        sizes = (name, local, total < _SMALL_GRID)
+        if sizes in self._launched:
+            event = self._guard(enqueue, f"kernel {name}")
+        else:
+            event = self._first_launch(enqueue, sizes)
         self._events.append((name, event))
+
+    def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
+        """A launch before which the driver may compile the kernel for these sizes: one process at a time."""
+        with kernelcache.compiling("-".join(map(str, (self._cache_key, *sizes)))) as known:
+            event = self._guard(enqueue, f"kernel {sizes[0]}")
+            if not known:
+                self._wait(event.wait, f"kernel {sizes[0]}")
+        self._launched.add(sizes)
+        return event
+
+    @cached_property
+    def _cache_key(self) -> str:
+        return hashlib.sha256(f"{self.info.label} {self.source}".encode()).hexdigest()[:16]
 
     def buffer(self, nbytes: int) -> Any:
         """Uninitialised device memory from the pool; freed when no longer referenced.
 
-        LimitError where all buffers together would pass the limit `device_bytes`: drivers promise more memory
-        than there is, and fail when it is touched.
+        MemoryLimitError where all buffers together would pass the limit `device_bytes` (drivers promise more
+        memory than there is, and fail when it is touched), and where the driver has no memory left.
         """
-        self.settings.limits.check("device_bytes", self.pool.active_bytes + nbytes)
-        return self._guard(lambda: self.pool.allocate(max(nbytes, 4)), f"{nbytes} bytes")
+        check_process()
+        block = self.pool.alloc_size(self.pool.bin_number(max(nbytes, 4)))
+        limits = self.settings.limits
+        if self.pool.managed_bytes + block > limits.device_bytes:
+            self.pool.free_held()
+            limits.check("device_bytes", self.pool.managed_bytes + block)
+        try:
+            return self.pool.allocate(max(nbytes, 4))
+        except cl.MemoryError as error:
+            raise MemoryLimitError(
+                f"{self.info.label}: no memory for {nbytes} bytes more ({error}); use a smaller scene"
+            ) from None
+        except cl.Error as error:
+            raise DeviceError(f"{self.info.label}: {nbytes} bytes: {error}") from None
 
     def upload(self, array: np.ndarray) -> Any:
         """A copy of an array on the device."""
         array = np.ascontiguousarray(array)
         target = self.buffer(array.nbytes)
         if array.nbytes:
-            self._guard(lambda: cl.enqueue_copy(self.queue, target, array, is_blocking=True), "upload")
+            self._wait(lambda: cl.enqueue_copy(self.queue, target, array, is_blocking=True), "upload")
         return target
 
     def read(self, source: Any, array: np.ndarray) -> np.ndarray:
         """Fill `array` from the start of a buffer; waits for all passes before it."""
         if array.nbytes:
-            self._guard(lambda: cl.enqueue_copy(self.queue, array, source, is_blocking=True), "read")
+            self._wait(lambda: cl.enqueue_copy(self.queue, array, source, is_blocking=True), "read")
         return array
 
     def fill_zero(self, target: Any, nbytes: int) -> None:
@@ -308,7 +267,7 @@ class Device:
 
     def finish(self) -> None:
         """Wait for everything launched, and add up the time by pass."""
-        self._guard(self.queue.finish, "finish")
+        self._wait(self.queue.finish, "finish")
         for name, event in self._events:
             spent = (event.profile.end - event.profile.start) * 1e-9
             self._seconds[name] = self._seconds.get(name, 0.0) + spent
@@ -319,6 +278,18 @@ class Device:
         self.finish()
         seconds, self._seconds = self._seconds, {}
         return seconds
+
+    def _wait(self, action: Callable[[], Any], what: str) -> None:
+        """Do something that returns when the device is done; Ctrl-C ends the wait at once.
+
+        Python answers signals in its main thread, between two steps of it: so that one must not be in the
+        driver. What is waited for goes on, and keeps its buffers and arrays until it is done.
+        """
+        check_process()
+        if threading.current_thread() is threading.main_thread():
+            self._guard(_waiting.submit(action).result, what)
+        else:
+            self._guard(action, what)
 
     def _guard(self, action: Callable[[], Any], what: str) -> Any:
         try:

@@ -22,6 +22,10 @@ class LimitError(ClrtError):
     """A scene or a render would cost more than `clrt.limits.Limits` allows."""
 
 
+class MemoryLimitError(LimitError):
+    """There is no room on the device for one buffer more; with smaller tiles there may be."""
+
+
 class ClrtWarning(UserWarning):
     """Something that is allowed but probably not meant."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from clrt.errors import LimitError, located
+from clrt.errors import LimitError, MemoryLimitError, located
 
 # What to do about each limit besides raising it; those of loading are raised where the scene is made.
 _LOADING = {
@@ -60,7 +60,8 @@ class Limits:
         else:
             advice, how = _RENDERING[name], f"Settings(limits=Limits({name}=...))"
         text = f"{_number(value)} is above the limit of {_number(most)}; {advice}, or allow more with {how}"
-        raise LimitError(located(source, place, f"{name}: {text}"))
+        kind = MemoryLimitError if name == "device_bytes" else LimitError
+        raise kind(located(source, place, f"{name}: {text}"))
 
     def check_work(self, samples: int, lights: int, depth: int, branching: bool, source: str = "") -> None:
         """Stop a render that cannot end in a reasonable time.

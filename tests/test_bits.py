@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.device import devices
 from clrt.image import Image
+from clrt.platforms import devices
 from clrt.resources import shipped_scenes
 from clrt.shipped import load_scene
 from tests.random_scenes import crowd, crowd_rays

@@ -20,7 +20,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Final
 
-from clrt.device import Device, choose
+from clrt.device import Device
+from clrt.platforms import choose
 from clrt.resources import validation_module
 from clrt.version import __version__
 

@@ -7,7 +7,7 @@ import argparse
 
 def run(options: argparse.Namespace) -> int:
     """Print a line for each device, its number first; * marks the one that a render takes by default."""
-    from clrt.device import choose, devices
+    from clrt.platforms import choose, devices
 
     default = choose()[0].index
     for info in devices():

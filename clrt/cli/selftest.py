@@ -9,7 +9,7 @@ from clrt.resources import validation_module
 
 def run(options: argparse.Namespace) -> int:
     """Print a line for each check of `options.device`; return 1 when one of them failed."""
-    from clrt.device import choose
+    from clrt.platforms import choose
 
     print(f"on {choose(options.device)[0].label}:")
     results = validation_module("selftest").run_selftest(options.device)
