@@ -7,6 +7,7 @@ DeviceError.
 
 from __future__ import annotations
 
+import copy
 import hashlib
 import re
 import threading
@@ -30,6 +31,7 @@ KERNEL_FILES: Final = (
     "generate.cl",
     "trace.cl",
     "surface.cl",
+    "boundaries.cl",
     "light.cl",
     "bounce.cl",
     "ambient.cl",
@@ -70,12 +72,15 @@ def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
 
 
 def kernel_source(
-    bands: int = layout.BANDS, lanes: int = 16, packet: int = 16, folder: Path | None = None
+    bands: int = layout.BANDS,
+    lanes: int = 16,
+    packet: int = 16,
+    folder: Path | None = None,
+    media: int = 0,
 ) -> str:
     """The program: the layout's declarations and every kernel file."""
-    return layout.c_declarations(bands, lanes, packet) + flatten_includes(
-        KERNEL_FILES, folder or kernel_folder()
-    )
+    declarations = layout.c_declarations(bands, lanes, packet, media)
+    return declarations + flatten_includes(KERNEL_FILES, folder or kernel_folder())
 
 
 # Contexts and programs are kept for the process: they hold no state of a scene, and looking a program up in
@@ -109,7 +114,10 @@ def _thread_limited(device: cl.Device, threads: int | None) -> cl.Device:
 
 
 class Device:
-    """An OpenCL device and the kernels built for it: owns context, command queue, program and memory pool."""
+    """An OpenCL device and the kernels built for it: owns context, command queue, program and memory pool.
+
+    `bands` are those of a ray, `media` the places in its list of media (0: none).
+    """
 
     def __init__(
         self,
@@ -117,9 +125,11 @@ class Device:
         settings: Settings | None = None,
         bands: int = layout.BANDS,
         kernels: Path | None = None,
+        media: int = 0,
     ) -> None:
         self.settings = settings or Settings()
         self.bands = bands
+        self.media = media
         self._kernel_folder = kernels
         self.info, device = choose(wanted)
         if self.settings.local_size > device.max_work_group_size:
@@ -141,17 +151,28 @@ class Device:
         self.packet = (
             8 if pocl_version(self.info) and pocl_version(self.info) < (3, 1) else self.settings.lanes
         )
-        self.source = kernel_source(bands, self.settings.lanes, self.packet, kernels)
+        self._variants: dict[tuple[int, int], Device] = {(bands, media): self}
+        self._start()
+
+    def _start(self) -> None:
+        self.source = kernel_source(
+            self.bands, self.settings.lanes, self.packet, self._kernel_folder, self.media
+        )
         self._kernels: dict[str, cl.Kernel] = {}
         self._launched: set[tuple[str, int, bool]] = set()
         self._events: list[tuple[str, cl.Event]] = []
         self._seconds: dict[str, float] = {}
 
-    def with_bands(self, bands: int) -> Device:
-        """The same device with kernels for rays of another number of bands; itself where that is its own."""
-        if bands == self.bands:
-            return self
-        return Device(self.info.index, self.settings, bands, self._kernel_folder)
+    def variant(self, bands: int, media: int) -> Device:
+        """This device with kernels for rays of so many bands and media; queue and memory are shared."""
+        if (bands, media) not in self._variants:
+            other = copy.copy(self)
+            for name in ("program", "_cache_key"):
+                other.__dict__.pop(name, None)
+            other.bands, other.media = bands, media
+            other._start()
+            self._variants[bands, media] = other
+        return self._variants[bands, media]
 
     @property
     def kernel_hash(self) -> str:
@@ -249,9 +270,13 @@ class Device:
         """A copy of an array on the device."""
         array = np.ascontiguousarray(array)
         target = self.buffer(array.nbytes)
+        self.write(target, array)
+        return target
+
+    def write(self, target: Any, array: np.ndarray) -> None:
+        """Copy an array to the start of a buffer."""
         if array.nbytes:
             self._wait(lambda: cl.enqueue_copy(self.queue, target, array, is_blocking=True), "upload")
-        return target
 
     def read(self, source: Any, array: np.ndarray) -> np.ndarray:
         """Fill `array` from the start of a buffer; waits for all passes before it."""
@@ -259,11 +284,11 @@ class Device:
             self._wait(lambda: cl.enqueue_copy(self.queue, array, source, is_blocking=True), "read")
         return array
 
-    def fill_zero(self, target: Any, nbytes: int) -> None:
+    def fill(self, target: Any, nbytes: int, word: int = 0) -> None:
+        """Fill the start of a buffer with one 32-bit integer."""
         if nbytes:
-            self._guard(
-                lambda: cl.enqueue_fill_buffer(self.queue, target, np.zeros(1, np.uint32), 0, nbytes), "fill"
-            )
+            pattern = np.array([word], np.int32)
+            self._guard(lambda: cl.enqueue_fill_buffer(self.queue, target, pattern, 0, nbytes), "fill")
 
     def finish(self) -> None:
         """Wait for everything launched, and add up the time by pass."""

@@ -55,7 +55,7 @@ class Film:
         self.planes = ("image", *(name for name in layers if name not in GEOMETRY + SPECTRAL))
         self.nbytes = 4 * len(self.planes) * pixels * device.bands
         self.sums: Any = device.buffer(self.nbytes)
-        device.fill_zero(self.sums, self.nbytes)
+        device.fill(self.sums, self.nbytes)
 
     def add(self, queue: Queue, lit: Lit, feelers: Feelers, generation: int) -> None:
         """Add what a queue brings to its pixels, to the picture and to every layer it belongs to."""

@@ -17,6 +17,7 @@ from clrt.flatten_geometry import geometry
 from clrt.flatten_materials import MaterialTable, flatten_lights
 from clrt.flatten_shapes import collect
 from clrt.imagefile import read_image
+from clrt.media import Media, media_of, needs_lists
 from clrt.scene import Scene, rgb
 
 __all__ = ["FlatScene", "flatten", "flatten_camera"]
@@ -30,6 +31,7 @@ class FlatScene:
     enough that they contain every hit the kernels may find. `n_shapes` is the number of shapes of the scene.
     `response` (rows, bands) float32 turns a pixel's bands into its colour, `xyz` (3, bands) into CIE XYZ;
     None in RGB mode, where the bands are the colour.
+    `media` tells in which media rays start; None where rays need no lists of them.
     """
 
     scene: np.ndarray
@@ -49,6 +51,7 @@ class FlatScene:
     boxes: np.ndarray
     finite: np.ndarray
     n_shapes: int
+    media: Media | None
     response: np.ndarray | None = None
     xyz: np.ndarray | None = None
 
@@ -56,6 +59,11 @@ class FlatScene:
     def bands(self) -> int:
         """How many values of light a ray carries: 3 in RGB mode."""
         return int(self.scene["ambient"].shape[-1])
+
+    @property
+    def media_places(self) -> int:
+        """Places in the list of media that each ray carries; 0 where it needs none."""
+        return 0 if self.media is None else layout.MEDIA
 
     @cached_property
     def hash(self) -> str:
@@ -85,12 +93,13 @@ def flatten(scene: Scene) -> FlatScene:
     image = np.zeros((0, 0, 3), np.float32) if path is None else read_image(path, scene.limits)
     sections["background"] = np.ascontiguousarray(image, np.float32).reshape(-1)
     sections["scene"] = _scene_info(scene, sections, image.shape, bands)
+    media = media_of(scene, sections) if needs_lists(scene, sections) else None
     boxes, finite = sections.pop("boxes"), sections.pop("finite")
     kept = {
         name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)
         for name, array in sections.items()
     }
-    return FlatScene(**kept, boxes=boxes, finite=finite, n_shapes=len(scene.shapes))
+    return FlatScene(**kept, boxes=boxes, finite=finite, n_shapes=len(scene.shapes), media=media)
 
 
 def _scene_info(

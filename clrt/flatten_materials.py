@@ -38,7 +38,13 @@ class MaterialTable:
 
     def records(self) -> np.ndarray:
         """All of them in the order of their numbers, dtype Material."""
-        return np.frombuffer(b"".join(self._by_value), layout.dtype("Material", self._bands)).copy()
+        out = np.frombuffer(b"".join(self._by_value), layout.dtype("Material", self._bands)).copy()
+        plain = out.copy()  # a checker is laid out by shape, but makes no other medium
+        plain["checker"], plain["checker_size"] = 0, 0
+        first: dict[bytes, int] = {}
+        for number in np.flatnonzero((out["kt"] > 0) & (out["thin"] == 0)):
+            out["medium"][number] = first.setdefault(plain[number].tobytes(), int(number))
+        return out
 
 
 def _material(material: Material, checker: str, one_sided: bool, bands: int) -> np.ndarray:
@@ -51,6 +57,7 @@ def _material(material: Material, checker: str, one_sided: bool, bands: int) -> 
     record["thin"] = material.thin
     record["one_sided"] = one_sided
     record["checker"] = layout.CHECKER[checker]
+    record["medium"], record["priority"] = -1, material.priority
     first = second = material.color
     if isinstance(material.color, Checker):
         first, second = material.color.colors
@@ -63,6 +70,7 @@ def _material(material: Material, checker: str, one_sided: bool, bands: int) -> 
     record["mirror"] = rgb(material.reflection_color)
     record["tint"] = rgb(material.transmission_color)
     record["emission"] = rgb(material.emission)
+    record["absorption"] = rgb(material.absorption)
     return out
 
 

@@ -20,6 +20,9 @@ from typing import Final
 import numpy as np
 
 BANDS: Final = 3  # bands of light a ray carries in RGB mode; a compile-time constant of the kernels
+# Places in a ray's list of media, oldest first, -1 where empty; a compile-time constant of the kernels, 0 for
+# scenes that need no lists
+MEDIA: Final = 8
 
 # fmt: off
 # name -> ((field, C type), ...); "@BANDS" after a type makes an array of one value a band
@@ -70,8 +73,11 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("ka", "float"), ("kd", "float"), ("ks", "float"), ("shininess", "float"),
         ("kr", "float"), ("kt", "float"), ("ior", "float"), ("checker_size", "float"),
         ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
+        # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
+        ("medium", "int"), ("priority", "int"),
         ("color", "float@BANDS"), ("color2", "float@BANDS"), ("highlight", "float@BANDS"),
         ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
+        ("absorption", "float@BANDS"),
     ),
     # point light: `place`.xyz its position; directional: the unit vector towards it
     "Light": (
@@ -137,6 +143,8 @@ SURFACE_FIELDS: Final = (
     "POINT_X", "POINT_Y", "POINT_Z", "NORMAL_X", "NORMAL_Y", "NORMAL_Z",
     "SHADING_X", "SHADING_Y", "SHADING_Z", "LEAVE_BY",
 )
+# With lists of media also the materials (as integers, -1: medium_ior) whose indices meet there
+TOP_FIELDS: Final = ("TOP_BEFORE", "TOP_AFTER")
 SURFACE: Final = {"SURFACE_INSIDE": 1, "SURFACE_SECOND_COLOR": 2, "SURFACE_MATERIAL": 4}
 
 # A ray's `path` word: upper 28 bits a key that other paths of the picture share only by chance, lower 4 flags
@@ -213,7 +221,12 @@ def _c_struct(name: str, bands: int) -> str:
     return "typedef struct {\n" + "\n".join(lines) + f"\n}} {name};\n"
 
 
-def c_declarations(bands: int = BANDS, lanes: int = 16, packet: int = 16) -> str:
+def surface_fields(media: int) -> int:
+    """How many fields a surface has, with so many places in the lists of media."""
+    return len(SURFACE_FIELDS) + (len(TOP_FIELDS) if media else 0)
+
+
+def c_declarations(bands: int = BANDS, lanes: int = 16, packet: int = 16, media: int = 0) -> str:
     """The C side of this table: constants, structs, and the world as kernel parameters.
 
     `WORLD_PARAMETERS` is the list of the world's buffers in a kernel's signature, `World` the struct of these
@@ -221,16 +234,17 @@ def c_declarations(bands: int = BANDS, lanes: int = 16, packet: int = 16) -> str
     """
     constants: dict[str, int] = {
         "BANDS": bands,
+        "MEDIA": media,
         "LANES": lanes,
         "PACKET": packet,
         "CHUNK": CHUNK,
         "STREAMS": len(STREAMS),
         "RAY_FIELDS": len(RAY_FIELDS),
-        "SURFACE_FIELDS": len(SURFACE_FIELDS),
+        "SURFACE_FIELDS": surface_fields(media),
     }
     constants |= KINDS | BLOCKS | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
     constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
-    for fields in (RAY_FIELDS, SURFACE_FIELDS):
+    for fields in (RAY_FIELDS, SURFACE_FIELDS + TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
     out += [f"#define {name} {float(value).hex()}f" for name, value in (("PAD", PAD), ("OFFSET", OFFSET))]

@@ -77,9 +77,30 @@ def adopt(
     return queue
 
 
-def closest(device: Device, world: World, queue: Queue) -> Hits:
-    """Nearest hit of every ray, and what the surface is there."""
-    n, fields = queue.n, len(layout.SURFACE_FIELDS)
+def immerse(device: Device, world: World, queue: Queue) -> None:
+    """Give rays of generation 0 the media that their origins lie in, where rays carry lists of them."""
+    if world.flat.media is None:
+        return
+    n, lanes, fields = queue.n, device.settings.lanes, len(layout.RAY_FIELDS)
+    rays = device.read(queue.rays, np.empty((-(-n // lanes), fields, lanes), np.float32))
+    origins = rays[:, :3].transpose(0, 2, 1).reshape(-1, 3)[:n]
+    media = world.flat.media.lists(origins)
+    if (media < 0).all():
+        device.fill(queue.media, block_bytes(n, device.media, lanes), -1)
+        return
+    blocks = np.full((rays.shape[0] * lanes, device.media), -1, np.int32)
+    blocks[:n] = media
+    blocks = np.ascontiguousarray(blocks.reshape(-1, lanes, device.media).transpose(0, 2, 1))
+    device.write(queue.media, blocks)
+
+
+def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -> Hits:
+    """Nearest hit of every ray, and what the surface is there.
+
+    `crossing`: rays that carry lists of media go on through boundaries that they do not see, and their
+    weights are what the media leave of them. To be done once.
+    """
+    n, fields = queue.n, layout.surface_fields(device.media)
     hits = Hits(
         device.buffer(4 * n),
         device.buffer(4 * n),
@@ -88,6 +109,19 @@ def closest(device: Device, world: World, queue: Queue) -> Hits:
     )
     found = (queue.rays, np.uint32(n), hits.t, hits.primitive)
     device.launch("closest", packets(device, n), *world.arguments, *found)
+    if crossing and world.flat.media is not None:
+        device.launch(
+            "cross_boundaries",
+            n,
+            *world.arguments,
+            *found,
+            hits.surfaces,
+            hits.code,
+            queue.media,
+            queue.weight,
+            world.overflow,
+        )
+        return hits
     device.launch(
         "surface",
         n,
@@ -248,7 +282,7 @@ def spawn(
         return None
     firsts = [_first_places(device, world, queue, lit, stream) for queue, _, lit in parents]
     child = new_queue(device, kind, sum(lit.totals[stream] for _, _, lit in parents))
-    written = (child.rays, child.pixel_of, child.path, child.weight)
+    written = (child.rays, child.pixel_of, child.path, child.weight, child.media)
     for i, (queue, hits, lit) in enumerate(parents):
         slots = firsts[i] if len(parents) == 1 else _first_places(device, world, queue, lit, stream)
         for j, (other, _, other_lit) in enumerate(parents):
@@ -256,7 +290,8 @@ def spawn(
                 total, goes_first = np.uint32(other_lit.totals[stream]), np.uint32(j < i)
                 numbers = (other.pixel_of, firsts[j], np.uint32(other.n), total, goes_first)
                 device.launch("rank", queue.n, queue.pixel_of, np.uint32(queue.n), *numbers, slots)
-        read = (hits.surfaces, hits.code, queue.pixel_of, queue.path, queue.weight, lit.spawn, slots)
+        words = (queue.pixel_of, queue.path, queue.weight, lit.spawn, slots, queue.media)
+        read = (hits.surfaces, hits.code, *words)
         n = np.uint32(queue.n)
         if kind == AMBIENT:
             device.launch(kernel, queue.n, *world.arguments, *read, n, np.uint32(generation), *written)

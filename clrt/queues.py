@@ -26,13 +26,14 @@ class Queue:
     pixel_of: Any  # uint: place of the pixel in the tile
     path: Any  # uint: layout.PATH
     weight: Any  # blocks of one value a band
+    media: Any = None  # blocks of layout.MEDIA numbers of materials, where rays carry them
 
 
 @dataclass(frozen=True)
 class Hits:
     t: Any  # float
     primitive: Any  # int, -1 on a miss
-    surfaces: Any  # blocks of layout.SURFACE_FIELDS
+    surfaces: Any  # blocks of layout.surface_fields
     code: Any  # int: layout.SURFACE and the material, -1 on a miss
 
 
@@ -67,9 +68,9 @@ def block_bytes(n: int, fields: int, lanes: int) -> int:
     return -(-n // lanes) * lanes * fields * 4
 
 
-def queue_bytes(n: int, bands: int, lanes: int) -> int:
-    """Bytes of a Queue with its hits, local light, counts and places."""
-    fields = len(layout.RAY_FIELDS) + len(layout.SURFACE_FIELDS) + 2 * bands
+def queue_bytes(n: int, bands: int, lanes: int, media: int = 0) -> int:
+    """Bytes of a Queue with its hits, local light, counts and places; `media` places for media a ray."""
+    fields = len(layout.RAY_FIELDS) + layout.surface_fields(media) + 2 * bands + media
     words = 2 + 3 + 1 + 4  # pixel and path; hit and code; spawn; places in four streams
     return block_bytes(n, fields, lanes) + 4 * n * words
 
@@ -87,4 +88,5 @@ def new_queue(device: Device, kind: str, n: int) -> Queue:
         device.buffer(4 * n),
         device.buffer(4 * n),
         device.buffer(block_bytes(n, device.bands, lanes)),
+        device.buffer(block_bytes(n, device.media, lanes)) if device.media else None,
     )

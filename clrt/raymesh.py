@@ -118,7 +118,7 @@ class _Faces:
     def first(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         out = np.full(len(origins), -1, np.int64)
         for part, queue, _ in self._queues(origins, directions):
-            hits = passes.closest(self.tracer.device, self.tracer.world, queue)
+            hits = passes.closest(self.tracer.device, self.tracer.world, queue, crossing=False)
             out[part] = self._read(hits.primitive, np.int32, queue.n)
         return out
 
@@ -136,7 +136,7 @@ class _Faces:
         found = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
         device, world = self.tracer.device, self.tracer.world
         for part, queue, ahead in self._queues(origins, directions):
-            hits = passes.closest(device, world, queue)
+            hits = passes.closest(device, world, queue, crossing=False)
             turn = 0
             while most is None or turn < most:
                 face = self._read(hits.primitive, np.int32, queue.n)

@@ -55,7 +55,7 @@ class Tracer:
         self.scene = scene
         self.settings = settings or Settings()
         self.flat = flatten(scene)
-        self.device = Device(device, self.settings, self.flat.bands)
+        self.device = Device(device, self.settings, self.flat.bands, media=self.flat.media_places)
         self.world = World(self.device, self.flat)
 
     def render(
@@ -94,6 +94,7 @@ class Tracer:
         while waiting:
             pixels = waiting.pop()
             queue, reported = passes.generate(self.device, camera_buffer, pixels, samples)
+            passes.immerse(self.device, self.world, queue)
             hits = passes.closest(self.device, self.world, queue)
             film = Film(self.device, len(pixels), names)
             try:
@@ -125,7 +126,7 @@ class Tracer:
         """
         parts = []
         for queue in self._adopted(origins, directions, t_max):
-            hits = passes.closest(self.device, self.world, queue)
+            hits = passes.closest(self.device, self.world, queue, crossing=False)
             parts.append(passes.geometry(self.device, self.world, queue, hits, 1))
             self.device.finish()
         found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
@@ -151,13 +152,17 @@ class Tracer:
     def radiance(
         self, origins: np.ndarray, directions: np.ndarray, max_depth: int | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Radiance along n rays, (n, 3) float32 linear Rec.709, and ray counts as in Image.stats."""
+        """Radiance along n rays, (n, 3) float32 linear Rec.709, and ray counts as in Image.stats.
+
+        Each ray starts in the media that its origin lies in.
+        """
         depth = self._depth(max_depth)
         parts, counts = [], RayCounts()
         waiting = list(self._ray_chunks(origins, directions, np.inf))[::-1]
         while waiting:
             chunk = waiting.pop()
             queue = passes.adopt(self.device, *chunk)
+            passes.immerse(self.device, self.world, queue)
             hits = passes.closest(self.device, self.world, queue)
             film = Film(self.device, queue.n, ())
             try:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from clrt import passes
 from clrt.device import Device
 from clrt.film import Film
+from clrt.media import too_deep
 from clrt.queues import AMBIENT, CAMERA, REFLECTION, TRANSMISSION, Hits, Lit, Queue, feeler_bytes, queue_bytes
 from clrt.world import World
 
@@ -91,21 +94,23 @@ def trace(
                 queues.append((child, passes.closest(device, world, child)))
         if not queues:
             break
+    if world.flat.media is not None and device.read(world.overflow, np.zeros(1, np.uint32))[0]:
+        raise too_deep(world.flat.media.scene)
     return counts
 
 
 def _check_budget(
     device: Device, parents: list[tuple[Queue, Hits, Lit]], entry: tuple[Queue, Lit], budget: int
 ) -> None:
-    lanes, bands = device.settings.lanes, device.bands
+    lanes, bands, media = device.settings.lanes, device.bands, device.media
     queue, lit = entry
     everyone = [*((parent, found) for parent, _, found in parents), (queue, lit)]
     children = sum(
         found.totals[stream] for _, found in everyone for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT")
     )
     need = (
-        sum(queue_bytes(parent.n, bands, lanes) for parent, _ in everyone)
-        + queue_bytes(children, bands, lanes)
+        sum(queue_bytes(parent.n, bands, lanes, media) for parent, _ in everyone)
+        + queue_bytes(children, bands, lanes, media)
         + feeler_bytes(lit.totals["FEELERS"], bands, lanes)
     )
     if need > budget:

@@ -3,6 +3,7 @@
 #include "hash.clh"
 #include "ray.clh"
 #include "math.clh"
+#include "media.clh"
 
 // Direction `index` of a cosine-distributed set about n: the R2 sequence (Roberts 2018) shifted by a hash, on the
 // disk by the concentric map (Shirley and Chiu 1997), in the frame of Duff et al. 2017.
@@ -30,9 +31,9 @@ inline float3 cosine_direction(float3 n, uint key, uint index)
 __kernel void gather_ambient(WORLD_PARAMETERS, __global const float *surfaces, __global const int *surface_code,
                              __global const uint *pixel_of, __global const uint *path,
                              __global const float *weights, __global const int *spawn,
-                             __global const uint *slot, uint n, uint generation,
+                             __global const uint *slot, __global const int *media, uint n, uint generation,
                              __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
-                             __global float *child_weight)
+                             __global float *child_weight, __global int *child_media)
 {
     const uint i = get_global_id(0);
     if (i >= n || !(spawn[i] & SPAWN_AMBIENT)) return;
@@ -56,5 +57,8 @@ __kernel void gather_ambient(WORLD_PARAMETERS, __global const float *surfaces, _
         for (int b = 0; b < BANDS; b++)
             child_weight[in_block(child, b, BANDS)] = weights[in_block(i, b, BANDS)]
                 * (material->ka * (second ? material->color2[b] : material->color[b])) / (float)samples;
+#if MEDIA
+        hand_on_media(world, media, i, surface_code[i], false, child_media, child);
+#endif
     }
 }

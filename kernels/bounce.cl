@@ -5,6 +5,7 @@
 // as what is written to it, and the children of a pixel stand together in the order of their parents.
 #include "hash.clh"
 #include "bounce.clh"
+#include "media.clh"
 
 // the parents' words, and the queue that receives the children
 typedef struct {
@@ -12,16 +13,18 @@ typedef struct {
     __global const uint *path;
     __global const int *spawn;
     __global const uint *slot;
+    __global const int *media;
     __global float *rays;
     __global uint *pixel;
     __global uint *path_of;
     __global float *weight;
+    __global int *child_media;
 } Family;
 
 // Writes the children of the lanes that spawn one: `child` is the number that makes their key, `route` the kind
 // of bounce for rays that have had none.
-inline void store_children(const Family f, uint first, uint n, int spawn_bit, uint child, uint route,
-                           Vec origin, Vec direction, const floatP *weight)
+inline void store_children(const World world, const Family f, __global const int *surface_code, uint first, uint n,
+                           int spawn_bit, uint child, uint route, Vec origin, Vec direction, const floatP *weight)
 {
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[BANDS][PACKET];
     *(floatP *)ox = origin.x;
@@ -39,6 +42,9 @@ inline void store_children(const Family f, uint first, uint n, int spawn_bit, ui
         f.pixel[at] = f.pixel_of[i];
         f.path_of[at] = child_path(f.path[i], child, flags & PATH_ROUTE ? flags : flags | route);
         for (int b = 0; b < BANDS; b++) f.weight[in_block(at, b, BANDS)] = w[b][k];
+#if MEDIA
+        hand_on_media(world, f.media, i, surface_code[i], child == CHILD_TRANSMISSION, f.child_media, at);
+#endif
     }
 }
 
@@ -65,31 +71,35 @@ inline void bounce_packet(const World world, __global const float *rays, __globa
                                           * (reflecting ? bounce.reflect[b] : bounce.transmit[b]), mine);
     }
     if (reflecting)
-        store_children(f, first, n, spawn_bit, CHILD_REFLECTION, 1, leaves(s, s.n), reflected(s, u), weight);
+        store_children(world, f, surface_code, first, n, spawn_bit, CHILD_REFLECTION, 1, leaves(s, s.n),
+                       reflected(s, u), weight);
     else
-        store_children(f, first, n, spawn_bit, CHILD_TRANSMISSION, 2, leaves(s, minus(s.n)), direction, weight);
+        store_children(world, f, surface_code, first, n, spawn_bit, CHILD_TRANSMISSION, 2, leaves(s, minus(s.n)),
+                       direction, weight);
 }
 
 __kernel void reflect(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
                       __global const int *surface_code, __global const uint *pixel_of,
                       __global const uint *path, __global const float *weights,
-                      __global const int *spawn, __global const uint *slot, uint n,
+                      __global const int *spawn, __global const uint *slot, __global const int *media, uint n,
                       __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
-                      __global float *child_weight)
+                      __global float *child_weight, __global int *child_media)
 {
     const World world = WORLD_OF_PARAMETERS;
-    const Family f = {pixel_of, path, spawn, slot, child_rays, child_pixel, child_path_of, child_weight};
+    const Family f = {pixel_of, path, spawn, slot, media,
+                      child_rays, child_pixel, child_path_of, child_weight, child_media};
     bounce_packet(world, rays, surfaces, surface_code, weights, f, n, true);
 }
 
 __kernel void transmit(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
                        __global const int *surface_code, __global const uint *pixel_of,
                        __global const uint *path, __global const float *weights,
-                       __global const int *spawn, __global const uint *slot, uint n,
+                       __global const int *spawn, __global const uint *slot, __global const int *media, uint n,
                        __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
-                       __global float *child_weight)
+                       __global float *child_weight, __global int *child_media)
 {
     const World world = WORLD_OF_PARAMETERS;
-    const Family f = {pixel_of, path, spawn, slot, child_rays, child_pixel, child_path_of, child_weight};
+    const Family f = {pixel_of, path, spawn, slot, media,
+                      child_rays, child_pixel, child_path_of, child_weight, child_media};
     bounce_packet(world, rays, surfaces, surface_code, weights, f, n, false);
 }

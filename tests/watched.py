@@ -30,8 +30,8 @@ def buffer(self: Device, nbytes: int) -> cl.Buffer:
     return buffers[-1]
 
 
-def fill_zero(self: Device, target: cl.Buffer, nbytes: int) -> None:
-    cl.enqueue_copy(self.queue, target, np.zeros(nbytes, np.uint8), is_blocking=True)
+def fill(self: Device, target: cl.Buffer, nbytes: int, word: int = 0) -> None:
+    cl.enqueue_copy(self.queue, target, np.full(-(-nbytes // 4), word, np.int32), is_blocking=True)
 
 
 @property
@@ -60,7 +60,7 @@ def findings() -> str:
 
 PATCHES = (
     ("clrt.device.Device.buffer", buffer),
-    ("clrt.device.Device.fill_zero", fill_zero),
+    ("clrt.device.Device.fill", fill),
     ("clrt.device.Device.program", program),
     ("clrt.device.cl.Context", context),
 )

@@ -48,9 +48,10 @@ class OpenedTracer(Tracer):
     """A tracer on a device that is already open, so that its kernels are built once for many scenes."""
 
     def __init__(self, scene: Scene, device: Device) -> None:
-        self.scene, self.settings, self.device = scene, device.settings, device
+        self.scene, self.settings = scene, device.settings
         self.flat = flatten(scene)
-        self.world = World(device, self.flat)
+        self.device = device.variant(self.flat.bands, self.flat.media_places)
+        self.world = World(self.device, self.flat)
 
 
 def our_picture(scene: Scene, device: Device) -> OracleImage:

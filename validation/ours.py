@@ -112,6 +112,7 @@ def _render_tile(
     """Render these pixels and put them into `found`, arrays over all pixels."""
     device, world = tracer.device, tracer.world
     queue, _ = passes.generate(device, camera, pixels, samples)
+    passes.immerse(device, world, queue)
     hits = passes.closest(device, world, queue)
     film = RayFilm(device, len(pixels), shadows, tracer.flat.response)
     trace(device, world, queue, hits, film, depth, _BUDGET)

@@ -7,6 +7,7 @@ of operations, but by brute force and over whole arrays of rays.
     twin_geometry   where rays meet primitives
     twin_surface    point, normals and colour at a hit; background
     twin_shading    light, reflection and transmission at a surface
+    twin_media      lists of media, the boundaries that they hide, absorption
     twin_queues     camera rays, rays of the caller
     twin_local      the passes `light` and `feelers`
     twin_wavefront  children, and the loop over generations
@@ -29,6 +30,7 @@ from clrt.scene import Scene
 
 from .twin_film import GEOMETRY, Film
 from .twin_geometry import Hits, nearest_hit, primitives_of
+from .twin_media import first_seen
 from .twin_queues import Queue, adopt, generate
 from .twin_surface import surface_at
 from .twin_wavefront import generations
@@ -122,7 +124,7 @@ def _render(
         if "xyz" in layers:
             planes["xyz"] = film.means(samples, flat.xyz)["image"]
         if set(layers) & set(GEOMETRY):
-            seen = geometry(flat, queue, nearest_hit(flat, queue.rays))
+            seen = geometry(flat, queue, first_seen(flat, queue))
             found = {"depth": seen.t, "position": seen.position, "normal": seen.normal, "shape": seen.shape}
             planes |= {name: values[::samples] for name, values in found.items() if name in layers}
     return planes

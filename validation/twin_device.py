@@ -31,20 +31,22 @@ def device_stages(
 ) -> Iterator[Stage]:
     """The generation loop of `clrt.wavefront`, one stage at a time."""
     film = device_film.Film(device, pixels, LAYERS)
-    first, first_hits = queue, passes.closest(device, world, queue)
+    passes.immerse(device, world, queue)
     yield _queue_stage(device, "generate", 0, queue)
+    first, first_hits = queue, None
     queues = [queue]
     for generation in range(max_depth + 1):
         parents = []
         for queue in queues:
             hits = passes.closest(device, world, queue)
+            first_hits = first_hits or hits
             place = _words(device, queue.pixel_of, queue.n)
             values = {
                 "t": _words(device, hits.t, queue.n, np.float32),
                 "primitive": _words(device, hits.primitive, queue.n, np.int32),
             }
             yield Stage("closest", generation, queue.kind, values, place)
-            yield Stage("surface", generation, queue.kind, _surface(device, hits, queue.n), place)
+            yield Stage("surface", generation, queue.kind, _surface(device, queue, hits), place)
             last = generation == max_depth
             if generation == 0:
                 film.add_terms(world, queue, hits, last)
@@ -78,6 +80,7 @@ def device_stages(
     if world.flat.response is not None:
         values = {"rgb": np.ascontiguousarray(rgb.transpose(0, 2, 1))}
         yield Stage("develop", max_depth, "film", values, place)
+    assert first_hits is not None
     seen = passes.geometry(device, world, first, first_hits, samples)
     yield Stage("geometry", 0, "camera", {name: array.T for name, array in seen.items()}, place)
 
@@ -89,6 +92,7 @@ def _queue_stage(device: Device, name: str, generation: int, queue: Queue) -> St
         "path": _words(device, queue.path, queue.n),
         **_rays(device, queue.rays, queue.n),
         "weight": _blocks(device, queue.weight, queue.n, device.bands),
+        **_media(device, queue),
     }
     return Stage(name, generation, queue.kind, values, place)
 
@@ -98,10 +102,21 @@ def _rays(device: Device, rays: object, n: int) -> dict[str, np.ndarray]:
     return {"origin": fields[:3], "direction": fields[3:6], "t_max": fields[6]}
 
 
-def _surface(device: Device, hits: Hits, n: int) -> dict[str, np.ndarray]:
-    fields = _blocks(device, hits.surfaces, n, len(layout.SURFACE_FIELDS))
+def _surface(device: Device, queue: Queue, hits: Hits) -> dict[str, np.ndarray]:
+    fields = _blocks(device, hits.surfaces, queue.n, layout.surface_fields(device.media))
     values = {"point": fields[:3], "n": fields[3:6], "ns": fields[6:9], "offset": fields[9]}
-    return values | {"code": _words(device, hits.code, n, np.int32)}
+    values["code"] = _words(device, hits.code, queue.n, np.int32)
+    if not device.media:
+        return values
+    tops = fields[10:].view(np.int32)
+    weight = _blocks(device, queue.weight, queue.n, device.bands)
+    return values | _media(device, queue) | {"before": tops[0], "after": tops[1], "weight": weight}
+
+
+def _media(device: Device, queue: Queue) -> dict[str, np.ndarray]:
+    if not device.media:
+        return {}
+    return {"media": _blocks(device, queue.media, queue.n, device.media).view(np.int32)}
 
 
 def _words(device: Device, buffer: object, n: int, kind: type[np.generic] = np.uint32) -> np.ndarray:

@@ -11,6 +11,7 @@ from clrt.flatten import FlatScene
 
 from .twin_geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit, primitives_of
 from .twin_math import Array, larger
+from .twin_media import Crossed
 from .twin_queues import Queue
 from .twin_shading import (
     ALL,
@@ -54,13 +55,13 @@ class Feelers:
     contribution: Array
 
 
-def light(flat: FlatScene, queue: Queue, hits: Hits, last: bool, terms: int = ALL) -> Lit:
+def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> Lit:
     """Local light of every ray, and what each will spawn; in the last generation `depth_color` instead."""
-    info = flat.scene[0]
+    info, queue, hits = flat.scene[0], found_at.queue, found_at.hits
     which = np.flatnonzero(hits.primitive >= 0)
     rays, weight = queue.rays[which], queue.weight[:, which]
     s = surface_at(flat, rays, Hits(hits.t[which], hits.primitive[which]))
-    bounce = bounce_at(flat, s, rays.direction)
+    bounce = bounce_at(s, rays.direction, *found_at.indices(flat, s, which))
 
     transmits = _worth_tracing(info, weight * bounce.transmit)
     reflects = _worth_tracing(info, weight * bounce.reflect)

@@ -71,6 +71,18 @@ def power(x: Array, y: Array) -> Array:
     return np.where(y == 0.0, ONE, np.where(in_range, two_r * scale, np.float32(0.0)))
 
 
+def exponential(x: Array) -> Array:
+    """e^x for x <= 0 (Cephes expf), 0 below e^-87."""
+    in_range = x >= -87.0
+    x = np.where(in_range, x, np.float32(0.0))
+    k = np.floor(x * 1.44269504 + 0.5)
+    r = x - k * 0.693359375 + k * 0.000212194440
+    tail = 0.0416657959 + r * (0.00833345191 + r * (0.00139819995 + r * 0.000198756915))
+    series = 0.5 + r * (0.166666655 + r * tail)
+    scale = (k.astype(np.int32) + np.int32(127) << np.int32(23)).view(np.float32)
+    return np.where(in_range, (r * r * series + r + 1.0) * scale, np.float32(0.0))
+
+
 def arctan(a: Array) -> Array:
     """Arc tangent of a >= 0 (Cephes)."""
     steep, middle = a > 2.414213562, a > 0.4142135624

@@ -16,13 +16,17 @@ FLAGS = np.uint32(layout.PATH["PATH_FLAGS"])
 
 @dataclass(frozen=True)
 class Queue:
-    """n rays of one kind and generation, those of a pixel next to each other; weight is (bands, n)."""
+    """n rays of one kind and generation, those of a pixel next to each other; weight is (bands, n).
+
+    media: (places, n) int32, numbers of materials, where rays carry lists of them.
+    """
 
     kind: str
     rays: Rays
     pixel_of: Array
     path: Array
     weight: Array
+    media: Array | None = None
 
     def __len__(self) -> int:
         return len(self.rays)
@@ -81,6 +85,7 @@ def new_queue(
     path: Array,
     weight: Array,
     t_max: Array | None = None,
+    media: Array | None = None,
 ) -> Queue:
     """t_max defaults to infinity; `origin` may be one for all."""
     n = len(pixel_of)
@@ -89,7 +94,7 @@ def new_queue(
         np.ascontiguousarray(direction),
         np.full(n, np.inf, np.float32) if t_max is None else t_max,
     )
-    return Queue(kind, rays, pixel_of, path, weight)
+    return Queue(kind, rays, pixel_of, path, weight, media)
 
 
 def merged(queues: list[Queue]) -> Queue:
@@ -102,8 +107,8 @@ def merged(queues: list[Queue]) -> Queue:
     rays = Rays(
         *(join([getattr(queue.rays, name) for queue in queues]) for name in ("origin", "direction", "t_max"))
     )
-    return Queue(
-        queues[0].kind,
-        rays,
-        *(join([getattr(queue, name) for queue in queues]) for name in ("pixel_of", "path", "weight")),
+    lists = [queue.media for queue in queues if queue.media is not None]
+    pixel_of, path, weight = (
+        join([getattr(queue, name) for queue in queues]) for name in ("pixel_of", "path", "weight")
     )
+    return Queue(queues[0].kind, rays, pixel_of, path, weight, join(lists) if lists else None)

@@ -137,11 +137,10 @@ class Bounce:
     total_internal: Array  # a transmission was asked for and could not leave
 
 
-def bounce_at(flat: FlatScene, s: Surface, u: Array) -> Bounce:
-    material, medium = s.material, flat.scene["medium_ior"][0]
+def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
+    """`eta_i`, `eta_t`: indices on the rays' side and behind the surfaces."""
+    material = s.material
     thin = material["thin"] != 0
-    enters = thin | ~s.inside
-    eta_i, eta_t = np.where(enters, medium, material["ior"]), np.where(enters, material["ior"], medium)
 
     up = mirrored(s.ns, u)
     reflected = np.where(dot(up, s.n) > 0.0, up, mirrored(s.n, u))

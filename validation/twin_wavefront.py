@@ -16,9 +16,10 @@ from clrt import layout
 from clrt.flatten import FlatScene
 
 from .twin_film import TERMS, Film, rays_counted
-from .twin_geometry import Hits, nearest_hit, primitives_of
+from .twin_geometry import nearest_hit, primitives_of
 from .twin_local import SPAWN, Feelers, Lit, feelers, light
 from .twin_math import Array, combine
+from .twin_media import Crossed, crossed, handed_on, immersed
 from .twin_queues import FLAGS, Queue, merged, new_queue
 from .twin_shading import ambient_directions, ambient_share
 from .twin_surface import second_color
@@ -52,6 +53,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: L
     chosen = np.flatnonzero(found.spawn[found.which] & SPAWN[bit])
     parent, s = found.which[chosen], found.surface[chosen]
     path, weight, pixel_of = queue.path[parent], queue.weight[:, parent], queue.pixel_of[parent]
+    lists = None if queue.media is None else queue.media[:, parent]
     if kind == "ambient":
         samples = int(flat.scene["ambient_samples"][0])
         direction, key = ambient_directions(s, path, samples)
@@ -64,6 +66,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: L
             np.repeat(pixel_of, samples),
             np.repeat(key & ~FLAGS | flags, samples),
             np.repeat(weight, samples, axis=1),
+            media=None if lists is None else np.repeat(lists, samples, axis=1),
         )
     bounce = found.bounce
     direction, share = (
@@ -73,26 +76,29 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: L
     flags = path & FLAGS
     flags = np.where(flags & _ROUTE, flags, flags | np.uint32(flag))
     origin = s.leave(s.n) if kind == "reflection" else s.leave(-s.n)
-    return new_queue(
-        kind, origin, direction[:, chosen], pixel_of, key & ~FLAGS | flags, weight * share[:, chosen]
-    )
+    if kind == "transmission" and lists is not None:
+        lists = handed_on(flat, lists, s)
+    path, weight = key & ~FLAGS | flags, weight * share[:, chosen]
+    return new_queue(kind, origin, direction[:, chosen], pixel_of, path, weight, media=lists)
 
 
 def generations(
     flat: FlatScene, queue: Queue, max_depth: int, film: Film, counts: list[Counter[str]]
 ) -> Iterator[Stage]:
     """Trace a queue of generation 0 and all its descendants onto the film, and count rays by generation."""
+    queue = immersed(flat, queue)
     yield stage("generate", 0, queue, queue_values(queue))
     queues = [queue]
     for generation in range(max_depth + 1):
         parents: list[tuple[Queue, Lit]] = []
         for queue in queues:
-            hits = nearest_hit(flat, queue.rays)
+            at = crossed(flat, queue, nearest_hit(flat, queue.rays))
+            queue, hits = at.queue, at.hits
             yield stage("closest", generation, queue, {"t": hits.t, "primitive": hits.primitive})
             if generation == 0:
-                _add_terms(flat, queue, hits, max_depth == 0, film)
-            found = light(flat, queue, hits, last=generation == max_depth)
-            yield stage("surface", generation, queue, surface_values(flat, hits, found))
+                _add_terms(flat, at, max_depth == 0, film)
+            found = light(flat, at, last=generation == max_depth)
+            yield stage("surface", generation, queue, surface_values(flat, at, found))
             yield stage("light", generation, queue, {"spawn": found.spawn, "local": found.local})
             shadows = feelers(flat, queue, found)
             yield stage("feelers", generation, queue, feeler_values(shadows), queue.pixel_of[shadows.ray])
@@ -110,11 +116,11 @@ def generations(
     yield Stage("gather", max_depth, "film", {"sums": film.sums}, np.arange(film.sums.shape[-1]))
 
 
-def _add_terms(flat: FlatScene, queue: Queue, hits: Hits, last: bool, film: Film) -> None:
+def _add_terms(flat: FlatScene, at: Crossed, last: bool, film: Film) -> None:
     for name in film.planes:
         if name in TERMS:
-            found = light(flat, queue, hits, last, TERMS[name])
-            film.add_term(name, queue, found, feelers(flat, queue, found, TERMS[name]))
+            found = light(flat, at, last, TERMS[name])
+            film.add_term(name, at.queue, found, feelers(flat, at.queue, found, TERMS[name]))
 
 
 def _count(counts: list[Counter[str]], generation: int, row: dict[str, int]) -> None:
@@ -130,7 +136,8 @@ def stage(
 
 
 def queue_values(queue: Queue) -> dict[str, Array]:
-    return {
+    lists = {} if queue.media is None else {"media": queue.media}
+    return lists | {
         "pixel_of": queue.pixel_of,
         "path": queue.path,
         "origin": queue.rays.origin,
@@ -140,9 +147,10 @@ def queue_values(queue: Queue) -> dict[str, Array]:
     }
 
 
-def surface_values(flat: FlatScene, hits: Hits, found: Lit) -> dict[str, Array]:
-    """Zeros and the code -1 on a miss."""
-    s, which, n = found.surface, found.which, len(hits.t)
+def surface_values(flat: FlatScene, at: Crossed, found: Lit) -> dict[str, Array]:
+    """Zeros and the code -1 on a miss; what crossing boundaries made of rays that carry lists of media."""
+    s, which, hits = found.surface, found.which, at.hits
+    n = len(hits.t)
     fields = np.zeros((10, n), np.float32)
     fields[:, which] = np.concatenate([s.point, s.n, s.ns, s.offset[None]])
     material = primitives_of(flat)["material"][hits.primitive[which]]
@@ -150,7 +158,10 @@ def surface_values(flat: FlatScene, hits: Hits, found: Lit) -> dict[str, Array]:
     code = np.full(n, -1, np.int32)
     code[which] = material * bits["SURFACE_MATERIAL"] + s.inside * bits["SURFACE_INSIDE"]
     code[which] += second_color(s) * bits["SURFACE_SECOND_COLOR"]
-    return {"point": fields[:3], "n": fields[3:6], "ns": fields[6:9], "offset": fields[9], "code": code}
+    values = {"point": fields[:3], "n": fields[3:6], "ns": fields[6:9], "offset": fields[9], "code": code}
+    if at.queue.media is not None and at.before is not None and at.after is not None:
+        values |= {"media": at.queue.media, "before": at.before, "after": at.after, "weight": at.queue.weight}
+    return values
 
 
 def feeler_values(shadows: Feelers) -> dict[str, Array]:

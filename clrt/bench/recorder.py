@@ -48,8 +48,8 @@ class Launch:
 class Recorder(Device):
     """A Device that keeps every launch inside `rays_of`."""
 
-    def __init__(self, wanted: int | str | None, settings: Settings) -> None:
-        super().__init__(wanted, settings)
+    def __init__(self, wanted: int | str | None, settings: Settings, bands: int, media: int) -> None:
+        super().__init__(wanted, settings, bands, media=media)
         self.launches: list[Launch] = []
         self.world_buffers: frozenset[int] = frozenset()
         self._sizes: dict[int, int] = {}
@@ -96,8 +96,9 @@ class Recording:
 
 def record(scene: Scene, width: int, wanted: int | str | None, settings: Settings) -> Recording:
     """Render generation 0 of a square picture, spawn and light all kinds of generation 1, spawn one of 2."""
-    device = Recorder(wanted, settings)
-    world = World(device, flatten(scene))
+    flat = flatten(scene)
+    device = Recorder(wanted, settings, flat.bands, flat.media_places)
+    world = World(device, flat)
     device.world_buffers = frozenset(map(id, world.arguments))
     assert scene.camera is not None
     camera = flatten_camera(scene.camera, width, width, 1)
@@ -118,6 +119,7 @@ def _record_tile(
     film = Film(device, len(pixels), ())
     with device.rays_of("primary", len(pixels)):
         queue, _ = passes.generate(device, camera, pixels, 1)
+        passes.immerse(device, world, queue)
         family = _light(device, world, film, queue, "primary", rays)
     children = []
     for kind, name in CLASSES.items():
