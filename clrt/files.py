@@ -20,7 +20,7 @@ def resolve(name: str, folder: Path | None, at: At) -> Path:
         if not path.is_file():
             raise at.error(name, f"there is no such file in {root}")
     except (OSError, ValueError, RuntimeError) as error:  # too long, a NUL inside, a loop of links
-        raise at.error(name, f"must be the path of a file: {error}") from None
+        raise at.error(name, f"must be the path of a file: {_reason(error)}") from None
     return path
 
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from clrt import flatten_mesh, flatten_quadric, layout
-from clrt.errors import SceneError, located
+from clrt.errors import ClrtWarning, SceneError, located
 from clrt.flatten_shapes import Collected, concatenated
 from clrt.scene import Mesh, Scene
 
 _CHUNK = 1 << 15  # boxes treated at once: what fits the cache
+_LARGEST = 1e15  # |coordinate|, and 1 / it a scene's least size: float32 loses products beyond
+_TOO_LARGE = f"its coordinates are beyond {_LARGEST:g}, whose products float32 cannot hold; make it smaller"
 _LOWEST, _HIGHEST = np.float32(-np.inf), np.float32(np.inf)
 
 
@@ -41,6 +44,7 @@ def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:
     sections["quadrics"], boxes["QUADRIC"] = _quadrics(collected)
     _check(scene, sections, boxes)
     _gather(sections, boxes)
+    _warn_of_smallness(scene, sections)
     return sections
 
 
@@ -105,9 +109,8 @@ def _quadrics(collected: Collected) -> tuple[np.ndarray, Boxes]:
 def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
     """Raise for the first shape that float32 cannot hold."""
     for kind in ("SPHERE", "DISK", "TRIANGLE", "POLYGON"):
-        _refuse(
-            scene, sections, kind, ~boxes[kind].bounded, "its coordinates are beyond float32; make it smaller"
-        )
+        reach = np.maximum(-boxes[kind].low, boxes[kind].high).max(axis=1)
+        _refuse(scene, sections, kind, ~(reach <= _LARGEST), _TOO_LARGE)
     quadrics = sections["quadrics"]
     fields = ("center", "diagonal", "mixed", "gradient", "reach")
     finite = [np.isfinite(quadrics[name]).all(axis=1) for name in fields]
@@ -116,13 +119,7 @@ def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes
         | (quadrics["mixed"] != 0).any(1)
         | (quadrics["gradient"] != 0).any(1)
     )
-    _refuse(
-        scene,
-        sections,
-        "QUADRIC",
-        ~np.all(finite, axis=0),
-        "its coordinates are beyond float32; make it smaller",
-    )
+    _refuse(scene, sections, "QUADRIC", ~np.all(finite, axis=0), _TOO_LARGE)
     _refuse(scene, sections, "QUADRIC", ~solid, "its form vanishes in float32; make it larger or smaller")
     for kind, section in (("SPHERE", "spheres"), ("DISK", "disks")):
         _refuse(
@@ -148,6 +145,17 @@ def _refuse(
     for shape in np.unique(shapes[bad]):
         if meshes or not isinstance(scene.shapes[shape], Mesh):
             raise SceneError(located(scene.source, f"shapes[{shape}]", text))
+
+
+def _warn_of_smallness(scene: Scene, sections: dict[str, np.ndarray]) -> None:
+    """Warn of a scene that float32 takes for a point: no ray would meet anything in it."""
+    boxes = sections["boxes"]
+    if len(boxes) == 0 or len(sections["unbounded"]):
+        return
+    size = float((boxes["high"] - boxes["low"])[:, :3].max())
+    if size < 1 / _LARGEST:
+        text = f"all shapes are below {1 / _LARGEST:g}, whose products float32 loses; scale the scene up"
+        warnings.warn(located(scene.source, "shapes", text), ClrtWarning, stacklevel=2)
 
 
 def _gather(sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:

@@ -28,7 +28,6 @@ MAGIC = {
     b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg", b"v/1\x01": "openexr", b"BM": "bmp", b"#?": "hdr",
     b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
 }  # fmt: skip
-MAX_PIXELS = 1 << 26  # 8192 x 8192: 0.8 GB of linear floats
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
 
 
@@ -115,8 +114,8 @@ def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np
 
     Integer samples are decoded from sRGB, floating ones are taken as linear; grey becomes three equal
     channels, alpha is dropped. Formats: EXR, Radiance HDR, PNG, JPEG, TIFF, BMP, told by their first bytes.
-    SceneError when the file is missing, of another kind, damaged, of more than MAX_PIXELS, or holds NaN or
-    infinity; LimitError when it has more bytes than `limits` (default `Limits()`) allow.
+    SceneError when the file is missing, of another kind, damaged, or holds NaN or infinity; LimitError when
+    it has more bytes or pixels than `limits` (default `Limits()`) allow.
     """
     linear = read_samples(path, limits)
     if not np.isfinite(linear).all():
@@ -128,12 +127,13 @@ def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np
 
 def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
     """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash."""
-    source = _open(path, limits or Limits())
+    limits = limits or Limits()
+    source = _open(path, limits)
     try:
         spec = source.spec()
-        if spec.width * spec.height > MAX_PIXELS or spec.depth > 1:
-            size = f"{spec.width} x {spec.height} x {spec.depth}"
-            raise SceneError(f"{path}: {size} pixels; at most {MAX_PIXELS} in one layer are read")
+        if spec.depth > 1:
+            raise SceneError(f"{path}: {spec.depth} layers of pixels; flat pictures are read")
+        limits.check("image_pixels", spec.width * spec.height, str(path))
         integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
         if not integer and spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
             raise SceneError(f"{path}: samples of type {spec.format}; 8 or 16 bits or floats are read")

@@ -175,6 +175,7 @@ CHUNK: Final = 256  # rays that one work-item of the compaction counts
 PAD: Final = 8 * 2.0**-24
 QUADRIC_PAD: Final = 64 * 2.0**-24  # roots of a quadratic form carry more rounding
 OFFSET: Final = 4 * 2.0**-23  # distance by which spawned rays leave a surface, times the largest |coordinate|
+BRIGHTEST: Final = 1e30  # of a band of a pixel: room for the sums over bands that make it a colour
 
 _NUMPY: Final[dict[str, tuple[type[np.generic], tuple[int, ...]]]] = {
     "float4": (np.float32, (4,)),
@@ -247,7 +248,8 @@ def c_declarations(bands: int = BANDS, lanes: int = 16, packet: int = 16, media:
     for fields in (RAY_FIELDS, SURFACE_FIELDS + TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
-    out += [f"#define {name} {float(value).hex()}f" for name, value in (("PAD", PAD), ("OFFSET", OFFSET))]
+    floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
+    out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
     out += [_c_struct(name, bands) for name in RECORDS]
     pointers = [f"__global const {kind} *{name}" for name, kind in WORLD.items()]
     out.append("typedef struct {\n" + "".join(f"    {pointer};\n" for pointer in pointers) + "} World;\n")

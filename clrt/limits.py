@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import difflib
+import math
+from dataclasses import dataclass, fields
 
-from clrt.errors import LimitError, MemoryLimitError, located
+from clrt.errors import ClrtError, LimitError, MemoryLimitError, fault, located, show
 
 # What to do about each limit besides raising it; those of loading are raised where the scene is made.
 _LOADING = {
@@ -13,6 +15,7 @@ _LOADING = {
     "primitives": "use fewer shapes or faces",
     "vertices": "use a mesh with fewer vertices",
     "lights": "use fewer lights",
+    "image_pixels": "use a smaller picture",
 }
 _RENDERING = {
     "pixels": "lower width or height",
@@ -37,6 +40,8 @@ class Limits:
     vertices: int = 1 << 24
     """Vertices of one mesh."""
     lights: int = 1 << 16
+    image_pixels: int = 1 << 26
+    """Width times height of a picture that a scene reads."""
     pixels: int = 1 << 27
     """Width times height of the picture."""
     samples: int = 1 << 12
@@ -48,7 +53,7 @@ class Limits:
     device_bytes: int = 4 << 30
     """Bytes of all buffers on the device together."""
     work: int = 10**14
-    """An upper bound of feelers: see `check_work`."""
+    """An upper bound of rays to trace: see `check_work`."""
 
     def check(self, name: str, value: int, source: str = "", place: str = "") -> None:
         """Raise `LimitError` if `value` is above the limit called `name`."""
@@ -56,22 +61,65 @@ class Limits:
         if value <= most:
             return
         if name in _LOADING:
-            advice, how = _LOADING[name], f"clrt.load(..., limits=Limits({name}=...))"
+            advice, how = _LOADING[name], f"clrt.load(..., limits=Limits({name}=N))"
         else:
-            advice, how = _RENDERING[name], f"Settings(limits=Limits({name}=...))"
-        text = f"{_number(value)} is above the limit of {_number(most)}; {advice}, or allow more with {how}"
+            advice, how = _RENDERING[name], f"Settings(limits=Limits({name}=N))"
+        how = f"or allow more with --limit {name}=N or {how}"
+        text = f"{_number(value)} is above the limit of {_number(most)}; {advice}, {how}"
         kind = MemoryLimitError if name == "device_bytes" else LimitError
         raise kind(located(source, place, f"{name}: {text}"))
 
-    def check_work(self, samples: int, lights: int, depth: int, branching: bool, source: str = "") -> None:
+    def check_work(self, samples: int, lights: int, branching: Branching, source: str = "") -> None:
         """Stop a render that cannot end in a reasonable time.
 
-        `samples` is width x height x spp. A camera ray has at most 2^(depth + 1) - 1 descendants where some
-        surface both reflects and transmits (`branching`), else depth + 1; each sends a feeler to each
-        light.
+        `samples` is width x height x spp; each ray sends a feeler to each light.
         """
-        rays = 1 << depth if branching else depth + 1
-        self.check("work", samples * max(lights, 1) * rays, source)
+        self.check("work", samples * max(lights, 1) * branching.rays, source)
+
+
+def parse(text: str) -> tuple[str, int]:
+    """Name and number of a limit written as `name=number`. ClrtError names the nearest known one."""
+    name, _, number = text.partition("=")
+    known = [field.name for field in fields(Limits)]
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
+        raise ClrtError(f"{show(name)} is no limit; did you mean {near[0]!r}? (limits: {', '.join(known)})")
+    if not number.isdecimal() or len(number) > 18:
+        raise ClrtError(fault("", name, number, "a limit must be a whole number: NAME=N"))
+    return name, int(number)
+
+
+@dataclass(frozen=True)
+class Branching:
+    """What bounds the rays that descend from one camera ray.
+
+    depth: generations after the camera's. doubling: some surface both reflects and transmits. share: the
+    largest part of a ray's weight that a bounce passes on; with min_weight it ends the family early.
+    ambient: rays that sample the ambient light at a hit.
+    """
+
+    depth: int
+    doubling: bool
+    share: float = 1.0
+    min_weight: float = 0.0
+    ambient: int = 0
+
+    @property
+    def rays(self) -> int:
+        """An upper bound, within a factor of 2."""
+        depth = self.depth
+        if self.min_weight > 0 and self.share < 1:
+            least = math.log(self.min_weight) / math.log(max(self.share, 1e-30))
+            depth = min(depth, max(math.floor(least), 0) + 1)
+        family = _family(depth, self.doubling)
+        if not self.ambient or self.depth == 0:
+            return family
+        # every ray gathers but those that descend from ambient rays
+        return family * (1 + self.ambient * _family(depth, self.doubling))
+
+
+def _family(depth: int, doubling: bool) -> int:
+    return 1 << depth if doubling else depth + 1
 
 
 def _number(value: int) -> str:

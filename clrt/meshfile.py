@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import re
 import warnings
 from dataclasses import dataclass, replace
@@ -103,7 +104,10 @@ def _parse(data: bytes, path: Path, at: At, limits: Limits) -> list[_Part]:
         def keys(self) -> list[str]:
             return []
 
+    log = logging.getLogger("trimesh")  # prints tracebacks of its own for broken files
+    loudness = log.level
     try:
+        log.setLevel(logging.CRITICAL + 1)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(
@@ -119,8 +123,12 @@ def _parse(data: bytes, path: Path, at: At, limits: Limits) -> list[_Part]:
     except ClrtError:
         raise
     except Exception as error:  # a broken file can fail anywhere inside a parser
-        text = f"{path.name} cannot be read as a mesh: {type(error).__name__}: {error}"
+        # the parser's own words help where it raises on purpose; elsewhere it stumbled over what is broken
+        why = str(error) if isinstance(error, ValueError) and str(error) else "its contents are broken"
+        text = f"{path.name} cannot be read as a mesh: {why} ({type(error).__name__})"
         raise at.says(text[:300]) from None
+    finally:
+        log.setLevel(loudness)
     parts = [part for part in parts if len(part.faces)]
     if not parts:
         raise at.says(f"{path.name} has no faces")

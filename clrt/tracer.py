@@ -8,12 +8,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import passes
+from clrt import layout, passes
 from clrt.device import Device
 from clrt.errors import ClrtError, LimitError, SceneError
 from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers
 from clrt.flatten import FlatScene, flatten, flatten_camera
 from clrt.image import Image
+from clrt.limits import Branching
 from clrt.scene import Scene
 from clrt.settings import Settings
 from clrt.tiles import tiles
@@ -207,8 +208,18 @@ class Tracer:
         limits = self.settings.limits
         limits.check("pixels", pixels)
         limits.check("samples", samples)
-        both = bool(np.any((self.flat.materials["kr"] > 0) & (self.flat.materials["kt"] > 0)))
-        limits.check_work(pixels * samples, self.world.lights, depth, both)
+        limits.check_work(pixels * samples, self.world.lights, self._branching(depth))
+
+    def _branching(self, depth: int) -> Branching:
+        info, materials = self.flat.scene[0], self.flat.materials
+        doubling = bool(np.any((materials["kr"] > 0) & (materials["kt"] > 0)))
+        if info["spd"]:  # counts every reflection, whatever its weight
+            return Branching(depth, bool(np.any(materials["kt"] > 0)))
+        tint = np.maximum(materials["mirror"].max(axis=1), materials["fresnel"] == layout.FRESNEL["SCHLICK"])
+        # total internal reflection takes both shares
+        share = materials["kr"] * tint + materials["kt"] * materials["tint"].max(axis=1)
+        least, ambient = float(info["min_weight"]), int(info["ambient_samples"])
+        return Branching(depth, doubling, float(share.max()), least, ambient)
 
     def _stats(self, counts: RayCounts, local_size: int) -> dict[str, Any]:
         seconds = self.device.take_seconds()

@@ -31,11 +31,14 @@ __kernel void gather(__global const uint *pixel_of, __global const uint *path, u
     for (int b = 0; b < BANDS; b++) film[at + b] += sum[b];
 }
 
-// means from sums
+// Means from sums. Light that overflowed on its way (infinite, or NaN where that met a 0) counts as the brightest
+// that a pixel holds; radiance is never negative, so nothing else can be meant.
 __kernel void resolve(uint n, float samples, __global float *film)
 {
     const uint i = get_global_id(0);
-    if (i < n) film[i] /= samples;
+    if (i >= n) return;
+    const float mean = film[i] / samples;
+    film[i] = mean <= BRIGHTEST ? mean : BRIGHTEST;
 }
 
 // Each pixel's means of BANDS bands to `rows` numbers, such as red, green and blue: one row of the matrix after the

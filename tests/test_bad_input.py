@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.limits import Branching
 from clrt.scene import Camera, Material, Mesh, PointLight, Scene, Sphere
 
 BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
@@ -372,7 +373,8 @@ def test_limits_say_what_to_change(tmp_path: Path) -> None:
     for name, value in (("file_bytes", 100), ("nesting", 3), ("primitives", 2), ("lights", 2)):
         with pytest.raises(clrt.LimitError) as caught:
             clrt.load(path, limits=clrt.Limits(**{name: value}))
-        check_message(str(caught.value), ["a.json", name, f"limit of {value}", f"limits=Limits({name}=...)"])
+        more = [f"--limit {name}=N", f"limits=Limits({name}=N)"]
+        check_message(str(caught.value), ["a.json", name, f"limit of {value}", *more])
     assert len(clrt.load(path, limits=clrt.Limits(primitives=3, lights=3)).shapes) == 3
     with pytest.raises(clrt.LimitError, match=r"shapes\[0\]\.vertices: vertices: 4 is above the limit of 3"):
         clrt.load_dict(mesh(), limits=clrt.Limits(vertices=3))
@@ -387,21 +389,41 @@ def test_limits_of_a_render() -> None:
     limits.check("depth", 64)
     limits.check("lights", 65535)
     limits.check("primitives", 10**6)
-    with pytest.raises(
-        clrt.LimitError, match=r"pixels: 4 294 967 296 .*Settings\(limits=Limits\(pixels=\.\.\.\)\)"
-    ):
+    more = r"--limit pixels=N or Settings\(limits=Limits\(pixels=N\)\)"
+    with pytest.raises(clrt.LimitError, match=rf"pixels: 4 294 967 296 .*{more}"):
         limits.check("pixels", 2**32)
 
 
 def test_work_grows_with_two_to_the_depth_only_where_rays_branch() -> None:
     limits = clrt.Limits(work=1000)
-    limits.check_work(10, 3, 4, branching=True)  # 10 x 3 x 16
-    limits.check_work(10, 0, 5, branching=True)
+    limits.check_work(10, 3, Branching(4, True))  # 10 x 3 x 16
+    limits.check_work(10, 0, Branching(5, True))
     with pytest.raises(clrt.LimitError, match="work: 1 920 is above"):
-        limits.check_work(10, 3, 6, branching=True)
-    limits.check_work(10, 3, 32, branching=False)  # 10 x 3 x 33
+        limits.check_work(10, 3, Branching(6, True))
+    limits.check_work(10, 3, Branching(32, False))  # 10 x 3 x 33
     with pytest.raises(clrt.LimitError, match="work: 1 020 is above"):
-        limits.check_work(10, 3, 33, branching=False)
+        limits.check_work(10, 3, Branching(33, False))
     with pytest.raises(clrt.LimitError, match=r"work: > 1e300 is above"):
-        limits.check_work(10, 3, 65536, branching=True)
-    clrt.Limits().check_work(8192 * 8192 * 4096, 1, 64, branching=False)
+        limits.check_work(10, 3, Branching(65536, True))
+    clrt.Limits().check_work(8192 * 8192 * 4096, 1, Branching(64, False))
+
+
+def test_a_weight_cut_off_ends_families_early() -> None:
+    assert Branching(64, True, share=0.5, min_weight=0.1).rays == 1 << 4  # 0.5^4 < 0.1
+    assert Branching(64, True, share=1.0, min_weight=0.1).rays == 1 << 64
+    assert Branching(64, True, share=0.0, min_weight=0.1).rays == 1 << 1
+    assert Branching(3, False, share=0.9, min_weight=0.1).rays == 4
+
+
+def test_ambient_rays_are_work() -> None:
+    assert Branching(3, False, ambient=10).rays == 4 * (1 + 10 * 4)
+    assert Branching(0, False, ambient=10).rays == 1
+
+
+@pytest.mark.parametrize("more", [{"ambient_samples": 60_000}, {"max_depth": 40}])
+def test_a_render_that_would_not_end_is_refused(more: dict[str, Any]) -> None:
+    glass = {"diffuse": 0.3, "fresnel": True, "reflection": 1, "transmission": 1}
+    table = {"lights": [{"type": "point", "position": [0, 5, 0]}], **ball(material=glass), **camera(), **more}
+    settings = clrt.Settings(limits=clrt.Limits(work=10**12))
+    with pytest.raises(clrt.LimitError, match=r"work: .* is above the limit"):
+        clrt.render(clrt.load_dict(table), settings=settings)

@@ -57,6 +57,8 @@ class Film:
     def means(self, samples: int, response: Array | None = None) -> dict[str, Array]:
         """Pixels of each plane, (pixels, bands); (pixels, rows) with a `response` (rows, bands)."""
         means = self.sums / np.float32(samples)
+        brightest = np.float32(layout.BRIGHTEST)
+        means = np.where(means <= brightest, means, brightest)
         if response is not None:
             means = developed(means, response)
         return dict(zip(self.planes, means.transpose(0, 2, 1), strict=True))

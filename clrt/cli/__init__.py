@@ -138,6 +138,20 @@ def _add_frame(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--max-depth", type=int, metavar="N", help="generations after the camera's")
     _add_device(parser)
     parser.add_argument("--threads", type=int, metavar="N", help="CPU threads")
+    parser.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
+
+
+def _limit(text: str) -> tuple[str, int]:
+    """A limit as `clrt.limits.Limits` takes it."""
+    from clrt.limits import parse
+
+    try:
+        return parse(text)
+    except ClrtError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+_LIMIT = "what the render may cost at most: depth=99; may be repeated"
 
 
 def _names(text: str) -> tuple[str, ...]:

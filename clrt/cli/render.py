@@ -43,7 +43,8 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
     from clrt.cli.progress import progress
     from clrt.shipped import load_scene
 
-    scene = load_scene(file)
+    limits = clrt.Limits(**dict(options.limit))
+    scene = load_scene(file, limits=limits)
     with progress(file.stem, getattr(options, "quiet", False)) as report:
         return clrt.render(
             scene,
@@ -54,7 +55,7 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
             device=options.device,
             layers=layers,
             progress=report,
-            settings=clrt.Settings(threads=options.threads),
+            settings=clrt.Settings(threads=options.threads, limits=limits),
             crop=tuple(options.crop) if options.crop else None,
         )
 

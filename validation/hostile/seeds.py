@@ -1,0 +1,140 @@
+"""Good inputs to spoil: a small one of every format that clrt reads."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+import warnings
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import tomli_w
+
+from ..cases import matrix, terms, views
+from ..cases.parts import Table
+
+SIDE: Final = {"width": 12, "height": 9}
+
+NFF: Final = """\
+b 0.1 0.2 0.3
+v
+from 0 1 5
+at 0 0 0
+up 0 1 0
+angle 40
+hither 1
+resolution 12 9
+l 3 4 5 1 0.9 0.8
+l -3 4 5
+f 0.9 0.3 0.2 0.6 0.3 20 0.2 1.5
+s 0 0 0 1
+c -2 0 0 0.5 -2 1 0 0.2
+f 0.3 0.4 0.9 1 0 0 0 0
+p 4
+-3 -1 -3
+-3 -1 3
+3 -1 3
+3 -1 -3
+pp 3
+0 0 -2 0 0 1
+1 0 -2 0.1 0 1
+0 1 -2 0 0.1 1
+"""
+
+THESIS: Final = """\
+Width 12
+Height 9
+Focal 0 20 -30
+Ambient 0.6
+Light Point 10 40 -20 Spectrum 380 740 Intensity 200
+Sphere Point 0 20 0 Radius 8 Surface Spectrum Red Constants 0.6 0.3 0.2 1.3 20
+Plane Point 0 0 0 Vector 0 1 0 Surface Spectrum 500 600 Constants 0.8 0.1 0 1 5
+Polygon Point -9 5 9 Point 9 5 9 Point 0 25 12 Surface Spectrum Magenta Constants 0.7 0.2 0 1 9
+Mesh Polygon Point -9 5 3 Point -5 5 3 Point -7 9 4 Surface None Polygon Point 9 5 3 Point 5 5 3 Point 7 9 4
+Surface None Surface Spectrum Red Constants 0.5 0.5 0 1 3
+Ellipsoid Center 6 30 4 Radii 2 3 4 Surface Spectrum 380 500 Constants 0.6 0.3 0 1 5
+Quadric Constants 1 0 1 0 0 0 0 0 0 -9 Surface Spectrum 600 700 Constants 0.5 0 0 1 1
+"""
+
+
+@cache
+def tables() -> tuple[Table, ...]:
+    """Scenes of the project's own structure, every kind of shape, material, light and camera among them."""
+    found = [scene for module in (terms, views, matrix) for _, scene, _ in module.scenes()]
+    plain = [scene for scene in found if not callable(scene) and not isinstance(scene.get("background"), str)]
+    return tuple({**scene, "camera": {**scene["camera"], **SIDE}} for scene in plain)
+
+
+@cache
+def meshes() -> dict[str, bytes]:
+    """Files of a ball by suffix; some also in the format's other form."""
+    import trimesh
+
+    ball = trimesh.creation.icosphere(subdivisions=1)
+    ball.vertex_normals  # noqa: B018  (asked for, so that they are written)
+    forms: dict[str, dict[str, Any]] = {"obj": {}, "ply": {}, "glb": {}, "stl": {}}
+    out = {f".{kind}": _bytes(ball.export(file_type=kind, **options)) for kind, options in forms.items()}
+    out[".ascii.ply"] = _bytes(ball.export(file_type="ply", encoding="ascii"))
+    out[".ascii.stl"] = _bytes(ball.export(file_type="stl_ascii"))
+    parts = trimesh.Scene(ball).export(file_type="gltf", merge_buffers=True)
+    out[".gltf"] = _self_contained(parts)
+    return out
+
+
+def _self_contained(parts: dict[str, bytes]) -> bytes:
+    import base64
+
+    tree = json.loads(parts["model.gltf"])
+    for buffer in tree["buffers"]:
+        coded = base64.b64encode(parts[buffer["uri"]]).decode()
+        buffer["uri"] = f"data:application/octet-stream;base64,{coded}"
+    return json.dumps(tree).encode()
+
+
+def _bytes(exported: str | bytes) -> bytes:
+    return exported.encode() if isinstance(exported, str) else exported
+
+
+@cache
+def images() -> dict[str, bytes]:
+    """Small pictures by suffix."""
+    import OpenImageIO as oiio
+
+    pixels = np.linspace(0, 1, 8 * 16 * 3).reshape(8, 16, 3)
+    out: dict[str, bytes] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        for suffix in (".png", ".jpg", ".exr", ".hdr", ".bmp", ".tif"):
+            path = Path(folder, f"x{suffix}")
+            kind = "float" if suffix in (".exr", ".hdr") else "uint8"
+            writer = oiio.ImageOutput.create(str(path))
+            assert writer
+            writer.open(str(path), oiio.ImageSpec(16, 8, 3, kind))
+            writer.write_image(pixels.astype(np.float32))
+            writer.close()
+            out[suffix] = path.read_bytes()
+    return out
+
+
+def as_toml(table: Table) -> bytes:
+    """The table as TOML; values that TOML has no word for (None) become JSON's."""
+    try:
+        return tomli_w.dumps(table).encode("utf-8", "surrogatepass")
+    except (TypeError, ValueError, AttributeError, RecursionError):
+        return as_json(table)
+
+
+def as_json(table: Table) -> bytes:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return json.dumps(table, default=str).encode("utf-8", "surrogatepass")
+        except (RecursionError, ValueError):
+            return b"{}"
+
+
+WRITERS: Final[dict[str, Callable[[Table], bytes]]] = {".toml": as_toml, ".json": as_json}
+
+__all__ = ["NFF", "THESIS", "WRITERS", "images", "meshes", "tables"]
