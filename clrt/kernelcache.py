@@ -31,12 +31,18 @@ VARIABLE: Final = "POCL_CACHE_DIR"
 ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes about 4 MB
 PATIENCE: Final = 60.0  # seconds that a process waits for another one that compiles
 _KEPT: Final = 30 * 24 * 3600  # seconds that kernels of other versions are kept after their last use
+_own: list[Path] = []  # the folder that `prepare` chose, not the user
 _hurry: list[bool] = []  # holds something once waiting was in vain
+
+
+def given() -> bool:
+    """Whether the user chose the folder."""
+    return bool(os.environ.get(VARIABLE)) and not _own
 
 
 def usual_folder() -> Path:
     """Where kernels of this version are kept: what POCL_CACHE_DIR says, else in the user's cache folder."""
-    if os.environ.get(VARIABLE):
+    if given():
         return Path(os.environ[VARIABLE])
     digest = hashlib.sha256()
     for file in sorted(kernel_folder().glob("*.cl*")):
@@ -59,8 +65,10 @@ def prepare() -> Path:
         worse = problem(folder)
         if worse:
             raise DeviceError(f"there is no place for compiled kernels: {fault}; {worse}")
-    elif not os.environ.get(VARIABLE):
+    elif not given():
         _forget_others(folder)
+    if not given():
+        _own.append(folder)
     os.environ[VARIABLE] = str(folder)
     with lock():
         remove_damaged(folder)

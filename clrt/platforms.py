@@ -11,6 +11,7 @@ import pyopencl as cl
 
 from clrt import kernelcache
 from clrt.errors import DeviceError
+from clrt.vendors import why_none
 
 HOW_TO_INSTALL: Final = (
     "install a driver: pip install 'clrt[pocl]' (Linux, x86-64), or your system's "
@@ -42,7 +43,7 @@ def _all_devices() -> list[tuple[DeviceInfo, cl.Device]]:
     try:
         platforms = cl.get_platforms()
     except cl.Error as error:
-        raise DeviceError(f"no OpenCL platform ({error}); {HOW_TO_INSTALL}") from None
+        raise DeviceError(f"no OpenCL platform ({error}): {why_none()}; {HOW_TO_INSTALL}") from None
     if not _process:
         _process.append(os.getpid())
     found: list[tuple[DeviceInfo, cl.Device]] = []

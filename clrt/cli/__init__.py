@@ -115,6 +115,9 @@ def _parser() -> argparse.ArgumentParser:
     _add_device(bench)
 
     command("devices", "List the OpenCL devices; * marks the one that is used.")
+    doctor = command("doctor", "Say what is wrong with this machine's OpenCL, and the command that mends it.")
+    doctor.add_argument("--json", action="store_true", help="print JSON")
+    _add_device(doctor)
     command("scenes", "List the scenes that ship with clrt.")
     selftest = command("selftest", "Check that a device computes what the reference does, bit for bit.")
     _add_device(selftest)

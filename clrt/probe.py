@@ -1,0 +1,73 @@
+"""`python -m clrt.probe [DEVICE]`: what `clrt doctor` asks about a device, in a process that may be lost.
+
+The last line on stdout is a JSON object: the devices, then either `error` and perhaps `mend`, or the checks
+against the reference, a small picture's hash and time, and what an old PoCL costs.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from typing import Any
+
+from clrt.errors import ClrtError
+from clrt.resources import validation_module
+
+_OLD_POCL = (
+    "PoCL below 3.1 cannot compile vectors of 16 numbers, so that rays travel by 8: pictures take about a "
+    "quarter more processor time (docs/reliability.md)"
+)
+_SCENE = {
+    "camera": {"origin": [0, 1, 4], "target": [0, 0, 0], "width": 32, "height": 24},
+    "lights": [{"type": "point", "position": [3, 5, 4]}],
+    "materials": {"glass": {"diffuse": 0.2, "reflection": 0.3, "transmission": 0.5}},
+    "shapes": [
+        {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "glass"},
+        {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0]},
+    ],
+}
+
+
+def probe(wanted: str | None) -> dict[str, Any]:
+    """The answers about one device."""
+    from clrt.formats import load_dict
+    from clrt.platforms import choose, devices, pocl_version
+    from clrt.tracer import Tracer
+
+    told: dict[str, Any] = {"devices": []}
+    try:
+        found = devices()
+        told["devices"] = [_described(info, False) for info in found]
+        used = choose(wanted)[0]
+        told["devices"] = [_described(info, info == used) for info in found]
+        tracer = Tracer(load_dict(_SCENE), device=wanted)
+        selftest = validation_module("selftest")
+        checks = {
+            "records": selftest.check_layout(tracer.device),
+            "arithmetic": selftest.check_arithmetic(tracer.device),
+        }
+        tracer.render()  # compiles
+        start = time.perf_counter()
+        image = tracer.render()
+    except ClrtError as error:
+        return {**told, "error": str(error)}
+    told["checks"] = [
+        {"name": name, "passed": passed, "detail": detail} for name, (passed, detail) in checks.items()
+    ]
+    told["seconds"] = time.perf_counter() - start
+    told["pixels"], told["hash"] = image.width * image.height, image.hash
+    newest = max(pocl_version(info) for info in found)
+    told["old_pocl"] = _OLD_POCL if () < newest < (3, 1) else ""
+    return told
+
+
+def _described(info: Any, used: bool) -> dict[str, Any]:
+    return {
+        "index": info.index, "label": info.label, "kind": info.kind, "units": info.units,
+        "memory": info.memory, "used": used,
+    }  # fmt: skip
+
+
+if __name__ == "__main__":
+    print(json.dumps(probe(sys.argv[1] if len(sys.argv) > 1 else None)))
