@@ -18,6 +18,7 @@ from clrt.flatten_materials import MaterialTable, flatten_lights
 from clrt.flatten_shapes import collect
 from clrt.imagefile import read_image
 from clrt.media import Media, media_of, needs_lists
+from clrt.overlaps import warn_of_overlaps
 from clrt.scene import Scene, rgb
 
 __all__ = ["FlatScene", "flatten", "flatten_camera"]
@@ -94,6 +95,8 @@ def flatten(scene: Scene) -> FlatScene:
     sections["background"] = np.ascontiguousarray(image, np.float32).reshape(-1)
     sections["scene"] = _scene_info(scene, sections, image.shape, bands)
     media = media_of(scene, sections) if needs_lists(scene, sections) else None
+    if media is not None:
+        warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
     boxes, finite = sections.pop("boxes"), sections.pop("finite")
     kept = {
         name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)

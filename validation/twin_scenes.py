@@ -15,6 +15,8 @@ from clrt.flatten import FlatScene, flatten
 from clrt.formats import load_dict
 from clrt.scene import Scene
 
+from .twin_media_scenes import media, media_within
+
 Table = dict[str, Any]
 
 _GLASS: Table = {
@@ -185,7 +187,8 @@ def _empty() -> Table:
 
 _SCENES = {
     "spheres": _spheres, "flat shapes": _flat, "quadrics": _quadrics, "meshes": _meshes,
-    "inside glass": _inside_glass, "tinted shadows": _tinted, "ambient samples": _ambient,
+    "inside glass": _inside_glass, "media": media, "media from within": media_within,
+    "tinted shadows": _tinted, "ambient samples": _ambient,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
     "nothing": _empty,
 }  # fmt: skip

@@ -1,0 +1,116 @@
+"""Media that overlap though neither has the higher priority: found by points of their surfaces, and told."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.errors import ClrtWarning, located
+from clrt.inside import count_inside
+from clrt.media import Media
+from clrt.meshes import Mesh
+from clrt.shapes import Box, Cone, Cylinder, Ellipsoid, Paraboloid, Shape, Sphere
+
+_MOST_PAIRS: Final = 400  # looked at: this is a hint, and must not take long
+_MOST_ANGLES: Final = 1 << 21  # points times faces of a mesh, likewise
+_MARGIN: Final = 1e-5  # of the surface's size: what is nearer to the other's surface touches it
+_ASIDE: Final = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+
+
+def warn_of_overlaps(media: Media, priority: np.ndarray) -> None:
+    """Warn of the first two shapes of different media and one priority of which one pierces the other.
+
+    priority: (n,), that of each of the shapes of `media`. Points of one surface that lie well inside the
+    other shape and others well outside prove it; a small overlap may lie between the points.
+    """
+    shapes = media.scene.shapes
+    for a, b in _pairs(media, priority):
+        one, other = int(media.shapes[a]), int(media.shapes[b])
+        if _passes_through(shapes[one], shapes[other]) or _passes_through(shapes[other], shapes[one]):
+            first, second = sorted((one, other))
+            text = (
+                f"overlaps shapes[{second}], a medium of the same priority {priority[a]}: where both are, "
+                "the one that a ray entered last counts; give one a higher priority"
+            )
+            place = located(media.scene.source, f"shapes[{first}]", text)
+            warnings.warn(place, ClrtWarning, stacklevel=4)
+            return
+
+
+def _pairs(media: Media, priority: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Shapes of different media and one priority whose boxes meet."""
+    found = 0
+    for a in range(len(media.shapes)):
+        meets = ((media.low[a] <= media.high[a + 1 :]) & (media.high[a] >= media.low[a + 1 :])).all(axis=1)
+        meets &= (priority[a + 1 :] == priority[a]) & (media.numbers[a + 1 :] != media.numbers[a])
+        for b in np.flatnonzero(meets):
+            yield a, a + 1 + int(b)
+            found += 1
+            if found == _MOST_PAIRS:
+                return
+
+
+def _passes_through(surface: Shape, solid: Shape) -> bool:
+    """Whether points of the surface lie well inside the solid and others well outside."""
+    sample = _POINTS.get(type(surface))
+    if sample is None:
+        return False
+    matrix = surface.matrix
+    points = np.asarray(sample(surface), np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    if isinstance(solid, Mesh):
+        most = max(2, _MOST_ANGLES // (len(_ASIDE) * max(solid.primitives, 1)))
+        points = points[:: -(-len(points) // most)]
+    if not len(points):
+        return False
+    aside = _MARGIN * np.ptp(points, axis=0).max() * _ASIDE
+    count = count_inside(solid, (points[:, None] + aside).reshape(-1, 3)).reshape(len(points), -1)
+    return bool((count > 0).all(axis=1).any() and (count == 0).all(axis=1).any())
+
+
+def _directions(n: int = 64) -> np.ndarray:
+    """Spread over the unit sphere: (n, 3)."""
+    z = (2 * np.arange(n) + 1) / n - 1
+    angle = np.arange(n) * np.pi * (3 - np.sqrt(5))
+    return np.column_stack([np.cos(angle) * np.sqrt(1 - z * z), np.sin(angle) * np.sqrt(1 - z * z), z])
+
+
+def _of_box(shape: Box) -> np.ndarray:
+    grid = np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 3), axis=-1).reshape(-1, 3)
+    grid = grid[((grid == 0) | (grid == 1)).any(axis=1)]
+    return np.asarray(shape.min + grid * np.subtract(shape.max, shape.min))
+
+
+def _of_cone(shape: Cone | Cylinder) -> np.ndarray:
+    r0, r1 = (shape.r0, shape.r1) if isinstance(shape, Cone) else (shape.radius, shape.radius)
+    along = np.array([0, 0, 0, 0.25, 0.5, 0.75, 1, 1, 1])
+    radius = r0 + (r1 - r0) * along
+    radius[[0, 8]], radius[[1, 7]] = 0, radius[[1, 7]] / 2
+    return _rings(shape.p0, np.subtract(shape.p1, shape.p0), along, radius)
+
+
+def _of_paraboloid(shape: Paraboloid) -> np.ndarray:
+    axis = np.asarray(shape.axis, np.float64) / np.linalg.norm(shape.axis)
+    along = shape.height * np.array([0, 0.1, 0.3, 0.6, 1])
+    return _rings(shape.apex, axis, along, np.sqrt(4 * shape.focal * along))
+
+
+def _rings(start: Any, axis: np.ndarray, along: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    """Circles of 12 points about start + along * axis."""
+    across = np.linalg.svd(axis[None])[2][1:]
+    angle = np.arange(12) * np.pi / 6
+    circle = np.cos(angle)[:, None] * across[0] + np.sin(angle)[:, None] * across[1]
+    return np.asarray(start + along[:, None, None] * axis + radius[:, None, None] * circle).reshape(-1, 3)
+
+
+_POINTS: dict[type[Shape], Callable[[Any], np.ndarray]] = {
+    Sphere: lambda shape: shape.center + shape.radius * _directions(),
+    Ellipsoid: lambda shape: shape.center + np.multiply(shape.radii, _directions()),
+    Box: _of_box,
+    Cone: _of_cone,
+    Cylinder: _of_cone,
+    Paraboloid: _of_paraboloid,
+    Mesh: lambda shape: shape.data().vertices[:: 1 + len(shape.data().vertices) // 256],
+}
