@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import copy
 import hashlib
-import re
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -19,68 +18,18 @@ from typing import Any, Final
 
 import numpy as np
 import pyopencl as cl
-from pyopencl import tools as cl_tools
 
 from clrt import kernelcache, layout
 from clrt.errors import DeviceError, MemoryLimitError
 from clrt.platforms import check_process, choose, pocl_version
 from clrt.resources import kernel_folder
 from clrt.settings import Settings
+from clrt.source import kernel_source
+from clrt.tracks import Answer, Track, seconds_by_name
 
-KERNEL_FILES: Final = (
-    "generate.cl",
-    "trace.cl",
-    "surface.cl",
-    "boundaries.cl",
-    "light.cl",
-    "bounce.cl",
-    "ambient.cl",
-    "compact.cl",
-    "film.cl",
-    "tree.cl",
-    "crossings.cl",
-)
-_INCLUDE = re.compile(r'^#include "([\w.]+)"$')
+TRACKS: Final = 2  # pieces of work that go on at the same time
 _SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-items than 16 bits can count
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
-
-
-def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
-    """One source of all files: each include in place, once, with #line so that messages name file and line.
-
-    (Real -I paths break on folders with a space in their name.)
-    """
-    seen: set[str] = set()
-    out: list[str] = []
-
-    def add(name: str) -> None:
-        seen.add(name)
-        out.append(f'#line 1 "{name}"')
-        for number, line in enumerate((folder / name).read_text(encoding="utf-8").splitlines(), 1):
-            match = _INCLUDE.match(line)
-            if not match:
-                out.append(line)
-            elif match.group(1) not in seen:
-                add(match.group(1))
-                out.append(f'#line {number + 1} "{name}"')
-            else:
-                out.append("")
-
-    for name in files:
-        add(name)
-    return "\n".join(out) + "\n"
-
-
-def kernel_source(
-    bands: int = layout.BANDS,
-    lanes: int = 16,
-    packet: int = 16,
-    folder: Path | None = None,
-    media: int = 0,
-) -> str:
-    """The program: the layout's declarations and every kernel file."""
-    declarations = layout.c_declarations(bands, lanes, packet, media)
-    return declarations + flatten_includes(KERNEL_FILES, folder or kernel_folder())
 
 
 # Contexts and programs are kept for the process: they hold no state of a scene, and looking a program up in
@@ -114,7 +63,7 @@ def _thread_limited(device: cl.Device, threads: int | None) -> cl.Device:
 
 
 class Device:
-    """An OpenCL device and the kernels built for it: owns context, command queue, program and memory pool.
+    """An OpenCL device and the kernels built for it: owns context, tracks and program.
 
     `bands` are those of a ray, `media` the places in its list of media (0: none).
     """
@@ -140,11 +89,7 @@ class Device:
         try:
             self.device = _thread_limited(device, self.settings.threads)
             self.context = _context(self.device)
-            # PoCL's context names the whole device where it was made for a part: the queue must say which
-            self.queue = cl.CommandQueue(
-                self.context, self.device, properties=cl.command_queue_properties.PROFILING_ENABLE
-            )
-            self.pool = cl_tools.MemoryPool(cl_tools.ImmediateAllocator(self.queue))
+            self._tracks = [Track(self.context, self.device) for _ in range(TRACKS)]
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: {error}") from None
         # PoCL 3.0's compiler hangs or aborts on float16
@@ -156,15 +101,15 @@ class Device:
 
     def _start(self) -> None:
         self.source = kernel_source(
-            self.bands, self.settings.lanes, self.packet, self._kernel_folder, self.media
+            self.bands, self.settings.lanes, self.packet, self._kernel_folder or kernel_folder(), self.media
         )
         self._kernels: dict[str, cl.Kernel] = {}
         self._launched: set[tuple[str, int, bool]] = set()
-        self._events: list[tuple[str, cl.Event]] = []
-        self._seconds: dict[str, float] = {}
+        self._spans: list[tuple[int, int, str]] = []
+        self.use(0)
 
     def variant(self, bands: int, media: int) -> Device:
-        """This device with kernels for rays of so many bands and media; queue and memory are shared."""
+        """This device with kernels for rays of so many bands and media; tracks and memory are shared."""
         if (bands, media) not in self._variants:
             other = copy.copy(self)
             for name in ("program", "_cache_key"):
@@ -209,6 +154,16 @@ class Device:
             self._kernels[name] = kernel
         return self._kernels[name]
 
+    def use(self, track: int) -> None:
+        """Put what comes on the track of that number, 0 to TRACKS - 1."""
+        self._track = self._tracks[track]
+        self.queue, self.pool = self._track.queue, self._track.pool
+
+    @property
+    def held_bytes(self) -> int:
+        """Bytes of device memory in all pools, in use or kept for use."""
+        return sum(track.pool.managed_bytes for track in self._tracks)
+
     def launch(self, name: str, items: int, *arguments: Any, local_size: int | None = None) -> None:
         """Run a kernel over `items` work-items; the work-groups are all of the settings' size.
 
@@ -230,7 +185,7 @@ class Device:
             event = self._guard(enqueue, f"kernel {name}")
         else:
             event = self._first_launch(enqueue, sizes)
-        self._events.append((name, event))
+        self._track.launched(name, event)
 
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
         """A launch before which the driver may compile the kernel for these sizes: one process at a time."""
@@ -254,9 +209,10 @@ class Device:
         check_process()
         block = self.pool.alloc_size(self.pool.bin_number(max(nbytes, 4)))
         limits = self.settings.limits
-        if self.pool.managed_bytes + block > limits.device_bytes:
-            self.pool.free_held()
-            limits.check("device_bytes", self.pool.managed_bytes + block)
+        if self.held_bytes + block > limits.device_bytes:
+            for track in self._tracks:
+                track.pool.free_held()
+            limits.check("device_bytes", self.held_bytes + block)
         try:
             return self.pool.allocate(max(nbytes, 4))
         except cl.MemoryError as error:
@@ -266,23 +222,30 @@ class Device:
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: {nbytes} bytes: {error}") from None
 
-    def upload(self, array: np.ndarray) -> Any:
-        """A copy of an array on the device."""
+    def upload(self, array: np.ndarray, wait: bool = True) -> Any:
+        """A copy of an array on the device. Without `wait` the array must stay as it is until it is there."""
         array = np.ascontiguousarray(array)
         target = self.buffer(array.nbytes)
-        self.write(target, array)
+        self.write(target, array, wait)
         return target
 
-    def write(self, target: Any, array: np.ndarray) -> None:
-        """Copy an array to the start of a buffer."""
-        if array.nbytes:
+    def write(self, target: Any, array: np.ndarray, wait: bool = True) -> None:
+        """Copy an array to the start of a buffer; `wait` as for `upload`."""
+        if array.nbytes and wait:
             self._wait(lambda: cl.enqueue_copy(self.queue, target, array, is_blocking=True), "upload")
+        elif array.nbytes:
+            self._guard(lambda: self._track.send(target, array), "upload")
+
+    def ask(self, source: Any, array: np.ndarray) -> Answer:
+        """Fill `array` from the start of a buffer, once all passes before it are done; does not wait."""
+        if not array.nbytes:
+            return Answer(array, None, self._wait)
+        copied = self._guard(lambda: cl.enqueue_copy(self.queue, array, source, is_blocking=False), "read")
+        return Answer(array, copied, self._wait)
 
     def read(self, source: Any, array: np.ndarray) -> np.ndarray:
         """Fill `array` from the start of a buffer; waits for all passes before it."""
-        if array.nbytes:
-            self._wait(lambda: cl.enqueue_copy(self.queue, array, source, is_blocking=True), "read")
-        return array
+        return self.ask(source, array).wait()
 
     def fill(self, target: Any, nbytes: int, word: int = 0) -> None:
         """Fill the start of a buffer with one 32-bit integer."""
@@ -290,19 +253,24 @@ class Device:
             pattern = np.array([word], np.int32)
             self._guard(lambda: cl.enqueue_fill_buffer(self.queue, target, pattern, 0, nbytes), "fill")
 
+    def flush(self) -> None:
+        """See to it that everything launched begins."""
+        self._guard(self.queue.flush, "flush")
+
     def finish(self) -> None:
-        """Wait for everything launched, and add up the time by pass."""
-        self._wait(self.queue.finish, "finish")
-        for name, event in self._events:
-            spent = (event.profile.end - event.profile.start) * 1e-9
-            self._seconds[name] = self._seconds.get(name, 0.0) + spent
-        self._events.clear()
+        """Wait for everything launched on the track in use, and note the time of each pass."""
+        self._finish(self._track)
 
     def take_seconds(self) -> dict[str, float]:
-        """Seconds by kernel since the last call."""
-        self.finish()
-        seconds, self._seconds = self._seconds, {}
-        return seconds
+        """Seconds by kernel since the last call, on all tracks."""
+        for track in self._tracks:
+            self._finish(track)
+        spans, self._spans = self._spans, []
+        return seconds_by_name(spans)
+
+    def _finish(self, track: Track) -> None:
+        self._wait(track.queue.finish, "finish")
+        self._spans += track.take_spans()
 
     def _wait(self, action: Callable[[], Any], what: str) -> None:
         """Do something that returns when the device is done; Ctrl-C ends the wait at once.

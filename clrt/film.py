@@ -13,6 +13,7 @@ from clrt import layout, passes
 from clrt.device import Device
 from clrt.errors import ClrtError
 from clrt.queues import Feelers, Hits, Lit, Queue
+from clrt.tracks import Answer
 from clrt.world import World
 
 # layers of radiance: all generations, rays whose path word & mask == value
@@ -73,13 +74,13 @@ class Film:
                 feelers = passes.feelers(self.device, world, queue, hits, lit, _BY_TERM[name])
                 passes.gather(self.device, queue, lit, feelers, self.sums, plane, self.pixels)
 
-    def develop(self, samples: int, response: np.ndarray | None = None) -> np.ndarray:
-        """Turn the sums into means over the samples of each pixel, once, and `read` them."""
+    def developing(self, samples: int, response: np.ndarray | None = None) -> Answer:
+        """Turn the sums into means over the samples of each pixel, once; what `reading` gives of them."""
         values = len(self.planes) * self.pixels * self.device.bands
         self.device.launch("resolve", values, np.uint32(values), np.float32(samples), self.sums)
-        return self.read(response)
+        return self.reading(response)
 
-    def read(self, response: np.ndarray | None = None, planes: int | None = None) -> np.ndarray:
+    def reading(self, response: np.ndarray | None = None, planes: int | None = None) -> Answer:
         """The first `planes` planes (None: all), float32 (planes, pixels, rows of `response`).
 
         `response` (rows, bands) float32 is applied on the device, so that the host sees few values a pixel
@@ -90,6 +91,14 @@ class Film:
         if response is not None:
             rows = len(response)
             source = self.device.buffer(4 * n * rows)
-            matrix = self.device.upload(response)
+            matrix = self.device.upload(response, wait=False)
             self.device.launch("develop", n, self.sums, np.uint32(n), matrix, np.uint32(rows), source)
-        return self.device.read(source, np.empty((planes, self.pixels, rows), np.float32))
+        return self.device.ask(source, np.empty((planes, self.pixels, rows), np.float32))
+
+    def develop(self, samples: int, response: np.ndarray | None = None) -> np.ndarray:
+        """As `developing`, and waits."""
+        return self.developing(samples, response).wait()
+
+    def read(self, response: np.ndarray | None = None, planes: int | None = None) -> np.ndarray:
+        """As `reading`, and waits."""
+        return self.reading(response, planes).wait()

@@ -21,6 +21,7 @@ from clrt.queues import (
     Lit,
     Queue,
     block_bytes,
+    chunks,
     new_queue,
     packets,
 )
@@ -42,7 +43,7 @@ def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> t
         "generate",
         queue.n,
         camera,
-        device.upload(pixels),
+        device.upload(pixels, wait=False),
         np.uint32(queue.n),
         queue.rays,
         queue.pixel_of,
@@ -64,10 +65,10 @@ def adopt(
     device.launch(
         "adopt",
         queue.n,
-        device.upload(origins),
-        device.upload(directions),
-        device.upload(t_max),
-        device.upload(numbers),
+        device.upload(origins, wait=False),
+        device.upload(directions, wait=False),
+        device.upload(t_max, wait=False),
+        device.upload(numbers, wait=False),
         np.uint32(queue.n),
         queue.rays,
         queue.pixel_of,
@@ -158,33 +159,19 @@ def light(
         local,
         spawn,
     )
-    chunks = -(-queue.n // layout.CHUNK)
-    sums = device.buffer(4 * chunks * len(layout.STREAMS))
-    device.launch(
-        "count", chunks, spawn, np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks), sums
-    )
-    counted = device.read(sums, np.empty((len(layout.STREAMS), chunks), np.uint32)).astype(np.int64)
-    offsets = np.cumsum(counted, axis=1) - counted
-    totals = {name: int(counted[number].sum()) for name, number in _STREAM.items()}
-    return Lit(local, spawn, offsets, totals)
+    offsets = device.buffer(4 * chunks(queue.n) * len(_STREAM))
+    totals = device.buffer(8 * len(_STREAM))
+    sizes = (np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks(queue.n)))
+    device.launch("count", chunks(queue.n), spawn, *sizes, offsets)
+    device.launch("offsets", 1, np.uint32(chunks(queue.n)), offsets, totals, local_size=1)
+    return Lit(local, spawn, offsets, device.ask(totals, np.zeros(len(_STREAM), np.uint64)))
 
 
 def _first_places(device: Device, world: World, queue: Queue, lit: Lit, stream: str) -> Any:
     """Each ray's first place in a stream: a buffer of uint."""
     first = device.buffer(4 * queue.n)
-    chunks = lit.offsets.shape[1]
-    offsets = device.upload(lit.offsets.astype(np.uint32))
-    device.launch(
-        "scan",
-        chunks,
-        lit.spawn,
-        np.uint32(queue.n),
-        np.uint32(world.ambient_samples),
-        np.uint32(chunks),
-        offsets,
-        np.uint32(_STREAM[stream]),
-        first,
-    )
+    sizes = (np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks(queue.n)))
+    device.launch("scan", chunks(queue.n), lit.spawn, *sizes, lit.offsets, np.uint32(_STREAM[stream]), first)
     return first
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final
-
-import numpy as np
 
 from clrt import layout
 from clrt.device import Device
+from clrt.tracks import Answer
 
 CAMERA: Final = "camera"
 REFLECTION: Final = "reflection"
@@ -43,8 +43,13 @@ class Lit:
 
     local: Any  # blocks of one value a band: radiance that needs no further ray
     spawn: Any  # uint: layout.SPAWN
-    offsets: np.ndarray  # (STREAMS, chunks) first place of each chunk's rays in each stream
-    totals: dict[str, int]  # by stream
+    offsets: Any  # uint: for each stream, the first place of each chunk's rays in it
+    counted: Answer  # uint64: the items of each stream
+
+    @cached_property
+    def totals(self) -> dict[str, int]:
+        """The items of each stream, by its name; waits until they are counted."""
+        return dict(zip(layout.STREAMS, map(int, self.counted.wait()), strict=True))
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,11 @@ class Feelers:
     rays: Any  # blocks of layout.RAY_FIELDS
     seen: Any  # uint: 1 where nothing blocks the light
     contribution: Any  # blocks of one value a band
+
+
+def chunks(n: int) -> int:
+    """Work-items for n rays, a chunk of the compaction each."""
+    return -(-n // layout.CHUNK)
 
 
 def packets(device: Device, n: int) -> int:

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 
 _CELL = 256  # side of the squares inside which pixels follow the Morton curve
 
 
+@cache
 def _morton_cell() -> np.ndarray:
-    """x, y of the pixels of a cell in Morton order: (2, cell * cell) int64. Neighbours in the order are
+    """x, y of the pixels of a cell in Morton order: (2, cell * cell) uint32. Neighbours in the order are
     neighbours in the picture, so that the rays of a block stay together on their way through the tree."""
     code = np.arange(_CELL * _CELL, dtype=np.int64)
     x, y = np.zeros_like(code), np.zeros_like(code)
     for bit in range(_CELL.bit_length() - 1):
         x |= (code >> 2 * bit & 1) << bit
         y |= (code >> 2 * bit + 1 & 1) << bit
-    return np.stack([x, y])
+    return np.stack([x, y]).astype(np.uint32)
 
 
 def tiles(width: int, height: int, crop: tuple[int, int, int, int], size: int) -> Iterator[np.ndarray]:
@@ -28,12 +30,15 @@ def tiles(width: int, height: int, crop: tuple[int, int, int, int], size: int) -
     have = 0
     for cell_top in range(0, crop_height, _CELL):
         for cell_left in range(0, crop_width, _CELL):
-            x, y = cell[0] + cell_left, cell[1] + cell_top
-            inside = (x < crop_width) & (y < crop_height)
-            waiting.append(((y[inside] + top) * width + x[inside] + left).astype(np.uint32))
+            x, y = cell
+            if cell_left + _CELL > crop_width or cell_top + _CELL > crop_height:
+                inside = (x < crop_width - cell_left) & (y < crop_height - cell_top)
+                x, y = x[inside], y[inside]
+            first = (top + cell_top) * width + left + cell_left
+            waiting.append(y * np.uint32(width) + x + np.uint32(first))
             have += len(waiting[-1])
             while have >= size:
-                joined = np.concatenate(waiting)
+                joined = np.concatenate(waiting) if len(waiting) > 1 else waiting[0]
                 yield joined[:size]
                 waiting, have = [joined[size:]], have - size
     if have:

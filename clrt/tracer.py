@@ -12,14 +12,16 @@ from clrt import layout, passes
 from clrt.device import Device
 from clrt.errors import ClrtError, LimitError, SceneError
 from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers
-from clrt.flatten import FlatScene, flatten, flatten_camera
+from clrt.flatten import flatten, flatten_camera
 from clrt.image import Image
 from clrt.limits import Branching
+from clrt.picture import Picture
 from clrt.scene import Scene
+from clrt.schedule import Work, interleaved
 from clrt.settings import Settings
 from clrt.tiles import tiles
 from clrt.version import __version__
-from clrt.wavefront import RayCounts, TileTooLarge, trace
+from clrt.wavefront import RayCounts, trace
 from clrt.world import World
 
 Progress = Callable[[int, int, int], None]
@@ -86,32 +88,35 @@ class Tracer:
         window = _check_crop(crop, *full)
         self._check_limits(full[0] * full[1], samples, depth)
 
-        picture = _Picture(window, full[0], names, self.flat)
+        picture = Picture(window, full[0], names, self.flat.bands)
         counts, done, local_size = RayCounts(), 0, 0
         total = window[2] * window[3]
         camera_buffer = self.device.upload(camera)
         self.device.take_seconds()
-        waiting = list(tiles(*full, window, max(1, self.settings.tile // samples)))[::-1]
-        while waiting:
-            pixels = waiting.pop()
+
+        def traced(pixels: np.ndarray) -> Work[_Tile]:
             queue, reported = passes.generate(self.device, camera_buffer, pixels, samples)
             passes.immerse(self.device, self.world, queue)
             hits = passes.closest(self.device, self.world, queue)
             film = Film(self.device, len(pixels), names)
-            try:
-                counts.merge(trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES))
-            except TileTooLarge:
-                waiting += _split(pixels)
-                continue
-            geometry = (
-                passes.geometry(self.device, self.world, queue, hits, samples)
-                if set(names) & set(GEOMETRY)
-                else {}
-            )
-            picture.put(pixels, film, samples, geometry)
-            local_size = int(self.device.read(reported, np.empty(1, np.uint32))[0])
+            rays = yield from trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES)
+            found = {}
+            if set(names) & set(GEOMETRY):
+                found = passes.geometry(self.device, self.world, queue, hits, samples)
+            size = self.device.ask(reported, np.empty(1, np.uint32))
+            means = film.developing(samples, self.flat.response)
+            yield means
+            found |= dict(zip(film.planes, means.wait(), strict=True))
+            for name in set(names) & set(SPECTRAL):
+                found[name] = film.read(self.flat.xyz if name == "xyz" else None, planes=1)[0]
+            return _Tile(rays, found, int(size.wait()[0]))
+
+        pieces = list(tiles(*full, window, max(1, self.settings.tile // samples)))[::-1]
+        for pixels, tile in interleaved(self.device, pieces, traced, _halves):
+            picture.put(pixels, tile.layers)
+            counts.merge(tile.rays)
+            local_size = tile.local_size
             done += len(pixels)
-            self.device.finish()
             if progress:
                 progress(done, total, counts.traced)
         stats = self._stats(counts, local_size)
@@ -158,23 +163,27 @@ class Tracer:
         Each ray starts in the media that its origin lies in.
         """
         depth = self._depth(max_depth)
-        parts, counts = [], RayCounts()
-        waiting = list(self._ray_chunks(origins, directions, np.inf))[::-1]
-        while waiting:
-            chunk = waiting.pop()
+        counts = RayCounts()
+
+        def traced(chunk: tuple[np.ndarray, ...]) -> Work[tuple[RayCounts, np.ndarray]]:
             queue = passes.adopt(self.device, *chunk)
             passes.immerse(self.device, self.world, queue)
             hits = passes.closest(self.device, self.world, queue)
             film = Film(self.device, queue.n, ())
-            try:
-                counts.merge(trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES))
-            except TileTooLarge:
-                halves = [_split(array) for array in chunk]
-                waiting += list(zip(*halves, strict=True))
-                continue
-            parts.append(film.develop(1, self.flat.response)[0])
-            self.device.finish()
-        return np.concatenate(parts), dict(counts.table())
+            rays = yield from trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES)
+            means = film.developing(1, self.flat.response)
+            yield means
+            return rays, means.wait()[0]
+
+        def split(chunk: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, ...]]:
+            return list(zip(*map(_halves, chunk), strict=True))
+
+        pieces = list(self._ray_chunks(origins, directions, np.inf))[::-1]
+        found = np.empty((sum(len(chunk[0]) for chunk in pieces), 3), np.float32)
+        for (_, _, _, numbers), (rays, values) in interleaved(self.device, pieces, traced, split):
+            found[numbers] = values
+            counts.merge(rays)
+        return found, dict(counts.table())
 
     def _adopted(self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray) -> Any:
         for chunk in self._ray_chunks(origins, directions, t_max):
@@ -242,35 +251,16 @@ class Tracer:
         }
 
 
-class _Picture:
-    """The whole picture on the host, filled tile by tile."""
+@dataclass(frozen=True)
+class _Tile:
+    """What was found for some pixels: counts, the picture ("image") and layers, the work-group size."""
 
-    def __init__(
-        self, window: tuple[int, int, int, int], full_width: int, names: tuple[str, ...], flat: FlatScene
-    ) -> None:
-        self.left, self.top, self.width, self.height = window
-        self.full_width = full_width
-        self.flat = flat
-        shape = (self.height, self.width)
-        self.pixels = np.zeros((*shape, 3), np.float32)
-        self.layers: dict[str, np.ndarray] = {}
-        for name in names:
-            kind = np.int32 if name == "shape" else np.float32
-            rows = () if name in ("depth", "shape") else (flat.bands,) if name == "bands" else (3,)
-            self.layers[name] = np.zeros((*shape, *rows), kind)
-
-    def put(self, pixels: np.ndarray, film: Film, samples: int, geometry: dict[str, np.ndarray]) -> None:
-        """Place a tile's means and geometry."""
-        place = (pixels // self.full_width - self.top, pixels % self.full_width - self.left)
-        for name, values in zip(film.planes, film.develop(samples, self.flat.response), strict=True):
-            (self.pixels if name == "image" else self.layers[name])[place] = values
-        for name in set(self.layers) & set(SPECTRAL):
-            self.layers[name][place] = film.read(self.flat.xyz if name == "xyz" else None, planes=1)[0]
-        for name in set(self.layers) & set(GEOMETRY):
-            self.layers[name][place] = geometry[name]
+    rays: RayCounts
+    layers: dict[str, np.ndarray]
+    local_size: int
 
 
-def _split(array: np.ndarray) -> list[np.ndarray]:
+def _halves(array: np.ndarray) -> list[np.ndarray]:
     """Two halves, the first one last (for a stack). LimitError when there is only one pixel left."""
     if len(array) < 2:
         raise LimitError(

@@ -12,11 +12,8 @@ from clrt.device import Device
 from clrt.film import Film
 from clrt.media import too_deep
 from clrt.queues import AMBIENT, CAMERA, REFLECTION, TRANSMISSION, Hits, Lit, Queue, feeler_bytes, queue_bytes
+from clrt.schedule import TooLarge, Work
 from clrt.world import World
-
-
-class TileTooLarge(Exception):
-    """The queues of a tile would need more memory than it may have; it must be split."""
 
 
 @dataclass
@@ -70,10 +67,10 @@ class RayCounts:
 
 def trace(
     device: Device, world: World, queue: Queue, hits: Hits, film: Film, max_depth: int, budget: int
-) -> RayCounts:
+) -> Work[RayCounts]:
     """Trace a queue of generation 0, whose hits are known, and all its descendants onto the film.
 
-    `budget` bounds the bytes of queues alive at a time: TileTooLarge before more is allocated.
+    `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated.
     """
     counts = RayCounts()
     film.add_terms(world, queue, hits, last=max_depth == 0)
@@ -82,11 +79,13 @@ def trace(
         parents: list[tuple[Queue, Hits, Lit]] = []
         for queue, hits in queues:
             lit = passes.light(device, world, queue, hits, last=generation == max_depth)
-            _check_budget(device, parents, (queue, lit), budget)
+            parents.append((queue, hits, lit))
+        yield parents[-1][2].counted
+        _check_budget(device, parents, budget)
+        for queue, hits, lit in parents:
             feelers = passes.feelers(device, world, queue, hits, lit)
             film.add(queue, lit, feelers, generation)
             counts.add(generation, queue, lit)
-            parents.append((queue, hits, lit))
         queues = []
         for kind in (REFLECTION, TRANSMISSION, AMBIENT):
             child = passes.spawn(device, world, kind, generation, parents)
@@ -99,19 +98,15 @@ def trace(
     return counts
 
 
-def _check_budget(
-    device: Device, parents: list[tuple[Queue, Hits, Lit]], entry: tuple[Queue, Lit], budget: int
-) -> None:
+def _check_budget(device: Device, parents: list[tuple[Queue, Hits, Lit]], budget: int) -> None:
     lanes, bands, media = device.settings.lanes, device.bands, device.media
-    queue, lit = entry
-    everyone = [*((parent, found) for parent, _, found in parents), (queue, lit)]
     children = sum(
-        found.totals[stream] for _, found in everyone for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT")
+        lit.totals[stream] for _, _, lit in parents for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT")
     )
     need = (
-        sum(queue_bytes(parent.n, bands, lanes, media) for parent, _ in everyone)
+        sum(queue_bytes(queue.n, bands, lanes, media) for queue, _, _ in parents)
         + queue_bytes(children, bands, lanes, media)
-        + feeler_bytes(lit.totals["FEELERS"], bands, lanes)
+        + max(feeler_bytes(lit.totals["FEELERS"], bands, lanes) for _, _, lit in parents)
     )
     if need > budget:
-        raise TileTooLarge
+        raise TooLarge

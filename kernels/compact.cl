@@ -1,7 +1,7 @@
 // Stable compaction: count, scan, scatter (Blelloch 1990), without atomics.
 //
-// `count` adds up, for every chunk of CHUNK rays, each stream of the packed counts; the host turns these few sums
-// into offsets; `scan` then gives every ray its first place in each stream. Order in a queue is the order of the
+// `count` adds up, for every chunk of CHUNK rays, each stream of the packed counts; `offsets` turns these few sums
+// into places and tells the host the totals; `scan` then gives every ray its first place in each stream. Order in a queue is the order of the
 // parents, on every device and for every work-group size. One work-item a chunk, so the loop is sequential: that
 // is three times as fast on a CPU as atomics, and deterministic.
 
@@ -28,6 +28,22 @@ __kernel void count(__global const uint *spawn, uint n, uint ambient_samples, ui
     for (uint i = chunk * CHUNK; i < end; i++)
         for (uint s = 0; s < STREAMS; s++) total[s] += stream_count(spawn[i], s, ambient_samples);
     for (uint s = 0; s < STREAMS; s++) sums[s * chunks + chunk] = total[s];
+}
+
+// sums[stream][chunk] become each chunk's first place in each stream. One work-item: there are few chunks. (Totals
+// are wider than places, so that the host sees a queue that is too large.)
+__kernel void offsets(uint chunks, __global uint *sums, __global ulong *totals)
+{
+    if (get_global_id(0) > 0) return;
+    for (uint s = 0; s < STREAMS; s++) {
+        ulong total = 0;
+        for (uint chunk = 0; chunk < chunks; chunk++) {
+            const uint sum = sums[s * chunks + chunk];
+            sums[s * chunks + chunk] = total;
+            total += sum;
+        }
+        totals[s] = total;
+    }
 }
 
 // offsets[stream][chunk] in, first[stream][ray] out, for one stream

@@ -14,10 +14,11 @@ from clrt.device import Device
 from clrt.film import Film
 from clrt.flatten import flatten_camera
 from clrt.passes import Feelers, Lit, Queue
+from clrt.schedule import TooLarge, complete
 from clrt.tiles import tiles
 from clrt.tracer import Tracer
 from clrt.version import __version__
-from clrt.wavefront import TileTooLarge, trace
+from clrt.wavefront import trace
 
 from .types import OracleImage
 
@@ -89,7 +90,7 @@ def render_ours(
         pixels = waiting.pop()
         try:
             _render_tile(tracer, buffer, pixels, samples, depth, shadows, found)
-        except TileTooLarge:
+        except TooLarge:
             if len(pixels) < 2:
                 raise
             waiting += np.array_split(pixels, 2)
@@ -115,7 +116,7 @@ def _render_tile(
     passes.immerse(device, world, queue)
     hits = passes.closest(device, world, queue)
     film = RayFilm(device, len(pixels), shadows, tracer.flat.response)
-    trace(device, world, queue, hits, film, depth, _BUDGET)
+    complete(trace(device, world, queue, hits, film, depth, _BUDGET))
     for key, values in film.developed(samples):
         if key not in found:
             found[key] = np.zeros((len(found["t"]), 3), np.float32)

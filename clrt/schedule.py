@@ -1,0 +1,73 @@
+"""Several pieces of work at a time, so that the device is busy while the host decides about one of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from clrt.device import TRACKS, Device
+from clrt.tracks import Answer
+
+Piece = TypeVar("Piece")
+Result = TypeVar("Result")
+Work = Generator[Answer, None, Result]  # yields what it is about to wait for
+
+
+class TooLarge(Exception):
+    """A piece of work would need more memory than it may have; it must be split."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Running(Generic[Piece, Result]):
+    piece: Piece
+    track: int
+    work: Work[Result]
+    awaits: Answer | None = None  # None: not begun yet
+
+
+def complete(work: Work[Result]) -> Result:
+    """Do one piece of work from beginning to end."""
+    while True:
+        try:
+            next(work)
+        except StopIteration as end:
+            return end.value
+
+
+def interleaved(
+    device: Device,
+    pieces: list[Piece],
+    begin: Callable[[Piece], Work[Result]],
+    split: Callable[[Piece], list[Piece]],
+) -> Iterator[tuple[Piece, Result]]:
+    """Do the work of all pieces, the last one first: pairs of a piece and its result, in the order they end.
+
+    Each piece has a track of the device to itself. One that turns out to be TooLarge is given up, and what
+    `split` makes of it is done in its place.
+    """
+    running: list[_Running[Piece, Result]] = []  # the longest waiting first
+    free = list(range(TRACKS))
+    try:
+        while pieces or running:
+            if pieces and free:
+                piece = pieces.pop()
+                now = _Running(piece, free.pop(), begin(piece))
+            else:
+                now = next((one for one in running if one.awaits and one.awaits.ready), running[0])
+                running.remove(now)
+            device.use(now.track)
+            try:
+                awaits = next(now.work)
+            except StopIteration as end:
+                free.append(now.track)
+                device.finish()
+                yield now.piece, end.value
+            except TooLarge:
+                free.append(now.track)
+                pieces += split(now.piece)
+            else:
+                device.flush()
+                running.append(_Running(now.piece, now.track, now.work, awaits))
+    finally:
+        device.use(0)

@@ -1,0 +1,63 @@
+"""The kernels' source: one text of all files, the same for every scene."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from clrt import layout
+from clrt.resources import kernel_folder
+
+KERNEL_FILES: Final = (
+    "generate.cl",
+    "trace.cl",
+    "surface.cl",
+    "boundaries.cl",
+    "light.cl",
+    "bounce.cl",
+    "ambient.cl",
+    "compact.cl",
+    "film.cl",
+    "tree.cl",
+    "crossings.cl",
+)
+_INCLUDE = re.compile(r'^#include "([\w.]+)"$')
+
+
+def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
+    """One source of all files: each include in place, once, with #line so that messages name file and line.
+
+    (Real -I paths break on folders with a space in their name.)
+    """
+    seen: set[str] = set()
+    out: list[str] = []
+
+    def add(name: str) -> None:
+        seen.add(name)
+        out.append(f'#line 1 "{name}"')
+        for number, line in enumerate((folder / name).read_text(encoding="utf-8").splitlines(), 1):
+            match = _INCLUDE.match(line)
+            if not match:
+                out.append(line)
+            elif match.group(1) not in seen:
+                add(match.group(1))
+                out.append(f'#line {number + 1} "{name}"')
+            else:
+                out.append("")
+
+    for name in files:
+        add(name)
+    return "\n".join(out) + "\n"
+
+
+def kernel_source(
+    bands: int = layout.BANDS,
+    lanes: int = 16,
+    packet: int = 16,
+    folder: Path | None = None,
+    media: int = 0,
+) -> str:
+    """The program: the layout's declarations and every kernel file."""
+    declarations = layout.c_declarations(bands, lanes, packet, media)
+    return declarations + flatten_includes(KERNEL_FILES, folder or kernel_folder())
