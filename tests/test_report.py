@@ -85,7 +85,8 @@ def test_the_page_of_a_good_run_says_so():
 def test_the_page_of_a_bad_run_says_what_failed_and_where():
     result = samples.result(wrong=True)
     words = page(result).words
-    assert "✗ Not proven: 2 comparisons failed, 1 feature too thinly covered, 1 mutant survived" in words
+    said = "2 comparisons failed, 1 comparison not made, 1 feature too thinly covered, 1 mutant survived"
+    assert f"✗ Not proven: {said}" in words
     assert "glass of another index , oracle64: generation 2, transmission" in words
     assert "✗ 1 comparison could not be made" in words and "LLVM is missing" in words
     assert "mitsuba-table: not run" in words and "SURVIVED" in words and "Too few: fresnel." in words
@@ -95,6 +96,7 @@ def test_the_page_of_a_bad_run_says_what_failed_and_where():
     ({"coverage": {"a": {"x"}, "b": set()}}, "Not proven: 2 features too thinly covered"),
     ({"counts": [types.CountResult("s", "k", 2, 1, 1.0)]}, "Not proven: 1 ray count off"),
     ({"mutants": [types.MutantResult("m", "f", "d", (), True)] * 2}, "Not proven: 2 mutants survived"),
+    ({"checks": (types.CheckResult("float32 twin", False, "1 bit", 1.0),)}, "Not proven: 1 check failed"),
 ])  # fmt: skip
 def test_each_part_can_spoil_the_headline(changes: dict[str, Any], says: str):
     result = dataclasses.replace(samples.result(wrong=False), **changes)
@@ -105,14 +107,14 @@ def test_a_case_without_an_oracle_has_proved_nothing():
     good = samples.result(wrong=False)
     lonely = dataclasses.replace(good.cases[0], results={}, unproven={"oracle64": "it broke"})
     result = dataclasses.replace(good, cases=[lonely])
-    assert report.headline(result) == "Not proven: 1 comparison failed"
+    assert report.headline(result) == "Not proven: 1 comparison failed, 1 comparison not made"
     assert "all is well , no oracle ran" in page(result).words
 
 
 def test_an_empty_run_makes_a_page():
     nothing = types.SuiteResult([], [], [], {}, {}, "none", 0.0, None)
     words = page(nothing).words
-    assert words.count("not run in this run") == 5 and "0 of 0 cases" not in words
+    assert words.count("not run in this run") == 6 and "0 of 0 cases" not in words
 
 
 def test_the_page_needs_nothing_but_itself():
@@ -129,7 +131,8 @@ def test_every_link_within_the_page_has_its_place():
     places = [attributes["id"] for _, attributes in starts if "id" in attributes]
     links = {attributes["href"] for tag, attributes in starts if tag == "a"}
     assert len(places) == len(set(places)) and {f"#{place}" for place in places} >= links
-    assert {"#case-2", "#mutants", "#coverage", "#closest", "#unproven", "#counts", "#cases"} <= links
+    sections = ("mutants", "coverage", "closest", "unproven", "counts", "checks", "cases", "case-2")
+    assert {f"#{name}" for name in sections} <= links
 
 
 def test_texts_are_no_markup():

@@ -69,9 +69,11 @@ def headline(result: SuiteResult) -> str:
         return "Proven: independent programs compute the same pictures"
     parts = (
         (len(list(failures(result))), "comparison", "failed"),
+        (sum(len(case.unproven) for case in result.cases), "comparison", "not made"),
         (len(result.thin), "feature", "too thinly covered"),
         (sum(mutant.survived for mutant in result.mutants), "mutant", "survived"),
         (sum(not count.passed for count in result.counts), "ray count", "off"),
+        (sum(not check.passed for check in result.checks), "check", "failed"),
     )
     said = [f"{n} {noun}{'s' if n > 1 else ''} {verb}" for n, noun, verb in parts if n]
     return "Not proven: " + ", ".join(said)
@@ -101,8 +103,10 @@ def tiles(result: SuiteResult) -> Iterator[Tile]:
     caught = sum(not mutant.survived for mutant in result.mutants)
     yield _tile("Mutants", caught, len(result.mutants), "planted faults were caught", "mutants")
     near = sum(count.passed for count in result.counts)
-    text = f"within {100 * COUNT_TOLERANCE:g} % of those published"
+    text = f"within {100 * COUNT_TOLERANCE:g} % of what is known"
     yield _tile("Ray counts", near, len(result.counts), text, "counts")
+    right = sum(check.passed for check in result.checks)
+    yield _tile("Same bits", right, len(result.checks), "as the float32 twin, over a million rays", "checks")
     left = sum(len(case.unproven) for case in result.cases)
     text = "comparisons could not be made" if left else "comparisons were left out"
     yield Tile("Not proven", str(left), text, "bad" if left else "good", "unproven")
@@ -196,7 +200,7 @@ def figure(value: float) -> str:
     if value == int(value) and abs(value) < 1e6:
         return str(int(value))
     if 0.9 < value < 1:
-        digits = min(9, max(4, 1 - math.floor(math.log10(1 - value))))  # that tell it from 1
+        digits = min(9, max(5, 1 - math.floor(math.log10(1 - value))))  # that tell it from 1
         return f"{value:.{digits}f}".rstrip("0").rstrip(".")
     if 20 <= abs(value) < 1e6:
         return f"{value:.1f}"

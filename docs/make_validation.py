@@ -1,0 +1,95 @@
+"""Write the figures of docs/validation.md from a run of the suite.
+
+    clrt validate --full --spd FOLDER --report report.html
+    python docs/make_validation.py report.json
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+PAGE = Path(__file__).parent / "validation.md"
+BEGIN, END = "<!-- figures: make_validation.py writes what follows -->\n", "<!-- end of figures -->\n"
+SHOWN = ("exponent 36 for 40", "lost share at total internal reflection", "Snell without the square",
+         "spheres 0.1 % too large", "one generation too few")  # fmt: skip
+# figure, whether the smallest is the worst, how it is written
+FIGURES = (("SSIM", True, ".5f"), ("FLIP", False, ".5f"), ("PSNR", True, ".1f"),
+           ("within 1e-4", True, ".4%"), ("mean radiance", False, ".1e"),
+           ("distance", False, ".1e"))  # fmt: skip
+
+
+def figures(run: dict[str, Any]) -> Iterator[str]:
+    """The lines between the marks."""
+    verdict = "everything passed" if run["passed"] else "NOT everything passed"
+    yield f"`{run['command']}`: {verdict}, in {run['seconds'] / 60:.0f} minutes on {run['device']}, with "
+    yield ", ".join(f"{name} {version}" for name, version in run["versions"].items()) + "."
+    yield ""
+    yield from pictures(run["cases"])
+    covered = len(run["coverage"]) - len(run["thin"])
+    yield ""
+    yield f"{covered} of {len(run['coverage'])} features agree under at least two oracles that share no code."
+    caught = sum(not mutant["survived"] for mutant in run["mutants"])
+    yield f"{caught} of {len(run['mutants'])} planted faults were noticed."
+    yield from (f"{check['name'].capitalize()}: {check['detail']}." for check in run["checks"])
+    yield ""
+    yield from counts([count for count in run["counts"] if ", " not in count["scene"]])
+    yield ""
+    yield from planted(run["mutants"])
+
+
+def pictures(cases: list[dict[str, Any]]) -> Iterator[str]:
+    """A row for each oracle and number of samples: the worst of each figure."""
+    yield "| oracle | samples | pictures | " + " | ".join(name for name, *_ in FIGURES) + " |"
+    yield "|---|---|---|" + "---|" * len(FIGURES)
+    groups: dict[tuple[str, int], list[dict[str, Any]]] = {}
+    for case in cases:
+        for oracle, found in case["oracles"].items():
+            groups.setdefault((oracle, case["samples"]), []).append(found)
+    for (oracle, samples), found in sorted(groups.items()):
+        agree = sum(one["passed"] for one in found)
+        cells = [worst(found, *figure) for figure in FIGURES]
+        yield f"| {oracle} | {samples} | {agree} of {len(found)} | {' | '.join(cells)} |"
+
+
+def worst(found: list[dict[str, Any]], name: str, smallest: bool, form: str) -> str:
+    """The worst of a figure among those that are gated: the others are of pictures full of noise."""
+    gated = [gate["value"] for one in found for gate in one["gates"] if gate["name"] == name]
+    values = [value for value in gated if value is not None]  # an infinite PSNR is null
+    if not gated:
+        return ""
+    return format((min if smallest else max)(values), form) if values else "inf"
+
+
+def counts(rows: list[dict[str, Any]]) -> Iterator[str]:
+    """Published ray counts and ours."""
+    if not rows:
+        return
+    yield "| scene | rays | published | ours | apart |"
+    yield "|---|---|---|---|---|"
+    for row in rows:
+        apart = f"{(row['ours'] - row['expected']) / row['expected']:+.3%}" if row["expected"] else ""
+        yield f"| {row['scene']} | {row['kind']} | {row['expected']} | {row['ours']} | {apart} |"
+
+
+def planted(mutants: list[dict[str, Any]]) -> Iterator[str]:
+    """Some faults, and what validation says of them."""
+    yield "| fault | in | noticed on | blamed |"
+    yield "|---|---|---|---|"
+    for mutant in (mutant for name in SHOWN for mutant in mutants if mutant["name"] == name):
+        how = mutant["how"].partition(": ")[0]
+        yield f"| {mutant['name']} | `{mutant['file']}` | {how} | {mutant['where']} |"
+
+
+def main() -> None:
+    run = json.loads(Path(sys.argv[1]).read_text("utf-8"))
+    before, _, rest = PAGE.read_text("utf-8").partition(BEGIN)
+    _, _, after = rest.partition(END)
+    PAGE.write_text(before + BEGIN + "\n" + "\n".join(figures(run)) + "\n\n" + END + after, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
