@@ -2,7 +2,7 @@
 //
 // A feeler stops at the first blocker it finds (thesis 3.2.1). With tinted shadows it must see all surfaces it
 // crosses, in the order of (t, primitive), so that the product of their tints is the same on every device.
-#include "packet.clh"
+#include "walk.clh"
 
 __kernel void closest(WORLD_PARAMETERS, __global const float *rays, uint n,
                       __global float *hit_t, __global int *hit_primitive)
@@ -11,7 +11,7 @@ __kernel void closest(WORLD_PARAMETERS, __global const float *rays, uint n,
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, load_packet(rays, first), false);
+        const PacketHit hits = packet_hits(world, rays, first, false);
         *(__global floatP *)(hit_t + first) = hits.t;
         *(__global intP *)(hit_primitive + first) = hits.primitive;
         return;
@@ -29,7 +29,7 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, load_packet(rays, first), true);
+        const PacketHit hits = packet_hits(world, rays, first, true);
         *(__global intP *)(seen + first) = (hits.primitive < 0) & 1;
         return;
     }
@@ -62,8 +62,7 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
     if (first + PACKET <= n) {
         float t[PACKET];
         int primitive[PACKET];
-        const Packet packet = load_packet(rays, first);
-        const PacketHit hits = packet_hits(world, packet, false);
+        const PacketHit hits = packet_hits(world, rays, first, false);
         *(floatP *)t = hits.t;
         *(intP *)primitive = hits.primitive;
         for (int lane = 0; lane < PACKET; lane++) {
