@@ -25,7 +25,8 @@ from clrt.curves import (
     normal_reflectance,
     samples,
 )
-from clrt.spectrum import Conductor, Dispersion, Points, Spectrum
+from clrt.indices import Index, Metal
+from clrt.spectrum import Points, Spectrum
 from clrt.tables import columns
 
 Color = float | tuple[float, float, float] | str | Spectrum
@@ -109,12 +110,12 @@ def curve(value: float | tuple[Any, ...] | Spectrum, bands: Bands | None) -> np.
     return _at_midpoints(value, found, bands)
 
 
-def index(ior: float | str | Points | Dispersion, nm: np.ndarray) -> np.ndarray:
+def index(ior: Index, nm: np.ndarray) -> np.ndarray:
     """Index of refraction at wavelengths in nm, shape of `nm`. RGB pictures take it at `curves.D_LINE`."""
     return index_at(ior, nm)
 
 
-def conductor(value: str | Conductor, bands: Bands | None) -> tuple[np.ndarray, np.ndarray]:
+def conductor(value: Metal, bands: Bands | None) -> tuple[np.ndarray, np.ndarray]:
     """(n,) eta and (n,) k of a metal at the midpoints.
 
     Without bands (3,): eta as `curve`, and the k that gives the metal's own colour (its reflectance straight

@@ -9,7 +9,8 @@ from typing import Final
 
 import numpy as np
 
-from clrt.spectrum import LAMPS, METALS, Dispersion, Spectrum
+from clrt.indices import IOR, Index
+from clrt.spectrum import LAMPS, METALS, Spectrum
 from clrt.tables import columns, rows
 
 VISIBLE: Final = np.arange(360.0, 831.0)
@@ -69,20 +70,21 @@ def samples(points: Iterable[tuple[float, float]]) -> Curve:
     return Curve(nm, values)
 
 
-def index_at(ior: float | str | Iterable[tuple[float, float]] | Dispersion, nm: np.ndarray) -> np.ndarray:
-    """Index of refraction at wavelengths in nm, shape of `nm`; `ior`: number, glass, formula or pairs."""
+def index_at(ior: Index, nm: np.ndarray) -> np.ndarray:
+    """Index of refraction at wavelengths in nm, shape of `nm`. Formulas: NaN where n^2 is below 0."""
+    if isinstance(ior, str) and ior in IOR:
+        ior = IOR[ior]
     if isinstance(ior, (int, float)):
         return np.full(np.shape(nm), float(ior))
+    if isinstance(ior, tuple):
+        return samples(ior).at(nm)
     micro = np.asarray(nm, np.float64) / 1000
     if isinstance(ior, str):
         row = rows("glasses")[ior]
         return _sellmeier([row[f"B{i}"] for i in range(1, 5)], [row[f"C{i}"] for i in range(1, 5)], micro)
-    if isinstance(ior, Dispersion):
-        if ior.sellmeier is not None:
-            return _sellmeier(ior.sellmeier.B, ior.sellmeier.C, micro)
-        assert ior.cauchy is not None
-        return np.sum([c / micro ** (2 * i) for i, c in enumerate(ior.cauchy)], axis=0)
-    return samples(ior).at(nm)
+    if ior.sellmeier is not None:
+        return _sellmeier(ior.sellmeier.B, ior.sellmeier.C, micro)
+    return np.sum([c / micro ** (2 * i) for i, c in enumerate(ior.cauchy or ())], axis=0)
 
 
 def metal(name: str) -> tuple[Curve, Curve]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import typing
+from collections.abc import Sequence
 from ctypes import c_float
 from functools import cache
 from typing import Annotated, Any, NoReturn
@@ -75,7 +76,7 @@ def _check_value(hint: Any, value: Any, at: At, name: str) -> None:
 
 def _tables(hint: Any, value: Any, at: At) -> list[tuple[At, type[msgspec.Struct], dict[str, Any]]]:
     """The tables directly in a field's value, with the class each must be read as."""
-    structs = [t for t in _leaves(hint) if isinstance(t, type) and issubclass(t, msgspec.Struct)]
+    structs = records_in(hint)
     if not structs:
         return []
     items = enumerate(value) if isinstance(value, (list, tuple)) else ()
@@ -84,7 +85,21 @@ def _tables(hint: Any, value: Any, at: At) -> list[tuple[At, type[msgspec.Struct
         if isinstance(value, dict)
         else [(at.item(i), v) for i, v in items if isinstance(v, dict)]
     )
-    return [(place, structs[0], table) for place, table in found]
+    return [(place, of_type(table, structs) or structs[0], table) for place, table in found]
+
+
+def records_in(hint: Any) -> tuple[type[Any], ...]:
+    """The records among the types that an annotation joins."""
+    return tuple(t for t in _leaves(hint) if isinstance(t, type) and issubclass(t, msgspec.Struct))
+
+
+def of_type(table: dict[str, Any], records: Sequence[type[Any]]) -> type[Any] | None:
+    """The one of `records` that a table is of by its `type`, or by being the only one without."""
+    for record in records:
+        config = record.__struct_config__
+        if config.tag == (table.get(config.tag_field) if config.tag_field else None):
+            return record
+    return None
 
 
 def _check_numbers(value: Any, at: At) -> None:

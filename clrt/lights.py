@@ -6,28 +6,29 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
+from clrt.colors import Colored, LightColor
 from clrt.places import At
-from clrt.records import Color, Record, Vector, is_zero
+from clrt.records import Vector, is_zero
 
 
-class PointLight(Record, frozen=True, kw_only=True, tag="point", tag_field="type"):
+class PointLight(Colored, frozen=True, kw_only=True, tag="point", tag_field="type"):
     """Light from `position`, by default without loss over the distance (T 3.2)."""
 
     position: Vector
-    intensity: Color = 1.0
+    intensity: LightColor = 1.0
     falloff: Annotated[
         Literal["none", "inverse-square"], Meta(description="falloff must be 'none' or 'inverse-square'")
     ] = "none"
 
 
-class DirectionalLight(Record, frozen=True, kw_only=True, tag="directional", tag_field="type"):
+class DirectionalLight(Colored, frozen=True, kw_only=True, tag="directional", tag_field="type"):
     """Parallel light that travels along `direction` (any length but 0)."""
 
     direction: Vector
-    intensity: Color = 1.0
+    intensity: LightColor = 1.0
 
     def check(self, at: At) -> None:
-        Record.check(self, at)
+        Colored.check(self, at)
         if is_zero(self.direction):
             raise at.key("direction").error(self.direction, "a direction must not be zero")
 

@@ -47,8 +47,9 @@ def known_keys(table: Mapping[Any, Any], known: Iterable[str], at: At) -> None:
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """'; did you mean ...?' with the nearest of `known`, or nothing where there is none."""
-    near = difflib.get_close_matches(str(name).lower()[:80], list(known), n=1, cutoff=0.0)
-    return f"; did you mean {near[0]!r}?" if near else ""
+    names = {str(candidate).lower(): candidate for candidate in known}
+    near = difflib.get_close_matches(str(name).lower()[:80], list(names), n=1, cutoff=0.0)
+    return f"; did you mean {names[near[0]]!r}?" if near else ""
 
 
 def listed(names: Iterable[str], most: int = 30) -> str:

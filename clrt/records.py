@@ -16,25 +16,26 @@ import msgspec
 import numpy as np
 from msgspec import NODEFAULT, Meta
 
-from clrt.explain import REFUSALS, describe, explain, field_types, metas, single
+from clrt.explain import REFUSALS, explain, field_types, of_type, records_in, single
 from clrt.places import At, did_you_mean, listed
 
 Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
-Grey = Annotated[float, Meta(ge=0)]
-# A range on the single number would belong here, but msgspec 0.22 crashes on a ranged float beside a tuple
-# of fixed length; `check_color` holds the rule instead.
-Color = Annotated[
-    float | tuple[Grey, Grey, Grey], Meta(description="a colour must be a number >= 0 or 3 numbers >= 0")
-]
-
 
 class Record(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of a scene: frozen, keyword-only, no unknown keys."""
 
     def check(self, at: At) -> None:
         """Raise `SceneError` for what the annotations cannot say; subclasses add to it."""
-        for name in _color_fields(self.__class__):
-            check_color(getattr(self, name), at.key(name))
+
+    @classmethod
+    def prepared(cls, table: dict[str, Any]) -> dict[str, Any]:
+        """`table` with short forms, of its own fields and of records in them, written out in full."""
+        kinds = _kinds(cls)
+        return {name: _prepared(value, kinds.get(name, ())) for name, value in table.items()}
+
+    def short(self) -> Any:
+        """What `table_of` says of this record where it stands in another."""
+        return table_of(self)
 
     @property
     def type(self) -> str:
@@ -47,7 +48,7 @@ R = TypeVar("R", bound=Record)
 
 def read(cls: type[R], data: object, at: At) -> R:
     """The checked record of class `cls` that `data` (a mapping or a record of that class) describes."""
-    table = plain(data, cls, at)
+    table = cls.prepared(plain(data, cls, at))
     try:
         record = msgspec.convert(table, cls)
         msgspec.convert(single(table), cls)  # the ranges must hold for what the device will see, too
@@ -55,6 +56,20 @@ def read(cls: type[R], data: object, at: At) -> R:
         explain(cls, table, at)
     record.check(at)
     return record
+
+
+@cache
+def _kinds(cls: type[Record]) -> dict[str, tuple[type[Record], ...]]:
+    """The records that each field may hold."""
+    return {name: records_in(hint) for name, hint in field_types(cls).items()}
+
+
+def _prepared(value: Any, kinds: tuple[type[Record], ...]) -> Any:
+    """A field's value, prepared where it is a table of one of `kinds` or a list of such."""
+    if isinstance(value, (list, tuple)) and kinds:
+        return [_prepared(item, kinds) for item in value]
+    kind = of_type(value, kinds) if isinstance(value, dict) else None
+    return kind.prepared(value) if kind else value
 
 
 def table_of(record: Record) -> dict[str, Any]:
@@ -77,7 +92,7 @@ def _defaults(cls: type[Record]) -> dict[str, Any]:
 
 def _as_builtin(value: Any) -> Any:
     if isinstance(value, Record):
-        return table_of(value)
+        return value.short()
     if isinstance(value, np.ndarray):
         return value.tolist()
     if isinstance(value, (list, tuple)):
@@ -112,12 +127,6 @@ def tagged(kinds: Mapping[str, type[R]], data: object, at: At, noun: str) -> typ
     return kinds[name]
 
 
-def check_color(color: object, at: At) -> None:
-    """Raise for a grey below 0 (3 numbers are checked by their annotation)."""
-    if isinstance(color, (int, float)) and not color >= 0:
-        raise at.error(color, describe(Color, "a colour"))
-
-
 def is_zero(vector: Iterable[float]) -> bool:
     """Whether a vector has no direction once its components are rounded to float32."""
     return not any(c_float(x).value for x in vector)
@@ -134,11 +143,3 @@ def _from_numpy(value: object) -> object:
     if isinstance(value, Mapping):
         return dict(value)
     raise TypeError(f"an object of class {type(value).__name__} cannot be part of a scene")
-
-
-@cache
-def _color_fields(cls: type[Record]) -> tuple[str, ...]:
-    rule = describe(Color, "")
-    return tuple(
-        name for name, hint in field_types(cls).items() if rule in [meta.description for meta in metas(hint)]
-    )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,15 +10,16 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
+from clrt.advice import check_lines, warn
 from clrt.camera import Camera
-from clrt.errors import ClrtWarning, located
+from clrt.colors import Background, Colored, LightColor
 from clrt.files import resolve
 from clrt.lights import LIGHTS, DirectionalLight, Light, PointLight
 from clrt.limits import Limits
 from clrt.materials import IOR, Checker, Material, rgb
 from clrt.meshes import Mesh, MeshData, read_mesh
 from clrt.places import At, did_you_mean, known_keys, listed
-from clrt.records import Color, Record, float32, read, table_of, tagged
+from clrt.records import float32, read, table_of, tagged
 from clrt.shapes import (
     Box,
     Cone,
@@ -33,12 +33,13 @@ from clrt.shapes import (
     Shape,
     Sphere,
 )
+from clrt.spectrum import LAMPS, Spectral, Spectrum
 from clrt.transforms import Step, is_similarity
 
 __all__ = [
     "IOR", "SHAPES", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk",
     "Ellipsoid", "Light", "Material", "Mesh", "MeshData", "Paraboloid", "Plane", "PointLight",
-    "Polygon", "Quadric", "Scene", "Shape", "Sphere", "Step", "read_scene", "rgb",
+    "Polygon", "Quadric", "Scene", "Shape", "Spectral", "Spectrum", "Sphere", "Step", "read_scene", "rgb",
 ]  # fmt: skip
 
 AnyShape = Sphere | Plane | Polygon | Mesh | Quadric | Ellipsoid | Cylinder | Cone | Paraboloid | Disk | Box
@@ -59,17 +60,15 @@ _CHECKERED = (Sphere, Plane, Polygon, Disk)
 _DEFAULT_MATERIAL = Material()
 
 
-class _Settings(Record, frozen=True, kw_only=True):
+class _Settings(Colored, frozen=True, kw_only=True):
     """The scene's own values, without the tables below it."""
 
     version: Annotated[Literal[1], Meta(description="version must be 1")] = 1
     max_depth: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number >= 0")] = 5
     min_weight: Annotated[float, Meta(ge=0, description="must be a number >= 0")] = 0.0
-    depth_color: Color = 0.0
-    background: Annotated[
-        Color | str, Meta(description="background must be a colour or the path of a lat-long image")
-    ] = 0.0
-    ambient: Color = 0.0
+    depth_color: LightColor = 0.0
+    background: Background = 0.0
+    ambient: LightColor = 0.0
     ambient_samples: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number >= 0")] = 0
     medium_ior: Annotated[float, Meta(gt=0, description="must be a number > 0")] = 1.0
     one_sided: Annotated[
@@ -81,6 +80,7 @@ class _Settings(Record, frozen=True, kw_only=True):
     conformance: Annotated[
         Literal["none", "spd"], Meta(description="conformance must be 'none' or 'spd'")
     ] = "none"
+    spectrum: Spectral | None = None
 
 
 class Document(_Settings, frozen=True, kw_only=True):
@@ -112,7 +112,10 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         names = _Settings.__struct_fields__
         values: dict[str, Any] = {name: getattr(self, name) for name in names}
         values = msgspec.structs.asdict(read(_Settings, values, at))
-        if isinstance(values["background"], str):
+        if values["spectrum"] is not None:
+            values["spectrum"].check(at.key("spectrum"))
+            self.limits.check("bands", values["spectrum"].bands, at.source, "spectrum.bands")
+        if isinstance(values["background"], str) and values["background"] not in LAMPS:
             resolve(values["background"], self.folder, at.key("background"))
         if self.camera is not None:
             values["camera"] = read(Camera, self.camera, at.key("camera")).upright()
@@ -121,7 +124,8 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         values["shapes"] = self._read_shapes(values["materials"], at.key("shapes"))
         for name, value in values.items():
             msgspec.structs.force_setattr(self, name, value)
-        _warn(self)
+        check_lines(self)
+        warn(self)
 
     def _read_shapes(self, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
         shapes: list[Shape] = []
@@ -195,7 +199,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
     @property
     def background_path(self) -> Path | None:
         """The lat-long image's file, or None where the background is a colour."""
-        if not isinstance(self.background, str):
+        if not isinstance(self.background, str) or self.background in LAMPS:
             return None
         return resolve(self.background, self.folder, At(self.source, "background"))
 
@@ -259,31 +263,3 @@ def _check_material(shape: Shape, materials: Mapping[str, Material], at: At) -> 
             raise at.key("transform").says(
                 "a sphere with a checker must stay round; use one scale for all axes"
             )
-
-
-def _warn(scene: Scene) -> None:
-    """Warn, once each, of what is allowed but probably not meant."""
-    bright = next((s for s in scene.shapes if scene.material_of(s).gain > 1 + 1e-6), None)
-    if bright is not None:
-        place = _named(scene, bright)
-        gain = scene.material_of(bright).gain
-        text = (
-            f"diffuse + max(specular, reflection) + transmission is {gain:.4g}; above 1 a surface makes light"
-        )
-        warnings.warn(located(scene.source, place, text), ClrtWarning, stacklevel=4)
-    open_glass = next(
-        (
-            s
-            for s in scene.shapes
-            if s.is_open and scene.material_of(s).kt > 0 and not scene.material_of(s).thin
-        ),
-        None,
-    )
-    if open_glass is not None:
-        text = f"an open {open_glass.type} transmits but encloses nothing; a sheet of glass has thin = true"
-        warnings.warn(located(scene.source, _named(scene, open_glass), text), ClrtWarning, stacklevel=4)
-
-
-def _named(scene: Scene, shape: Shape) -> str:
-    index = next(i for i, other in enumerate(scene.shapes) if other is shape)
-    return f"shapes[{index}]"

@@ -13,8 +13,6 @@ from typing import Any
 
 import msgspec
 
-from clrt.explain import describe
-from clrt.records import Color
 from clrt.scene import Document
 
 SCHEMA_FILE = Path(__file__).with_name("scene.schema.json")
@@ -28,22 +26,30 @@ def schema() -> dict[str, Any]:
     for key in ("title", "description"):
         document.pop(key)
     document["properties"]["$schema"] = {"type": "string"}
-    scene: dict[str, Any] = _greys_from_zero(head | document | {"$defs": made["$defs"]})
+    scene: dict[str, Any] = _short_forms(head | document | {"$defs": made["$defs"]})
     return scene
 
 
-def _greys_from_zero(node: Any) -> Any:
-    """The schema with the one range that `Color` cannot state to msgspec."""
+def _short_forms(node: Any) -> Any:
+    """The schema with what `Colored.prepared` accepts besides, and the range msgspec cannot be told of."""
     if isinstance(node, list):
-        return [_greys_from_zero(item) for item in node]
+        return [_short_forms(item) for item in node]
     if not isinstance(node, dict):
         return node
-    made = {key: _greys_from_zero(value) for key, value in node.items()}
-    if made.get("description") == describe(Color, ""):
-        made["anyOf"] = [
-            {**kind, "minimum": 0} if kind == {"type": "number"} else kind for kind in made["anyOf"]
-        ]
+    made = {key: _short_forms(value) for key, value in node.items() if key != "discriminator"}
+    if made.get("title") == "Spectrum":
+        made["required"] = []  # its type goes without saying
+    kinds = made.get("anyOf", ())
+    if {"$ref": "#/$defs/Spectrum"} in kinds:
+        made["anyOf"] = [{**kind, "minimum": 0} if kind == {"type": "number"} else kind for kind in kinds]
+        made["anyOf"].append({"type": "array", "minItems": 2, "items": _PAIR})
     return made
+
+
+_PAIR = {
+    "type": "array", "minItems": 2, "maxItems": 2,
+    "prefixItems": [{"type": "number"}, {"type": "number"}], "items": False,
+}  # fmt: skip
 
 
 def schema_text() -> str:

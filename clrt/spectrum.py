@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
 from clrt.places import At, did_you_mean, listed
-from clrt.records import Record
+from clrt.records import Record, table_of
 
 LAMPS = ("D65", "A", "E", *(f"F{i}" for i in range(1, 13)), "sun")
 """Light sources by name: CIE standard illuminants, and the sun at air mass 1.5."""
@@ -15,8 +15,6 @@ METALS = ("gold", "silver", "copper", "aluminium", "iron")
 PATCHES = tuple(f"patch-{i}" for i in range(1, 25))
 """The patches of the ColorChecker chart, row by row from the dark skin."""
 REFLECTANCES = (*METALS, *PATCHES)
-GLASSES = ("BK7", "SF10", "SF11", "silica", "water-dispersive", "diamond-dispersive")
-"""Glasses whose index depends on the wavelength."""
 VISIBLE = (360.0, 830.0)
 """Range in nm of the observer's table."""
 MEASURED = (100.0, 10000.0)
@@ -55,66 +53,29 @@ class Spectrum(Record, frozen=True, kw_only=True, tag="spectrum", tag_field="typ
         if self.blackbody is not None and not 500 <= self.blackbody <= 1e5:
             raise at.key("blackbody").error(self.blackbody, "it must be a temperature from 500 to 100000 (K)")
         if self.gaussian is not None:
-            _check_nm(self.gaussian[0], at.key("gaussian"), VISIBLE)
+            check_nm(self.gaussian[0], at.key("gaussian"), VISIBLE)
             if not self.gaussian[1] >= 0.01:
                 raise at.key("gaussian").error(self.gaussian[1], "a standard deviation must be >= 0.01 nm")
         if self.line is not None:
-            _check_nm(self.line, at.key("line"), VISIBLE)
+            check_nm(self.line, at.key("line"), VISIBLE)
         if self.band is not None:
             for nm in self.band:
-                _check_nm(nm, at.key("band"), MEASURED)
+                check_nm(nm, at.key("band"), MEASURED)
             if not self.band[0] < self.band[1]:
                 raise at.key("band").error(self.band, "the first wavelength must be below the second")
         if self.samples is not None:
             check_points(self.samples, at.key("samples"), least=0.0)
 
 
+    def short(self) -> Any:
+        """A name or pairs where nothing else is said, else the table without its type."""
+        table = {key: value for key, value in table_of(self).items() if key != "type"}
+        if table.keys() == {"name"} or table.keys() == {"samples"}:
+            return next(iter(table.values()))
+        return table
+
+
 _KINDS = ("name", "blackbody", "gaussian", "band", "line", "samples")
-
-
-class Sellmeier(Record, frozen=True, kw_only=True):
-    """n^2 = 1 + sum B_i l^2 / (l^2 - C_i), l in um, C in um^2."""
-
-    B: Annotated[tuple[float, ...], Meta(description="B must be 1 to 6 numbers")]
-    C: Annotated[tuple[float, ...], Meta(description="C must be as many numbers (um^2) as B has")]
-
-    def check(self, at: At) -> None:
-        if not 1 <= len(self.B) <= 6:
-            raise at.key("B").error(self.B, "B must be 1 to 6 numbers")
-        if len(self.C) != len(self.B):
-            raise at.key("C").error(self.C, "C must be as many numbers (um^2) as B has")
-
-
-class Dispersion(Record, frozen=True, kw_only=True):
-    """An index of refraction over the wavelength, by Sellmeier's or Cauchy's formula."""
-
-    sellmeier: Sellmeier | None = None
-    cauchy: Annotated[
-        tuple[float, ...] | None, Meta(description="cauchy must be 1 to 6 numbers A, B (um^2), C (um^4) ...")
-    ] = None
-
-    def check(self, at: At) -> None:
-        if (self.sellmeier is None) == (self.cauchy is None):
-            raise at.says("an index's formula has one of sellmeier, cauchy")
-        if self.sellmeier is not None:
-            self.sellmeier.check(at.key("sellmeier"))
-        if self.cauchy is not None and not 1 <= len(self.cauchy) <= 6:
-            raise at.key("cauchy").error(self.cauchy, "cauchy must be 1 to 6 numbers")
-
-
-class Conductor(Record, frozen=True, kw_only=True):
-    """Complex index eta + i k of a metal, each a number or (nm, value) pairs."""
-
-    eta: Annotated[float | Points, Meta(description="eta must be a number or [nm, value] pairs")]
-    k: Annotated[float | Points, Meta(description="k must be a number or [nm, value] pairs")]
-
-    def check(self, at: At) -> None:
-        for name, least in (("eta", 1e-3), ("k", 0.0)):
-            value = getattr(self, name)
-            if isinstance(value, tuple):
-                check_points(value, at.key(name), least)
-            elif not least <= value:
-                raise at.key(name).error(value, f"{name} must be >= {least:g}")
 
 
 def check_points(points: Points, at: At, least: float) -> None:
@@ -123,7 +84,7 @@ def check_points(points: Points, at: At, least: float) -> None:
     if len(points) < 2:
         raise at.error(points, "a curve has 2 or more [nm, value] pairs")
     for i, (nm, value) in enumerate(points):
-        _check_nm(nm, at.item(i), MEASURED)
+        check_nm(nm, at.item(i), MEASURED)
         if i and nm < points[i - 1][0]:
             raise at.item(i).error(nm, f"wavelengths must ascend, and {points[i - 1][0]:g} stands before it")
         if i > 1 and nm == points[i - 2][0]:
@@ -134,7 +95,7 @@ def check_points(points: Points, at: At, least: float) -> None:
         raise at.error(points, "a curve needs 2 different wavelengths")
 
 
-def _check_nm(nm: float, at: At, span: tuple[float, float]) -> None:
+def check_nm(nm: float, at: At, span: tuple[float, float]) -> None:
     if not span[0] <= nm <= span[1]:
         raise at.error(nm, f"wavelengths are in nm, from {span[0]:g} to {span[1]:g}")
 
@@ -162,7 +123,7 @@ class Spectral(Record, frozen=True, kw_only=True):
     def check(self, at: At) -> None:
         low, high = self.range
         for nm in self.range:
-            _check_nm(nm, at.key("range"), VISIBLE)
+            check_nm(nm, at.key("range"), VISIBLE)
         if not high - low >= 10:
             raise at.key("range").error(self.range, "the range must be at least 10 nm wide, low before high")
         if self.white not in LAMPS:

@@ -110,7 +110,7 @@ def settings(scene: Scene, max_depth: int | None) -> dict[str, Any]:
 def background(scene: Scene) -> Any:
     """A colour (3,), or the path (str) of a lat-long image."""
     path = scene.background_path
-    return str(path) if path is not None else np.array(rgb(scene.background))  # type: ignore[arg-type]
+    return str(path) if path is not None else np.array(rgb(scene.background))
 
 
 def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 0.0) -> dict[str, Any]:
