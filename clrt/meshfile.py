@@ -87,11 +87,22 @@ def _parse(data: bytes, path: Path, at: At, limits: Limits) -> list[_Part]:
             f"reading {path.name} needs trimesh; install it with: pip install 'clrt[mesh]'"
         ) from None
 
-    class Beside:
-        """What trimesh asks for the files that a glTF names: those of the mesh's own folder only."""
+    class Beside(trimesh.resolvers.Resolver):
+        """Finds the files that a glTF names, in the mesh's own folder only."""
+
+        def __init__(self) -> None: ...
 
         def get(self, name: str) -> bytes:
             return read_bytes(resolve(name, path.parent, at), limits)
+
+        def write(self, name: str, data: Any) -> None:
+            raise at.error(name, "reading a mesh writes nothing")
+
+        def namespaced(self, namespace: str) -> Beside:
+            return self
+
+        def keys(self) -> list[str]:
+            return []
 
     log = logging.getLogger("trimesh")  # prints tracebacks of its own for broken files
     loudness = log.level

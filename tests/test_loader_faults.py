@@ -15,9 +15,10 @@ import clrt
 from clrt import imagefile, limits, meshfile
 from clrt.atomic import replacing
 from clrt.errors import ClrtError, SceneError
-from clrt.explain import explain
+from clrt.explain import describe, explain
 from clrt.files import read_bytes
 from clrt.places import At
+from clrt.records import Grey
 from clrt.scene import Mesh, Plane, Scene, Sphere
 
 BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
@@ -86,9 +87,10 @@ def test_faults_of_importers_without_a_line_of_their_own(tmp_path: Path) -> None
     ("table", "text"),
     [
         ({"shapes": [{**BALL, "radius": 10**39}]}, r"shapes\[0\]\.radius: 10{39} is not allowed; .*float32"),
-        ({"shapes": [{**BALL, "material": {"color": {"type": "checker", "size": 10**39}}}]}, r"size.*float32"),
-        ({"shapes": [{**BALL, "name": "\ud800"}]}, r"shapes\[0\]\.name: .*valid Unicode"),
+        ({"materials": {"m": {"color": {"type": "checker", "size": 10**39}}}}, r"m\.color\.size: 10{39}"),
+        ({"shadow": "\ud800"}, r"shadow: .*valid Unicode"),
         ({"shapes": [{**BALL, "center": [0, {"x": 10**39}, 0]}]}, r"center\[1\]\.x: 10{39} is not allowed"),
+        ({"shapes": [{**BALL, "center": [0, {"x": 1}, 0]}]}, r"center\[1\]: .* must be 3 numbers"),
     ],
 )
 def test_numbers_and_texts_that_only_fail_late(table: dict[str, Any], text: str) -> None:
@@ -99,6 +101,19 @@ def test_numbers_and_texts_that_only_fail_late(table: dict[str, Any], text: str)
 def test_a_table_whose_fault_cannot_be_found_is_an_error_all_the_same() -> None:
     with pytest.raises(SceneError, match="must be a Sphere"):
         explain(Sphere, BALL, At("a.toml", "shapes[0]"))
+
+
+def test_rules_without_words_are_described_by_their_type() -> None:
+    assert describe(Grey, "x") == "x must be a number"
+
+
+def test_a_folder_that_refuses_new_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: Any) -> int:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(ClrtError, match=r"a\.txt: .* refuses new files"), replacing(tmp_path / "a.txt"):
+        pass
 
 
 def test_limits_on_the_command_line() -> None:
@@ -112,11 +127,12 @@ def test_limits_on_the_command_line() -> None:
 
 def test_scenes_and_meshes_equal_only_their_kind() -> None:
     scene = clrt.load_dict({"shapes": [BALL]})
-    assert scene != 3 and scene == clrt.load_dict({"shapes": [MappingProxyType(BALL)]})
+    assert (scene == 3) is False and scene == clrt.load_dict({"shapes": [MappingProxyType(BALL)]})
     assert scene.override(max_depth=3).max_depth == 3
     mixed = {"vertices": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "faces": [[0, 1, 2], [0, 1, 2, 3]]}
     mesh, other = Mesh(**TRIANGLE), Mesh(**mixed)
-    assert mesh != 3 and mesh == Mesh(**TRIANGLE)
+    assert Scene(shapes=[other]) != Scene(shapes=[{"type": "mesh", **mixed, "faces": [[0, 1, 2]]}])
+    assert (mesh == 3) is False and mesh == Mesh(**TRIANGLE) and mesh != other
     assert Scene(shapes=[mesh]) != Scene(shapes=[other]) and Scene(shapes=[other]) == Scene(shapes=[other])
     assert np.array_equal(Plane(point=(0, 0, 0), normal=(0, 1, 0)).matrix, np.eye(4))
 
@@ -129,8 +145,10 @@ def test_values_of_other_mappings_are_read() -> None:
 
 def fake_mesh(vertices: Any, faces: Any, normals: Any = None) -> SimpleNamespace:
     cache = {"vertex_normals": normals} if normals is not None else {}
-    return SimpleNamespace(vertices=vertices, faces=faces, vertex_normals=normals, visual=SimpleNamespace(defined=False),
-                           _cache=SimpleNamespace(cache=cache))  # fmt: skip
+    return SimpleNamespace(
+        vertices=vertices, faces=faces, vertex_normals=normals, visual=SimpleNamespace(defined=False),
+        _cache=SimpleNamespace(cache=cache),
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -160,10 +178,10 @@ def test_parts_without_normals_join_parts_that_have_them() -> None:
 def test_pictures_of_other_kinds_of_samples(tmp_path: Path) -> None:
     path = tmp_path / "a.tif"
     writer = oiio.ImageOutput.create(str(path))
-    writer.open(str(path), oiio.ImageSpec(2, 2, 3, "uint32"))
-    writer.write_image(np.ones((2, 2, 3), np.uint32))
+    writer.open(str(path), oiio.ImageSpec(2, 2, 3, "int8"))
+    writer.write_image(np.ones((2, 2, 3), np.int8))
     writer.close()
-    with pytest.raises(SceneError, match=r"a\.tif: samples of type uint32; 8 or 16 bits or floats are read"):
+    with pytest.raises(SceneError, match=r"a\.tif: samples of type int8; 8 or 16 bits or floats are read"):
         imagefile.read_image(path)
 
 
@@ -180,7 +198,7 @@ def test_pictures_of_many_layers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("fault", ["create", "write", "close"])
-def test_a_picture_that_cannot_be_written(fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pictures_that_cannot_be_written(fault: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     target = tmp_path / "a.png"
     target.write_text("old")
     full = SimpleNamespace(
@@ -189,7 +207,7 @@ def test_a_picture_that_cannot_be_written(fault: str, tmp_path: Path, monkeypatc
     )  # fmt: skip
     create = SimpleNamespace(create=lambda name: None if fault == "create" else full)
     monkeypatch.setattr(imagefile.oiio, "ImageOutput", create)
-    with pytest.raises(ClrtError, match=r"a\.png: "):
+    with pytest.raises(ClrtError, match=r"a\.png:"):
         imagefile.write(target, [np.zeros((2, 2, 3), np.uint8)])
     assert target.read_text() == "old" and list(tmp_path.iterdir()) == [target]
 
@@ -204,3 +222,33 @@ def test_grey_pictures_without_colour_names(tmp_path: Path) -> None:
     writer.close()
     first = imagefile.read_image(path)[..., 0]
     assert np.array_equal(imagefile.read_image(path), np.repeat(first[..., None], 3, axis=2))
+
+
+def test_half_a_character_is_not_saved(tmp_path: Path) -> None:
+    scene = clrt.load_dict({"shapes": [{**BALL, "name": "\ud800"}]})
+    with pytest.raises(SceneError, match=r"a\.toml: .*is half a character"):
+        scene.save(tmp_path / "a.toml")
+    assert not list(tmp_path.iterdir())
+    scene.save(tmp_path / "a.json")  # where it can be written as an escape
+    assert clrt.load(tmp_path / "a.json") == scene
+
+
+def test_reading_a_mesh_reaches_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import trimesh
+
+    found: list[Any] = []
+    whole = trimesh.load_scene
+
+    def spy(*arguments: Any, resolver: Any, **options: Any) -> Any:
+        found.append(resolver)
+        return whole(*arguments, resolver=resolver, **options)
+
+    monkeypatch.setattr(trimesh, "load_scene", spy)
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    clrt.load(tmp_path / "a.obj")
+    (resolver,) = found
+    assert resolver.namespaced("x") is resolver and resolver.keys() == []
+    with pytest.raises(SceneError, match="writes nothing"):
+        resolver.write("b.obj", b"")
+    with pytest.raises(SceneError, match="must lie in the scene's folder"):
+        resolver.get("../b.obj")

@@ -37,8 +37,13 @@ def save(scene: Scene, path: Path) -> None:
         raise SceneError(located(str(path), "", "a scene is saved as .toml or .json"))
     table = _moved(scene, path)
     text = tomli_w.dumps(table) if suffix == ".toml" else json.dumps(table, indent=2) + "\n"
+    try:
+        data = text.encode("utf-8")
+    except UnicodeEncodeError as error:
+        what = f"{show(text[error.start : error.end])} is half a character; no file can hold it"
+        raise SceneError(located(str(path), "", what)) from None
     with replacing(path) as temporary:
-        temporary.write_text(text, "utf-8")
+        temporary.write_bytes(data)
 
 
 def _moved(scene: Scene, path: Path) -> dict[str, Any]:
