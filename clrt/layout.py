@@ -78,6 +78,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("color", "float@BANDS"), ("color2", "float@BANDS"), ("highlight", "float@BANDS"),
         ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
         ("absorption", "float@BANDS"),
+        ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
     ),
     # point light: `place`.xyz its position; directional: the unit vector towards it
     "Light": (
@@ -107,7 +108,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
 # fmt: on
 
 KINDS: Final = {"SPHERE": 0, "PLANE": 1, "DISK": 2, "TRIANGLE": 3, "POLYGON": 4, "QUADRIC": 5}
-FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2}
+FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
 CHECKER: Final = {"PLAIN": 0, "CHECKER_FLAT": 1, "CHECKER_SPHERE": 2}
 

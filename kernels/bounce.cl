@@ -64,11 +64,13 @@ inline void bounce_packet(const World world, __global const float *rays, __globa
     floatP weight[BANDS];
     for (int b = 0; b < BANDS; b++) weight[b] = (floatP)(0.0f);
     while (any_of(todo)) {
-        const Bounce bounce = bounce_at(world, s, next_material(world, s, &todo, &mine), u);
+        __global const Material *material = next_material(world, s, &todo, &mine);
+        const Bounce bounce = bounce_at(world, s, material, u);
         direction = choose(direction, bounce.transmitted, mine);
-        for (int b = 0; b < BANDS; b++)
-            weight[b] = select(weight[b], load_field(weights, first, n, b, BANDS)
-                                          * (reflecting ? bounce.reflect[b] : bounce.transmit[b]), mine);
+        for (int b = 0; b < BANDS; b++) {
+            const floatP share = reflecting ? reflects(material, bounce, b) : transmits(material, bounce, b);
+            weight[b] = select(weight[b], load_field(weights, first, n, b, BANDS) * share, mine);
+        }
     }
     if (reflecting)
         store_children(world, f, surface_code, first, n, spawn_bit, CHILD_REFLECTION, 1, leaves(s, s.n),

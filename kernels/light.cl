@@ -76,20 +76,28 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
         if (terms != TERM_ALL || !(material->kr > 0.0f || material->kt > 0.0f)) continue;
 
         const Bounce bounce = bounce_at(world, s, material, u);
-        intP reflects = mine, transmits = mine & ~bounce.total_internal & (material->kt > 0.0f ? (intP)(-1) : (intP)(0));
+        intP reflected = mine;
+        intP transmitted = mine & ~bounce.total_internal & (material->kt > 0.0f ? (intP)(-1) : (intP)(0));
         if (!world.scene->spd) {
-            reflects &= worth_tracing(world, weight, bounce.reflect);
-            transmits &= worth_tracing(world, weight, bounce.transmit);
+            floatP most_reflected = (floatP)(0.0f), most_transmitted = (floatP)(0.0f);
+            for (int b = 0; b < BANDS; b++) {
+                most_reflected = largerP(weight[b] * reflects(material, bounce, b), most_reflected);
+                most_transmitted = largerP(weight[b] * transmits(material, bounce, b), most_transmitted);
+            }
+            reflected &= worth_tracing(world, most_reflected);
+            transmitted &= worth_tracing(world, most_transmitted);
         }
         if (!last) {
-            found |= (reflects & SPAWN_REFLECTION) | (transmits & SPAWN_TRANSMISSION)
+            found |= (reflected & SPAWN_REFLECTION) | (transmitted & SPAWN_TRANSMISSION)
                    | (bounce.total_internal & mine & SPAWN_TOTAL_INTERNAL);
             continue;
         }
         for (int b = 0; b < BANDS; b++) {
             const float instead = world.scene->depth_color[b];
-            value[b] = select(value[b], value[b] + weight[b] * bounce.reflect[b] * instead, reflects);
-            value[b] = select(value[b], value[b] + weight[b] * bounce.transmit[b] * instead, transmits);
+            const floatP back = weight[b] * reflects(material, bounce, b) * instead;
+            const floatP on = weight[b] * transmits(material, bounce, b) * instead;
+            value[b] = select(value[b], value[b] + back, reflected);
+            value[b] = select(value[b], value[b] + on, transmitted);
         }
     }
     for (int b = 0; b < BANDS; b++) store_field(local_radiance, first, n, b, BANDS, value[b]);

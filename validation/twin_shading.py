@@ -126,6 +126,20 @@ def fresnel(r: Refraction, eta_i: Array, eta_t: Array) -> Array:
     return np.where(r.k < 0.0, ONE, (s * s + p * p) * 0.5)
 
 
+def conductor(eta: Array, k: Array, cosine: Array) -> Array:
+    """Unpolarised reflectance of a complex index eta + ik relative to the medium before it, (bands, n)."""
+    c2 = cosine * cosine
+    s2 = 1.0 - c2
+    real, imaginary = eta * eta - k * k - s2, 2.0 * eta * k
+    modulus = np.sqrt(real * real + imaginary * imaginary)
+    a = np.sqrt(larger(0.5 * (modulus + real), _ZERO))
+    across = 2.0 * a * cosine
+    along = across * s2
+    s = (modulus + c2 - across) / (modulus + c2 + across)
+    p = s * ((modulus * c2 + s2 * s2 - along) / (modulus * c2 + s2 * s2 + along))
+    return (s + p) * 0.5
+
+
 @dataclass(frozen=True)
 class Bounce:
     """Unit directions (3, n) and the share of the light, a value a band, of reflection and transmission."""
@@ -162,7 +176,11 @@ def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
     mirror = bands(material["mirror"])
     reflect = material["kr"] * (mirror + (1.0 - mirror) * fade)
     transmit = material["kt"] * bands(material["tint"])
-    split = material["fresnel"] == layout.FRESNEL["FRESNEL"]
+    metal = material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
+    before = ONE / medium
+    index = bands(material["eta"]) * before, bands(material["k"]) * before
+    share = np.where(metal, conductor(*index, -dot(s.ns, u)), share)
+    split = metal | (material["fresnel"] == layout.FRESNEL["FRESNEL"])
     return Bounce(
         reflected,
         transmitted,
