@@ -10,6 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt import layout, passes
+from clrt.colour import thesis_finish
 from clrt.device import Device
 from clrt.errors import ClrtError
 from clrt.queues import Feelers, Hits, Lit, Queue
@@ -45,6 +46,11 @@ def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) 
             hint = f"did you mean {near[0]!r}?" if near else "known: " + ", ".join(dict.fromkeys(known))
             raise ClrtError(f"layers: {name!r} is not a layer; {hint}")
     return names
+
+
+def finished(values: np.ndarray) -> np.ndarray:
+    """Linear colours (..., 3) float32 of what a response gives, which is RGB or the thesis program's own."""
+    return values if values.shape[-1] == 3 else thesis_finish(values).astype(np.float32)
 
 
 class Film:
@@ -96,8 +102,9 @@ class Film:
         return self.device.ask(source, np.empty((planes, self.pixels, rows), np.float32))
 
     def develop(self, samples: int, response: np.ndarray | None = None) -> np.ndarray:
-        """As `developing`, and waits."""
-        return self.developing(samples, response).wait()
+        """As `developing`, waits, and gives colours where there is a response: (planes, pixels, 3 or bands)."""
+        values = self.developing(samples, response).wait()
+        return values if response is None else finished(values)
 
     def read(self, response: np.ndarray | None = None, planes: int | None = None) -> np.ndarray:
         """As `reading`, and waits."""

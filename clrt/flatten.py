@@ -12,6 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from clrt import layout
+from clrt.bands import Bands, light
+from clrt.colour import rgb_matrix, thesis_matrix, xyz_matrix
 from clrt.flatten_camera import flatten_camera
 from clrt.flatten_geometry import geometry
 from clrt.flatten_materials import MaterialTable, flatten_lights
@@ -19,7 +21,8 @@ from clrt.flatten_shapes import collect
 from clrt.imagefile import read_image
 from clrt.media import Media, media_of, needs_lists
 from clrt.overlaps import warn_of_overlaps
-from clrt.scene import Scene, rgb
+from clrt.scene import Scene
+from clrt.spectrum import Spectral
 
 __all__ = ["FlatScene", "flatten", "flatten_camera"]
 
@@ -30,8 +33,8 @@ class FlatScene:
 
     `finite` are the numbers of the primitives that have a box, ascending, `boxes` their boxes (w is 0), wide
     enough that they contain every hit the kernels may find. `n_shapes` is the number of shapes of the scene.
-    `response` (rows, bands) float32 turns a pixel's bands into its colour, `xyz` (3, bands) into CIE XYZ;
-    None in RGB mode, where the bands are the colour.
+    `response` (rows, bands) float32 turns a pixel's bands into its colour (by `film.finished`),
+    `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
     `media` tells in which media rays start; None where rays need no lists of them.
     """
 
@@ -84,7 +87,7 @@ def flatten(scene: Scene) -> FlatScene:
     Raises `SceneError` with the place of a shape that its transform makes one that there is no primitive for,
     or whose coordinates leave the range of float32, and for a background that cannot be read.
     """
-    bands = layout.BANDS
+    bands = bands_of(scene)
     materials = MaterialTable(scene, bands)
     with np.errstate(over="ignore", invalid="ignore"):  # what overflows is found and named there
         sections = geometry(collect(scene, materials), scene)
@@ -102,14 +105,30 @@ def flatten(scene: Scene) -> FlatScene:
         name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)
         for name, array in sections.items()
     }
+    kept |= _responses(scene, bands)
     return FlatScene(**kept, boxes=boxes, finite=finite, n_shapes=len(scene.shapes), media=media)
 
 
+def _responses(scene: Scene, bands: Bands | None) -> dict[str, np.ndarray]:
+    """`response` and `xyz` of a scene with a spectrum."""
+    spectrum: Spectral | None = getattr(scene, "spectrum", None)
+    if spectrum is None or bands is None:
+        return {}
+    response = thesis_matrix(bands) if spectrum.response == "thesis-2011" else rgb_matrix(bands, spectrum)
+    return {"response": response.astype(np.float32), "xyz": xyz_matrix(bands).astype(np.float32)}
+
+
+def bands_of(scene: Scene) -> Bands | None:
+    """The bands of the scene's spectrum; None in RGB mode."""
+    spectrum: Spectral | None = getattr(scene, "spectrum", None)
+    return None if spectrum is None else Bands(spectrum.bands, *spectrum.range)
+
+
 def _scene_info(
-    scene: Scene, sections: dict[str, np.ndarray], image: tuple[int, ...], bands: int
+    scene: Scene, sections: dict[str, np.ndarray], image: tuple[int, ...], bands: Bands | None
 ) -> np.ndarray:
     """The record SceneInfo, shape (1,); `nodes` is left to who builds the tree."""
-    out = np.zeros(1, layout.dtype("SceneInfo", bands))
+    out = np.zeros(1, layout.dtype("SceneInfo", layout.BANDS if bands is None else bands.n))
     info = out[0]
     for name in ("primitives", "unbounded", "lights"):
         info[name] = len(sections[name])
@@ -119,9 +138,9 @@ def _scene_info(
     info["one_sided"] = sections["materials"]["one_sided"].any()
     info["medium_ior"], info["min_weight"] = scene.medium_ior, scene.min_weight
     info["background_height"], info["background_width"] = image[:2]
-    info["ambient"], info["depth_color"] = rgb(scene.ambient), rgb(scene.depth_color)
-    if not isinstance(scene.background, str):
-        info["background"] = rgb(scene.background)
+    info["ambient"], info["depth_color"] = light(scene.ambient, bands), light(scene.depth_color, bands)
+    if scene.background_path is None:
+        info["background"] = light(scene.background, bands)
     for name, primary in (("sky_red", (1, 0, 0)), ("sky_green", (0, 1, 0)), ("sky_blue", (0, 0, 1))):
-        info[name] = rgb(primary)
+        info[name] = light(primary, bands)
     return out

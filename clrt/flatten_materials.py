@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from clrt import layout
-from clrt.scene import Checker, DirectionalLight, Disk, Material, Plane, Polygon, Scene, Shape, Sphere, rgb
+from clrt.bands import Bands, curve, light, reflectance
+from clrt.scene import Checker, DirectionalLight, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
 
 _FLAT = (Plane, Polygon, Disk)
 _FRESNEL = {False: "CONSTANT", True: "FRESNEL", "schlick": "SCHLICK"}
@@ -14,7 +15,7 @@ _FRESNEL = {False: "CONSTANT", True: "FRESNEL", "schlick": "SCHLICK"}
 class MaterialTable:
     """The distinct materials of a scene, numbered as they come up."""
 
-    def __init__(self, scene: Scene, bands: int) -> None:
+    def __init__(self, scene: Scene, bands: Bands | None) -> None:
         self._scene = scene
         self._bands = bands
         self._by_identity: dict[
@@ -38,7 +39,7 @@ class MaterialTable:
 
     def records(self) -> np.ndarray:
         """All of them in the order of their numbers, dtype Material."""
-        out = np.frombuffer(b"".join(self._by_value), layout.dtype("Material", self._bands)).copy()
+        out = np.frombuffer(b"".join(self._by_value), layout.dtype("Material", _count(self._bands))).copy()
         plain = out.copy()  # a checker is laid out by shape, but makes no other medium
         plain["checker"], plain["checker_size"] = 0, 0
         first: dict[bytes, int] = {}
@@ -47,8 +48,8 @@ class MaterialTable:
         return out
 
 
-def _material(material: Material, checker: str, one_sided: bool, bands: int) -> np.ndarray:
-    out = np.zeros(1, layout.dtype("Material", bands))
+def _material(material: Material, checker: str, one_sided: bool, bands: Bands | None) -> np.ndarray:
+    out = np.zeros(1, layout.dtype("Material", _count(bands)))
     record = out[0]
     record["ka"], record["kd"], record["ks"] = material.ka, material.diffuse, material.specular
     record["shininess"] = material.shininess
@@ -65,25 +66,29 @@ def _material(material: Material, checker: str, one_sided: bool, bands: int) -> 
             material.color.divisions if checker == "CHECKER_SPHERE" else material.color.size
         )
     assert not isinstance(first, Checker) and not isinstance(second, Checker)
-    record["color"], record["color2"] = rgb(first), rgb(second)
-    record["highlight"] = rgb(material.highlight_color)
-    record["mirror"] = rgb(material.reflection_color)
-    record["tint"] = rgb(material.transmission_color)
-    record["emission"] = rgb(material.emission)
-    record["absorption"] = rgb(material.absorption)
+    record["color"], record["color2"] = reflectance(first, bands), reflectance(second, bands)
+    record["highlight"] = reflectance(material.highlight_color, bands)
+    record["mirror"] = reflectance(material.reflection_color, bands)
+    record["tint"] = reflectance(material.transmission_color, bands)
+    record["emission"] = light(material.emission, bands)
+    record["absorption"] = curve(material.absorption, bands)
     return out
 
 
-def flatten_lights(scene: Scene, bands: int) -> np.ndarray:
+def _count(bands: Bands | None) -> int:
+    return layout.BANDS if bands is None else bands.n
+
+
+def flatten_lights(scene: Scene, bands: Bands | None) -> np.ndarray:
     """One record for each light of the scene, dtype Light."""
-    out = np.zeros(len(scene.lights), layout.dtype("Light", bands))
-    for record, light in zip(out, scene.lights, strict=True):
-        record["intensity"] = rgb(light.intensity)
-        if isinstance(light, DirectionalLight):
-            direction = np.asarray(light.direction, np.float64)
+    out = np.zeros(len(scene.lights), layout.dtype("Light", _count(bands)))
+    for record, source in zip(out, scene.lights, strict=True):
+        record["intensity"] = light(source.intensity, bands)
+        if isinstance(source, DirectionalLight):
+            direction = np.asarray(source.direction, np.float64)
             record["directional"] = 1
             record["place"][:3] = -direction / np.linalg.norm(direction)
         else:
-            record["place"][:3] = light.position
-            record["inverse_square"] = light.falloff == "inverse-square"
+            record["place"][:3] = source.position
+            record["inverse_square"] = source.falloff == "inverse-square"
     return out

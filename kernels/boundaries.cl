@@ -22,9 +22,10 @@ __kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uin
     Surface s;
     while (hit.primitive >= 0) {
         s = surface_at(world, ray, hit);
-        const int medium = world.materials[s.material].medium;
+        __global const Material *material = world.materials + s.material;
+        const int medium = material->medium;
         if (medium == NO_MEDIUM) {
-            const bool opaque_inside = s.inside && !world.materials[s.material].thin;
+            const bool opaque_inside = s.inside && !material->thin && material->fresnel != CONDUCTOR;
             after = opaque_inside ? before : s.material;
             before = opaque_inside ? s.material : before;
             break;

@@ -172,7 +172,7 @@ def _last_stages(
     means = film.sums / np.float32(samples)
     yield Stage("resolve", max_depth, "film", {"means": means}, place)
     if flat.response is not None:
-        values = {"rgb": developed(means, flat.response)}
+        values = {"rows": developed(means, flat.response)}
         yield Stage("develop", max_depth, "film", values, place)
     seen = geometry(flat, queue, first_seen(flat, queue))
     values = {

@@ -75,10 +75,11 @@ def device_stages(
             break
     place = np.arange(pixels, dtype=np.uint32)
     yield Stage("gather", max_depth, "film", {"sums": _film(device, film, pixels)}, place)
-    rgb = film.develop(samples, world.flat.response)
+    film.develop(samples)
     yield Stage("resolve", max_depth, "film", {"means": _film(device, film, pixels)}, place)
     if world.flat.response is not None:
-        values = {"rgb": np.ascontiguousarray(rgb.transpose(0, 2, 1))}
+        rows = film.read(world.flat.response)
+        values = {"rows": np.ascontiguousarray(rows.transpose(0, 2, 1))}
         yield Stage("develop", max_depth, "film", values, place)
     assert first_hits is not None
     seen = passes.geometry(device, world, first, first_hits, samples)

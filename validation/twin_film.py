@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from clrt import layout
+from clrt.film import finished
 
 from .twin_local import SPAWN, Feelers, Lit
 from .twin_math import Array
@@ -59,9 +60,9 @@ class Film:
         means = self.sums / np.float32(samples)
         brightest = np.float32(layout.BRIGHTEST)
         means = np.where(means <= brightest, means, brightest)
-        if response is not None:
-            means = developed(means, response)
-        return dict(zip(self.planes, means.transpose(0, 2, 1), strict=True))
+        if response is None:
+            return dict(zip(self.planes, means.transpose(0, 2, 1), strict=True))
+        return dict(zip(self.planes, finished(developed(means, response).transpose(0, 2, 1)), strict=True))
 
 
 def developed(means: Array, response: Array) -> Array:

@@ -63,7 +63,8 @@ def crossed(flat: FlatScene, queue: Queue, hits: Hits) -> Crossed:
         lists[:, going], following = _next_lists(flat, lists[:, going], s)
         old, new = top(flat, lists[:, going]), top(flat, following)
         solid = s.material["medium"] == _NONE
-        behind = solid & s.inside & (s.material["thin"] == 0)
+        metal = s.material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
+        behind = solid & s.inside & (s.material["thin"] == 0) & ~metal
         before[going] = np.where(behind, own, old)
         after[going] = np.where(behind, old, np.where(solid, own, new))
         unseen = ~solid & (old == new)
