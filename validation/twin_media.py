@@ -34,7 +34,8 @@ class Crossed:
         """On the rays' side and behind the surfaces `s` that the rays `which` hit."""
         around = flat.scene["medium_ior"][0]
         if self.before is None or self.after is None:
-            enters = (s.material["thin"] != 0) | ~s.inside
+            metal = s.material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
+            enters = (s.material["thin"] != 0) | ~s.inside | metal
             own = s.material["ior"]
             return np.where(enters, around, own), np.where(enters, own, around)
         ior = np.append(flat.materials["ior"], around)  # _NONE is the last

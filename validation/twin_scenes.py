@@ -217,11 +217,19 @@ def with_sky(flat: FlatScene) -> FlatScene:
 
 
 def in_bands(flat: FlatScene, n: int) -> FlatScene:
-    """The same scene with n bands, each of whose values is an RGB value times a number from 0 to 1.25."""
+    """The same scene with n bands, each of whose values is an RGB value times a number from 0 to 1.25.
+
+    What Schlick's approximation reflects is a conductor there.
+    """
     sections: Table = {
         name: _in_bands(getattr(flat, name), record, n)
         for name, record in (("scene", "SceneInfo"), ("materials", "Material"), ("lights", "Light"))
     }
+    materials = sections["materials"]
+    metal = materials["fresnel"] == layout.FRESNEL["SCHLICK"]
+    materials["fresnel"][metal] = layout.FRESNEL["CONDUCTOR"]
+    materials["eta"][metal] = 0.1 + 2 * _numbers(n)
+    materials["k"][metal] = 5 * _numbers(2 * n)[n:]
     matrix = _numbers(4 * n).reshape(4, n) - np.float32(0.25)
     return replace(flat, **sections, response=matrix[:3], xyz=matrix[1:])
 

@@ -177,7 +177,7 @@ def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
     reflect = material["kr"] * (mirror + (1.0 - mirror) * fade)
     transmit = material["kt"] * bands(material["tint"])
     metal = material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
-    before = ONE / medium
+    before = ONE / eta_i
     index = bands(material["eta"]) * before, bands(material["k"]) * before
     share = np.where(metal, conductor(*index, -dot(s.ns, u)), share)
     split = metal | (material["fresnel"] == layout.FRESNEL["FRESNEL"])
