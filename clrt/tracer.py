@@ -11,7 +11,7 @@ import numpy as np
 from clrt import layout, passes
 from clrt.device import Device
 from clrt.errors import ClrtError, LimitError, SceneError
-from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers
+from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers, finished
 from clrt.flatten import flatten, flatten_camera
 from clrt.image import Image
 from clrt.limits import Branching
@@ -106,7 +106,7 @@ class Tracer:
             size = self.device.ask(reported, np.empty(1, np.uint32))
             means = film.developing(samples, self.flat.response)
             yield means
-            found |= dict(zip(film.planes, means.wait(), strict=True))
+            found |= dict(zip(film.planes, finished(means.wait()), strict=True))
             for name in set(names) & set(SPECTRAL):
                 found[name] = film.read(self.flat.xyz if name == "xyz" else None, planes=1)[0]
             return _Tile(rays, found, int(size.wait()[0]))
@@ -173,7 +173,7 @@ class Tracer:
             rays = yield from trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES)
             means = film.developing(1, self.flat.response)
             yield means
-            return rays, means.wait()[0]
+            return rays, finished(means.wait())[0]
 
         def split(chunk: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, ...]]:
             return list(zip(*map(_halves, chunk), strict=True))
