@@ -102,7 +102,7 @@ class Film:
         return self.device.ask(source, np.empty((planes, self.pixels, rows), np.float32))
 
     def develop(self, samples: int, response: np.ndarray | None = None) -> np.ndarray:
-        """As `developing`, waits, and gives colours where there is a response: (planes, pixels, 3 or bands)."""
+        """As `developing`, waits, and makes colours with a response: (planes, pixels, 3 or bands)."""
         values = self.developing(samples, response).wait()
         return values if response is None else finished(values)
 
