@@ -19,6 +19,7 @@ from .compare_rays import FINE, RayRow, ray_rows
 from .types import Better, Comparison, Gate, OracleImage
 
 COARSE, FAR = 1e-3, 1e-2  # differences of linear radiance, as FINE
+_NEAR = 0.1  # of the median distance; what is nearer is rounded as its coordinates, not as its distance
 _MANY = 0.2  # share of lit pixels; so many are off by a fault, not by rounding or at an edge
 
 
@@ -168,8 +169,11 @@ def _geometry(ours: OracleImage, reference: OracleImage, mask: np.ndarray) -> di
         agree = agree & (ours.shape == reference.shape)
     if ours.t is not None and reference.t is not None:
         hit = agree & (np.isfinite(ours.t) | np.isfinite(reference.t))
+        distances = reference.t[np.isfinite(reference.t)]
+        least = _NEAR * float(np.median(distances)) if distances.size else 0.0
         with np.errstate(invalid="ignore", divide="ignore"):
-            error = np.abs(ours.t[hit].astype(np.float64) - reference.t[hit]) / reference.t[hit]
+            scale = np.maximum(reference.t[hit], least)
+            error = np.abs(ours.t[hit].astype(np.float64) - reference.t[hit]) / scale
         found["distance"] = float(np.nan_to_num(error, nan=math.inf).max(initial=0.0))
     return found
 
