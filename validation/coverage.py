@@ -43,7 +43,7 @@ MATERIALS: Final = (
     "checker on a disk",
     "checker on a polygon", "checker on a sphere", "mirror", "mirror tint", "schlick mirror",
     "schlick highlight",
-    "transmission", "transmission tint", "fresnel", "thin", "equal indices",
+    "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
 )  # fmt: skip
 LIGHTS: Final = ("point light", "inverse square", "directional light", "several lights", "no light",
                  "shadows", "tinted shadows")
@@ -59,7 +59,7 @@ CAMERAS: Final = (
 # what a scene's tables do not show
 SITUATIONS: Final = (
     "from inside", "camera in glass", "total internal reflection", "deep mirrors", "light behind the surface",
-    "equal distances",
+    "equal distances", "invisible boundary", "surface in a medium",
 )  # fmt: skip
 COUNTS: Final = ("ray counts",)
 FEATURES: Final = {"shapes": SHAPES, "materials": MATERIALS, "lights": LIGHTS, "scene": SETTINGS,
@@ -195,6 +195,8 @@ def _bounce_features(scene: Scene, material: Material) -> set[str]:
         "transmission tint": kt and _tinted(material.transmission_color),
         "fresnel": fresnel and (kr or kt) and not same,
         "thin": kt and material.thin, "equal indices": kt and same,
+        "absorption": material.is_medium and any(rgb(material.absorption)),
+        "priority": material.is_medium and material.priority != 0,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 

@@ -4,6 +4,7 @@
     matrix   every primitive with every material, from outside and inside
     terms    one term of the model a case
     views    cameras, samples, total internal reflection, mirrors of mirrors
+    media    media in media, and how they absorb
     chance   scenes drawn from a seed
     stock    what Mitsuba's own plugins can express
     found    scenes on which something once failed
@@ -30,7 +31,7 @@ from clrt.shipped import load_scene
 from ..compare import Limits, exact, limits
 from ..coverage import features_of
 from ..types import Case
-from . import chance, found, matrix, stock, terms, views
+from . import chance, found, matrix, media, stock, terms, views
 from .parts import HEIGHT, WIDTH
 
 ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf")  # of layers that express whole scenes
@@ -53,7 +54,7 @@ _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 @cache
 def matrix_cases() -> dict[str, Case]:
     """The small scenes that were made to test something, by name."""
-    modules = (terms, views, matrix, found)
+    modules = (terms, views, media, matrix, found)
     cases = [_case(name, scene, tags) for module in modules for name, scene, tags in module.scenes()]
     cases += [_case(name, scene, set(), ("oracle64", f"stock-{mode}")) for name, scene,
               mode in stock.scenes()]

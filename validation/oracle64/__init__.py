@@ -24,6 +24,6 @@ transmitted ray return.
     render      the functions below
 """
 
-from .render import Hits64, Result64, edge_mask, radiance64, render64, trace64
+from .render import Hits64, Result64, edge_mask, media_at, radiance64, render64, trace64
 
-__all__ = ["Hits64", "Result64", "edge_mask", "radiance64", "render64", "trace64"]
+__all__ = ["Hits64", "Result64", "edge_mask", "media_at", "radiance64", "render64", "trace64"]

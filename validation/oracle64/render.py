@@ -77,6 +77,16 @@ def _hits(world: World, origin: Array, direction: Array, t: Array, primitive: In
     return Hits64(t, primitive, shape, normal, position)
 
 
+def media_at(scene: Scene, points: Any) -> Ints:
+    """The media that points (n, 3) are inside of, (n, k), -1 in unused places: as rays that start there have.
+
+    Media are numbered as the materials that bound them come up in the scene, equal ones as one.
+    """
+    world = World.of(scene)
+    with np.errstate(all="ignore"):
+        return around(world.batches, world.shape_of, world.media, np.asarray(points, float).reshape(-1, 3))
+
+
 def radiance64(
     scene: Scene, origins: Any, directions: Any, max_depth: int | None = None
 ) -> tuple[Array, dict[str, Any]]:

@@ -27,15 +27,12 @@ class Lobes(Table):
 
     def __init__(self, job: dict[str, Any]) -> None:
         super().__init__(job)
-        of, medium = self.of, self.settings["medium_ior"]
+        of = self.of
         number = range(len(of["kd"]))
         self.made: dict[str, Any] = {}
         diffuse = [_twosided("diffuse", reflectance=of["kd"][i] * of["F"][i]) for i in number]
         mirrors = [_twosided("conductor", specular_reflectance=of["kr"][i] * of["M"][i]) for i in number]
-        boundaries = [_boundary({name: of[name][i] for name in of}, medium) for i in number]
-        self.diffuse, self.mirror, self.boundary = (
-            _pointers(plugins, self.made) for plugins in (diffuse, mirrors, boundaries)
-        )
+        self.diffuse, self.mirror = (_pointers(plugins, self.made) for plugins in (diffuse, mirrors))
         self.emitters = {
             emitter.id(): emitter for emitter in self.world.scene.emitters() if not emitter.is_environment()
         }
@@ -85,18 +82,19 @@ class Lobes(Table):
         of, shape, count = self.of, spot.shape, len(u)
         flags = mi.BSDFFlags
         si = self._interaction(u, spot, n)
-        boundary, mirror = self._plugin(self.boundary, spot), self._plugin(self.mirror, spot)
+        boundary, mirror = self._boundaries(spot), self._plugin(self.mirror, spot)
         transmits, is_thin = of["kt"][shape] > 0, of["thin"][shape]
         d_t, w_t = self._lobe(boundary, si, flags.DeltaTransmission | flags.Null, count, radiance=~is_thin)
         d_r, w_r = self._lobe(boundary, si, flags.DeltaReflection, count)
         d_m, w_m = self._lobe(mirror, si, flags.DeltaReflection, count)
+        by_metal = of["conductor"][shape]
 
         kr, kt = of["kr"][shape, None] * of["M"][shape], of["kt"][shape, None] * of["Tt"][shape]
-        by_fresnel = of["fresnel"][shape]
+        by_fresnel = of["fresnel"][shape] | by_metal
         total = transmits & ~is_thin & (w_t.max(axis=1) <= 0)
         # with constant coefficients the boundary's plugin has no tints: w_t says how much is not reflected
-        reflected = np.where(transmits[:, None], d_r, d_m)
-        straight = is_thin | (of["eta"][shape] == self.settings["medium_ior"])
+        reflected = np.where((transmits | by_metal)[:, None], d_r, d_m)
+        straight = is_thin | (spot.eta_i == spot.eta_t)
         transmitted = np.where(straight[:, None], u, d_t)
         lost = np.where(total[:, None], kt, 0.0)
         reflects = np.where(by_fresnel[:, None], w_r, w_m + lost)
@@ -122,7 +120,18 @@ class Lobes(Table):
         return si
 
     def _plugin(self, pointers: Array, spot: Spot) -> Any:
-        return dr.reinterpret_array(mi.BSDFPtr, mi.UInt32(pointers[spot.shape].astype(np.uint32)))
+        return _as_plugins(pointers[spot.shape])
+
+    def _boundaries(self, spot: Spot) -> Any:
+        """Plugins for what lies on both sides of the hits: a shape's inside is where its normal comes from."""
+        enters = spot.enters | self.of["thin"][spot.shape] | self.of["conductor"][spot.shape]
+        outer, inner = np.where(enters, [spot.eta_i, spot.eta_t], [spot.eta_t, spot.eta_i])
+        kinds, row = np.unique(np.stack([spot.shape, outer, inner]), axis=1, return_inverse=True)
+        plugins = [
+            _boundary({name: self.of[name][int(shape)] for name in self.of}, out, into)
+            for shape, out, into in kinds.T
+        ]
+        return _as_plugins(_pointers(plugins, self.made)[row.ravel()])
 
     def _lobe(self, plugin: Any, si: Any, mask: Any, n: int, radiance: Any = None) -> tuple[Array, Array]:
         """Direction (n, 3) and weight (n, 3) of one lobe.
@@ -139,20 +148,26 @@ class Lobes(Table):
 
 def _twosided(kind: str, **colors: Array) -> dict[str, Any]:
     plain = {"type": kind, **{name: rgb(color) for name, color in colors.items()}}
-    if kind == "conductor":
+    if kind == "conductor" and "eta" not in colors:
         plain["material"] = "none"
     return {"type": "twosided", "inner": plain}
 
 
-def _boundary(of: dict[str, Any], medium: float) -> dict[str, Any]:
+def _boundary(of: dict[str, Any], outer: float, inner: float) -> dict[str, Any]:
+    if of["conductor"]:
+        return _twosided("conductor", specular_reflectance=of["kr"] * of["M"], eta=of["n"] / outer, k=of["k"] / outer)
     tinted = bool(of["fresnel"])
     return {
         "type": "thindielectric" if of["thin"] else "dielectric",
-        "int_ior": float(of["eta"]),
-        "ext_ior": medium,
+        "int_ior": float(inner),
+        "ext_ior": float(outer),
         "specular_reflectance": rgb(of["kr"] * of["M"] if tinted else 1.0),
         "specular_transmittance": rgb(of["kt"] * of["Tt"] if tinted else 1.0),
     }
+
+
+def _as_plugins(pointers: Array) -> Any:
+    return dr.reinterpret_array(mi.BSDFPtr, mi.UInt32(pointers.astype(np.uint32)))
 
 
 def _pointers(plugins: list[dict[str, Any]], made: dict[str, Any]) -> Array:

@@ -10,6 +10,8 @@ import numpy as np
 
 from clrt.scene import Checker, Mesh, Scene
 
+from ..oracle64 import media_at
+from ..oracle64.camera import camera_rays
 from ..types import OracleImage
 from . import stock, surfaces
 from .hashing import camera_words
@@ -68,6 +70,8 @@ def plan(scene: Scene, width: int | None, height: int | None, mode: str, spp: in
     if mode in LAYER_B:
         job = _job(scene, mode, max_depth)
         job |= surfaces.view(scene, *size, spp, job["geometry"]["size"], job["geometry"]["center"])
+        x, y = np.moveaxis(job["positions"] * size, -1, 0).reshape(2, -1)
+        job |= _starting(scene, camera_rays(camera, *size, x, y)[0].reshape(spp, -1, 3))
         return Plan("picture", job, lambda answer, name, seconds: _image(answer, size, name, seconds))
     name = mode.removeprefix("stock-")
     work = stock.work(scene, name, size, spp, max_depth, paths)
@@ -82,13 +86,26 @@ def radiance_job(
     direction = np.asarray(directions, float).reshape(-1, 3)
     direction = direction / np.linalg.norm(direction, axis=1, keepdims=True)
     paths = camera_words(0, np.arange(len(origin)), 0)
-    return _job(scene, mode, max_depth) | {"origin": origin, "direction": direction, "paths": paths}
+    rays = {"origin": origin, "direction": direction, "paths": paths}
+    return _job(scene, mode, max_depth) | rays | _starting(scene, origin[None])
+
+
+def _starting(scene: Scene, origin: np.ndarray) -> dict[str, Any]:
+    """The states of media (media.Media) in which rays from origins (spp, n, 3) start.
+
+    Where a point is inside of is asked of the float64 oracle, which the kernels' host does not use either.
+    """
+    lists, place = np.unique(media_at(scene, origin.reshape(-1, 3)), axis=0, return_inverse=True)
+    states = [(), *(tuple(int(medium) for medium in row if medium >= 0) for row in lists)]
+    first = np.array([states.index(state) for state in states[1:]])  # the surroundings are state 0
+    return {"states": states[1:], "start": first[place.ravel()].reshape(origin.shape[:2])}
 
 
 def _job(scene: Scene, mode: str, max_depth: int | None) -> dict[str, Any]:
     world = geometry(scene, POLISHED)
     return {
         "mode": mode, "geometry": packed(world), "materials": surfaces.materials(scene),
+        "media": surfaces.media(scene),
         "lights": surfaces.lights(scene), "settings": surfaces.settings(scene, max_depth),
     }  # fmt: skip
 

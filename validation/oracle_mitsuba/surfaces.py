@@ -24,6 +24,7 @@ def materials(scene: Scene) -> dict[str, Array]:
 
 
 def _row(shape: Any, material: Any) -> dict[str, Any]:
+    metal = getattr(material, "conductor", None)
     checker = material.color if isinstance(material.color, Checker) else None
     first, second = checker.colors if checker else (material.color, material.color)
     pattern = PLAIN if checker is None else GLOBE if isinstance(shape, Sphere) else SQUARES
@@ -45,6 +46,9 @@ def _row(shape: Any, material: Any) -> dict[str, Any]:
         "thin": bool(material.thin),
         "fresnel": material.fresnel is True,
         "schlick": material.fresnel == "schlick",
+        "conductor": metal is not None,
+        "n": rgb(1.0 if metal is None else metal.eta),
+        "k": rgb(0.0 if metal is None else metal.k),
         "pattern": pattern,
         "size": checker.size if checker else 1.0,
         "divisions": checker.divisions if checker else 1,
@@ -72,6 +76,24 @@ def squares(shape: Any) -> tuple[Array, Array, Array]:
     across = axis - (axis @ normal) * normal
     across /= np.linalg.norm(across)
     return matrix[:3, :3] @ start + matrix[:3, 3], across, np.cross(normal, across)
+
+
+def media(scene: Scene) -> dict[str, Array]:
+    """What media.Media takes: by shape, and by medium with the surroundings last."""
+    materials = [scene.material_of(shape) for shape in scene.shapes]
+    bounding = [m.kt > 0 and not m.thin and scene.conformance == "none" for m in materials]
+    distinct: list[Any] = []
+    for material, bounds in zip(materials, bounding, strict=True):
+        if bounds and material not in distinct:
+            distinct.append(material)
+    number = [distinct.index(m) if bounds else -1 for m, bounds in zip(materials, bounding, strict=True)]
+    sigma = [rgb(m.absorption) for m in distinct]
+    return {
+        "number": np.array([*number, -1]),
+        "priority": np.array([*(float(m.priority) for m in distinct), -np.inf]),
+        "eta": np.array([*(float(m.eta) for m in distinct), float(scene.medium_ior)]),
+        "sigma": np.array([*sigma, (0.0, 0.0, 0.0)]),
+    }
 
 
 def lights(scene: Scene) -> list[dict[str, Any]]:

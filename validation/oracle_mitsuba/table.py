@@ -14,6 +14,7 @@ import numpy as np
 
 from . import skies
 from .hashing import GATHERED, child_path, cosine_direction
+from .media import Media
 from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Lit, Rays
 from .world import Hits, World
 
@@ -34,6 +35,10 @@ class Spot:
     offset: Array  # (n,)
     F: Array
     form: Array  # (n,)
+    eta_i: Array  # (n,): index of refraction on the ray's side
+    eta_t: Array  # (n,): and beyond
+    media: Array  # (n,): states of media.Media on the ray's side
+    beyond: Array  # (n,)
 
     def take(self, rows: Array) -> Spot:
         return Spot(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
@@ -54,6 +59,7 @@ class Table:
         self.sky = skies.read(background) if isinstance(background, str) else None
         self.center = job["geometry"]["center"]
         opaque = self.of["kt"] == 0
+        self.media = Media(job["media"], job["states"])
         self.world = World(job["geometry"], opaque, self.settings["hides_backs"], self.plugins())
         self.clear = self.of["kt"][:, None] * self.of["Tt"] if self.settings["tinted"] else None
 
@@ -61,7 +67,31 @@ class Table:
         """What Mitsuba's scene needs besides shapes."""
         return {}
 
-    def shade(self, rays: Rays, hits: Hits, kind: str, last: bool) -> Lit:
+    def meet(self, rays: Rays) -> tuple[Rays, Hits, Array]:
+        """Nearest hits, those of boundaries left out behind which the same medium is on top.
+
+        Rays come back with the states of media on this side of their hits, and weaker by what absorbs.
+        """
+        hits = self.world.nearest(rays.origin, rays.direction, rays.form)
+        here, beyond = rays.media.copy(), rays.media.copy()
+        todo = np.flatnonzero(hits.shape >= 0)
+        while todo.size:
+            found = hits.take(todo)
+            enters = dot(found.outward, rays.direction[todo]) <= 0
+            here[todo], beyond[todo] = self.media.across(here[todo], found.shape, enters)
+            same = self.media.top(here[todo]) == self.media.top(beyond[todo])
+            todo = todo[same & (self.media.number[found.shape] >= 0)]
+            here[todo] = beyond[todo]
+            start = hits.t[todo] + self.world.step(hits.point[todo])
+            ahead = rays.take(todo)
+            hits.put(todo, self.world.nearest(ahead.origin, ahead.direction, ahead.form, start))
+            todo = todo[hits.shape[todo] >= 0]
+        sigma = self.media.sigma[self.media.top(here)]
+        with np.errstate(invalid="ignore"):
+            clear = np.where(sigma > 0, np.exp(-sigma * hits.t[:, None]), 1.0)
+        return replace(rays, media=here, weight=rays.weight * clear), hits, beyond
+
+    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Lit:
         """The rays' own light, and the rays they spawn; those of the last generation bring depth_color
         instead."""
         lit = Lit(np.zeros_like(rays.direction), np.zeros((4, *rays.direction.shape)), [])
@@ -72,7 +102,7 @@ class Table:
         if not met.size:
             return lit
         here = rays.take(met)
-        spot = self._spot(here, hits.take(met))
+        spot = self._spot(here, hits.take(met), beyond[met])
         share = self.of["ka"][spot.shape, None] * spot.F
         gathers = (here.path & GATHERED == 0) & np.any(here.weight * share != 0, axis=1)
         gathers &= not last and self.settings["ambient_samples"] > 0
@@ -91,16 +121,26 @@ class Table:
             lit.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
         return lit
 
-    def _spot(self, rays: Rays, hits: Hits) -> Spot:
+    def _spot(self, rays: Rays, hits: Hits, beyond: Array) -> Spot:
         u = rays.direction
         enters = dot(hits.outward, u) <= 0
         n = np.where(enters[:, None], hits.outward, -hits.outward)
         ns = np.where((dot(hits.shading, n) < 0)[:, None], -hits.shading, hits.shading)
         ns = np.where((dot(ns, u) < 0)[:, None], ns, n)
         F = self.reflectance(hits)
+        step = self.world.step(hits.point)
+        sides = self._indices(hits.shape, rays.media, beyond, enters)
         return Spot(
-            hits.shape, hits.point, hits.outward, n, ns, enters, self.world.step(hits.point), F, hits.form
+            hits.shape, hits.point, hits.outward, n, ns, enters, step, F, hits.form, *sides, rays.media, beyond
         )
+
+    def _indices(self, shape: Array, here: Array, beyond: Array, enters: Array) -> tuple[Array, Array]:
+        """Indices of refraction on this side and beyond; sheets and opaque surfaces have theirs inside."""
+        eta_i, eta_t = (self.media.eta[self.media.top(states)] for states in (here, beyond))
+        own = self.media.number[shape] < 0
+        eta_t = np.where(own, self.of["eta"][shape], eta_t)
+        behind = own & ~enters & ~self.of["thin"][shape] & ~self.of["conductor"][shape]
+        return np.where(behind, eta_t, eta_i), np.where(behind, eta_i, eta_t)
 
     def reflectance(self, hits: Hits) -> Array:
         """F (n, 3): plain, squares on flat shapes, fields on spheres."""
@@ -183,7 +223,9 @@ class Table:
             rows = np.flatnonzero((most > 0) & (most >= self.settings["min_weight"]))
             if rows.size:
                 path = child_path(rays.path[rows], number) | rays.path[rows] & np.uint32(15)
-                child = Rays(spot.leave(side), direction, weight, rays.pixel, rays.path, spot.form).take(rows)
+                media = spot.beyond if name == TRANSMISSION else spot.media
+                start = spot.leave(side)
+                child = Rays(start, direction, weight, rays.pixel, rays.path, spot.form, media).take(rows)
                 yield name, rows, share[rows], replace(child, path=path)
 
     def optics(self, u: Array, spot: Spot, n: Array) -> Optics:
@@ -192,12 +234,7 @@ class Table:
         kr = of["kr"][shape, None] * self._faded(of["M"][shape], shape, -dot(spot.ns, u))
         kt = of["kt"][shape, None] * of["Tt"][shape]
         thin = of["thin"][shape]
-        outside = np.full(len(shape), self.settings["medium_ior"])
-        enters = spot.enters | thin
-        eta_i, eta_t = (
-            np.where(enters, outside, of["eta"][shape]),
-            np.where(enters, of["eta"][shape], outside),
-        )
+        eta_i, eta_t = spot.eta_i, spot.eta_t
         cos_i = -dot(n, u)
         reflected = normalized(u + 2 * cos_i[:, None] * n)
         eta = eta_i / eta_t
@@ -211,7 +248,9 @@ class Table:
         across = (eta_i * cos_i - eta_t * cos_t) / (eta_i * cos_i + eta_t * cos_t)
         fresnel = np.where(k < 0, 1.0, np.where(eta_i == eta_t, 0.0, (parallel**2 + across**2) / 2))
         fresnel = np.where(thin, 2 * fresnel / (1 + fresnel), fresnel)[:, None]
-        by_fresnel, lost = of["fresnel"][shape, None], total[:, None]
+        metal = of["conductor"][shape, None]
+        fresnel = np.where(metal, conductor(of["n"][shape], of["k"][shape], eta_i, -dot(spot.ns, u)), fresnel)
+        by_fresnel, lost = of["fresnel"][shape, None] | metal, total[:, None]
         reflects = np.where(by_fresnel, kr * fresnel, kr + np.where(lost, kt, 0.0))
         transmits = np.where(lost, 0.0, np.where(by_fresnel, kt * (1 - fresnel), kt))
         return Optics(reflected, transmitted, reflects, transmits, total)
@@ -229,7 +268,7 @@ class Table:
             direction[below] = cosine_direction(h[below], i, n[below])
             weight = rays.weight[rows] * share[rows] / samples
             origin, form = spot.leave(spot.n)[rows], spot.form[rows]
-            queues.append(Rays(origin, direction, weight, rays.pixel[rows], path, form))
+            queues.append(Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows]))
         return Rays.joined(queues)
 
 
@@ -242,6 +281,22 @@ class Optics:
     reflects: Array
     transmits: Array
     total: Array
+
+
+def conductor(n: Array, k: Array, eta_i: Array, cosine: Array) -> Array:
+    """Unpolarised reflectance (m, 3) of a metal with index n + ik (m, 3) beside eta_i, both (m,).
+
+    In real numbers (Hecht, "Optics", 4.6; Pharr, Humphreys, "Physically Based Rendering", 1st edition, 9.2).
+    """
+    n, k = n / eta_i[:, None], k / eta_i[:, None]
+    c2 = (cosine**2)[:, None]
+    s2, c = 1 - c2, cosine[:, None]
+    difference = n**2 - k**2 - s2
+    both = np.sqrt(difference**2 + 4 * n**2 * k**2)  # a^2 + b^2
+    a = np.sqrt(np.maximum((both + difference) / 2, 0))
+    across = (both + c2 - 2 * a * c) / (both + c2 + 2 * a * c)
+    within = (c2 * both + s2**2 - 2 * a * c * s2) / (c2 * both + s2**2 + 2 * a * c * s2)
+    return np.asarray(across * (1 + within) / 2)
 
 
 def dot(a: Array, b: Array) -> Array:

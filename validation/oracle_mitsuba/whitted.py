@@ -24,6 +24,7 @@ class Rays:
     pixel: Array  # (n,)
     path: Array  # (n,) uint32: the hash word and flags
     form: Array  # (n,) int: which of the world's forms the ray starts on, or -1
+    media: Array  # (n,) int: a state of media.Media
 
     def take(self, rows: Array) -> Rays:
         return Rays(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
@@ -40,7 +41,10 @@ class Shader(Protocol):
     world: World
     max_depth: int
 
-    def shade(self, rays: Rays, hits: Hits, kind: str, last: bool) -> Lit:
+    def meet(self, rays: Rays) -> tuple[Rays, Hits, Array]:
+        """The rays as they arrive, what they meet, and the states of media beyond (n,)."""
+
+    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Lit:
         """The rays' own light, and the rays they spawn; the last generation gets depth_color for these."""
 
 
@@ -56,9 +60,9 @@ def trace(shader: Shader, rays: Rays, pixels: int, sums: dict[str, Array]) -> Hi
     for generation in range(shader.max_depth + 1):
         spawned: dict[str, list[Rays]] = {}
         for kind, queue in queues.items():
-            hits = shader.world.nearest(queue.origin, queue.direction, queue.form)
+            queue, hits, beyond = shader.meet(queue)  # noqa: PLW2901
             first = first or hits
-            lit = shader.shade(queue, hits, kind, last=generation == shader.max_depth)
+            lit = shader.shade(queue, hits, beyond, kind, last=generation == shader.max_depth)
             _add(sums, f"generation {generation} {kind}", queue, lit.light, pixels)
             if generation == 0:
                 for term, light in zip(TERMS, lit.terms, strict=True):

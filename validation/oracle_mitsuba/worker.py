@@ -64,7 +64,8 @@ def picture(job: dict[str, Any]) -> dict[str, Any]:
             block = np.arange(begin, min(begin + BLOCK, pixels))
             origin, direction = camera_rays(job["sensor"], job["eye"], positions[sample, block])
             origin = origin + job["center"]
-            first = _trace(shader, origin, direction, block, paths[sample, block], pixels, sums)
+            start = job["start"][sample, block]
+            first = _trace(shader, origin, direction, block, paths[sample, block], start, pixels, sums)
             if sample == 0:
                 t[block], shape[block] = first.t, first.shape
     return {
@@ -79,7 +80,8 @@ def radiance(job: dict[str, Any]) -> dict[str, Any]:
     """Layer B along any rays: `origin`, `direction` (n, 3)."""
     pixels = np.arange(len(job["origin"]))
     sums: dict[str, np.ndarray] = {}
-    hits = _trace(_shader(job), job["origin"], job["direction"], pixels, job["paths"], len(pixels), sums)
+    shader, rays = _shader(job), (job["origin"], job["direction"])
+    hits = _trace(shader, *rays, pixels, job["paths"], job["start"][0], len(pixels), sums)
     return {"radiance": sum(sums[name] for name in whole(sums)), "t": hits.t, "shape": hits.shape}
 
 
@@ -94,11 +96,12 @@ def _shader(job: dict[str, Any]) -> Any:
     return getattr(import_module(f".{module}", __package__), name)(job)
 
 
-def _trace(shader: Any, origin: Any, direction: Any, pixel: Any, path: Any, pixels: int, sums: Any) -> Any:
+def _trace(shader: Any, origin: Any, direction: Any, pixel: Any, path: Any, media: Any, pixels: int,
+           sums: Any) -> Any:  # fmt: skip
     from .whitted import Rays, trace
 
     nowhere = np.full(len(pixel), -1)
-    rays = Rays(origin, direction, np.ones_like(direction), pixel, path & ~np.uint32(15), nowhere)
+    rays = Rays(origin, direction, np.ones_like(direction), pixel, path & ~np.uint32(15), nowhere, media)
     with np.errstate(divide="ignore", invalid="ignore"):
         return trace(shader, rays, pixels, sums)
 
