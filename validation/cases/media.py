@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from .parts import CAMERA, LIGHTS, OPAQUE, WIDTH, Table, room, with_material
+from .parts import LIGHTS, OPAQUE, WIDTH, Table, room, with_material
 
 HIDDEN, INSIDE, WITHIN = "invisible boundary", "camera in glass", "surface in a medium"
 _CLEAR: Table = {"diffuse": 0.0, "fresnel": True}
@@ -68,11 +68,11 @@ def _tumbler() -> Table:
     glass = {**_GLASS, "priority": 3, "ior": 1.45}
 
     def upright(low: float, high: float, radius: float, material: Table) -> Table:
-        return {"type": "cylinder", "p0": [0.1, low, 0.2], "p1": [0.1, high, 0.2], "radius": radius, "caps": True,
-                "material": material}  # fmt: skip
+        return {"type": "cylinder", "p0": [0.1, low, 0.2], "p1": [0.1, high, 0.2], "radius": radius,
+                "caps": True, "material": material}  # fmt: skip
 
-    straw = {"type": "cylinder", "p0": [-0.5, -1.6, 0.3], "p1": [1.3, 2.1, -0.1], "radius": 0.13, "caps": True,
-             "material": {"color": [0.8, 0.4, 0.3], "diffuse": 0.8}}  # fmt: skip
+    straw = {"type": "cylinder", "p0": [-0.5, -1.6, 0.3], "p1": [1.3, 2.1, -0.1], "radius": 0.13,
+             "caps": True, "material": {"color": [0.8, 0.4, 0.3], "diffuse": 0.8}}  # fmt: skip
     hollow = {**_AIR, "priority": 4}
     shapes = [upright(-1.9, 1.6, 1.5, glass), upright(-1.6, 1.61, 1.3, hollow),
               upright(-1.65, 0.7, 1.35, {**_WATER, "priority": 5}), straw]  # fmt: skip
@@ -128,18 +128,25 @@ def _under_water() -> Table:
 
 def _at_the_middle() -> Table:
     """Each direction leaves ice, water and glass through other boundaries."""
-    camera = {"origin": [0.1, 0.05, 0.1], "target": [-0.4, 0.1, -1.0], "fov": 70, "width": WIDTH, "height": 120}
+    camera = {"origin": [0.1, 0.05, 0.1], "target": [-0.4, 0.1, -1.0], "fov": 70, "width": WIDTH,
+              "height": 120}  # fmt: skip
     return room(_nested(2.2), camera=camera, lights=LIGHTS[:1])
 
 
 def _cut_open() -> Table:
-    """Parallel rays that start on a plane through overlapping media: each has a list of its own."""
-    camera = {**CAMERA, "origin": [0, 0, 6], "type": "orthographic", "size": 5.0, "near": 6.05}
-    del camera["fov"]
-    half = {"type": "cone", "p0": [-1.9, -2, 0.1], "r0": 0.7, "p1": [-1.7, 2, 0.1], "r1": 0.3,
-            "caps": True}  # fmt: skip
-    solid = {"type": "mesh", "vertices": [[1.2, 1, 0.8], [2.3, -0.8, 0.9], [1.1, -1.2, 0.7], [1.6, 0, -1]],
-             "faces": [[0, 2, 1], [0, 3, 2], [2, 3, 1], [1, 3, 0]]}  # fmt: skip
-    glass = {**_GLASS, "absorption": [0.5, 0.2, 0.9], "priority": 4}
-    return room([*_nested(1.5), with_material(half, glass), with_material(solid, glass)],
-                camera=camera, max_depth=3)  # fmt: skip
+    """Parallel rays that start on a plane through overlapping media, along whose sides they run.
+
+    Each has a list of its own, and none starts so near a surface that its distance is rounding.
+    """
+    camera = {"origin": [0, 0, 6], "target": [0, 0, 0], "type": "orthographic", "size": 5.0, "near": 6.05,
+              "width": WIDTH, "height": 120}  # fmt: skip
+    rod = {"type": "cylinder", "p0": [-1.6, 0.7, -1.05], "p1": [-1.6, 0.7, 0.85], "radius": 0.75,
+           "caps": True}
+    corners = [[0.9, -1.5], [2.2, -0.8], [1.3, 1.4]]
+    wedge = {"type": "mesh", "vertices": [[x, y, z] for z in (-0.9, 0.7) for x, y in corners],
+             "faces": [[2, 1, 0], [3, 4, 5], [0, 1, 4, 3], [1, 2, 5, 4], [2, 0, 3, 5]]}  # fmt: skip
+    ice = {**_ICE, "absorption": [0.1, 0.1, 0.5]}
+    return room([_box([-1.9, -1.6, -1.2], [1.8, 1.2, 1.5], _GLASS),
+                 _box([-1.3, -1.2, -1.1], [1.2, 0.8, 1], _WATER),
+                 with_material(rod, {**_GLASS, "ior": 1.2, "priority": 4}), with_material(wedge, ice),
+                 _box([-0.6, -0.9, -0.5], [0.2, 0.1, 0.6], _AIR)], camera=camera, max_depth=3)  # fmt: skip

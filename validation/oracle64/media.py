@@ -17,6 +17,7 @@ from .batch import Batch
 from .curved import Quadrics, Spheres
 from .flat import Disks, Planes
 from .palette import Palette
+from .tree import PAIRS
 from .vectors import Array, Bools, Ints, apply, dot, unit
 
 _SOMEWHERE = unit([0.5377, 0.6142, -0.5776])  # along no edge of anything that a person would build
@@ -114,8 +115,9 @@ def _turns(batches: list[Batch], shape_of: Ints, media: Media, points: Array) ->
     for batch in batches:
         rows = np.flatnonzero(media.number[shape_of[batch.ids]] >= 0)
         shape = shape_of[batch.ids[rows]]
-        for number, point in enumerate(points if rows.size else []):
-            np.add.at(count[number], shape, _inside(batch, rows, np.broadcast_to(point, (len(rows), 3))))
+        for some in np.array_split(np.arange(len(points)), -(-len(points) * len(rows) // PAIRS) or 1):
+            pairs = np.repeat(some, len(rows)), np.tile(shape, len(some))
+            np.add.at(count, pairs, _inside(batch, np.tile(rows, len(some)), points[pairs[0]]))
     return count
 
 

@@ -123,7 +123,7 @@ class Lobes(Table):
         return _as_plugins(pointers[spot.shape])
 
     def _boundaries(self, spot: Spot) -> Any:
-        """Plugins for what lies on both sides of the hits: a shape's inside is where its normal comes from."""
+        """Plugins for what lies on both sides of the hits; a shape's inside is where its normal comes from"""
         enters = spot.enters | self.of["thin"][spot.shape] | self.of["conductor"][spot.shape]
         outer, inner = np.where(enters, [spot.eta_i, spot.eta_t], [spot.eta_t, spot.eta_i])
         kinds, row = np.unique(np.stack([spot.shape, outer, inner]), axis=1, return_inverse=True)
@@ -155,7 +155,8 @@ def _twosided(kind: str, **colors: Array) -> dict[str, Any]:
 
 def _boundary(of: dict[str, Any], outer: float, inner: float) -> dict[str, Any]:
     if of["conductor"]:
-        return _twosided("conductor", specular_reflectance=of["kr"] * of["M"], eta=of["n"] / outer, k=of["k"] / outer)
+        index = {"eta": of["n"] / outer, "k": of["k"] / outer}
+        return _twosided("conductor", specular_reflectance=of["kr"] * of["M"], **index)
     tinted = bool(of["fresnel"])
     return {
         "type": "thindielectric" if of["thin"] else "dielectric",

@@ -15,8 +15,11 @@ State = tuple[int, ...]
 
 
 class Media:
-    """job: `number` (shapes + 1,), the medium that a shape bounds or -1, and `priority`, `eta` (media,),
-    `sigma` (media, 3), of which the last row is the surroundings."""
+    """states: those that rays start in, surroundings first.
+
+    job: `number` (shapes + 1,), the medium that a shape bounds or -1, and `priority`, `eta` (media,) and
+    `sigma` (media, 3), of which the last row is the surroundings.
+    """
 
     def __init__(self, job: dict[str, Any], states: list[State]) -> None:
         self.number, self.priority = job["number"], job["priority"]
@@ -24,7 +27,7 @@ class Media:
         self._states: list[State] = []
         self._places: dict[State, int] = {}
         self._known: dict[tuple[int, int, bool], tuple[int, int]] = {}
-        for state in ((), *states):
+        for state in states:
             self._place(state)
 
     def _place(self, state: State) -> int:

@@ -96,9 +96,10 @@ def _starting(scene: Scene, origin: np.ndarray) -> dict[str, Any]:
     Where a point is inside of is asked of the float64 oracle, which the kernels' host does not use either.
     """
     lists, place = np.unique(media_at(scene, origin.reshape(-1, 3)), axis=0, return_inverse=True)
-    states = [(), *(tuple(int(medium) for medium in row if medium >= 0) for row in lists)]
-    first = np.array([states.index(state) for state in states[1:]])  # the surroundings are state 0
-    return {"states": states[1:], "start": first[place.ravel()].reshape(origin.shape[:2])}
+    each = [tuple(int(medium) for medium in row if medium >= 0) for row in lists]
+    states = list(dict.fromkeys([(), *each]))  # the surroundings are state 0
+    first = np.array([states.index(state) for state in each])
+    return {"states": states, "start": first[place.ravel()].reshape(origin.shape[:2])}
 
 
 def _job(scene: Scene, mode: str, max_depth: int | None) -> dict[str, Any]:

@@ -130,9 +130,8 @@ class Table:
         F = self.reflectance(hits)
         step = self.world.step(hits.point)
         sides = self._indices(hits.shape, rays.media, beyond, enters)
-        return Spot(
-            hits.shape, hits.point, hits.outward, n, ns, enters, step, F, hits.form, *sides, rays.media, beyond
-        )
+        return Spot(hits.shape, hits.point, hits.outward, n, ns, enters, step, F, hits.form, *sides,
+                    rays.media, beyond)  # fmt: skip
 
     def _indices(self, shape: Array, here: Array, beyond: Array, enters: Array) -> tuple[Array, Array]:
         """Indices of refraction on this side and beyond; sheets and opaque surfaces have theirs inside."""

@@ -60,7 +60,7 @@ def trace(shader: Shader, rays: Rays, pixels: int, sums: dict[str, Array]) -> Hi
     for generation in range(shader.max_depth + 1):
         spawned: dict[str, list[Rays]] = {}
         for kind, queue in queues.items():
-            queue, hits, beyond = shader.meet(queue)  # noqa: PLW2901
+            queue, hits, beyond = shader.meet(queue)
             first = first or hits
             lit = shader.shade(queue, hits, beyond, kind, last=generation == shader.max_depth)
             _add(sums, f"generation {generation} {kind}", queue, lit.light, pixels)
