@@ -133,7 +133,7 @@ def test_scenes_and_meshes_equal_only_their_kind() -> None:
     mesh, other = Mesh(**TRIANGLE), Mesh(**mixed)
     assert Scene(shapes=[other]) != Scene(shapes=[{"type": "mesh", **mixed, "faces": [[0, 1, 2]]}])
     assert (mesh == 3) is False and mesh == Mesh(**TRIANGLE) and mesh != other
-    assert Scene(shapes=[mesh]) != Scene(shapes=[other]) and Scene(shapes=[other]) == Scene(shapes=[other])
+    assert Scene(shapes=[mesh]) != Scene(shapes=[other]) and Scene(shapes=[other]) == Scene(shapes=[Mesh(**mixed)])
     assert np.array_equal(Plane(point=(0, 0, 0), normal=(0, 1, 0)).matrix, np.eye(4))
 
 
