@@ -100,6 +100,9 @@ class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mes
             return NotImplemented
         return all(_same(getattr(self, name), getattr(other, name)) for name in self.__struct_fields__)
 
+    def __ne__(self, other: object) -> bool:  # the base class has one that only looks at identity
+        return not self == other
+
     __hash__ = None  # type: ignore[assignment]  # arrays are compared by value
 
 

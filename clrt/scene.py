@@ -151,6 +151,9 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             return NotImplemented
         return all(getattr(self, name) == getattr(other, name) for name in Document.__struct_fields__)
 
+    def __ne__(self, other: object) -> bool:  # the base class has one that only looks at identity
+        return not self == other
+
     __hash__ = None  # type: ignore[assignment]
 
     def material_of(self, shape: Shape) -> Material:

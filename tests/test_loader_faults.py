@@ -5,11 +5,12 @@ from __future__ import annotations
 import os
 from pathlib import Path
 from types import MappingProxyType, SimpleNamespace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from msgspec import Meta
 
 import clrt
 from clrt import imagefile, limits, meshfile
@@ -18,7 +19,6 @@ from clrt.errors import ClrtError, SceneError
 from clrt.explain import describe, explain
 from clrt.files import read_bytes
 from clrt.places import At
-from clrt.records import Grey
 from clrt.scene import Mesh, Plane, Scene, Sphere
 
 BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
@@ -104,7 +104,7 @@ def test_a_table_whose_fault_cannot_be_found_is_an_error_all_the_same() -> None:
 
 
 def test_rules_without_words_are_described_by_their_type() -> None:
-    assert describe(Grey, "x") == "x must be a number"
+    assert describe(Annotated[float, Meta(ge=0)], "x") == "x must be a number"
 
 
 def test_a_folder_that_refuses_new_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -132,8 +132,10 @@ def test_scenes_and_meshes_equal_only_their_kind() -> None:
     mixed = {"vertices": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "faces": [[0, 1, 2], [0, 1, 2, 3]]}
     mesh, other = Mesh(**TRIANGLE), Mesh(**mixed)
     assert Scene(shapes=[other]) != Scene(shapes=[{"type": "mesh", **mixed, "faces": [[0, 1, 2]]}])
+    assert not scene != clrt.load_dict({"shapes": [BALL]}) and not mesh != Mesh(**TRIANGLE)  # noqa: SIM202
     assert (mesh == 3) is False and mesh == Mesh(**TRIANGLE) and mesh != other
-    assert Scene(shapes=[mesh]) != Scene(shapes=[other]) and Scene(shapes=[other]) == Scene(shapes=[Mesh(**mixed)])
+    assert Scene(shapes=[mesh]) != Scene(shapes=[other])
+    assert Scene(shapes=[other]) == Scene(shapes=[Mesh(**mixed)])
     assert np.array_equal(Plane(point=(0, 0, 0), normal=(0, 1, 0)).matrix, np.eye(4))
 
 
