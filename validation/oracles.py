@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Final
 
 import numpy as np
@@ -36,12 +38,18 @@ def stand_in_of(case: Case) -> Scene:
 
 
 def _loaded(source: Any, case: Case) -> Scene:
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore",
-                              ClrtWarning)  # cases go where warnings are due: open glass, bright sums
+    with _unwarned():
         scene = source() if callable(source) else load_dict(source)
     assert isinstance(scene, Scene)
     return scene.override(width=case.width, height=case.height, spp=case.spp, max_depth=case.max_depth)
+
+
+@contextmanager
+def _unwarned() -> Iterator[None]:
+    """Without the warnings that are due: cases are to have open glass, media that overlap, bright sums."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ClrtWarning)
+        yield
 
 
 class OpenedTracer(Tracer):
@@ -49,7 +57,8 @@ class OpenedTracer(Tracer):
 
     def __init__(self, scene: Scene, device: Device) -> None:
         self.scene, self.settings = scene, device.settings
-        self.flat = flatten(scene)
+        with _unwarned():
+            self.flat = flatten(scene)
         self.device = device.variant(self.flat.bands, self.flat.media_places)
         self.world = World(self.device, self.flat)
 

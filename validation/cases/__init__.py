@@ -79,7 +79,7 @@ def case_named(name: str) -> Case:
     drawn, shipped = _RANDOM.fullmatch(name), _SHIPPED.fullmatch(name)
     if drawn:
         scene = chance.scene(int(drawn.group(1)), int(drawn.group(2)))
-        return _of_scene(name, partial(quietly, partial(load_dict, scene)), (96, 72), bool(drawn.group(3)))
+        return _of_scene(name, partial(quietly, partial(load_dict, scene)), (112, 84), bool(drawn.group(3)))
     if shipped and shipped.group(1) in shipped_scenes():
         return _of_scene(name, partial(quietly, partial(load_scene, shipped.group(1))), None,
                          bool(shipped.group(2)))
