@@ -13,8 +13,23 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.formats.thesis import interval, thirds
-from clrt.scene import Cone, Cylinder, Mesh, PointLight, Polygon, Quadric, Scene, Sphere
+from clrt.bands import Bands, light, reflectance
+from clrt.formats.thesis import SPECTRA, interval, steps
+from clrt.places import At
+from clrt.records import read as read_record
+from clrt.scene import (
+    Checker,
+    Cone,
+    Cylinder,
+    Mesh,
+    PointLight,
+    Polygon,
+    Quadric,
+    Scene,
+    Spectral,
+    Spectrum,
+    Sphere,
+)
 
 VIEW = "v\nfrom 2 1 1\nat 0 0 0\nup 0 0 1\nangle 40\nhither 1\nresolution 400 300\n"
 
@@ -228,13 +243,13 @@ def read_thesis(tmp_path: Path, text: str) -> tuple[Scene, list[str]]:
 def test_thesis_defaults(tmp_path: Path) -> None:
     scene, messages = read_thesis(tmp_path, "")
     assert (
-        scene.max_depth == 3 and scene.medium_ior == 1.0003 and scene.background == 0 and scene.ambient == 1
+        scene.max_depth == 3 and scene.medium_ior == 1.0003 and scene.background == 0 and not messages
     )
+    assert scene.spectrum == Spectral(bands=20, range=(380, 740), response="thesis-2011")
+    np.testing.assert_allclose(light(scene.ambient, PROGRAM), np.full(20, 1 / 360))
     camera = scene.camera
     assert camera is not None and (camera.width, camera.height, camera.origin) == (800, 600, (0, 20, -30))
     assert math.isclose(math.tan(math.radians(camera.fov / 2)), 400 * 0.0015 * 500 / 800)
-    (message,) = messages
-    assert message.startswith("a.txt: its spectra are reduced to RGB")
 
 
 def ray(scene: Scene, x: int, y: int) -> np.ndarray:
@@ -286,7 +301,7 @@ Surface Spectrum 600 750 Constants 1 0 0 0 10
     ]
     assert scene.shapes[4].coefficients == tuple(range(1, 11))
     material = scene.material_of(scene.shapes[0])
-    assert material.color == (1, 1, 1) and (material.diffuse, material.ka) == (0.6, 0.6)
+    assert bands_of(scene, 0).tolist() == [1.0] * 20 and (material.diffuse, material.ka) == (0.6, 0.6)
     assert (material.specular, material.kr, material.kt, material.eta, material.shininess) == (
         0.3,
         0.3,
@@ -297,44 +312,51 @@ Surface Spectrum 600 750 Constants 1 0 0 0 10
     assert scene.material_of(scene.shapes[2]).color == 0
     mesh = scene.shapes[5]
     assert isinstance(mesh, Mesh) and mesh.primitives == 2
-    red = rgb_of(scene, 5)
-    assert red[2] == 0 and red[0] > 0.9 and red[1] < 0.3
+    assert bands_of(scene, 5).tolist() == [0.0] * 13 + [1.0] * 7  # from 614 nm
     assert scene.material_of(mesh).eta == 1.0  # an index of 0 stands for none
 
 
-def rgb_of(scene: Scene, index: int) -> Any:
-    return scene.material_of(scene.shapes[index]).color
+PROGRAM = Bands(20, 380, 740)
 
 
-def test_thesis_spectra_become_means_of_thirds(tmp_path: Path) -> None:
-    np.testing.assert_allclose(thirds(np.ones(20)), [1, 1, 1])
-    third = 370 / 3
-    # 500..600 nm: bands 506 to 596, that is the interval from 506 to 614 nm
-    np.testing.assert_allclose(thirds(interval(500, 600)), [0, (614 - 506) / third, 0], atol=1e-12)
-    # 380..500 nm: bands 380 to 488, up to 506 nm; the last third ends with the bands at 740 nm
-    np.testing.assert_allclose(thirds(interval(380, 500)), [0, (506 - 380 - third) / third, 1], atol=1e-12)
-    red = thirds(interval(600, 750))
-    np.testing.assert_allclose(red, [1, (380 + 2 * third - 614) / third, 0], atol=1e-12)
+def bands_of(scene: Scene, index: int) -> np.ndarray:
+    color = scene.material_of(scene.shapes[index]).color
+    assert not isinstance(color, Checker)
+    return reflectance(color, PROGRAM)
+
+
+@pytest.mark.parametrize("values", [*SPECTRA.values(), interval(500, 600), np.arange(20.0), np.zeros(20)])
+def test_thesis_spectra_keep_the_value_of_every_band(values: np.ndarray) -> None:
+    spectrum = read_record(Spectrum, {"type": "spectrum", "samples": steps(values)}, At())
+    assert reflectance(spectrum, PROGRAM).tolist() == values.tolist()
+    np.testing.assert_allclose(light(spectrum, PROGRAM), values, atol=1e-12)
+
+
+def test_thesis_intervals_hold_the_bands_that_start_in_them() -> None:
+    assert np.flatnonzero(interval(500, 600)).tolist() == list(range(7, 13))  # 506 to 596 nm
+    assert interval(380, 750).all() and not interval(723, 750).any()
 
 
 def test_thesis_lights_have_the_integral_that_is_asked_for(tmp_path: Path) -> None:
     white_light = "Light Point 1 2 3 Spectrum 380 750 Intensity .6 "
     red_light = "Light Point 0 0 0 Spectrum 600 750 Intensity 2"
-    scene, _ = read_thesis(tmp_path, "Ambient .4 " + white_light + red_light)
-    assert scene.ambient == 0.4
-    white, red = (light.intensity for light in scene.lights)
-    np.testing.assert_allclose(white, [0.6] * 3)
-    widths = np.array([740 - 380 - 740 / 3, 370 / 3, 370 / 3]) / 360
-    assert math.isclose(
-        np.dot(widths, red), 2, rel_tol=1e-12
-    )  # the mean over all bands is the integral asked for
-    assert red[0] > 5 and red[2] == 0
+    text = "Ambient .4 " + white_light + red_light
+    scene, _ = read_thesis(tmp_path, text)
+    found = [light(value, PROGRAM) for value in (scene.ambient, *(l.intensity for l in scene.lights))]
+    np.testing.assert_allclose([18 * values.sum() for values in found], [0.4, 0.6, 2], rtol=1e-12)
+    assert not found[2][:13].any()
+    np.testing.assert_allclose(found[2][13:], found[2][13], rtol=1e-12)
+    cie = clrt.load(tmp_path / "a.txt", response="cie")
+    assert cie.spectrum is not None and cie.spectrum.response == "cie"
+    np.testing.assert_allclose(light(cie.ambient, PROGRAM), np.full(20, 0.4), rtol=1e-12)
+    with pytest.raises(clrt.SceneError, match=r"a\.txt: 'rgb' is not allowed; response must be"):
+        clrt.load(tmp_path / "a.txt", response="rgb")
 
 
 def test_thesis_magenta_is_scaled_to_1(tmp_path: Path) -> None:
     text = "Sphere Point 0 0 0 Radius 1 Surface Spectrum Magenta Constants 1 0 0 0 1"
-    red, green, blue = rgb_of(read_thesis(tmp_path, text)[0], 0)
-    assert red == 1 and 0.1 < green < 0.25 and 0.49 < blue < 0.51
+    values = bands_of(read_thesis(tmp_path, text)[0], 0)
+    assert values.tolist() == [0.5] * 7 + [0.1] * 6 + [1.0] * 7
 
 
 def test_thesis_unknown_words_are_reported_with_their_line(tmp_path: Path) -> None:

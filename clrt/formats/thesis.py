@@ -5,56 +5,69 @@ from __future__ import annotations
 import math
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from clrt.errors import ClrtWarning, located, show
 from clrt.formats.tokens import Tokens, build, same_turn
 from clrt.limits import Limits
+from clrt.places import At
 from clrt.scene import Scene
 
-_BANDS = 380.0 + 18.0 * np.arange(20)
-"""Lower ends of the bands in nm, each 18 nm wide."""
-_RANGE = (380.0, 750.0)
+BANDS: Final = 380.0 + 18.0 * np.arange(20)
+"""Lower ends of the program's bands in nm, each 18 nm wide."""
+_END: Final = 740.0
 
 
-def load(path: Path, limits: Limits) -> Scene:
-    """The scene in a text file of the thesis' program.
+def load(path: Path, limits: Limits, response: str = "thesis-2011") -> Scene:
+    """The scene in a text file of the thesis' program, in its own 20 bands.
 
-    Spectra become RGB: a colour's blue, green and red are the means over the first, second and last third
-    of 380 to 750 nm; a warning says so. Words that the program would skip are warned about.
+    `response`: "thesis-2011" shows colours as that program does, "cie" as the CIE 1931 observer sees them;
+    the light is then so bright that a spectrum of 1 with an intensity of 1 has Y = 1. Words that the program
+    would skip are warned about.
     """
-    reader = _Reader(path, limits)
+    if response not in ("thesis-2011", "cie"):
+        raise At(path.name).error(response, "response must be 'thesis-2011' or 'cie'")
+    reader = _Reader(path, limits, response)
     reader.read()
-    text = "its spectra are reduced to RGB (the means over each third of 380 to 750 nm)"
-    warnings.warn(located(path.name, "", text), ClrtWarning, stacklevel=3)
     return build(reader.table(), reader.lines, path, limits)
-
-
-def thirds(spectrum: np.ndarray) -> np.ndarray:
-    """Red, green, blue of (20,) band values: means over the thirds of 380 to 750 nm (bands end at 740)."""
-    edges = np.linspace(*_RANGE, 4)
-    low = np.maximum(_BANDS, edges[:-1, None])
-    high = np.minimum(_BANDS + 18.0, edges[1:, None])
-    overlap = np.maximum(high - low, 0.0)
-    blue_to_red = (overlap @ spectrum) / overlap.sum(axis=1)
-    return np.asarray(blue_to_red[::-1])
 
 
 def interval(low: float, high: float) -> np.ndarray:
     """(20,) bands: 1 where low <= band <= high."""
-    return np.array([1.0 if low <= band <= high else 0.0 for band in _BANDS])
+    return np.array([1.0 if low <= band <= high else 0.0 for band in BANDS])
+
+
+def _peak_1(spectrum: np.ndarray) -> np.ndarray:
+    return spectrum / spectrum.max()
 
 
 _RED, _GREEN, _BLUE = interval(600, 750), interval(500, 600), interval(380, 500)
-_NAMED = {"Magenta": _RED + 0.5 * _BLUE + 0.1 * _GREEN, "Red": _RED + 0.1 * _BLUE + 0.1 * _GREEN}
+SPECTRA: Final = {
+    "Magenta": _peak_1(_RED + 0.5 * _BLUE + 0.1 * _GREEN),
+    "Red": _peak_1(_RED + 0.1 * _BLUE + 0.1 * _GREEN),
+}
+"""(20,) values of the spectra that the program knows by name."""
+
+
+def steps(values: np.ndarray) -> list[list[float]]:
+    """(nm, value) pairs of the curve that has (20,) values in the bands and steps between them."""
+    (ends,) = np.nonzero(np.append(np.diff(values) != 0, True))
+    points: list[list[float]] = []
+    start = BANDS[0]
+    for end in ends:
+        stop = BANDS[end + 1] if end + 1 < len(BANDS) else _END
+        points += [[float(start), float(values[end])], [float(stop), float(values[end])]]
+        start = stop
+    return points
 
 
 class _Reader:
     """The state while reading, with the program's defaults."""
 
-    def __init__(self, path: Path, limits: Limits) -> None:
+    def __init__(self, path: Path, limits: Limits, response: str) -> None:
+        self.response = response
         self.tokens = Tokens(path, limits)
         self.lines: dict[str, int] = {}
         self.width, self.height = 800, 600
@@ -105,7 +118,8 @@ class _Reader:
         return {
             "max_depth": 3,
             "medium_ior": 1.0003,
-            "ambient": self.ambient,
+            "spectrum": {"bands": len(BANDS), "range": [BANDS[0], _END], "response": self.response},
+            "ambient": self._radiance(np.ones(len(BANDS)), self.ambient),
             "camera": camera,
             "materials": self.materials,
             "lights": self.lights,
@@ -144,8 +158,13 @@ class _Reader:
             raise self.tokens.error(
                 "the light's spectrum is empty; it must contain one of 380, 398, ... 722 nm"
             )
-        color = intensity * thirds(spectrum) / spectrum.mean()
-        self.lights.append({"type": "point", "position": position, "intensity": color.tolist()})
+        light = self._radiance(spectrum, intensity)
+        self.lights.append({"type": "point", "position": position, "intensity": light})
+
+    def _radiance(self, spectrum: np.ndarray, intensity: float) -> list[list[float]]:
+        """The spectrum as (nm, value) pairs with the integral over nm, or (CIE) the mean, `intensity`."""
+        width = 18.0 if self.response == "thesis-2011" else 1 / len(BANDS)
+        return steps(spectrum * intensity / (width * spectrum.sum()))
 
     def _sphere(self) -> None:
         line, center = self.tokens.line, self._vector("Point")
@@ -209,7 +228,7 @@ class _Reader:
         line = self.tokens.line
         if self.tokens.expect("None", "Spectrum") == "None":
             return line, {"color": 0.0}
-        color = thirds(self._spectrum()).tolist()
+        color = steps(self._spectrum())
         self.tokens.expect("Constants")
         wanted = "Constants: diffuse, specular, transmissive, refraction, smoothness"
         diffuse, specular, transmissive, refraction, smoothness = self.tokens.numbers(5, wanted)
@@ -225,9 +244,8 @@ class _Reader:
 
     def _spectrum(self) -> np.ndarray:
         word = self.tokens.peek()
-        if word in _NAMED:
-            spectrum = _NAMED[self.tokens.expect(*_NAMED)]
-            return spectrum / spectrum.max()
+        if word in SPECTRA:
+            return SPECTRA[self.tokens.expect(*SPECTRA)]
         return interval(
             self.tokens.number("Magenta, Red or the lower end in nm"), self.tokens.number("the upper end")
         )

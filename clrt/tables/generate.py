@@ -14,6 +14,7 @@ import numpy as np
 FOLDER = Path(__file__).parent
 NM = np.arange(360, 831)
 COARSE = np.arange(360, 831, 5)
+CHART = np.arange(380, 731, 5)
 WHITE = "D65"
 # colour-science's names of the lights
 LIGHTS = {"D65": "D65", "A": "A", "E": "E"} | {f"F{i}": f"FL{i}" for i in range(1, 13)}
@@ -35,9 +36,13 @@ def main() -> None:
     text = "smoothest curves of red, green, blue that add up to 1 and give back linear Rec.709 under D65"
     _write("upsampling.csv", text, COARSE, _upsampling(matching, lights[WHITE]), 9)
     chart = colour.SDS_COLOURCHECKERS["BabelColor Average"]
-    patches = {f"patch-{i}": sd[np.arange(380, 731, 10)] for i, sd in enumerate(chart.values(), 1)}
-    text = "the 24 patches of the ColorChecker chart (BabelColor's average of 30 charts), row by row, 10 nm"
-    _write("colorchecker.csv", text, np.arange(380, 731, 10), patches, 4)
+    shape = colour.SpectralShape(CHART[0], CHART[-1], 5)
+    patches = {f"patch-{i}": sd.copy().align(shape).values for i, sd in enumerate(chart.values(), 1)}
+    text = (
+        "the 24 patches of the ColorChecker chart (BabelColor's average of 30 charts), row by row;"
+        " measured every 10 nm, between by Sprague's interpolation (CIE 167:2005)"
+    )
+    _write("colorchecker.csv", text, CHART, patches, 4)
 
 
 def _light(spectrum: colour.SpectralDistribution) -> np.ndarray:
