@@ -1,4 +1,4 @@
-"""Write the figures of docs/validation.md from a run of the suite.
+"""Write the figures of docs/validation.md from a run of the suite, or from several that are parts of one.
 
     clrt validate --full --spd FOLDER --report report.html
     python docs/make_validation.py report.json
@@ -22,23 +22,26 @@ FIGURES = (("SSIM", True, ".5f"), ("FLIP", False, ".5f"), ("PSNR", True, ".1f"),
            ("distance", False, ".1e"))  # fmt: skip
 
 
-def figures(run: dict[str, Any]) -> Iterator[str]:
+def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
     """The lines between the marks."""
-    verdict = "everything passed" if run["passed"] else "NOT everything passed"
-    yield f"`{run['command']}`: {verdict}, in {run['seconds'] / 60:.0f} minutes on {run['device']}, with "
-    yield ", ".join(f"{name} {version}" for name, version in run["versions"].items()) + "."
+    for run in runs:
+        verdict = "everything passed" if run["passed"] else "NOT everything passed"
+        yield f"- `{run['command']}`: {verdict}; {run['device']}"
+    versions = [f"{name} {version}" for name, version in runs[0]["versions"].items()]
+    yield f"\nMeasured with {', '.join(versions)}.\n"
+    found = {key: [entry for run in runs for entry in run[key]] for key in ("mutants", "counts", "checks")}
+    cases = {case["name"]: case for run in reversed(runs) for case in run["cases"]}
+    yield from pictures(list(cases.values()))
+    for run in [run for run in runs if run["coverage"]][:1]:
+        covered, features = len(run["coverage"]) - len(run["thin"]), len(run["coverage"])
+        yield f"\n{covered} of {features} features agree under at least two oracles that share no code."
+    caught = sum(not mutant["survived"] for mutant in found["mutants"])
+    yield f"{caught} of {len(found['mutants'])} planted faults were noticed."
+    yield from (f"{check['name'].capitalize()}: {check['detail']}." for check in found["checks"])
     yield ""
-    yield from pictures(run["cases"])
-    covered = len(run["coverage"]) - len(run["thin"])
+    yield from counts([count for count in found["counts"] if ", " not in count["scene"]])
     yield ""
-    yield f"{covered} of {len(run['coverage'])} features agree under at least two oracles that share no code."
-    caught = sum(not mutant["survived"] for mutant in run["mutants"])
-    yield f"{caught} of {len(run['mutants'])} planted faults were noticed."
-    yield from (f"{check['name'].capitalize()}: {check['detail']}." for check in run["checks"])
-    yield ""
-    yield from counts([count for count in run["counts"] if ", " not in count["scene"]])
-    yield ""
-    yield from planted(run["mutants"])
+    yield from planted(found["mutants"])
 
 
 def pictures(cases: list[dict[str, Any]]) -> Iterator[str]:
@@ -85,10 +88,10 @@ def planted(mutants: list[dict[str, Any]]) -> Iterator[str]:
 
 
 def main() -> None:
-    run = json.loads(Path(sys.argv[1]).read_text("utf-8"))
+    runs = [json.loads(Path(file).read_text("utf-8")) for file in sys.argv[1:]]
     before, _, rest = PAGE.read_text("utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
-    PAGE.write_text(before + BEGIN + "\n" + "\n".join(figures(run)) + "\n\n" + END + after, encoding="utf-8")
+    PAGE.write_text(before + BEGIN + "\n" + "\n".join(figures(runs)) + "\n\n" + END + after, encoding="utf-8")
 
 
 if __name__ == "__main__":
