@@ -6,6 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clrt.errors import ClrtError
+
 
 class Picture:
     """The pixels of a window (x, y, width, height) of a picture `full_width` wide, and its layers by name."""
@@ -25,15 +27,20 @@ class Picture:
 
     def put(self, pixels: np.ndarray, values: dict[str, np.ndarray]) -> None:
         """Place what was found for the pixels of these numbers: "image" and layers."""
-        place = pixels.astype(np.intp)
-        if (self.left, self.width) != (0, self.full_width):
-            place = place // self.full_width * self.width + place % self.full_width - self.left
-        place -= self.top * self.width
+        place = self.places(pixels)
         for name, found in values.items():
             if name == "image":
                 _scatter(self.pixels, place, found)
             elif name in self.layers:
                 _scatter(self.layers[name], place, found)
+
+    def places(self, pixels: np.ndarray) -> np.ndarray:
+        """Where in the flattened window the pixels of these numbers stand."""
+        place = pixels.astype(np.intp)
+        if (self.left, self.width) != (0, self.full_width):
+            place = place // self.full_width * self.width + place % self.full_width - self.left
+        place -= self.top * self.width
+        return place
 
 
 def _scatter(target: np.ndarray, place: np.ndarray, values: np.ndarray) -> None:
@@ -41,3 +48,13 @@ def _scatter(target: np.ndarray, place: np.ndarray, values: np.ndarray) -> None:
     size = target.itemsize * (target.shape[2] if target.ndim == 3 else 1)
     whole = np.ascontiguousarray(values, target.dtype).view(np.dtype((np.void, size)))
     target.view(np.dtype((np.void, size))).reshape(-1)[place] = whole.reshape(-1)
+
+
+def check_crop(crop: tuple[int, int, int, int] | None, width: int, height: int) -> tuple[int, int, int, int]:
+    """The window to render: `crop`, or all of it. ClrtError where it is not inside the picture."""
+    if crop is None:
+        return 0, 0, width, height
+    x, y, w, h = crop
+    if w < 1 or h < 1 or x < 0 or y < 0 or x + w > width or y + h > height:
+        raise ClrtError(f"crop: {x} {y} {w} {h} is not a part of the picture of {width} x {height} pixels")
+    return x, y, w, h

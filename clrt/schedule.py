@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from clrt.device import TRACKS, Device
+from clrt.errors import LimitError, MemoryLimitError
 from clrt.tracks import Answer
 
 Piece = TypeVar("Piece")
@@ -35,6 +36,14 @@ def complete(work: Work[Result]) -> Result:
             return end.value
 
 
+def _split_or(error: MemoryLimitError, split: Callable[[Piece], list[Piece]], piece: Piece) -> list[Piece]:
+    """The parts of a piece; the error itself where it has no parts."""
+    try:
+        return split(piece)
+    except LimitError:
+        raise error from None
+
+
 def interleaved(
     device: Device,
     pieces: list[Piece],
@@ -44,13 +53,15 @@ def interleaved(
     """Do the work of all pieces, the last one first: pairs of a piece and its result, in the order they end.
 
     Each piece has a track of the device to itself. One that turns out to be TooLarge is given up, and what
-    `split` makes of it is done in its place.
+    `split` makes of it is done in its place. One for which the device has no memory left is done again when
+    no other is under way, from then on one at a time; if it does not even fit alone, it is split, too.
     """
+    together = TRACKS
     running: list[_Running[Piece, Result]] = []  # the longest waiting first
     free = list(range(TRACKS))
     try:
         while pieces or running:
-            if pieces and free:
+            if pieces and len(running) < together:
                 piece = pieces.pop()
                 now = _Running(piece, free.pop(), begin(piece))
             else:
@@ -66,6 +77,10 @@ def interleaved(
             except TooLarge:
                 free.append(now.track)
                 pieces += split(now.piece)
+            except MemoryLimitError as error:
+                free.append(now.track)
+                together = 1
+                pieces += [now.piece] if running else _split_or(error, split, now.piece)
             else:
                 device.flush()
                 running.append(_Running(now.piece, now.track, now.work, awaits))

@@ -16,6 +16,7 @@ class Settings:
     local_size: work-items of a work-group, 1 to what the device allows.
     lanes: rays of a queue block, 8 or 16.
     threads: cores of the device to use; None: all of them.
+    check: look for numbers that are not finite after each pass (slow): a ClrtError names the first.
     limits: what a render may cost at most.
     """
 
@@ -23,6 +24,7 @@ class Settings:
     local_size: int = 64
     lanes: int = 16
     threads: int | None = None
+    check: bool = False
     limits: Limits = field(default_factory=Limits)
 
     def __post_init__(self) -> None:

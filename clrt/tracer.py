@@ -2,51 +2,57 @@
 
 from __future__ import annotations
 
+import os
+import threading
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from functools import wraps
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
 from clrt import layout, passes
+from clrt.checkpoint import Checkpoint, job
 from clrt.device import Device
 from clrt.errors import ClrtError, LimitError, SceneError
 from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers, finished
 from clrt.flatten import flatten, flatten_camera
 from clrt.image import Image
 from clrt.limits import Branching
-from clrt.picture import Picture
+from clrt.picture import Picture, check_crop
+from clrt.platforms import check_process
+from clrt.rayinput import Hits, ray_chunks
 from clrt.scene import Scene
 from clrt.schedule import Work, interleaved
 from clrt.settings import Settings
 from clrt.tiles import tiles
+from clrt.tripwire import Tripwire
 from clrt.version import __version__
 from clrt.wavefront import RayCounts, trace
 from clrt.world import World
 
 Progress = Callable[[int, int, int], None]
+Method = TypeVar("Method", bound=Callable[..., Any])
 _TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
 
 
-@dataclass(frozen=True)
-class Hits:
-    """Answers to n rays. A miss has primitive = shape = -1 and t = inf.
+def _one_at_a_time(method: Method) -> Method:
+    """Let threads wait for each other; a process that was forked learns why it cannot go on."""
 
-    t: (n,) float32, distance. primitive, shape: (n,) int32. normal: (n, 3) float32, the outward geometric
-    unit normal (0 on a miss). u, v: (n,) float32, barycentric weights of a triangle's second and third
-    corner, 0 on other primitives.
-    """
+    @wraps(method)
+    def locked(self: Tracer, *arguments: Any, **named: Any) -> Any:
+        check_process()  # first: a lock that was held when the process was forked stays held
+        with self._lock:
+            return method(self, *arguments, **named)
 
-    t: np.ndarray
-    primitive: np.ndarray
-    shape: np.ndarray
-    normal: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
+    return locked  # type: ignore[return-value]
 
 
 class Tracer:
-    """A scene compiled to a device: reusable for pictures and ray queries, by one thread at a time.
+    """A scene compiled to a device: reusable for pictures and ray queries.
+
+    Threads may share it: one at a time is served. A forked process may not: it gets a DeviceError.
 
     device: a number from `clrt.devices()`, a part of "platform version / name", or None (CLRT_DEVICE, else
     the newest PoCL). Raises DeviceError, SceneError, LimitError.
@@ -57,10 +63,12 @@ class Tracer:
     ) -> None:
         self.scene = scene
         self.settings = settings or Settings()
+        self._lock = threading.RLock()
         self.flat = flatten(scene)
         self.device = Device(device, self.settings, self.flat.bands, media=self.flat.media_places)
         self.world = World(self.device, self.flat)
 
+    @_one_at_a_time
     def render(
         self,
         width: int | None = None,
@@ -70,13 +78,15 @@ class Tracer:
         layers: Sequence[str] = (),
         progress: Progress | None = None,
         crop: tuple[int, int, int, int] | None = None,
+        checkpoint: str | os.PathLike[str] | None = None,
     ) -> Image:
         """The picture that the scene's camera sees.
 
         width, height, spp, max_depth: in place of the scene's; width or height alone keeps the aspect.
         layers: names as in docs/model.md (`direct`, `generation_1`, `depth`, ...). progress: called with
         (pixels done, pixels in all, rays traced) after every tile. crop: (x, y, width, height), the part of
-        the picture to render, with the same bits as in the whole.
+        the picture to render, with the same bits as in the whole. checkpoint: a file that keeps what is
+        finished; a render that finds it goes on from there. It is kept at the end, for you to remove.
         """
         if self.scene.camera is None:
             raise SceneError(f"{self.scene.source or 'scene'}: camera: missing; a picture needs a [camera]")
@@ -85,12 +95,11 @@ class Tracer:
         samples = int(camera["grid"][0]) ** 2
         depth = self._depth(max_depth)
         names = check_layers(layers, depth, self.flat.response is not None)
-        window = _check_crop(crop, *full)
+        window = check_crop(crop, *full)
         self._check_limits(full[0] * full[1], samples, depth)
 
         picture = Picture(window, full[0], names, self.flat.bands)
-        counts, done, local_size = RayCounts(), 0, 0
-        total = window[2] * window[3]
+        counts, local_size, total = RayCounts(), 0, window[2] * window[3]
         camera_buffer = self.device.upload(camera)
         self.device.take_seconds()
 
@@ -99,7 +108,8 @@ class Tracer:
             passes.immerse(self.device, self.world, queue)
             hits = passes.closest(self.device, self.world, queue)
             film = Film(self.device, len(pixels), names)
-            rays = yield from trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES)
+            watch = Tripwire(self.device, self.world, pixels, full[0]) if self.settings.check else None
+            rays = yield from trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES, watch)
             found = {}
             if set(names) & set(GEOMETRY):
                 found = passes.geometry(self.device, self.world, queue, hits, samples)
@@ -111,17 +121,26 @@ class Tracer:
                 found[name] = film.read(self.flat.xyz if name == "xyz" else None, planes=1)[0]
             return _Tile(rays, found, int(size.wait()[0]))
 
+        saved = None
         pieces = list(tiles(*full, window, max(1, self.settings.tile // samples)))[::-1]
-        for pixels, tile in interleaved(self.device, pieces, traced, _halves):
-            picture.put(pixels, tile.layers)
-            counts.merge(tile.rays)
-            local_size = tile.local_size
-            done += len(pixels)
-            if progress:
-                progress(done, total, counts.traced)
+        if checkpoint is not None:
+            saved = Checkpoint(checkpoint, job(self.flat, camera, window, depth, names), picture, counts)
+            pieces = saved.unfinished(pieces)
+        done = total - sum(map(len, pieces))
+        with saved or nullcontext():
+            for pixels, tile in interleaved(self.device, pieces, traced, _halves):
+                picture.put(pixels, tile.layers)
+                counts.merge(tile.rays)
+                if saved:
+                    saved.add(pixels)
+                local_size = tile.local_size
+                done += len(pixels)
+                if progress:
+                    progress(done, total, counts.traced)
         stats = self._stats(counts, local_size)
         return Image(picture.pixels, picture.layers, stats, self._metadata())
 
+    @_one_at_a_time
     def intersect(
         self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
     ) -> Hits:
@@ -136,15 +155,10 @@ class Tracer:
             parts.append(passes.geometry(self.device, self.world, queue, hits, 1))
             self.device.finish()
         found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        return Hits(
-            found["depth"],
-            found["primitive"],
-            found["shape"],
-            found["normal"],
-            found["uv"][:, 0],
-            found["uv"][:, 1],
-        )
+        u, v = found["uv"].T
+        return Hits(found["depth"], found["primitive"], found["shape"], found["normal"], u, v)
 
+    @_one_at_a_time
     def occluded(
         self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
     ) -> np.ndarray:
@@ -155,6 +169,7 @@ class Tracer:
             parts.append(self.device.read(seen, np.empty(queue.n, np.uint32)) == 0)
         return np.concatenate(parts)
 
+    @_one_at_a_time
     def radiance(
         self, origins: np.ndarray, directions: np.ndarray, max_depth: int | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
@@ -170,7 +185,8 @@ class Tracer:
             passes.immerse(self.device, self.world, queue)
             hits = passes.closest(self.device, self.world, queue)
             film = Film(self.device, queue.n, ())
-            rays = yield from trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES)
+            watch = Tripwire(self.device, self.world, chunk[3]) if self.settings.check else None
+            rays = yield from trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES, watch)
             means = film.developing(1, self.flat.response)
             yield means
             return rays, finished(means.wait())[0]
@@ -178,7 +194,7 @@ class Tracer:
         def split(chunk: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, ...]]:
             return list(zip(*map(_halves, chunk), strict=True))
 
-        pieces = list(self._ray_chunks(origins, directions, np.inf))[::-1]
+        pieces = list(ray_chunks(origins, directions, np.inf, self.settings.tile))[::-1]
         found = np.empty((sum(len(chunk[0]) for chunk in pieces), 3), np.float32)
         for (_, _, _, numbers), (rays, values) in interleaved(self.device, pieces, traced, split):
             found[numbers] = values
@@ -186,25 +202,8 @@ class Tracer:
         return found, dict(counts.table())
 
     def _adopted(self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray) -> Any:
-        for chunk in self._ray_chunks(origins, directions, t_max):
+        for chunk in ray_chunks(origins, directions, t_max, self.settings.tile):
             yield passes.adopt(self.device, *chunk)
-
-    def _ray_chunks(self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray) -> Any:
-        """Checked float32 arrays and the rays' numbers, in pieces of a tile; one empty piece for no rays."""
-        with np.errstate(over="ignore"):  # beyond float32: infinite, which misses
-            o, d = np.asarray(origins, np.float32), np.asarray(directions, np.float32)
-            for name, array in (("origins", o), ("directions", d)):
-                if array.ndim != 2 or array.shape[1] != 3:
-                    raise ClrtError(f"{name}: shape {array.shape} is not (n, 3)")
-            if len(o) != len(d):
-                raise ClrtError(f"origins and directions: {len(o)} and {len(d)} rays; they must be as many")
-            limit = np.asarray(t_max, np.float32)
-        if limit.ndim and limit.shape != (len(o),):
-            raise ClrtError(f"t_max: shape {limit.shape} is neither a number nor ({len(o)},)")
-        limit, numbers = np.broadcast_to(limit, (len(o),)), np.arange(len(o), dtype=np.uint32)
-        step = self.settings.tile
-        for start in range(0, max(len(o), 1), step):
-            yield tuple(np.ascontiguousarray(a[start : start + step]) for a in (o, d, limit, numbers))
 
     def _depth(self, max_depth: int | None) -> int:
         depth = self.scene.max_depth if max_depth is None else max_depth
@@ -270,15 +269,6 @@ def _halves(array: np.ndarray) -> list[np.ndarray]:
     return [array[len(array) // 2 :], array[: len(array) // 2]]
 
 
-def _check_crop(crop: tuple[int, int, int, int] | None, width: int, height: int) -> tuple[int, int, int, int]:
-    if crop is None:
-        return 0, 0, width, height
-    x, y, w, h = crop
-    if w < 1 or h < 1 or x < 0 or y < 0 or x + w > width or y + h > height:
-        raise ClrtError(f"crop: {x} {y} {w} {h} is not a part of the picture of {width} x {height} pixels")
-    return x, y, w, h
-
-
 def render(
     scene: Scene,
     width: int | None = None,
@@ -290,6 +280,8 @@ def render(
     progress: Progress | None = None,
     settings: Settings | None = None,
     crop: tuple[int, int, int, int] | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
 ) -> Image:
     """The picture of a scene: `Tracer(scene, device, settings).render(...)`."""
-    return Tracer(scene, device, settings).render(width, height, spp, max_depth, layers, progress, crop)
+    tracer = Tracer(scene, device, settings)
+    return tracer.render(width, height, spp, max_depth, layers, progress, crop, checkpoint)

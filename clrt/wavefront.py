@@ -13,6 +13,7 @@ from clrt.film import Film
 from clrt.media import too_deep
 from clrt.queues import AMBIENT, CAMERA, REFLECTION, TRANSMISSION, Hits, Lit, Queue, feeler_bytes, queue_bytes
 from clrt.schedule import TooLarge, Work
+from clrt.tripwire import Tripwire
 from clrt.world import World
 
 
@@ -66,15 +67,25 @@ class RayCounts:
 
 
 def trace(
-    device: Device, world: World, queue: Queue, hits: Hits, film: Film, max_depth: int, budget: int
+    device: Device,
+    world: World,
+    queue: Queue,
+    hits: Hits,
+    film: Film,
+    max_depth: int,
+    budget: int,
+    watch: Tripwire | None = None,
 ) -> Work[RayCounts]:
     """Trace a queue of generation 0, whose hits are known, and all its descendants onto the film.
 
-    `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated.
+    `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated. `watch` looks at
+    what each pass wrote.
     """
     counts = RayCounts()
     film.add_terms(world, queue, hits, last=max_depth == 0)
     queues = [(queue, hits)]
+    if watch:
+        watch.rays("generate", 0, queue, hits, [])
     for generation in range(max_depth + 1):
         parents: list[tuple[Queue, Hits, Lit]] = []
         for queue, hits in queues:
@@ -86,11 +97,15 @@ def trace(
             feelers = passes.feelers(device, world, queue, hits, lit)
             film.add(queue, lit, feelers, generation)
             counts.add(generation, queue, lit)
+            if watch:
+                watch.light(generation, queue, hits, lit, feelers, film)
         queues = []
         for kind in (REFLECTION, TRANSMISSION, AMBIENT):
             child = passes.spawn(device, world, kind, generation, parents)
             if child:
                 queues.append((child, passes.closest(device, world, child)))
+                if watch:
+                    watch.rays(f"spawn {kind}", generation + 1, *queues[-1], parents)
         if not queues:
             break
     if world.flat.media is not None and device.read(world.overflow, np.zeros(1, np.uint32))[0]:

@@ -92,7 +92,7 @@ def test_every_option_reaches_the_render(scene: Path, monkeypatch: pytest.Monkey
     assert seen.pop("settings") == clrt.Settings(threads=1)
     assert seen == {
         "width": 40, "height": 30, "crop": (1, 2, 4, 3), "spp": 9, "max_depth": 6, "device": "PoCL",
-        "layers": ("direct", "depth"), "progress": None,
+        "layers": ("direct", "depth"), "progress": None, "checkpoint": None,
     }  # fmt: skip
     assert json.loads(stats.read_text()) == {"traced": 7, "device": "fake", "rays": {"camera": 7}}
     assert main(["render", str(scene), "-o", str(out), "--device", "1"]) == 0

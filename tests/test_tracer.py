@@ -29,7 +29,7 @@ def limited(**limits: int) -> clrt.Settings:
         ({"samples": 3}, {"spp": 4}),
         ({"depth": 4}, {}),
         ({"work": 1200 * 2**5 - 1}, {}),
-        ({"device_bytes": 100_000}, {}),
+        ({"device_bytes": 2_000}, {}),
     ],
 )
 def test_a_limit_stops_a_render_and_says_what_to_change(limits: dict, render: dict) -> None:

@@ -74,6 +74,8 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
     render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
     render.add_argument("--bits", type=int, choices=(8, 16), help="bits per sample of .png and .tif (8)")
+    render.add_argument("--checkpoint", metavar="FILE", help="keep what is finished; go on from it later")
+    render.add_argument("--check", action="store_true", help="name the first number that is not finite")
     render.add_argument("--quiet", action="store_true", help="neither progress nor a closing line")
 
     hashing = command("hash", "Print the hash of a scene's picture, or of the pixels in an .exr file.")

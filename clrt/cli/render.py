@@ -30,8 +30,9 @@ def run(options: argparse.Namespace) -> int:
         if options.stats:
             saved.append(_save_stats(image, options.stats))
     except KeyboardInterrupt:
-        what = f"saved: {', '.join(map(str, saved))}" if saved else "nothing was saved"
-        return say(f"interrupted; {what}", INTERRUPTED)
+        return say(f"interrupted; {_left_behind(saved, options.checkpoint)}", INTERRUPTED)
+    if options.checkpoint:
+        Path(options.checkpoint).unlink(missing_ok=True)  # only now: had saving failed, it would be needed
     if not options.quiet:
         print(summary(image, saved[0], seconds))
     return 0
@@ -55,9 +56,20 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
             device=options.device,
             layers=layers,
             progress=report,
-            settings=clrt.Settings(threads=options.threads, limits=limits),
+            settings=clrt.Settings(
+                threads=options.threads, limits=limits, check=getattr(options, "check", False)
+            ),
             crop=tuple(options.crop) if options.crop else None,
+            checkpoint=getattr(options, "checkpoint", None),
         )
+
+
+def _left_behind(saved: list[Path], checkpoint: str | None) -> str:
+    if saved:
+        return f"saved: {', '.join(map(str, saved))}"
+    if checkpoint and Path(checkpoint).exists():
+        return f"{checkpoint} holds what is finished: the same command goes on from there"
+    return "nothing was saved"
 
 
 def summary(image: Image, path: Path, seconds: float) -> str:
@@ -77,6 +89,10 @@ def _check_outputs(options: argparse.Namespace) -> None:
         if Path(options.stats).resolve() == Path(options.output).resolve():
             raise ClrtError(f"{options.stats}: is the picture's file too; give --stats one of its own")
         check_replaceable(options.stats)
+    if options.checkpoint:
+        others = [Path(name).resolve() for name in (options.output, options.stats) if name]
+        if Path(options.checkpoint).resolve() in others:
+            raise ClrtError(f"{options.checkpoint}: is another file's name, too; give --checkpoint its own")
 
 
 def _save_stats(image: Image, path: str) -> Path:
