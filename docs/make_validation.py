@@ -7,19 +7,22 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from clrt.resources import validation_module
+
 PAGE = Path(__file__).parent / "validation.md"
 BEGIN, END = "<!-- figures: make_validation.py writes what follows -->\n", "<!-- end of figures -->\n"
 SHOWN = ("exponent 36 for 40", "lost share at total internal reflection", "Snell without the square",
          "spheres 0.1 % too large", "one generation too few")  # fmt: skip
-# figure, whether the smallest is the worst, how it is written
-FIGURES = (("SSIM", True, ".5f"), ("FLIP", False, ".5f"), ("PSNR", True, ".1f"),
-           ("within 1e-4", True, ".4%"), ("mean radiance", False, ".1e"),
-           ("distance", False, ".1e"))  # fmt: skip
+# figure, whether the smallest is the worst
+FIGURES = {"SSIM": True, "FLIP": False, "PSNR": True, "within 1e-4": True, "mean radiance": False,
+           "distance": False}  # fmt: skip
+figure = validation_module("report").figure
 
 
 def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
@@ -46,7 +49,7 @@ def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
 
 def pictures(cases: list[dict[str, Any]]) -> Iterator[str]:
     """A row for each oracle and number of samples: the worst of each figure."""
-    yield "| oracle | samples | pictures | " + " | ".join(name for name, *_ in FIGURES) + " |"
+    yield "| oracle | samples | pictures | " + " | ".join(FIGURES) + " |"
     yield "|---|---|---|" + "---|" * len(FIGURES)
     groups: dict[tuple[str, int], list[dict[str, Any]]] = {}
     for case in cases:
@@ -54,17 +57,15 @@ def pictures(cases: list[dict[str, Any]]) -> Iterator[str]:
             groups.setdefault((oracle, case["samples"]), []).append(found)
     for (oracle, samples), found in sorted(groups.items()):
         agree = sum(one["passed"] for one in found)
-        cells = [worst(found, *figure) for figure in FIGURES]
+        cells = [worst(found, name, smallest) for name, smallest in FIGURES.items()]
         yield f"| {oracle} | {samples} | {agree} of {len(found)} | {' | '.join(cells)} |"
 
 
-def worst(found: list[dict[str, Any]], name: str, smallest: bool, form: str) -> str:
+def worst(found: list[dict[str, Any]], name: str, smallest: bool) -> str:
     """The worst of a figure among those that are gated: the others are of pictures full of noise."""
     gated = [gate["value"] for one in found for gate in one["gates"] if gate["name"] == name]
-    values = [value for value in gated if value is not None]  # an infinite PSNR is null
-    if not gated:
-        return ""
-    return format((min if smallest else max)(values), form) if values else "inf"
+    values = [math.inf if value is None else value for value in gated]  # an infinite PSNR is null
+    return figure((min if smallest else max)(values)) if values else ""
 
 
 def counts(rows: list[dict[str, Any]]) -> Iterator[str]:
