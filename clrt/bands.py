@@ -105,7 +105,7 @@ def curve(value: float | tuple[Any, ...] | Spectrum, bands: Bands | None) -> np.
         return _upsampled(value, bands)
     found = curve_of(value) if isinstance(value, Spectrum) else samples(value)
     if bands is None:
-        weights = _basis(VISIBLE) * cells(curve_of("D65")) * matching(VISIBLE).sum(axis=0)
+        weights = upsampling(VISIBLE) * cells(curve_of("D65")) * matching(VISIBLE).sum(axis=0)
         return weights @ cells(found) / weights.sum(axis=1)
     return _at_midpoints(value, found, bands)
 
@@ -152,7 +152,7 @@ def _at_midpoints(value: Any, found: Curve, bands: Bands) -> np.ndarray:
     return found.at(bands.midpoints)
 
 
-def _basis(nm: np.ndarray) -> np.ndarray:
+def upsampling(nm: np.ndarray) -> np.ndarray:
     """(3, n): the curves that red, green and blue stand for; they add up to 1."""
     table = columns("upsampling")
     return np.stack([np.interp(nm, table["nm"], table[name]) for name in ("red", "green", "blue")])
@@ -161,7 +161,7 @@ def _basis(nm: np.ndarray) -> np.ndarray:
 def _upsampled(color: float | tuple[float, ...], bands: Bands | None) -> np.ndarray:
     if isinstance(color, tuple):
         rgb = np.array(color, np.float64)
-        return rgb if bands is None else rgb @ _basis(bands.midpoints)
+        return rgb if bands is None else rgb @ upsampling(bands.midpoints)
     return np.full(3 if bands is None else bands.n, float(color))
 
 

@@ -22,13 +22,16 @@ from clrt.version import __version__
 
 __all__ = ["Image", "check_writable", "pixel_hash", "read_image"]
 
+_SPECTRAL_LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "relative"}  # see _channels
+
 
 @dataclass(frozen=True, eq=False)
 class Image:
     """What a render gives. Arrays are owned and read-only; `np.array(image)` is a copy to change.
 
     pixels: float32 (height, width, 3), linear Rec.709 radiance, unclamped, the top row first.
-    layers: name -> array (height, width) or (height, width, 3) of the same size, as asked for.
+    layers: name -> array (height, width) or (height, width, 3) of the same size, as asked for; `bands` is
+    (height, width, n). wavelengths: the middles of these n bands in nm; none in RGB mode.
     stats: rays by generation and kind, seconds by pass, device; plain numbers, texts, lists and dicts.
     metadata: what made the picture (scene hash, kernel hash, device, settings), as texts.
     ClrtError when an array has another shape or kind of number.
@@ -38,6 +41,7 @@ class Image:
     layers: Mapping[str, np.ndarray] = field(default_factory=dict)
     stats: Mapping[str, Any] = field(default_factory=dict)
     metadata: Mapping[str, str] = field(default_factory=dict)
+    wavelengths: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         pixels = np.ascontiguousarray(self.pixels)
@@ -45,7 +49,8 @@ class Image:
             raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3)")
         layers = {name: np.ascontiguousarray(layer) for name, layer in self.layers.items()}
         for name, layer in layers.items():
-            if layer.shape not in (pixels.shape, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
+            fits = (*pixels.shape[:2], len(self.wavelengths)) if name == "bands" else pixels.shape
+            if layer.shape not in (fits, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
                 form = f"{layer.dtype} {layer.shape}"
                 raise ClrtError(f"layers[{name!r}]: {form} does not fit pixels {pixels.shape}")
         object.__setattr__(self, "pixels", _read_only(pixels))
@@ -77,13 +82,14 @@ class Image:
         """Write the picture; `path` is then the complete new file, or, after any error, what it was before.
 
         The suffix decides. `.exr`: the linear radiance and all layers as float32 (`direct.R`, `depth.Z`,
-        `normal.X`, `shape.ID`, ...), with the metadata as attributes `clrt:...`; `.png`, `.tif`: sRGB of
-        `bits` = 8 (default) or 16; `.jpg`, `.bmp`: sRGB of 8 bits. `exposure` in stops brightens sRGB
+        `normal.X`, `shape.ID`, ...; bands by wavelength: `S0.395,500000nm`), with the metadata as attributes
+        `clrt:...`; `.png`, `.tif`: sRGB of `bits` = 8 (default) or 16; `.jpg`, `.bmp`: sRGB of 8 bits, all
+        clipped to [0, 1], colours out of gamut as well. `exposure` in stops brightens sRGB
         pictures. Returns the absolute path. ClrtError as `check_writable`, and when the disk refuses.
         """
         bits = check_writable(path, exposure, bits)
         if bits == 32:
-            groups = [_channels(name, layer) for name, layer in self.layers.items()]
+            groups = [_channels(name, layer, self.wavelengths) for name, layer in self.layers.items()]
             names = ("R", "G", "B", *(name for group, _ in groups for name in group))
             write(path, [self.pixels, *(layer for _, layer in groups)], names, self._attributes())
         else:
@@ -111,7 +117,9 @@ class Image:
             return self.save(Path(folder) / "image.png", exposure).read_bytes()
 
     def _attributes(self) -> dict[str, str]:
-        return {"version": __version__, "image_hash": self.hash, **self.metadata}
+        attributes = {"version": __version__, "image_hash": self.hash, **self.metadata}
+        named = {f"clrt:{key}": text for key, text in attributes.items()}
+        return named | (_SPECTRAL_LAYOUT if "bands" in self.layers else {})
 
 
 def pixel_hash(pixels: np.ndarray) -> str:
@@ -127,14 +135,19 @@ def _read_only(array: np.ndarray) -> np.ndarray:
     return view
 
 
-def _channels(name: str, layer: np.ndarray) -> tuple[tuple[str, ...], np.ndarray]:
+def _channels(
+    name: str, layer: np.ndarray, wavelengths: tuple[float, ...]
+) -> tuple[tuple[str, ...], np.ndarray]:
     """Names of the channels, as compositing programs expect them, and the layer as (height, width, channels).
 
-    Numbers of shapes are exact in float32: there are at most 2^24 of them.
+    Numbers of shapes are exact in float32: there are at most 2^24 of them. Bands are named as in Fichet,
+    Pacanowski and Wilkie 2021, "An OpenEXR layout for spectral images": S0 is radiance, a comma the point.
     """
+    if name == "bands":
+        return tuple(f"S0.{nm:.6f}nm".replace(".", ",").replace(",", ".", 1) for nm in wavelengths), layer
     if layer.ndim == 2:
         return (f"{name}.{'Z' if layer.dtype.kind == 'f' else 'ID'}",), layer[:, :, None]
-    axes = "XYZ" if name in ("position", "normal") else "RGB"
+    axes = "XYZ" if name in ("position", "normal", "xyz") else "RGB"
     return tuple(f"{name}.{axis}" for axis in axes), layer
 
 

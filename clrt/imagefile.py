@@ -82,7 +82,7 @@ def write(
     """Write arrays (h, w, any number of channels) side by side, as they are; replace `path` as a whole.
 
     The first one is uint8, uint16 or float32, and so are the samples. `channels` names them all; `metadata`
-    becomes text attributes `clrt:<key>` where the format has such (EXR, PNG).
+    becomes text attributes where the format has such (EXR, PNG).
     """
     height, width, _ = parts[0].shape
     sample_type = "float" if parts[0].dtype == np.float32 else parts[0].dtype.name
@@ -95,7 +95,7 @@ def write(
         spec.attribute("Compression", "jpeg:95")
         spec.attribute("jpeg:subsampling", "4:4:4")
     for key, text in (metadata or {}).items():
-        spec.attribute(f"clrt:{key}", text)
+        spec.attribute(key, text)
     with replacing(path) as temporary:
         output = oiio.ImageOutput.create(str(temporary))
         if output is None:

@@ -17,7 +17,7 @@ from clrt.checkpoint import Checkpoint, job
 from clrt.device import Device
 from clrt.errors import ClrtError, LimitError, SceneError
 from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers, finished
-from clrt.flatten import flatten, flatten_camera
+from clrt.flatten import bands_of, flatten, flatten_camera
 from clrt.image import Image
 from clrt.limits import Branching
 from clrt.picture import Picture, check_crop
@@ -138,7 +138,9 @@ class Tracer:
                 if progress:
                     progress(done, total, counts.traced)
         stats = self._stats(counts, local_size)
-        return Image(picture.pixels, picture.layers, stats, self._metadata())
+        bands = bands_of(self.scene)
+        wavelengths = () if bands is None else tuple(bands.midpoints.tolist())
+        return Image(picture.pixels, picture.layers, stats, self._metadata(), wavelengths)
 
     @_one_at_a_time
     def intersect(

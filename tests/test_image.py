@@ -159,6 +159,22 @@ def test_exr_holds_pixels_layers_and_metadata_exactly(tmp_path: Path):
     assert np.array_equal(read_image(tmp_path / "a.exr"), pixels)
 
 
+def test_exr_names_bands_by_their_wavelengths(tmp_path: Path):
+    bands = np.random.default_rng(1).random((5, 7, 3), np.float32)
+    image = Image(gradient(), {"xyz": gradient() * 2, "bands": bands}, wavelengths=(395.5, 2000 / 3, 700.0))
+    image.save(tmp_path / "a.exr")
+    stored, spec = samples(tmp_path / "a.exr")
+    channel = dict(zip(spec.channelnames, np.moveaxis(stored, 2, 0), strict=True))
+    assert np.array_equal(channel["S0.395,500000nm"], bands[..., 0])
+    assert np.array_equal(channel["S0.666,666667nm"], bands[..., 1])
+    assert np.array_equal(channel["S0.700,000000nm"], bands[..., 2])
+    assert np.array_equal(np.stack([channel[f"xyz.{c}"] for c in "XYZ"], 2), gradient() * 2)
+    assert spec.getattribute("spectralLayoutVersion") == "1.0"
+    assert np.array_equal(read_image(tmp_path / "a.exr"), gradient())
+    with pytest.raises(ClrtError, match=r"layers\['bands'\]: float32 \(5, 7, 3\) does not fit"):
+        Image(gradient(), {"bands": bands}, wavelengths=(400.0, 500.0))
+
+
 @pytest.mark.parametrize("name", ["a.exr", "a.png", "a.tif", "a.jpg", "a.bmp"])
 def test_tall_pictures_are_written_in_blocks_of_rows(tmp_path: Path, name: str):
     tall = np.random.default_rng(1).random((201, 3, 3), np.float32)

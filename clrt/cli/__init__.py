@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     warnings.showwarning = _show_warning
     try:
         options = _parser().parse_args(arguments)
-        code: int = import_module(f"clrt.cli.{options.command}").run(options)
+        code: int = import_module(f"clrt.cli.{options.command.replace('-', '_')}").run(options)
         sys.stdout.flush()
     except ClrtError as error:
         return say(f"error: {error}", FAULT)
@@ -115,6 +115,15 @@ def _parser() -> argparse.ArgumentParser:
     bench.add_argument("--compare", metavar="OLD.json", help="say what is slower or faster than it")
     bench.add_argument("--chart", metavar="FILE", help="draw the roofline chart: .png, .svg or .pdf")
     _add_device(bench)
+
+    plot = command("plot-spectrum", "Draw a spectrum with its colours, or the matching functions.")
+    plot.add_argument(
+        "spectrum",
+        metavar="NAME",
+        help="D65, gold, BK7, patch-1 ..., matching, rgb, metals, glasses, or '{blackbody = 3200}'",
+    )
+    plot.add_argument("-o", "--output", metavar="OUT", help=".png, .svg or .pdf (NAME.png)")
+    plot.add_argument("--bands", type=int, metavar="N", help="draw what N bands make of it, too")
 
     command("devices", "List the OpenCL devices; * marks the one that is used.")
     doctor = command("doctor", "Say what is wrong with this machine's OpenCL, and the command that mends it.")

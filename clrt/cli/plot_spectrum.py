@@ -1,0 +1,51 @@
+"""`clrt plot-spectrum`: a spectrum with its colours, as the thesis' figures 3.1 to 3.5 draw them."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import tomllib
+from pathlib import Path
+
+from clrt.atomic import check_replaceable
+from clrt.errors import ClrtError
+from clrt.indices import GLASSES
+from clrt.places import At, did_you_mean, listed
+from clrt.records import read
+from clrt.spectrum import LAMPS, METALS, REFLECTANCES, Spectrum
+
+GROUPS = ("matching", "rgb", "metals", "glasses")
+"""Several curves in one plot: the observer's functions, the upsampling curves, all metals, all glasses."""
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw `options.spectrum`. ClrtError for an unknown name, or where the file cannot be written."""
+    name: str = options.spectrum
+    value = name if name in (*GROUPS, *LAMPS, *REFLECTANCES, *GLASSES) else _stated(name)
+    stem = re.sub(r"[^\w.-]+", "_", name).strip("_") or "spectrum"
+    path = Path(options.output or f"{stem}.png")
+    check_replaceable(path)
+    from clrt.bench.chart import save  # with matplotlib: only where something is drawn
+    from clrt.spectrum_plot import draw
+
+    print(save(draw(value, options.bands), path))
+    return 0
+
+
+def _stated(text: str) -> str | Spectrum:
+    """The spectrum that a text in a scene file's form states."""
+    at = At("NAME")
+    if not text.lstrip().startswith(("{", "[")):
+        known = [*GROUPS, *LAMPS, *METALS, "patch-1 to patch-24", *GLASSES]
+        names = [*GROUPS, *LAMPS, *REFLECTANCES, *GLASSES]
+        raise at.error(text, f"it is one of {listed(known)}{did_you_mean(text, names)}")
+    try:
+        table = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError as error:
+        raise ClrtError(f"NAME: {text}: {error}") from None
+    if isinstance(table, list):
+        table = {"samples": table}
+    spectrum = read(Spectrum, {"type": "spectrum", **table}, at)
+    if spectrum.name is not None and spectrum.name not in (*LAMPS, *REFLECTANCES):
+        return _stated(spectrum.name)
+    return spectrum
