@@ -20,8 +20,8 @@ def count_inside(shape: Shape, points: np.ndarray) -> np.ndarray:
     if inside is None:  # a polygon or disk has no inside
         return np.zeros(len(points), np.int64)
     inverse = np.linalg.inv(shape.matrix)
-    local = np.asarray(points, np.float64) @ inverse[:3, :3].T + inverse[:3, 3]
     with np.errstate(all="ignore"):  # points that are not finite are inside of nothing
+        local = np.asarray(points, np.float64) @ inverse[:3, :3].T + inverse[:3, 3]
         return np.asarray(inside(shape, local)).astype(np.int64)
 
 

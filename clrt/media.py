@@ -114,7 +114,7 @@ def needs_lists(scene: Scene, sections: dict[str, np.ndarray]) -> bool:
 
 def _asks_for_index(scene: Scene, shape: Shape) -> bool:
     material = scene.material_of(shape)
-    return material.is_medium or material.fresnel is True
+    return material.is_medium or material.fresnel is True or material.conductor is not None
 
 
 def _beside(plane: Plane, low: np.ndarray, high: np.ndarray) -> bool:

@@ -108,9 +108,15 @@ def trace(
                     watch.rays(f"spawn {kind}", generation + 1, *queues[-1], parents)
         if not queues:
             break
-    if world.flat.media is not None and device.read(world.overflow, np.zeros(1, np.uint32))[0]:
-        raise too_deep(world.flat.media.scene)
+    _check_lists(device, world)
     return counts
+
+
+def _check_lists(device: Device, world: World) -> None:
+    """LimitError where a ray would have needed more places for media."""
+    if world.flat.media is not None and device.read(world.overflow, np.zeros(1, np.uint32))[0]:
+        device.fill(world.overflow, 4)
+        raise too_deep(world.flat.media.scene)
 
 
 def _check_budget(device: Device, parents: list[tuple[Queue, Hits, Lit]], budget: int) -> None:
