@@ -78,23 +78,6 @@ def adopt(
     return queue
 
 
-def immerse(device: Device, world: World, queue: Queue) -> None:
-    """Give rays of generation 0 the media that their origins lie in, where rays carry lists of them."""
-    if world.flat.media is None:
-        return
-    n, lanes, fields = queue.n, device.settings.lanes, len(layout.RAY_FIELDS)
-    rays = device.read(queue.rays, np.empty((-(-n // lanes), fields, lanes), np.float32))
-    origins = rays[:, :3].transpose(0, 2, 1).reshape(-1, 3)[:n]
-    media = world.flat.media.lists(origins)
-    if (media < 0).all():
-        device.fill(queue.media, block_bytes(n, device.media, lanes), -1)
-        return
-    blocks = np.full((rays.shape[0] * lanes, device.media), -1, np.int32)
-    blocks[:n] = media
-    blocks = np.ascontiguousarray(blocks.reshape(-1, lanes, device.media).transpose(0, 2, 1))
-    device.write(queue.media, blocks)
-
-
 def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -> Hits:
     """Nearest hit of every ray, and what the surface is there.
 

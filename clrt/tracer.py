@@ -19,6 +19,7 @@ from clrt.errors import ClrtError, LimitError, SceneError
 from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers, finished
 from clrt.flatten import bands_of, flatten, flatten_camera
 from clrt.image import Image
+from clrt.immersion import immerse
 from clrt.limits import Branching
 from clrt.picture import Picture, check_crop
 from clrt.platforms import check_process
@@ -101,11 +102,13 @@ class Tracer:
         picture = Picture(window, full[0], names, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
         camera_buffer = self.device.upload(camera)
+        pinhole = not camera["orthographic"][0] and camera["near"][0] == 0
+        origin = camera["origin"][:, :3] if pinhole else None
         self.device.take_seconds()
 
         def traced(pixels: np.ndarray) -> Work[_Tile]:
             queue, reported = passes.generate(self.device, camera_buffer, pixels, samples)
-            passes.immerse(self.device, self.world, queue)
+            immerse(self.device, self.world, queue, origin)
             hits = passes.closest(self.device, self.world, queue)
             film = Film(self.device, len(pixels), names)
             watch = Tripwire(self.device, self.world, pixels, full[0]) if self.settings.check else None
@@ -184,7 +187,7 @@ class Tracer:
 
         def traced(chunk: tuple[np.ndarray, ...]) -> Work[tuple[RayCounts, np.ndarray]]:
             queue = passes.adopt(self.device, *chunk)
-            passes.immerse(self.device, self.world, queue)
+            immerse(self.device, self.world, queue, chunk[0])
             hits = passes.closest(self.device, self.world, queue)
             film = Film(self.device, queue.n, ())
             watch = Tripwire(self.device, self.world, chunk[3]) if self.settings.check else None

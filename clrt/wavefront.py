@@ -108,15 +108,13 @@ def trace(
                     watch.rays(f"spawn {kind}", generation + 1, *queues[-1], parents)
         if not queues:
             break
-    _check_lists(device, world)
+    if world.flat.media is not None:
+        overflow = device.ask(world.overflow, np.empty(1, np.uint32))
+        yield overflow
+        if overflow.wait()[0]:
+            device.fill(world.overflow, 4)
+            raise too_deep(world.flat.media.scene)
     return counts
-
-
-def _check_lists(device: Device, world: World) -> None:
-    """LimitError where a ray would have needed more places for media."""
-    if world.flat.media is not None and device.read(world.overflow, np.zeros(1, np.uint32))[0]:
-        device.fill(world.overflow, 4)
-        raise too_deep(world.flat.media.scene)
 
 
 def _check_budget(device: Device, parents: list[tuple[Queue, Hits, Lit]], budget: int) -> None:

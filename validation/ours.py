@@ -13,6 +13,7 @@ from clrt import passes
 from clrt.device import Device
 from clrt.film import Film
 from clrt.flatten import flatten_camera
+from clrt.immersion import immerse
 from clrt.passes import Feelers, Lit, Queue
 from clrt.schedule import TooLarge, complete
 from clrt.tiles import tiles
@@ -113,7 +114,7 @@ def _render_tile(
     """Render these pixels and put them into `found`, arrays over all pixels."""
     device, world = tracer.device, tracer.world
     queue, _ = passes.generate(device, camera, pixels, samples)
-    passes.immerse(device, world, queue)
+    immerse(device, world, queue)
     hits = passes.closest(device, world, queue)
     film = RayFilm(device, len(pixels), shadows, tracer.flat.response)
     complete(trace(device, world, queue, hits, film, depth, _BUDGET))

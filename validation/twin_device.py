@@ -31,7 +31,7 @@ def device_stages(
 ) -> Iterator[Stage]:
     """The generation loop of `clrt.wavefront`, one stage at a time."""
     film = device_film.Film(device, pixels, LAYERS)
-    passes.immerse(device, world, queue)
+    immerse(device, world, queue)
     yield _queue_stage(device, "generate", 0, queue)
     first, first_hits = queue, None
     queues = [queue]

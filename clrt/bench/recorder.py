@@ -20,6 +20,7 @@ from clrt.bench.timing import Case
 from clrt.device import Device
 from clrt.film import Film
 from clrt.flatten import flatten, flatten_camera
+from clrt.immersion import immerse
 from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Hits, Lit, Queue
 from clrt.scene import Scene
 from clrt.settings import Settings
@@ -119,7 +120,7 @@ def _record_tile(
     film = Film(device, len(pixels), ())
     with device.rays_of("primary", len(pixels)):
         queue, _ = passes.generate(device, camera, pixels, 1)
-        passes.immerse(device, world, queue)
+        immerse(device, world, queue)
         family = _light(device, world, film, queue, "primary", rays)
     children = []
     for kind, name in CLASSES.items():

@@ -1,0 +1,31 @@
+"""The media that rays of generation 0 start in, told to the device."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clrt import layout
+from clrt.device import Device
+from clrt.queues import Queue, block_bytes
+from clrt.world import World
+
+
+def immerse(device: Device, world: World, queue: Queue, origins: np.ndarray | None = None) -> None:
+    """Give rays of generation 0 the media that their origins lie in, where rays carry lists of them.
+
+    origins: (n, 3), or (1, 3) where all rays have the same; None reads them from the queue, which takes time.
+    """
+    if world.flat.media is None:
+        return
+    n, lanes = queue.n, device.settings.lanes
+    if origins is None:
+        rays = device.read(queue.rays, np.empty((-(-n // lanes), len(layout.RAY_FIELDS), lanes), np.float32))
+        origins = rays[:, :3].transpose(0, 2, 1).reshape(-1, 3)[:n]
+    media = world.flat.media.lists(origins)
+    if (media < 0).all():
+        device.fill(queue.media, block_bytes(n, device.media, lanes), -1)
+        return
+    places = np.full((-(-n // lanes) * lanes, device.media), -1, np.int32)
+    places[:n] = media
+    blocks = places.reshape(-1, lanes, device.media).transpose(0, 2, 1)
+    device.write(queue.media, np.ascontiguousarray(blocks))
