@@ -9,6 +9,7 @@ import numpy as np
 from clrt import film as device_film
 from clrt import layout, passes
 from clrt.device import Device
+from clrt.immersion import immerse
 from clrt.queues import Hits, Queue
 from clrt.world import World
 
