@@ -108,7 +108,7 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
         return hits
     device.launch(
         "surface",
-        n,
+        packets(device, n),
         *world.arguments,
         queue.rays,
         hits.t,

@@ -63,4 +63,5 @@ PATCHES = (
     ("clrt.device.Device.fill", fill),
     ("clrt.device.Device.program", program),
     ("clrt.device.cl.Context", context),
+    ("clrt.device.Device._wait", Device._guard),  # Oclgrind ends the process where another thread copies
 )
