@@ -1,0 +1,101 @@
+"""Distances of hits against the analytic float64 oracle: is every one within the error band?
+
+The band is a shift of the ray. Float32 cannot tell a ray from one BAND times the largest coordinate beside it,
+so a hit is right where its distance lies between those that the oracle finds for the ray and for four rays
+beside it (and the same for a miss). BAND is twice what 10^5 rays a solid need (`needs`: 8 units of 2^-24, the triangle 32).
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Final
+
+import numpy as np
+
+import clrt
+
+from ..oracle64 import trace64
+from ..proofs import SOLIDS
+from .figures import Figure, Tell
+
+BAND: Final = 64 * 2.0**-24
+SCALES: Final = (1e-4, 1.0, 1e5)
+DISTANCES: Final = (0.0, 10.0)
+_BATCH: Final = 1 << 18
+
+
+def run(count: int, tell: Tell, device: int | str | None = None, band: float = BAND) -> Figure:
+    """`count` rays over all solids, scales and distances from the origin."""
+    start = time.perf_counter()
+    places = [(name, scale, far) for name in SOLIDS for scale in SCALES for far in DISTANCES]
+    share = -(-count // len(places))
+    tried = wrong = 0
+    for number, (name, scale, far) in enumerate(places):
+        tracer = clrt.Tracer(_scene(name, scale, far), device)
+        for first in range(0, share, _BATCH):
+            n = min(_BATCH, share - first)
+            wrong += int(errors(tracer, *_rays(number + 1000 * first, n, scale, far), band).sum())
+            tried += n
+            tell(tried / (share * len(places)))
+    detail = f"band {band * 2**24:g} x 2^-24 of the largest coordinate"
+    return Figure(tried, wrong, detail, time.perf_counter() - start)
+
+
+def errors(tracer: clrt.Tracer, origins: np.ndarray, directions: np.ndarray, band: float) -> np.ndarray:
+    """Which of n rays have a hit that no ray within the band has, (n,) bool."""
+    t = tracer.intersect(origins, directions).t.astype(np.float64)
+    o, d = origins.astype(np.float64), directions.astype(np.float64)
+    d /= np.linalg.norm(d, axis=1, keepdims=True)
+    low = high = trace64(tracer.scene, o, d).t
+    reach = band * np.maximum(np.abs(o).max(axis=1), np.abs(o + d * np.where(np.isfinite(t), t, 0)[:, None]).max(axis=1))
+    doubtful = np.flatnonzero(_outside(t, low, high, reach))
+    if len(doubtful) == 0:
+        return np.zeros(len(t), bool)
+    o, d, low, high = o[doubtful], d[doubtful], low[doubtful], high[doubtful]
+    across = np.cross(d, np.eye(3)[np.abs(d).argmin(axis=1)])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    for side in (across, -across, np.cross(d, across), -np.cross(d, across)):
+        shifted = trace64(tracer.scene, o + side * reach[doubtful, None], d).t
+        low, high = np.minimum(low, shifted), np.maximum(high, shifted)
+    out = np.zeros(len(t), bool)
+    out[doubtful] = _outside(t[doubtful], low, high, reach[doubtful])
+    return out
+
+
+def _outside(t: np.ndarray, low: np.ndarray, high: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    return ~((t >= low - reach) & (t <= high + reach))
+
+
+def needs(count: int, device: int | str | None = None) -> dict[str, float]:
+    """For every solid the least band, in units of 2^-24, within powers of 2, that leaves no ray outside."""
+    found = {}
+    for number, name in enumerate(SOLIDS):
+        units = 0.5
+        for scale in SCALES:
+            for far in DISTANCES:
+                tracer = clrt.Tracer(_scene(name, scale, far), device)
+                rays = _rays(number, count, scale, far)
+                while errors(tracer, *rays, units * 2.0**-24).any():
+                    units *= 2
+        found[name] = units
+    return found
+
+
+def _center(scale: float, far: float) -> np.ndarray:
+    return np.array([0.48, 0.6, 0.64]) * far * scale
+
+
+def _scene(name: str, scale: float, far: float) -> clrt.Scene:
+    keys: dict[str, Any] = SOLIDS[name]
+    center = _center(scale, far).tolist()
+    if name == "plane":
+        return clrt.load_dict({"shapes": [{**keys, "point": center}]})
+    return clrt.load_dict({"shapes": [{**keys, "transform": [{"scale": scale}, {"translate": center}]}]})
+
+
+def _rays(seed: int, n: int, scale: float, far: float) -> tuple[np.ndarray, np.ndarray]:
+    """From about the shape and in it, towards it or past it."""
+    draw = np.random.default_rng(seed)
+    o = draw.normal(size=(n, 3)) * draw.choice([0.3, 1.0, 5.0], size=(n, 1))
+    aim = draw.normal(size=(n, 3)) * 0.6
+    return (o * scale + _center(scale, far)).astype(np.float32), ((aim - o) * scale).astype(np.float32)
