@@ -3,6 +3,7 @@
 #   make demo    render the showcase scene
 #   make test    run the tests
 #   make lint    ruff and mypy
+#   make reliability   the long proofs, and docs/reliability.md with their figures
 #   make clean   remove what the above made
 #
 # PYTHON=/path/to/python chooses the interpreter, TESTS="tests/test_cli.py -x" what pytest gets,
@@ -32,7 +33,7 @@ EXPRESSION = not $(subst $(space), and not ,$(strip $(ELSEWHERE)))
 empty :=
 space := $(empty) $(empty)
 
-.PHONY: demo test lint clean
+.PHONY: demo test lint reliability clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/demo-ready
@@ -47,6 +48,9 @@ test: $(VENV)/test-ready
 lint: $(VENV)/test-ready
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+
+reliability: $(VENV)/test-ready
+	@$(BIN)/python -m validation.reliability
 
 clean:
 	rm -rf $(VENV) out build dist

@@ -25,7 +25,7 @@ from clrt.flatten import FlatScene, flatten
 from clrt.queues import CAMERA, Queue, block_bytes
 from clrt.world import World
 
-SCALES = (1e-3, 1.0, 1e3, 1e6)
+SCALES = (1e-4, 1e-2, 1.0, 1e3, 1e6)
 DISTANCES = (0.0, 10.0, 1000.0)  # from the origin of the world, in sizes of the shape
 Progress = Callable[[str, int], None]
 

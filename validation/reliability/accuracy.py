@@ -1,8 +1,9 @@
 """Distances of hits against the analytic float64 oracle: is every one within the error band?
 
-The band is a shift of the ray. Float32 cannot tell a ray from one BAND times the largest coordinate beside it,
-so a hit is right where its distance lies between those that the oracle finds for the ray and for four rays
-beside it (and the same for a miss). BAND is twice what 10^5 rays a solid need (`needs`: 8 units of 2^-24, the triangle 32).
+The band is a shift of the ray. Float32 cannot tell a ray from one BAND times the largest coordinate beside
+it, so a hit is right where its distance lies between those that the oracle finds for the ray and for four
+rays beside it (and the same for a miss). BAND is twice what 10^5 rays a solid need (`needs`: 8 units of
+2^-24, the triangle 32).
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ def errors(tracer: clrt.Tracer, origins: np.ndarray, directions: np.ndarray, ban
     o, d = origins.astype(np.float64), directions.astype(np.float64)
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     low = high = trace64(tracer.scene, o, d).t
-    reach = band * np.maximum(np.abs(o).max(axis=1), np.abs(o + d * np.where(np.isfinite(t), t, 0)[:, None]).max(axis=1))
+    ends = o + d * np.where(np.isfinite(t), t, 0)[:, None]
+    reach = band * np.maximum(np.abs(o).max(axis=1), np.abs(ends).max(axis=1))
     doubtful = np.flatnonzero(_outside(t, low, high, reach))
     if len(doubtful) == 0:
         return np.zeros(len(t), bool)

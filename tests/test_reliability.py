@@ -1,0 +1,46 @@
+"""The figures of docs/reliability.md: short forms of the long proofs, and whether those still hold."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+import clrt
+from validation.reliability import __main__ as page
+from validation.reliability import accuracy, sameness
+from validation.reliability.rows import ROWS
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+
+
+def test_a_figure_that_fell_short_is_noticed() -> None:
+    row = ROWS[-1]
+    good = {"tried": row.count, "wrong": 0, "kernels": page.kernels()}
+    assert page.stands(row, {row.name: good}) == ""
+    for worse, said in (({"tried": 1}, "only 1"), ({"wrong": 2}, "2 wrong"), ({"kernels": ""}, "older")):
+        assert said in page.stands(row, {row.name: {**good, **worse}})
+    assert page.stands(row, {}) == "not measured"
+
+
+def test_hits_are_within_the_band_of_the_analytic_oracle() -> None:
+    figure = accuracy.run(100_000, lambda share: None)
+    assert figure.tried >= 100_000 and figure.wrong == 0
+
+
+def test_a_sphere_a_little_too_large_is_outside_the_band() -> None:
+    scene = clrt.load_dict({"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1.00002}]})
+    tracer = clrt.Tracer(scene)
+    exact = clrt.load_dict({"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}]})
+    tracer.scene = exact  # what the oracle looks at
+    o, d = accuracy._rays(1, 2000, 1.0, 0.0)
+    met = np.isfinite(tracer.intersect(o, d).t)
+    wrong = accuracy.errors(tracer, o, d, accuracy.BAND)
+    assert met.sum() > 500 and wrong.sum() > 0.5 * met.sum()
+
+
+def test_configurations_are_as_many_as_promised() -> None:
+    """What they give is looked at in test_bits.py."""
+    chosen = list(sameness.configurations())
+    assert len(chosen) >= 48
+    assert sameness.picture("room", 32, chosen[0]) == sameness.picture("room", 32, {})

@@ -1,0 +1,113 @@
+"""Runs the rows that need it, and writes docs/reliability.md; see the package's own text."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import hashlib
+import json
+import subprocess
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Final
+
+from rich.progress import Progress
+
+from clrt.atomic import replacing
+from clrt.platforms import choose
+from clrt.resources import kernel_folder
+from clrt.version import __version__
+
+from .rows import ROWS, Row, timed
+
+DOCS: Final = Path(__file__).resolve().parents[2] / "docs"
+KEPT: Final = DOCS / "reliability.json"
+PAGE: Final = DOCS / "reliability.md"
+START, END = "<!-- figures -->", "<!-- end of figures -->"
+
+
+def kernels() -> str:
+    """SHA-256 of all kernel files: what a figure about them holds for."""
+    digest = hashlib.sha256()
+    for file in sorted(kernel_folder().iterdir()):
+        digest.update(f"{file.name}\n".encode() + file.read_bytes())
+    return digest.hexdigest()
+
+
+def kept() -> dict[str, dict[str, Any]]:
+    """The figures of earlier runs by row."""
+    return dict(json.loads(KEPT.read_text())) if KEPT.exists() else {}
+
+
+def stands(row: Row, figures: dict[str, dict[str, Any]]) -> str:
+    """What is wrong with a row's figure; "" where it is good."""
+    found = figures.get(row.name)
+    if found is None:
+        return "not measured"
+    if row.kernels and found["kernels"] != kernels():
+        return "older than the kernels"
+    if found["wrong"]:
+        return f"{found['wrong']:,} wrong"
+    return f"only {found['tried']:,}" if found["tried"] < row.count else ""
+
+
+def measure(row: Row) -> dict[str, Any]:
+    """Run a row, and say with what."""
+    with Progress() as bar:
+        task = bar.add_task(row.name, total=1.0)
+        figure = timed(row, lambda share: bar.update(task, completed=share))
+    asked = ["git", "rev-parse", "--short", "HEAD"]
+    commit = subprocess.run(asked, capture_output=True, text=True, check=False)
+    return {
+        **asdict(figure), "date": datetime.date.today().isoformat(), "version": __version__,
+        "commit": commit.stdout.strip(), "kernels": kernels(), "device": choose()[0].label,
+    }  # fmt: skip
+
+
+def table(figures: dict[str, dict[str, Any]]) -> str:
+    """The figures as a table in Markdown."""
+    lines = ["| promise | target | figure | time | measured |", "|---|---|---|---|---|"]
+    for row in ROWS:
+        found = figures.get(row.name)
+        target = f"0 of {row.count:,} {row.unit}"
+        if found is None:
+            lines.append(f"| {row.promise} | {target} | not measured | | |")
+            continue
+        figure = f"**{found['wrong']:,} of {found['tried']:,}**; {found['detail']}"
+        where = f"{found['date']}, {found['commit']}, {found['device'].split(' / ')[0]}"
+        command = f"`python -m validation.reliability --only {row.name}`"
+        took = f"{found['seconds']:.0f} s"
+        lines.append(f"| {row.promise} | {target} | {figure} | {took} | {where}; {command} |")
+    return "\n".join(lines)
+
+
+def write(figures: dict[str, dict[str, Any]]) -> None:
+    """Put the table between its marks in the page."""
+    text = PAGE.read_text()
+    before, rest = text.split(START, 1)
+    with replacing(PAGE) as temporary:
+        temporary.write_text(f"{before}{START}\n{table(figures)}\n{END}{rest.split(END, 1)[1]}")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(prog="python -m validation.reliability", description=(__doc__ or ""))
+    parser.add_argument("--only", action="append", choices=[row.name for row in ROWS], metavar="ROW")
+    parser.add_argument("--list", action="store_true")
+    options = parser.parse_args()
+    figures = kept()
+    for row in ROWS:
+        state = stands(row, figures)
+        print(f"{row.name:12} {state or 'good'}")
+        if options.list or not (row.name in options.only if options.only else state):
+            continue
+        figures[row.name] = measure(row)
+        with replacing(KEPT) as temporary:
+            temporary.write_text(json.dumps(figures, indent=1) + "\n")
+        print(f"{row.name:12} {stands(row, figures) or 'good'}: {figures[row.name]['detail']}")
+        write(figures)
+    return int(any(stands(row, figures) for row in ROWS))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

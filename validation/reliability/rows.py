@@ -1,0 +1,78 @@
+"""The table of promises: what is tried, how often, and who tries it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from clrt.device import Device
+
+from .. import proofs, twin_check
+from ..hostile import run as hostile
+from . import accuracy, sameness
+from .figures import Figure, Tell
+
+
+@dataclass(frozen=True)
+class Row:
+    """A promise: `count` of its `unit` must be tried. `kernels`: void when the kernels change."""
+
+    name: str
+    promise: str
+    count: int
+    unit: str
+    run: Callable[[int, Tell], Figure]
+    kernels: bool = True
+
+
+def _hostile(count: int, tell: Tell) -> Figure:
+    tasks = [*hostile.corpus(), *hostile.drawn(1, count)]
+    outcome = hostile.run(tasks, progress=lambda found: tell(found.counts.total() / len(tasks)))
+    how = ", ".join(f"{number:,} {status}" for status, number in sorted(outcome.counts.items()))
+    detail = f"{how}; slowest {outcome.slowest:.2f} s of processor time, peak {outcome.largest >> 20} MiB"
+    return Figure(len(tasks), len(outcome.failures), detail, outcome.seconds)
+
+
+def _twin(count: int, tell: Tell) -> Figure:
+    found = twin_check.twin_check(Device(), count)
+    return Figure(count, int(not found.passed), found.detail, found.seconds)
+
+
+def _leaks(count: int, tell: Tell) -> Figure:
+    proof = proofs.leaks(proofs.Prover(), count, lambda _, done: tell(done / count))
+    return Figure(proof.rays, proof.failed, f"scales {_scales(proofs.SCALES)}", proof.seconds)
+
+
+def _self_hits(count: int, tell: Tell) -> Figure:
+    proof = proofs.self_hits(proofs.Prover(), count, lambda _, done: tell(done / count))
+    return Figure(proof.rays, proof.failed, f"scales {_scales(proofs.SCALES)}", proof.seconds)
+
+
+def _scales(scales: tuple[float, ...]) -> str:
+    return ", ".join(f"{scale:g}" for scale in scales)
+
+
+def _accuracy(count: int, tell: Tell) -> Figure:
+    return accuracy.run(count, tell)
+
+
+ROWS: Final = (
+    Row("hostile", "hostile inputs that end in anything but a picture or one `ClrtError`, take above "
+        f"{hostile.SECONDS:g} s or {hostile.MEMORY >> 20} MiB", 100_000, "inputs", _hostile, kernels=False),
+    Row("accuracy", "hits outside the error band of an analytic float64 oracle", 10**8, "rays", _accuracy),
+    Row("twin", "bits that differ from the float32 reference in numpy", 10**7, "rays", _twin),
+    Row("leaks", "leaks through shared edges and corners of closed meshes", 10**9, "rays", _leaks),
+    Row("self-hits", "rays that meet the surface they leave", 10**8, "rays", _self_hits),
+    Row("sameness", "pictures that differ between tiles, work-groups, lanes, threads, processes and drivers",
+        48, "configurations of every scene", sameness.run),
+)  # fmt: skip
+"""In the order of the page."""
+
+
+def timed(row: Row, tell: Tell) -> Figure:
+    """The row's figure, with the wall time of all of it."""
+    start = time.perf_counter()
+    found = row.run(row.count, tell)
+    return Figure(found.tried, found.wrong, found.detail, time.perf_counter() - start)

@@ -1,0 +1,72 @@
+"""One picture, bit for bit: every shipped scene under every choice of how to run."""
+
+from __future__ import annotations
+
+import itertools
+import multiprocessing
+import time
+import warnings
+from collections.abc import Iterator
+from typing import Any, Final
+
+import clrt
+from clrt.platforms import devices
+from clrt.resources import shipped_scenes
+from clrt.shipped import load_scene
+
+from .figures import Figure, Tell
+
+TILES: Final = (1 << 9, 1 << 12, 1 << 16)
+GROUPS: Final = (1, 8, 64, 256)
+LANES: Final = (8, 16)
+THREADS: Final = (1, None)
+WIDTH: Final = 48
+LARGE: Final = {"sphereflake": 500, "mountain": 420, "thesis_4_3_transmission": 230}  # pixels wide: 2^22 rays
+
+
+def configurations() -> Iterator[dict[str, Any]]:
+    """All choices on every PoCL here; a driver that cannot part its cores runs with all of them."""
+    found = [info.label for info in devices() if "PoCL" in info.label] or [info.label for info in devices()]
+    for label, tile, group, lanes, threads in itertools.product(found, TILES, GROUPS, LANES, THREADS):
+        yield {"device": label, "tile": tile, "local_size": group, "lanes": lanes, "threads": threads}
+
+
+def run(count: int, tell: Tell) -> Figure:
+    """Every scene under every configuration, of which there must be `count`, and in other processes."""
+    start = time.perf_counter()
+    chosen = list(configurations())
+    assert len(chosen) >= count, f"{len(chosen)} configurations on this machine; {count} are promised"
+    names = list(shipped_scenes())
+    tried = wrong = 0
+    with multiprocessing.get_context("spawn").Pool(2) as pool:
+        elsewhere = pool.starmap_async(picture, [(name, WIDTH, {}) for name in names])
+        for number, name in enumerate(names):
+            expected, _ = picture(name, WIDTH, {})
+            for how in chosen:
+                tried += 1
+                wrong += picture(name, WIDTH, how)[0] != expected
+            tell((number + 1) / (len(names) + 1))
+        for name, (found, _) in zip(names, elsewhere.get(), strict=True):
+            tried += 1
+            wrong += found != picture(name, WIDTH, {})[0]
+    traced = 0
+    for name, width in LARGE.items():
+        expected, rays = picture(name, width, {})
+        traced = max(traced, rays)
+        for how in (chosen[0], chosen[len(chosen) // 2], chosen[-1]):
+            tried += 1
+            wrong += picture(name, width, how)[0] != expected
+    drivers = sorted({str(how["device"]).split(" / ")[0] for how in chosen})
+    detail = f"{len(chosen)} configurations and 2 processes of {len(names)} scenes on {' and '.join(drivers)}"
+    return Figure(tried, wrong, f"{detail}; up to {traced:,} rays a picture", time.perf_counter() - start)
+
+
+def picture(name: str, width: int, how: dict[str, Any]) -> tuple[str, int]:
+    """Hash of a scene's picture, and rays traced for it."""
+    settings = {key: value for key, value in how.items() if key != "device"}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", clrt.ClrtWarning)
+        image = clrt.render(
+            load_scene(name), width=width, device=how.get("device"), settings=clrt.Settings(**settings)
+        )
+    return image.hash, int(image.stats["traced"])
