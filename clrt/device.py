@@ -12,6 +12,7 @@ import hashlib
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Final
@@ -65,20 +66,18 @@ def _thread_limited(device: cl.Device, threads: int | None) -> cl.Device:
 class Device:
     """An OpenCL device and the kernels built for it: owns context, tracks and program.
 
-    `bands` are those of a ray, `media` the places in its list of media (0: none).
+    `rays` is what the kernels' rays carry.
     """
 
     def __init__(
         self,
         wanted: int | str | None = None,
         settings: Settings | None = None,
-        bands: int = layout.BANDS,
+        rays: layout.Rays | None = None,
         kernels: Path | None = None,
-        media: int = 0,
     ) -> None:
         self.settings = settings or Settings()
-        self.bands = bands
-        self.media = media
+        self.rays = rays or layout.Rays()
         self._kernel_folder = kernels
         self.info, device = choose(wanted)
         if self.settings.local_size > device.max_work_group_size:
@@ -96,28 +95,46 @@ class Device:
         self.packet = (
             8 if pocl_version(self.info) and pocl_version(self.info) < (3, 1) else self.settings.lanes
         )
-        self._variants: dict[tuple[int, int], Device] = {(bands, media): self}
+        self._variants: dict[layout.Rays, Device] = {self.rays: self}
         self._start()
 
     def _start(self) -> None:
         self.source = kernel_source(
-            self.bands, self.settings.lanes, self.packet, self._kernel_folder or kernel_folder(), self.media
+            self.rays, self.settings.lanes, self.packet, self._kernel_folder or kernel_folder()
         )
         self._kernels: dict[str, cl.Kernel] = {}
         self._launched: set[tuple[str, int, bool]] = set()
         self._spans: list[tuple[int, int, str]] = []
         self.use(0)
 
-    def variant(self, bands: int, media: int) -> Device:
-        """This device with kernels for rays of so many bands and media; tracks and memory are shared."""
-        if (bands, media) not in self._variants:
+    def variant(self, rays: layout.Rays) -> Device:
+        """This device with kernels for rays that carry this; tracks and memory are shared."""
+        if rays not in self._variants:
             other = copy.copy(self)
             for name in ("program", "_cache_key"):
                 other.__dict__.pop(name, None)
-            other.bands, other.media = bands, media
+            other.rays = rays
             other._start()
-            self._variants[bands, media] = other
-        return self._variants[bands, media]
+            self._variants[rays] = other
+        return self._variants[rays]
+
+    def for_queue(self, narrow: bool) -> Device:
+        """The kernels for a queue of such rays, on this device's track."""
+        if narrow == self.rays.narrow:
+            return self
+        other = self.variant(replace(self.rays, narrow=narrow))
+        other._track, other.queue, other.pool = self._track, self.queue, self.pool
+        return other
+
+    @property
+    def bands(self) -> int:
+        """Bands of the scene."""
+        return self.rays.bands
+
+    @property
+    def media(self) -> int:
+        """Places in a ray's list of media; 0: none."""
+        return self.rays.media
 
     @property
     def kernel_hash(self) -> str:

@@ -22,7 +22,6 @@ from clrt.imagefile import read_image
 from clrt.media import Media, media_of, needs_lists
 from clrt.overlaps import warn_of_overlaps
 from clrt.scene import Scene
-from clrt.spectrum import Spectral
 
 __all__ = ["FlatScene", "flatten", "flatten_camera"]
 
@@ -33,6 +32,7 @@ class FlatScene:
 
     `finite` are the numbers of the primitives that have a box, ascending, `boxes` their boxes (w is 0), wide
     enough that they contain every hit the kernels may find. `n_shapes` is the number of shapes of the scene.
+    `group` is how many bands dispersion bends together, 0 where nothing disperses.
     `response` (rows, bands) float32 turns a pixel's bands into its colour (by `film.finished`),
     `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
     `media` tells in which media rays start; None where rays need no lists of them.
@@ -56,6 +56,7 @@ class FlatScene:
     finite: np.ndarray
     n_shapes: int
     media: Media | None
+    group: int = 0
     response: np.ndarray | None = None
     xyz: np.ndarray | None = None
 
@@ -63,6 +64,11 @@ class FlatScene:
     def bands(self) -> int:
         """How many values of light a ray carries: 3 in RGB mode."""
         return int(self.scene["ambient"].shape[-1])
+
+    @property
+    def rays(self) -> layout.Rays:
+        """What rays carry through this scene."""
+        return layout.Rays(self.bands, self.media_places, self.group)
 
     @property
     def media_places(self) -> int:
@@ -105,22 +111,31 @@ def flatten(scene: Scene) -> FlatScene:
         name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)
         for name, array in sections.items()
     }
-    kept |= _responses(scene, bands)
-    return FlatScene(**kept, boxes=boxes, finite=finite, n_shapes=len(scene.shapes), media=media)
+    response, xyz = _responses(scene, bands)
+    return FlatScene(
+        **kept,
+        boxes=boxes,
+        finite=finite,
+        n_shapes=len(scene.shapes),
+        media=media,
+        group=scene.spectrum.group if scene.spectrum and sections["materials"]["dispersive"].any() else 0,
+        response=response,
+        xyz=xyz,
+    )
 
 
-def _responses(scene: Scene, bands: Bands | None) -> dict[str, np.ndarray]:
+def _responses(scene: Scene, bands: Bands | None) -> tuple[np.ndarray | None, np.ndarray | None]:
     """`response` and `xyz` of a scene with a spectrum."""
-    spectrum: Spectral | None = getattr(scene, "spectrum", None)
+    spectrum = scene.spectrum
     if spectrum is None or bands is None:
-        return {}
+        return None, None
     response = thesis_matrix(bands) if spectrum.response == "thesis-2011" else rgb_matrix(bands, spectrum)
-    return {"response": response.astype(np.float32), "xyz": xyz_matrix(bands).astype(np.float32)}
+    return response.astype(np.float32), xyz_matrix(bands).astype(np.float32)
 
 
 def bands_of(scene: Scene) -> Bands | None:
     """The bands of the scene's spectrum; None in RGB mode."""
-    spectrum: Spectral | None = getattr(scene, "spectrum", None)
+    spectrum = scene.spectrum
     return None if spectrum is None else Bands(spectrum.bands, *spectrum.range)
 
 

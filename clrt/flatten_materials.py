@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clrt import layout
-from clrt.bands import Bands, curve, light, reflectance
+from clrt.bands import Bands, conductor, curve, index, light, reflectance
 from clrt.scene import Checker, DirectionalLight, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
 
 _FLAT = (Plane, Polygon, Disk)
@@ -18,6 +18,7 @@ class MaterialTable:
     def __init__(self, scene: Scene, bands: Bands | None) -> None:
         self._scene = scene
         self._bands = bands
+        self._group = 1 if scene.spectrum is None else scene.spectrum.group
         self._by_identity: dict[
             tuple[int, str], int
         ] = {}  # the scene keeps its materials alive, so an id lasts
@@ -33,7 +34,7 @@ class MaterialTable:
         key = id(material), checker
         if key not in self._by_identity:
             one_sided = self._scene.one_sided == "opaque" and material.kt == 0
-            record = _material(material, checker, one_sided, self._bands).tobytes()
+            record = _material(material, checker, one_sided, self._bands, self._group).tobytes()
             self._by_identity[key] = self._by_value.setdefault(record, len(self._by_value))
         return self._by_identity[key]
 
@@ -48,7 +49,9 @@ class MaterialTable:
         return out
 
 
-def _material(material: Material, checker: str, one_sided: bool, bands: Bands | None) -> np.ndarray:
+def _material(
+    material: Material, checker: str, one_sided: bool, bands: Bands | None, group: int
+) -> np.ndarray:
     out = np.zeros(1, layout.dtype("Material", _count(bands)))
     record = out[0]
     record["ka"], record["kd"], record["ks"] = material.ka, material.diffuse, material.specular
@@ -72,7 +75,19 @@ def _material(material: Material, checker: str, one_sided: bool, bands: Bands | 
     record["tint"] = reflectance(material.transmission_color, bands)
     record["emission"] = light(material.emission, bands)
     record["absorption"] = curve(material.absorption, bands)
+    if material.conductor is not None:
+        record["fresnel"] = layout.FRESNEL["CONDUCTOR"]
+        record["eta"], record["k"] = conductor(material.conductor, bands)
+    record["dispersive"] = bands is not None and material.dispersive
+    record["index"] = material.eta if bands is None else _index(material, bands, group)
     return out
+
+
+def _index(material: Material, bands: Bands, group: int) -> np.ndarray:
+    """For each band the index of refraction in the middle of its dispersion group."""
+    first = np.arange(bands.n) // group * group
+    centers = (bands.edges[first] + bands.edges[np.minimum(first + group, bands.n)]) / 2
+    return index(material.ior, centers)
 
 
 def _count(bands: Bands | None) -> int:

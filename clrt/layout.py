@@ -15,6 +15,7 @@ Three kinds of data:
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -74,11 +75,12 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("kr", "float"), ("kt", "float"), ("ior", "float"), ("checker_size", "float"),
         ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
         # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
-        ("medium", "int"), ("priority", "int"),
+        ("medium", "int"), ("priority", "int"), ("dispersive", "int"),
         ("color", "float@BANDS"), ("color2", "float@BANDS"), ("highlight", "float@BANDS"),
         ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
         ("absorption", "float@BANDS"),
         ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
+        ("index", "float@BANDS"),  # of refraction, for each band that of its dispersion group
     ),
     # point light: `place`.xyz its position; directional: the unit vector towards it
     "Light": (
@@ -164,8 +166,10 @@ SPAWN: Final = {
     "SPAWN_AMBIENT": 1 << 18,  # `ambient_samples` rays
     "SPAWN_HIT": 1 << 19,
     "SPAWN_TOTAL_INTERNAL": 1 << 20,
+    "SPAWN_GROUP": 1 << 21,  # times the number of narrow transmission rays
+    "SPAWN_GROUPS": 127 << 21,
 }
-STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TOTAL_INTERNAL")
+STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TOTAL_INTERNAL", "GROUPS")
 
 TERMS: Final = {"TERM_EMISSION": 1, "TERM_AMBIENT": 2, "TERM_DIFFUSE": 4, "TERM_HIGHLIGHT": 8, "TERM_ALL": 15}
 
@@ -228,21 +232,55 @@ def surface_fields(media: int) -> int:
     return len(SURFACE_FIELDS) + (len(TOP_FIELDS) if media else 0)
 
 
-def c_declarations(bands: int = BANDS, lanes: int = 16, packet: int = 16, media: int = 0) -> str:
+def streams(group: int = 0) -> tuple[str, ...]:
+    """The streams that are counted; the last one where there are dispersion groups of `group` bands."""
+    return STREAMS if group else STREAMS[:-1]
+
+
+@dataclass(frozen=True)
+class Rays:
+    """What rays carry: the compile-time constants of the kernels.
+
+    bands: of the scene. media: places in the list of media, 0 where there are none. group: bands that
+    dispersion bends together, 0 without it. narrow: the rays of a queue have one such group each.
+    """
+
+    bands: int = BANDS
+    media: int = 0
+    group: int = 0
+    narrow: bool = False
+
+    @property
+    def carried(self) -> int:
+        """Bands that a ray of a queue carries."""
+        return self.group if self.narrow else self.bands
+
+    @property
+    def values(self) -> int:
+        """Words of a ray's weight, light or contribution: its bands, and which a narrow ray's first is."""
+        return self.carried + self.narrow
+
+
+def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) -> str:
     """The C side of this table: constants, structs, and the world as kernel parameters.
 
     `WORLD_PARAMETERS` is the list of the world's buffers in a kernel's signature, `World` the struct of these
     pointers that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
     """
+    rays = rays or Rays()
     constants: dict[str, int] = {
-        "BANDS": bands,
-        "MEDIA": media,
+        "BANDS": rays.bands,
+        "RAY_BANDS": rays.carried,
+        "VALUES": rays.values,
+        "GROUP": rays.group,
+        "NARROW": int(rays.narrow),
+        "MEDIA": rays.media,
         "LANES": lanes,
         "PACKET": packet,
         "CHUNK": CHUNK,
-        "STREAMS": len(STREAMS),
+        "STREAMS": len(streams(rays.group)),
         "RAY_FIELDS": len(RAY_FIELDS),
-        "SURFACE_FIELDS": surface_fields(media),
+        "SURFACE_FIELDS": surface_fields(rays.media),
     }
     constants |= KINDS | BLOCKS | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
     constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
@@ -251,7 +289,7 @@ def c_declarations(bands: int = BANDS, lanes: int = 16, packet: int = 16, media:
     out = [f"#define {name} {value}" for name, value in constants.items()]
     floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
     out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
-    out += [_c_struct(name, bands) for name in RECORDS]
+    out += [_c_struct(name, rays.bands) for name in RECORDS]
     pointers = [f"__global const {kind} *{name}" for name, kind in WORLD.items()]
     out.append("typedef struct {\n" + "".join(f"    {pointer};\n" for pointer in pointers) + "} World;\n")
     out.append("#define WORLD_PARAMETERS " + ", ".join(pointers))

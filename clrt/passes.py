@@ -94,7 +94,7 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
     found = (queue.rays, np.uint32(n), hits.t, hits.primitive)
     device.launch("closest", packets(device, n), *world.arguments, *found)
     if crossing and world.flat.media is not None:
-        device.launch(
+        device.for_queue(queue.narrow).launch(
             "cross_boundaries",
             n,
             *world.arguments,
@@ -124,9 +124,10 @@ def light(
     device: Device, world: World, queue: Queue, hits: Hits, last: bool, terms: int = layout.TERMS["TERM_ALL"]
 ) -> Lit:
     """Local light of every hit, and the count of what each will spawn."""
-    local = device.buffer(block_bytes(queue.n, device.bands, device.settings.lanes))
+    kernels = device.for_queue(queue.narrow)
+    local = device.buffer(block_bytes(queue.n, kernels.rays.values, device.settings.lanes))
     spawn = device.buffer(4 * queue.n)
-    device.launch(
+    kernels.launch(
         "light",
         packets(device, queue.n),
         *world.arguments,
@@ -142,12 +143,13 @@ def light(
         local,
         spawn,
     )
-    offsets = device.buffer(4 * chunks(queue.n) * len(_STREAM))
-    totals = device.buffer(8 * len(_STREAM))
+    streams = len(layout.streams(device.rays.group))
+    offsets = device.buffer(4 * chunks(queue.n) * streams)
+    totals = device.buffer(8 * streams)
     sizes = (np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks(queue.n)))
     device.launch("count", chunks(queue.n), spawn, *sizes, offsets)
     device.launch("offsets", 1, np.uint32(chunks(queue.n)), offsets, totals, local_size=1)
-    return Lit(local, spawn, offsets, device.ask(totals, np.zeros(len(_STREAM), np.uint64)))
+    return Lit(local, spawn, offsets, device.ask(totals, np.zeros(streams, np.uint64)))
 
 
 def _first_places(device: Device, world: World, queue: Queue, lit: Lit, stream: str) -> Any:
@@ -166,10 +168,11 @@ def feelers(
     lanes = device.settings.lanes
     first = _first_places(device, world, queue, lit, "FEELERS")
     rays = device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes))
-    contribution = device.buffer(block_bytes(n, device.bands, lanes))
+    kernels = device.for_queue(queue.narrow)
+    contribution = device.buffer(block_bytes(n, kernels.rays.values, lanes))
     seen = device.buffer(4 * n)
     if n:
-        device.launch(
+        kernels.launch(
             "feelers",
             packets(device, queue.n),
             *world.arguments,
@@ -186,7 +189,7 @@ def feelers(
         )
         arguments = (*world.arguments, rays, np.uint32(n), seen)
         if world.tinted:
-            device.launch("occluded_tinted", packets(device, n), *arguments, contribution)
+            kernels.launch("occluded_tinted", packets(device, n), *arguments, contribution)
         else:
             device.launch("occluded", packets(device, n), *arguments)
     return Feelers(n, first, rays, seen, contribution)
@@ -219,7 +222,7 @@ def gather(
     path_value: int = 0,
 ) -> None:
     """Add what the rays bring to their pixels; only rays with path & path_mask == path_value."""
-    device.launch(
+    device.for_queue(queue.narrow).launch(
         "gather",
         queue.n,
         queue.pixel_of,
@@ -238,35 +241,57 @@ def gather(
     )
 
 
+def _sources(
+    kind: str, narrow: bool, parents: list[tuple[Queue, Hits, Lit]]
+) -> list[tuple[str, str, Queue, Hits, Lit]]:
+    """The kernel and the stream by which each queue spawns rays of a kind, for those that do."""
+    found = []
+    for queue, hits, lit in parents:
+        kernel, stream = _SPAWNING[kind]
+        if queue.narrow != narrow:
+            if queue.narrow or kind != TRANSMISSION:
+                continue
+            kernel, stream = "disperse", "GROUPS"
+        if lit.totals[stream]:
+            found.append((kernel, stream, queue, hits, lit))
+    return found
+
+
 def spawn(
-    device: Device, world: World, kind: str, generation: int, parents: list[tuple[Queue, Hits, Lit]]
+    device: Device,
+    world: World,
+    kind: str,
+    generation: int,
+    parents: list[tuple[Queue, Hits, Lit]],
+    narrow: bool = False,
 ) -> Queue | None:
     """The next generation's queue of one kind, from all queues of this generation; None if it is empty.
 
     A ray's place is the number of children that stand before it: those of its own queue (`scan`), and those
-    of the others with a smaller pixel, or the same pixel and an earlier queue (`rank`).
+    of the others with a smaller pixel, or the same pixel and an earlier queue (`rank`). `narrow`: the queue
+    whose rays carry one dispersion group each.
     """
-    kernel, stream = _SPAWNING[kind]
-    parents = [parent for parent in parents if parent[2].totals[stream]]
-    if not parents:
+    sources = _sources(kind, narrow, parents)
+    if not sources:
         return None
-    firsts = [_first_places(device, world, queue, lit, stream) for queue, _, lit in parents]
-    child = new_queue(device, kind, sum(lit.totals[stream] for _, _, lit in parents))
+    firsts = [_first_places(device, world, queue, lit, stream) for _, stream, queue, _, lit in sources]
+    total = sum(lit.totals[stream] for _, stream, _, _, lit in sources)
+    child = new_queue(device.for_queue(narrow), kind, total)
     written = (child.rays, child.pixel_of, child.path, child.weight, child.media)
-    for i, (queue, hits, lit) in enumerate(parents):
-        slots = firsts[i] if len(parents) == 1 else _first_places(device, world, queue, lit, stream)
-        for j, (other, _, other_lit) in enumerate(parents):
+    for i, (kernel, stream, queue, hits, lit) in enumerate(sources):
+        slots = firsts[i] if len(sources) == 1 else _first_places(device, world, queue, lit, stream)
+        for j, (_, other_stream, other, _, other_lit) in enumerate(sources):
             if i != j:
-                total, goes_first = np.uint32(other_lit.totals[stream]), np.uint32(j < i)
-                numbers = (other.pixel_of, firsts[j], np.uint32(other.n), total, goes_first)
+                sizes = (np.uint32(other_lit.totals[other_stream]), np.uint32(j < i))
+                numbers = (other.pixel_of, firsts[j], np.uint32(other.n), *sizes)
                 device.launch("rank", queue.n, queue.pixel_of, np.uint32(queue.n), *numbers, slots)
         words = (queue.pixel_of, queue.path, queue.weight, lit.spawn, slots, queue.media)
         read = (hits.surfaces, hits.code, *words)
-        n = np.uint32(queue.n)
+        n, kernels = np.uint32(queue.n), device.for_queue(queue.narrow)
         if kind == AMBIENT:
-            device.launch(kernel, queue.n, *world.arguments, *read, n, np.uint32(generation), *written)
+            kernels.launch(kernel, queue.n, *world.arguments, *read, n, np.uint32(generation), *written)
         else:
-            device.launch(kernel, packets(device, queue.n), *world.arguments, queue.rays, *read, n, *written)
+            kernels.launch(kernel, packets(device, queue.n), *world.arguments, queue.rays, *read, n, *written)
     return child
 
 

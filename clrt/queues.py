@@ -25,8 +25,9 @@ class Queue:
     rays: Any  # blocks of layout.RAY_FIELDS
     pixel_of: Any  # uint: place of the pixel in the tile
     path: Any  # uint: layout.PATH
-    weight: Any  # blocks of one value a band
+    weight: Any  # blocks of layout.Rays.values
     media: Any = None  # blocks of layout.MEDIA numbers of materials, where rays carry them
+    narrow: bool = False  # each ray carries one dispersion group of bands
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Lit:
     @cached_property
     def totals(self) -> dict[str, int]:
         """The items of each stream, by its name; waits until they are counted."""
-        return dict(zip(layout.STREAMS, map(int, self.counted.wait()), strict=True))
+        return dict(zip(layout.STREAMS, map(int, self.counted.wait()), strict=False))
 
 
 @dataclass(frozen=True)
@@ -78,18 +79,19 @@ def block_bytes(n: int, fields: int, lanes: int) -> int:
     return -(-n // lanes) * lanes * fields * 4
 
 
-def queue_bytes(n: int, bands: int, lanes: int, media: int = 0) -> int:
-    """Bytes of a Queue with its hits, local light, counts and places; `media` places for media a ray."""
-    fields = len(layout.RAY_FIELDS) + layout.surface_fields(media) + 2 * bands + media
+def queue_bytes(n: int, rays: layout.Rays, lanes: int) -> int:
+    """Bytes of a Queue with its hits, local light, counts and places."""
+    fields = len(layout.RAY_FIELDS) + layout.surface_fields(rays.media) + 2 * rays.values + rays.media
     words = 2 + 3 + 1 + 4  # pixel and path; hit and code; spawn; places in four streams
     return block_bytes(n, fields, lanes) + 4 * n * words
 
 
-def feeler_bytes(n: int, bands: int, lanes: int) -> int:
-    return block_bytes(n, len(layout.RAY_FIELDS) + bands, lanes) + n * 4
+def feeler_bytes(n: int, rays: layout.Rays, lanes: int) -> int:
+    return block_bytes(n, len(layout.RAY_FIELDS) + rays.values, lanes) + n * 4
 
 
 def new_queue(device: Device, kind: str, n: int) -> Queue:
+    """Memory for rays of what the device's kernels know rays to carry."""
     lanes = device.settings.lanes
     return Queue(
         kind,
@@ -97,6 +99,7 @@ def new_queue(device: Device, kind: str, n: int) -> Queue:
         device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)),
         device.buffer(4 * n),
         device.buffer(4 * n),
-        device.buffer(block_bytes(n, device.bands, lanes)),
+        device.buffer(block_bytes(n, device.rays.values, lanes)),
         device.buffer(block_bytes(n, device.media, lanes)) if device.media else None,
+        device.rays.narrow,
     )

@@ -52,12 +52,8 @@ def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
 
 
 def kernel_source(
-    bands: int = layout.BANDS,
-    lanes: int = 16,
-    packet: int = 16,
-    folder: Path | None = None,
-    media: int = 0,
+    rays: layout.Rays | None = None, lanes: int = 16, packet: int = 16, folder: Path | None = None
 ) -> str:
     """The program: the layout's declarations and every kernel file."""
-    declarations = layout.c_declarations(bands, lanes, packet, media)
+    declarations = layout.c_declarations(rays, lanes, packet)
     return declarations + flatten_includes(KERNEL_FILES, folder or kernel_folder())

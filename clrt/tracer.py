@@ -66,7 +66,7 @@ class Tracer:
         self.settings = settings or Settings()
         self._lock = threading.RLock()
         self.flat = flatten(scene)
-        self.device = Device(device, self.settings, self.flat.bands, media=self.flat.media_places)
+        self.device = Device(device, self.settings, self.flat.rays)
         self.world = World(self.device, self.flat)
 
     @_one_at_a_time

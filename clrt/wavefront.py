@@ -100,8 +100,8 @@ def trace(
             if watch:
                 watch.light(generation, queue, hits, lit, feelers, film)
         queues = []
-        for kind in (REFLECTION, TRANSMISSION, AMBIENT):
-            child = passes.spawn(device, world, kind, generation, parents)
+        for kind, narrow in spawned_kinds(device):
+            child = passes.spawn(device, world, kind, generation, parents, narrow)
             if child:
                 queues.append((child, passes.closest(device, world, child)))
                 if watch:
@@ -118,14 +118,20 @@ def trace(
 
 
 def _check_budget(device: Device, parents: list[tuple[Queue, Hits, Lit]], budget: int) -> None:
-    lanes, bands, media = device.settings.lanes, device.bands, device.media
-    children = sum(
-        lit.totals[stream] for _, _, lit in parents for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT")
-    )
-    need = (
-        sum(queue_bytes(queue.n, bands, lanes, media) for queue, _, _ in parents)
-        + queue_bytes(children, bands, lanes, media)
-        + max(feeler_bytes(lit.totals["FEELERS"], bands, lanes) for _, _, lit in parents)
-    )
-    if need > budget:
+    lanes = device.settings.lanes
+    need = most_feelers = 0
+    for queue, _, lit in parents:
+        rays = device.for_queue(queue.narrow).rays
+        children = sum(lit.totals[stream] for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT"))
+        need += queue_bytes(queue.n, rays, lanes) + queue_bytes(children, rays, lanes)
+        if lit.totals.get("GROUPS"):
+            need += queue_bytes(lit.totals["GROUPS"], device.for_queue(True).rays, lanes)
+        most_feelers = max(most_feelers, feeler_bytes(lit.totals["FEELERS"], rays, lanes))
+    if need + most_feelers > budget:
         raise TooLarge
+
+
+def spawned_kinds(device: Device) -> list[tuple[str, bool]]:
+    """The queues of a generation, in their order: kind, and whether its rays carry one dispersion group."""
+    kinds = (REFLECTION, TRANSMISSION, AMBIENT)
+    return [(kind, narrow) for narrow in ((False, True) if device.rays.group else (False,)) for kind in kinds]

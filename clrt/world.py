@@ -17,12 +17,12 @@ _SHARED_SUBTREE: Final = 4096  # a part of fewer primitives is not split further
 class World:
     """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take.
 
-    The device's kernels must be those for the scene's rays: `device.variant(flat.bands, flat.media_places)`.
+    The device's kernels must be those for the scene's rays: `device.variant(flat.rays)`.
     """
 
     def __init__(self, device: Device, flat: FlatScene) -> None:
-        if device.media != flat.media_places:
-            raise ValueError(f"kernels for {device.media} media a ray; the scene has {flat.media_places}")
+        if device.rays != flat.rays:
+            raise ValueError(f"kernels for {device.rays}; the scene has {flat.rays}")
         self.flat = flat
         self.overflow = device.upload(np.zeros(1, np.uint32))  # 1 once a list of media was too short
         made = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")

@@ -44,6 +44,7 @@ __kernel void gather_ambient(WORLD_PARAMETERS, __global const float *surfaces, _
     const float3 start = point + geometric * surfaces[in_block(i, LEAVE_BY, SURFACE_FIELDS)];
     __global const Material *material = world.materials + surface_code[i] / SURFACE_MATERIAL;
     const bool second = surface_code[i] & SURFACE_SECOND_COLOR;
+    const int band = first_band(weights, i);
     const uint samples = world.scene->ambient_samples;
     const uint key = combine(path[i] & ~(uint)PATH_FLAGS, CHILD_AMBIENT);
     const uint flags = path[i] & PATH_FLAGS | PATH_GATHERED | (generation == 0 ? PATH_GATHERED_FIRST : 0);
@@ -54,9 +55,12 @@ __kernel void gather_ambient(WORLD_PARAMETERS, __global const float *surfaces, _
         store_ray(child_rays, child, start, direction, INFINITY);
         child_pixel[child] = pixel_of[i];
         child_path_of[child] = key & ~(uint)PATH_FLAGS | flags;
-        for (int b = 0; b < BANDS; b++)
-            child_weight[in_block(child, b, BANDS)] = weights[in_block(i, b, BANDS)]
-                * (material->ka * (second ? material->color2[b] : material->color[b])) / (float)samples;
+        for (int b = 0; b < RAY_BANDS; b++)
+            child_weight[in_block(child, b, VALUES)] = weights[in_block(i, b, VALUES)]
+                * (material->ka * (second ? material->color2 : material->color)[band_at(band, b)]) / (float)samples;
+#if NARROW
+        child_weight[in_block(child, RAY_BANDS, VALUES)] = as_float(band);
+#endif
 #if MEDIA
         hand_on_media(world, media, i, surface_code[i], false, child_media, child);
 #endif

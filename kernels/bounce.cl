@@ -1,5 +1,5 @@
-// The next generation: reflection rays, transmission rays and ambient rays, one pass and one queue each. One
-// work-item a packet.
+// The next generation: reflection rays and transmission rays, one pass and one queue each, and the narrow rays of
+// dispersion. One work-item a packet.
 //
 // `slot` is each parent's place in the queue of children; it was counted before, so a queue is exactly as long
 // as what is written to it, and the children of a pixel stand together in the order of their parents.
@@ -24,16 +24,17 @@ typedef struct {
 // Writes the children of the lanes that spawn one: `child` is the number that makes their key, `route` the kind
 // of bounce for rays that have had none.
 inline void store_children(const World world, const Family f, __global const int *surface_code, uint first, uint n,
-                           int spawn_bit, uint child, uint route, Vec origin, Vec direction, const floatP *weight)
+                           int spawn_bit, uint child, uint route, Vec origin, Vec direction,
+                           __global const float *weights, const floatP *weight)
 {
-    float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[BANDS][PACKET];
+    float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[RAY_BANDS][PACKET];
     *(floatP *)ox = origin.x;
     *(floatP *)oy = origin.y;
     *(floatP *)oz = origin.z;
     *(floatP *)dx = direction.x;
     *(floatP *)dy = direction.y;
     *(floatP *)dz = direction.z;
-    for (int b = 0; b < BANDS; b++) *(floatP *)w[b] = weight[b];
+    for (int b = 0; b < RAY_BANDS; b++) *(floatP *)w[b] = weight[b];
     for (uint k = 0; k < PACKET && first + k < n; k++) {
         const uint i = first + k;
         if (!(f.spawn[i] & spawn_bit)) continue;
@@ -41,7 +42,10 @@ inline void store_children(const World world, const Family f, __global const int
         store_ray(f.rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), INFINITY);
         f.pixel[at] = f.pixel_of[i];
         f.path_of[at] = child_path(f.path[i], child, flags & PATH_ROUTE ? flags : flags | route);
-        for (int b = 0; b < BANDS; b++) f.weight[in_block(at, b, BANDS)] = w[b][k];
+        for (int b = 0; b < RAY_BANDS; b++) f.weight[in_block(at, b, VALUES)] = w[b][k];
+#if NARROW
+        f.weight[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, i));
+#endif
 #if MEDIA
         hand_on_media(world, f.media, i, surface_code[i], child == CHILD_TRANSMISSION, f.child_media, at);
 #endif
@@ -58,26 +62,29 @@ inline void bounce_packet(const World world, __global const float *rays, __globa
     const int spawn_bit = reflecting ? SPAWN_REFLECTION : SPAWN_TRANSMISSION;
     intP todo = (load_word(f.spawn, first, n) & spawn_bit) != 0, mine;
     if (!any_of(todo)) return;
-    const Surfaces s = load_surfaces(surfaces, surface_code, first, n);
+    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
     const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS);
     Vec direction = u;
-    floatP weight[BANDS];
-    for (int b = 0; b < BANDS; b++) weight[b] = (floatP)(0.0f);
+    floatP weight[RAY_BANDS];
+    for (int b = 0; b < RAY_BANDS; b++) weight[b] = (floatP)(0.0f);
     while (any_of(todo)) {
         __global const Material *material = next_material(world, s, &todo, &mine);
-        const Bounce bounce = bounce_at(world, s, material, u);
-        direction = choose(direction, bounce.transmitted, mine);
-        for (int b = 0; b < BANDS; b++) {
-            const floatP share = reflecting ? reflects(material, bounce, b) : transmits(material, bounce, b);
-            weight[b] = select(weight[b], load_field(weights, first, n, b, BANDS) * share, mine);
+        const int together = bands_together(disperses(world, s, material) & mine);
+        for (int from = 0; from < RAY_BANDS; from += together) {
+            const Bounce bounce = bounce_at(world, s, material, from, u);
+            direction = choose(direction, bounce.transmitted, mine);
+            for (int b = from; b < min(from + together, RAY_BANDS); b++) {
+                const floatP share = reflecting ? reflects(s, material, bounce, b) : transmits(s, material, bounce, b);
+                weight[b] = select(weight[b], load_field(weights, first, n, b, VALUES) * share, mine);
+            }
         }
     }
     if (reflecting)
         store_children(world, f, surface_code, first, n, spawn_bit, CHILD_REFLECTION, 1, leaves(s, s.n),
-                       reflected(s, u), weight);
+                       reflected(s, u), weights, weight);
     else
         store_children(world, f, surface_code, first, n, spawn_bit, CHILD_TRANSMISSION, 2, leaves(s, minus(s.n)),
-                       direction, weight);
+                       direction, weights, weight);
 }
 
 __kernel void reflect(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
@@ -105,3 +112,59 @@ __kernel void transmit(WORLD_PARAMETERS, __global const float *rays, __global co
                       child_rays, child_pixel, child_path_of, child_weight, child_media};
     bounce_packet(world, rays, surfaces, surface_code, weights, f, n, false);
 }
+
+#if GROUP && !NARROW
+
+// One ray a group of bands, in the order of the groups, where the index on either side is a curve (docs/model.md,
+// "Media"). The children carry one group, and its first band: GROUP + 1 values.
+__kernel void disperse(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
+                       __global const int *surface_code, __global const uint *pixel_of,
+                       __global const uint *path, __global const float *weights,
+                       __global const int *spawn, __global const int *slot, __global const int *media, uint n,
+                       __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
+                       __global float *child_weight, __global int *child_media)
+{
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
+    intP todo = (load_word(spawn, first, n) & SPAWN_GROUPS) != 0, mine;
+    if (!any_of(todo)) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
+    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = leaves(s, minus(s.n));
+    float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[GROUP][PACKET];
+    int place[PACKET], launched[PACKET];
+    floatP weight[BANDS];
+    for (int b = 0; b < BANDS; b++) weight[b] = load_field(weights, first, n, b, VALUES);
+    *(floatP *)ox = origin.x;
+    *(floatP *)oy = origin.y;
+    *(floatP *)oz = origin.z;
+    *(intP *)place = load_word(slot, first, n);
+    while (any_of(todo)) {
+        __global const Material *material = next_material(world, s, &todo, &mine);
+        for (int from = 0; from < BANDS; from += GROUP) {
+            const int to = min(from + GROUP, BANDS);
+            const Bounce bounce = bounce_at(world, s, material, from, u);
+            *(intP *)launched = mine & passes_on(world, s, material, bounce, weight, from, to);
+            *(floatP *)dx = bounce.transmitted.x;
+            *(floatP *)dy = bounce.transmitted.y;
+            *(floatP *)dz = bounce.transmitted.z;
+            for (int b = 0; b < GROUP; b++)
+                *(floatP *)w[b] = from + b < to ? weight[from + b] * transmits(s, material, bounce, from + b)
+                                                : (floatP)(0.0f);
+            for (uint k = 0; k < PACKET && first + k < n; k++) {
+                if (!launched[k]) continue;
+                const uint i = first + k, at = place[k]++, flags = path[i] & PATH_FLAGS;
+                store_ray(child_rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), INFINITY);
+                child_pixel[at] = pixel_of[i];
+                child_path_of[at] = child_path(path[i], CHILD_TRANSMISSION, flags & PATH_ROUTE ? flags : flags | 2);
+                for (int b = 0; b < GROUP; b++) child_weight[in_block(at, b, GROUP + 1)] = w[b][k];
+                child_weight[in_block(at, GROUP, GROUP + 1)] = as_float(from);
+#if MEDIA
+                hand_on_media(world, media, i, surface_code[i], true, child_media, at);
+#endif
+            }
+        }
+    }
+}
+
+#endif

@@ -55,9 +55,9 @@ __kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uin
 
     const int within = top_of(world, list);
     if (within == NO_MEDIUM) return;
-    for (int b = 0; b < BANDS; b++) {
-        const float absorption = world.materials[within].absorption[b];
-        if (absorption > 0.0f) weights[in_block(i, b, BANDS)] *= exponential(-absorption * hit.t);
+    for (int b = 0; b < RAY_BANDS; b++) {
+        const float absorption = world.materials[within].absorption[band_at(first_band(weights, i), b)];
+        if (absorption > 0.0f) weights[in_block(i, b, VALUES)] *= exponential(-absorption * hit.t);
     }
 }
 

@@ -13,6 +13,7 @@ inline uint stream_count(uint spawn, uint stream, uint ambient_samples)
     case STREAM_TRANSMISSION: return (spawn & SPAWN_TRANSMISSION) != 0;
     case STREAM_AMBIENT: return spawn & SPAWN_AMBIENT ? ambient_samples : 0;
     case STREAM_HIT: return (spawn & SPAWN_HIT) != 0;
+    case STREAM_GROUPS: return (spawn & SPAWN_GROUPS) / SPAWN_GROUP;
     default: return (spawn & SPAWN_TOTAL_INTERNAL) != 0;
     }
 }

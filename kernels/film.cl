@@ -20,11 +20,12 @@ __kernel void gather(__global const uint *pixel_of, __global const uint *path, u
     for (uint i = start; i < n && pixel_of[i] == pixel; i++) {
         if ((path[i] & path_mask) != path_value) continue;
         const uint first = first_feeler[i], end = first + (spawn[i] & SPAWN_FEELERS);
-        for (int b = 0; b < BANDS; b++) {
-            float value = local_radiance[in_block(i, b, BANDS)];
+        const int band = first_band(local_radiance, i);
+        for (int b = 0; b < RAY_BANDS && band + b < BANDS; b++) {
+            float value = local_radiance[in_block(i, b, VALUES)];
             for (uint f = first; f < end; f++)
-                if (seen[f]) value += contribution[in_block(f, b, BANDS)];
-            sum[b] += value;
+                if (seen[f]) value += contribution[in_block(f, b, VALUES)];
+            sum[band + b] += value;
         }
     }
     const size_t at = ((size_t)plane * pixels + pixel) * BANDS;

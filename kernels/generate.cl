@@ -41,7 +41,7 @@ __kernel void generate(__global const Camera *cameras, __global const uint *pixe
     store_ray(rays, i, origin, direction, INFINITY);
     pixel_of[i] = place;
     path[i] = key & ~(uint)PATH_FLAGS;
-    for (int b = 0; b < BANDS; b++) weight[in_block(i, b, BANDS)] = 1.0f;
+    for (int b = 0; b < RAY_BANDS; b++) weight[in_block(i, b, VALUES)] = 1.0f;
 }
 
 // The same queue from rays that the caller brings: n x 3 origins and directions of any length, n values of t_max.
@@ -58,5 +58,5 @@ __kernel void adopt(__global const float *origins, __global const float *directi
     store_ray(rays, i, origin, unit3(d), t_max[i]);
     pixel_of[i] = i;
     path[i] = combine(combine(0u, numbers[i]), 0u) & ~(uint)PATH_FLAGS;
-    for (int b = 0; b < BANDS; b++) weight[in_block(i, b, BANDS)] = 1.0f;
+    for (int b = 0; b < RAY_BANDS; b++) weight[in_block(i, b, VALUES)] = 1.0f;
 }

@@ -8,21 +8,27 @@
 #include "texture.clh"
 
 // radiance of the background along each ray of a packet
-inline void backgrounds(const World world, Vec direction, floatP *radiance)
+inline void backgrounds(const World world, const Surfaces s, Vec direction, floatP *radiance)
 {
     if (world.scene->background_width == 0) {
-        for (int b = 0; b < BANDS; b++) radiance[b] = (floatP)(world.scene->background[b]);
+        for (int b = 0; b < RAY_BANDS; b++) radiance[b] = in_band(world.scene->background, s, b);
         return;
     }
-    float x[PACKET], y[PACKET], z[PACKET], band[BANDS][PACKET], seen[BANDS];
+    float x[PACKET], y[PACKET], z[PACKET], band[RAY_BANDS][PACKET], seen[BANDS];
+    int from[PACKET];
     *(floatP *)x = direction.x;
     *(floatP *)y = direction.y;
     *(floatP *)z = direction.z;
+#if NARROW
+    *(intP *)from = s.band;
+#else
+    *(intP *)from = (intP)(0);
+#endif
     for (int k = 0; k < PACKET; k++) {
         background_of(world, (float3)(x[k], y[k], z[k]), seen);
-        for (int b = 0; b < BANDS; b++) band[b][k] = seen[b];
+        for (int b = 0; b < RAY_BANDS; b++) band[b][k] = seen[band_at(from[k], b)];
     }
-    for (int b = 0; b < BANDS; b++) radiance[b] = *(floatP *)band[b];
+    for (int b = 0; b < RAY_BANDS; b++) radiance[b] = *(floatP *)band[b];
 }
 
 // `local_radiance` receives weight * (emission + ambient), or the background; `spawn` the packed counts
@@ -35,19 +41,19 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Surfaces s = load_surfaces(surfaces, surface_code, first, n);
+    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
     const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS);
     const intP ungathered = (load_word(path, first, n) & PATH_GATHERED) == 0;
-    floatP weight[BANDS], value[BANDS];
-    for (int b = 0; b < BANDS; b++) weight[b] = load_field(weights, first, n, b, BANDS);
+    floatP weight[RAY_BANDS], value[RAY_BANDS];
+    for (int b = 0; b < RAY_BANDS; b++) weight[b] = load_field(weights, first, n, b, VALUES);
 
     // misses: an ambient ray that meets nothing brings the constant ambient light
     const intP missed = s.code < 0;
-    for (int b = 0; b < BANDS; b++) value[b] = (floatP)(0.0f);
+    for (int b = 0; b < RAY_BANDS; b++) value[b] = (floatP)(0.0f);
     if (any_of(missed) && terms == TERM_ALL) {
-        if (!ambient_queue) backgrounds(world, u, value);
-        for (int b = 0; b < BANDS; b++)
-            value[b] = weight[b] * (ambient_queue ? (floatP)(world.scene->ambient[b]) : value[b]);
+        if (!ambient_queue) backgrounds(world, s, u, value);
+        for (int b = 0; b < RAY_BANDS; b++)
+            value[b] = weight[b] * (ambient_queue ? in_band(world.scene->ambient, s, b) : value[b]);
     }
 
     intP found = select((intP)(SPAWN_HIT), (intP)(0), missed);
@@ -62,45 +68,55 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
         intP gathers = (intP)(0);
         if (world.scene->ambient_samples > 0 && !last && terms & TERM_AMBIENT) {
             floatP most = (floatP)(0.0f);
-            for (int b = 0; b < BANDS; b++) most = largerP(weight[b] * (material->ka * colors(material, s, b)), most);
+            for (int b = 0; b < RAY_BANDS; b++) most = largerP(weight[b] * (material->ka * colors(material, s, b)), most);
             gathers = ungathered & (most > 0.0f);
             found |= gathers & mine & SPAWN_AMBIENT;
         }
-        for (int b = 0; b < BANDS; b++) {
-            const float emission = terms & TERM_EMISSION ? material->emission[b] : 0.0f;
-            floatP ambient = (floatP)(0.0f);
+        for (int b = 0; b < RAY_BANDS; b++) {
+            floatP emission = (floatP)(0.0f), ambient = emission;
+            if (terms & TERM_EMISSION) emission = in_band(material->emission, s, b);
             if (terms & TERM_AMBIENT)
-                ambient = select(material->ka * colors(material, s, b) * world.scene->ambient[b], ambient, gathers);
+                ambient = select(material->ka * colors(material, s, b) * in_band(world.scene->ambient, s, b), ambient,
+                                 gathers);
             value[b] = select(value[b], weight[b] * (emission + ambient), mine);
         }
         if (terms != TERM_ALL || !(material->kr > 0.0f || material->kt > 0.0f)) continue;
 
-        const Bounce bounce = bounce_at(world, s, material, u);
-        intP reflected = mine;
-        intP transmitted = mine & ~bounce.total_internal & (material->kt > 0.0f ? (intP)(-1) : (intP)(0));
-        if (!world.scene->spd) {
-            floatP most_reflected = (floatP)(0.0f), most_transmitted = (floatP)(0.0f);
-            for (int b = 0; b < BANDS; b++) {
-                most_reflected = largerP(weight[b] * reflects(material, bounce, b), most_reflected);
-                most_transmitted = largerP(weight[b] * transmits(material, bounce, b), most_transmitted);
-            }
-            reflected &= worth_tracing(world, most_reflected);
-            transmitted &= worth_tracing(world, most_transmitted);
+        const intP dispersing = disperses(world, s, material) & mine;
+        const int together = bands_together(dispersing);
+        floatP most = (floatP)(0.0f);
+        intP transmitted = (intP)(0), total_internal = (intP)(0), groups = (intP)(0);
+        for (int from = 0; from < RAY_BANDS; from += together) {
+            const int to = min(from + together, RAY_BANDS);
+            const Bounce bounce = bounce_at(world, s, material, from, u);
+            for (int b = from; b < to; b++) most = largerP(weight[b] * reflects(s, material, bounce, b), most);
+            transmitted = passes_on(world, s, material, bounce, weight, from, to);
+            total_internal |= bounce.total_internal;
+            groups += transmitted & SPAWN_GROUP;
         }
+        const intP reflected = mine & (world.scene->spd ? (intP)(-1) : worth_tracing(world, most));
         if (!last) {
-            found |= (reflected & SPAWN_REFLECTION) | (transmitted & SPAWN_TRANSMISSION)
-                   | (bounce.total_internal & mine & SPAWN_TOTAL_INTERNAL);
+            found |= (reflected & SPAWN_REFLECTION) | (total_internal & mine & SPAWN_TOTAL_INTERNAL)
+                   | (select(transmitted & SPAWN_TRANSMISSION, groups, dispersing) & mine);
             continue;
         }
-        for (int b = 0; b < BANDS; b++) {
-            const float instead = world.scene->depth_color[b];
-            const floatP back = weight[b] * reflects(material, bounce, b) * instead;
-            const floatP on = weight[b] * transmits(material, bounce, b) * instead;
-            value[b] = select(value[b], value[b] + back, reflected);
-            value[b] = select(value[b], value[b] + on, transmitted);
+        for (int from = 0; from < RAY_BANDS; from += together) {
+            const int to = min(from + together, RAY_BANDS);
+            const Bounce bounce = bounce_at(world, s, material, from, u);
+            transmitted = mine & passes_on(world, s, material, bounce, weight, from, to);
+            for (int b = from; b < to; b++) {
+                const floatP instead = in_band(world.scene->depth_color, s, b);
+                const floatP back = weight[b] * reflects(s, material, bounce, b) * instead;
+                const floatP on = weight[b] * transmits(s, material, bounce, b) * instead;
+                value[b] = select(value[b], value[b] + back, reflected);
+                value[b] = select(value[b], value[b] + on, transmitted);
+            }
         }
     }
-    for (int b = 0; b < BANDS; b++) store_field(local_radiance, first, n, b, BANDS, value[b]);
+    for (int b = 0; b < RAY_BANDS; b++) store_field(local_radiance, first, n, b, VALUES, value[b]);
+#if NARROW
+    store_field(local_radiance, first, n, RAY_BANDS, VALUES, as_floatP(s.band));
+#endif
     store_word(spawn, first, n, found);
 }
 
@@ -116,10 +132,10 @@ __kernel void feelers(WORLD_PARAMETERS, __global const float *rays, __global con
     const intP counted = (load_word(spawn, first, n) & SPAWN_FEELERS) != 0;
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Surfaces s = load_surfaces(surfaces, surface_code, first, n);
+    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
     const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = leaves(s, s.n);
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], distance[PACKET];
-    float brings[BANDS][PACKET];
+    float brings[RAY_BANDS][PACKET];
     int place[PACKET], launched[PACKET];
     *(floatP *)ox = start.x;
     *(floatP *)oy = start.y;
@@ -132,24 +148,27 @@ __kernel void feelers(WORLD_PARAMETERS, __global const float *rays, __global con
         const intP launch = counted & lit(s, to);
         if (!any_of(launch)) continue;
         intP todo = launch, mine;
-        floatP radiance[BANDS], total[BANDS];
-        for (int b = 0; b < BANDS; b++) total[b] = (floatP)(0.0f);
+        floatP radiance[RAY_BANDS], total[RAY_BANDS];
+        for (int b = 0; b < RAY_BANDS; b++) total[b] = (floatP)(0.0f);
         while (any_of(todo)) {
             __global const Material *material = next_material(world, s, &todo, &mine);
             reflected_light(light, to, s, material, u, terms, radiance);
-            for (int b = 0; b < BANDS; b++) total[b] = select(total[b], radiance[b], mine);
+            for (int b = 0; b < RAY_BANDS; b++) total[b] = select(total[b], radiance[b], mine);
         }
         *(floatP *)dx = to.direction.x;
         *(floatP *)dy = to.direction.y;
         *(floatP *)dz = to.direction.z;
         *(floatP *)distance = to.distance;
         *(intP *)launched = launch;
-        for (int b = 0; b < BANDS; b++) *(floatP *)brings[b] = load_field(weights, first, n, b, BANDS) * total[b];
+        for (int b = 0; b < RAY_BANDS; b++) *(floatP *)brings[b] = load_field(weights, first, n, b, VALUES) * total[b];
         for (uint k = 0; k < lanes; k++) {
             if (!launched[k]) continue;
             const uint at = place[k]++;
             store_ray(feeler_rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), distance[k]);
-            for (int b = 0; b < BANDS; b++) contribution[in_block(at, b, BANDS)] = brings[b][k];
+            for (int b = 0; b < RAY_BANDS; b++) contribution[in_block(at, b, VALUES)] = brings[b][k];
+#if NARROW
+            contribution[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
+#endif
         }
     }
 }

@@ -44,7 +44,9 @@ inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i,
     seen[i] = 1;
     while (hit.primitive >= 0) {
         __global const Material *material = world.materials + world.primitives[hit.primitive].material;
-        for (int b = 0; b < BANDS; b++) contribution[in_block(i, b, BANDS)] *= material->kt * material->tint[b];
+        const int band = first_band(contribution, i);
+        for (int b = 0; b < RAY_BANDS; b++)
+            contribution[in_block(i, b, VALUES)] *= material->kt * material->tint[band_at(band, b)];
         if (material->kt == 0.0f) {
             seen[i] = 0;
             return;

@@ -59,7 +59,7 @@ class OpenedTracer(Tracer):
         self.scene, self.settings = scene, device.settings
         with _unwarned():
             self.flat = flatten(scene)
-        self.device = device.variant(self.flat.bands, self.flat.media_places)
+        self.device = device.variant(self.flat.rays)
         self.world = World(self.device, self.flat)
 
 

@@ -43,9 +43,9 @@ class RayFilm(Film):
         """As Film.add; a queue is one kind of ray of one generation."""
         feelers = feelers if self.shadows else _all_seen(self.device, feelers)
         super().add(queue, lit, feelers, generation)
-        apart = Film(self.device, self.pixels, ())
+        key = ray_key(generation, queue.kind)
+        apart = self.by_ray.setdefault(key, Film(self.device, self.pixels, ()))
         apart.add(queue, lit, feelers, generation)
-        self.by_ray[ray_key(generation, queue.kind)] = apart  # a generation has one queue of a kind
 
     def developed(self, samples: int) -> Iterator[tuple[str, np.ndarray]]:
         """Each picture by its key, "image" or one of `by_ray`: float32 (pixels, 3)."""

@@ -84,7 +84,7 @@ def check_layout(device: Device) -> tuple[bool, str]:
         lines.append("    }")
     body = "\n".join(lines)
     source = (
-        f"{layout.c_declarations(device.bands, device.settings.lanes)}\n"
+        f"{layout.c_declarations(device.rays, device.settings.lanes)}\n"
         f"__kernel void layout_of_records(__global uint *out)\n{{\n    uint i = 0;\n{body}\n}}\n"
     )
     found = _run(device, source, "layout_of_records", 1, np.empty(len(names), np.uint32))

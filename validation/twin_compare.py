@@ -77,7 +77,7 @@ def compare_picture(
     camera = flatten_camera(scene.camera, width, height, spp)
     pixels = np.arange(int(camera["width"][0]) * int(camera["height"][0]), dtype=np.uint32)
     samples = int(camera["grid"][0]) ** 2
-    device = device.variant(flat.bands, flat.media_places)
+    device = device.variant(flat.rays)
     queue, _ = passes.generate(device, device.upload(camera), pixels, samples)
     with np.errstate(all="ignore"):
         return _compare(
@@ -102,7 +102,7 @@ def compare_rays(
     """Every stage of the caller's n rays: origins and directions (n, 3), t_max a number or (n,)."""
     o, d = (np.ascontiguousarray(array, np.float32) for array in (origins, directions))
     limit = np.array(np.broadcast_to(np.asarray(t_max, np.float32), (len(o),)))
-    device = device.variant(flat.bands, flat.media_places)
+    device = device.variant(flat.rays)
     queue = passes.adopt(device, o, d, limit, np.arange(len(o), dtype=np.uint32))
     with np.errstate(all="ignore"):
         return _compare(device, flat, queue, adopted(o, d, limit, bands=flat.bands), len(o), 1, max_depth)

@@ -28,7 +28,7 @@ _BUILDER: Final = ("split_top", "build_subtree", "collapse", "pack_triangles", "
 def builder_cases(device: Device, flat: FlatScene, scene: str, threads: int) -> list[Case]:
     """The tree alone, by the driver's own clock, and all that a Tracer needs to be ready: upload and tree."""
     n = int(flat.scene["primitives"][0])
-    device = device.variant(flat.bands, flat.media_places)
+    device = device.variant(flat.rays)
 
     def tree() -> float:
         device.take_seconds()

@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 import pyopencl as cl
 
-from clrt import passes
+from clrt import layout, passes
 from clrt.bench.timing import Case
 from clrt.device import Device
 from clrt.film import Film
@@ -49,8 +49,8 @@ class Launch:
 class Recorder(Device):
     """A Device that keeps every launch inside `rays_of`."""
 
-    def __init__(self, wanted: int | str | None, settings: Settings, bands: int, media: int) -> None:
-        super().__init__(wanted, settings, bands, media=media)
+    def __init__(self, wanted: int | str | None, settings: Settings, rays: layout.Rays) -> None:
+        super().__init__(wanted, settings, rays)
         self.launches: list[Launch] = []
         self.world_buffers: frozenset[int] = frozenset()
         self._sizes: dict[int, int] = {}
@@ -98,7 +98,7 @@ class Recording:
 def record(scene: Scene, width: int, wanted: int | str | None, settings: Settings) -> Recording:
     """Render generation 0 of a square picture, spawn and light all kinds of generation 1, spawn one of 2."""
     flat = flatten(scene)
-    device = Recorder(wanted, settings, flat.bands, flat.media_places)
+    device = Recorder(wanted, settings, flat.rays)
     world = World(device, flat)
     device.world_buffers = frozenset(map(id, world.arguments))
     assert scene.camera is not None
