@@ -11,6 +11,7 @@ from clrt import layout, passes
 from clrt.device import Device
 from clrt.immersion import immerse
 from clrt.queues import Hits, Queue
+from clrt.wavefront import spawned_kinds
 from clrt.world import World
 
 from .twin_wavefront import SPAWNING, Stage
@@ -54,22 +55,23 @@ def device_stages(
             lit = passes.light(device, world, queue, hits, last)
             spawn, local = (
                 _words(device, lit.spawn, queue.n),
-                _blocks(device, lit.local, queue.n, device.bands),
+                _blocks(device, lit.local, queue.n, _values(device, queue)),
             )
             yield Stage("light", generation, queue.kind, {"spawn": spawn, "local": local}, place)
             shadows = passes.feelers(device, world, queue, hits, lit)
             owner = place.repeat(spawn & layout.SPAWN["SPAWN_FEELERS"])
             values = _rays(device, shadows.rays, shadows.n) | {
                 "seen": _words(device, shadows.seen, shadows.n),
-                "contribution": _blocks(device, shadows.contribution, shadows.n, device.bands),
+                "contribution": _blocks(device, shadows.contribution, shadows.n, _values(device, queue)),
             }
             yield Stage("feelers", generation, queue.kind, values, owner)
             film.add(queue, lit, shadows, generation)
             parents.append((queue, hits, lit))
         queues = []
-        for kind, name in SPAWNING.items():
-            child = passes.spawn(device, world, kind, generation, parents)
-            yield _queue_stage(device, name, generation + 1, child or passes.new_queue(device, kind, 0))
+        for kind, narrow in spawned_kinds(device):
+            child = passes.spawn(device, world, kind, generation, parents, narrow)
+            shown = child or passes.new_queue(device.for_queue(narrow), kind, 0)
+            yield _queue_stage(device, SPAWNING[kind], generation + 1, shown)
             if child:
                 queues.append(child)
         if not queues:
@@ -93,7 +95,7 @@ def _queue_stage(device: Device, name: str, generation: int, queue: Queue) -> St
         "pixel_of": place,
         "path": _words(device, queue.path, queue.n),
         **_rays(device, queue.rays, queue.n),
-        "weight": _blocks(device, queue.weight, queue.n, device.bands),
+        "weight": _blocks(device, queue.weight, queue.n, _values(device, queue)),
         **_media(device, queue),
     }
     return Stage(name, generation, queue.kind, values, place)
@@ -111,7 +113,7 @@ def _surface(device: Device, queue: Queue, hits: Hits) -> dict[str, np.ndarray]:
     if not device.media:
         return values
     tops = fields[10:].view(np.int32)
-    weight = _blocks(device, queue.weight, queue.n, device.bands)
+    weight = _blocks(device, queue.weight, queue.n, _values(device, queue))
     return values | _media(device, queue) | {"before": tops[0], "after": tops[1], "weight": weight}
 
 
@@ -119,6 +121,11 @@ def _media(device: Device, queue: Queue) -> dict[str, np.ndarray]:
     if not device.media:
         return {}
     return {"media": _blocks(device, queue.media, queue.n, device.media).view(np.int32)}
+
+
+def _values(device: Device, queue: Queue) -> int:
+    """Of a ray's weight, light or contribution."""
+    return device.for_queue(queue.narrow).rays.values
 
 
 def _words(device: Device, buffer: object, n: int, kind: type[np.generic] = np.uint32) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from clrt import layout
 from clrt.flatten import FlatScene
 
+from .twin_dispersion import Groups, bounces, own_bands
 from .twin_geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit, primitives_of
 from .twin_math import Array, larger
 from .twin_media import Crossed
@@ -20,7 +21,6 @@ from .twin_shading import (
     HIGHLIGHT,
     Bounce,
     ambient_share,
-    bounce_at,
     lit,
     local_light,
     reflected_light,
@@ -35,7 +35,8 @@ SPAWN = {name: np.uint32(bit) for name, bit in layout.SPAWN.items()}
 class Lit:
     """The local light of a queue's rays (bands, n) and the packed word of what each will spawn.
 
-    `which` are the rays that hit; `surface` and `bounce` are theirs.
+    `which` are the rays that hit; `surface` and `bounce` are theirs. `groups` and `parts`: how they part into
+    narrow rays, and which groups are worth a ray, (n,) bool each.
     """
 
     local: Array
@@ -43,6 +44,8 @@ class Lit:
     which: Array
     surface: Surface
     bounce: Bounce
+    groups: Groups
+    parts: list[Array]
 
 
 @dataclass(frozen=True)
@@ -61,13 +64,18 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
     which = np.flatnonzero(hits.primitive >= 0)
     rays, weight = queue.rays[which], queue.weight[:, which]
     s = surface_at(flat, rays, Hits(hits.t[which], hits.primitive[which]))
-    bounce = bounce_at(s, rays.direction, *found_at.indices(flat, s, which))
+    bounce, groups = bounces(flat, found_at, s, which)
 
     transmits = _worth_tracing(info, weight * bounce.transmit)
+    parts = [
+        _passes_on(info, s, weight[row : row + flat.group], part, row) & groups.dispersing
+        for row, part in zip(groups.first, groups.bounces, strict=True)
+    ]
     reflects = _worth_tracing(info, weight * bounce.reflect)
     if info["spd"]:
         reflects = (s.material["kr"] > 0.0) | (s.material["kt"] > 0.0)
         transmits = (s.material["kt"] > 0.0) & ~bounce.total_internal
+    transmits &= ~groups.dispersing
     gathers = _any_positive(weight * ambient_share(s)) & (
         queue.path[which] & np.uint32(layout.PATH["PATH_GATHERED"]) == 0
     )
@@ -78,7 +86,10 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
     if last and terms == ALL:
         depth_color = info["depth_color"][:, None]
         value = np.where(reflects, value + weight * bounce.reflect * depth_color, value)
-        value = np.where(transmits, value + weight * bounce.transmit * depth_color, value)
+        goes_on = np.repeat(transmits[None], flat.bands, axis=0)
+        for row, part in zip(groups.first, parts, strict=True):
+            goes_on[row : row + flat.group] |= part
+        value = np.where(goes_on, value + weight * bounce.transmit * depth_color, value)
     found = np.full(len(which), SPAWN["SPAWN_HIT"])
     if terms & (DIFFUSE | HIGHLIGHT):
         for source in _lights(flat):
@@ -86,12 +97,20 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
     if not last and terms == ALL:
         found |= np.where(reflects, SPAWN["SPAWN_REFLECTION"], np.uint32(0))
         found |= np.where(transmits, SPAWN["SPAWN_TRANSMISSION"], np.uint32(0))
+        found += sum((part * SPAWN["SPAWN_GROUP"] for part in parts), np.uint32(0))
         found |= np.where(bounce.total_internal, SPAWN["SPAWN_TOTAL_INTERNAL"], np.uint32(0))
     found |= np.where(gathers, SPAWN["SPAWN_AMBIENT"], np.uint32(0))
 
     local, spawn = _of_misses(flat, queue, terms), np.zeros(len(queue), np.uint32)
     local[:, which], spawn[which] = value, found
-    return Lit(local, spawn, which, s, bounce)
+    return Lit(local, spawn, which, s, bounce, groups, [part & (not last) for part in parts])
+
+
+def _passes_on(info: np.void, s: Surface, weight: Array, bounce: Bounce, row: int) -> Array:
+    """Is the transmission of the bands from `row` on worth a ray."""
+    if info["spd"]:
+        return np.asarray((s.material["kt"] > 0.0) & ~bounce.total_internal)
+    return _worth_tracing(info, weight * bounce.transmit[row : row + len(weight)])
 
 
 def _of_misses(flat: FlatScene, queue: Queue, terms: int) -> Array:
@@ -143,6 +162,8 @@ def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feel
     )
     ray = found.which[hit]
     contribution = queue.weight[:, ray] * chosen(radiance, (flat.bands, 0))
+    if queue.band is not None:
+        contribution = np.where(own_bands(flat, queue.band[ray]), contribution, np.float32(0.0))
     if flat.scene["tinted"][0]:
         seen = _tint(flat, rays, contribution)
     else:

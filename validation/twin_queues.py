@@ -18,7 +18,8 @@ FLAGS = np.uint32(layout.PATH["PATH_FLAGS"])
 class Queue:
     """n rays of one kind and generation, those of a pixel next to each other; weight is (bands, n).
 
-    media: (places, n) int32, numbers of materials, where rays carry lists of them.
+    media: (places, n) int32, numbers of materials, where rays carry lists of them. band: (n,) int32, the
+    first band of each, where the rays are narrow.
     """
 
     kind: str
@@ -27,6 +28,7 @@ class Queue:
     path: Array
     weight: Array
     media: Array | None = None
+    band: Array | None = None
 
     def __len__(self) -> int:
         return len(self.rays)
@@ -86,6 +88,7 @@ def new_queue(
     weight: Array,
     t_max: Array | None = None,
     media: Array | None = None,
+    band: Array | None = None,
 ) -> Queue:
     """t_max defaults to infinity; `origin` may be one for all."""
     n = len(pixel_of)
@@ -94,7 +97,7 @@ def new_queue(
         np.ascontiguousarray(direction),
         np.full(n, np.inf, np.float32) if t_max is None else t_max,
     )
-    return Queue(kind, rays, pixel_of, path, weight, media)
+    return Queue(kind, rays, pixel_of, path, weight, media, band)
 
 
 def merged(queues: list[Queue]) -> Queue:
@@ -108,7 +111,9 @@ def merged(queues: list[Queue]) -> Queue:
         *(join([getattr(queue.rays, name) for queue in queues]) for name in ("origin", "direction", "t_max"))
     )
     lists = [queue.media for queue in queues if queue.media is not None]
+    band = [queue.band for queue in queues if queue.band is not None]
     pixel_of, path, weight = (
         join([getattr(queue, name) for queue in queues]) for name in ("pixel_of", "path", "weight")
     )
-    return Queue(queues[0].kind, rays, pixel_of, path, weight, join(lists) if lists else None)
+    of_narrow = join(band) if band else None
+    return Queue(queues[0].kind, rays, pixel_of, path, weight, join(lists) if lists else None, of_narrow)

@@ -15,6 +15,7 @@ import numpy as np
 from clrt import layout
 from clrt.flatten import FlatScene
 
+from .twin_dispersion import carried, own_bands
 from .twin_film import TERMS, Film, rays_counted
 from .twin_geometry import nearest_hit, primitives_of
 from .twin_local import SPAWN, Feelers, Lit, feelers, light
@@ -43,8 +44,49 @@ class Stage:
     pixel_of: Array  # place of each ray's pixel
 
 
+def spawned(
+    flat: FlatScene, kind: str, narrow: bool, generation: int, parents: list[tuple[Queue, Lit]]
+) -> Queue:
+    """The next generation's queue of one kind, of all bands or of narrow rays."""
+    parts = []
+    for queue, found in parents:
+        if (queue.band is not None) == narrow:
+            parts.append(children(flat, kind, generation, queue, found))
+        elif narrow and kind == "transmission":
+            parts.append(narrow_children(flat, queue, found))
+    if parts:
+        return merged(parts)
+    queue, none = parents[0][0], np.zeros(0, np.uint32)
+    media = None if queue.media is None else queue.media[:, :0]
+    origin, weight = np.zeros((3, 0), np.float32), queue.weight[:, :0]
+    band = none.astype(np.int32) if narrow else None
+    return new_queue(kind, origin, origin, none, none, weight, None, media, band)
+
+
+def narrow_children(flat: FlatScene, queue: Queue, found: Lit) -> Queue:
+    """Transmission rays of one group of bands each, by parent and then by group."""
+    groups = found.groups
+    hit, group = np.nonzero(np.array(found.parts, bool).reshape(len(groups.first), -1).T)
+    parent, s, band = found.which[hit], found.surface[hit], np.array(groups.first, np.int32)[group]
+    direction = np.stack([part.transmitted for part in groups.bounces])[group, :, hit].T
+    weight = queue.weight[:, parent] * found.bounce.transmit[:, hit]
+    weight = np.where(own_bands(flat, band), weight, np.float32(0.0))
+    lists = None if queue.media is None else handed_on(flat, queue.media[:, parent], s)
+    path = child_path(queue.path[parent], 2, 2)
+    return new_queue(
+        "transmission", s.leave(-s.n), direction, queue.pixel_of[parent], path, weight, None, lists, band
+    )
+
+
+def child_path(path: Array, number: int, route: int) -> Array:
+    """The word of children of one kind; `route` for those of rays that have had no bounce."""
+    key = combine(path & ~FLAGS, np.full_like(path, number))
+    flags = path & FLAGS
+    return np.asarray(key & ~FLAGS | np.where(flags & _ROUTE, flags, flags | np.uint32(route)))
+
+
 def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: Lit) -> Queue:
-    """The rays of one kind that a queue's hits spawn, in the order of their parents."""
+    """The rays of one kind that a queue's hits spawn, with the same bands, in the order of their parents."""
     bit, flag, number = {
         "reflection": ("SPAWN_REFLECTION", 1, 1),
         "transmission": ("SPAWN_TRANSMISSION", 2, 2),
@@ -54,6 +96,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: L
     parent, s = found.which[chosen], found.surface[chosen]
     path, weight, pixel_of = queue.path[parent], queue.weight[:, parent], queue.pixel_of[parent]
     lists = None if queue.media is None else queue.media[:, parent]
+    band = None if queue.band is None else queue.band[parent]
     if kind == "ambient":
         samples = int(flat.scene["ambient_samples"][0])
         direction, key = ambient_directions(s, path, samples)
@@ -67,19 +110,17 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: L
             np.repeat(key & ~FLAGS | flags, samples),
             np.repeat(weight, samples, axis=1),
             media=None if lists is None else np.repeat(lists, samples, axis=1),
+            band=None if band is None else np.repeat(band, samples),
         )
     bounce = found.bounce
     direction, share = (
         (bounce.reflected, bounce.reflect) if kind == "reflection" else (bounce.transmitted, bounce.transmit)
     )
-    key = combine(path & ~FLAGS, np.full_like(path, number))
-    flags = path & FLAGS
-    flags = np.where(flags & _ROUTE, flags, flags | np.uint32(flag))
     origin = s.leave(s.n) if kind == "reflection" else s.leave(-s.n)
     if kind == "transmission" and lists is not None:
         lists = handed_on(flat, lists, s)
-    path, weight = key & ~FLAGS | flags, weight * share[:, chosen]
-    return new_queue(kind, origin, direction[:, chosen], pixel_of, path, weight, media=lists)
+    path, weight = child_path(path, number, flag), weight * share[:, chosen]
+    return new_queue(kind, origin, direction[:, chosen], pixel_of, path, weight, None, lists, band)
 
 
 def generations(
@@ -87,7 +128,7 @@ def generations(
 ) -> Iterator[Stage]:
     """Trace a queue of generation 0 and all its descendants onto the film, and count rays by generation."""
     queue = immersed(flat, queue)
-    yield stage("generate", 0, queue, queue_values(queue))
+    yield stage("generate", 0, queue, queue_values(flat, queue))
     queues = [queue]
     for generation in range(max_depth + 1):
         parents: list[tuple[Queue, Lit]] = []
@@ -99,16 +140,18 @@ def generations(
                 _add_terms(flat, at, max_depth == 0, film)
             found = light(flat, at, last=generation == max_depth)
             yield stage("surface", generation, queue, surface_values(flat, at, found))
-            yield stage("light", generation, queue, {"spawn": found.spawn, "local": found.local})
+            local = carried(flat, found.local, queue.band)
+            yield stage("light", generation, queue, {"spawn": found.spawn, "local": local})
             shadows = feelers(flat, queue, found)
-            yield stage("feelers", generation, queue, feeler_values(shadows), queue.pixel_of[shadows.ray])
+            values = feeler_values(flat, queue, shadows)
+            yield stage("feelers", generation, queue, values, queue.pixel_of[shadows.ray])
             film.add(queue, found, shadows, generation)
             _count(counts, generation, rays_counted(queue, found, shadows))
             parents.append((queue, found))
         queues = []
-        for kind, name in SPAWNING.items():
-            child = merged([children(flat, kind, generation, queue, found) for queue, found in parents])
-            yield stage(name, generation + 1, child, queue_values(child))
+        for kind, narrow in kinds_of(flat.group):
+            child = spawned(flat, kind, narrow, generation, parents)
+            yield stage(SPAWNING[kind], generation + 1, child, queue_values(flat, child))
             if len(child):
                 queues.append(child)
         if not queues:
@@ -135,7 +178,12 @@ def stage(
     return Stage(name, generation, queue.kind, values, queue.pixel_of if pixel_of is None else pixel_of)
 
 
-def queue_values(queue: Queue) -> dict[str, Array]:
+def kinds_of(group: int) -> list[tuple[str, bool]]:
+    """A generation's queues: kind, narrow."""
+    return [(kind, narrow) for narrow in ((False, True) if group else (False,)) for kind in SPAWNING]
+
+
+def queue_values(flat: FlatScene, queue: Queue) -> dict[str, Array]:
     lists = {} if queue.media is None else {"media": queue.media}
     return lists | {
         "pixel_of": queue.pixel_of,
@@ -143,7 +191,7 @@ def queue_values(queue: Queue) -> dict[str, Array]:
         "origin": queue.rays.origin,
         "direction": queue.rays.direction,
         "t_max": queue.rays.t_max,
-        "weight": queue.weight,
+        "weight": carried(flat, queue.weight, queue.band),
     }
 
 
@@ -160,15 +208,17 @@ def surface_values(flat: FlatScene, at: Crossed, found: Lit) -> dict[str, Array]
     code[which] += second_color(s) * bits["SURFACE_SECOND_COLOR"]
     values = {"point": fields[:3], "n": fields[3:6], "ns": fields[6:9], "offset": fields[9], "code": code}
     if at.queue.media is not None and at.before is not None and at.after is not None:
-        values |= {"media": at.queue.media, "before": at.before, "after": at.after, "weight": at.queue.weight}
+        weight = carried(flat, at.queue.weight, at.queue.band)
+        values |= {"media": at.queue.media, "before": at.before, "after": at.after, "weight": weight}
     return values
 
 
-def feeler_values(shadows: Feelers) -> dict[str, Array]:
+def feeler_values(flat: FlatScene, queue: Queue, shadows: Feelers) -> dict[str, Array]:
+    band = None if queue.band is None else queue.band[shadows.ray]
     return {
         "origin": shadows.rays.origin,
         "direction": shadows.rays.direction,
         "t_max": shadows.rays.t_max,
         "seen": shadows.seen,
-        "contribution": shadows.contribution,
+        "contribution": carried(flat, shadows.contribution, band),
     }
