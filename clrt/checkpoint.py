@@ -45,7 +45,7 @@ def job(
 ) -> dict[str, str]:
     """What decides a picture and its counts, and nothing that does not, as texts by name."""
     width, height, grid = (int(camera[name][0]) for name in ("width", "height", "grid"))
-    kernels = kernel_source(flat.bands, media=flat.media_places)
+    kernels = kernel_source(flat.rays)
     return {
         "size": f"{width} x {height}",
         "spp": str(grid * grid),
