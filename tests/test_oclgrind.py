@@ -24,6 +24,7 @@ from clrt.resources import kernel_folder
 pytestmark = pytest.mark.oclgrind
 
 GLASS = {"diffuse": 0.1, "specular": 0.3, "reflection": 0.3, "transmission": 0.7, "fresnel": True}
+WATER = {**GLASS, "ior": "water", "absorption": [0.1, 0.2, 0.3], "priority": 1}
 MIRROR = {"color": [0.9, 0.6, 0.3], "specular": 0.5, "reflection": 0.5, "fresnel": "schlick"}
 CHECKER = {"color": {"type": "checker"}}
 MATT = {"emission": 0.1}
@@ -55,6 +56,12 @@ SHAPES: dict[str, list[dict[str, Any]]] = {
     "meshes": [
         {"type": "mesh", **TETRAHEDRON, "material": GLASS},
         {"type": "mesh", **TETRAHEDRON, "smooth": True, "transform": [{"translate": [-1.2, 0, 0]}]},
+    ],
+    "media": [
+        {"type": "sphere", "center": [0, 0, 0], "radius": 6, "material": {**WATER, "priority": -1}},
+        {"type": "box", "min": [-1.5, -1, -1], "max": [0.7, 0.5, 0.5], "material": GLASS},
+        {"type": "sphere", "center": [0.5, 0, 0.3], "radius": 0.7, "material": WATER},
+        {"type": "mesh", **TETRAHEDRON, "material": GLASS},
     ],
     "nothing": [],
 }  # fmt: skip
@@ -110,6 +117,15 @@ def test_a_frame_with_everything_that_costs_more(shadow: str, tmp_path: Path):
          "shapes": SHAPES["spheres"] + SHAPES["flat"]}, folder=tmp_path,
     )  # fmt: skip
     assert np.isfinite(clrt.render(made).pixels).all()
+
+
+def test_ambient_rays_and_callers_rays_in_media():
+    """Lists of media that are handed on and read from the caller's origins, which lie in several."""
+    made = scene("media", ambient_samples=2, max_depth=1)
+    tracer = clrt.Tracer(made, settings=clrt.Settings(local_size=8, lanes=8, tile=40))
+    assert np.isfinite(tracer.render(layers=["depth"]).pixels).all()
+    origins = np.random.default_rng(3).normal(size=(21, 3))
+    assert np.isfinite(tracer.radiance(origins, -origins)[0]).all()
 
 
 def test_questions_about_rays():

@@ -201,9 +201,9 @@ def scenes() -> dict[str, tuple[Scene, FlatScene]]:
     out = {}
     for name, table in _SCENES.items():
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ClrtWarning)  # glass that makes light is right here
+            warnings.simplefilter("ignore", ClrtWarning)  # glass that makes light and overlaps is right here
             scene = load_dict({**common, **table()})
-        flat = flatten(scene)
+            flat = flatten(scene)
         out[name] = scene, with_sky(flat) if name == "sky image" else flat
     return out
 
