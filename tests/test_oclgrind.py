@@ -64,6 +64,10 @@ SHAPES: dict[str, list[dict[str, Any]]] = {
         {"type": "mesh", **TETRAHEDRON, "material": GLASS},
     ],
     "nothing": [],
+    "spectra": [
+        {"type": "sphere", "center": [0, 0, 0], "radius": 0.8, "material": {"fresnel": True, "ior": "BK7"}},
+        {"type": "sphere", "center": [1, 0, 0], "radius": 0.6, "material": {"conductor": "gold"}},
+    ],
 }  # fmt: skip
 LAYERS = ["direct", "reflection", "transmission", "generation_1", "emission", "ambient", "diffuse"]
 LAYERS += ["highlight", "depth", "position", "normal", "shape"]
@@ -103,7 +107,9 @@ def scene(shapes: str, **more: Any) -> clrt.Scene:
 def test_frames(shapes: str):
     """Work-groups of 8 do not divide the queues, so that the idle items of the last one are watched too."""
     settings = clrt.Settings(local_size=8, lanes=8, tile=40)
-    image = clrt.render(scene(shapes), layers=LAYERS, settings=settings)
+    spectrum = {"bands": 4, "group": 3} if shapes == "spectra" else None
+    layers = [*LAYERS, "bands", "xyz"] if spectrum else LAYERS
+    image = clrt.render(scene(shapes, spectrum=spectrum), layers=layers, settings=settings)
     assert np.isfinite(image.pixels).all() and image.stats["rays"]["camera"] == 63
 
 

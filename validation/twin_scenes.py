@@ -16,6 +16,7 @@ from clrt.formats import load_dict
 from clrt.scene import Scene
 
 from .twin_media_scenes import media, media_within
+from .twin_spectral_scenes import dispersion, dispersion_within, metals
 
 Table = dict[str, Any]
 
@@ -191,6 +192,7 @@ _SCENES = {
     "tinted shadows": _tinted, "ambient samples": _ambient,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
     "nothing": _empty,
+    "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,
 }  # fmt: skip
 
 
