@@ -47,7 +47,8 @@ def dispersion() -> Table:
     flint = {"diffuse": 0, "reflection": 0.2, "transmission": 0.75, "ior": {"cauchy": [1.6, 0.02]}}
     return {
         "spectrum": {"bands": 5, "group": 2}, "lights": _LIGHTS, "shadow": "tinted",
-        "depth_color": [0.3, 0.1, 0.2], "min_weight": 0.01, "max_depth": 3, "ambient_samples": 2, "ambient": 0.3,
+        "depth_color": [0.3, 0.1, 0.2], "min_weight": 0.01, "max_depth": 3,
+        "ambient_samples": 2, "ambient": 0.3,
         "camera": {"origin": [0.3, 0.6, 4.2], "target": [0, -0.1, 0], "width": 24, "height": 18},
         "shapes": [
             _FLOOR,
