@@ -28,8 +28,9 @@ figure = validation_module("report").figure
 def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
     """The lines between the marks."""
     for run in runs:
-        verdict = "everything passed" if run["passed"] else "NOT everything passed"
-        yield f"- `{run['command']}`: {verdict}; {run['device']}"
+        verdict = "all of it passed" if run["passed"] else "NOT all of it passed"
+        done = f": {verdict}" if run["cases"] else ""
+        yield f"- {run['command']}{done}; on {run['device']}"
     versions = [f"{name} {version}" for name, version in runs[0]["versions"].items()]
     yield f"\nMeasured with {', '.join(versions)}.\n"
     found = {key: [entry for run in runs for entry in run[key]] for key in ("mutants", "counts", "checks")}
@@ -38,8 +39,9 @@ def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
     for run in [run for run in runs if run["coverage"]][:1]:
         covered, features = len(run["coverage"]) - len(run["thin"]), len(run["coverage"])
         yield f"\n{covered} of {features} features agree under at least two oracles that share no code."
-    caught = sum(not mutant["survived"] for mutant in found["mutants"])
-    yield f"{caught} of {len(found['mutants'])} planted faults were noticed."
+    if found["mutants"]:
+        caught = sum(not mutant["survived"] for mutant in found["mutants"])
+        yield f"{caught} of {len(found['mutants'])} faults that were planted in these runs were noticed."
     yield from (f"{check['name'].capitalize()}: {check['detail']}." for check in found["checks"])
     yield ""
     yield from counts([count for count in found["counts"] if ", " not in count["scene"]])
@@ -81,6 +83,8 @@ def counts(rows: list[dict[str, Any]]) -> Iterator[str]:
 
 def planted(mutants: list[dict[str, Any]]) -> Iterator[str]:
     """Some faults, and what validation says of them."""
+    if not mutants:
+        return
     yield "| fault | in | noticed on | blamed |"
     yield "|---|---|---|---|"
     for mutant in (mutant for name in SHOWN for mutant in mutants if mutant["name"] == name):
