@@ -14,6 +14,7 @@ import numpy as np
 from clrt import layout
 from clrt.bands import Bands, light
 from clrt.colour import rgb_matrix, thesis_matrix, xyz_matrix
+from clrt.errors import SceneError, located
 from clrt.flatten_camera import flatten_camera
 from clrt.flatten_geometry import geometry
 from clrt.flatten_materials import MaterialTable, flatten_lights
@@ -129,6 +130,9 @@ def _responses(scene: Scene, bands: Bands | None) -> tuple[np.ndarray | None, np
     spectrum = scene.spectrum
     if spectrum is None or bands is None:
         return None, None
+    if spectrum.faults:
+        text = "faults are for validation/thesis2011.py; clrt itself has none of them to switch on"
+        raise SceneError(located(scene.source, "spectrum.faults", text))
     response = thesis_matrix(bands) if spectrum.response == "thesis-2011" else rgb_matrix(bands, spectrum)
     return response.astype(np.float32), xyz_matrix(bands).astype(np.float32)
 

@@ -20,16 +20,16 @@ BANDS: Final = 380.0 + 18.0 * np.arange(20)
 _END: Final = 740.0
 
 
-def load(path: Path, limits: Limits, response: str = "thesis-2011") -> Scene:
+def load(path: Path, limits: Limits, response: str = "thesis-2011", faults: bool = False) -> Scene:
     """The scene in a text file of the thesis' program, in its own 20 bands.
 
     `response`: "thesis-2011" shows colours as that program does, "cie" as the CIE 1931 observer sees them;
-    the light is then so bright that a spectrum of 1 with an intensity of 1 has Y = 1. Words that the program
-    would skip are warned about.
+    the light is then so bright that a spectrum of 1 with an intensity of 1 has Y = 1. `faults` is for
+    validation, which then copies the program's faults. Words that the program would skip are warned about.
     """
     if response not in ("thesis-2011", "cie"):
         raise At(path.name).error(response, "response must be 'thesis-2011' or 'cie'")
-    reader = _Reader(path, limits, response)
+    reader = _Reader(path, limits, response, faults)
     reader.read()
     return build(reader.table(), reader.lines, path, limits)
 
@@ -66,8 +66,8 @@ def steps(values: np.ndarray) -> list[list[float]]:
 class _Reader:
     """The state while reading, with the program's defaults."""
 
-    def __init__(self, path: Path, limits: Limits, response: str) -> None:
-        self.response = response
+    def __init__(self, path: Path, limits: Limits, response: str, faults: bool) -> None:
+        self.response, self.faults = response, faults
         self.tokens = Tokens(path, limits)
         self.lines: dict[str, int] = {}
         self.width, self.height = 800, 600
@@ -118,7 +118,12 @@ class _Reader:
         return {
             "max_depth": 3,
             "medium_ior": 1.0003,
-            "spectrum": {"bands": len(BANDS), "range": [BANDS[0], _END], "response": self.response},
+            "spectrum": {
+                "bands": len(BANDS),
+                "range": [BANDS[0], _END],
+                "response": self.response,
+                "faults": self.faults,
+            },
             "ambient": self._radiance(np.ones(len(BANDS)), self.ambient),
             "camera": camera,
             "materials": self.materials,
