@@ -1,7 +1,5 @@
 """`python -m clrt`."""
 
-import sys
+from clrt.cli import program
 
-from clrt.cli import main
-
-sys.exit(main())
+program()

@@ -26,7 +26,7 @@ from clrt.platforms import check_process, choose, pocl_version
 from clrt.resources import kernel_folder
 from clrt.settings import Settings
 from clrt.source import kernel_source
-from clrt.tracks import Answer, Track, seconds_by_name
+from clrt.tracks import Answer, Track, kept, seconds_by_name
 
 TRACKS: Final = 2  # pieces of work that go on at the same time
 _SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-items than 16 bits can count
@@ -258,7 +258,7 @@ class Device:
         if not array.nbytes:
             return Answer(array, None, self._wait)
         copied = self._guard(lambda: cl.enqueue_copy(self.queue, array, source, is_blocking=False), "read")
-        return Answer(array, copied, self._wait)
+        return Answer(array, kept(copied), self._wait)
 
     def read(self, source: Any, array: np.ndarray) -> np.ndarray:
         """Fill `array` from the start of a buffer; waits for all passes before it."""

@@ -7,7 +7,9 @@ depend on its pixels alone and not on a library's idea of colour.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -96,17 +98,36 @@ def write(
         spec.attribute("jpeg:subsampling", "4:4:4")
     for key, text in (metadata or {}).items():
         spec.attribute(key, text)
-    with replacing(path) as temporary:
-        output = oiio.ImageOutput.create(str(temporary))
+    with replacing(path) as temporary, _surely(temporary) as scratch:
+        output = oiio.ImageOutput.create(Path(path).suffix.lower().removeprefix("."))
         if output is None:
             raise ClrtError(f"{path}: {oiio.geterror()}")
-        done = output.open(str(temporary), spec)
+        done = output.open(scratch, spec)
         for row in range(0, height if done else 0, ROWS):
             block = np.concatenate([part[row : row + ROWS].astype(parts[0].dtype) for part in parts], axis=2)
             done = done and output.write_scanlines(row, row + len(block), 0, block)
-        # closing writes the last bytes: a full disk may show only here
         if not (output.close() and done):
             raise ClrtError(f"{path}: cannot be written: {output.geterror()}")
+
+
+@contextmanager
+def _surely(file: Path) -> Iterator[str]:
+    """A name for OpenImageIO to write to; what it wrote is whole in `file` when the block ends, or OSError.
+
+    On a full disk its PNG writer says nothing, EXR and TIFF nothing about the last bytes, and JPEG ends the
+    process. So it writes to memory, and we to the disk; where there are no files in memory, we read what it
+    wrote.
+    """
+    if hasattr(os, "memfd_create"):
+        with open(os.memfd_create("clrt"), "w+b") as memory, file.open("wb") as target:
+            yield f"/proc/self/fd/{memory.fileno()}"
+            shutil.copyfileobj(memory, target, 1 << 20)
+        return
+    yield str(file)
+    try:
+        read_samples(file)
+    except ClrtError as error:
+        raise OSError(str(error)) from None
 
 
 def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:

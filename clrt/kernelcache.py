@@ -25,7 +25,7 @@ from filelock import FileLock, Timeout
 from platformdirs import user_cache_dir
 
 from clrt.errors import ClrtWarning, DeviceError
-from clrt.resources import kernel_folder
+from clrt.resources import kernel_folder, kernel_text
 
 VARIABLE: Final = "POCL_CACHE_DIR"
 ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes about 4 MB
@@ -46,7 +46,7 @@ def usual_folder() -> Path:
         return Path(os.environ[VARIABLE])
     digest = hashlib.sha256()
     for file in sorted(kernel_folder().glob("*.cl*")):
-        digest.update(file.name.encode() + file.read_bytes())
+        digest.update(f"{file.name} {kernel_text(file)}".encode())
     return Path(user_cache_dir("clrt", appauthor=False)) / "kernels" / digest.hexdigest()[:16]
 
 

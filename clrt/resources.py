@@ -26,6 +26,14 @@ def kernel_folder() -> Path:
     return _folder("_kernels", "kernels", "*.cl")
 
 
+def kernel_text(file: Path) -> str:
+    """The text of a kernel file. ClrtError when it cannot be read."""
+    try:
+        return file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ClrtError(f"{file}: the kernel file cannot be read ({error}); install clrt again") from None
+
+
 def scene_folder() -> Path:
     """Folder of the scenes that ship with the package. ClrtError when the installation lacks it."""
     return _folder("_scenes", "scenes", "*.toml")

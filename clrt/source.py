@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from clrt import layout
-from clrt.resources import kernel_folder
+from clrt.resources import kernel_folder, kernel_text
 
 KERNEL_FILES: Final = (
     "generate.cl",
@@ -36,7 +36,7 @@ def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
     def add(name: str) -> None:
         seen.add(name)
         out.append(f'#line 1 "{name}"')
-        for number, line in enumerate((folder / name).read_text(encoding="utf-8").splitlines(), 1):
+        for number, line in enumerate(kernel_text(folder / name).splitlines(), 1):
             match = _INCLUDE.match(line)
             if not match:
                 out.append(line)

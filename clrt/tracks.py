@@ -36,6 +36,20 @@ class Answer:
         return self.array
 
 
+_in_flight: list[cl.Event] = []
+
+
+def kept(event: cl.Event) -> cl.Event:
+    """Keep the event of a copy from or to the host, and with it the array, until it is done.
+
+    pyopencl waits where such an event is given up too early: Ctrl-C would have to wait, too.
+    """
+    done = cl.command_execution_status.COMPLETE
+    _in_flight[:] = [other for other in _in_flight if other.command_execution_status != done]
+    _in_flight.append(event)
+    return event
+
+
 class Track:
     """A command queue, its memory pool, and its launches."""
 
@@ -46,20 +60,18 @@ class Track:
         )
         self.pool = cl_tools.MemoryPool(cl_tools.ImmediateAllocator(self.queue))
         self._events: list[tuple[str, cl.Event]] = []
-        self._sent: list[Any] = []
 
     def launched(self, name: str, event: cl.Event) -> None:
         self._events.append((name, event))
 
     def send(self, target: Any, array: np.ndarray) -> None:
         """Copy an array, which must not change until it is there, to a buffer; does not wait."""
-        self._sent.append(cl.enqueue_copy(self.queue, target, array, is_blocking=False))
+        kept(cl.enqueue_copy(self.queue, target, array, is_blocking=False))
 
     def take_spans(self) -> list[tuple[int, int, str]]:
         """Begin and end (ns) and name of each kernel launched since the last call; all must be done."""
         spans = [(event.profile.start, event.profile.end, name) for name, event in self._events]
         self._events.clear()
-        self._sent.clear()
         return spans
 
 

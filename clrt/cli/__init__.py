@@ -39,6 +39,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
+def program() -> NoReturn:
+    """`main` as a process. After Ctrl-C it ends at once: Python would wait for what the device still does."""
+    code = main()
+    if code == INTERRUPTED:
+        for stream in (sys.stdout, sys.stderr):
+            stream.flush()
+        os._exit(code)
+    sys.exit(code)
+
+
 def say(text: str, code: int = 0) -> int:
     """Put one line on stderr; return `code`."""
     print(f"clrt: {text}", file=sys.stderr)

@@ -17,3 +17,8 @@ class Figure:
     wrong: int
     detail: str
     seconds: float
+
+
+def listed(found: list[str]) -> str:
+    """The first faults, to follow a figure's detail."""
+    return "".join(f"; {text}" for text in found[:5])

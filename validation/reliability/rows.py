@@ -11,7 +11,7 @@ from clrt.device import Device
 
 from .. import proofs, twin_check
 from ..hostile import run as hostile
-from . import accuracy, sameness
+from . import accuracy, coldstarts, drivers, faults, interrupts, kills, sameness
 from .figures import Figure, Tell
 
 
@@ -67,6 +67,15 @@ ROWS: Final = (
     Row("self-hits", "rays that meet the surface they leave", 10**8, "rays", _self_hits),
     Row("sameness", "pictures that differ between tiles, work-groups, lanes, threads, processes and drivers",
         48, "configurations of every scene", sameness.run),
+    Row("faults", "calls of the driver or the disk that, failing once, give a wrong error, leave a buffer or "
+        "a file, or spoil the next render", 500, "calls", faults.run, kernels=False),
+    Row("kills", "output files that are neither the old nor the complete new one after SIGKILL or SIGINT",
+        1000, "kills", kills.run, kernels=False),
+    Row("interrupts", f"renders that Ctrl-C does not end within {interrupts.SOON:g} s, with exit code 130, "
+        "one line and no file", 100, "renders", interrupts.run, kernels=False),
+    Row("coldstarts", f"processes that fail where {coldstarts.TOGETHER} start at once on a cold kernel cache",
+        100 * coldstarts.TOGETHER, "processes", coldstarts.run, kernels=False),
+    Row("drivers", "scenes that PoCL 3.0 renders faster than PoCL 3.1", 4, "scenes", drivers.run),
 )  # fmt: skip
 """In the order of the page."""
 

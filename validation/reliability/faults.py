@@ -1,0 +1,115 @@
+"""Each call of the driver and of the disk fails once: the right error, nothing leaked, the next render works.
+
+The calls of one whole run are counted: read a scene with a mesh and a sky, open the device, build, render
+with layers, save. Then the run is repeated, and in each repetition another call fails. After it
+
+* either the run succeeded all the same, with the same bits (what did not fit was split, what failed to build
+  was built again), or it ended in a `ClrtError` of the class that belongs to the fault, in one line;
+* no buffer of the failed run is left, the picture's file is the old one, and there is no other file;
+* the same run then gives the same bits.
+"""
+
+from __future__ import annotations
+
+import gc
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+from typing import Any, Final
+from unittest import mock
+
+import clrt
+from clrt import device as device_module
+from clrt.errors import ClrtError, DeviceError, LimitError, SceneError
+from clrt.image import Image
+from clrt.tracks import Track
+
+from .figures import Figure, Tell, listed
+from .injection import injected
+from .scene import write_scene
+
+_RIGHT: Final[dict[str, tuple[type[ClrtError], ...]]] = {
+    "driver": (DeviceError,),
+    "build": (DeviceError,),
+    "launch": (DeviceError,),
+    "copy": (DeviceError,),
+    "fill": (DeviceError,),
+    "wait": (DeviceError,),
+    "memory": (LimitError,),
+    "read": (SceneError, DeviceError, ClrtError),
+    "write": (ClrtError,),
+}
+
+
+def run(count: int, tell: Tell) -> Figure:
+    """Let `count` calls fail, evenly chosen from all; all of them, where there are not so many."""
+    start = time.perf_counter()
+    outcomes: Counter[str] = Counter()
+    found: list[str] = []
+    with tempfile.TemporaryDirectory(prefix="clrt-faults-") as name:
+        scene, out = write_scene(Path(name)), Path(name) / "out.exr"
+        expected = whole_run(scene, out).hash  # compiles, so that all later runs make the same calls
+        _forget()
+        with injected() as plan:
+            whole_run(scene, out)
+        chosen = range(0, len(plan.calls), max(1, len(plan.calls) // count))
+        for call in chosen:
+            wrong, ended = one(scene, out, call, expected)
+            outcomes[ended] += 1
+            if wrong:
+                found.append(f"call {call} ({', '.join(plan.calls[call])}): {wrong}")
+            tell((call + 1) / len(plan.calls))
+    ended_in = f"{outcomes['error']} of {len(plan.calls)} calls ended in an error"
+    detail = f"{ended_in}, {outcomes['picture']} in the picture"
+    return Figure(len(chosen), len(found), detail + listed(found), time.perf_counter() - start)
+
+
+def one(scene: Path, out: Path, call: int, expected: str) -> tuple[str, str]:
+    """What is wrong after this call failed ('' if nothing is), and how it ended: "error" or "picture"."""
+    _forget()
+    pools: list[Any] = []  # they know how many buffers are in use, also after their track has gone
+    files = {file.name: file.read_bytes() for file in scene.parent.iterdir()}
+    begin = Track.__init__
+
+    def noted(track: Track, *arguments: Any) -> None:
+        begin(track, *arguments)
+        pools.append(track.pool)
+
+    wrong, ended = "", "picture"
+    try:
+        with injected(call) as plan, mock.patch.object(Track, "__init__", noted):
+            picture = whole_run(scene, out)
+        if picture.hash != expected:
+            wrong = "another picture"
+        del picture
+    except ClrtError as error:
+        ended, kind = "error", plan.calls[call][1]
+        if not isinstance(error, _RIGHT[kind]) or "\n" in str(error):
+            wrong = f"{type(error).__name__}: {error}"
+        if {file.name: file.read_bytes() for file in scene.parent.iterdir()} != files:
+            wrong = wrong or "a file has changed"
+    except Exception as error:  # what must not happen is reported, not raised
+        wrong = f"foreign {type(error).__name__}: {error}"
+    gc.collect()
+    left = sum(pool.active_blocks for pool in pools)
+    if left:
+        wrong = wrong or f"{left} buffers left"
+    if whole_run(scene, out).hash != expected:
+        wrong = wrong or "the next picture differs"
+    return wrong, ended
+
+
+def whole_run(scene: Path, out: Path) -> Image:
+    """Everything that a command does, from the file to the file."""
+    settings = clrt.Settings(tile=256)
+    image = clrt.render(clrt.load(scene), layers=("depth", "reflection"), settings=settings)
+    image.save(out)
+    return image
+
+
+def _forget() -> None:
+    """Let the next run open the device and load the program anew, as in a process of its own."""
+    device_module._context.cache_clear()
+    device_module._program.cache_clear()
+    gc.collect()
