@@ -6,7 +6,7 @@ family share code, so a feature needs two families.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
 from clrt.scene import (
@@ -22,8 +22,8 @@ from clrt.scene import (
     Quadric,
     Scene,
     Shape,
+    Spectrum,
     Sphere,
-    rgb,
 )
 from clrt.transforms import is_similarity
 
@@ -56,6 +56,10 @@ CAMERAS: Final = (
     "shifted camera",
     "jitter", "4 samples", "16 samples", "64 samples",
 )  # fmt: skip
+SPECTRA: Final = (
+    "bands", "colours in bands", "spectra in RGB", "named spectrum", "black body", "gaussian", "band", "line",
+    "samples", "white balance", "metal by name", "metal by index", "dispersion", "groups of bands",
+)  # fmt: skip
 # what a scene's tables do not show
 SITUATIONS: Final = (
     "from inside", "camera in glass", "total internal reflection", "deep mirrors", "light behind the surface",
@@ -63,13 +67,14 @@ SITUATIONS: Final = (
 )  # fmt: skip
 COUNTS: Final = ("ray counts",)
 FEATURES: Final = {"shapes": SHAPES, "materials": MATERIALS, "lights": LIGHTS, "scene": SETTINGS,
-                   "camera": CAMERAS,
+                   "camera": CAMERAS, "spectra": SPECTRA,
                    "situations": SITUATIONS, "counting": COUNTS}  # fmt: skip
 
 
 def features_of(scene: Scene) -> set[str]:
     """The features that a scene's tables show."""
     found = _scene_features(scene) | _light_features(scene) | _camera_features(scene)
+    found |= _spectral_features(scene)
     for shape in scene.shapes:
         found |= _shape_features(shape) | _material_features(scene, shape)
     return found
@@ -175,8 +180,8 @@ def _material_features(scene: Scene, shape: Shape) -> set[str]:
     lit = bool(scene.lights)
     schlick = material.fresnel == "schlick"
     tests = {
-        "ambient, constant": material.ka > 0 and any(rgb(scene.ambient)) and not scene.ambient_samples,
-        "emission": any(rgb(material.emission)), "diffuse": lit and material.diffuse > 0,
+        "ambient, constant": material.ka > 0 and _is_lit(scene.ambient) and not scene.ambient_samples,
+        "emission": _is_lit(material.emission), "diffuse": lit and material.diffuse > 0,
         "highlight": lit and material.specular > 0,
         "highlight tint": lit and material.specular > 0 and _tinted(material.highlight_color),
         "schlick highlight": lit and material.specular > 0 and schlick,
@@ -195,11 +200,46 @@ def _bounce_features(scene: Scene, material: Material) -> set[str]:
         "transmission tint": kt and _tinted(material.transmission_color),
         "fresnel": fresnel and (kr or kt) and not same,
         "thin": kt and material.thin, "equal indices": kt and same,
-        "absorption": material.is_medium and any(rgb(material.absorption)),
+        "absorption": material.is_medium and _is_lit(material.absorption),
         "priority": material.is_medium and material.priority != 0,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 
 
+def _is_lit(color: Any) -> bool:
+    return color not in (0, (0, 0, 0))
+
+
+def _spectral_features(scene: Scene) -> set[str]:
+    wanted, used = scene.spectrum, [scene.material_of(shape) for shape in scene.shapes]
+    spectra = list(_spectra(scene, used))
+    metals = [m.conductor for m in used if m.conductor is not None]
+    found = {"named spectrum"} if any(isinstance(value, str) for value in spectra) else set()
+    kinds = {"name": "named spectrum", "blackbody": "black body", "gaussian": "gaussian", "band": "band",
+             "line": "line", "samples": "samples"}  # fmt: skip
+    found |= {kinds[kind] for kind in kinds for value in spectra
+              if not isinstance(value, str) and getattr(value, kind) is not None}  # fmt: skip
+    found |= {"metal by name" if isinstance(metal, str) else "metal by index" for metal in metals}
+    if wanted is None:
+        return found | ({"spectra in RGB"} if spectra or metals else set())
+    tests = {
+        "bands": True, "colours in bands": len(spectra) < len(used), "white balance": wanted.white_balance,
+        "dispersion": any(m.dispersive and m.kt > 0 for m in used), "groups of bands": wanted.group > 1,
+    }  # fmt: skip
+    return found | {name for name, holds in tests.items() if holds}
+
+
+def _spectra(scene: Scene, materials: list[Material]) -> Iterator[Any]:
+    """Every name and record of a spectrum in a scene."""
+    values: list[Any] = [scene.ambient, scene.background, scene.depth_color]
+    values += [light.intensity for light in scene.lights]
+    for m in materials:
+        values += m.color.colors if isinstance(m.color, Checker) else [m.color]
+        values += [m.emission, m.absorption, m.highlight_color, m.reflection_color, m.transmission_color]
+    if scene.background_path is not None:
+        values.remove(scene.background)
+    return (value for value in values if isinstance(value, (str, Spectrum)))
+
+
 def _tinted(color: Any) -> bool:
-    return rgb(color) != (1.0, 1.0, 1.0)
+    return color not in (1, (1, 1, 1))

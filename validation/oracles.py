@@ -20,10 +20,13 @@ from clrt.world import World
 
 from .oracle64 import edge_mask, render64
 from .oracle_mitsuba import Mitsuba
+from .oracle_mitsuba.modes import supports
 from .ours import TERMS, ray_key, render_ours
 from .types import Case, OracleImage
+from .wavelengths import at_bands, joined, not_by_wavelength, triples
 
 ORACLE64: Final = "oracle64"
+SPECTRAL: Final = "mitsuba-spectral"  # its table mode, wavelength by wavelength
 _AMBIENT: Final = ray_key(0, "camera ambient")  # says nothing new where later rays bring the ambient light
 
 
@@ -108,6 +111,8 @@ class Oracles:
         """Why an oracle cannot render a scene, here or at all; None where it can."""
         if oracle == ORACLE64:
             return None
+        if oracle == SPECTRAL:
+            return self.missing() or not_by_wavelength(scene)
         return self.missing() or self.mitsuba.supports(scene, mode_of(oracle))
 
     def render(self, oracle: str, scene: Scene) -> OracleImage:
@@ -115,10 +120,20 @@ class Oracles:
         if oracle == ORACLE64:
             return picture64(scene)
         assert scene.camera is not None
+        if oracle == SPECTRAL:
+            parts = [(bands, at_bands(scene, bands)) for bands in triples(scene)]
+            return joined(scene, [(bands, self.render("mitsuba-table", part)) for bands, part in parts])
         picture = self.mitsuba.render(scene, mode=mode_of(oracle), spp=scene.camera.spp)
         if scene.ambient_samples:
             picture.by_ray.pop(_AMBIENT, None)
         return picture
+
+
+def able(oracle: str, scene: Scene) -> bool:
+    """Whether an oracle can express a scene, wherever it runs."""
+    if oracle == SPECTRAL:
+        return not_by_wavelength(scene) is None
+    return oracle == ORACLE64 or supports(scene, mode_of(oracle)) is None
 
 
 def mode_of(oracle: str) -> str:

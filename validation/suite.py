@@ -28,8 +28,7 @@ from clrt.version import __version__
 from .cases import case_named, matrix_cases, random_cases, shipped_cases
 from .coverage import coverage, fewest_cases
 from .mutants import MUTANTS, run_mutant
-from .oracle_mitsuba import modes
-from .oracles import ORACLE64, mode_of, scene_of
+from .oracles import ORACLE64, able, scene_of
 from .spd import KNOWN, PUBLISHED, check_folder
 from .types import CaseResult, SuiteResult
 from .worker import Task, count_known, count_published, run_case, run_twin
@@ -122,8 +121,8 @@ def tasks_of(plan: Plan) -> list[Task]:
         if plan.quick and not plan.cases:
             oracles = [oracle for oracle in oracles if oracle != "mitsuba-bsdf"]
         scene = scene_of(case)
-        able = [o for o in oracles if o == ORACLE64 or modes.supports(scene, mode_of(o)) is None]
-        tasks.append(Task(name, tuple(able), plan.device, not plan.quick, plan.pictures))
+        able_ones = tuple(oracle for oracle in oracles if able(oracle, scene))
+        tasks.append(Task(name, able_ones, plan.device, not plan.quick, plan.pictures))
     return tasks
 
 

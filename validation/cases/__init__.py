@@ -5,6 +5,7 @@
     terms    one term of the model a case
     views    cameras, samples, total internal reflection, mirrors of mirrors
     media    media in media, and how they absorb
+    spectral light in bands, metals and dispersion
     chance   scenes drawn from a seed
     stock    what Mitsuba's own plugins can express
     found    scenes on which something once failed
@@ -31,10 +32,10 @@ from clrt.shipped import load_scene
 from ..compare import Limits, exact, limits
 from ..coverage import features_of
 from ..types import Case
-from . import chance, found, matrix, media, stock, terms, views
+from . import chance, found, matrix, media, spectral, stock, terms, views
 from .parts import HEIGHT, WIDTH
 
-ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf")  # of layers that express whole scenes
+ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf", "mitsuba-spectral")  # that express whole scenes
 _AT_16 = " at 16 samples"
 _WIDTH_AT_16 = 80
 _SIZES = {16: (72, 54), 64: (48, 36)}  # smaller, or the oracles take too long
@@ -54,7 +55,7 @@ _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 @cache
 def matrix_cases() -> dict[str, Case]:
     """The small scenes that were made to test something, by name."""
-    modules = (terms, views, media, matrix, found)
+    modules = (terms, views, media, spectral, matrix, found)
     cases = [_case(name, scene, tags) for module in modules for name, scene, tags in module.scenes()]
     cases += [_case(name, scene, set(), ("oracle64", f"stock-{mode}")) for name, scene,
               mode in stock.scenes()]

@@ -11,6 +11,7 @@ transmitted ray return.
     primitives  the shapes of a scene as numbered primitives in such batches
     tree        boxes that skip what a ray cannot meet; brute force gives the same hits
     world       nearest hit, visibility of a light
+    spectra     curves from the published tables
     palette     colours as the numbers that rays carry
     surfaces    materials as arrays, checker colours
     media       what rays are inside of

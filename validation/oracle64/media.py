@@ -101,12 +101,12 @@ def around(batches: list[Batch], shape_of: Ints, media: Media, points: Array) ->
 
 
 def _extent(batches: list[Batch], shape_of: Ints, media: Media) -> Array:
-    """The diagonal (shapes,) of each shape's box."""
+    """The volume (shapes,) of each shape's box."""
     low, high = np.full((2, len(media.number), 3), np.inf) * [[[1]], [[-1]]]
     for batch in batches:
         np.minimum.at(low, shape_of[batch.ids], batch.low)
         np.maximum.at(high, shape_of[batch.ids], batch.high)
-    return np.asarray(np.linalg.norm(high - low, axis=1))
+    return np.asarray(np.prod(high - low, axis=1))
 
 
 def _turns(batches: list[Batch], shape_of: Ints, media: Media, points: Array) -> Ints:

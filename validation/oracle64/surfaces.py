@@ -87,7 +87,7 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
     checked = isinstance(color, Checker)
     first, second = (color.colors[0], color.colors[1]) if checked else (color, color)
     kind = PLAIN if not checked else GLOBE if type(shape).__name__ == "Sphere" else SQUARES
-    metal = getattr(material, "conductor", None)
+    metal = material.conductor
     tints = {"color": first, "other_color": second, "highlight": material.highlight_color,
              "mirror": material.reflection_color, "tint": material.transmission_color}
     return {

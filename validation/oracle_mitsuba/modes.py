@@ -38,6 +38,8 @@ def supports(scene: Scene, mode: str) -> str | None:
     for number, shape in enumerate(scene.shapes):
         if isinstance(shape, Mesh) and not len(shape.data().faces):
             return f"shapes[{number}]: a mesh without faces"
+    if scene.spectrum is not None:
+        return "Mitsuba has three bands; ask wavelength by wavelength"
     if mode == "table":
         return None
     return _bsdf_supports(scene) if mode == "bsdf" else stock.supports(scene, mode.removeprefix("stock-"))

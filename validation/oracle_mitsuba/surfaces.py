@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene import Camera, Checker, Disk, Plane, PointLight, Polygon, Scene, Sphere, rgb
+from clrt.scene import Camera, Checker, Disk, Plane, PointLight, Polygon, Scene, Sphere
 
+from ..oracle64.palette import Palette
 from .forms import Array
 from .hashing import camera_words, mix, unit
 
@@ -18,20 +19,21 @@ PLAIN, SQUARES, GLOBE = 0, 1, 2
 def materials(scene: Scene) -> dict[str, Array]:
     """One row a shape, and a last one for misses: coefficients, tints, flags and checkers in the model's
     letters."""
-    rows = [_row(shape, scene.material_of(shape)) for shape in scene.shapes]
-    rows.append(_row(None, scene.material_of(Sphere(center=(0.0, 0.0, 0.0), radius=1.0))))
+    palette = Palette.of(scene)
+    rows = [_row(palette, shape, scene.material_of(shape)) for shape in scene.shapes]
+    rows.append(_row(palette, None, scene.material_of(Sphere(center=(0.0, 0.0, 0.0), radius=1.0))))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def _row(shape: Any, material: Any) -> dict[str, Any]:
-    metal = getattr(material, "conductor", None)
+def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
+    metal = material.conductor
     checker = material.color if isinstance(material.color, Checker) else None
     first, second = checker.colors if checker else (material.color, material.color)
     pattern = PLAIN if checker is None else GLOBE if isinstance(shape, Sphere) else SQUARES
     origin, across, up = squares(shape) if pattern == SQUARES else np.zeros((3, 3))
     return {
-        "F": rgb(first),
-        "F2": rgb(second),
+        "F": palette.reflectance(first),
+        "F2": palette.reflectance(second),
         "ka": material.ka,
         "kd": material.diffuse,
         "ks": material.specular,
@@ -39,16 +41,16 @@ def _row(shape: Any, material: Any) -> dict[str, Any]:
         "kr": material.kr,
         "kt": material.kt,
         "eta": float(material.eta),
-        "H": rgb(material.highlight_color),
-        "M": rgb(material.reflection_color),
-        "Tt": rgb(material.transmission_color),
-        "e": rgb(material.emission),
+        "H": palette.reflectance(material.highlight_color),
+        "M": palette.reflectance(material.reflection_color),
+        "Tt": palette.reflectance(material.transmission_color),
+        "e": palette.light(material.emission),
         "thin": bool(material.thin),
         "fresnel": material.fresnel is True,
         "schlick": material.fresnel == "schlick",
         "conductor": metal is not None,
-        "n": rgb(1.0 if metal is None else metal.eta),
-        "k": rgb(0.0 if metal is None else metal.k),
+        "n": palette.metal(metal).real,
+        "k": palette.metal(metal).imag,
         "pattern": pattern,
         "size": checker.size if checker else 1.0,
         "divisions": checker.divisions if checker else 1,
@@ -87,7 +89,7 @@ def media(scene: Scene) -> dict[str, Array]:
         if bounds and material not in distinct:
             distinct.append(material)
     number = [distinct.index(m) if bounds else -1 for m, bounds in zip(materials, bounding, strict=True)]
-    sigma = [rgb(m.absorption) for m in distinct]
+    sigma = [Palette.of(scene).curve(m.absorption) for m in distinct]
     return {
         "number": np.array([*number, -1]),
         "priority": np.array([*(float(m.priority) for m in distinct), -np.inf]),
@@ -100,6 +102,7 @@ def lights(scene: Scene) -> list[dict[str, Any]]:
     """Each light's `type`, `at` (position, or unit direction to it), `intensity` (3,) and `falloff`
     (bool)."""
     found: list[dict[str, Any]] = []
+    palette = Palette.of(scene)
     for light in scene.lights:
         point = isinstance(light, PointLight)
         at = np.asarray(light.position if isinstance(light, PointLight) else light.direction, float)
@@ -107,7 +110,7 @@ def lights(scene: Scene) -> list[dict[str, Any]]:
             {
                 "type": light.type,
                 "at": at if point else -at / np.linalg.norm(at),
-                "intensity": np.array(rgb(light.intensity)),
+                "intensity": palette.light(light.intensity),
                 "falloff": isinstance(light, PointLight) and light.falloff == "inverse-square",
             }
         )
@@ -116,11 +119,12 @@ def lights(scene: Scene) -> list[dict[str, Any]]:
 
 def settings(scene: Scene, max_depth: int | None) -> dict[str, Any]:
     """What the model reads of the scene besides."""
+    palette = Palette.of(scene)
     return {
         "max_depth": scene.max_depth if max_depth is None else max_depth,
         "min_weight": scene.min_weight if scene.conformance == "none" else 0.0,
-        "depth_color": np.array(rgb(scene.depth_color)),
-        "ambient": np.array(rgb(scene.ambient)),
+        "depth_color": palette.light(scene.depth_color),
+        "ambient": palette.light(scene.ambient),
         "ambient_samples": scene.ambient_samples,
         "medium_ior": float(scene.medium_ior),
         "hides_backs": scene.one_sided == "opaque",
@@ -132,7 +136,7 @@ def settings(scene: Scene, max_depth: int | None) -> dict[str, Any]:
 def background(scene: Scene) -> Any:
     """A colour (3,), or the path (str) of a lat-long image."""
     path = scene.background_path
-    return str(path) if path is not None else np.array(rgb(scene.background))
+    return str(path) if path is not None else Palette.of(scene).light(scene.background)
 
 
 def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 0.0) -> dict[str, Any]:
