@@ -118,8 +118,8 @@ def index(ior: Index, nm: np.ndarray) -> np.ndarray:
 def conductor(value: Metal, bands: Bands | None) -> tuple[np.ndarray, np.ndarray]:
     """(n,) eta and (n,) k of a metal at the midpoints.
 
-    Without bands (3,): eta as `curve`, and the k that gives the metal's own colour (its reflectance straight
-    on, seen under D65), so that the RGB picture has the colour that the spectral one has.
+    Without bands (3,): numbers as they are; of curves eta as `curve`, and the k that gives the metal's own
+    colour (its reflectance straight on, seen under D65), as the spectral picture shows it.
     """
     if isinstance(value, str):
         eta, k = metal(value)
@@ -127,6 +127,8 @@ def conductor(value: Metal, bands: Bands | None) -> tuple[np.ndarray, np.ndarray
         eta, k = (_as_curve(part) for part in (value.eta, value.k))
     if bands is not None:
         return eta.at(bands.midpoints), k.at(bands.midpoints)
+    if len(eta.values) == len(k.values) == 2 and np.ptp(eta.values) == np.ptp(k.values) == 0:
+        return np.full(3, eta.values[0]), np.full(3, k.values[0])  # one index for all colours
     points = tuple(zip(VISIBLE, eta.at(VISIBLE), strict=True))
     straight = normal_reflectance(eta.at(VISIBLE), k.at(VISIBLE))
     color = Spectrum(samples=tuple(zip(VISIBLE, straight, strict=True)))

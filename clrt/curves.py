@@ -114,7 +114,7 @@ def _unscaled(spectrum: Spectrum) -> Curve:
         return Curve(VISIBLE, _planck(VISIBLE, spectrum.blackbody))
     if spectrum.gaussian is not None:
         center, deviation = spectrum.gaussian
-        z = np.linspace(-6, 6, 601)
+        z = np.linspace(-6, 6, 2401)
         return Curve(center + deviation * z, np.exp(-(z**2) / 2))
     if spectrum.line is not None:
         return _box(spectrum.line - 0.5, spectrum.line + 0.5) * LINE_POWER

@@ -86,6 +86,8 @@ class Palette(ABC):
             return np.ones(self.bands, complex)
         if isinstance(value, str):
             n, k = (spectra.tabled(value, column) for column in ("eta", "k"))
+        elif isinstance(value.eta, float) and isinstance(value.k, float):
+            return np.full(self.bands, value.eta + 1j * value.k)
         else:
             n, k = (_numbers(part) for part in (value.eta, value.k))
         eta, kappa = self.complex_index(n, k)

@@ -1,4 +1,4 @@
-"""Spectra from the published tables, in lines of their own: dense samples in place of exact integrals."""
+"""Spectra from the published tables, in lines of their own: dense samples in place of most integrals."""
 
 from __future__ import annotations
 
@@ -49,7 +49,9 @@ def means_of(value: Any, middle: Array, width: float) -> Array:
     if not isinstance(value, str) and value.line is not None:
         box, height = (value.line - 0.5, value.line + 0.5), 370.0
     if box is None:
-        return means(curve_of(value), middle, width)
+        knots = None if isinstance(value, str) else value.samples
+        curve = curve_of(value)
+        return means(curve, middle, width) if knots is None else _pieced(curve, knots, middle, width)
     inside = np.minimum(middle + width / 2, box[1]) - np.maximum(middle - width / 2, box[0])
     return np.asarray(np.maximum(inside, 0.0) / width * height * value.scale)
 
@@ -62,6 +64,15 @@ def matching(nm: Array) -> Array:
 def basis(nm: Array) -> Array:
     """What linear red, green and blue stand for (3, n)."""
     return np.stack([tabled("upsampling", color)(nm) for color in ("red", "green", "blue")])
+
+
+def _pieced(curve: Curve, knots: Any, middle: Array, width: float) -> Array:
+    """Means of a curve that is linear between knots: each piece has its own middle's value."""
+    found = []
+    for low, high in zip(middle - width / 2, middle + width / 2, strict=True):
+        cuts = np.array([low, *(nm for nm, _ in knots if low < nm < high), high])
+        found.append(np.diff(cuts) @ curve((cuts[1:] + cuts[:-1]) / 2) / width)
+    return np.array(found)
 
 
 def xyz(value: Any) -> Array:
