@@ -71,6 +71,6 @@ HOST_FAULTS: Final = (
            "last=generation >= max_depth - 1)",
            ("facing mirrors",), "generation 20, reflection"),
     Mutant("transmission not followed", "clrt/wavefront.py",
-           "for kind in (REFLECTION, TRANSMISSION, AMBIENT):",
-           "for kind in (REFLECTION, AMBIENT):", ("transmission",), TRANSMISSION_2),
+           "kinds = (REFLECTION, TRANSMISSION, AMBIENT)",
+           "kinds = (REFLECTION, AMBIENT)", ("transmission",), TRANSMISSION_2),
 )  # fmt: skip
