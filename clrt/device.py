@@ -91,10 +91,9 @@ class Device:
             self._tracks = [Track(self.context, self.device) for _ in range(TRACKS)]
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: {error}") from None
-        # PoCL 3.0's compiler hangs or aborts on float16
-        self.packet = (
-            8 if pocl_version(self.info) and pocl_version(self.info) < (3, 1) else self.settings.lanes
-        )
+        # PoCL 3.0's compiler hangs or aborts on float16; Oclgrind takes its upper half for uninitialised
+        narrow = "Oclgrind" in self.info.platform or (0,) < pocl_version(self.info) < (3, 1)
+        self.packet = 8 if narrow else self.settings.lanes
         self._variants: dict[layout.Rays, Device] = {self.rays: self}
         self._start()
 
