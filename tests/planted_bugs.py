@@ -1,7 +1,7 @@
-"""Plant ten memory faults in copies of the kernels, one after the other, and render with each under Oclgrind.
+"""Plant ten memory faults in copies of the kernels and render with each under Oclgrind.
 
-For `.ci/run`: each must be reported, or Oclgrind's silence about the real kernels would prove nothing. Prints a
-line a fault; the exit code says whether all were found.
+For `.ci/run`: each must be reported, or Oclgrind's silence about the real kernels would prove nothing.
+Prints a line a fault; the exit code says whether all were found.
 """
 
 from __future__ import annotations
@@ -20,31 +20,72 @@ from clrt.resources import kernel_folder
 # name: (file, the text that stands there once, what takes its place, what Oclgrind says of it)
 BUGS: dict[str, tuple[str, str, str, str]] = {
     "an idle item writes": (
-        "film.cl", "if (i >= n) return;\n    const float mean", "if (i > n) return;\n    const float mean", "Invalid write"
+        "film.cl",
+        "if (i >= n) return;\n    const float mean",
+        "if (i > n) return;\n    const float mean",
+        "Invalid write",
     ),
-    "a plane of the film too far": ("film.cl", "(size_t)plane * pixels", "((size_t)plane + 1) * pixels", "Invalid"),
-    "a sum without a start": ("film.cl", "for (int b = 0; b < BANDS; b++) sum[b] = 0.0f;", "", "Uninitialized"),
-    "past the end of the queue": ("film.cl", "i < n && pixel_of[i] == pixel", "pixel_of[i] == pixel", "Invalid read"),
+    "a plane of the film too far": (
+        "film.cl",
+        "(size_t)plane * pixels",
+        "((size_t)plane + 1) * pixels",
+        "Invalid",
+    ),
+    "a sum without a start": (
+        "film.cl",
+        "for (int b = 0; b < BANDS; b++) sum[b] = 0.0f;",
+        "",
+        "Uninitialized",
+    ),
+    "past the end of the queue": (
+        "film.cl",
+        "i < n && pixel_of[i] == pixel",
+        "pixel_of[i] == pixel",
+        "Invalid read",
+    ),
     "all pixels in one place": ("film.cl", "const size_t at = (", "const size_t at = 0 * (", "data race"),
     "a chunk past the end": (
-        "compact.cl", "const uint end = min((chunk + 1) * CHUNK, n);\n    for (uint i = chunk * CHUNK; i < end; i++) {",
-        "const uint end = (chunk + 1) * CHUNK;\n    for (uint i = chunk * CHUNK; i < end; i++) {", "Invalid"
+        "compact.cl",
+        "min((chunk + 1) * CHUNK, n);\n    for (uint i = chunk * CHUNK; i < end; i++) {",
+        "(chunk + 1) * CHUNK;\n    for (uint i = chunk * CHUNK; i < end; i++) {",
+        "Invalid",
     ),
-    "a total of nothing": ("compact.cl", "for (uint s = 0; s < STREAMS; s++) total[s] = 0;", "", "Uninitialized"),
+    "a total of nothing": (
+        "compact.cl",
+        "for (uint s = 0; s < STREAMS; s++) total[s] = 0;",
+        "",
+        "Uninitialized",
+    ),
     "one light too many": ("light.cl", "l < world.scene->lights", "l <= world.scene->lights", "Invalid read"),
     "a material before the first": (
-        "surfaces.clh", "return world.materials + number;", "return world.materials + number - 1;", "Invalid read"
+        "surfaces.clh",
+        "return world.materials + number;",
+        "return world.materials + number - 1;",
+        "Invalid read",
     ),
     "a hit beside its place": (
-        "surface.cl", "store_word(surface_code, first, n,", "store_word(surface_code, first + 8, n + 8,", "Invalid write"
+        "surface.cl",
+        "store_word(surface_code, first, n,",
+        "store_word(surface_code, first + 8, n + 8,",
+        "Invalid write",
     ),
-}  # fmt: skip
+}
 
-SCENE = clrt.load_dict({
-    "camera": {"origin": [0, 0, 4], "target": [0, 0, 0], "width": 9, "height": 7}, "max_depth": 1,
-    "lights": [{"type": "point", "position": [3, 4, 5]}],
-    "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"diffuse": 0.5, "reflection": 0.5}}],
-})  # fmt: skip
+SCENE = clrt.load_dict(
+    {
+        "camera": {"origin": [0, 0, 4], "target": [0, 0, 0], "width": 9, "height": 7},
+        "max_depth": 1,
+        "lights": [{"type": "point", "position": [3, 4, 5]}],
+        "shapes": [
+            {
+                "type": "sphere",
+                "center": [0, 0, 0],
+                "radius": 1,
+                "material": {"diffuse": 0.5, "reflection": 0.5},
+            }
+        ],
+    }
+)
 SMALL = clrt.Settings(local_size=8)
 
 
