@@ -36,5 +36,7 @@ class Settings:
                 raise ClrtError(
                     fault("settings", name, value, f"it must be a whole number, at least {least}")
                 )
+        if not isinstance(self.check, bool):
+            raise ClrtError(fault("settings", "check", self.check, "it must be True or False"))
         if self.lanes not in (8, 16):
             raise ClrtError(fault("settings", "lanes", self.lanes, "it must be 8 or 16"))
