@@ -41,7 +41,7 @@ def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> t
     local_size = device.buffer(4)
     device.launch(
         "generate",
-        queue.n,
+        packets(device, queue.n),
         camera,
         device.upload(pixels, wait=False),
         np.uint32(queue.n),
@@ -284,7 +284,7 @@ def spawn(
             if i != j:
                 sizes = (np.uint32(other_lit.totals[other_stream]), np.uint32(j < i))
                 numbers = (other.pixel_of, firsts[j], np.uint32(other.n), *sizes)
-                device.launch("rank", queue.n, queue.pixel_of, np.uint32(queue.n), *numbers, slots)
+                device.launch("rank", chunks(queue.n), queue.pixel_of, np.uint32(queue.n), *numbers, slots)
         words = (queue.pixel_of, queue.path, queue.weight, lit.spawn, slots, queue.media)
         read = (hits.surfaces, hits.code, *words)
         n, kernels = np.uint32(queue.n), device.for_queue(queue.narrow)

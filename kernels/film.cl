@@ -15,18 +15,18 @@ __kernel void gather(__global const uint *pixel_of, __global const uint *path, u
     if (start >= n) return;
     const uint pixel = pixel_of[start];
     if (start > 0 && pixel_of[start - 1] == pixel) return;
-    float sum[BANDS];
+    float sum[BANDS], value[RAY_BANDS];
     for (int b = 0; b < BANDS; b++) sum[b] = 0.0f;
     for (uint i = start; i < n && pixel_of[i] == pixel; i++) {
-        if ((path[i] & path_mask) != path_value) continue;
+        if (path_mask && (path[i] & path_mask) != path_value) continue;
         const uint first = first_feeler[i], end = first + (spawn[i] & SPAWN_FEELERS);
-        const int band = first_band(local_radiance, i);
-        for (int b = 0; b < RAY_BANDS && band + b < BANDS; b++) {
-            float value = local_radiance[in_block(i, b, VALUES)];
-            for (uint f = first; f < end; f++)
-                if (seen[f]) value += contribution[in_block(f, b, VALUES)];
-            sum[band + b] += value;
+        for (int b = 0; b < RAY_BANDS; b++) value[b] = local_radiance[in_block(i, b, VALUES)];
+        for (uint f = first; f < end; f++) {
+            if (!seen[f]) continue;
+            for (int b = 0; b < RAY_BANDS; b++) value[b] += contribution[in_block(f, b, VALUES)];
         }
+        const int band = first_band(local_radiance, i);
+        for (int b = 0; b < RAY_BANDS && band + b < BANDS; b++) sum[band + b] += value[b];
     }
     const size_t at = ((size_t)plane * pixels + pixel) * BANDS;
     for (int b = 0; b < BANDS; b++) film[at + b] += sum[b];

@@ -1,47 +1,62 @@
 // Camera rays: generation 0 (thesis 1.3).
 //
 // A tile is a list of pixel numbers; ray i is sample i % (grid*grid) of the tile's pixel i / (grid*grid). The ray
-// remembers the pixel's place in the tile, not in the picture, so that the film of a tile is dense.
-#include "math.clh"
+// remembers the pixel's place in the tile, not in the picture, so that the film of a tile is dense. One work-item
+// a packet.
 #include "hash.clh"
-#include "ray.clh"
+#include "lanes.clh"
+
+// pixel numbers at the places; rays with a pixel each have their places in order
+inline uintP pixels_at(__global const uint *pixels, uintP place, uint samples, uint first, uint n)
+{
+    if (samples == 1) return as_uintP(load_word((__global const int *)pixels, first, n));
+    uint lane[PACKET];
+    *(uintP *)lane = place;
+    for (uint k = 0; k < PACKET; k++) lane[k] = pixels[min(lane[k], (n - 1) / samples)];
+    return *(uintP *)lane;
+}
 
 __kernel void generate(__global const Camera *cameras, __global const uint *pixels, uint n,
                        __global float *rays, __global uint *pixel_of, __global uint *path,
                        __global float *weight, __global uint *local_size)
 {
-    const uint i = get_global_id(0);
-    if (i == 0) *local_size = get_local_size(0);
-    if (i >= n) return;
+    const uint first = get_global_id(0) * PACKET;
+    if (first == 0) *local_size = get_local_size(0);
+    if (first >= n) return;
     const Camera camera = cameras[0];
     const uint samples = camera.grid * camera.grid;
-    const uint place = i / samples, sample = i % samples;
-    const uint pixel = pixels[place];
-    const uint key = combine(combine(camera.seed, pixel), sample);
+    const uintP i = counting_from(first), place = divided(i, samples), sample = i - place * samples;
+    const uintP row = divided(sample, camera.grid), column = sample - row * camera.grid;
+    const uintP pixel = pixels_at(pixels, place, samples, first, n);
+    const uintP line = divided(pixel, camera.width), across_line = pixel - line * camera.width;
+    const uintP key = combineP(combineP((uintP)(camera.seed), pixel), sample);
 
-    float sub_x = 0.5f, sub_y = 0.5f;
+    floatP sub_x = (floatP)(0.5f), sub_y = (floatP)(0.5f);
     if (camera.jitter) {
-        sub_x = unit_interval(mix_bits(key + 1u));
-        sub_y = unit_interval(mix_bits(key + 2u));
+        sub_x = unit_intervalP(mix_bitsP(key + 1u));
+        sub_y = unit_intervalP(mix_bitsP(key + 2u));
     }
     const float grid = (float)camera.grid;
-    const float x = (float)(pixel % camera.width) + camera.shift_x + ((float)(sample % camera.grid) + sub_x) / grid;
-    const float y = (float)(pixel / camera.width) + camera.shift_y + ((float)(sample / camera.grid) + sub_y) / grid;
-    const float across = (2.0f * x / (float)camera.width - 1.0f) * camera.half_width;
-    const float above = (1.0f - 2.0f * y / (float)camera.height) * camera.half_height;
-    const float3 in_view = camera.right.xyz * across + camera.up.xyz * above;
+    const floatP x = convert_floatP(across_line) + camera.shift_x + (convert_floatP(column) + sub_x) / grid;
+    const floatP y = convert_floatP(line) + camera.shift_y + (convert_floatP(row) + sub_y) / grid;
+    const floatP across = (2.0f * x / (float)camera.width - 1.0f) * camera.half_width;
+    const floatP above = (1.0f - 2.0f * y / (float)camera.height) * camera.half_height;
+    const Vec in_view = add(times(same(camera.right.xyz), across), times(same(camera.up.xyz), above));
 
-    float3 origin = camera.origin.xyz, direction = camera.forward.xyz;
+    const Vec forward = same(camera.forward.xyz);
+    Vec origin = same(camera.origin.xyz), direction = forward;
     if (camera.orthographic) {
-        origin = origin + in_view + direction * camera.near;
+        origin = add(add(origin, in_view), times(forward, (floatP)(camera.near)));
     } else {
-        direction = unit3(direction + in_view);
-        origin = origin + direction * (camera.near / dot3(direction, camera.forward.xyz));
+        direction = unitP(add(forward, in_view));
+        origin = add(origin, times(direction, camera.near / dotP(direction, forward)));
     }
-    store_ray(rays, i, origin, direction, INFINITY);
-    pixel_of[i] = place;
-    path[i] = key & ~(uint)PATH_FLAGS;
-    for (int b = 0; b < RAY_BANDS; b++) weight[in_block(i, b, VALUES)] = 1.0f;
+    store_vec(rays, first, n, ORIGIN_X, RAY_FIELDS, origin);
+    store_vec(rays, first, n, DIRECTION_X, RAY_FIELDS, direction);
+    store_field(rays, first, n, T_MAX, RAY_FIELDS, (floatP)(INFINITY));
+    store_word((__global int *)pixel_of, first, n, as_intP(place));
+    store_word((__global int *)path, first, n, as_intP(key & ~(uint)PATH_FLAGS));
+    for (int b = 0; b < RAY_BANDS; b++) store_field(weight, first, n, b, VALUES, (floatP)(1.0f));
 }
 
 // The same queue from rays that the caller brings: n x 3 origins and directions of any length, n values of t_max.

@@ -60,7 +60,7 @@ class Recorder(Device):
     def rays_of(self, queue: str, rays: int | None, feelers: int = 0) -> Iterator[None]:
         """Name the rays that the launches inside belong to; shadow feelers are counted apart.
 
-        `rays` = None: every launch has a work-item a ray.
+        `rays` = None: as many as the first number among a launch's arguments says.
         """
         self._kind = (queue, rays, feelers)
         yield
@@ -79,9 +79,11 @@ class Recorder(Device):
         if name.startswith("occluded"):
             queue, rays = ("shadow" if queue == "primary" else f"shadow of {queue}"), feelers
         own = [a for a in arguments if _is_buffer(a) and id(a) not in self.world_buffers]
+        if rays is None:
+            rays = next(int(a) for a in arguments if isinstance(a, np.uint32))
         nbytes = sum(self._sizes[id(a)] for a in own)
         self.launches.append(
-            Launch(name, queue, items if rays is None else rays, items, arguments, local_size, nbytes)
+            Launch(name, queue, rays, items, arguments, local_size, nbytes)
         )
 
 
