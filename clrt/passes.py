@@ -93,30 +93,13 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
     )
     found = (queue.rays, np.uint32(n), hits.t, hits.primitive)
     device.launch("closest", packets(device, n), *world.arguments, *found)
+    met = (hits.surfaces, hits.code)
+    arguments = (*world.arguments, queue.rays, hits.t, hits.primitive, np.uint32(n), *met)
+    device.launch("surface", packets(device, n), *arguments)
     if crossing and world.flat.media is not None:
-        device.for_queue(queue.narrow).launch(
-            "cross_boundaries",
-            n,
-            *world.arguments,
-            *found,
-            hits.surfaces,
-            hits.code,
-            queue.media,
-            queue.weight,
-            world.overflow,
-        )
-        return hits
-    device.launch(
-        "surface",
-        packets(device, n),
-        *world.arguments,
-        queue.rays,
-        hits.t,
-        hits.primitive,
-        np.uint32(n),
-        hits.surfaces,
-        hits.code,
-    )
+        lists = (queue.media, queue.weight, world.overflow)
+        narrow = device.for_queue(queue.narrow)
+        narrow.launch("cross_boundaries", n, *world.arguments, *found, *met, *lists)
     return hits
 
 

@@ -1,6 +1,6 @@
-// The pass `surface` for rays that carry lists of media: first each ray goes on through all boundaries that leave
-// the medium it is in unchanged, then the surface is found, and what the medium has absorbed on the way is taken off
-// the ray's weight. One work-item a ray.
+// For rays that carry lists of media, after the pass `surface`: each goes on through all boundaries that leave the
+// medium it is in unchanged, to the first that does not; what that medium has absorbed on the way is taken off the
+// ray's weight, and the materials are noted whose indices meet at the hit. One work-item a ray.
 //
 // `overflow` becomes 1 where a list would have needed more places; the host then refuses the picture.
 #include "surface.clh"
@@ -15,24 +15,22 @@ __kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uin
     const uint i = get_global_id(0);
     if (i >= n) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Ray ray = load_ray(rays, i);
-    Hit hit = {hit_t[i], hit_primitive[i]};
     MediaList list = load_media(media, i);
     int before = top_of(world, list), after = before;
-    Surface s;
-    while (hit.primitive >= 0) {
-        s = surface_at(world, ray, hit);
-        __global const Material *material = world.materials + s.material;
+    while (surface_code[i] >= 0) {
+        const int number = surface_code[i] / SURFACE_MATERIAL;
+        __global const Material *material = world.materials + number;
         const int medium = material->medium;
+        const bool inside = surface_code[i] & SURFACE_INSIDE;
         if (medium == NO_MEDIUM) {
-            const bool opaque_inside = s.inside && !material->thin && material->fresnel != CONDUCTOR;
-            after = opaque_inside ? before : s.material;
-            before = opaque_inside ? s.material : before;
+            const bool opaque_inside = inside && !material->thin && material->fresnel != CONDUCTOR;
+            after = opaque_inside ? before : number;
+            before = opaque_inside ? number : before;
             break;
         }
         MediaList next = list;
         bool fits = true;
-        if (!s.inside) {
+        if (!inside) {
             fits = enter_medium(&next, medium);
         } else if (!leave_medium(&next, medium)) {
             fits = enter_medium(&list, medium);  // the ray was in it, though it is not listed
@@ -44,20 +42,21 @@ __kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uin
         after = top_of(world, next);
         if (before != after) break;
         list = next;
-        hit = nearest_hit(world, ray, hit.t, hit.primitive, false);
+        const Ray ray = load_ray(rays, i);
+        const Hit hit = nearest_hit(world, ray, hit_t[i], hit_primitive[i], false);
+        hit_t[i] = hit.t;
+        hit_primitive[i] = hit.primitive;
+        store_surface(world, ray, hit, i, surfaces, surface_code);
     }
-    store_surface(world, s, hit, i, surfaces, surface_code);
     surfaces[in_block(i, TOP_BEFORE, SURFACE_FIELDS)] = as_float(before);
     surfaces[in_block(i, TOP_AFTER, SURFACE_FIELDS)] = as_float(after);
     store_media(media, i, list);
-    hit_t[i] = hit.t;
-    hit_primitive[i] = hit.primitive;
 
     const int within = top_of(world, list);
     if (within == NO_MEDIUM) return;
     for (int b = 0; b < RAY_BANDS; b++) {
         const float absorption = world.materials[within].absorption[band_at(first_band(weights, i), b)];
-        if (absorption > 0.0f) weights[in_block(i, b, VALUES)] *= exponential(-absorption * hit.t);
+        if (absorption > 0.0f) weights[in_block(i, b, VALUES)] *= exponential(-absorption * hit_t[i]);
     }
 }
 
