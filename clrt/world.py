@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import layout
+from clrt import hugepages, layout
 from clrt.device import Device
 from clrt.flatten import FlatScene
 
@@ -77,6 +77,7 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
     device.launch("build_subtree", _SUBTREES, boxes, kind_buffer, tasks, counts, item, binary, local_size=1)
 
     nodes, leaves = device.buffer(n * size["nodes"]), device.buffer(3 * (n + 1) * 8)
+    hugepages.ask(device.queue, nodes, n * size["nodes"])
     device.launch("collapse", 1, binary, nodes, np.int32(n + 1), leaves, counts, local_size=1)
     used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
     out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32)}
@@ -85,6 +86,7 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
         (("triangle_blocks", "pack_triangles", "triangles"), ("sphere_blocks", "pack_spheres", "spheres"))
     ):
         out[name] = device.buffer(max(blocks[kind], 1) * size[name])
+        hugepages.ask(device.queue, out[name], blocks[kind] * size[name])
         device.launch(
             packer,
             blocks[kind],

@@ -1,0 +1,139 @@
+"""Measures what docs/performance.md shows, and writes its tables and charts.
+
+    python docs/make_performance.py                        tables and charts, from the times that are kept
+    python docs/make_performance.py --measure              measure again first; takes ten minutes
+    python docs/make_performance.py --measure --spd FOLDER and time POV-Ray, on scenes of the SPD
+    python docs/make_performance.py --measure --quick      try that with tiny scenes, in a temporary folder
+
+FOLDER holds each scene twice, as spd/NAME.nff and pov/NAME.pov. The times are kept in
+docs/performance/*.json. The machine should have nothing else to do; its load before each run is kept and
+shown. Without FOLDER the kept times of POV-Ray stay.
+"""
+
+# ruff: noqa: E402  (a checkout's own clrt is measured, installed or not)
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).resolve().parent
+sys.path.insert(0, str(DOCS.parent))
+
+import performance_tables as tables
+
+import clrt
+from clrt.bench import chart, machine, report, scaling, suite
+from clrt.bench.frames import frame_times
+from clrt.platforms import devices
+
+OTHER_DRIVER = "PoCL 3.0"
+FEW = 3  # rounds of what is only compared with itself, against nine
+
+
+def measure(kept: Path, spd: Path | None, quick: bool) -> None:
+    """Everything anew, into `kept`/*.json."""
+    rounds = {"rounds": FEW} if quick else {}
+    suite.run(suite.Plan(embree=True, quick=quick, **rounds), print).save(kept / "bench.json")
+    if any(OTHER_DRIVER in info.label for info in devices()):
+        groups = ("kernels", "builder", "frames")
+        plan = suite.Plan(device=OTHER_DRIVER, groups=groups, rounds=FEW, quick=quick)
+        suite.run(plan, print).save(kept / "bench_pocl30.json")
+    _keep(kept / "scaling.json", scaling.run(quick, rounds=FEW))
+    if spd:
+        _keep(kept / "povray.json", peers(spd, 1 if quick else 5))
+
+
+def peers(folder: Path, rounds: int) -> dict[str, Any]:
+    """Seconds of POV-Ray's trace and of our picture, 512 x 512, one thread and two, in turns."""
+    found: dict[str, Any] = {"load_before": machine.load(), "scenes": {}}
+    for file in sorted((folder / "pov").glob("*.pov")):
+        scene = clrt.load(folder / "spd" / f"{file.stem}.nff")
+        rows: dict[str, dict[str, list[float]]] = {}
+        for threads in (1, 2):
+            rows[str(threads)] = {"ours": [], "povray": []}
+            for _ in range(rounds):
+                rows[str(threads)]["povray"].append(_povray(file, threads))
+                (ours,) = frame_times({file.stem: (scene, 512)}, (threads,), 1, None, clrt.Settings())
+                rows[str(threads)]["ours"] += ours.seconds
+        found["scenes"][file.stem] = rows
+        print(file.stem, rows)
+    return found
+
+
+def _povray(file: Path, threads: int) -> float:
+    """The trace time that POV-Ray itself reports."""
+    with tempfile.TemporaryDirectory() as folder:
+        size = ["+W512", "+H512", f"+WT{threads}", "-D", "-A"]
+        command = ["povray", f"+I{file}", f"+O{folder}/out.png", *size]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+    found = re.search(r"Trace Time:.*\(([\d.]+) seconds\)", done.stderr)
+    if not found:
+        raise RuntimeError(f"{file}: POV-Ray reported no trace time")
+    return float(found.group(1))
+
+
+def _keep(path: Path, content: dict[str, Any]) -> None:
+    path.write_text(json.dumps(content, indent=1) + "\n")
+
+
+def write(kept: Path, page: Path) -> None:
+    """The charts, and each table between its marks in the page."""
+    made = report.load(kept / "bench.json")
+    grown = json.loads((kept / "scaling.json").read_text())
+    times = kept / "povray.json"
+    povray = json.loads(times.read_text()) if times.exists() else {"scenes": {}}
+    chart.roofline(made, kept / "roofline.svg")
+    scaling.chart(grown, kept / "scaling.svg")
+    parts = {
+        "machine": tables.machine_line(made),
+        "aims": tables.aims(made, grown, povray),
+        "against": tables.against(made),
+        "trees": tables.trees(made),
+        "passes": tables.passes(made),
+        "frames": tables.frames(made),
+        "around": tables.around(made),
+        "povray": tables.povray(povray),
+        "scaling": tables.growth(grown),
+    }
+    other = kept / "bench_pocl30.json"
+    if other.exists():
+        parts["drivers"] = tables.drivers(made, report.load(other))
+    text = page.read_text()
+    for name, part in parts.items():
+        start, end = f"<!-- {name} -->", f"<!-- end {name} -->"
+        if start not in text or end not in text:
+            sys.exit(f"{page}: the marks {start} and {end} are missing")
+        before, rest = text.split(start, 1)
+        text = f"{before}{start}\n{part}\n{end}{rest.split(end, 1)[1]}"
+    page.write_text(text)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--measure", action="store_true")
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--spd", type=Path, metavar="FOLDER")
+    options = parser.parse_args()
+    folder = Path(tempfile.mkdtemp(prefix="clrt-performance-")) if options.quick else DOCS
+    page, kept = folder / "performance.md", folder / "performance"
+    if options.quick:
+        shutil.copy(DOCS / "performance.md", page)
+    kept.mkdir(exist_ok=True)
+    if options.measure:
+        measure(kept, options.spd, options.quick)
+    write(kept, page)
+    print(page)
+
+
+if __name__ == "__main__":
+    main()

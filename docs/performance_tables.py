@@ -1,0 +1,191 @@
+"""The tables of docs/performance.md, in Markdown, from reports and kept times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from statistics import median
+from typing import Any
+
+from clrt.bench import report
+from clrt.bench.frames import shares
+from clrt.bench.report import Report
+
+SCENES = ("terrain", "lumps", "flake")
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """A table in Markdown; the first column is text, the others are numbers."""
+    head = list(head)
+    lines = [head, ["---", *(["---:"] * (len(head) - 1))], *rows]
+    return "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
+
+
+def machine_line(made: Report) -> str:
+    facts = made.machine
+    return (
+        f"{facts['processor']}, {facts['cores']} cores; {facts['device']}; load before the run "
+        f"{facts['load_before']:.1f}."
+    )
+
+
+def against(made: Report) -> str:
+    head = (
+        "rays",
+        "Mrays/s",
+        "best call, default",
+        "best call, robust",
+        "single ray, default",
+        "single ray, robust",
+    )
+    rows = []
+    for row in report.ratios(made):
+        if row["queue"] != "tree":
+            modes = ("default", "robust", "default_single", "robust_single")
+            rate = f"{row['rate'] / 1e6:.1f}"
+            rows.append((f"{row['scene']}, {row['queue']}", rate, *(f"{row[mode]:.2f}" for mode in modes)))
+    return table(head, rows)
+
+
+def trees(made: Report) -> str:
+    rows = []
+    for row in report.ratios(made):
+        if row["queue"] == "tree":
+            ours = next(
+                m
+                for m in made.of("builder")
+                if (m.scene, m.name, m.threads) == (row["scene"], "tree", row["threads"])
+            )
+            speed = (f"{row[mode]:.2f}" for mode in ("default", "robust"))
+            rows.append(
+                (f"{ours.scene}, {ours.items} primitives", ours.threads, f"{ours.median * 1e3:.0f}", *speed)
+            )
+    return table(("tree", "threads", "ms", "Embree's time / ours, default", "robust"), rows)
+
+
+def passes(made: Report) -> str:
+    best = made.roof
+    assert best is not None
+    cell = {
+        (m.name, m.queue, m.scene): f"{m.ns:.1f} ({best.least_seconds(m) / m.median:.0%})"
+        for m in made.of("tracing", "shading", "compaction")
+    }
+    names = dict.fromkeys((name, queue) for name, queue, _ in cell)
+    head = ("pass, rays", *SCENES)
+    return table(head, ((f"{n}, {q}", *(cell.get((n, q, scene), "") for scene in SCENES)) for n, q in names))
+
+
+def frames(made: Report) -> str:
+    head = ("picture", "threads", "ms", "Mpixel/s", "Mrays/s", "finding hits", "other passes", "host")
+    rows = []
+    for m in made.of("frame"):
+        part = shares(m)
+        rate = (f"{m.median * 1e3:.0f}", f"{1e3 / m.ns:.2f}", f"{m.extra['rays'] / m.median / 1e6:.1f}")
+        rows.append((m.scene, m.threads, *rate, *(f"{part[k]:.0%}" for k in ("tracing", "passes", "host"))))
+    return table(head, rows)
+
+
+def around(made: Report) -> str:
+    rows = [
+        (f"{m.group}: {m.name}", f"{m.ns / 1e3:.1f} us" if m.items > 1 else f"{m.median:.2f} s")
+        for m in made.of("launch", "compile", "program")
+    ]
+    return table(("what", "time"), rows)
+
+
+def povray(content: dict[str, Any]) -> str:
+    rows = []
+    for name, threads in content["scenes"].items():
+        for n, times in threads.items():
+            ours, theirs = median(times["ours"]), median(times["povray"])
+            rows.append((name, n, f"{theirs:.2f}", f"{ours:.3f}", f"{theirs / ours:.1f}"))
+    return table(("scene", "threads", "POV-Ray, s", "clrt, s", "times as fast"), rows)
+
+
+def growth(content: dict[str, Any]) -> str:
+    head = ("what grows", "to", "picture, ms", "Mrays/s", "until ready, ms", "device, MiB", "peak, MiB")
+    rows = []
+    for name, points in content["series"].items():
+        for point in points:
+            seconds = median(point["seconds"])
+            memory = (f"{point[k] / 2**20:.0f}" for k in ("device_bytes", "peak_bytes"))
+            rate = f"{point['rays'] / seconds / 1e6:.1f}"
+            ready = f"{point['ready_seconds'] * 1e3:.0f}"
+            rows.append(
+                (name, f"{point['x']:,}".replace(",", " "), f"{seconds * 1e3:.1f}", rate, ready, *memory)
+            )
+    return table(head, rows)
+
+
+def drivers(made: Report, other: Report) -> str:
+    """The speed with the other driver, as a share of that with the first, over the cases of each group."""
+    first = {m.key: m for m in made.measurements}
+    rows = []
+    for group in ("roof", "tracing", "shading", "compaction", "builder", "frame"):
+        ratio = [first[m.key].ns / m.ns for m in other.of(group) if m.key in first]
+        if ratio:
+            rows.append((group, *(f"{value:.2f}" for value in (min(ratio), median(ratio), max(ratio)))))
+    return table(("cases", "least", "median", "largest"), rows)
+
+
+def aims(made: Report, grown: dict[str, Any], peers: dict[str, Any]) -> str:
+    """What the project wants to reach, and what it reaches."""
+    rows = [*_against_embree(made), *_whole(made, grown)]
+    for name, times in peers["scenes"].items():
+        wanted = {"balls": 8, "teapot": 6, "mount": 6, "tree": 4}.get(name.split("_")[0])
+        if wanted:
+            faster = [median(t["povray"]) / median(t["ours"]) for t in times.values()]
+            rows.append(
+                (f"{name}, times as fast as POV-Ray, one thread and two", f">= {wanted}", *_texts(faster))
+            )
+    return table(("aim", "wanted", "measured"), rows)
+
+
+def _texts(values: Iterable[float]) -> tuple[str]:
+    return (", ".join(f"{value:.2f}" for value in values),)
+
+
+def _against_embree(made: Report) -> Iterable[tuple[str, ...]]:
+    rows = {(row["scene"], row["queue"], row["threads"]): row for row in report.ratios(made)}
+    for queue, wanted in (("primary", ">= 1.05 / 1.15"), ("shadow", ">= 1.05 / 1.2")):
+        for scene in ("terrain", "lumps"):
+            row = rows[scene, queue, 1]
+            what = f"{queue} rays, {scene}, against Embree's best call, default / robust"
+            yield what, wanted, f"{row['default']:.2f} / {row['robust']:.2f}"
+    for queue in ("reflection", "incoherent"):
+        for scene in ("terrain", "lumps"):
+            row = rows[scene, queue, 1]
+            what = f"{queue} rays, {scene}, against Embree's single-ray call, default / robust"
+            yield what, ">= 1.0 / 1.1", f"{row['default_single']:.2f} / {row['robust_single']:.2f}"
+    spheres = {
+        queue: row["default"]
+        for (scene, queue, _), row in rows.items()
+        if scene == "flake" and queue != "tree"
+    }
+    yield (
+        "7381 spheres, the worst kind of rays, against Embree's best call",
+        ">= 1.3",
+        f"{min(spheres.values()):.2f}",
+    )
+    yield "7381 spheres, primary rays, against Embree's best call", ">= 5", f"{spheres['primary']:.2f}"
+    for scene in ("terrain", "lumps"):
+        row = rows[scene, "tree", 2]
+        ours = next(m for m in made.of("builder") if (m.scene, m.name, m.threads) == (scene, "tree", 2))
+        yield f"tree of {scene}, two cores", "<= 0.30 s", f"{ours.median:.2f} s"
+        yield f"tree of {scene}, share of Embree's time on two threads", "<= 0.8", f"{1 / row['default']:.2f}"
+
+
+def _whole(made: Report, grown: dict[str, Any]) -> Iterable[tuple[str, ...]]:
+    flake = {m.threads: m for m in made.of("frame") if m.scene == "flake"}
+    yield (
+        "sphereflake, 1024 x 1024, 3 lights, 5 generations, two cores",
+        ">= 4.5 Mpixel/s",
+        f"{1e3 / flake[2].ns:.2f}",
+    )
+    part = shares(flake[2])
+    yield "passes other than finding hits, share of that picture", "< 25 %", f"{part['passes']:.0%}"
+    yield "two threads against one, that picture", ">= 1.85", f"{flake[1].median / flake[2].median:.2f}"
+    program = next(iter(made.of("program")))
+    yield "clrt render, small scene, caches filled, the process", "<= 0.6 s", f"{program.median:.2f} s"
+    largest = grown["series"]["pixels of 1M triangles"][-1]
+    peak = f"{largest['peak_bytes'] / 2**30:.2f} GiB"
+    yield "peak of memory, 1M triangles, 4096 x 4096", "<= 1.5 GiB", peak
