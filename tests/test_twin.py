@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
@@ -12,9 +13,9 @@ import clrt
 from clrt import layout
 from clrt.device import Device
 from clrt.flatten import FlatScene, flatten
-from clrt.resources import kernel_folder
+from clrt.resources import kernel_folder, shipped_scenes
 from tests.random_scenes import grid_rays, on_the_grid, random_scene
-from validation import selftest
+from validation import expected, selftest
 from validation.twin import radiance32, render32, trace32
 from validation.twin_compare import Comparison, compare_picture, compare_rays
 from validation.twin_geometry import primitives_of
@@ -184,7 +185,7 @@ def test_the_first_value_that_differs_is_told_with_its_ray_and_both_numbers(patc
 def test_selftest_passes_and_fails(patched: Path) -> None:
     results = selftest.run_selftest()
     assert all(result.passed for result in results), [r for r in results if not r.passed]
-    assert len(results) == 2 + len(SCENES) and len({result.name for result in results}) == len(results)
+    assert len(results) == 3 + len(SCENES) and len({result.name for result in results}) == len(results)
     source = (patched / "math.clh").read_text()
     dot = "return a.x * b.x + a.y * b.y + a.z * b.z;"
     assert source.count(dot) == 1, "the place of the planted fault has changed"
@@ -215,3 +216,16 @@ def test_a_flat_scene_may_be_given_in_place_of_a_scene() -> None:
     assert isinstance(flat, FlatScene)
     rays = difficult_rays(50, 1)
     assert trace32(scene, *rays).t.tobytes() == trace32(flat, *rays).t.tobytes()
+
+
+def test_the_hashes_that_ship_are_of_all_scenes_and_a_changed_picture_is_noticed(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    kept = json.loads(expected.FILE.read_text())
+    assert set(kept) == set(shipped_scenes()), "run: python -m validation.expected"
+    wrong = tmp_path / "wrong.json"
+    wrong.write_text(json.dumps({"room": kept["room"], "prism": "0" * 64}))
+    monkeypatch.setattr(expected, "FILE", wrong)
+    monkeypatch.setattr(expected, "shipped_scenes", lambda: {"room": None, "prism": None})
+    passed, detail = expected.check()
+    assert not passed and "1 of 2 pictures differ from ours: prism" in detail
