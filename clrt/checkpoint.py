@@ -123,8 +123,8 @@ class Checkpoint:
                 for name, layer in self.picture.layers.items():
                     layer[...] = stored[f"layer {name}"]
             self.counts.generations[:] = [Counter(rays) for rays in told["rays"]]
-        except _DAMAGE as error:
-            raise ClrtError(f"{self.path}: is not a whole checkpoint of clrt ({error}); {_ADVICE}") from None
+        except _DAMAGE:  # whose texts speak of numpy's files, not of ours
+            raise ClrtError(f"{self.path}: is not a whole checkpoint of clrt; {_ADVICE}") from None
 
     def _check_job(self, stored: dict[str, str]) -> None:
         for name, now in self.task.items():
