@@ -22,7 +22,7 @@ def ask(queue: cl.CommandQueue, buffer: Any, nbytes: int) -> bool:
     advice = getattr(mmap, "MADV_HUGEPAGE", None)
     if advice is None or nbytes < 2 * PAGE or not queue.device.type & cl.device_type.CPU:
         return False
-    flags = cl.map_flags.WRITE_INVALIDATE_REGION
+    flags = cl.map_flags.READ
     mapped: Any = cl.enqueue_map_buffer(queue, buffer, flags, 0, (nbytes,), np.dtype(np.uint8))[0]
     first = -(-mapped.ctypes.data // PAGE) * PAGE
     length = (mapped.ctypes.data + nbytes) // PAGE * PAGE - first

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import mmap
 import time
 
 import numpy as np
 import pytest
 
 import clrt
+from clrt import hugepages
+from clrt.device import Device
 from clrt.resources import validation_module
 
 trace32 = validation_module("twin").trace32
@@ -71,3 +74,14 @@ def test_a_million_equal_triangles_build_and_render_in_bounded_time() -> None:
     assert time.process_time() - start < 20  # measured 2
     assert hits.primitive.tolist() == [0, -1]
     assert hits.t.tolist() == pytest.approx([3, np.inf], rel=1e-6)
+
+
+def test_large_pages_are_a_hint_that_keeps_what_a_buffer_holds() -> None:
+    device = Device()
+    values = np.random.default_rng(1).integers(0, 256, 5 * hugepages.PAGE + 12_345, np.uint8)
+    buffer = device.buffer(values.nbytes)
+    device.write(buffer, values)
+    taken = hugepages.ask(device.queue, buffer, values.nbytes)
+    assert not taken or (hasattr(mmap, "MADV_HUGEPAGE") and device.info.kind == "CPU")
+    assert np.array_equal(device.read(buffer, np.empty_like(values)), values)
+    assert not hugepages.ask(device.queue, buffer, hugepages.PAGE)
