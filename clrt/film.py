@@ -50,7 +50,9 @@ def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) 
 
 def finished(values: np.ndarray) -> np.ndarray:
     """Linear colours (..., 3) float32 of what a response gives, which is RGB or the thesis program's own."""
-    return values if values.shape[-1] == 3 else thesis_finish(values).astype(np.float32)
+    if values.shape[-1] == 3:
+        return values
+    return np.minimum(thesis_finish(values), layout.BRIGHTEST).astype(np.float32)
 
 
 class Film:

@@ -11,6 +11,7 @@ import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
@@ -101,13 +102,13 @@ def write(
     with replacing(path) as temporary, _surely(temporary) as scratch:
         output = oiio.ImageOutput.create(Path(path).suffix.lower().removeprefix("."))
         if output is None:
-            raise ClrtError(f"{path}: {oiio.geterror()}")
+            raise ClrtError(f"{path}: {_words(oiio)}")
         done = output.open(scratch, spec)
         for row in range(0, height if done else 0, ROWS):
             block = np.concatenate([part[row : row + ROWS].astype(parts[0].dtype) for part in parts], axis=2)
             done = done and output.write_scanlines(row, row + len(block), 0, block)
         if not (output.close() and done):
-            raise ClrtError(f"{path}: cannot be written: {output.geterror()}")
+            raise ClrtError(f"{path}: cannot be written: {_words(output)}")
 
 
 @contextmanager
@@ -161,7 +162,7 @@ def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> 
         first, last = _colour_channels(spec.channelnames)
         samples = source.read_image(0, 0, first, last, spec.format if integer else oiio.TypeFloat)
         if samples is None:
-            raise SceneError(f"{path}: cannot be read: {source.geterror()}")
+            raise SceneError(f"{path}: cannot be read: {_words(source)}")
     finally:
         source.close()
     linear = decode(samples) if integer else samples
@@ -182,8 +183,16 @@ def _open(path: str | os.PathLike[str], limits: Limits) -> oiio.ImageInput:
     keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
     source = oiio.ImageInput.open(str(path), keep_alpha_apart)
     if source is None or source.format_name() != reader:
-        raise SceneError(f"{path}: cannot be read: {oiio.geterror()}")
+        raise SceneError(f"{path}: cannot be read: {_words(oiio)}")
     return source
+
+
+def _words(library: Any) -> str:
+    """What OpenImageIO or its reader says went wrong, quotes of broken text cut short."""
+    try:
+        return str(library.geterror())[:300]
+    except UnicodeDecodeError:
+        return "its contents are broken"
 
 
 def _colour_channels(names: tuple[str, ...]) -> tuple[int, int]:

@@ -254,3 +254,11 @@ def test_reading_a_mesh_reaches_nothing_else(tmp_path: Path, monkeypatch: pytest
         resolver.write("b.obj", b"")
     with pytest.raises(SceneError, match="must lie in the scene's folder"):
         resolver.get("../b.obj")
+
+
+def test_what_the_library_says_is_cut_short_and_need_not_be_text() -> None:
+    def broken() -> str:
+        return b"\xff".decode("utf-8")
+
+    assert imagefile._words(SimpleNamespace(geterror=broken)) == "its contents are broken"
+    assert imagefile._words(SimpleNamespace(geterror=lambda: "x" * 999)) == "x" * 300

@@ -27,7 +27,7 @@ from .mutate import make
 
 SECONDS: Final = 2.0  # of processor time, an input
 MEMORY: Final = 512 << 20  # bytes at the peak, a process
-PATIENCE: Final = 30.0  # seconds of wall time after which a process counts as hanging
+PATIENCE: Final = 120.0  # seconds of wall time after which a process counts as hanging
 TURNS: Final = 200  # inputs a process; then a new one, so that no leak hides what an input costs
 CORPUS: Final = Path(__file__).with_name("corpus")
 _BOOT: Final = "from clrt.resources import validation_module as find; find('hostile.worker').main({!r})"

@@ -27,6 +27,7 @@ LIMITS: Final = Limits(
     device_bytes=128 << 20, work=2_000_000, image_pixels=1 << 20,
 )  # fmt: skip
 
+PATIENT: Final = 1.0  # seconds of processor time
 DEFAULT_SIZES: Final = ((640, 480), (800, 600))  # of files that do not say how large their picture is
 
 
@@ -51,7 +52,7 @@ def attempt(path: Path, device: int | str | None) -> dict[str, Any]:
 
 
 def answer(task: dict[str, Any], folder: Path, device: int | str | None) -> dict[str, Any]:
-    """One task done: its outcome, CPU and wall seconds, and the peak memory of this process so far."""
+    """One task done: its outcome, seconds of processor time, and the peak memory of this process so far."""
     path = Path(task["folder"], task["scene"]) if "folder" in task else None
     if path is None:
         for old in folder.iterdir():
@@ -60,12 +61,13 @@ def answer(task: dict[str, Any], folder: Path, device: int | str | None) -> dict
         for name, data in made.files.items():
             (folder / name).write_bytes(data)
         path = folder / made.scene
-    wall, busy = time.perf_counter(), time.process_time()
-    outcome = attempt(path, device)
-    return {
-        **task, **outcome, "wall": time.perf_counter() - wall, "cpu": time.process_time() - busy,
-        "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10,
-    }  # fmt: skip
+    for _ in range(2):  # again where it was slow: kernels for what rays carry are built once a machine
+        start = time.process_time()
+        outcome = attempt(path, device)
+        busy = time.process_time() - start
+        if busy < PATIENT:
+            break
+    return {**task, **outcome, "cpu": busy, "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10}
 
 
 def main(device: str | None) -> None:
