@@ -2,7 +2,7 @@
 
 Measured with PoCL 3.0 and 3.1: where the folder cannot be written to, the driver shows no device; where the
 disk is full, or a file in there is cut short or overwritten, it ends the process (SIGABRT, SIGBUS); and
-24 processes that compile the same kernels at once take 175 s on 2 cores instead of 12 s one after another.
+24 processes that compile the same kernels at once take 175 s on 2 cores, and 44 s where one does it for all.
 """
 
 from __future__ import annotations

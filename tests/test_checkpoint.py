@@ -15,6 +15,7 @@ import pytest
 import clrt
 from clrt.cli import main
 from clrt.imagefile import read_samples
+from tests.disk import small_files
 
 SCENE = """
 ambient = 0.1
@@ -191,3 +192,14 @@ def test_a_checkpoint_needs_a_file_of_its_own(scene: Path, capsys: pytest.Captur
     out = str(scene.with_name("a.png"))
     assert main(["render", str(scene), "-o", out, "--checkpoint", out]) == 2
     assert "give --checkpoint its own" in capsys.readouterr().err
+
+
+def test_a_disk_that_is_full_leaves_the_old_checkpoint(scene: Path) -> None:
+    path = scene.with_name("a.checkpoint")
+    tracer = clrt.Tracer(clrt.load(scene), settings=clrt.Settings(tile=2000))
+    broken_off(tracer, path, 1, width=90)
+    before = path.read_bytes()
+    with small_files(9000), pytest.raises(clrt.ClrtError, match=r"a\.checkpoint: cannot be written: File"):
+        tracer.render(width=90, checkpoint=path)
+    assert path.read_bytes() == before
+    assert sorted(file.name for file in scene.parent.iterdir()) == ["a.checkpoint", "ball.toml"]

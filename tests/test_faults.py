@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import resource
 import shutil
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +19,7 @@ import pytest
 
 import clrt
 from clrt import kernelcache, passes
-from clrt.checkpoint import Checkpoint
 from clrt.image import Image
-from clrt.picture import Picture
-from clrt.wavefront import RayCounts
 from validation.reliability import coldstarts, faults, interrupts, kills
 from validation.reliability.scene import write_scene
 
@@ -135,47 +129,6 @@ def test_a_render_keeps_to_the_memory_that_it_may_use(tracer: clrt.Tracer) -> No
         with pytest.raises(clrt.LimitError, match=r"device_bytes: .* is above the limit of"):
             limits = clrt.Limits(device_bytes=too_little)
             clrt.Tracer(tracer.scene, settings=clrt.Settings(limits=limits)).render()
-
-
-@contextmanager
-def small_files(most: int) -> Iterator[None]:
-    """No file may get longer than so many bytes, as on a disk that is nearly full."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (most, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-
-@pytest.mark.parametrize("memory", [True, False])
-@pytest.mark.parametrize("name", ["a.exr", "a.png", "a.tif", "a.jpg", "a.bmp", "a.checkpoint"])
-def test_a_disk_that_is_full_leaves_the_old_file(
-    tmp_path: Path, name: str, memory: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """OpenImageIO writes to memory, where there are files in memory; else what it wrote is read."""
-    image = Image(np.random.default_rng(1).random((90, 120, 3), np.float32))
-    picture = Picture((0, 0, 120, 90), 120, (), 3)
-    saved = Checkpoint(tmp_path / name, {}, picture, RayCounts()) if name == "a.checkpoint" else None
-    (tmp_path / name).write_bytes(b"old")
-    copy = shutil.copyfileobj
-    if not memory:
-        if name == "a.jpg":
-            return  # here libjpeg ends the process
-        monkeypatch.delattr(os, "memfd_create", raising=False)
-    for most in (0, 100, 4096):
-
-        def on_a_full_disk(*arguments: Any, most: int = most) -> None:
-            with small_files(most):
-                copy(*arguments)
-
-        monkeypatch.setattr(shutil, "copyfileobj", on_a_full_disk)
-        says = pytest.raises(clrt.ClrtError, match=f"{name}: cannot be written: .")
-        with nullcontext() if memory and not saved else small_files(most), says as caught:
-            saved.save() if saved else image.save(tmp_path / name)
-        assert "\n" not in str(caught.value)
-        assert [file.name for file in tmp_path.iterdir()] == [name]
-        assert (tmp_path / name).read_bytes() == b"old"
 
 
 def test_a_damaged_kernel_cache_is_compiled_anew(tmp_path: Path, tracer: clrt.Tracer) -> None:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import shutil
 import struct
 import threading
 import zlib
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
@@ -17,6 +21,7 @@ from clrt.image import Image, check_writable, pixel_hash, read_image
 from clrt.imagefile import encode
 from clrt.limits import Limits
 from clrt.version import __version__
+from tests.disk import small_files
 
 
 def gradient(height: int = 5, width: int = 7) -> np.ndarray:
@@ -361,3 +366,34 @@ def test_too_large_pictures_are_refused_before_they_are_read(tmp_path: Path):
         read_image(tmp_path / "b.png", Limits(file_bytes=100))
     with pytest.raises(LimitError, match="image_pixels: 35 is above the limit of 34"):
         read_image(tmp_path / "b.png", Limits(image_pixels=34))
+
+
+@pytest.mark.parametrize("memory", [True, False])
+@pytest.mark.parametrize("name", ["a.exr", "a.png", "a.tif", "a.jpg", "a.bmp"])
+def test_a_disk_that_is_full_leaves_the_old_file(
+    tmp_path: Path, name: str, memory: bool, monkeypatch: pytest.MonkeyPatch
+):
+    """OpenImageIO writes to memory, where there are files in memory; else what it wrote is read."""
+    image = Image(np.random.default_rng(1).random((90, 120, 3), np.float32))
+    image.save(tmp_path / name)
+    before = (tmp_path / name).read_bytes()
+    if not memory:
+        monkeypatch.delattr(os, "memfd_create", raising=False)
+        image.save(tmp_path / name)
+        assert (tmp_path / name).read_bytes() == before
+        if name == "a.jpg":
+            return  # a full disk ends the process: libjpeg does
+    copy = shutil.copyfileobj
+    for most in (0, 100, 4096):
+
+        def on_a_full_disk(source: Any, target: Any, length: int, most: int = most) -> None:
+            with small_files(most):
+                copy(source, target, length)
+
+        monkeypatch.setattr(shutil, "copyfileobj", on_a_full_disk)
+        says = pytest.raises(ClrtError, match=f"{name}: cannot be written: .")
+        with nullcontext() if memory else small_files(most), says as caught:
+            image.save(tmp_path / name)
+        assert "\n" not in str(caught.value)
+        assert [file.name for file in tmp_path.iterdir()] == [name]
+        assert (tmp_path / name).read_bytes() == before
