@@ -158,11 +158,13 @@ def quadric_clips(q: Array, p: Array) -> Array:
 
 
 def quadric_roots(q: Array, rays: Rays, front_only: Array) -> tuple[Array, Array]:
-    """Both roots, ascending. Solved about the point of the line that is nearest to the centre."""
+    """Both roots, ascending. Solved about the line's point nearest the centre, or, in the box, the origin."""
     d = rays.direction
     diagonal, mixed, gradient = xyz(q["diagonal"]), xyz(q["mixed"]), xyz(q["gradient"])
     o = rays.origin - xyz(q["center"])
-    shift = -dot(o, d) / dot(d, d)
+    half_box = (xyz(q["reach"]) - np.abs(xyz(q["center"]))) * np.float32(1.001)
+    within = (np.abs(o) <= half_box).all(axis=0)
+    shift = np.where(within, np.float32(0), -dot(o, d) / dot(d, d))
     p = o + d * shift
     w = quadric_times(diagonal, mixed, p) + gradient
     a = dot(d, quadric_times(diagonal, mixed, d))
