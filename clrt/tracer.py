@@ -221,7 +221,9 @@ class Tracer:
         limits = self.settings.limits
         limits.check("pixels", pixels)
         limits.check("samples", samples)
-        limits.check_work(pixels * samples, self.world.lights, self._branching(depth))
+        group = self.flat.group
+        parts = -(-self.flat.bands // group) if group and depth else 1  # rays that dispersion makes of one
+        limits.check_work(pixels * samples * parts, self.world.lights, self._branching(depth))
 
     def _branching(self, depth: int) -> Branching:
         info, materials = self.flat.scene[0], self.flat.materials

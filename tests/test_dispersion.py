@@ -74,6 +74,14 @@ def test_the_picture_is_the_same_for_tiles_of_any_size() -> None:
         assert clrt.render(scene("diamond-dispersive"), settings=settings).hash == expected.hash
 
 
+def test_the_work_of_narrow_rays_is_foreseen() -> None:
+    work = 48 * 36 * 2 * (1 << 5)  # rays of a branching family, one light
+    settings = clrt.Settings(limits=clrt.Limits(work=work))
+    clrt.render(scene(1.5), settings=settings)
+    with pytest.raises(clrt.LimitError, match="work"):
+        clrt.render(scene("BK7"), settings=settings)
+
+
 def test_layers_of_a_spectral_picture() -> None:
     layers = ["bands", "xyz", "reflection", "transmission", "direct"]
     image = clrt.render(scene("BK7"), layers=layers)
