@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from clrt.errors import ClrtError
@@ -25,11 +25,11 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         raise ClrtError(f"{path}: is not a regular file; give the name of a file to write")
     temporary = target.with_name(f".clrt-{secrets.token_hex(6)}{target.suffix}")
     try:
-        # Opened, not mkstemp: the file then gets the permissions that the user's umask asks for.
-        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-    except (OSError, ValueError) as error:
-        raise ClrtError(f"{path}: cannot be written: {_reason(target, error)}") from None
-    try:
+        try:
+            # Opened, not mkstemp: the file then gets the permissions that the user's umask asks for.
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        except (OSError, ValueError) as error:
+            raise ClrtError(f"{path}: cannot be written: {_reason(target, error)}") from None
         yield temporary
         _sync(temporary)
         os.replace(temporary, target)
@@ -38,7 +38,8 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     except OSError as error:
         raise ClrtError(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError, ValueError):  # it is not there any more, or never was
+            temporary.unlink()
 
 
 def check_replaceable(path: str | os.PathLike[str]) -> None:
