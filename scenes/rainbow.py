@@ -1,13 +1,12 @@
-"""Five drops of water on a rainbow: each shows the colours of its place.
+"""The rainbow in one drop of water.
 
 Source: lecture notes, refraction; Descartes' ray, which leaves a drop 42 degrees from where the light came
 from (docs/model.md, number 11).
-What to look at: the sun, a bright disk behind the camera, is seen in each drop twice: white, reflected on
-the outside near the top, and once more below, reflected on the inside. No colour comes back further than its
-own angle, red 42.4 degrees and violet 40.6. The drops stand further and further from the point opposite the
-sun, from left to right: the lower image loses violet, blue, green, and is red before it goes out. That is how
-rain makes a rainbow. (The sun here is 12 degrees wide, so that its
-images can be seen; each colour goes out 6 degrees further than its angle.)
+What to look at: a tube behind the camera stands for the sun. The drop shows it twice: white above, reflected
+on the outside, and below, reflected once on the inside. That image is double, for two rays leave the drop in
+each direction, until they meet in Descartes' ray: beyond 40.6 degrees from where the light came from no
+violet returns, beyond 42.4 no red. So the two lines are coloured, and where they join all colours end one
+after the other. That is how rain makes a rainbow.
 
     clrt render rainbow -o rainbow.png
     python scenes/rainbow.py rainbow.json
@@ -21,47 +20,52 @@ import sys
 from pathlib import Path
 from typing import Any
 
-ELEVATION = 18.0  # degrees of the sun behind the camera
-SUN, FAR = 6.0, 400.0  # its radius in degrees (the true one is .27), and how far it is
-PLACES = (44.0, 46.2, 47.0, 47.7, 48.2)  # of the drops: degrees from the point opposite the sun
-ACROSS, AWAY, RADIUS = 45.0, 10.0, 0.6
+ELEVATION = 18.0  # degrees of the tube behind the camera
+LONG, THICK, FAR = 22.0, 0.22, 400.0  # half its size in degrees, and how far it is
+ANGLE, AWAY, RADIUS = 40.9, 10.0, 0.66  # degrees from the point opposite the tube at which its light returns
 EYE = (0.0, 1.6, 0.0)
 
+Vector = list[float]
 
-def towards(angle: float, turn: float) -> list[float]:
-    """The direction `angle` degrees from the point opposite the sun, turned round that from straight up."""
-    sun, angle, turn = math.radians(ELEVATION), math.radians(angle), math.radians(turn)
-    along, up, right = math.cos(angle), math.sin(angle) * math.cos(turn), math.sin(angle) * math.sin(turn)
-    return [right, up * math.cos(sun) - along * math.sin(sun), -up * math.sin(sun) - along * math.cos(sun)]
+
+def towards(angle: float) -> Vector:
+    """The direction upwards from the point opposite the tube, by an angle in degrees."""
+    up = math.radians(angle - ELEVATION)
+    return [0.0, math.sin(up), -math.cos(up)]
+
+
+def off(start: tuple[float, ...], direction: Vector, distance: float) -> Vector:
+    """The point so far from `start`."""
+    return [round(s + distance * d, 4) for s, d in zip(start, direction, strict=True)]
+
+
+def tube() -> list[Vector]:
+    """The corners of a strip, seen from the eye."""
+    x, y = (FAR * math.tan(math.radians(half)) for half in (LONG, THICK))
+    middle, up = off(EYE, towards(0.0), -FAR), towards(90.0)
+    return [[round(m + a * x * r + b * y * u, 4) for m, r, u in zip(middle, (1.0, 0.0, 0.0), up, strict=True)]
+            for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]  # fmt: skip
 
 
 def scene() -> dict[str, Any]:
     """What a scene file would hold."""
-    sun = [-FAR * x for x in towards(0.0, 0.0)]
-    drops = []
-    for i, angle in enumerate(PLACES):
-        direction = towards(angle, (i / (len(PLACES) - 1) - 0.5) * ACROSS)
-        center = [round(e + AWAY * d, 4) for e, d in zip(EYE, direction, strict=True)]
-        drops.append({"type": "sphere", "center": center, "radius": RADIUS, "material": "water"})
-    target = [e + d for e, d in zip(EYE, towards(45.5, 0.0), strict=True)]
+    below = math.degrees(math.asin(0.86 * RADIUS / AWAY))  # where the light comes back, from the drop's middle
+    drop = {"type": "sphere", "center": off(EYE, towards(ANGLE + below), AWAY), "radius": RADIUS}
     grass = {"color": {"type": "checker", "colors": [[0.22, 0.30, 0.13], [0.16, 0.23, 0.10]], "size": 2.0}}
     return {
         "spectrum": {"bands": 24},
         "max_depth": 3,
-        "min_weight": 0.01,
-        "background": [0.11, 0.14, 0.19],
+        "min_weight": 0.015,
+        "background": [0.09, 0.115, 0.16],
         "ambient": 0.5,
-        "materials": {"water": {"diffuse": 0.0, "fresnel": True, "ior": "water-dispersive"}},
-        "camera": {"origin": list(EYE), "target": target,
-                   "fov": 46.0, "width": 640, "height": 280, "spp": 4},
-        "lights": [{"type": "directional", "direction": [-x for x in sun],
-                    "intensity": {"name": "D65", "scale": 0.5}}],
+        "camera": {"origin": list(EYE), "target": off(EYE, towards(ANGLE + 0.55 * below), AWAY), "fov": 9.0,
+                   "width": 400, "height": 300, "spp": 4},
+        "lights": [{"type": "directional", "direction": towards(0.0), "intensity": 0.5}],
         "shapes": [
             {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": grass},
-            {"type": "disk", "center": [e + s for e, s in zip(EYE, sun, strict=True)],
-             "normal": [-x for x in sun], "radius": FAR * math.tan(math.radians(SUN)),
-             "material": {"color": 0.0, "emission": {"name": "D65", "scale": 11.0}}},
-            *drops,
+            {"type": "polygon", "points": tube(),
+             "material": {"color": 0.0, "emission": {"name": "D65", "scale": 30.0}}},
+            {**drop, "material": {"diffuse": 0.0, "fresnel": True, "ior": "water-dispersive"}},
         ],
     }  # fmt: skip
 

@@ -32,10 +32,11 @@ from .cases import case_named, limits_of
 from .compare import compare
 from .faults import KERNEL_FAULTS, Mutant
 from .faults_host import HOST_FAULTS
+from .faults_spectral import SPECTRAL_FAULTS
 from .oracles import ORACLE64, edges64, our_picture, picture64, scene_of
 from .types import Comparison, MutantResult, OracleImage
 
-MUTANTS: Final = {mutant.name: mutant for mutant in (*KERNEL_FAULTS, *HOST_FAULTS)}
+MUTANTS: Final = {mutant.name: mutant for mutant in (*KERNEL_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS)}
 _SECONDS = 120  # that a patched package may take for its pictures
 _BESIDE = ("kernels", "scenes", "validation")  # what a checkout has beside the package
 _CHILD = "from clrt.resources import validation_module as find; find('mutants').render_for_parent()"
