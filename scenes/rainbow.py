@@ -49,7 +49,7 @@ def tube() -> list[Vector]:
 
 def scene() -> dict[str, Any]:
     """What a scene file would hold."""
-    below = math.degrees(math.asin(0.86 * RADIUS / AWAY))  # where the light comes back, from the drop's middle
+    below = math.degrees(math.asin(0.86 * RADIUS / AWAY))  # from the drop's middle to its rainbow
     drop = {"type": "sphere", "center": off(EYE, towards(ANGLE + below), AWAY), "radius": RADIUS}
     grass = {"color": {"type": "checker", "colors": [[0.22, 0.30, 0.13], [0.16, 0.23, 0.10]], "size": 2.0}}
     return {
