@@ -135,7 +135,7 @@ ULP = "1.0000001f"
 # A row: a file, a text in it, the same with a fault that moves one number by about an ulp (or rays to each
 # other's places), a scene that shows it, and the pass that must be named.
 PLANTED = [
-    ("generate.cl", "(direction + in_view)", f"(direction + in_view) * {ULP}", "spheres", "generate"),
+    ("generate.cl", "add(forward, in_view)", f"add(forward, times(in_view, {ULP}))", "spheres", "generate"),
     ("quadric.clh", "float b = dot3(d, w);", f"float b = dot3(d, w) * {ULP};", "quadrics", "closest"),
     ("triangle.clh", "hit.u = v / determinant", f"hit.u = v / determinant * {ULP}", "meshes", "surface"),
     ("light.cl", "(emission + ambient), mine", f"(emission + ambient) * {ULP}, mine", "spheres", "light"),
@@ -144,7 +144,7 @@ PLANTED = [
     ("bounce.clh", "(s * s + p * p) * 0.5f", "(s * s + p * p) * 0.50000006f", "spheres", "reflect"),
     ("bounce.clh", "add(times(u, eta),", f"add(times(u, eta * {ULP}),", "spheres", "transmit"),
     ("ambient.cl", "slot[i] + k;", "slot[i] + samples - 1 - k;", "ambient samples", "gather_ambient"),
-    ("film.cl", "if (seen[f]) value += ", f"if (seen[f]) value += {ULP} * ", "spheres", "gather"),
+    ("film.cl", "value[b] += ", f"value[b] += {ULP} * ", "spheres", "gather"),
 ]
 
 
@@ -166,11 +166,11 @@ def test_a_planted_fault_is_named(fault: tuple[str, ...], patched: Path) -> None
 def test_the_first_value_that_differs_is_told_with_its_ray_and_both_numbers(patched: Path) -> None:
     """The fault strikes a single pixel, so all of the message is known."""
     source = (patched / "generate.cl").read_text()
-    text = "store_ray(rays, i, origin, direction, INFINITY);\n    pixel_of[i] = place;"
+    text = "origin = add(origin, times(direction, camera.near / dotP(direction, forward)));"
+    one = "as_intP(counting_from(first)) == 77"
+    fault = f"{text} origin.y = select(origin.y, as_floatP(as_intP(origin.y) + 1), {one});"
     assert source.count(text) == 1, "the place of the planted fault has changed"
-    (patched / "generate.cl").write_text(
-        source.replace(text, "if (i == 77) origin.y = as_float(as_int(origin.y) + 1);\n    " + text)
-    )
+    (patched / "generate.cl").write_text(source.replace(text, fault))
     scene, flat = SCENES["spheres"]
     difference = compare_picture(Device(kernels=patched), scene, flat).difference
     assert difference is not None and scene.camera is not None
