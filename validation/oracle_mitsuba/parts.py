@@ -6,26 +6,15 @@ This reads the scene's own records and nothing that the renderer makes of them.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
-from clrt.scene import (
-    Box,
-    Cone,
-    Cylinder,
-    Disk,
-    Ellipsoid,
-    Mesh,
-    Paraboloid,
-    Plane,
-    Polygon,
-    Quadric,
-    Scene,
-    Sphere,
-)  # fmt: skip
+from clrt import scene as scenes
+from clrt.scene import Box, Cone, Cylinder, Disk, Ellipsoid, Mesh, Paraboloid, Plane, Polygon, Quadric, Scene
 
 from . import endless, faces, forms, meshing
 from .forms import Array, Form
@@ -34,7 +23,8 @@ from .meshing import Triangles
 Kind = Literal["sphere", "cylinder", "disk", "rectangle", "mesh"]
 CURVED_TRIANGLES = 1 << 20  # of all curved meshes of a scene together
 CROWD, CROWD_SEGMENTS = 256, 12  # from how many spheres on they become meshes, and how coarse ones
-ENCLOSING = 96  # segments of meshes around ellipsoids, cylinders and cones
+ENCLOSING = 192  # segments of meshes around ellipsoids, cylinders and cones
+APART = 1e-3  # of the radius: how far meshes around one surface lie from one another
 NEAR = 20.0  # times the scene's size: where the middle part of a plane ends
 
 
@@ -110,6 +100,7 @@ def geometry(scene: Scene, fineness: Fineness) -> Geometry:
         )
     finite = [part for number, shape in enumerate(scene.shapes) for part in _finite(number, shape, fineness)]
     center, size = _ball(scene, finite)
+    finite = list(_apart(finite))
     without_end: list[Part] = []
     for number, shape in enumerate(scene.shapes):
         if isinstance(shape, Plane):
@@ -120,6 +111,24 @@ def geometry(scene: Scene, fineness: Fineness) -> Geometry:
         finite = [_in_crowd(part) if _is_round(part) else part for part in finite]
     parts = sorted([*finite, *without_end], key=lambda part: part.owner)
     return Geometry(tuple(parts), center, size)
+
+
+def _apart(parts: list[Part]) -> Iterator[Part]:
+    """The parts, of which no two meshes coincide: of two hits at once Mitsuba tells one, and one is lost.
+
+    Meshes of cylinders in one another's extension would, for they go on beyond their ends.
+    """
+    before: Counter[bytes] = Counter()
+    for part in parts:
+        if part.form is None or part.mesh is None:
+            yield part
+            continue
+        surface = (np.round(part.form.q / np.linalg.norm(part.form.q), 7) + 0.0).tobytes()  # no -0
+        wider = 1 + APART * before[surface]
+        before[surface] += 1
+        to_world = np.linalg.inv(part.form.to_object)
+        placed = to_world @ np.diag([wider, wider, 1.0, 1.0]) @ part.form.to_object
+        yield part if wider == 1 else replace(part, mesh=faces.moved(part.mesh, placed))
 
 
 def _ball(scene: Scene, parts: list[Part]) -> tuple[Array, float]:
@@ -137,7 +146,7 @@ def _ball(scene: Scene, parts: list[Part]) -> tuple[Array, float]:
 def _finite(number: int, shape: Any, fineness: Fineness) -> Iterator[Part]:
     """The parts of a shape; none of a plane, an endless quadric or a quadric without points."""
     matrix = shape.matrix
-    if isinstance(shape, (Sphere, Ellipsoid)):
+    if isinstance(shape, (scenes.Sphere, Ellipsoid)):
         radii = shape.radii if isinstance(shape, Ellipsoid) else (shape.radius,) * 3
         placed = np.diag([*radii, 1.0])
         placed[:3, 3] = shape.center

@@ -14,6 +14,7 @@ from .plugins import FLAT, SMOOTH
 
 Array = np.ndarray
 OFFSET = 1e-6  # of the coordinates: how far off a surface rays start; 16 units in the last place of a float32
+FLATTEST = 0.02  # cosine; a ray that is flatter crosses so little that steps would pass the other side
 PASSES = 200  # surfaces that a ray may pass before something must be wrong
 SHORT = 0.05  # of the scene's size: chords of a form that its mesh may not have
 
@@ -227,7 +228,10 @@ class World:
             todo, t = todo[lit], t[lit]
             if not todo.size:
                 return seen
-            start[todo] = t + self.step(origin[todo] + t[:, None] * direction[todo])
+            # no surface may be crossed twice: Mitsuba rounds its distance to a share of it
+            away = self.step(origin[todo] + t[:, None] * direction[todo])
+            slope = np.abs(np.einsum("ni,ni->n", hits.outward[blocked][lit], direction[todo]))
+            start[todo] = t + np.maximum(OFFSET * (t - start[todo]), away) / np.maximum(slope, FLATTEST)
         raise RuntimeError(f"{len(todo)} shadow rays cross more than {PASSES} surfaces")
 
     def step(self, point: Array) -> Array:
