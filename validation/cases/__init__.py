@@ -53,6 +53,9 @@ _OWN: dict[str, tuple[dict[str, float], str]] = {
     "shipped thesis_3_07_acne": ({"fine": 0.997, "rays": 0.997, "distance": 2e-4}, _FAR),
     "shipped thesis_3_07_acne at 16 samples": (
         {"fine": 0.999, "coarse": 0.9995, "distance": 2e-4, "masked": 0.03}, _FAR),
+    "shipped sphereflake at 16 samples": (
+        {"mask": 0.5}, "Most of its spheres are smaller than a pixel: 49 % of 80 x 80 are edges, and a "
+        "picture of which less than 30 % are takes the oracles too long."),
 }  # fmt: skip
 _RANDOM = re.compile(r"random (\d+)/(\d+)( at 16 samples)?")
 _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
