@@ -20,16 +20,14 @@ from validation.twin import trace32
 
 WHOLE = 1 << 24  # rays of a tile: more than any picture here has
 SETTINGS: dict[str, dict[str, int]] = {
+    "tiles of 512 rays": {"tile": 1 << 9},
     "tiles of 4k rays": {"tile": 1 << 12},
-    "tiles of 16k rays": {"tile": 1 << 14},
     "one tile": {"tile": WHOLE},
     "work-groups of 1": {"local_size": 1},
-    "work-groups of 8": {"local_size": 8},
     "work-groups of 256": {"local_size": 256},
-    "8 lanes": {"lanes": 8},
     "1 thread": {"threads": 1},
     "2 threads": {"threads": 2},
-    "all at once": {"tile": 1 << 12, "local_size": 8, "lanes": 8, "threads": 1},
+    "all at once": {"tile": 1 << 10, "local_size": 8, "lanes": 8, "threads": 1},
 }
 USUAL = clrt.Settings()
 assert (USUAL.tile, USUAL.local_size, USUAL.lanes) == (1 << 16, 64, 16)
@@ -63,10 +61,10 @@ def both_pocls() -> tuple[str, str]:
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_every_shipped_scene_has_one_hash(name: str) -> None:
     scene = load_scene(name)
-    expected = picture(scene, 128)
-    assert len(np.unique(expected.pixels)) > 100
+    expected = picture(scene, 64)
+    assert len(np.unique(expected.pixels)) > 50
     for how, settings in SETTINGS.items():
-        image = picture(scene, 128, **settings)
+        image = picture(scene, 64, **settings)
         assert image.hash == expected.hash, how
         assert image.stats["generations"] == expected.stats["generations"], how
 
@@ -76,7 +74,7 @@ def test_every_shipped_scene_has_one_hash(name: str) -> None:
 def test_every_shipped_scene_has_one_hash_on_both_drivers(name: str) -> None:
     scene = load_scene(name)
     pip, debian = both_pocls()
-    assert picture(scene, 128, pip).hash == picture(scene, 128, debian).hash
+    assert picture(scene, 64, pip).hash == picture(scene, 64, debian).hash
 
 
 @pytest.mark.slow
