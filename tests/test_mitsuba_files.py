@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+import clrt
 from clrt.cli import main
 from clrt.errors import ClrtError
 from tests.mitsuba_rooms import CHECKER, GREY, HEIGHT, MATTE, NEAR, SCENES, WIDTH, off, ours, room, stock_room
@@ -69,3 +70,21 @@ def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(meshing, "import_module", missing)
     with pytest.raises(ClrtError, match=r"need mapbox_earcut; .* 'clrt\[validation\]'|need shapely"):
         write_xml(stock_room({"a": MATTE, "b": MATTE, "c": MATTE, "d": MATTE}, {}), tmp_path / "room.xml")
+
+
+@pytest.mark.parametrize(
+    ("more", "place"),
+    [
+        ({"spectrum": {"bands": 8}}, "spectrum"),
+        ({"ambient": {"blackbody": 4000}}, "ambient"),
+        ({"background": "D65"}, "background"),
+        ({"lights": [{"type": "point", "position": [0, 5, 0], "intensity": "A"}]}, r"lights\[0\]\.intensity"),
+        ({"materials": {"m": {"conductor": "gold"}}}, r"shapes\[0\]\.material\.conductor"),
+        ({"materials": {"m": {"color": "patch-3"}}}, r"shapes\[0\]\.material\.color"),
+    ],
+)
+def test_spectra_are_refused(more: dict[str, Any], place: str) -> None:
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "m"}
+    scene = clrt.load_dict({"shapes": [ball], "materials": {"m": {}}, **more})
+    with pytest.raises(clrt.ClrtError, match=rf"^{place}: .* red, green and blue only"):
+        to_xml(scene)

@@ -10,8 +10,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from clrt.atomic import check_replaceable, replacing
-from clrt.errors import ClrtError
-from clrt.scene import Scene
+from clrt.errors import ClrtError, located
+from clrt.scene import Checker, Scene
 
 from .forms import Array
 from .plugins import Plugin
@@ -47,9 +47,30 @@ TAGS = {
 POINTS = {"position": "point", "center": "point", "p0": "point", "p1": "point", "direction": "vector"}
 
 
+def _refuse_spectra(scene: Scene) -> None:
+    """ClrtError for a scene whose light is more than red, green and blue: what is written has no more."""
+    found = "spectrum" if scene.spectrum is not None else None
+    values: list[tuple[str, Any]] = [("ambient", scene.ambient)]
+    if scene.background_path is None:
+        values.append(("background", scene.background))
+    values += [(f"lights[{i}].intensity", light.intensity) for i, light in enumerate(scene.lights)]
+    for i, shape in enumerate(scene.shapes):
+        material = scene.material_of(shape)
+        if material.conductor is not None:
+            found = found or f"shapes[{i}].material.conductor"
+        for name in ("color", "highlight_color", "reflection_color", "transmission_color", "emission"):
+            values.append((f"shapes[{i}].material.{name}", getattr(material, name)))
+    plain = (int, float, tuple, Checker)
+    found = found or next((place for place, value in values if not isinstance(value, plain)), None)
+    if found:
+        text = "Mitsuba's XML is written with red, green and blue only; give colours as 3 numbers"
+        raise ClrtError(located(scene.source, found, text))
+
+
 def to_xml(scene: Scene, meshes: str = "meshes") -> str:
     """The scene as Mitsuba's XML. Its meshes are said to lie in the folder `meshes`, where nothing is
     written."""
+    _refuse_spectra(scene)
     return _document(scene, meshes, None)[0]
 
 
@@ -59,6 +80,7 @@ def write_xml(scene: Scene, path: str | os.PathLike[str]) -> int:
     Returns how many notes on what is not exact the file starts with. ClrtError where a file cannot be
     written, or a package that makes meshes is missing.
     """
+    _refuse_spectra(scene)
     path = Path(path)
     folder = f"{path.stem}_meshes"
     try:
