@@ -79,6 +79,12 @@ def test_each_kind_of_failure_is_noticed(
     assert [failure["status"] for failure in outcome.failures] == [status]
 
 
+def test_what_the_starting_process_holds_is_not_counted(hostile: ModuleType) -> None:
+    held = bytearray(1) * (hostile.MEMORY + (64 << 20))
+    outcome = hostile.run([{"folder": str(hostile.CORPUS), "scene": "coincident.toml"}], workers=1)
+    assert not outcome.failures and outcome.largest < len(held)
+
+
 def test_the_inputs_of_a_seed_are_always_the_same(hostile: ModuleType, tmp_path: Path) -> None:
     make = validation_module("hostile.mutate").make
     for index in range(40):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import resource
 import subprocess
 import sys
 import tempfile
@@ -90,8 +89,8 @@ def compile_times(device: str | int | None, rounds: int, tell: Tell | None = Non
 
 
 def program_times(device: str | int | None, rounds: int, tell: Tell | None = None) -> list[Measurement]:
-    """`clrt render` of a small scene as a user starts it: the process's wall time, and its peak of memory."""
-    seconds, peak = [], 0
+    """`clrt render` of a small scene as a user starts it: the process's wall time."""
+    seconds = []
     with tempfile.TemporaryDirectory() as folder:
         scene, picture = Path(folder) / "small.json", Path(folder) / "small.png"
         scene.write_text(json.dumps(_SMALL))
@@ -103,9 +102,8 @@ def program_times(device: str | int | None, rounds: int, tell: Tell | None = Non
             start = time.perf_counter()
             subprocess.run(command, check=True, cwd=_ROOT)
             seconds.append(time.perf_counter() - start)
-            peak = max(peak, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss << 10)
     case = Case(group="program", name="clrt render", run=_never, unit="processes", clock="wall")
-    return [measured(case, seconds[1:], children_peak_bytes=peak)]
+    return [measured(case, seconds[1:])]
 
 
 _ROOT: Final = Path(__file__).resolve().parents[2]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import subprocess
 import sys
 import time
@@ -93,7 +92,7 @@ def render_point(point: Point, rounds: int, device: int | str | None = None) -> 
         "ready_seconds": ready,
         "seconds": times[1:],
         "rays": rays,
-        "peak_bytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10,
+        "peak_bytes": machine.peak_bytes(),
         "device_bytes": tracer.device.held_bytes,
     }
 

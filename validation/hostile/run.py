@@ -127,7 +127,7 @@ def drawn(seed: int, count: int, start: int = 0) -> Iterator[dict[str, Any]]:
 def corpus(folder: Path = CORPUS) -> Iterator[dict[str, Any]]:
     """The tasks of the files that are kept; a file `part_...` belongs to another one."""
     for path in sorted(folder.iterdir()):
-        if not path.name.startswith("part_") and path.suffix != ".md":
+        if path.is_file() and not path.name.startswith("part_") and path.suffix != ".md":
             yield {"folder": str(folder), "scene": path.name}
 
 

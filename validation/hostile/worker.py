@@ -6,7 +6,6 @@ A line is either `{"folder": F, "scene": NAME}` or `{"seed": S, "index": I}`, an
 from __future__ import annotations
 
 import json
-import resource
 import sys
 import tempfile
 import time
@@ -17,6 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 import clrt
+from clrt.bench.machine import peak_bytes
 from clrt.limits import Limits
 
 from .mutate import make
@@ -67,7 +67,7 @@ def answer(task: dict[str, Any], folder: Path, device: int | str | None) -> dict
         busy = time.process_time() - start
         if busy < PATIENT:
             break
-    return {**task, **outcome, "cpu": busy, "peak": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10}
+    return {**task, **outcome, "cpu": busy, "peak": peak_bytes()}
 
 
 def main(device: str | None) -> None:
