@@ -6,12 +6,14 @@
 #   make reliability   the long proofs, and docs/reliability.md with their figures
 #   make clean   remove what the above made
 #
-# PYTHON=/path/to/python chooses the interpreter, TESTS="tests/test_cli.py -x" what pytest gets,
-# CLRT_DEVICE (a part of a name that `clrt devices` prints) the driver; by default it is the one from PyPI.
+# PYTHON=/path/to/python chooses the interpreter, TESTS="tests/test_cli.py -x" what pytest gets (JOBS= runs tests
+# one after the other), CLRT_DEVICE (a part of a name that `clrt devices` prints) the driver; by default it is the
+# one from PyPI.
 
 VENV := .venv
 BIN := $(VENV)/bin
 TESTS ?=
+JOBS ?= --numprocesses logical --maxprocesses 4 --dist loadgroup
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # Of all drivers on the machine only the one that pip installed, so that everybody runs the same.
@@ -41,7 +43,7 @@ demo: $(VENV)/demo-ready
 	@$(PIP_POCL); $(BIN)/clrt render showcase -o out/showcase.png
 
 test: $(VENV)/test-ready
-	@$(PIP_POCL); $(BIN)/python -m pytest -m "$(EXPRESSION)" $(TESTS); status=$$?; \
+	@$(PIP_POCL); $(BIN)/python -m pytest $(JOBS) -m "$(EXPRESSION)" $(TESTS); status=$$?; \
 	$(foreach marker,$(ELSEWHERE),echo "not run here: tests marked $(marker): $(REASON_$(marker))";) \
 	exit $$status
 

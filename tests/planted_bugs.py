@@ -14,8 +14,8 @@ from pathlib import Path
 from unittest import mock
 
 import clrt
-import watched
 from clrt.resources import kernel_folder
+from tests import watched
 
 # name: (file, the text that stands there once, what takes its place, what Oclgrind says of it)
 BUGS: dict[str, tuple[str, str, str, str]] = {
@@ -52,7 +52,7 @@ BUGS: dict[str, tuple[str, str, str, str]] = {
     ),
     "a total of nothing": (
         "compact.cl",
-        "for (uint s = 0; s < STREAMS; s++) total[s] = 0;",
+        "for (uint s = 0; s < STREAMS; s++) total[s] = (uintP)(0);",
         "",
         "Uninitialized",
     ),

@@ -125,7 +125,8 @@ def _show(result: Any, options: argparse.Namespace) -> None:
     from rich.markup import escape
 
     console = Console(highlight=False)
-    console.print(f"[bold]{escape(options.a)}[/] (A) against [bold]{escape(options.b)}[/] (B)")
+    # a path that is wrapped cannot be copied
+    console.print(f"[bold]{escape(options.a)}[/] (A) against [bold]{escape(options.b)}[/] (B)", soft_wrap=True)
     console.print(_table(result))
     colour, meaning = _VERDICTS[result.verdict]
     console.print(f"[bold {colour}]{result.verdict}[/]: {meaning}")
