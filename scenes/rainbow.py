@@ -22,7 +22,7 @@ from typing import Any
 
 ELEVATION = 18.0  # degrees of the tube behind the camera
 LONG, THICK, FAR = 22.0, 0.22, 400.0  # half its size in degrees, and how far it is
-ANGLE, AWAY, RADIUS = 40.9, 10.0, 0.66  # degrees from the point opposite the tube at which its light returns
+ANGLE, AWAY, RADIUS = 40.9, 2.0, 0.66  # degrees from the point opposite the tube at which its light returns
 EYE = (0.0, 1.6, 0.0)
 
 Vector = list[float]
@@ -58,7 +58,7 @@ def scene() -> dict[str, Any]:
         "min_weight": 0.015,
         "background": [0.09, 0.115, 0.16],
         "ambient": 0.5,
-        "camera": {"origin": list(EYE), "target": off(EYE, towards(ANGLE + 0.55 * below), AWAY), "fov": 9.0,
+        "camera": {"origin": list(EYE), "target": off(EYE, towards(ANGLE + 0.8 * below), AWAY), "fov": 46.0,
                    "width": 400, "height": 300, "spp": 4},
         "lights": [{"type": "directional", "direction": towards(0.0), "intensity": 0.5}],
         "shapes": [

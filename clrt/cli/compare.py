@@ -125,8 +125,8 @@ def _show(result: Any, options: argparse.Namespace) -> None:
     from rich.markup import escape
 
     console = Console(highlight=False)
-    # a path that is wrapped cannot be copied
-    console.print(f"[bold]{escape(options.a)}[/] (A) against [bold]{escape(options.b)}[/] (B)", soft_wrap=True)
+    names = f"[bold]{escape(options.a)}[/] (A) against [bold]{escape(options.b)}[/] (B)"
+    console.print(names, soft_wrap=True)  # a path that is broken over lines cannot be copied
     console.print(_table(result))
     colour, meaning = _VERDICTS[result.verdict]
     console.print(f"[bold {colour}]{result.verdict}[/]: {meaning}")
