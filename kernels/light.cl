@@ -5,31 +5,7 @@
 // `feelers` writes.
 #include "bounce.clh"
 #include "light.clh"
-#include "texture.clh"
-
-// radiance of the background along each ray of a packet
-inline void backgrounds(const World world, const Surfaces s, Vec direction, floatP *radiance)
-{
-    if (world.scene->background_width == 0) {
-        for (int b = 0; b < RAY_BANDS; b++) radiance[b] = in_band(world.scene->background, s, b);
-        return;
-    }
-    float x[PACKET], y[PACKET], z[PACKET], band[RAY_BANDS][PACKET], seen[BANDS];
-    int from[PACKET];
-    *(floatP *)x = direction.x;
-    *(floatP *)y = direction.y;
-    *(floatP *)z = direction.z;
-#if NARROW
-    *(intP *)from = s.band;
-#else
-    *(intP *)from = (intP)(0);
-#endif
-    for (int k = 0; k < PACKET; k++) {
-        background_of(world, (float3)(x[k], y[k], z[k]), seen);
-        for (int b = 0; b < RAY_BANDS; b++) band[b][k] = seen[band_at(from[k], b)];
-    }
-    for (int b = 0; b < RAY_BANDS; b++) radiance[b] = *(floatP *)band[b];
-}
+#include "sky.clh"
 
 // `local_radiance` receives weight * (emission + ambient), or the background; `spawn` the packed counts
 // (layout.SPAWN). In the last generation nothing is spawned: `depth_color` stands for it.
@@ -51,7 +27,7 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
     const intP missed = s.code < 0;
     for (int b = 0; b < RAY_BANDS; b++) value[b] = (floatP)(0.0f);
     if (any_of(missed) && terms == TERM_ALL) {
-        if (!ambient_queue) backgrounds(world, s, u, value);
+        if (!ambient_queue) backgrounds(world, s, u, missed, value);
         for (int b = 0; b < RAY_BANDS; b++)
             value[b] = weight[b] * (ambient_queue ? in_band(world.scene->ambient, s, b) : value[b]);
     }
