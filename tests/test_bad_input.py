@@ -319,6 +319,12 @@ FILES: list[tuple[str, bytes, list[str]]] = [
 ]
 
 
+def test_a_folder_is_no_scene(tmp_path: Path) -> None:
+    with pytest.raises(clrt.ClrtError) as caught:
+        clrt.load(tmp_path)
+    check_message(str(caught.value), ["this is a folder", ".toml"])
+
+
 @pytest.mark.parametrize(("name", "contents", "parts"), FILES)
 def test_bad_file(name: str, contents: bytes, parts: list[str], tmp_path: Path) -> None:
     if Path(name).suffix in (".obj", ".ply", ".glb", ".stl", ".gltf"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,8 @@ def load(path: str | Path, *, limits: Limits | None = None, **options: Any) -> S
     path = Path(path)
     loader = LOADERS.get(path.suffix.lower())
     if loader is None:
-        text = f"the suffix {show(path.suffix)} is not known; scenes are {listed(LOADERS)} files"
+        what = "this is a folder" if os.path.isdir(path) else f"the suffix {show(path.suffix)} is not known"
+        text = f"{what}; scenes are {listed(LOADERS)} files"
         raise SceneError(located(str(path), "", text))
     known = [name for name in inspect.signature(loader).parameters if name not in ("path", "limits")]
     for name in options:

@@ -34,7 +34,8 @@ def save(scene: Scene, path: Path) -> None:
     """Write the scene as `Scene.save` promises."""
     suffix = path.suffix.lower()
     if suffix not in (".toml", ".json"):
-        raise SceneError(located(str(path), "", "a scene is saved as .toml or .json"))
+        text = "a scene is saved as .toml or .json (`clrt convert` writes Mitsuba's .xml, too)"
+        raise SceneError(located(str(path), "", text))
     table = _moved(scene, path)
     text = tomli_w.dumps(table) if suffix == ".toml" else json.dumps(table, indent=2) + "\n"
     try:
