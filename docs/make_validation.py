@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -30,7 +31,7 @@ def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
     for run in runs:
         verdict = "all of it passed" if run["passed"] else "NOT all of it passed"
         done = f": {verdict}" if run["cases"] else ""
-        yield f"- {run['command']}{done}; on {run['device']}"
+        yield f"- {command_of(run)}{done}; on {run['device']}"
     versions = [f"{name} {version}" for name, version in runs[0]["versions"].items()]
     yield f"\nMeasured with {', '.join(versions)}.\n"
     found = {key: [entry for run in runs for entry in run[key]] for key in ("mutants", "counts", "checks")}
@@ -47,6 +48,17 @@ def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
     yield from counts([count for count in found["counts"] if ", " not in count["scene"]])
     yield ""
     yield from planted(found["mutants"])
+
+
+def command_of(run: dict[str, Any]) -> str:
+    """What was typed, without files; of many cases the first and the last."""
+    command = re.sub(r" --report \S+", "", re.sub(r" --spd \S+", " --spd FOLDER", run["command"]))
+    names = sorted((case["name"] for case in run["cases"]), key=lambda name: [
+        int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)])  # fmt: skip
+    if command.count(" --case ") > 2:
+        options = re.sub(r" --case ('[^']*'|\S+)", "", command)
+        command = f"{options} --case NAME, {len(names)} times ({names[0]} ... {names[-1]})"
+    return f"`{command}`"
 
 
 def pictures(cases: list[dict[str, Any]]) -> Iterator[str]:

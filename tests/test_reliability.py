@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import clrt
 from validation.reliability import __main__ as page
@@ -12,6 +14,24 @@ from validation.reliability import accuracy, sameness
 from validation.reliability.rows import ROWS
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
+
+
+MEASURED = [row for row in ROWS if row.name in page.kept()]  # the page says of the others that they are not
+
+
+@pytest.mark.parametrize("row", MEASURED, ids=lambda row: row.name)
+def test_the_published_figure_is_good_and_not_older_than_the_kernels(row: page.Row) -> None:
+    assert page.stands(row, page.kept()) == "", "run: make reliability"
+
+
+def test_the_page_shows_the_figures_that_are_kept() -> None:
+    assert page.table(page.kept()) in (DOCS / "reliability.md").read_text()
+
+
+def test_the_kept_figures_are_whole() -> None:
+    for name, figure in json.loads(page.KEPT.read_text()).items():
+        assert name in {row.name for row in ROWS}
+        assert figure["commit"] and figure["date"] and figure["device"] and figure["seconds"] > 0
 
 
 def test_a_figure_that_fell_short_is_noticed() -> None:
