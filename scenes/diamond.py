@@ -55,7 +55,7 @@ def scene() -> dict[str, Any]:
     stone = {"diffuse": 0.0, "fresnel": True, "ior": "diamond-dispersive"}
     lying = [{"rotate": ["y", 11.0]}, {"rotate": ["z", -14.0]}, {"translate": [0.0, 0.86, 0.0]}]
     checker = {"type": "checker", "colors": [0.20, 0.09], "size": 0.35}
-    floor = {"color": checker, "diffuse": 0.9, "reflection": 0.06}
+    floor = {"color": checker, "diffuse": 0.9, "reflection": 0.07}
     return {
         "spectrum": {"bands": 12},
         "max_depth": 7,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -40,6 +42,18 @@ def test_each_band_is_a_picture_of_its_own(name: str) -> None:
     for bands in triples(scene):
         alone = render64(at_bands(scene, bands)).pixels
         np.testing.assert_allclose(together[..., list(bands)], alone, rtol=0, atol=1e-9)
+
+
+def test_a_background_image_is_seen_in_its_bands(tmp_path: Path) -> None:
+    sky = np.random.default_rng(2).random((8, 16, 3), np.float32)
+    clrt.Image(sky).save(tmp_path / "sky.exr")
+    keys = {"spectrum": {"bands": 5}, "background": "sky.exr", "camera": CAMERA, "shapes": [BALL]}
+    scene = clrt.load_dict(keys, folder=tmp_path)
+    together = render64(scene).bands
+    for bands in triples(scene):
+        alone = render64(at_bands(scene, bands)).pixels
+        np.testing.assert_allclose(together[..., list(bands)], alone, rtol=0, atol=1e-9)
+    assert np.ptp(together) > 0.1
 
 
 def test_groups_share_the_index_of_their_middle() -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from clrt.indices import Conductor
 from clrt.scene import Checker, Material, Scene
 
+from .oracle64.camera import background_image
 from .oracle64.palette import Palette
 from .types import OracleImage
 
@@ -23,7 +24,8 @@ _REFLECTANCES = ("highlight_color", "reflection_color", "transmission_color")
 
 
 def at_bands(scene: Scene, bands: Triple) -> Scene:
-    """The scene in RGB mode, its channels these bands: numbers in place of all spectra.
+    """The scene in RGB mode, its channels these bands: numbers in place of all spectra, and of the name of a
+    background image the image itself, (h, w, 3).
 
     ValueError for what `not_by_wavelength` names, and where bands that are not the same would need a
     metal or an index of refraction of their own (see `triples`).
@@ -41,7 +43,11 @@ def at_bands(scene: Scene, bands: Triple) -> Scene:
 
     other = copy.copy(scene)
     changes: dict[str, Any] = {name: literal(palette.light(getattr(scene, name)))
-                               for name in ("background", "ambient", "depth_color")}  # fmt: skip
+                               for name in ("ambient", "depth_color")}  # fmt: skip
+    image = background_image(scene)
+    changes["background"] = (
+        literal(palette.light(scene.background)) if image is None else palette.light_image(image)[..., picked]
+    )
     changes["materials"] = {name: material(old) for name, old in scene.materials.items()}
     changes["shapes"] = tuple(
         msgspec.structs.replace(shape, material=material(scene.material_of(shape))) for shape in scene.shapes
@@ -87,7 +93,7 @@ def not_by_wavelength(scene: Scene) -> str | None:
         return "the scene is in RGB"
     if scene.spectrum.response != "cie":
         return "the thesis program's colours are no sums over rays"
-    return None if scene.background_path is None else "a background image has no bands"
+    return None
 
 
 def triples(scene: Scene) -> Iterator[Triple]:

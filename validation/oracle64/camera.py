@@ -39,14 +39,21 @@ def basis(camera: Camera) -> tuple[Array, Array, Array]:
     return forward, -right if camera.mirror else right, np.cross(right, forward)
 
 
+def background_image(scene: Scene) -> Array | None:
+    """The lat-long image (h, w, 3) in linear Rec.709, or None; `at_bands` puts it in its name's place."""
+    if isinstance(scene.background, np.ndarray):
+        return scene.background
+    path = scene.background_path
+    return None if path is None else read_image(path).astype(float)
+
+
 class Background:
     """What a ray sees that meets nothing: a colour, or a lat-long image around the scene."""
 
     def __init__(self, scene: Scene, palette: Palette) -> None:
-        value: Any = scene.background
-        path = scene.background_path
-        self.color = palette.light(value) if path is None else None
-        self.image = None if path is None else palette.light_image(read_image(path).astype(float))
+        value: Any = background_image(scene)
+        self.color = palette.light(scene.background) if value is None else None
+        self.image = None if value is None else palette.light_image(value)
 
     def __call__(self, direction: Array) -> Array:
         """Radiance (n, bands) from directions (n, 3); 0 from a direction that is none."""

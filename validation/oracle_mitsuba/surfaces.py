@@ -134,7 +134,9 @@ def settings(scene: Scene, max_depth: int | None) -> dict[str, Any]:
 
 
 def background(scene: Scene) -> Any:
-    """A colour (3,), or the path (str) of a lat-long image."""
+    """A colour (3,), or a lat-long image: its path (str), or what a band sees of it (h, w, 3)."""
+    if isinstance(scene.background, np.ndarray):
+        return scene.background
     path = scene.background_path
     return str(path) if path is not None else Palette.of(scene).light(scene.background)
 

@@ -56,7 +56,8 @@ class Table:
         self.lights, self.settings = job["lights"], job["settings"]
         self.max_depth: int = self.settings["max_depth"]
         background = self.settings["background"]
-        self.sky = skies.read(background) if isinstance(background, str) else None
+        image = skies.read(background) if isinstance(background, str) else background
+        self.sky = image if image.ndim == 3 else None
         self.center = job["geometry"]["center"]
         opaque = self.of["kt"] == 0
         self.media = Media(job["media"], job["states"])
