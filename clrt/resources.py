@@ -62,13 +62,16 @@ def scene_file(name: str) -> Path:
 
 
 def validation_module(name: str) -> ModuleType:
-    """Import `clrt_validation.<name>`, from a checkout's `validation/` where there is no installed one.
+    """Import `clrt_validation.<name>`, in a checkout from its `validation/`.
 
-    In a checkout the folder is registered under its installed name, so that its relative imports work
-    and one copy of each module exists whichever way it was reached.
+    There the folder is registered under its installed name, so that its relative imports work and one copy
+    of each module exists whichever way it was reached. (An editable install leaves a copy in site-packages,
+    which does not follow the checkout.)
     """
-    if "clrt_validation" not in sys.modules and importlib.util.find_spec("clrt_validation") is None:
-        folder = PACKAGE.parent / "validation"
+    folder = PACKAGE.parent / "validation"
+    checkout = not (PACKAGE / "_kernels").is_dir() and folder.is_dir()
+    installed = not checkout and importlib.util.find_spec("clrt_validation") is not None
+    if "clrt_validation" not in sys.modules and not installed:
         spec = importlib.util.spec_from_file_location(
             "clrt_validation", folder / "__init__.py", submodule_search_locations=[str(folder)]
         )
