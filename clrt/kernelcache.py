@@ -141,7 +141,7 @@ def lock() -> Iterator[None]:
     except Timeout:
         _hurry.append(True)
     except (OSError, NotImplementedError):
-        pass
+        pass  # no locks on this file system: as promised above, everybody goes on without
     try:
         yield
     finally:

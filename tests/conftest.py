@@ -15,6 +15,7 @@ def shared_folder() -> Path:
     """The folder `shared` beside the repository, with foreign scenes that are not part of the project."""
     folder = Path(__file__).resolve().parents[2] / "shared"
     if not (folder / "data").is_dir():
+        # they are nobody's to ship: `make test` names what it leaves out, and so does pytest's summary
         pytest.skip(f"the foreign scenes are not here: no folder {folder / 'data'}")
     return folder
 

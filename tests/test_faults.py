@@ -137,7 +137,8 @@ def test_a_damaged_kernel_cache_is_compiled_anew(tmp_path: Path, tracer: clrt.Tr
     shutil.copytree(kernelcache.prepare(), cache, ignore=shutil.ignore_patterns("tempfile_*"))
     kernels, programs = sorted(cache.glob("*/*/*/*/*.so")), sorted(cache.glob("*/*/program.bc"))
     if not kernels:
-        pytest.skip("this driver is no PoCL")
+        assert "PoCL" not in tracer.device.info.label, "PoCL keeps its kernels elsewhere now: look there"
+        pytest.skip("only PoCL keeps kernels in this folder, and here is another driver")
     assert all(map(kernelcache.whole, (*kernels, *programs)))
     for file in (kernels[0], programs[0]):
         data = file.read_bytes()

@@ -29,7 +29,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> str:
 @pytest.fixture(scope="module")
 def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     if not installed():
-        pytest.skip("no chromium here: apt-get install chromium")
+        pytest.fail("nothing is proven: no chromium here; apt-get install chromium, or -m 'not browser'")
     with Browser(tmp_path_factory.mktemp("profile")) as opened:
         yield opened
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from abc import ABC, abstractmethod
 from typing import TypeVar
 
 import numpy as np
@@ -13,7 +14,7 @@ B = TypeVar("B", bound="Batch")
 
 
 @dataclasses.dataclass(frozen=True)
-class Batch:
+class Batch(ABC):
     """n primitives of one kind; field arrays have one row a primitive.
 
     The methods take pairs of a primitive and a ray or point: `which` (m,) are rows of the batch, the others
@@ -24,17 +25,17 @@ class Batch:
     low: Array  # world box (n, 3); infinite where the primitive is
     high: Array
 
+    @abstractmethod
     def roots(self, which: Ints, origin: Array, direction: Array) -> Array:
         """Distances (m, k), in any order, behind the origin too; NaN or infinite where there is none."""
-        raise NotImplementedError
 
+    @abstractmethod
     def outward(self, which: Ints, point: Array, direction: Array) -> Array:
         """Outward unit normals (m, 3); `direction` is of use only where a surface has no normal."""
-        raise NotImplementedError
 
+    @abstractmethod
     def project(self, which: Ints, point: Array) -> Array:
         """The points, nearly on their primitives, moved onto them."""
-        raise NotImplementedError
 
     def shading_normal(self, which: Ints, point: Array, outward: Array) -> Array:
         """Interpolated normals (m, 3); those of the surface unless the primitive has its own."""

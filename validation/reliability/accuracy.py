@@ -42,7 +42,8 @@ def run(count: int, tell: Tell, device: int | str | None = None, band: float = B
         for first in range(0, share, _BATCH):
             n = min(_BATCH, share - first)
             found = int(errors(tracer, *_rays(number + 1000 * first, n, scale, far), band).sum())
-            where += [f"{name}, scale {scale:g}, {far:g} away"] * min(found, 1)
+            if found:
+                where.append(f"{name}, scale {scale:g}, {far:g} away")
             wrong += found
             tried += n
             tell(tried / (share * len(places)))
