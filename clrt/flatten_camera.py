@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Final
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from clrt.errors import SceneError
 from clrt.flatten_mesh import unit
 from clrt.records import At
 
+_VECTORS: Final = ("origin", "forward", "right", "up")
 
 def flatten_camera(
     camera: Camera,
@@ -58,6 +60,24 @@ def axes(camera: Camera) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     forward = unit(np.subtract(camera.target, camera.origin))
     right = unit(np.cross(forward, unit(camera.up)))
     return forward, -right if camera.mirror else right, np.cross(right, forward)
+
+
+def near_corners(camera: np.ndarray) -> np.ndarray:
+    """(n, 3) float64: all camera rays start at convex combinations of these points, but for rounding.
+
+    camera: a record of `flatten_camera`. One point where all start at the same: that of a pinhole.
+    """
+    record = camera[0]
+    origin, forward, right, up = (record[name][:3].astype(np.float64) for name in _VECTORS)
+    near = float(record["near"])
+    if not record["orthographic"] and near == 0:
+        return origin[None]
+    scale = 1.0 if record["orthographic"] else near
+    x = 2 * (float(record["shift_x"]) + np.array([0, record["width"]])) / float(record["width"]) - 1
+    y = 1 - 2 * (float(record["shift_y"]) + np.array([0, record["height"]])) / float(record["height"])
+    x, y = x * scale * float(record["half_width"]), y * scale * float(record["half_height"])
+    across, above = (grid.reshape(-1, 1) for grid in np.meshgrid(x, y))
+    return origin + near * forward + across * right + above * up
 
 
 def picture_size(camera: Camera, width: int | None, height: int | None) -> tuple[int, int]:

@@ -10,14 +10,24 @@ from clrt.queues import Queue, block_bytes
 from clrt.world import World
 
 
-def immerse(device: Device, world: World, queue: Queue, origins: np.ndarray | None = None) -> None:
+def immerse(
+    device: Device,
+    world: World,
+    queue: Queue,
+    origins: np.ndarray | None = None,
+    within: np.ndarray | None = None,
+) -> None:
     """Give rays of generation 0 the media that their origins lie in, where rays carry lists of them.
 
-    origins: (n, 3), or (1, 3) where all rays have the same; None reads them from the queue, which takes time.
+    origins: (n, 3), or (1, 3) where all rays have the same; None reads them from the queue, which takes time
+    and is left out where no medium comes near `within`: points (m, 3) between which all rays start.
     """
     if world.flat.media is None:
         return
     n, lanes = queue.n, device.settings.lanes
+    if within is not None and not world.flat.media.near(within):
+        device.fill(queue.media, block_bytes(n, device.media, lanes), -1)
+        return
     if origins is None:
         rays = device.read(queue.rays, np.empty((-(-n // lanes), len(layout.RAY_FIELDS), lanes), np.float32))
         origins = rays[:, :3].transpose(0, 2, 1).reshape(-1, 3)[:n]

@@ -51,6 +51,12 @@ class Media:
             out[finite] = self._lists(points[finite], low, high)
         return out
 
+    def near(self, points: np.ndarray) -> bool:
+        """Whether a shape's box meets that of the points (n, 3), enlarged by more than float32 rounds."""
+        margin = 1e-5 * np.abs(points).max()
+        low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+        return bool(((self.low <= high) & (self.high >= low)).all(axis=1).any())
+
     def _lists(self, points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """The same for finite points between the corners `low` and `high`."""
         out, size = np.full((len(points), layout.MEDIA), -1, np.int32), np.zeros(len(points), np.int64)

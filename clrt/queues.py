@@ -14,6 +14,7 @@ CAMERA: Final = "camera"
 REFLECTION: Final = "reflection"
 TRANSMISSION: Final = "transmission"
 AMBIENT: Final = "ambient"
+_WORDS: Final = 2 + 3 + 1 + 4  # of a ray: pixel and path; hit and code; spawn; places in four streams
 
 
 @dataclass(frozen=True)
@@ -81,9 +82,19 @@ def block_bytes(n: int, fields: int, lanes: int) -> int:
 
 def queue_bytes(n: int, rays: layout.Rays, lanes: int) -> int:
     """Bytes of a Queue with its hits, local light, counts and places."""
-    fields = len(layout.RAY_FIELDS) + layout.surface_fields(rays.media) + 2 * rays.values + rays.media
-    words = 2 + 3 + 1 + 4  # pixel and path; hit and code; spawn; places in four streams
-    return block_bytes(n, fields, lanes) + 4 * n * words
+    return block_bytes(n, _fields(rays), lanes) + 4 * n * _WORDS
+
+
+def _fields(rays: layout.Rays) -> int:
+    return len(layout.RAY_FIELDS) + layout.surface_fields(rays.media) + 2 * rays.values + rays.media
+
+
+def tile_rays(rays: layout.Rays) -> int:
+    """Rays of generation 0 to trace at a time: as many bytes of them as 65 536 rays in RGB have.
+
+    More of them would pass by the caches, fewer would wait for the host.
+    """
+    return (1 << 16) * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
 
 
 def feeler_bytes(n: int, rays: layout.Rays, lanes: int) -> int:

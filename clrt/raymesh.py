@@ -155,7 +155,7 @@ class _Faces:
         self, origins: np.ndarray, directions: np.ndarray
     ) -> Iterator[tuple[slice, Queue, np.ndarray]]:
         """The rays in tiles: which, their queue, and how far each has been moved on to the mesh (float64)."""
-        step = self.tracer.settings.tile
+        step = self.tracer.tile
         for start in range(0, len(origins), step):
             part = slice(start, min(start + step, len(origins)))
             local, d = origins[part] - self.center, directions[part]

@@ -12,7 +12,8 @@ from clrt.limits import Limits
 class Settings:
     """How a render runs. The picture has the same bits for every choice made here.
 
-    tile: rays of generation 0 traced at a time (all samples of a pixel stay together), at least 1.
+    tile: rays of generation 0 traced at a time (all samples of a pixel stay together), at least 1; None: as
+    many as caches are good for, which depends on what they carry (`clrt.queues.tile_rays`).
     local_size: work-items of a work-group, 1 to what the device allows.
     lanes: rays of a queue block, 8 or 16.
     threads: cores of the device to use; None: all of them.
@@ -20,7 +21,7 @@ class Settings:
     limits: what a render may cost at most.
     """
 
-    tile: int = 1 << 16
+    tile: int | None = None
     local_size: int = 64
     lanes: int = 16
     threads: int | None = None
@@ -30,7 +31,7 @@ class Settings:
     def __post_init__(self) -> None:
         for name, least in (("tile", 1), ("local_size", 1), ("threads", 1)):
             value = getattr(self, name)
-            if value is None and name == "threads":
+            if value is None and name != "local_size":
                 continue
             if not isinstance(value, int) or isinstance(value, bool) or value < least:
                 raise ClrtError(

@@ -18,11 +18,13 @@ from clrt.device import Device
 from clrt.errors import ClrtError, LimitError, SceneError
 from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers, finished
 from clrt.flatten import bands_of, flatten, flatten_camera
+from clrt.flatten_camera import near_corners
 from clrt.image import Image
 from clrt.immersion import immerse
 from clrt.limits import Branching
 from clrt.picture import Picture, check_crop
 from clrt.platforms import check_process
+from clrt.queues import tile_rays
 from clrt.rayinput import Hits, ray_chunks
 from clrt.scene import Scene
 from clrt.schedule import Work, interleaved
@@ -68,6 +70,7 @@ class Tracer:
         self.flat = flatten(scene)
         self.device = Device(device, self.settings, self.flat.rays)
         self.world = World(self.device, self.flat)
+        self.tile = self.settings.tile or tile_rays(self.flat.rays)
 
     @_one_at_a_time
     def render(
@@ -102,13 +105,12 @@ class Tracer:
         picture = Picture(window, full[0], names, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
         camera_buffer = self.device.upload(camera)
-        pinhole = not camera["orthographic"][0] and camera["near"][0] == 0
-        origin = camera["origin"][:, :3] if pinhole else None
+        corners = near_corners(camera)
         self.device.take_seconds()
 
         def traced(pixels: np.ndarray) -> Work[_Tile]:
             queue, reported = passes.generate(self.device, camera_buffer, pixels, samples)
-            immerse(self.device, self.world, queue, origin)
+            immerse(self.device, self.world, queue, corners if len(corners) == 1 else None, corners)
             hits = passes.closest(self.device, self.world, queue)
             film = Film(self.device, len(pixels), names)
             watch = Tripwire(self.device, self.world, pixels, full[0]) if self.settings.check else None
@@ -125,7 +127,7 @@ class Tracer:
             return _Tile(rays, found, int(size.wait()[0]))
 
         saved = None
-        pieces = list(tiles(*full, window, max(1, self.settings.tile // samples)))[::-1]
+        pieces = list(tiles(*full, window, max(1, self.tile // samples)))[::-1]
         if checkpoint is not None:
             saved = Checkpoint(checkpoint, job(self.flat, camera, window, depth, names), picture, counts)
             pieces = saved.unfinished(pieces)
@@ -199,7 +201,7 @@ class Tracer:
         def split(chunk: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, ...]]:
             return list(zip(*map(_halves, chunk), strict=True))
 
-        pieces = list(ray_chunks(origins, directions, np.inf, self.settings.tile))[::-1]
+        pieces = list(ray_chunks(origins, directions, np.inf, self.tile))[::-1]
         found = np.empty((sum(len(chunk[0]) for chunk in pieces), 3), np.float32)
         for (_, _, _, numbers), (rays, values) in interleaved(self.device, pieces, traced, split):
             found[numbers] = values
@@ -207,7 +209,7 @@ class Tracer:
         return found, dict(counts.table())
 
     def _adopted(self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray) -> Any:
-        for chunk in ray_chunks(origins, directions, t_max, self.settings.tile):
+        for chunk in ray_chunks(origins, directions, t_max, self.tile):
             yield passes.adopt(self.device, *chunk)
 
     def _depth(self, max_depth: int | None) -> int:

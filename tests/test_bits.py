@@ -30,7 +30,7 @@ SETTINGS: dict[str, dict[str, int]] = {
     "all at once": {"tile": 1 << 10, "local_size": 8, "lanes": 8, "threads": 1},
 }
 USUAL = clrt.Settings()
-assert (USUAL.tile, USUAL.local_size, USUAL.lanes) == (1 << 16, 64, 16)
+assert (USUAL.tile, USUAL.local_size, USUAL.lanes) == (None, 64, 16)
 LARGE = {"sphereflake": 500, "mountain": 420, "thesis_4_3_transmission": 230}  # pixels wide
 RAYS_OF_LARGE = 1 << 22
 

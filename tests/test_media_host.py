@@ -11,13 +11,16 @@ import pytest
 import clrt
 import clrt.flatten
 from clrt import layout
+from clrt.camera import Camera
 from clrt.device import Device
-from clrt.flatten import flatten
+from clrt.flatten import flatten, flatten_camera
+from clrt.flatten_camera import near_corners
 from clrt.formats import load_dict
 from clrt.inside import count_inside
 from tests.engines import ENGINES, unit
 from validation.selftest import _run
 from validation.twin_math import exponential
+from validation.twin_queues import generate
 
 GLASS: dict[str, Any] = {"diffuse": 0.0, "fresnel": True}
 WATER: dict[str, Any] = {**GLASS, "ior": "water"}
@@ -116,6 +119,35 @@ def test_the_lists_rays_start_with() -> None:
     assert [[m for m in row if m >= 0] for row in lists.tolist()] == expected
     for point, row in zip(points, lists, strict=True):
         assert np.array_equal(flat.media.lists(point[None])[0], row)
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        {"near": 2.5},
+        {"near": 0.5, "mirror": True, "shift": (3.0, -7.0)},
+        {"type": "orthographic", "size": 3.0, "near": 1.0, "shift": (-2.0, 1.0)},
+    ],
+)
+def test_camera_rays_start_between_the_corners(camera: dict[str, Any]) -> None:
+    view = Camera(origin=(40.0, -3.0, 7.0), target=(1.0, 2.0, -5.0), width=60, height=40, **camera)
+    record = flatten_camera(view, spp=4, jitter=3)
+    origins = generate(record, np.arange(60 * 40, dtype=np.uint32)).rays.origin.T
+    corners = near_corners(record)
+    low, high, size = corners.min(axis=0), corners.max(axis=0), np.ptp(corners)
+    assert (np.abs(origins.min(axis=0) - low) < 0.02 * size).all()  # half a pixel of 60
+    assert (np.abs(origins.max(axis=0) - high) < 0.02 * size).all()
+    assert (origins >= low - 1e-5 * 45).all() and (origins <= high + 1e-5 * 45).all()
+
+
+def test_media_that_come_near_are_told_from_the_others() -> None:
+    media = flatten(load_dict({"shapes": nested(3)})).media
+    assert media is not None
+    edge = float(media.high[:, 0].max())
+    plane, x = np.array([[0.0, -1, -1], [0, 1, -1], [0, -1, 1], [0, 1, 1]]), np.array([edge, 0, 0])
+    assert media.near(plane + x)
+    assert media.near(plane + (1 + 1e-6) * x)
+    assert not media.near(plane + 1.001 * x)
 
 
 def test_a_checker_makes_no_other_medium() -> None:

@@ -21,7 +21,7 @@ from clrt.device import Device
 from clrt.film import Film
 from clrt.flatten import flatten, flatten_camera
 from clrt.immersion import immerse
-from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Hits, Lit, Queue
+from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Hits, Lit, Queue, tile_rays
 from clrt.scene import Scene
 from clrt.settings import Settings
 from clrt.tiles import tiles
@@ -107,7 +107,7 @@ def record(scene: Scene, width: int, wanted: int | str | None, settings: Setting
     camera = flatten_camera(scene.camera, width, width, 1)
     buffer = device.upload(camera)
     rays: dict[str, list[tuple[Any, int]]] = {}
-    for pixels in tiles(width, width, (0, 0, width, width), settings.tile):
+    for pixels in tiles(width, width, (0, 0, width, width), settings.tile or tile_rays(flat.rays)):
         _record_tile(device, world, buffer, pixels, rays)
         device.finish()
     grouped: dict[tuple[str, str], list[Launch]] = {}
