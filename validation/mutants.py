@@ -77,7 +77,7 @@ def is_sound(case: str, device: int | str | None) -> bool:
 def _reference(case: str) -> tuple[OracleImage, np.ndarray]:
     scene = _small(case)
     picture = picture64(scene)
-    return picture, edges64(scene, picture.pixels)
+    return picture, edges64(scene, picture)
 
 
 def _small(case: str) -> Scene:

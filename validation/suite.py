@@ -2,8 +2,7 @@
 
 Cases go to a few processes, each with a device and a Mitsuba of its own. Quick: the float64 oracle on every
 matrix case, and Mitsuba on as few of them as have all features. Least: only these few, and Mitsuba's own
-plugins. Full: every oracle that can express a case, the scenes that ship, random scenes, and edges looked for
-whether they are needed or not.
+plugins. Full: every oracle that can express a case, the scenes that ship and random scenes.
 """
 
 from __future__ import annotations
@@ -23,6 +22,7 @@ from typing import Any, Final
 from clrt.device import Device
 from clrt.platforms import choose
 from clrt.resources import validation_module
+from clrt.scene import Scene
 from clrt.version import __version__
 
 from .cases import case_named, matrix_cases, random_cases, shipped_cases
@@ -77,7 +77,8 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
     if not plan.quick:
         jobs["float32 twin"] = (run_twin, plan.device)
     counting = [name for name in jobs if "counts: " in name]
-    jobs |= {task.name: (run_case, task) for task in tasks}
+    # the longest first, so that no process is left alone with one of them
+    jobs |= {task.name: (run_case, task) for task in sorted(tasks, key=lambda task: -task.rays)}
     jobs |= {f"mutant: {name}": (run_mutant, name, plan.device) for name in mutants}
     Device(plan.device).program  # noqa: B018 - compiled once, then all processes find it in the driver's cache
     found = dict(_completed(jobs, plan.processes, progress))
@@ -122,8 +123,16 @@ def tasks_of(plan: Plan) -> list[Task]:
             oracles = [oracle for oracle in oracles if oracle != "mitsuba-bsdf"]
         scene = scene_of(case)
         able_ones = tuple(oracle for oracle in oracles if able(oracle, scene))
-        tasks.append(Task(name, able_ones, plan.device, not plan.quick, plan.pictures))
+        tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene)))
     return tasks
+
+
+def rays_of(scene: Scene) -> int:
+    """About how many rays a scene's picture takes, as far as its size and samples tell."""
+    assert scene.camera is not None
+    bands = scene.spectrum.bands if scene.spectrum is not None else 3
+    samples = scene.camera.width * scene.camera.height * scene.camera.spp
+    return samples * (1 + scene.ambient_samples) * bands
 
 
 def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .batch import Batch
-from .vectors import Array, Ints, apply, apply_transposed, dot, unit
+from .vectors import Array, Ints, across, apply, apply_transposed, dot, unit
 
 SLACK = 1e-12  # a clip box is closed: a root on its face must not fall out by rounding; relative to the box
 
@@ -69,9 +69,10 @@ class Quadrics(Batch):
         roots = np.stack([c / k, k / a], axis=1)
         x = near[:, None] + roots[..., None] * along[:, None]
         low, high = self.clip_low[which], self.clip_high[which]
-        finite = np.where(np.isfinite([low, high]), [low, high], 0.0)
-        slack = SLACK * np.max(np.abs(finite), axis=(0, 2))[:, None, None]
-        inside = np.all((x >= low[:, None] - slack) & (x <= high[:, None] + slack), axis=-1)
+        clips = np.stack([self.clip_low, self.clip_high])
+        largest = np.max(np.abs(np.where(np.isfinite(clips), clips, 0.0)), axis=(0, 2))
+        slack = SLACK * largest[which, None, None]
+        inside = across(np.logical_and, (x >= low[:, None] - slack) & (x <= high[:, None] + slack))
         return np.where(inside, roots + shift[:, None], np.nan)
 
     def _local(self, which: Ints, point: Array) -> tuple[Array, Array, Array]:
@@ -82,12 +83,13 @@ class Quadrics(Batch):
         x = apply(inverse, point - position)
         size = apply(np.abs(inverse), np.abs(point) + np.abs(position))
         terms = apply(np.abs(form), size) + np.abs(gradient)
-        return x, apply(form, x) + gradient, np.max(terms, axis=-1)
+        return x, apply(form, x) + gradient, across(np.maximum, terms)
 
     def outward(self, which: Ints, point: Array, direction: Array) -> Array:
         _, half, terms = self._local(which, point)
         normal = unit(apply_transposed(self.inverse[which], half))
-        flat = np.max(np.abs(half), axis=-1) <= 1e-12 * terms  # below the rounding of its terms: no gradient
+        # below the rounding of its terms: no gradient
+        flat = across(np.maximum, np.abs(half)) <= 1e-12 * terms
         return np.where(flat[:, None], -direction, normal)
 
     def project(self, which: Ints, point: Array) -> Array:
@@ -95,7 +97,7 @@ class Quadrics(Batch):
         for _ in range(2):
             x, half, terms = self._local(which, point)
             value = dot(x, half + self.gradient[which]) + self.constant[which]
-            steep = np.max(np.abs(half), axis=-1) > 1e-12 * terms
+            steep = across(np.maximum, np.abs(half)) > 1e-12 * terms
             step = np.where(steep, value / np.where(steep, 2 * dot(half, half), 1.0), 0.0)
             moved = x - step[:, None] * half
             point = point + np.linalg.solve(self.inverse[which], (moved - x)[..., None])[..., 0]

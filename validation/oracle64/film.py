@@ -44,7 +44,8 @@ class Rays:
 class Film:
     """What reaches each pixel, apart by route, by generation, by kind of ray and by term of generation 0.
 
-    The picture itself is not summed here but returned by the recursion; the layers sum to it.
+    The picture itself is not summed here but returned by the recursion; the layers sum to it. A film of no
+    pixels keeps no layers.
     """
 
     pixels: int
@@ -54,6 +55,8 @@ class Film:
 
     def add(self, rays: Rays, generation: int, light: Array, term: str = "") -> None:
         """Adds radiance (n, bands) that the rays bring; `term` names the part of the local light."""
+        if not self.pixels:
+            return
         light = self.palette.developed(rays.weight * light)
         for number, name in enumerate(ROUTES):
             of_route = (rays.path & np.uint32(hashing.ROUTE)) == number

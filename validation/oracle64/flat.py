@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .batch import Batch
-from .vectors import Array, Bools, Ints, apply, dot, unit
+from .vectors import Array, Bools, Ints, across, apply, dot, unit
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Polygons(Planes):
         x_next, y_next = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
         edge = x * y_next - x_next * y
         toggles = ((y >= 0) != (y_next >= 0)) & ((edge > 0) == (y_next > y))
-        return np.asarray(np.sum(toggles, axis=1) % 2 == 1)
+        return np.asarray(across(np.logical_xor, toggles))
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Triangles(Planes):
         x, y = sheared(origin, direction, self.corners[which])
         x_next, y_next = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
         edge = x_next * y - x * y_next
-        return np.asarray(np.all(edge >= 0, axis=1) | np.all(edge <= 0, axis=1))
+        return np.asarray(across(np.logical_and, edge >= 0) | across(np.logical_and, edge <= 0))
 
     def shading_normal(self, which: Ints, point: Array, outward: Array) -> Array:
         """The corners' normals weighted by barycentric coordinates."""

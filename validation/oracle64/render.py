@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import msgspec
@@ -16,6 +16,7 @@ from . import hashing
 from .camera import Background, camera_rays
 from .film import ROUTES, TERMS, Film, Rays
 from .media import around
+from .palette import Palette
 from .radiance import Job, radiance
 from .spot import Met, spot_at, visible_hit
 from .tree import LEAF
@@ -43,6 +44,7 @@ class Result64:
 
     `by_ray`: what the rays of each generation and kind bring, (h, w, 3) by "generation 2 reflection" etc.
     `bands` (h, w, bands): the picture before it is developed; the pixels themselves in RGB mode.
+    `samples` (spp, h, w, 3): what each of a pixel's samples sees.
     """
 
     pixels: Array
@@ -50,6 +52,7 @@ class Result64:
     stats: dict[str, Any] = field(default_factory=dict)
     by_ray: dict[str, Array] = field(default_factory=dict)
     bands: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    samples: Array = field(default_factory=lambda: np.zeros((0, 0, 0, 3)))
 
 
 def trace64(scene: Scene, origins: Any, directions: Any, leaf: int = LEAF) -> Hits64:
@@ -131,17 +134,24 @@ def render64(
         raise ValueError(f"spp = {spp} is not a square number")
     with np.errstate(all="ignore"):
         job = _job(scene, width * height, max_depth)
-        total = np.zeros((width * height, job.world.palette.bands))
-        for sample in range(grid * grid):
-            for pixel in _blocks(width * height):
-                block = _camera_block(job.world, camera, (width, height), grid, sample, pixel)
-                total[pixel] += radiance(job, block, 0)
+        light = _sampled(job, camera, (width, height), grid, np.arange(width * height))
         found = {name: layer / grid**2 for name, layer in job.film.layers.items()}
         found |= _geometry(job.world, camera, width, height, grid) if set(layers) & set(GEOMETRY) else {}
     picked = {name: _layer(name, found, job.max_depth, (height, width)) for name in layers}
     by_ray = {name: found[name].reshape(height, width, 3) for name in sorted(found) if " " in name}
-    bands = (total / grid**2).reshape(height, width, -1)
-    return Result64(job.world.palette.developed(bands), picked, _stats(job), by_ray, bands)
+    bands = light.mean(axis=0).reshape(height, width, -1)
+    developed = job.world.palette.developed
+    samples = developed(light).reshape(-1, height, width, 3)
+    return Result64(developed(bands), picked, _stats(job), by_ray, bands, samples)
+
+
+def _sampled(job: Job, camera: Camera, size: tuple[int, int], grid: int, pixel: Ints) -> Array:
+    """Radiances (grid**2, n, bands) of all samples of these pixels (n,); many samples share a block."""
+    light = np.zeros((grid * grid * len(pixel), job.world.palette.bands))
+    for rows in _blocks(len(light)):
+        sample, place = np.divmod(rows, len(pixel))
+        light[rows] = radiance(job, _camera_block(job.world, camera, size, grid, sample, pixel[place]), 0)
+    return light.reshape(grid * grid, len(pixel), -1)
 
 
 def _shifted(camera: Camera, shift: tuple[float, float]) -> Camera:
@@ -159,17 +169,28 @@ def edge_mask(
     step: float = 0.05,
     change: float = 2e-3,
 ) -> Bools:
-    """Pixels (h, w) where the picture moves by more than `change` under four diagonal shifts of `step` pixel.
+    """Pixels (h, w) where a sample moves by more than `change` under four diagonal shifts of `step` pixel.
 
-    `reference`: the picture itself, where it is at hand.
+    `reference`: the picture's samples (spp, h, w, 3), where they are at hand.
+
+    Samples are asked for, not their mean: rounding takes one sample across an edge as easily where a pixel
+    has others, and of 16 each counts for more than the 1e-4 that pixels may differ by from a jump of 1.6e-3
+    on. (In the mean, a jump of less than 16 times `change` would not show.)
     """
     if reference is None:
-        reference = render64(scene, width, height, spp, max_depth).pixels
-    mask = np.zeros(reference.shape[:2], bool)
-    for shift in ((step, step), (step, -step), (-step, step), (-step, -step)):
-        moved = render64(scene, width, height, spp, max_depth, shift=shift).pixels
-        mask |= np.any(np.abs(moved - reference) > change, axis=2)
-    return mask
+        reference = render64(scene, width, height, spp, max_depth).samples
+    assert scene.camera is not None
+    size, grid = (reference.shape[2], reference.shape[1]), math.isqrt(reference.shape[0])
+    still = reference.reshape(len(reference), -1, 3)
+    mask = np.zeros(still.shape[1], bool)
+    with np.errstate(all="ignore"):
+        job = replace(_job(scene, still.shape[1], max_depth), film=Film(0, Palette.of(scene)))
+        for x, y in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
+            asked = np.flatnonzero(~mask)  # one shift that moves a pixel is enough
+            camera = _shifted(scene.camera, (x * step, y * step))
+            moved = job.world.palette.developed(_sampled(job, camera, size, grid, asked))
+            mask[asked] = (np.abs(moved - still[:, asked]) > change).any(axis=(0, 2))
+    return mask.reshape(reference.shape[1:3])
 
 
 def _size(camera: Camera, width: int | None, height: int | None) -> tuple[int, int]:
@@ -192,9 +213,9 @@ def _blocks(count: int) -> list[Ints]:
 
 
 def _camera_block(
-    world: World, camera: Camera, size: tuple[int, int], grid: int, sample: int, pixel: Ints
+    world: World, camera: Camera, size: tuple[int, int], grid: int, sample: Any, pixel: Ints
 ) -> Rays:
-    """Sample number `sample` of these pixels: a grid of cells, their centres or jittered points."""
+    """Samples (n, or one for all) of these pixels: a grid of cells, their centres or jittered points."""
     width, height = size
     h = hashing.camera_path(camera.jitter or 0, pixel, sample)
     place = (0.5, 0.5) if camera.jitter is None else hashing.jitter(h)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .film import Rays
 from .media import tidy
-from .vectors import Array, Bools, Ints, dot
+from .vectors import Array, Bools, Ints, across, dot
 from .world import World, nearest_hit
 
 # Rays leave a surface at this times the largest |coordinate| of the hit, the primitive and the ray's origin.
@@ -103,7 +103,7 @@ def spot_at(world: World, rays: Rays, met: Met) -> Spot:
     n = np.where(enters[:, None], outward, -outward)
     ns = np.where(dot(ns, n)[:, None] < 0, -ns, ns)
     ns = np.where(dot(ns, u)[:, None] >= 0, n, ns)
-    largest = [np.max(np.abs(rays.origin), axis=1), np.max(np.abs(point), axis=1), extent]
+    largest = [across(np.maximum, np.abs(rays.origin)), across(np.maximum, np.abs(point)), extent]
     offset = OFFSET * np.max(largest, axis=0)
     shape = world.shape_of[met.primitive]
     color = world.surfaces.reflectance(shape, point, outward)

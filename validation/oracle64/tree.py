@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .batch import Batch
-from .vectors import Array, Bools, Ints
+from .vectors import Array, Bools, Ints, across
 
 LEAF = 8  # primitives in a leaf; a batch of no more needs no boxes
 PAIRS = 1 << 18  # rays times primitives that are tested at once: what bounds the memory
@@ -75,6 +75,6 @@ def _meets(node: Node, origin: Array, slope: Array, reach: Array) -> Bools:
     """Slab test (Kay, Kajiya 1986); a NaN (origin on a face, ray along it) counts as inside."""
     with np.errstate(all="ignore"):
         first, second = (node.low - origin) * slope, (node.high - origin) * slope
-    near = np.fmax.reduce(np.fmin(first, second), axis=1)
-    far = np.fmin.reduce(np.fmax(first, second), axis=1)
+    near = across(np.fmax, np.fmin(first, second))
+    far = across(np.fmin, np.fmax(first, second))
     return ~(near > far) & ~(far < 0) & ~(near > reach)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,16 @@ def dot(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("...i,...i->...", a, b))
 
 
+def across(operation: np.ufunc, values: Any) -> Any:
+    """`operation.reduce` over a last axis (..., k), which is some ten times slower for so short a one."""
+    return reduce(operation, np.moveaxis(values, -1, 0))
+
+
 def unit(v: Any) -> Array:
     """`v` (..., 3) at length 1; NaN where `v` is zero or not finite."""
     v = np.asarray(v, float)
     # the largest coordinate first, so that neither 1e-200 nor 1e200 squares to nothing
-    v = v / np.max(np.abs(v), axis=-1, keepdims=True)
+    v = v / across(np.maximum, np.abs(v))[..., None]
     return np.asarray(v / np.sqrt(dot(v, v))[..., None])
 
 

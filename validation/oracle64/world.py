@@ -15,7 +15,7 @@ from .palette import Palette
 from .primitives import gather
 from .surfaces import Surfaces
 from .tree import LEAF, Node, build, walk
-from .vectors import Array, Bools, Ints, dot
+from .vectors import Array, Bools, Ints, across, dot
 
 Hit = tuple[Array, Ints]  # distances and primitives (n,)
 
@@ -91,7 +91,7 @@ def nearest_hit(world: World, origin: Array, direction: Array, after: Hit | None
                 own = (number == last[ray, None]) & (found <= beyond * (1 + 1e-12))
                 later = (found > beyond) | ((found == beyond) & (number > last[ray, None]))
                 found = np.where(later & ~own, found, np.inf)
-            found = found.min(axis=1).reshape(len(rays), len(rows))
+            found = across(np.minimum, found).reshape(len(rays), len(rows))
             best = np.argmin(found, axis=1)  # the first of equals, which has the lowest number
             distance, number = found[np.arange(len(rays)), best], batch.ids[rows[best]]
             nearer = (distance < t[rays]) | ((distance == t[rays]) & (number < primitive[rays]))
@@ -116,7 +116,7 @@ def visibility(world: World, origin: Array, direction: Array, length: Array) -> 
             crossed = visible_roots(world, batch, which, origin[ray], direction[ray]) < length[ray, None]
             shape = world.shape_of[batch.ids[which]]
             opaque = (world.surfaces.kt[shape] == 0) | (not tinted)
-            blocked = ray[crossed.any(axis=1) & opaque]
+            blocked = ray[across(np.logical_or, crossed) & opaque]
             seen[blocked], reach[blocked] = 0.0, -np.inf  # no box is nearer: such a ray is done
             tints = world.surfaces.clear[shape] ** crossed.sum(axis=1)[:, None]
             np.multiply.at(seen, ray[~opaque], tints[~opaque])

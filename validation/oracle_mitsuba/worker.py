@@ -58,21 +58,19 @@ def picture(job: dict[str, Any]) -> dict[str, Any]:
     positions, paths = job["positions"], job["paths"]
     spp, pixels = paths.shape
     sums: dict[str, np.ndarray] = {}
-    t, shape = np.full(pixels, np.inf), np.full(pixels, -1)
-    for sample in range(spp):
-        for begin in range(0, pixels, BLOCK):
-            block = np.arange(begin, min(begin + BLOCK, pixels))
-            origin, direction = camera_rays(job["sensor"], job["eye"], positions[sample, block])
-            origin = origin + job["center"]
-            start = job["start"][sample, block]
-            first = _trace(shader, origin, direction, block, paths[sample, block], start, pixels, sums)
-            if sample == 0:
-                t[block], shape[block] = first.t, first.shape
+    t, shape = np.full(spp * pixels, np.inf), np.full(spp * pixels, -1)
+    for begin in range(0, spp * pixels, BLOCK):
+        block = np.arange(begin, min(begin + BLOCK, spp * pixels))  # sample by sample
+        origin, direction = camera_rays(job["sensor"], job["eye"], positions.reshape(-1, 2)[block])
+        origin = origin + job["center"]
+        path, start = (array.ravel()[block] for array in (paths, job["start"]))
+        first = _trace(shader, origin, direction, block % pixels, path, start, pixels, sums)
+        t[block], shape[block] = first.t, first.shape
     return {
         "by_ray": {name: total / spp for name, total in sums.items()},
         "whole": whole(sums),
-        "t": t,
-        "shape": shape,
+        "t": t[:pixels],
+        "shape": shape[:pixels],
     }
 
 
