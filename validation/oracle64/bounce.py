@@ -97,8 +97,11 @@ def _pass(world: World, rays: Rays, spot: Spot, eta_i: Array, eta_t: Array) -> _
     total = (k < 0) & ~thin & (of.kt[shape] > 0)
     share = optics.fresnel(eta_i, eta_t, -dot(bent, u))
     share = np.where(thin, 2 * share / (1 + share), share)[:, None]
-    metal = optics.conductor(eta_i[:, None], of.metal[shape], -dot(spot.ns, u))
-    share = np.where(of.conductor[shape, None], metal, share)
+    metal = np.flatnonzero(of.conductor[shape])
+    if metal.size:
+        share = np.repeat(share, of.metal.shape[1], axis=1)
+        cosine = -dot(spot.ns[metal], u[metal])
+        share[metal] = optics.conductor(eta_i[metal, None], of.metal[shape[metal]], cosine)
     mirror = of.mirror[shape]
     mirror = np.where(of.schlick[shape, None], optics.schlick(mirror, -dot(spot.ns, u)), mirror)
     reflects, transmits = of.kr[shape, None] * mirror, of.kt[shape, None] * of.tint[shape]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -35,12 +35,7 @@ class Palette(ABC):
         wanted = scene.spectrum
         if wanted is None:
             return Colors(3, np.zeros(3, int), np.array([D_LINE]))
-        group_of = np.arange(wanted.bands) // wanted.group
-        low, high = wanted.range
-        edges = low + (high - low) / wanted.bands * np.arange(wanted.bands + 1)
-        starts = np.arange(0, wanted.bands, wanted.group)
-        ends = np.minimum(starts + wanted.group, wanted.bands)
-        return Bands(wanted.bands, group_of, (edges[starts] + edges[ends]) / 2, wanted)
+        return _bands_of(wanted)
 
     @property
     def groups(self) -> int:
@@ -197,8 +192,17 @@ class Bands(Palette):
             return self._lamp(value) * (1.0 if isinstance(value, str) else value.scale)
         return spectra.means_of(value, self.middle, self.width)
 
+    @cached_property
+    def _lamps(self) -> dict[Any, Array]:
+        return {}
+
     def _lamp(self, value: Any) -> Array:
-        """Means that have the XYZ of the whole spectrum, at Y = 1."""
+        """Means that have the XYZ of the whole spectrum, at Y = 1; each is found once, for it takes long."""
+        if value not in self._lamps:
+            self._lamps[value] = self._found_lamp(value)
+        return self._lamps[value]
+
+    def _found_lamp(self, value: Any) -> Array:
         whole = spectra.xyz(value)
         means = spectra.means_of(value, self.middle, self.width) / whole[1]
         whole = whole / whole[1]
@@ -236,3 +240,14 @@ class Bands(Palette):
         shown = np.divide(sums, largest, out=np.zeros_like(sums), where=largest > 0)
         shown = shown * (light.sum(axis=-1) * self.width)[..., None]
         return np.where(shown <= 0.04045, shown / 12.92, ((np.maximum(shown, 0) + 0.055) / 1.055) ** 2.4)
+
+
+@cache
+def _bands_of(wanted: Any) -> Bands:
+    """The bands that a scene's `spectrum` asks for."""
+    group_of = np.arange(wanted.bands) // wanted.group
+    low, high = wanted.range
+    edges = low + (high - low) / wanted.bands * np.arange(wanted.bands + 1)
+    starts = np.arange(0, wanted.bands, wanted.group)
+    ends = np.minimum(starts + wanted.group, wanted.bands)
+    return Bands(wanted.bands, group_of, (edges[starts] + edges[ends]) / 2, wanted)

@@ -23,7 +23,7 @@ from .tree import LEAF
 from .vectors import Array, Bools, Ints, Words, unit
 from .world import World, nearest_hit
 
-BLOCK = 1 << 15  # rays that go through the recursion together
+BLOCK = 1 << 15  # rays of three bands that go through the recursion together
 GEOMETRY = ("depth", "position", "normal", "shape")  # layers of the first sample
 
 
@@ -148,7 +148,8 @@ def render64(
 def _sampled(job: Job, camera: Camera, size: tuple[int, int], grid: int, pixel: Ints) -> Array:
     """Radiances (grid**2, n, bands) of all samples of these pixels (n,); many samples share a block."""
     light = np.zeros((grid * grid * len(pixel), job.world.palette.bands))
-    for rows in _blocks(len(light)):
+    block = max(1 << 12, BLOCK * 3 // light.shape[1])  # rays of many bands take more memory
+    for rows in np.split(np.arange(len(light)), range(block, len(light), block)):
         sample, place = np.divmod(rows, len(pixel))
         light[rows] = radiance(job, _camera_block(job.world, camera, size, grid, sample, pixel[place]), 0)
     return light.reshape(grid * grid, len(pixel), -1)

@@ -75,6 +75,7 @@ def _pieced(curve: Curve, knots: Any, middle: Array, width: float) -> Array:
     return np.array(found)
 
 
+@cache
 def xyz(value: Any) -> Array:
     """XYZ of a name or a record of the scene's; that of the spectrum 1 has Y = 1."""
     observer = matching(NM)
