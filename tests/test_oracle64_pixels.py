@@ -130,17 +130,31 @@ def test_checkers() -> None:
     assert light[:, 0].tolist() == [1, 1, 0, 0, 1, 0, 0, 0]
 
 
-def test_edge_mask_is_where_the_silhouette_is() -> None:
+@pytest.fixture
+def ball() -> clrt.Scene:
+    """A ball whose edge is a step of 0.01, at RADIUS pixels from the middle of 60 x 60."""
     camera = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 60, "height": 60}
-    ball = {
-        "type": "sphere",
-        "center": [0, 0, 0],
-        "radius": 1.0,
-        "material": {"diffuse": 0, "emission": 0.01},
-    }
-    mask = edge_mask(scene(ball, camera=camera, max_depth=0))
-    radius = 30 / np.tan(np.radians(22.5)) * np.tan(np.arcsin(1 / 5))
+    material = {"diffuse": 0, "emission": 0.01}
+    shape = {"type": "sphere", "center": [0, 0, 0], "radius": 1.0, "material": material}
+    return scene(shape, camera=camera, max_depth=0)
+
+
+RADIUS = 30 / np.tan(np.radians(22.5)) * np.tan(np.arcsin(1 / 5))
+
+
+def test_a_pixel_is_an_edge_where_one_of_its_samples_is(ball: clrt.Scene) -> None:
+    """Also where the step is so low that the mean of 16 samples hardly moves: by 0.01 / 16 < 2e-3."""
+    step = 0.01
+    mask = edge_mask(ball, spp=16, step=step)
+    y, x = (np.mgrid[:240, :240] + 0.5) / 4 - 30
+    nearest = np.abs(np.hypot(x, y) - RADIUS).reshape(60, 4, 60, 4).min(axis=(1, 3))
+    assert mask[nearest < 0.95 * step].all() and not mask[nearest > 1.415 * step].any()
+    assert (nearest < 0.95 * step).sum() >= 4
+
+
+def test_edge_mask_is_where_the_silhouette_is(ball: clrt.Scene) -> None:
+    mask = edge_mask(ball)
     y, x = np.mgrid[:60, :60] + 0.5 - 30
-    distance = np.abs(np.hypot(x, y) - radius)
+    distance = np.abs(np.hypot(x, y) - RADIUS)
     assert mask[distance < 0.02].all() and not mask[distance > 0.0708].any()
     assert 0 < mask.mean() < 0.05
