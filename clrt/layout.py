@@ -168,6 +168,7 @@ SPAWN: Final = {
     "SPAWN_TOTAL_INTERNAL": 1 << 20,
     "SPAWN_GROUP": 1 << 21,  # times the number of narrow transmission rays
     "SPAWN_GROUPS": 127 << 21,
+    "SPAWN_LOCAL": 1 << 28,  # there is local light: not all bands are 0
 }
 STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TOTAL_INTERNAL", "GROUPS")
 

@@ -56,7 +56,9 @@ class Tripwire:
         def shape(row: int) -> str:
             return self._shape(hits, queue, row)
 
-        self._look("light", "local light", self._bands(lit.local, queue.n), generation, queue, shape)
+        bright = self._words(lit.spawn, queue.n) & layout.SPAWN["SPAWN_LOCAL"] != 0
+        local = np.where(bright[:, None], self._bands(lit.local, queue.n), 0)
+        self._look("light", "local light", local, generation, queue, shape)
         if feelers.n:
             first = self._words(feelers.first, queue.n)
             # a feeler's ray is the last one whose feelers begin there or before

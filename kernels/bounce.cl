@@ -42,7 +42,9 @@ inline void store_children(const World world, const Family f, __global const int
         store_ray(f.rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), INFINITY);
         f.pixel[at] = f.pixel_of[i];
         f.path_of[at] = child_path(f.path[i], child, flags & PATH_ROUTE ? flags : flags | route);
-        for (int b = 0; b < RAY_BANDS; b++) f.weight[in_block(at, b, VALUES)] = w[b][k];
+        __global float *into = f.weight + in_block(at, 0, VALUES);
+        ONE_BY_ONE
+        for (int b = 0; b < RAY_BANDS; b++) into[b * LANES] = w[b][k];
 #if NARROW
         f.weight[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, i));
 #endif

@@ -17,6 +17,7 @@ __kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uin
     const World world = WORLD_OF_PARAMETERS;
     MediaList list = load_media(media, i);
     int before = top_of(world, list), after = before;
+    bool moved = false;
     while (surface_code[i] >= 0) {
         const int number = surface_code[i] / SURFACE_MATERIAL;
         __global const Material *material = world.materials + number;
@@ -36,12 +37,14 @@ __kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uin
             fits = enter_medium(&list, medium);  // the ray was in it, though it is not listed
             next = list;
             leave_medium(&next, medium);
+            moved = true;
         }
         if (!fits) *overflow = 1;
         before = top_of(world, list);
         after = top_of(world, next);
         if (before != after) break;
         list = next;
+        moved = true;
         const Ray ray = load_ray(rays, i);
         const Hit hit = nearest_hit(world, ray, hit_t[i], hit_primitive[i], false);
         hit_t[i] = hit.t;
@@ -50,7 +53,7 @@ __kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uin
     }
     surfaces[in_block(i, TOP_BEFORE, SURFACE_FIELDS)] = as_float(before);
     surfaces[in_block(i, TOP_AFTER, SURFACE_FIELDS)] = as_float(after);
-    store_media(media, i, list);
+    if (moved) store_media(media, i, list);
 
     const int within = top_of(world, list);
     if (within == NO_MEDIUM) return;

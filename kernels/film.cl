@@ -17,17 +17,26 @@ __kernel void gather(__global const uint *pixel_of, __global const uint *path, u
     if (start > 0 && pixel_of[start - 1] == pixel) return;
     float sum[BANDS], value[RAY_BANDS];
     for (int b = 0; b < BANDS; b++) sum[b] = 0.0f;
+    bool found = false;
     for (uint i = start; i < n && pixel_of[i] == pixel; i++) {
         if (path_mask && (path[i] & path_mask) != path_value) continue;
+        const bool bright = spawn[i] & SPAWN_LOCAL;
         const uint first = first_feeler[i], end = first + (spawn[i] & SPAWN_FEELERS);
-        for (int b = 0; b < RAY_BANDS; b++) value[b] = local_radiance[in_block(i, b, VALUES)];
+        if (!bright && first == end) continue;
+        found = true;
+        __global const float *brought = local_radiance + in_block(i, 0, VALUES);
+        ONE_BY_ONE
+        for (int b = 0; b < RAY_BANDS; b++) value[b] = bright ? brought[b * LANES] : 0.0f;
         for (uint f = first; f < end; f++) {
             if (!seen[f]) continue;
-            for (int b = 0; b < RAY_BANDS; b++) value[b] += contribution[in_block(f, b, VALUES)];
+            brought = contribution + in_block(f, 0, VALUES);
+            ONE_BY_ONE
+            for (int b = 0; b < RAY_BANDS; b++) value[b] += brought[b * LANES];
         }
         const int band = first_band(local_radiance, i);
         for (int b = 0; b < RAY_BANDS && band + b < BANDS; b++) sum[band + b] += value[b];
     }
+    if (!found) return;
     const size_t at = ((size_t)plane * pixels + pixel) * BANDS;
     for (int b = 0; b < BANDS; b++) film[at + b] += sum[b];
 }
@@ -52,6 +61,7 @@ __kernel void develop(__global const float *film, uint n, __global const float *
     __global const float *bands = film + (size_t)i * BANDS;
     for (uint row = 0; row < rows; row++) {
         float sum = matrix[row * BANDS] * bands[0];
+        ONE_BY_ONE
         for (int b = 1; b < BANDS; b++) sum += matrix[row * BANDS + b] * bands[b];
         developed[(size_t)i * rows + row] = sum;
     }

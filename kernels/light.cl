@@ -7,8 +7,8 @@
 #include "light.clh"
 #include "sky.clh"
 
-// `local_radiance` receives weight * (emission + ambient), or the background; `spawn` the packed counts
-// (layout.SPAWN). In the last generation nothing is spawned: `depth_color` stands for it.
+// `local_radiance` receives weight * (emission + ambient), or the background; where it is not black: SPAWN_LOCAL says
+// so, without which it is not to be read. `spawn` receives the packed counts (layout.SPAWN). In the last generation nothing is spawned: `depth_color` stands for it.
 __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
                     __global const int *surface_code, __global const int *path, __global const float *weights,
                     uint n, uint ambient_queue, uint last, uint terms,
@@ -89,7 +89,11 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
             }
         }
     }
-    for (int b = 0; b < RAY_BANDS; b++) store_field(local_radiance, first, n, b, VALUES, value[b]);
+    intP bright = (intP)(0);
+    for (int b = 0; b < RAY_BANDS; b++) bright |= value[b] != 0.0f;
+    found |= bright & SPAWN_LOCAL;
+    if (any_of(bright))
+        for (int b = 0; b < RAY_BANDS; b++) store_field(local_radiance, first, n, b, VALUES, value[b]);
 #if NARROW
     store_field(local_radiance, first, n, RAY_BANDS, VALUES, as_floatP(s.band));
 #endif
@@ -141,7 +145,9 @@ __kernel void feelers(WORLD_PARAMETERS, __global const float *rays, __global con
             if (!launched[k]) continue;
             const uint at = place[k]++;
             store_ray(feeler_rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), distance[k]);
-            for (int b = 0; b < RAY_BANDS; b++) contribution[in_block(at, b, VALUES)] = brings[b][k];
+            __global float *into = contribution + in_block(at, 0, VALUES);
+            ONE_BY_ONE
+            for (int b = 0; b < RAY_BANDS; b++) into[b * LANES] = brings[b][k];
 #if NARROW
             contribution[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
 #endif

@@ -17,6 +17,7 @@ from clrt.resources import scene_file
 from clrt.tiles import tiles
 
 SCENE: dict[str, Any] = {
+    "ambient": 0.1,
     "camera": {"origin": [0, 1, 4], "target": [0, 0, 0], "width": 40, "height": 30},
     "lights": [{"type": "point", "position": [3, 5, 4]}],
     "materials": {"glass": {"diffuse": 0.2, "reflection": 0.3, "transmission": 0.5}},

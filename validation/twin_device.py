@@ -57,6 +57,7 @@ def device_stages(
                 _words(device, lit.spawn, queue.n),
                 _blocks(device, lit.local, queue.n, _values(device, queue)),
             )
+            local[: device.for_queue(queue.narrow).rays.carried, spawn & layout.SPAWN["SPAWN_LOCAL"] == 0] = 0
             yield Stage("light", generation, queue.kind, {"spawn": spawn, "local": local}, place)
             shadows = passes.feelers(device, world, queue, hits, lit)
             owner = place.repeat(spawn & layout.SPAWN["SPAWN_FEELERS"])
@@ -120,7 +121,8 @@ def _surface(device: Device, queue: Queue, hits: Hits) -> dict[str, np.ndarray]:
 def _media(device: Device, queue: Queue) -> dict[str, np.ndarray]:
     if not device.media:
         return {}
-    return {"media": _blocks(device, queue.media, queue.n, device.media).view(np.int32)}
+    media = _blocks(device, queue.media, queue.n, device.media).view(np.int32)
+    return {"media": np.where(np.logical_or.accumulate(media < 0, axis=0), np.int32(-1), media)}
 
 
 def _values(device: Device, queue: Queue) -> int:

@@ -103,6 +103,7 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
 
     local, spawn = _of_misses(flat, queue, terms), np.zeros(len(queue), np.uint32)
     local[:, which], spawn[which] = value, found
+    spawn |= np.where((local != 0.0).any(axis=0), SPAWN["SPAWN_LOCAL"], np.uint32(0))
     return Lit(local, spawn, which, s, bounce, groups, [part & (not last) for part in parts])
 
 
