@@ -50,9 +50,10 @@ def limits(spp: int = 1, many_edges: bool = False) -> Limits:
     `many_edges`: for scenes made to look good (or by chance) rather than as a test; they have more edges, may
     be dark or bright in places, and must pass at 16 samples too. By chance a ray comes nearer to an edge
     than float32 tells apart (1e-5 pixel in a scene drawn at random), or the edge's step is just below the
-    mask's: 3 of 10 000 pixels; at 16 samples each of them may lie beyond an edge whose step of 0.03 moves
-    its pixel by no more than that: 6 of 1000. Planes go on to the horizon, and of what is some 1e-3 radians
-    from it the distance is rounded to 2e-7 / 1e-3; measured: 1.1e-4.
+    mask's: 3 of 10 000 pixels; at 16 samples each of them may: 6 of 1000 while a pixel was an edge only
+    if its mean moved, 6 of 10 000 since its samples are asked (15 random scenes). Planes go on to the
+    horizon, and of what is some 1e-3 radians from it the distance is rounded to 2e-7 / 1e-3; measured:
+    1.1e-4.
     """
     picture = {"mask": 0.08, "clipped": 0.01, "lit": 0.5}
     if many_edges:
