@@ -149,7 +149,7 @@ def feelers(
     """Emit one shadow feeler for each light above each hit, and find which arrive."""
     n = lit.totals["FEELERS"]
     lanes = device.settings.lanes
-    first = _first_places(device, world, queue, lit, "FEELERS")
+    first, numbers = _first_places(device, world, queue, lit, "FEELERS"), device.buffer(4 * n)
     rays = device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes))
     kernels = device.for_queue(queue.narrow)
     contribution = device.buffer(block_bytes(n, kernels.rays.values, lanes))
@@ -167,6 +167,7 @@ def feelers(
             first,
             np.uint32(queue.n),
             np.uint32(terms),
+            numbers,
             rays,
             contribution,
         )
@@ -175,7 +176,7 @@ def feelers(
             kernels.launch("occluded_tinted", packets(device, n), *arguments, contribution)
         else:
             device.launch("occluded", packets(device, n), *arguments)
-    return Feelers(n, first, rays, seen, contribution)
+    return Feelers(n, first, numbers, rays, seen, contribution)
 
 
 def any_hit(device: Device, world: World, queue: Queue) -> Any:
@@ -214,6 +215,7 @@ def gather(
         lit.local,
         lit.spawn,
         feelers.first,
+        feelers.numbers,
         feelers.seen,
         feelers.contribution,
         np.uint32(path_mask),

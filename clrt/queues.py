@@ -56,10 +56,11 @@ class Lit:
 
 @dataclass(frozen=True)
 class Feelers:
-    """Shadow feelers of a queue: those of ray i are first[i] to first[i] + its count."""
+    """Shadow feelers of a queue: those of ray i are numbers[first[i]] to numbers[first[i] + its count - 1]."""
 
     n: int
     first: Any
+    numbers: Any  # uint: ray after ray, each in the order of the lights
     rays: Any  # blocks of layout.RAY_FIELDS
     seen: Any  # uint: 1 where nothing blocks the light
     contribution: Any  # blocks of one value a band
@@ -98,7 +99,7 @@ def tile_rays(rays: layout.Rays) -> int:
 
 
 def feeler_bytes(n: int, rays: layout.Rays, lanes: int) -> int:
-    return block_bytes(n, len(layout.RAY_FIELDS) + rays.values, lanes) + n * 4
+    return block_bytes(n, len(layout.RAY_FIELDS) + rays.values, lanes) + 4 * n * 2  # number and seen
 
 
 def new_queue(device: Device, kind: str, n: int) -> Queue:

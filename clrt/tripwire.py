@@ -61,8 +61,10 @@ class Tripwire:
         self._look("light", "local light", local, generation, queue, shape)
         if feelers.n:
             first = self._words(feelers.first, queue.n)
-            # a feeler's ray is the last one whose feelers begin there or before
-            owner = np.searchsorted(first, np.arange(feelers.n), "right") - 1
+            owner = np.empty(feelers.n, np.int64)
+            # the ray of a listed feeler is the last one whose list begins there or before
+            listed = np.searchsorted(first, np.arange(feelers.n), "right") - 1
+            owner[self._words(feelers.numbers, feelers.n)] = listed
             rays = self._blocks(feelers.rays, feelers.n, len(layout.RAY_FIELDS))[:, :_DIRECTED]
             seen = self._words(feelers.seen, feelers.n) != 0
             brings = np.where(seen[:, None], self._bands(feelers.contribution, feelers.n), 0)

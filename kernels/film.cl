@@ -7,7 +7,7 @@
 
 __kernel void gather(__global const uint *pixel_of, __global const uint *path, uint n,
                      __global const float *local_radiance, __global const uint *spawn,
-                     __global const uint *first_feeler, __global const uint *seen,
+                     __global const uint *first_feeler, __global const uint *feeler_of, __global const uint *seen,
                      __global const float *contribution, uint path_mask, uint path_value,
                      uint plane, uint pixels, __global float *film)
 {
@@ -27,7 +27,8 @@ __kernel void gather(__global const uint *pixel_of, __global const uint *path, u
         __global const float *brought = local_radiance + in_block(i, 0, VALUES);
         ONE_BY_ONE
         for (int b = 0; b < RAY_BANDS; b++) value[b] = bright ? brought[b * LANES] : 0.0f;
-        for (uint f = first; f < end; f++) {
+        for (uint k = first; k < end; k++) {
+            const uint f = feeler_of[k];
             if (!seen[f]) continue;
             brought = contribution + in_block(f, 0, VALUES);
             ONE_BY_ONE

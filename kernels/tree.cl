@@ -10,6 +10,7 @@
 
 #define BINS 16
 #define BLOCK 8
+#define ALONE_COSTS (2 * BLOCK)  // lanes of a block that a primitive takes which is neither triangle nor sphere
 #define DEEP 20
 
 inline float4 lower4(float4 a, float4 b) { return select(b, a, a < b); }
@@ -19,7 +20,10 @@ inline float half_area(float4 low, float4 high)
     const float4 d = high - low;
     return d.x < 0.0f ? 0.0f : d.x * d.y + d.y * d.z + d.z * d.x;
 }
-inline float blocks_of(int count) { return (float)((count + BLOCK - 1) / BLOCK); }
+
+// what testing a set of primitives costs, in lanes of blocks, and in blocks
+inline int lanes_for(uchar kind) { return kind == BLOCK_OTHER ? ALONE_COSTS : 1; }
+inline float blocks_of(int lanes) { return (float)((lanes + BLOCK - 1) / BLOCK); }
 
 inline int block_kind(int kind)
 {
@@ -32,47 +36,48 @@ typedef struct {
 } Split;
 
 // The cheapest of the BINS - 1 planes on each axis. A middle is taken as low + high: twice the middle will do.
-inline Split best_split(__global const Box *boxes, __global const int *item, int start, int end,
-                        float4 middle_low, float4 scale)
+inline Split best_split(__global const Box *boxes, __global const uchar *kinds, __global const int *item, int start,
+                        int end, float4 middle_low, float4 scale)
 {
     float4 low[3][BINS], high[3][BINS];
-    int count[3][BINS];
+    int lanes[3][BINS];
     for (int axis = 0; axis < 3; axis++)
         for (int k = 0; k < BINS; k++) {
             low[axis][k] = (float4)(INFINITY);
             high[axis][k] = (float4)(-INFINITY);
-            count[axis][k] = 0;
+            lanes[axis][k] = 0;
         }
     for (int i = start; i < end; i++) {
         const float4 a = boxes[item[i]].low, b = boxes[item[i]].high;
         const int4 bin = clamp(convert_int4_sat((a + b - middle_low) * scale), (int4)(0), (int4)(BINS - 1));
-        low[0][bin.x] = lower4(a, low[0][bin.x]); high[0][bin.x] = upper4(b, high[0][bin.x]); count[0][bin.x]++;
-        low[1][bin.y] = lower4(a, low[1][bin.y]); high[1][bin.y] = upper4(b, high[1][bin.y]); count[1][bin.y]++;
-        low[2][bin.z] = lower4(a, low[2][bin.z]); high[2][bin.z] = upper4(b, high[2][bin.z]); count[2][bin.z]++;
+        const int more = lanes_for(kinds[item[i]]);
+        low[0][bin.x] = lower4(a, low[0][bin.x]); high[0][bin.x] = upper4(b, high[0][bin.x]); lanes[0][bin.x] += more;
+        low[1][bin.y] = lower4(a, low[1][bin.y]); high[1][bin.y] = upper4(b, high[1][bin.y]); lanes[1][bin.y] += more;
+        low[2][bin.z] = lower4(a, low[2][bin.z]); high[2][bin.z] = upper4(b, high[2][bin.z]); lanes[2][bin.z] += more;
     }
     Split best = {-1, 0, INFINITY};
     for (int axis = 0; axis < 3; axis++) {
         float right_area[BINS];
-        int right_count[BINS];
+        int right_lanes[BINS];
         float4 side_low = (float4)(INFINITY), side_high = (float4)(-INFINITY);
-        int side_count = 0;
+        int side_lanes = 0;
         for (int k = BINS - 1; k > 0; k--) {
             side_low = lower4(low[axis][k], side_low);
             side_high = upper4(high[axis][k], side_high);
-            side_count += count[axis][k];
+            side_lanes += lanes[axis][k];
             right_area[k] = half_area(side_low, side_high);
-            right_count[k] = side_count;
+            right_lanes[k] = side_lanes;
         }
         side_low = (float4)(INFINITY);
         side_high = (float4)(-INFINITY);
-        side_count = 0;
+        side_lanes = 0;
         for (int k = 1; k < BINS; k++) {
             side_low = lower4(low[axis][k - 1], side_low);
             side_high = upper4(high[axis][k - 1], side_high);
-            side_count += count[axis][k - 1];
-            if (side_count == 0 || right_count[k] == 0) continue;
-            const float cost = half_area(side_low, side_high) * blocks_of(side_count)
-                             + right_area[k] * blocks_of(right_count[k]);
+            side_lanes += lanes[axis][k - 1];
+            if (side_lanes == 0 || right_lanes[k] == 0) continue;
+            const float cost = half_area(side_low, side_high) * blocks_of(side_lanes)
+                             + right_area[k] * blocks_of(right_lanes[k]);
             if (cost < best.cost) {
                 best.axis = axis;
                 best.bin = k;
@@ -88,12 +93,14 @@ inline int split_node(__global const Box *boxes, __global const uchar *kinds, __
                       __global BuildNode *node, int start, int end, int depth)
 {
     float4 low = (float4)(INFINITY), high = (float4)(-INFINITY), middle_low = low, middle_high = high;
+    int lanes = 0;
     for (int i = start; i < end; i++) {
         const float4 a = boxes[item[i]].low, b = boxes[item[i]].high, middle = a + b;
         low = lower4(a, low);
         high = upper4(b, high);
         middle_low = lower4(middle, middle_low);
         middle_high = upper4(middle, middle_high);
+        lanes += lanes_for(kinds[item[i]]);
     }
     node->low = low;
     node->high = high;
@@ -106,9 +113,9 @@ inline int split_node(__global const Box *boxes, __global const uchar *kinds, __
     const float4 extent = middle_high - middle_low;
     // an axis without extent has all its items in bin 0, and no plane there is a split
     const float4 scale = select((float4)(0.0f), (BINS * 0.9999f) / extent, extent > 1e-30f);
-    if (count > 1 && depth < DEEP) split = best_split(boxes, item, start, end, middle_low, scale);
+    if (count > 1 && depth < DEEP) split = best_split(boxes, kinds, item, start, end, middle_low, scale);
     const float area = half_area(low, high);
-    if (count <= BLOCK && !(split.axis >= 0 && split.cost + area < area * blocks_of(count))) {
+    if (count <= BLOCK && !(split.axis >= 0 && split.cost + area < area * blocks_of(lanes))) {
         // a leaf; if its kinds are mixed, the first kind parts from the others
         int place = start;
         for (int i = start; i < end; i++)

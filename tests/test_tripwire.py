@@ -131,10 +131,11 @@ def test_feelers_are_traced_to_their_ray(tracer: clrt.Tracer, monkeypatch: pytes
 
         def first_of_row(device: Any, found: Any, buffer: str = buffer, fields: int = fields) -> None:
             first = device.read(found.first, np.empty(row + 1, np.uint32))
+            feeler = device.read(found.numbers, np.empty(found.n, np.uint32))[first[row]]
             seen = device.read(found.seen, np.empty(found.n, np.uint32))
-            seen[first[row]] = 1
+            seen[feeler] = 1
             device.write(found.seen, seen)
-            spoil(device, getattr(found, buffer), int(first[row]), 0, fields, np.nan)
+            spoil(device, getattr(found, buffer), int(feeler), 0, fields, np.nan)
 
         with monkeypatch.context() as patch:
             spoiling(tracer, patch, "feelers", first_of_row)

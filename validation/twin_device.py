@@ -65,6 +65,8 @@ def device_stages(
                 "seen": _words(device, shadows.seen, shadows.n),
                 "contribution": _blocks(device, shadows.contribution, shadows.n, _values(device, queue)),
             }
+            numbers = _words(device, shadows.numbers, shadows.n)
+            values = {name: array[..., numbers] for name, array in values.items()}
             yield Stage("feelers", generation, queue.kind, values, owner)
             film.add(queue, lit, shadows, generation)
             parents.append((queue, hits, lit))
