@@ -56,7 +56,7 @@ class Lit:
 
 @dataclass(frozen=True)
 class Feelers:
-    """Shadow feelers of a queue: those of ray i are numbers[first[i]] to numbers[first[i] + its count - 1]."""
+    """Shadow feelers of a queue: those of ray i are listed in `numbers`, from first[i] on."""
 
     n: int
     first: Any
