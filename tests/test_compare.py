@@ -194,7 +194,7 @@ SPOILT: dict[str, tuple[Any, Any, str]] = {
     "FLIP": (oracle(GREY * 1.1), oracle(GREY), "FLIP"),
     "PSNR": (oracle(GREY * 1.1), oracle(GREY), "PSNR"),
     "fine": (spoilt(put(np.s_[5, 10:13], 0.4002)), oracle(GREY), "within 1e-4"),
-    "coarse": (spoilt(put(np.s_[5, 10], 0.402)), oracle(GREY), "within 1e-3"),
+    "coarse": (spoilt(put(np.s_[5, 10:12], 0.402)), oracle(GREY), "within 1e-3"),
     "edges far off": (spoilt(put(np.s_[5:7, 0], 0.45)), oracle(GREY), "edges far off"),
     "mean": (oracle(GREY * 1.0002), oracle(GREY), "mean radiance"),
     "mean of one channel": (oracle(GREY * [1, 1.0002, 1]), oracle(GREY), "mean radiance"),
@@ -216,8 +216,14 @@ def test_each_gate_fails_when_it_should(name: str):
         assert gate not in failed(good)
 
 
+def test_a_share_of_a_small_picture_is_a_whole_pixel():
+    one, two = (spoilt(put(np.s_[5, 10 : 10 + n], 0.402)) for n in (1, 2))
+    assert compare.compare(one, oracle(GREY), EDGES).passed
+    assert failed(compare.compare(two, oracle(GREY), EDGES)) == {"within 1e-3"}
+
+
 def test_edges_do_not_count_as_other_pixels():
-    mine = spoilt(put(np.s_[5, 0], 0.404))
+    mine = spoilt(put(np.s_[5:7, 0], 0.404))
     assert failed(compare.compare(mine, oracle(GREY))) >= {"within 1e-3"}
     assert compare.compare(mine, oracle(GREY), EDGES).passed
 

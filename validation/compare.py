@@ -33,7 +33,7 @@ class Limits:
     psnr: float | None  # dB
     mask: float | None  # largest share of edges
     fine: float | None = 0.999  # share within FINE, outside the mask
-    coarse: float | None = 0.9999  # share within COARSE, outside the mask
+    coarse: float | None = 0.9999  # share within COARSE, likewise; the others are rounded up to whole pixels
     masked: float | None = 0.01  # share of the mask's pixels off by more than FAR; one pixel always may be
     mean: float | None = 1e-4  # relative difference of mean radiance, outside the mask
     rays: float | None = 0.999  # as `fine`, for each generation and kind of ray
@@ -131,6 +131,9 @@ def compare(
         }
     if limit.masked is not None and mask.any():  # one pixel of a short edge is more than a share allows
         limit = dataclasses.replace(limit, masked=max(limit.masked, 1 / np.count_nonzero(mask)))
+    if limit.coarse is not None and not mask.all():  # a share of a small picture, in whole pixels
+        outside = np.count_nonzero(~mask)
+        limit = dataclasses.replace(limit, coarse=1 - math.ceil((1 - limit.coarse) * outside) / outside)
     gates = (*_gates(metrics, limit), *_ray_gates(rows, limit))
     failed = [gate for gate in gates if not gate.passed]
     return Comparison(metrics, gates, maps, _blame(failed, rows, limit) if failed else "")

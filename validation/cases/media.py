@@ -56,10 +56,13 @@ def _absorbing() -> list[Table]:
 
 
 def _pieces() -> Table:
-    """A bar of one material made of three that overlap: their boundaries inside it cannot be seen."""
+    """A bar of one material made of three that overlap: their boundaries inside it cannot be seen.
+
+    No two sides coincide: which of them is met first is a rule of ours that Mitsuba does not have.
+    """
     bar: Table = {**_CONSTANT, "specular": 0.4, "shininess": 20, "absorption": [0.1, 0.3, 0.6]}
-    shapes = [_box([-2.4, -0.6, -0.4], [-0.2, 0.5, 0.5], bar), _box([-0.9, -0.6, -0.4], [1.2, 0.5, 0.5], bar),
-              _ball(0.9, bar, 1.4)]  # fmt: skip
+    left = _box([-2.4, -0.6, -0.4], [-0.2, 0.5, 0.5], bar)
+    shapes = [left, _box([-0.9, -0.55, -0.35], [1.2, 0.45, 0.45], bar), _ball(0.9, bar, 1.4)]
     return room(shapes, max_depth=2)
 
 
