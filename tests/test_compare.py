@@ -218,8 +218,8 @@ def test_each_gate_fails_when_it_should(name: str):
 
 def test_a_share_of_a_small_picture_is_a_whole_pixel():
     one, two = (spoilt(put(np.s_[5, 10 : 10 + n], 0.402)) for n in (1, 2))
-    assert compare.compare(one, oracle(GREY), EDGES).passed
-    assert failed(compare.compare(two, oracle(GREY), EDGES)) == {"within 1e-3"}
+    assert "within 1e-3" not in failed(compare.compare(one, oracle(GREY), EDGES))
+    assert "within 1e-3" in failed(compare.compare(two, oracle(GREY), EDGES))
 
 
 def test_edges_do_not_count_as_other_pixels():
