@@ -70,7 +70,11 @@ class Tracer:
         self.flat = flatten(scene)
         self.device = Device(device, self.settings, self.flat.rays)
         self.world = World(self.device, self.flat)
-        self.tile = self.settings.tile or tile_rays(self.flat.rays)
+
+    @property
+    def tile(self) -> int:
+        """Rays that are traced at once: the setting, or what suits the scene's number of bands."""
+        return self.settings.tile or tile_rays(self.flat.rays)
 
     @_one_at_a_time
     def render(
