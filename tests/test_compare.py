@@ -264,6 +264,17 @@ def test_shapes_and_distances():
     assert compare.compare(oracle(GREY, t=missed), oracle(GREY, t=missed)).passed
 
 
+def test_far_distances_are_compared_by_their_inverse():
+    """Of a plane near its horizon float32 knows 1 / t as well as anywhere, but not t."""
+    t, shape = np.full((40, 50), 2.0), np.zeros((40, 50), int)
+    t[7, 9] = 2000.0  # 10 times 100 medians: its distance may be off by 10 times as much
+    for error, wrong in ((9e-5, set()), (1.1e-4, {"distance"})):
+        other = t.copy()
+        other[7, 9] *= 1 + error
+        found = compare.compare(oracle(GREY, t=other, shape=shape), oracle(GREY, t=t, shape=shape))
+        assert failed(found) == wrong
+
+
 def test_another_size_is_a_failure_not_a_crash():
     result = compare.compare(oracle(GREY[:30]), oracle(GREY))
     assert failed(result) == {"size"} and result.gates[0].detail == "50 x 30 in place of 50 x 40"

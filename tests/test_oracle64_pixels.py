@@ -13,6 +13,7 @@ import clrt
 from tests.engines import unit
 from tests.solids import CAMERA, colourful, scene
 from validation.oracle64 import edge_mask, hashing, radiance64, render64
+from validation.oracles import edges64, picture64
 
 
 def test_hashes_are_those_of_plain_integers() -> None:
@@ -132,9 +133,13 @@ def test_checkers() -> None:
 
 @pytest.fixture
 def ball() -> clrt.Scene:
-    """A ball whose edge is a step of 0.01, at RADIUS pixels from the middle of 60 x 60."""
-    camera = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 60, "height": 60}
-    material = {"diffuse": 0, "emission": 0.01}
+    return ball_of(0.01)
+
+
+def ball_of(step: float, spp: int = 1) -> clrt.Scene:
+    """A ball whose edge is a step of radiance, at RADIUS pixels from the middle of 60 x 60."""
+    camera = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 60, "height": 60, "spp": spp}
+    material = {"diffuse": 0, "emission": step}
     shape = {"type": "sphere", "center": [0, 0, 0], "radius": 1.0, "material": material}
     return scene(shape, camera=camera, max_depth=0)
 
@@ -150,6 +155,15 @@ def test_a_pixel_is_an_edge_where_one_of_its_samples_is(ball: clrt.Scene) -> Non
     nearest = np.abs(np.hypot(x, y) - RADIUS).reshape(60, 4, 60, 4).min(axis=(1, 3))
     assert mask[nearest < 0.95 * step].all() and not mask[nearest > 1.415 * step].any()
     assert (nearest < 0.95 * step).sum() >= 4
+
+
+@pytest.mark.parametrize(("spp", "step", "seen"), [
+    (1, 0.0017, False), (1, 0.0021, True), (16, 0.0007, False), (16, 0.0009, True),
+])  # fmt: skip
+def test_what_moves_a_pixel_of_many_samples_is_an_edge(spp: int, step: float, seen: bool) -> None:
+    """Two samples that cross a step of 8e-4 move a pixel of 16 by 1e-4, which is as much as it may differ."""
+    ball = ball_of(step, spp)
+    assert edges64(ball, picture64(ball)).any() == seen
 
 
 def test_edge_mask_is_where_the_silhouette_is(ball: clrt.Scene) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 EDGE_CHANGE = 2e-3  # a pixel that moves by more under a shift of EDGE_STEP is on an edge
-EDGE_STEP = 0.05  # pixel, or of the distance between several samples of one
+EDGE_STEP = 0.05  # pixel, for one sample in each
 DIAGONAL = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 _WINDOW = 11  # of SSIM: 2 * int(3.5 * 1.5 + 0.5) + 1 pixels
 

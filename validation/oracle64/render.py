@@ -175,8 +175,7 @@ def edge_mask(
     `reference`: the picture's samples (spp, h, w, 3), where they are at hand.
 
     Samples are asked for, not their mean: rounding takes one sample across an edge as easily where a pixel
-    has others, and of 16 each counts for more than the 1e-4 that pixels may differ by from a jump of 1.6e-3
-    on. (In the mean, a jump of less than 16 times `change` would not show.)
+    has others, and in the mean a jump of less than spp times `change` would not show.
     """
     if reference is None:
         reference = render64(scene, width, height, spp, max_depth).samples
