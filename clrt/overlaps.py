@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
+from functools import cache
 from typing import Any, Final
 
 import numpy as np
@@ -63,13 +64,15 @@ def _passes_through(surface: Shape, solid: Shape) -> bool:
     if isinstance(solid, Mesh):
         most = max(2, _MOST_ANGLES // (len(_ASIDE) * max(solid.primitives, 1)))
         points = points[:: -(-len(points) // most)]
-    if not len(points):
+    count = count_inside(solid, points)
+    if count.all() or not count.any():  # most pairs
         return False
     aside = _MARGIN * np.ptp(points, axis=0).max() * _ASIDE
     count = count_inside(solid, (points[:, None] + aside).reshape(-1, 3)).reshape(len(points), -1)
     return bool((count > 0).all(axis=1).any() and (count == 0).all(axis=1).any())
 
 
+@cache
 def _directions(n: int = 64) -> np.ndarray:
     """Spread over the unit sphere: (n, 3)."""
     z = (2 * np.arange(n) + 1) / n - 1
