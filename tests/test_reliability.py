@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.cli import main
+from clrt.resources import validation_module
 from validation.reliability import __main__ as page
-from validation.reliability import accuracy, sameness
+from validation.reliability import accuracy, intel, sameness
 from validation.reliability.rows import ROWS
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -64,3 +66,26 @@ def test_configurations_are_as_many_as_promised() -> None:
     chosen = list(sameness.configurations())
     assert len(chosen) >= 48
     assert sameness.picture("room", 32, chosen[0]) == sameness.picture("room", 32, {})
+
+
+def test_the_checks_of_a_self_test_are_read_as_it_prints_them(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    selftest = validation_module("selftest")
+    results = [
+        selftest.Result("arithmetic", True, "8 operations on 16,384 numbers are the same", 0.1),
+        selftest.Result("flat shapes", False, "caller's rays: t (ray 3)", 12.0),
+    ]
+    monkeypatch.setattr(selftest, "run_selftest", lambda device: results)
+    assert main(["selftest"]) == 1
+    found = intel.checks_of(capsys.readouterr().out)
+    assert found == {result.name: (result.passed, result.detail) for result in results}
+
+
+def test_a_process_is_shown_one_runtime_only(tmp_path: Path) -> None:
+    library = tmp_path / "lib64" / "libintelocl.so"
+    library.parent.mkdir()
+    library.touch()
+    found = intel.environment(tmp_path)
+    assert found["LD_LIBRARY_PATH"] == str(library.parent)
+    assert Path(found["OCL_ICD_VENDORS"]).read_text() == f"{library}\n"

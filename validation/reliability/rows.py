@@ -11,7 +11,7 @@ from clrt.device import Device
 
 from .. import proofs, twin_check
 from ..hostile import run as hostile
-from . import accuracy, coldstarts, drivers, faults, interrupts, kills, sameness
+from . import accuracy, coldstarts, drivers, faults, intel, interrupts, kills, sameness
 from .figures import Figure, Tell
 
 
@@ -67,6 +67,8 @@ ROWS: Final = (
     Row("self-hits", "rays that meet the surface they leave", 10**8, "rays", _self_hits),
     Row("sameness", "pictures that differ between tiles, work-groups, lanes, threads, processes and drivers",
         48, "configurations of every scene", sameness.run),
+    Row("intel", "checks of `clrt selftest`, 31 small pictures among them, that fail on Intel's runtime", 20,
+        "checks", intel.run),
     Row("faults", "calls of the driver or the disk that, failing once, give a wrong error, leave a buffer or "
         "a file, or spoil the next render", 500, "calls", faults.run, kernels=False),
     Row("kills", "output files that are neither the old nor the complete new one after SIGKILL or SIGINT",
