@@ -3,11 +3,12 @@
     python docs/make_performance.py                        tables and charts, from the times that are kept
     python docs/make_performance.py --measure              measure again first; takes ten minutes
     python docs/make_performance.py --measure --spd FOLDER and time POV-Ray, on scenes of the SPD
+    python docs/make_performance.py --measure --thesis FILE and time the thesis' `mbs`
     python docs/make_performance.py --measure --quick      try that with tiny scenes, in a temporary folder
 
 FOLDER holds each scene twice, as spd/NAME.nff and pov/NAME.pov. The times are kept in
 docs/performance/*.json. The machine should have nothing else to do; its load before each run is kept and
-shown. Without FOLDER the kept times of POV-Ray stay.
+shown. Without FOLDER the kept times of POV-Ray stay, without FILE those of `mbs`.
 """
 
 # ruff: noqa: E402  (a checkout's own clrt is measured, installed or not)
@@ -16,11 +17,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
@@ -35,10 +38,11 @@ from clrt.bench.frames import frame_times
 from clrt.platforms import devices
 
 OTHER_DRIVER = "PoCL 3.0"
+DRIVERS = ("PoCL 3.1", OTHER_DRIVER)
 FEW = 3  # rounds of what is only compared with itself, against nine
 
 
-def measure(kept: Path, spd: Path | None, quick: bool) -> None:
+def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> None:
     """Everything anew, into `kept`/*.json."""
     rounds = {"rounds": FEW} if quick else {}
     suite.run(suite.Plan(embree=True, quick=quick, **rounds), print).save(kept / "bench.json")
@@ -49,6 +53,35 @@ def measure(kept: Path, spd: Path | None, quick: bool) -> None:
     _keep(kept / "scaling.json", scaling.run(quick, rounds=FEW))
     if spd:
         _keep(kept / "povray.json", peers(spd, 1 if quick else 5))
+    if thesis:
+        _keep(kept / "thesis.json", processes(thesis, 1 if quick else 5))
+
+
+def processes(scene: Path, rounds: int) -> dict[str, Any]:
+    """`clrt render` of a scene at 2000 x 2500 on both drivers, in turns, after one to fill the caches.
+
+    Seconds of the whole process, and the most memory that one of them had.
+    """
+    found: dict[str, Any] = {"load_before": machine.load(), "drivers": {}}
+    for driver in DRIVERS:
+        found["drivers"][driver] = {"wall": [], "cpu": [], "peak_bytes": 0}
+    with tempfile.TemporaryDirectory() as folder:
+        size = ["--width", "2000", "--height", "2500", "-o", f"{folder}/out.png", "--quiet"]
+        for turn in range(rounds + 1):
+            for driver, times in found["drivers"].items():
+                start = time.perf_counter()
+                command = [sys.executable, "-m", "clrt", "render", str(scene), *size, "--device", driver]
+                child = subprocess.Popen(command, cwd=DOCS.parent)
+                _, status, used = os.wait4(child.pid, 0)
+                wall = time.perf_counter() - start
+                if status:
+                    raise RuntimeError(f"{scene}: clrt render on {driver} failed; its message is above")
+                if turn:
+                    times["wall"].append(wall)
+                    times["cpu"].append(used.ru_utime + used.ru_stime)
+                    times["peak_bytes"] = max(times["peak_bytes"], used.ru_maxrss * 1024)
+    print(found)
+    return found
 
 
 def peers(folder: Path, rounds: int) -> dict[str, Any]:
@@ -90,15 +123,19 @@ def write(kept: Path, page: Path) -> None:
     grown = json.loads((kept / "scaling.json").read_text())
     times = kept / "povray.json"
     povray = json.loads(times.read_text()) if times.exists() else {"scenes": {}}
+    times = kept / "thesis.json"
+    thesis = json.loads(times.read_text()) if times.exists() else {"drivers": {}}
     chart.roofline(made, kept / "roofline.svg")
     scaling.chart(grown, kept / "scaling.svg")
     parts = {
         "machine": tables.machine_line(made),
-        "aims": tables.aims(made, grown, povray),
+        "aims": tables.aims(made, grown, povray, thesis),
         "against": tables.against(made),
         "trees": tables.trees(made),
         "passes": tables.passes(made),
         "frames": tables.frames(made),
+        "bands": tables.bands(made),
+        "thesis": tables.programs(thesis),
         "around": tables.around(made),
         "povray": tables.povray(povray),
         "scaling": tables.growth(grown),
@@ -123,6 +160,7 @@ def main() -> None:
     parser.add_argument("--measure", action="store_true")
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--spd", type=Path, metavar="FOLDER")
+    parser.add_argument("--thesis", type=Path, metavar="FILE")
     options = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="clrt-performance-")) if options.quick else DOCS
     page, kept = folder / "performance.md", folder / "performance"
@@ -130,7 +168,7 @@ def main() -> None:
         shutil.copy(DOCS / "performance.md", page)
     kept.mkdir(exist_ok=True)
     if options.measure:
-        measure(kept, options.spd, options.quick)
+        measure(kept, options.spd, options.thesis, options.quick)
     write(kept, page)
     print(page)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.bench import kernels, report, roof, scaling, scenes, timing, verdict, walk
+from clrt.bench import bands, kernels, report, roof, scaling, scenes, timing, verdict, walk
 from clrt.bench.machine import one_core
 from clrt.bench.recorder import Recording, case
 from clrt.bench.timing import Case, Measurement
@@ -288,16 +288,43 @@ def test_ratios_take_the_best_call_of_each_mode():
     )
 
 
+def test_the_ball_of_glass_disperses_in_one_of_its_pictures():
+    """And it covers the 8 % of the picture for which its price is published."""
+    rays = {
+        how: clrt.render(scene, width=64, layers=["shape"])
+        for shown, how, scene in bands.pictures(quick=True)
+        if shown == "glass ball"
+    }
+    one, alike, dispersed = (
+        rays[how].stats["rays"]["transmission"] for how in (bands.ONE, bands.ALIKE, bands.DISPERSED)
+    )
+    assert one == alike > 0
+    assert 0.9 * bands.MOST * one < dispersed < 1.1 * bands.MOST * one
+    assert 0.07 < (rays[bands.ONE].layers["shape"] == 2).mean() < 0.09
+
+
+def test_bands_cost_what_they_cost_against_rgb_or_one_wavelength():
+    def made(shown: str, how: str, seconds: float) -> Measurement:
+        return timing.measured(Case(group="bands", scene=shown, name=how, run=lambda: None), (seconds,))
+
+    times = [made("flake", "RGB", 2.0), made("flake", "8 bands", 3.0)]
+    times += [made("glass ball", bands.ONE, 0.5), made("glass ball", bands.DISPERSED, 4.0)]
+    assert bands.ratio(times, "flake", "8 bands") == 1.5
+    assert bands.ratio(times, "glass ball", bands.DISPERSED) == 8.0
+
+
 @pytest.mark.slow
 def test_the_command_measures_compares_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     old, new, chart = tmp_path / "old.json", tmp_path / "new.json", tmp_path / "roof.svg"
-    quick = ["bench", "--quick", "--only", "kernels,frames,builder,launch", "--rounds", "3"]
+    quick = ["bench", "--quick", "--only", "kernels,frames,builder,launch,bands", "--rounds", "3"]
     assert main([*quick, "--json", str(old), "--chart", str(chart)]) == 0
     text = capsys.readouterr().out
-    assert all(word in text for word in ("of the roof", "Mpixel/s", "builder: tree", "launch: queued"))
+    assert all(
+        word in text for word in ("of the roof", "Mpixel/s", "builder: tree", "launch: queued", "times RGB")
+    )
     assert "<svg" in chart.read_text()
     groups = {row["group"] for row in json.loads(old.read_text())["measurements"]}
-    assert groups == {"roof", "tracing", "shading", "compaction", "frame", "builder", "launch"}
+    assert groups == {"roof", "tracing", "shading", "compaction", "frame", "builder", "launch", "bands"}
 
     # an old report a hundred times as fast: everything is slower now, on a busy machine too
     table = json.loads(old.read_text())

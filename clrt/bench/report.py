@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from clrt.atomic import replacing
-from clrt.bench import roof
+from clrt.bench import bands, roof
 from clrt.bench.frames import shares
 from clrt.bench.timing import Measurement
 from clrt.errors import ClrtError
@@ -72,6 +72,8 @@ def tables(report: Report) -> Iterable[Table]:
         yield _others(others)
     if report.of("frame"):
         yield _frames(report.of("frame"))
+    if report.of("bands"):
+        yield _bands(report.of("bands"))
 
 
 def table(title: str, left: Iterable[str], right: Iterable[str]) -> Table:
@@ -135,6 +137,16 @@ def _frames(measurements: Iterable[Measurement]) -> Table:
             f"{m.extra['rays'] / m.median / 1e6:.1f}",
             *(f"{part[name]:.0%}" for name in ("tracing", "passes", "host")),
         )
+    return rows
+
+
+def _bands(measurements: list[Measurement]) -> Table:
+    right = ("ms", "spread", "times RGB, or one wavelength", "device, MiB")
+    rows = table("pictures in bands, processor time", ("scene", "bands"), right)
+    for m in measurements:
+        cost = bands.ratio(measurements, m.scene, m.name)
+        memory = f"{m.extra['device_bytes'] / 2**20:.0f}"
+        rows.add_row(m.scene, m.name, f"{m.median * 1e3:.1f}", f"{m.spread:.1%}", f"{cost:.2f}", memory)
     return rows
 
 

@@ -29,6 +29,9 @@ _SURFACE: Final[dict[str, Any]] = {
     "ior": 1.3,
 }
 _MIRROR: Final = {**_SURFACE, "transmission": 0.0}
+_MATT: Final = {"color": [0.8, 0.7, 0.6], "diffuse": 0.7}
+GLASS: Final = "SF10"
+GLASS_INDEX: Final = 1.728  # about, in yellow light
 _TERRAIN_VIEW: Final = ([9.0, 6.5, 9.0], [0.0, 0.0, 0.0])  # origin, target
 _FLAKE_VIEW: Final = ([0.3, 1.6, 3.9], [0.0, 0.05, 0.0])
 
@@ -83,9 +86,26 @@ def flake(levels: int = 4) -> Scene:
     return _scene(_flake_spheres(levels), *_FLAKE_VIEW)
 
 
-def flake_frame(lights: int = 3, max_depth: int = 4, levels: int = 4) -> Scene:
-    """The sphereflake as a picture: mirrors in front of a plain background, no ambient rays."""
-    return _scene(_flake_spheres(levels, _MIRROR), *_FLAKE_VIEW, **_frame(lights, max_depth))
+def flake_frame(lights: int = 3, max_depth: int = 4, levels: int = 4, bands: int | None = None) -> Scene:
+    """The sphereflake as a picture: mirrors in front of a plain background, no ambient rays; None: in RGB."""
+    settings = _frame(lights, max_depth) | _spectrum(bands)
+    return _scene(_flake_spheres(levels, _MIRROR), *_FLAKE_VIEW, **settings)
+
+
+def glass_ball(ior: str | float, bands: int | None) -> Scene:
+    """A ball of Fresnel glass on 8 % of the picture, between a floor and a wall; bands None: in RGB."""
+    glass = {"diffuse": 0.0, "fresnel": True, "ior": ior}
+    shapes: list[dict[str, Any]] = [
+        {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": _MATT},
+        {"type": "plane", "point": [0, 0, -2], "normal": [0, 0, 1], "material": _MATT},
+        {"type": "sphere", "center": [0, 0.7, 0], "radius": 0.56, "material": glass},
+    ]
+    settings = _frame(1, max_depth=6) | _spectrum(bands)
+    return _scene(shapes, [0.0, 1.2, 4.0], [0.0, 0.6, 0.0], **settings)
+
+
+def _spectrum(bands: int | None) -> dict[str, Any]:
+    return {"spectrum": {"bands": bands}} if bands else {}
 
 
 def _frame(lights: int, max_depth: int) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt.bench import embree, host, kernels, machine, roof, scenes
+from clrt.bench import bands, embree, host, kernels, machine, roof, scenes
 from clrt.bench.frames import frame_times
 from clrt.bench.report import Report
 from clrt.bench.timing import Measurement, Tell, measure
@@ -17,7 +17,7 @@ from clrt.flatten import flatten
 from clrt.scene import Scene
 from clrt.settings import Settings
 
-GROUPS: Final = ("kernels", "builder", "launch", "compile", "frames", "program")
+GROUPS: Final = ("kernels", "builder", "launch", "compile", "frames", "bands", "program")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,6 +59,8 @@ def run(plan: Plan, tell: Tell | None = None) -> Report:
         found += frame_times(
             {**frames, **sizes}, _threads(device), plan.rounds, plan.device, plan.settings, tell
         )
+    if "bands" in plan.groups:
+        found += bands.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
     if "compile" in plan.groups:
         found += host.compile_times(plan.device, 1 if plan.quick else 3, tell)
     if "program" in plan.groups:

@@ -1,0 +1,65 @@
+"""What bands cost: the sphereflake with more and more of them, and a ball of glass that disperses.
+
+A dispersed picture of 64 bands stands against 64 pictures of one wavelength each, which show the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+from clrt.bench import scenes
+from clrt.bench.timing import Case, Measurement, Tell, measure
+from clrt.scene import Scene
+from clrt.settings import Settings
+from clrt.tracer import Tracer
+
+BANDS: Final = (None, 8, 24, 64)  # None: RGB
+MOST: Final = 64
+ONE: Final = "one wavelength"
+ALIKE, DISPERSED = (f"{MOST} bands, {kind}" for kind in ("one index", "dispersed"))
+
+
+def pictures(quick: bool) -> Iterator[tuple[str, str, Scene]]:
+    """(what it shows, how, scene) of each picture."""
+    levels = 2 if quick else 4
+    for bands in BANDS:
+        name = f"{bands} bands" if bands else "RGB"
+        yield "flake", name, scenes.flake_frame(levels=levels, bands=bands)
+    index = scenes.GLASS_INDEX
+    yield "glass ball", ONE, scenes.glass_ball(index, None)
+    yield "glass ball", ALIKE, scenes.glass_ball(index, MOST)
+    yield "glass ball", DISPERSED, scenes.glass_ball(scenes.GLASS, MOST)
+
+
+def times(
+    rounds: int, wanted: int | str | None, settings: Settings, quick: bool = False, tell: Tell | None = None
+) -> list[Measurement]:
+    """Processor time of the pictures, in turns, and the device memory that each holds (`device_bytes`)."""
+    cases: list[Case] = []
+    tracers: list[Tracer] = []
+    for shown, how, scene in pictures(quick):
+        tracer = Tracer(scene, wanted, settings)
+        width = 64 if quick else 1024 if shown == "flake" else 512
+
+        def run(tracer: Tracer = tracer, width: int = width) -> None:
+            tracer.render(width=width)
+
+        clock = "cpu" if tracer.device.info.kind == "CPU" else "wall"
+        frame = Case(
+            group="bands", scene=shown, name=how, run=run, items=width**2, unit="pixels", clock=clock
+        )
+        cases.append(frame)
+        tracers.append(tracer)
+    found = measure(cases, rounds, tell)
+    return [
+        replace(m, extra={"device_bytes": tracer.device.held_bytes})
+        for m, tracer in zip(found, tracers, strict=True)
+    ]
+
+
+def ratio(made: list[Measurement], shown: str, how: str) -> float:
+    """What a picture costs against the same in RGB; a dispersed one against one wavelength."""
+    median = {m.name: m.median for m in made if m.scene == shown}
+    return median[how] / median["RGB" if shown == "flake" else ONE]
