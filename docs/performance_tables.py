@@ -97,15 +97,10 @@ def bands(made: Report) -> str:
 def programs(content: dict[str, Any]) -> str:
     """The thesis' own scene, a process a time."""
     rows = [
-        (
-            driver,
-            f"{median(times['wall']):.2f}",
-            f"{median(times['cpu']):.2f}",
-            f"{times['peak_bytes'] / 2**20:.0f}",
-        )
+        (driver, f"{median(times['wall']):.2f}", f"{median(times['cpu']):.2f}")
         for driver, times in content["drivers"].items()
     ]
-    return table(("driver", "wall time, s", "processor time, s", "peak, MiB"), rows)
+    return table(("driver", "wall time, s", "processor time, s"), rows)
 
 
 def around(made: Report) -> str:
