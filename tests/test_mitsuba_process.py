@@ -18,6 +18,10 @@ def test_a_crash_is_reported_and_survived() -> None:
         assert mitsuba.versions()["mitsuba"]
         with pytest.raises(MitsubaError, match=r"KeyError: 'nothing'"):
             mitsuba.request("nothing", None)
+
+
+def test_a_process_that_hangs_is_ended_and_started_anew() -> None:
+    with Mitsuba() as mitsuba:  # its process has yet to load Mitsuba, so it cannot answer at once
         with pytest.raises(MitsubaError, match=r"no answer to 'versions' in 1e-06 s"):
             mitsuba.request("versions", None, 1e-6)
         assert mitsuba.request("versions", None)["variant"] == "llvm_ad_rgb"
