@@ -13,7 +13,7 @@
 VENV := .venv
 BIN := $(VENV)/bin
 TESTS ?=
-JOBS ?= --numprocesses logical --maxprocesses 4 --dist loadgroup
+JOBS ?= --numprocesses logical --maxprocesses 4
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # Of all drivers on the machine only the one that pip installed, so that everybody runs the same.

@@ -18,7 +18,6 @@ from clrt.resources import PACKAGE, kernel_folder, validation_module
 suite = validation_module("suite")
 mutants = validation_module("mutants")
 files = validation_module("suite_files")
-pytestmark = pytest.mark.xdist_group("validation")  # `result` takes long: one process makes it, first of all
 ROOT = Path(__file__).resolve().parent.parent
 
 
