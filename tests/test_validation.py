@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from clrt.errors import ClrtError
 from clrt.resources import PACKAGE, kernel_folder, validation_module
 
 suite = validation_module("suite")
@@ -105,6 +107,26 @@ def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client.importlib.util, "find_spec", lambda name: None)
     with oracles.Oracles() as opened:
         assert "mitsuba is not installed" in opened.unable("mitsuba-table", scene)
+
+
+def dies_before(marker: str) -> str:
+    """In a process of its own: ends that unless it did so before."""
+    if not Path(marker).exists():
+        Path(marker).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "alive"
+
+
+def test_a_process_that_dies_takes_no_other_result_with_it(tmp_path: Path) -> None:
+    jobs: dict[str, tuple[Any, ...]] = {f"{k}": (abs, -k) for k in range(9)}
+    jobs["3"] = (dies_before, str(tmp_path / "died"))
+    told: list[tuple[int, int]] = []
+    found = dict(suite._completed(jobs, 2, lambda done, of, name: told.append((done, of))))
+    assert found == {name: int(name) for name in jobs} | {"3": "alive"}
+    assert told == [(done, 9) for done in range(1, 10)]
+    jobs["4"] = (os._exit, 1)
+    with pytest.raises(ClrtError, match="4: ended the process that ran it, twice"):
+        dict(suite._completed(jobs, 2, None))
 
 
 @pytest.mark.parametrize("arguments, message", [

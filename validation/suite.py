@@ -13,6 +13,7 @@ import platform
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from multiprocessing import get_context
@@ -20,6 +21,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from clrt.device import Device
+from clrt.errors import ClrtError
 from clrt.platforms import choose
 from clrt.resources import validation_module
 from clrt.scene import Scene
@@ -168,14 +170,38 @@ def versions() -> dict[str, str]:
 
 def _completed(jobs: dict[str, tuple[Any, ...]], processes: int,
                progress: Progress | None) -> Iterator[tuple[str, Any]]:  # fmt: skip
-    """Names and results of jobs (function, arguments), as they are done."""
+    """Names and results of jobs (function, arguments), as they are done.
+
+    Where a process dies, the jobs that may have ended it run once more, each alone: a faulty kernel may have
+    harmed one that came after it. ClrtError names a job that dies again.
+    """
+    left = dict(jobs)
+
+    def taken(name: str, result: Any) -> tuple[str, Any]:
+        del left[name]
+        if progress:
+            progress(len(jobs) - len(left), len(jobs), name)
+        return name, result
+
+    while left:
+        try:
+            for name, result in _parallel(left, processes):
+                yield taken(name, result)
+        except BrokenProcessPool:
+            for name in list(left)[:processes]:  # jobs start in order, so these were running
+                try:
+                    ((_, result),) = _parallel({name: left[name]}, 1)
+                except BrokenProcessPool:
+                    raise ClrtError(f"validation: {name}: ended the process that ran it, twice") from None
+                yield taken(name, result)
+
+
+def _parallel(jobs: dict[str, tuple[Any, ...]], processes: int) -> Iterator[tuple[str, Any]]:
     # the initializer makes this package known under its own name, also in a checkout
     pool = ProcessPoolExecutor(processes, get_context("spawn"), validation_module, ("worker",))
     try:
         waiting: dict[Future[Any], str] = {pool.submit(*job): name for name, job in jobs.items()}
-        for done, future in enumerate(as_completed(waiting), 1):
-            if progress:
-                progress(done, len(waiting), waiting[future])
+        for future in as_completed(waiting):
             yield waiting[future], future.result()
     finally:
         pool.shutdown(cancel_futures=True)
