@@ -29,13 +29,15 @@ figure = validation_module("report").figure
 def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
     """The lines between the marks."""
     for run in runs:
-        verdict = "all of it passed" if run["passed"] else "NOT all of it passed"
+        failed = [case["name"] for case in run["cases"] if not case["passed"]]
+        verdict = ": ".join(["NOT all of it passed", *filter(None, [", ".join(failed)])])
+        verdict = "all of it passed" if run["passed"] else verdict
         done = f": {verdict}" if run["cases"] else ""
-        yield f"- {command_of(run)}{done}; on {run['device']}"
+        yield f"- {command_of(run)}{done}; in {run['seconds'] / 60:.0f} min on {run['device']}"
     versions = [f"{name} {version}" for name, version in runs[0]["versions"].items()]
     yield f"\nMeasured with {', '.join(versions)}.\n"
     found = {key: [entry for run in runs for entry in run[key]] for key in ("mutants", "counts", "checks")}
-    cases = {case["name"]: case for run in reversed(runs) for case in run["cases"]}
+    cases = {case["name"]: case for run in runs for case in run["cases"]}
     yield from pictures(list(cases.values()))
     for run in [run for run in runs if run["coverage"]][:1]:
         covered, features = len(run["coverage"]) - len(run["thin"]), len(run["coverage"])
