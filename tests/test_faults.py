@@ -176,6 +176,21 @@ def test_a_stuck_process_is_passed_by(tmp_path: Path, monkeypatch: pytest.Monkey
         assert known
 
 
+@pytest.mark.parametrize("error", [OSError(38, "no locks available"), NotImplementedError("no locks")])
+def test_where_a_folder_has_no_locks_kernels_are_compiled_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    def fail(*args: object, **named: object) -> None:
+        raise error
+
+    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    monkeypatch.setattr(kernelcache.FileLock, "acquire", fail)
+    with kernelcache.compiling("some kernel") as known:
+        assert not known
+    with kernelcache.compiling("some kernel") as known:
+        assert known, "it was noted all the same"
+
+
 def test_an_unwritable_kernel_cache_is_replaced_with_a_warning() -> None:
     code = (
         "import warnings; warnings.simplefilter('error')\n"
