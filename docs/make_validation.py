@@ -29,9 +29,8 @@ figure = validation_module("report").figure
 def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
     """The lines between the marks."""
     for run in runs:
-        failed = [case["name"] for case in run["cases"] if not case["passed"]]
-        verdict = ": ".join(["NOT all of it passed", *filter(None, [", ".join(failed)])])
-        verdict = "all of it passed" if run["passed"] else verdict
+        failed = ", ".join(case["name"] for case in run["cases"] if not case["passed"])
+        verdict = "all of it passed" if run["passed"] else f"NOT all of it passed; failed cases: {failed or 'none'}"
         done = f": {verdict}" if run["cases"] else ""
         yield f"- {command_of(run)}{done}; in {run['seconds'] / 60:.0f} min on {run['device']}"
     versions = [f"{name} {version}" for name, version in runs[0]["versions"].items()]
