@@ -30,7 +30,7 @@ def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
     """The lines between the marks."""
     for run in runs:
         failed = ", ".join(case["name"] for case in run["cases"] if not case["passed"])
-        verdict = "all of it passed" if run["passed"] else f"NOT all of it passed: {failed or 'see there'}"
+        verdict = "all of it passed" if run["passed"] else f"NOT all of it passed: {failed or 'no case'}"
         done = f": {verdict}" if run["cases"] else ""
         yield f"- {command_of(run)}{done}; in {run['seconds'] / 60:.0f} min on {run['device']}"
     versions = [f"{name} {version}" for name, version in runs[0]["versions"].items()]
