@@ -176,9 +176,9 @@ TERMS: Final = {"TERM_EMISSION": 1, "TERM_AMBIENT": 2, "TERM_DIFFUSE": 4, "TERM_
 
 CHUNK: Final = 256  # rays that one work-item of the compaction counts
 
-# A ray's box test and every primitive's box are widened by this times the largest |coordinate|: more than the
-# rounding of any hit distance, so that the tree never rejects what brute force accepts
-PAD: Final = 8 * 2.0**-24
+# A ray's box test and every primitive's box are widened by this times the largest |coordinate|: more than
+# what a hit may lie before the box by (triangle.clh), so that the tree never rejects what brute force accepts
+PAD: Final = 32 * 2.0**-24
 QUADRIC_PAD: Final = 64 * 2.0**-24  # roots of a quadratic form carry more rounding
 OFFSET: Final = 4 * 2.0**-23  # distance by which spawned rays leave a surface, times the largest |coordinate|
 BRIGHTEST: Final = 1e30  # of a band of a pixel: room for the sums over bands that make it a colour

@@ -60,9 +60,10 @@ def test_boxes_are_padded_by_what_their_coordinates_are_worth_in_float32(shape: 
     scene, _ = flat(shape)
     low, high = (scene.boxes[0][side][:3].astype(float) for side in ("low", "high"))
     largest = np.maximum(np.abs(low), np.abs(high)).max()
-    assert (high - low >= 2 * 7.9 * 2.0**-24 * largest).all()
+    assert (high - low >= 2 * 0.99 * layout.PAD * largest).all()
     axis = int(np.argmax(np.abs(low)))
-    assert high[axis] - low[axis] <= 40 * 2.0**-24 * largest + 2.1 * shape.get("radius", 0.0)
+    rounded = 4 * 2.0**-23 * largest
+    assert high[axis] - low[axis] <= 2 * layout.PAD * largest + rounded + 2.1 * shape.get("radius", 0.0)
 
 
 def test_bent_polygons_get_thicker_boxes() -> None:

@@ -65,19 +65,15 @@ def test_the_tree_gives_what_brute_force_gives(name: str) -> None:
         assert (theirs.primitive >= 0).sum() > 20
 
 
-def test_of_needles_within_rounding_the_tree_gives_one() -> None:
-    """Triangles a millionth as thick as long: their distances are rounded by more than boxes have to spare.
-
-    So of two in one place the one behind may be found (docs/design.md); none is missed, none is far behind.
-    """
+def test_of_slivers_within_rounding_the_tree_gives_the_nearest() -> None:
+    """Triangles a millionth as thick as long: what is left of their distances after rounding says little."""
     tracer = clrt.Tracer(clrt.load_dict({"shapes": SLIVERS}))
     origins, directions = rays(100_000, 1.0)
     ours, theirs = tracer.intersect(origins, directions), trace32(tracer.flat, origins, directions)
-    met = theirs.primitive >= 0
-    assert met.sum() > 50 and np.array_equal(ours.primitive >= 0, met)
-    behind = ours.t[met] / theirs.t[met] - 1
-    assert behind.min() >= 0 and behind.max() < 2e-4 and (behind > 0).mean() < 0.05
-    assert np.array_equal(tracer.occluded(origins, directions), met)
+    assert (theirs.primitive >= 0).sum() > 50
+    assert np.array_equal(ours.primitive, theirs.primitive)
+    assert np.array_equal(ours.t.view(np.uint32), theirs.t.view(np.uint32))
+    assert np.array_equal(tracer.occluded(origins, directions), theirs.primitive >= 0)
 
 
 def test_a_million_equal_triangles_build_and_render_in_bounded_time() -> None:

@@ -20,6 +20,8 @@ NO_PRIMITIVE = -1
 BEFORE_ALL = 0x7FFFFFFF
 KINDS = layout.KINDS
 _NO_HIT = np.float32(np.nan)  # compares false with everything, so it never counts
+_SHORT = np.float32(1 - layout.PAD / 4)
+_SMALL = np.float32(1e-18)
 _RAYS, _PAIRS = 1 << 12, 1 << 17  # computed at a time: rays, and rays times primitives
 
 
@@ -56,6 +58,7 @@ class Frame:
     y: Array
     z: Array
     shear: Array
+    inverse: Array
 
     def seen(self, origin: Array, p: Array) -> Array:
         """Points in the rays' frames: the ray is at x = y = 0, z runs along it."""
@@ -71,7 +74,13 @@ def frame_of(d: Array) -> Frame:
     x = np.where(z == 2, 0, z + 1)
     y = np.where(x == 2, 0, x + 1)
     inverse = ONE / component(d, z)
-    return Frame(x, y, z, vector(component(d, x) * inverse, component(d, y) * inverse, inverse))
+    shear = vector(component(d, x) * inverse, component(d, y) * inverse, inverse)
+    return Frame(x, y, z, shear, np.stack([_short_inverse(component(d, x)), _short_inverse(component(d, y))]))
+
+
+def _short_inverse(d: Array) -> Array:
+    """Finite, and too short by more than rounding."""
+    return ONE / np.where(np.abs(d) < _SMALL, np.where(d < 0.0, -_SMALL, _SMALL), d) * _SHORT
 
 
 def sphere_roots(center: Array, radius: Array, rays: Rays) -> tuple[Array, Array]:
@@ -103,6 +112,14 @@ def straddles(a: Array, b: Array, c: Array) -> Array:
     return (np.minimum(np.minimum(a, b), c) <= 0.0) & (np.maximum(np.maximum(a, b), c) >= 0.0)
 
 
+def not_before(t: Array, inverse: Array, origin: Array, corners: list[Array]) -> Array:
+    """`t`, but not before the ray comes, along one axis, to the corners' extent."""
+    low = np.minimum(np.minimum(corners[0], corners[1]), corners[2])
+    high = np.maximum(np.maximum(corners[0], corners[1]), corners[2])
+    entry = (np.where(inverse < 0.0, high, low) - origin) * inverse
+    return np.where(entry > t, entry, t)
+
+
 def triangle_hit(v0: Array, v1: Array, v2: Array, rays: Rays, frame: Frame) -> tuple[Array, Array, Array]:
     """Distance and the barycentric weights of v1 and v2; the weights mean nothing on a miss."""
     a, b, c = (frame.seen(rays.origin, corner) for corner in (v0, v1, v2))
@@ -113,6 +130,9 @@ def triangle_hit(v0: Array, v1: Array, v2: Array, rays: Rays, frame: Frame) -> t
     inside = (u >= 0.0) & (v >= 0.0) & (w >= 0.0) | (u <= 0.0) & (v <= 0.0) & (w <= 0.0)
     inside &= straddles(a[0], b[0], c[0]) & straddles(a[1], b[1], c[1])
     t = (u * a[2] + v * b[2] + w * c[2]) * frame.shear[2] / determinant
+    for axis, inverse in zip((frame.x, frame.y), frame.inverse, strict=True):
+        along = [component(corner, axis) for corner in (v0, v1, v2)]
+        t = not_before(t, inverse, component(rays.origin, axis), along)
     return np.where(inside, t, _NO_HIT), v / determinant, w / determinant
 
 
