@@ -13,7 +13,7 @@ from clrt import layout, passes
 from clrt.colour import thesis_finish
 from clrt.device import Device
 from clrt.errors import ClrtError
-from clrt.queues import Feelers, Hits, Lit, Queue
+from clrt.queues import Hits, Lit, Queue
 from clrt.tracks import Answer
 from clrt.world import World
 
@@ -66,21 +66,22 @@ class Film:
         self.sums: Any = device.buffer(self.nbytes)
         device.fill(self.sums, self.nbytes)
 
-    def add(self, queue: Queue, lit: Lit, feelers: Feelers, generation: int) -> None:
+    def add(self, queue: Queue, lit: Lit, generation: int) -> None:
         """Add what a queue brings to its pixels, to the picture and to every layer it belongs to."""
         for plane, name in enumerate(self.planes):
             numbered = _GENERATION.fullmatch(name)
             mask, value = _BY_PATH.get(name, (0, 0))
             if name == "image" or name in _BY_PATH or (numbered and int(numbered.group(1)) == generation):
-                passes.gather(self.device, queue, lit, feelers, self.sums, plane, self.pixels, mask, value)
+                passes.gather(self.device, queue, lit, self.sums, plane, self.pixels, mask, value)
 
     def add_terms(self, world: World, queue: Queue, hits: Hits, last: bool) -> None:
         """For layers of one term of generation 0: the passes of local light again, with that term only."""
         for plane, name in enumerate(self.planes):
             if name in _BY_TERM:
                 lit = passes.light(self.device, world, queue, hits, last, _BY_TERM[name])
-                feelers = passes.feelers(self.device, world, queue, hits, lit, _BY_TERM[name])
-                passes.gather(self.device, queue, lit, feelers, self.sums, plane, self.pixels)
+                feelers = passes.feelers(self.device, world, queue, hits, lit)
+                passes.illuminate(self.device, world, queue, hits, lit, feelers, _BY_TERM[name])
+                passes.gather(self.device, queue, lit, self.sums, plane, self.pixels)
 
     def developing(self, samples: int, response: np.ndarray | None = None) -> Answer:
         """Turn the sums into means over the samples of each pixel, once; what `reading` gives of them."""

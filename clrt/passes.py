@@ -99,7 +99,7 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
     if crossing and world.flat.media is not None:
         lists = (queue.media, queue.weight, world.overflow)
         narrow = device.for_queue(queue.narrow)
-        narrow.launch("cross_boundaries", n, *world.arguments, *found, *met, *lists)
+        narrow.launch("cross_boundaries", packets(device, n), *world.arguments, *found, *met, *lists)
     return hits
 
 
@@ -144,39 +144,71 @@ def _first_places(device: Device, world: World, queue: Queue, lit: Lit, stream: 
 
 
 def feelers(
-    device: Device, world: World, queue: Queue, hits: Hits, lit: Lit, terms: int = layout.TERMS["TERM_ALL"]
+    device: Device, world: World, queue: Queue, hits: Hits, lit: Lit, shadows: bool = True
 ) -> Feelers:
-    """Emit one shadow feeler for each light above each hit, and find which arrive."""
-    n = lit.totals["FEELERS"]
-    lanes = device.settings.lanes
-    first, numbers = _first_places(device, world, queue, lit, "FEELERS"), device.buffer(4 * n)
-    rays = device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes))
+    """Emit one shadow feeler for each light above each hit, and find which arrive; all without `shadows`."""
+    n, lanes = lit.totals["FEELERS"], device.settings.lanes
     kernels = device.for_queue(queue.narrow)
-    contribution = device.buffer(block_bytes(n, kernels.rays.values, lanes))
-    seen = device.buffer(4 * n)
+    found = Feelers(
+        n,
+        _first_places(device, world, queue, lit, "FEELERS"),
+        device.buffer(4 * n),
+        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)),
+        device.buffer(4 * n),
+        device.buffer(block_bytes(n if world.tinted else 0, kernels.rays.values, lanes)),
+    )
     if n:
         kernels.launch(
             "feelers",
+            packets(device, queue.n),
+            *world.arguments,
+            hits.surfaces,
+            hits.code,
+            queue.weight,
+            lit.spawn,
+            found.first,
+            np.uint32(queue.n),
+            found.owner,
+            found.rays,
+            found.filter,
+        )
+        arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
+        if world.tinted:
+            kernels.launch("occluded_tinted", packets(device, n), *arguments, found.filter)
+        else:
+            device.launch("occluded", packets(device, n), *arguments)
+        if not shadows:
+            device.write(found.seen, np.ones(n, np.uint32))
+    return found
+
+
+def illuminate(
+    device: Device,
+    world: World,
+    queue: Queue,
+    hits: Hits,
+    lit: Lit,
+    feelers: Feelers,
+    terms: int = layout.TERMS["TERM_ALL"],
+) -> None:
+    """Add what comes from the lights that the feelers have reached to the local light. To be done once."""
+    if feelers.n:
+        device.for_queue(queue.narrow).launch(
+            "illuminate",
             packets(device, queue.n),
             *world.arguments,
             queue.rays,
             hits.surfaces,
             hits.code,
             queue.weight,
-            lit.spawn,
-            first,
+            feelers.first,
+            feelers.seen,
+            feelers.filter,
             np.uint32(queue.n),
             np.uint32(terms),
-            numbers,
-            rays,
-            contribution,
+            lit.local,
+            lit.spawn,
         )
-        arguments = (*world.arguments, rays, np.uint32(n), seen)
-        if world.tinted:
-            kernels.launch("occluded_tinted", packets(device, n), *arguments, contribution)
-        else:
-            device.launch("occluded", packets(device, n), *arguments)
-    return Feelers(n, first, numbers, rays, seen, contribution)
 
 
 def any_hit(device: Device, world: World, queue: Queue) -> Any:
@@ -198,7 +230,6 @@ def gather(
     device: Device,
     queue: Queue,
     lit: Lit,
-    feelers: Feelers,
     film: Any,
     plane: int,
     pixels: int,
@@ -214,10 +245,6 @@ def gather(
         np.uint32(queue.n),
         lit.local,
         lit.spawn,
-        feelers.first,
-        feelers.numbers,
-        feelers.seen,
-        feelers.contribution,
         np.uint32(path_mask),
         np.uint32(path_value),
         np.uint32(plane),

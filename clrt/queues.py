@@ -56,14 +56,14 @@ class Lit:
 
 @dataclass(frozen=True)
 class Feelers:
-    """Shadow feelers of a queue: those of ray i are listed in `numbers`, from first[i] on."""
+    """Shadow feelers of a queue: packet after packet of its rays, in each light after light."""
 
     n: int
-    first: Any
-    numbers: Any  # uint: ray after ray, each in the order of the lights
+    first: Any  # uint: how many belong to rays before this one, so a packet's first
+    owner: Any  # uint: the ray that each belongs to
     rays: Any  # blocks of layout.RAY_FIELDS
     seen: Any  # uint: 1 where nothing blocks the light
-    contribution: Any  # blocks of one value a band
+    filter: Any  # where shadows are tinted, blocks of layout.Rays.values: what comes through of each band
 
 
 def chunks(n: int) -> int:
@@ -98,8 +98,10 @@ def tile_rays(rays: layout.Rays) -> int:
     return (1 << 16) * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
 
 
-def feeler_bytes(n: int, rays: layout.Rays, lanes: int) -> int:
-    return block_bytes(n, len(layout.RAY_FIELDS) + rays.values, lanes) + 4 * n * 2  # number and seen
+def feeler_bytes(n: int, rays: layout.Rays, lanes: int, tinted: bool) -> int:
+    """Bytes of the Feelers."""
+    fields = len(layout.RAY_FIELDS) + (rays.values if tinted else 0)
+    return block_bytes(n, fields, lanes) + 4 * n * 2  # owner, seen
 
 
 def new_queue(device: Device, kind: str, n: int) -> Queue:

@@ -49,27 +49,26 @@ class Tripwire:
             self._look(name, "hit", values, generation, queue, lambda row: self._shape(hits, queue, row))
 
     def light(
+        self, generation: int, queue: Queue, hits: Hits, lit: Lit, name: str = "light", what: str = "local"
+    ) -> None:
+        """What a queue's hits send back, after the pass `name`: `what` light."""
+        bright = self._words(lit.spawn, queue.n) & layout.SPAWN["SPAWN_LOCAL"] != 0
+        local = np.where(bright[:, None], self._bands(lit.local, queue.n), 0)
+        self._look(name, f"{what} light", local, generation, queue, lambda row: self._shape(hits, queue, row))
+
+    def illumination(
         self, generation: int, queue: Queue, hits: Hits, lit: Lit, feelers: Feelers, film: Film
     ) -> None:
-        """What a queue's hits send back, what its feelers bring, and the film after it was added."""
+        """A queue's feelers, what its hits send back with the lights, and the film after that was added."""
 
         def shape(row: int) -> str:
             return self._shape(hits, queue, row)
 
-        bright = self._words(lit.spawn, queue.n) & layout.SPAWN["SPAWN_LOCAL"] != 0
-        local = np.where(bright[:, None], self._bands(lit.local, queue.n), 0)
-        self._look("light", "local light", local, generation, queue, shape)
         if feelers.n:
-            first = self._words(feelers.first, queue.n)
-            owner = np.empty(feelers.n, np.int64)
-            # the ray of a listed feeler is the last one whose list begins there or before
-            listed = np.searchsorted(first, np.arange(feelers.n), "right") - 1
-            owner[self._words(feelers.numbers, feelers.n)] = listed
             rays = self._blocks(feelers.rays, feelers.n, len(layout.RAY_FIELDS))[:, :_DIRECTED]
-            seen = self._words(feelers.seen, feelers.n) != 0
-            brings = np.where(seen[:, None], self._bands(feelers.contribution, feelers.n), 0)
-            for what, values in (("feeler", rays), ("contribution of a feeler", brings)):
-                self._look("feelers", what, values, generation, queue, shape, owner)
+            owner = self._words(feelers.owner, feelers.n)
+            self._look("feelers", "feeler", rays, generation, queue, shape, owner)
+        self.light(generation, queue, hits, lit, "illuminate", "direct")
         size = (len(film.planes), film.pixels, self.device.bands)
         sums = self.device.read(film.sums, np.empty(size, np.float32))
         sums = sums[:, self._words(queue.pixel_of, queue.n)].transpose(1, 0, 2).reshape(queue.n, -1)

@@ -75,11 +75,12 @@ def trace(
     max_depth: int,
     budget: int,
     watch: Tripwire | None = None,
+    shadows: bool = True,
 ) -> Work[RayCounts]:
     """Trace a queue of generation 0, whose hits are known, and all its descendants onto the film.
 
     `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated. `watch` looks at
-    what each pass wrote.
+    what each pass wrote. Without `shadows` every feeler arrives.
     """
     counts = RayCounts()
     film.add_terms(world, queue, hits, last=max_depth == 0)
@@ -92,13 +93,16 @@ def trace(
             lit = passes.light(device, world, queue, hits, last=generation == max_depth)
             parents.append((queue, hits, lit))
         yield parents[-1][2].counted
-        _check_budget(device, parents, budget)
+        _check_budget(device, world, parents, budget)
         for queue, hits, lit in parents:
-            feelers = passes.feelers(device, world, queue, hits, lit)
-            film.add(queue, lit, feelers, generation)
+            if watch:
+                watch.light(generation, queue, hits, lit)
+            feelers = passes.feelers(device, world, queue, hits, lit, shadows)
+            passes.illuminate(device, world, queue, hits, lit, feelers)
+            film.add(queue, lit, generation)
             counts.add(generation, queue, lit)
             if watch:
-                watch.light(generation, queue, hits, lit, feelers, film)
+                watch.illumination(generation, queue, hits, lit, feelers, film)
         queues = []
         for kind, narrow in spawned_kinds(device):
             child = passes.spawn(device, world, kind, generation, parents, narrow)
@@ -117,7 +121,9 @@ def trace(
     return counts
 
 
-def _check_budget(device: Device, parents: list[tuple[Queue, Hits, Lit]], budget: int) -> None:
+def _check_budget(
+    device: Device, world: World, parents: list[tuple[Queue, Hits, Lit]], budget: int
+) -> None:
     lanes = device.settings.lanes
     need = most_feelers = 0
     for queue, _, lit in parents:
@@ -126,7 +132,7 @@ def _check_budget(device: Device, parents: list[tuple[Queue, Hits, Lit]], budget
         need += queue_bytes(queue.n, rays, lanes) + queue_bytes(children, rays, lanes)
         if lit.totals.get("GROUPS"):
             need += queue_bytes(lit.totals["GROUPS"], device.for_queue(True).rays, lanes)
-        most_feelers = max(most_feelers, feeler_bytes(lit.totals["FEELERS"], rays, lanes))
+        most_feelers = max(most_feelers, feeler_bytes(lit.totals["FEELERS"], rays, lanes, world.tinted))
     if need + most_feelers > budget:
         raise TooLarge
 

@@ -1,20 +1,31 @@
 // For rays that carry lists of media, after the pass `surface`: each goes on through all boundaries that leave the
 // medium it is in unchanged, to the first that does not; what that medium has absorbed on the way is taken off the
-// ray's weight, and the materials are noted whose indices meet at the hit. One work-item a ray.
+// ray's weight, and the materials are noted whose indices meet at the hit. One work-item a packet.
+//
+// Nearly all rays are in no medium or in one, and stop at the first surface: those lanes are done together
+// (`settled`). The others go one after the other.
 //
 // `overflow` becomes 1 where a list would have needed more places; the host then refuses the picture.
 #include "surface.clh"
+#include "surfaces.clh"
 #include "media.clh"
 
 #if MEDIA
 
-__kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uint n, __global float *hit_t,
-                               __global int *hit_primitive, __global float *surfaces, __global int *surface_code,
-                               __global int *media, __global float *weights, __global uint *overflow)
+// takes off what a medium absorbs between a ray's origin and its hit
+inline void absorb(const World world, int medium, float t, uint i, __global float *weights)
 {
-    const uint i = get_global_id(0);
-    if (i >= n) return;
-    const World world = WORLD_OF_PARAMETERS;
+    if (medium == NO_MEDIUM) return;
+    for (int b = 0; b < RAY_BANDS; b++) {
+        const float absorption = world.materials[medium].absorption[band_at(first_band(weights, i), b)];
+        if (absorption > 0.0f) weights[in_block(i, b, VALUES)] *= exponential(-absorption * t);
+    }
+}
+
+inline void cross_one(const World world, __global const float *rays, uint i, __global float *hit_t,
+                      __global int *hit_primitive, __global float *surfaces, __global int *surface_code,
+                      __global int *media, __global float *weights, __global uint *overflow)
+{
     MediaList list = load_media(media, i);
     int before = top_of(world, list), after = before;
     bool moved = false;
@@ -54,12 +65,62 @@ __kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uin
     surfaces[in_block(i, TOP_BEFORE, SURFACE_FIELDS)] = as_float(before);
     surfaces[in_block(i, TOP_AFTER, SURFACE_FIELDS)] = as_float(after);
     if (moved) store_media(media, i, list);
+    absorb(world, top_of(world, list), hit_t[i], i, weights);
+}
 
-    const int within = top_of(world, list);
-    if (within == NO_MEDIUM) return;
-    for (int b = 0; b < RAY_BANDS; b++) {
-        const float absorption = world.materials[within].absorption[band_at(first_band(weights, i), b)];
-        if (absorption > 0.0f) weights[in_block(i, b, VALUES)] *= exponential(-absorption * hit_t[i]);
+// Lanes whose rays stop where they are, and the materials that meet there. `top` is the medium a ray is in, but in
+// lanes where it is in `several`.
+INLINED intP settled(const World world, intP code, intP top, intP several, intP *before, intP *after)
+{
+    intP todo = code >= 0, mine, done = ~todo & ~several;
+    *before = *after = top;
+    while (any_of(todo)) {
+        const int number = first_value(code, todo) / SURFACE_MATERIAL;
+        mine = todo & (code / SURFACE_MATERIAL == number);
+        todo &= ~mine;
+        mine &= ~several;
+        __global const Material *material = world.materials + number;
+        const int medium = material->medium;
+        const intP inside = (code & SURFACE_INSIDE) != 0;
+        if (medium == NO_MEDIUM) {
+            const intP swapped = material->thin || material->fresnel == CONDUCTOR ? (intP)(0) : mine & inside;
+            *after = select(*after, (intP)(number), mine & ~swapped);
+            *before = select(*before, (intP)(number), swapped);
+            done |= mine;
+        } else {
+            const intP enters = mine & ~inside & (top == NO_MEDIUM), leaves = mine & inside & (top == medium);
+            *after = select(select(*after, (intP)(medium), enters), (intP)(NO_MEDIUM), leaves);
+            done |= enters | leaves;
+        }
+    }
+    return done;
+}
+
+__kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uint n, __global float *hit_t,
+                               __global int *hit_primitive, __global float *surfaces, __global int *surface_code,
+                               __global int *media, __global float *weights, __global uint *overflow)
+{
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const intP none = (intP)(NO_MEDIUM);
+    const intP top = as_intP(load_field((__global const float *)media, first, n, 0, MEDIA));
+    intP several = (intP)(0), before, after;
+#if MEDIA > 1
+    several = select(none, as_intP(load_field((__global const float *)media, first, n, 1, MEDIA)), top != none) != none;
+#endif
+    const intP done = settled(world, load_word(surface_code, first, n), top, several, &before, &after);
+    store_field(surfaces, first, n, TOP_BEFORE, SURFACE_FIELDS, as_floatP(before));
+    store_field(surfaces, first, n, TOP_AFTER, SURFACE_FIELDS, as_floatP(after));
+    const intP within = done & (top != none);
+    if (all_of(done) && !any_of(within)) return;
+    int settled_lane[PACKET], medium[PACKET];
+    *(intP *)settled_lane = done;
+    *(intP *)medium = top;
+    for (uint k = 0; k < PACKET && first + k < n; k++) {
+        if (settled_lane[k]) absorb(world, medium[k], hit_t[first + k], first + k, weights);
+        else
+            cross_one(world, rays, first + k, hit_t, hit_primitive, surfaces, surface_code, media, weights, overflow);
     }
 }
 

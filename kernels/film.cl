@@ -6,36 +6,24 @@
 #include "surface.clh"
 
 __kernel void gather(__global const uint *pixel_of, __global const uint *path, uint n,
-                     __global const float *local_radiance, __global const uint *spawn,
-                     __global const uint *first_feeler, __global const uint *feeler_of, __global const uint *seen,
-                     __global const float *contribution, uint path_mask, uint path_value,
-                     uint plane, uint pixels, __global float *film)
+                     __global const float *local_radiance, __global const uint *spawn, uint path_mask,
+                     uint path_value, uint plane, uint pixels, __global float *film)
 {
     const uint start = get_global_id(0);
     if (start >= n) return;
     const uint pixel = pixel_of[start];
     if (start > 0 && pixel_of[start - 1] == pixel) return;
-    float sum[BANDS], value[RAY_BANDS];
+    float sum[BANDS];
     for (int b = 0; b < BANDS; b++) sum[b] = 0.0f;
     bool found = false;
     for (uint i = start; i < n && pixel_of[i] == pixel; i++) {
         if (path_mask && (path[i] & path_mask) != path_value) continue;
-        const bool bright = spawn[i] & SPAWN_LOCAL;
-        const uint first = first_feeler[i], end = first + (spawn[i] & SPAWN_FEELERS);
-        if (!bright && first == end) continue;
+        if (!(spawn[i] & SPAWN_LOCAL)) continue;
         found = true;
         __global const float *brought = local_radiance + in_block(i, 0, VALUES);
-        ONE_BY_ONE
-        for (int b = 0; b < RAY_BANDS; b++) value[b] = bright ? brought[b * LANES] : 0.0f;
-        for (uint k = first; k < end; k++) {
-            const uint f = feeler_of[k];
-            if (!seen[f]) continue;
-            brought = contribution + in_block(f, 0, VALUES);
-            ONE_BY_ONE
-            for (int b = 0; b < RAY_BANDS; b++) value[b] += brought[b * LANES];
-        }
         const int band = first_band(local_radiance, i);
-        for (int b = 0; b < RAY_BANDS && band + b < BANDS; b++) sum[band + b] += value[b];
+        ONE_BY_ONE
+        for (int b = 0; b < RAY_BANDS && band + b < BANDS; b++) sum[band + b] += brought[b * LANES];
     }
     if (!found) return;
     const size_t at = ((size_t)plane * pixels + pixel) * BANDS;

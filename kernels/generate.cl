@@ -63,7 +63,8 @@ __kernel void generate(__global const Camera *cameras, __global const uint *pixe
 // `numbers` are the rays' numbers among all that were asked for, so that a ray's key does not depend on which rays
 // are traced together.
 __kernel void adopt(__global const float *origins, __global const float *directions, __global const float *t_max,
-                    __global const uint *numbers, uint n, __global float *rays, __global uint *pixel_of, __global uint *path,
+                    __global const uint *numbers, uint n, __global float *rays, __global uint *pixel_of,
+                    __global uint *path,
                     __global float *weight)
 {
     const uint i = get_global_id(0);

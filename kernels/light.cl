@@ -1,14 +1,16 @@
-// Local light: what a ray's hit sends back by itself, the shadow feelers that will decide about the lights, and
-// the count of everything the hit will spawn. One work-item a packet.
+// Local light: what a ray's hit sends back by itself, the shadow feelers that decide about the lights, what the lights
+// add, and the count of everything the hit will spawn. One work-item a packet.
 //
-// Two passes, because queues are dense and in stable order: `light` counts, a scan gives every ray its places,
-// `feelers` writes.
+// Queues are dense and in stable order, so `light` counts, a scan gives every ray its places, and `feelers` writes.
+// After the feelers were traced `illuminate` finds directions to the lights anew and takes the packet's feelers in the
+// same order: that is cheaper than to keep what each would bring, and nothing is computed for a light that is hidden.
 #include "bounce.clh"
 #include "light.clh"
 #include "sky.clh"
 
 // `local_radiance` receives weight * (emission + ambient), or the background; where it is not black: SPAWN_LOCAL says
-// so, without which it is not to be read. `spawn` receives the packed counts (layout.SPAWN). In the last generation nothing is spawned: `depth_color` stands for it.
+// so, without which it is not to be read. `spawn` receives the packed counts (layout.SPAWN). In the last generation
+// nothing is spawned: `depth_color` stands for it.
 __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
                     __global const int *surface_code, __global const int *path, __global const float *weights,
                     uint n, uint ambient_queue, uint last, uint terms,
@@ -44,7 +46,8 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
         intP gathers = (intP)(0);
         if (world.scene->ambient_samples > 0 && !last && terms & TERM_AMBIENT) {
             floatP most = (floatP)(0.0f);
-            for (int b = 0; b < RAY_BANDS; b++) most = largerP(weight[b] * (material->ka * colors(material, s, b)), most);
+            for (int b = 0; b < RAY_BANDS; b++)
+                most = largerP(weight[b] * (material->ka * colors(material, s, b)), most);
             gathers = ungathered & (most > 0.0f);
             found |= gathers & mine & SPAWN_AMBIENT;
         }
@@ -100,14 +103,11 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
     store_word(spawn, first, n, found);
 }
 
-// One ray to each light above the surface, with what it would bring to the pixel if nothing is in between. The
-// feelers of a packet stand light after light, so that neighbours in the queue go the same way (with seven lights they
-// are traced 2.5 times as fast). A ray's own feelers are listed in `feeler_of` from `first_feeler` on, in the order of
-// the lights.
-__kernel void feelers(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
-                      __global const int *surface_code, __global const float *weights,
-                      __global const int *spawn, __global const int *first_feeler, uint n, uint terms,
-                      __global uint *feeler_of, __global float *feeler_rays, __global float *contribution)
+// One ray to each light above the surface. The feelers of a packet stand light after light, so that neighbours in the
+// queue go the same way (with seven lights they are traced 2.5 times as fast); `owner` says which ray each belongs to.
+__kernel void feelers(WORLD_PARAMETERS, __global const float *surfaces, __global const int *surface_code,
+                      __global const float *weights, __global const int *spawn, __global const uint *first_feeler,
+                      uint n, __global uint *owner, __global float *feeler_rays, __global float *filter)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
@@ -115,46 +115,100 @@ __kernel void feelers(WORLD_PARAMETERS, __global const float *rays, __global con
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = leaves(s, s.n);
+    const Vec start = leaves(s, s.n);
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], distance[PACKET];
-    float brings[RAY_BANDS][PACKET];
-    int place[PACKET], launched[PACKET];
+    int launched[PACKET];
     *(floatP *)ox = start.x;
     *(floatP *)oy = start.y;
     *(floatP *)oz = start.z;
-    *(intP *)place = load_word(first_feeler, first, n);
     uint at = first_feeler[first];
     const uint lanes = min((uint)PACKET, n - first);
     for (int l = 0; l < world.scene->lights; l++) {
-        __global const Light *light = world.lights + l;
-        const Towards to = towards(light, start);
+        const Towards to = towards(world.lights + l, start);
         const intP launch = counted & lit(s, to);
         if (!any_of(launch)) continue;
-        intP todo = launch, mine;
-        floatP radiance[RAY_BANDS], total[RAY_BANDS];
-        for (int b = 0; b < RAY_BANDS; b++) total[b] = (floatP)(0.0f);
-        while (any_of(todo)) {
-            __global const Material *material = next_material(world, s, &todo, &mine);
-            reflected_light(light, to, s, material, u, terms, radiance);
-            for (int b = 0; b < RAY_BANDS; b++) total[b] = select(total[b], radiance[b], mine);
-        }
         *(floatP *)dx = to.direction.x;
         *(floatP *)dy = to.direction.y;
         *(floatP *)dz = to.direction.z;
         *(floatP *)distance = to.distance;
         *(intP *)launched = launch;
-        for (int b = 0; b < RAY_BANDS; b++) *(floatP *)brings[b] = load_field(weights, first, n, b, VALUES) * total[b];
         for (uint k = 0; k < lanes; k++) {
             if (!launched[k]) continue;
-            feeler_of[place[k]++] = at;
             store_ray(feeler_rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), distance[k]);
-            __global float *into = contribution + in_block(at, 0, VALUES);
-            ONE_BY_ONE
-            for (int b = 0; b < RAY_BANDS; b++) into[b * LANES] = brings[b][k];
 #if NARROW
-            contribution[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
+            if (world.scene->tinted) filter[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
 #endif
-            at++;
+            owner[at++] = first + k;
         }
     }
+}
+
+// lanes whose feelers reached the light; `at` is the next feeler of the packet, `place` receives each lane's
+INLINED intP arrivals(intP launch, uint lanes, __global const uint *seen, uint *at, uint *place)
+{
+    int arrived[PACKET], launched[PACKET];
+    *(intP *)launched = launch;
+    for (uint k = 0; k < PACKET; k++) {
+        arrived[k] = 0;
+        if (k >= lanes || !launched[k]) continue;
+        arrived[k] = seen[*at] ? -1 : 0;
+        place[k] = (*at)++;
+    }
+    return *(intP *)arrived;
+}
+
+// what surfaces on the way have let through of a band
+INLINED floatP filtered(__global const float *filter, const uint *place, intP which, int b)
+{
+    float share[PACKET];
+    int here[PACKET];
+    *(intP *)here = which;
+    for (uint k = 0; k < PACKET; k++) share[k] = here[k] ? filter[in_block(place[k], b, VALUES)] : 1.0f;
+    return *(floatP *)share;
+}
+
+// Adds what comes from the lights that the feelers have reached to `local_radiance`, light after light; SPAWN_LOCAL
+// then says that it is to be read.
+__kernel void illuminate(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
+                         __global const int *surface_code, __global const float *weights,
+                         __global const uint *first_feeler, __global const uint *seen, __global const float *filter,
+                         uint n, uint terms, __global float *local_radiance, __global int *spawn)
+{
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
+    const intP found = load_word(spawn, first, n), counted = (found & SPAWN_FEELERS) != 0;
+    if (!any_of(counted)) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
+    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = leaves(s, s.n);
+    const intP bright = (found & SPAWN_LOCAL) != 0;
+    const bool any_bright = any_of(bright), tinted = world.scene->tinted;
+    floatP value[RAY_BANDS], radiance[RAY_BANDS];
+    for (int b = 0; b < RAY_BANDS; b++) {
+        value[b] = (floatP)(0.0f);
+        if (any_bright) value[b] = select(value[b], load_field(local_radiance, first, n, b, VALUES), bright);
+    }
+    uint at = first_feeler[first], place[PACKET];
+    const uint lanes = min((uint)PACKET, n - first);
+    intP lighter = (intP)(0);
+    for (int l = 0; l < world.scene->lights; l++) {
+        __global const Light *light = world.lights + l;
+        const Towards to = towards(light, start);
+        const intP launch = counted & lit(s, to);
+        if (!any_of(launch)) continue;
+        intP todo = arrivals(launch, lanes, seen, &at, place), mine;
+        lighter |= todo;
+        while (any_of(todo)) {
+            __global const Material *material = next_material(world, s, &todo, &mine);
+            reflected_light(light, to, s, material, u, terms, radiance);
+            for (int b = 0; b < RAY_BANDS; b++) {
+                floatP brings = load_field(weights, first, n, b, VALUES) * radiance[b];
+                if (tinted) brings *= filtered(filter, place, mine, b);
+                value[b] = select(value[b], value[b] + brings, mine);
+            }
+        }
+    }
+    if (!any_of(lighter)) return;
+    for (int b = 0; b < RAY_BANDS; b++) store_field(local_radiance, first, n, b, VALUES, value[b]);
+    store_word(spawn, first, n, found | (lighter & SPAWN_LOCAL));
 }

@@ -37,16 +37,18 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
         seen[i] = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, true).primitive < 0;
 }
 
-// Follows feeler i from its first hit through all it crosses, or until an opaque surface: is it seen, and how tinted.
+// Follows feeler i from its first hit through all it crosses, or until an opaque surface: is it seen, and what share of
+// each band comes through.
 inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i,
-                           __global uint *seen, __global float *contribution)
+                           __global uint *seen, __global float *filter)
 {
     seen[i] = 1;
+    for (int b = 0; b < RAY_BANDS; b++) filter[in_block(i, b, VALUES)] = 1.0f;
     while (hit.primitive >= 0) {
         __global const Material *material = world.materials + world.primitives[hit.primitive].material;
-        const int band = first_band(contribution, i);
+        const int band = first_band(filter, i);
         for (int b = 0; b < RAY_BANDS; b++)
-            contribution[in_block(i, b, VALUES)] *= material->kt * material->tint[band_at(band, b)];
+            filter[in_block(i, b, VALUES)] *= material->kt * material->tint[band_at(band, b)];
         if (material->kt == 0.0f) {
             seen[i] = 0;
             return;
@@ -56,7 +58,7 @@ inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i,
 }
 
 __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,
-                              __global float *contribution)
+                              __global float *filter)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
@@ -69,12 +71,12 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
         *(intP *)primitive = hits.primitive;
         for (int lane = 0; lane < PACKET; lane++) {
             const Hit hit = {t[lane], primitive[lane]};
-            cross_surfaces(world, load_ray(rays, first + lane), hit, first + lane, seen, contribution);
+            cross_surfaces(world, load_ray(rays, first + lane), hit, first + lane, seen, filter);
         }
         return;
     }
     for (uint i = first; i < n; i++) {
         const Ray ray = load_ray(rays, i);
-        cross_surfaces(world, ray, nearest_hit(world, ray, 0.0f, BEFORE_ALL, false), i, seen, contribution);
+        cross_surfaces(world, ray, nearest_hit(world, ray, 0.0f, BEFORE_ALL, false), i, seen, filter);
     }
 }

@@ -178,7 +178,8 @@ __kernel void split_top(__global const Box *boxes, __global const uchar *kinds, 
         push_halves(waiting, &size, task, middle, used);
         used += 2;
     }
-    for (int k = 0; k < size; k++) tasks[k] = (int4)(waiting[k].node, waiting[k].start, waiting[k].end, waiting[k].depth);
+    for (int k = 0; k < size; k++)
+        tasks[k] = (int4)(waiting[k].node, waiting[k].start, waiting[k].end, waiting[k].depth);
     counts[0] = size;
     counts[1] = used;
 }

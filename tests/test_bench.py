@@ -71,7 +71,7 @@ def test_launches_can_be_repeated_without_changing_the_queues(recording: Recordi
     slots = recording.launches["rank", "generation 2"][0].arguments[-1]
     contents = recording.device.read(slots, np.empty(100, np.uint32))
     cases = kernels.cases(recording, "flake")
-    assert {c.name for c in cases if c.reset} == {"rank", "gather", "resolve"}
+    assert {c.name for c in cases if c.reset} == {"rank", "illuminate", "gather", "resolve"}
     for made in cases:
         for _ in range(2):
             if made.reset:

@@ -127,28 +127,37 @@ def test_a_spawned_ray_and_its_weight(tracer: clrt.Tracer, monkeypatch: pytest.M
 
 def test_feelers_are_traced_to_their_ray(tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch) -> None:
     row, (x, y) = first_row(tracer, shape=0)
-    for buffer, fields, what in (("rays", RAY, "feeler"), ("contribution", 3, "contribution of a feeler")):
 
-        def first_of_row(device: Any, found: Any, buffer: str = buffer, fields: int = fields) -> None:
-            first = device.read(found.first, np.empty(row + 1, np.uint32))
-            feeler = device.read(found.numbers, np.empty(found.n, np.uint32))[first[row]]
-            seen = device.read(found.seen, np.empty(found.n, np.uint32))
-            seen[feeler] = 1
-            device.write(found.seen, seen)
-            spoil(device, getattr(found, buffer), int(feeler), 0, fields, np.nan)
+    def first_of_row(device: Any, found: Any) -> None:
+        owner = device.read(found.owner, np.empty(found.n, np.uint32))
+        spoil(device, found.rays, int(np.argmax(owner == row)), 0, RAY, np.nan)
 
-        with monkeypatch.context() as patch:
-            spoiling(tracer, patch, "feelers", first_of_row)
-            where = rf"at pixel \({x}, {y}\), .*, which meets shapes\[0\]"
-            with pytest.raises(clrt.ClrtError, match=f"check: {what} is nan after the pass feelers, {where}"):
-                tracer.render()
+    spoiling(tracer, monkeypatch, "feelers", first_of_row)
+    where = rf"at pixel \({x}, {y}\), .*, which meets shapes\[0\]"
+    with pytest.raises(clrt.ClrtError, match=f"check: feeler is nan after the pass feelers, {where}"):
+        tracer.render()
+
+
+def test_what_lights_bring(tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch) -> None:
+    row, (x, y) = first_row(tracer, shape=0)
+    plain = passes.illuminate
+
+    def spoiled(device: Any, world: Any, queue: Any, hits: Any, lit: Any, *others: Any) -> None:
+        plain(device, world, queue, hits, lit, *others)
+        spoil(device, lit.local, row, 1, 3, np.nan)
+
+    monkeypatch.setattr(passes, "illuminate", spoiled)
+    where = rf"at pixel \({x}, {y}\), .*, which meets shapes\[0\]"
+    says = "check: direct light is nan after the pass illuminate"
+    with pytest.raises(clrt.ClrtError, match=f"{says}, {where}"):
+        tracer.render()
 
 
 def test_the_film_and_callers_rays(tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch) -> None:
     plain = passes.gather
 
-    def spoiled(device: Any, queue: Any, lit: Any, feelers: Any, film: Any, *others: Any) -> None:
-        plain(device, queue, lit, feelers, film, *others)
+    def spoiled(device: Any, queue: Any, lit: Any, film: Any, *others: Any) -> None:
+        plain(device, queue, lit, film, *others)
         sums = device.read(film, np.empty(6, np.float32))
         sums[4] = np.inf
         device.write(film, sums)

@@ -140,12 +140,13 @@ PLANTED = [
     ("local.clh", "*of_v1 = v / determinant", f"*of_v1 = v / determinant * {ULP}", "meshes", "surface"),
     ("triangle.clh", "hit.u = v / determinant", f"hit.u = v / determinant * {ULP}", "meshes", "geometry"),
     ("light.cl", "(emission + ambient), mine", f"(emission + ambient) * {ULP}, mine", "spheres", "light"),
-    ("light.clh", "material->ks * powerP(", f"{ULP} * material->ks * powerP(", "spheres", "feelers"),
+    ("light.clh", "material->ks * powerP(", f"{ULP} * material->ks * powerP(", "spheres", "illuminate"),
     ("bounce.clh", "times(n, 2.0f * dotP(n, u))", "times(n, 2.0000002f * dotP(n, u))", "spheres", "reflect"),
     ("bounce.clh", "(s * s + p * p) * 0.5f", "(s * s + p * p) * 0.50000006f", "spheres", "reflect"),
     ("bounce.clh", "add(times(u, eta),", f"add(times(u, eta * {ULP}),", "spheres", "transmit"),
     ("ambient.cl", "slot[i] + k;", "slot[i] + samples - 1 - k;", "ambient samples", "gather_ambient"),
-    ("film.cl", "value[b] += ", f"value[b] += {ULP} * ", "spheres", "gather"),
+    ("light.clh", "/ to.distance)", f"/ to.distance * {ULP})", "spheres", "feelers"),
+    ("film.cl", "sum[band + b] += ", f"sum[band + b] += {ULP} * ", "spheres", "gather"),
 ]
 
 

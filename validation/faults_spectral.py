@@ -7,12 +7,12 @@ from typing import Final
 from .faults import Mutant
 
 _MEDIA: Final = (
-    Mutant("absorption that adds light", "kernels/boundaries.cl", "exponential(-absorption * hit_t[i])",
-           "exponential(absorption * hit_t[i])", ("absorption",)),
-    Mutant("absorption 1 % low", "kernels/boundaries.cl", "exponential(-absorption * hit_t[i])",
-           "exponential(-0.99f * absorption * hit_t[i])", ("absorption",)),
+    Mutant("absorption that adds light", "kernels/boundaries.cl", "exponential(-absorption * t)",
+           "exponential(absorption * t)", ("absorption",)),
+    Mutant("absorption 1 % low", "kernels/boundaries.cl", "exponential(-absorption * t)",
+           "exponential(-0.99f * absorption * t)", ("absorption",)),
     Mutant("absorption of the medium entered first", "kernels/boundaries.cl",
-           "const int within = top_of(world, list);", "const int within = list.medium[0];",
+           "absorb(world, top_of(world, list),", "absorb(world, list.medium[0],",
            ("ice in water in a glass",)),
     Mutant("all boundaries seen", "kernels/boundaries.cl", "if (before != after) break;", "break;",
            ("hidden media",)),
@@ -21,6 +21,10 @@ _MEDIA: Final = (
     Mutant("a medium not listed is not there", "kernels/boundaries.cl",
            "fits = enter_medium(&list, medium);  // the ray was in it, though it is not listed\n            "
            "next = list;", "next = list;", ("clear clipped quadric", "clear cylinder", "clear polygon")),
+    Mutant("rays in two media taken for rays in one", "kernels/boundaries.cl", "mine &= ~several;", "",
+           ("water in a glass", "the stronger medium")),
+    Mutant("every exit leads out", "kernels/boundaries.cl", "mine & inside & (top == medium)", "mine & inside",
+           ("clear clipped quadric", "clear cylinder", "clear polygon")),
     Mutant("priority forgotten", "kernels/media.clh", "if (top == NO_MEDIUM || priority >= highest) {", "{",
            ("the stronger medium", "the other stronger medium")),
     Mutant("the medium entered first of equals", "kernels/media.clh", "priority >= highest",

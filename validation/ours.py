@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -14,7 +13,7 @@ from clrt.device import Device
 from clrt.film import Film
 from clrt.flatten import flatten_camera
 from clrt.immersion import immerse
-from clrt.passes import Feelers, Lit, Queue
+from clrt.queues import Lit, Queue
 from clrt.schedule import TooLarge, complete
 from clrt.tiles import tiles
 from clrt.tracer import Tracer
@@ -32,20 +31,18 @@ class RayFilm(Film):
     """A film that also keeps what each generation and kind of rays brings, on a film of its own."""
 
     def __init__(
-        self, device: Device, pixels: int, shadows: bool, response: np.ndarray | None = None
+        self, device: Device, pixels: int, layers: tuple[str, ...], response: np.ndarray | None = None
     ) -> None:
-        super().__init__(device, pixels, TERMS if shadows else ())
+        super().__init__(device, pixels, layers)
         self.response = response
         self.by_ray: dict[str, Film] = {}
-        self.shadows = shadows
 
-    def add(self, queue: Queue, lit: Lit, feelers: Feelers, generation: int) -> None:
+    def add(self, queue: Queue, lit: Lit, generation: int) -> None:
         """As Film.add; a queue is one kind of ray of one generation."""
-        feelers = feelers if self.shadows else _all_seen(self.device, feelers)
-        super().add(queue, lit, feelers, generation)
+        super().add(queue, lit, generation)
         key = ray_key(generation, queue.kind)
         apart = self.by_ray.setdefault(key, Film(self.device, self.pixels, ()))
-        apart.add(queue, lit, feelers, generation)
+        apart.add(queue, lit, generation)
 
     def developed(self, samples: int) -> Iterator[tuple[str, np.ndarray]]:
         """Each picture by its key, "image" or one of `by_ray`: float32 (pixels, 3)."""
@@ -116,16 +113,11 @@ def _render_tile(
     queue, _ = passes.generate(device, camera, pixels, samples)
     immerse(device, world, queue)
     hits = passes.closest(device, world, queue)
-    film = RayFilm(device, len(pixels), shadows, tracer.flat.response)
-    complete(trace(device, world, queue, hits, film, depth, _BUDGET))
+    film = RayFilm(device, len(pixels), TERMS if shadows else (), tracer.flat.response)
+    complete(trace(device, world, queue, hits, film, depth, _BUDGET, shadows=shadows))
     for key, values in film.developed(samples):
         if key not in found:
             found[key] = np.zeros((len(found["t"]), 3), np.float32)
         found[key][pixels] = values
     geometry = passes.geometry(device, world, queue, hits, samples)
     found["t"][pixels], found["shape"][pixels] = geometry["depth"], geometry["shape"]
-
-
-def _all_seen(device: Device, feelers: Feelers) -> Feelers:
-    """The same feelers, each of which reaches its light."""
-    return dataclasses.replace(feelers, seen=device.upload(np.ones(max(feelers.n, 1), np.uint32)))

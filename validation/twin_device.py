@@ -10,7 +10,7 @@ from clrt import film as device_film
 from clrt import layout, passes
 from clrt.device import Device
 from clrt.immersion import immerse
-from clrt.queues import Hits, Queue
+from clrt.queues import Hits, Lit, Queue
 from clrt.wavefront import spawned_kinds
 from clrt.world import World
 
@@ -53,22 +53,20 @@ def device_stages(
             if generation == 0:
                 film.add_terms(world, queue, hits, last)
             lit = passes.light(device, world, queue, hits, last)
-            spawn, local = (
-                _words(device, lit.spawn, queue.n),
-                _blocks(device, lit.local, queue.n, _values(device, queue)),
-            )
-            local[: device.for_queue(queue.narrow).rays.carried, spawn & layout.SPAWN["SPAWN_LOCAL"] == 0] = 0
-            yield Stage("light", generation, queue.kind, {"spawn": spawn, "local": local}, place)
+            values = {"spawn": _words(device, lit.spawn, queue.n), "local": _local(device, queue, lit)}
+            yield Stage("light", generation, queue.kind, values, place)
             shadows = passes.feelers(device, world, queue, hits, lit)
-            owner = place.repeat(spawn & layout.SPAWN["SPAWN_FEELERS"])
-            values = _rays(device, shadows.rays, shadows.n) | {
-                "seen": _words(device, shadows.seen, shadows.n),
-                "contribution": _blocks(device, shadows.contribution, shadows.n, _values(device, queue)),
-            }
-            numbers = _words(device, shadows.numbers, shadows.n)
-            values = {name: array[..., numbers] for name, array in values.items()}
-            yield Stage("feelers", generation, queue.kind, values, owner)
-            film.add(queue, lit, shadows, generation)
+            owner = _words(device, shadows.owner, shadows.n)
+            by_ray = np.argsort(owner, kind="stable")
+            values = _rays(device, shadows.rays, shadows.n)
+            values["seen"] = _words(device, shadows.seen, shadows.n)
+            if world.tinted:
+                values["filter"] = _blocks(device, shadows.filter, shadows.n, _values(device, queue))
+            values = {name: array[..., by_ray] for name, array in values.items()}
+            yield Stage("feelers", generation, queue.kind, values, place[owner[by_ray]])
+            passes.illuminate(device, world, queue, hits, lit, shadows)
+            yield Stage("illuminate", generation, queue.kind, {"local": _local(device, queue, lit)}, place)
+            film.add(queue, lit, generation)
             parents.append((queue, hits, lit))
         queues = []
         for kind, narrow in spawned_kinds(device):
@@ -104,6 +102,14 @@ def _queue_stage(device: Device, name: str, generation: int, queue: Queue) -> St
     return Stage(name, generation, queue.kind, values, place)
 
 
+def _local(device: Device, queue: Queue, lit: Lit) -> np.ndarray:
+    """Radiance by itself, zeros where the word of a ray says that it is not to be read."""
+    local = _blocks(device, lit.local, queue.n, _values(device, queue))
+    dark = _words(device, lit.spawn, queue.n) & layout.SPAWN["SPAWN_LOCAL"] == 0
+    local[: device.for_queue(queue.narrow).rays.carried, dark] = 0
+    return local
+
+
 def _rays(device: Device, rays: object, n: int) -> dict[str, np.ndarray]:
     fields = _blocks(device, rays, n, len(layout.RAY_FIELDS))
     return {"origin": fields[:3], "direction": fields[3:6], "t_max": fields[6]}
@@ -128,7 +134,7 @@ def _media(device: Device, queue: Queue) -> dict[str, np.ndarray]:
 
 
 def _values(device: Device, queue: Queue) -> int:
-    """Of a ray's weight, light or contribution."""
+    """Of a ray's weight or light."""
     return device.for_queue(queue.narrow).rays.values
 
 

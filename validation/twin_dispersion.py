@@ -62,11 +62,15 @@ def own_bands(flat: FlatScene, band: Array) -> Array:
     return np.asarray((row >= band) & (row < band + flat.group))
 
 
-def carried(flat: FlatScene, values: Array, band: Array | None) -> Array:
-    """What a device keeps of values (bands, n): for narrow rays (group + 1, n), last the first band."""
+def carried(flat: FlatScene, values: Array, band: Array | None, beyond: bool = False) -> Array:
+    """What a device keeps of values (bands, n): for narrow rays (group + 1, n), last the first band.
+
+    In an incomplete group zeros stand for the bands that there are not; with `beyond` the last band does.
+    """
     if band is None:
         return values
     row = band + np.arange(flat.group)[:, None]
     inside = row < flat.bands
-    kept = np.where(inside, np.take_along_axis(values, np.where(inside, row, 0), axis=0), np.float32(0.0))
+    kept = np.take_along_axis(values, np.minimum(row, flat.bands - 1), axis=0)
+    kept = np.where(inside | beyond, kept, np.float32(0.0))
     return np.concatenate([kept, band.astype(np.int32).view(np.float32)[None]])

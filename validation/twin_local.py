@@ -1,4 +1,4 @@
-"""The float32 twin's local light: the passes `light` and `feelers`, a queue at a time."""
+"""The float32 twin's local light: the passes `light`, `feelers` and `illuminate`, a queue at a time."""
 
 from __future__ import annotations
 
@@ -50,11 +50,16 @@ class Lit:
 
 @dataclass(frozen=True)
 class Feelers:
-    """Shadow feelers in the order of their rays and lights; contribution is (bands, n)."""
+    """Shadow feelers in the order of their rays and lights.
+
+    `filter` (bands, n): the share of each band that comes through. `contribution` (bands, n): what they bring
+    if they arrive.
+    """
 
     ray: Array
     rays: Rays
     seen: Array
+    filter: Array
     contribution: Array
 
 
@@ -163,16 +168,18 @@ def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feel
     )
     ray = found.which[hit]
     contribution = queue.weight[:, ray] * chosen(radiance, (flat.bands, 0))
-    if queue.band is not None:
-        contribution = np.where(own_bands(flat, queue.band[ray]), contribution, np.float32(0.0))
+    through = np.ones_like(contribution)
     if flat.scene["tinted"][0]:
-        seen = _tint(flat, rays, contribution)
+        seen = _tint(flat, rays, through)
+        contribution *= through
     else:
         seen = nearest_hit(flat, rays).primitive < 0
-    return Feelers(ray, rays, seen.astype(np.uint32), contribution)
+    if queue.band is not None:
+        contribution = np.where(own_bands(flat, queue.band[ray]), contribution, np.float32(0.0))
+    return Feelers(ray, rays, seen.astype(np.uint32), through, contribution)
 
 
-def _tint(flat: FlatScene, rays: Rays, contribution: Array) -> Array:
+def _tint(flat: FlatScene, rays: Rays, through: Array) -> Array:
     """Multiply by kt Tt of every surface crossed, in order, up to the first opaque one. Which get through?"""
     seen = np.ones(len(rays), bool)
     at = Hits(np.zeros(len(rays), np.float32), np.full(len(rays), BEFORE_ALL, np.int32))
@@ -182,7 +189,7 @@ def _tint(flat: FlatScene, rays: Rays, contribution: Array) -> Array:
         hit = at.primitive != NO_PRIMITIVE
         crossing, at = crossing[hit], Hits(at.t[hit], at.primitive[hit])
         material = flat.materials[primitives_of(flat)["material"][at.primitive]]
-        contribution[:, crossing] *= material["kt"] * bands(material["tint"])
+        through[:, crossing] *= material["kt"] * bands(material["tint"])
         clear = material["kt"] != 0.0
         seen[crossing[~clear]] = False
         crossing, at = crossing[clear], Hits(at.t[clear], at.primitive[clear])

@@ -16,7 +16,7 @@ from clrt import layout
 from clrt.flatten import FlatScene
 
 from .twin_dispersion import carried, own_bands
-from .twin_film import TERMS, Film, rays_counted
+from .twin_film import TERMS, Film, arriving, rays_counted
 from .twin_geometry import nearest_hit, primitives_of
 from .twin_local import SPAWN, Feelers, Lit, feelers, light
 from .twin_math import Array, combine
@@ -145,6 +145,8 @@ def generations(
             shadows = feelers(flat, queue, found)
             values = feeler_values(flat, queue, shadows)
             yield stage("feelers", generation, queue, values, queue.pixel_of[shadows.ray])
+            lights = {"local": carried(flat, arriving(found, shadows), queue.band)}
+            yield stage("illuminate", generation, queue, lights)
             film.add(queue, found, shadows, generation)
             _count(counts, generation, rays_counted(queue, found, shadows))
             parents.append((queue, found))
@@ -214,11 +216,14 @@ def surface_values(flat: FlatScene, at: Crossed, found: Lit) -> dict[str, Array]
 
 
 def feeler_values(flat: FlatScene, queue: Queue, shadows: Feelers) -> dict[str, Array]:
-    band = None if queue.band is None else queue.band[shadows.ray]
-    return {
+    """Of opaque shadows `filter` is of no use, and is not kept."""
+    tints = {}
+    if flat.scene["tinted"][0]:
+        band = None if queue.band is None else queue.band[shadows.ray]
+        tints["filter"] = carried(flat, shadows.filter, band, beyond=True)
+    return tints | {
         "origin": shadows.rays.origin,
         "direction": shadows.rays.direction,
         "t_max": shadows.rays.t_max,
         "seen": shadows.seen,
-        "contribution": carried(flat, shadows.contribution, band),
     }

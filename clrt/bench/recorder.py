@@ -32,7 +32,7 @@ CLASSES: Final = {REFLECTION: "reflection", TRANSMISSION: "refraction", AMBIENT:
 TRACING: Final = ("closest", "occluded")
 COMPACTION: Final = ("count", "scan", "rank")
 # kernels that read what they write: their buffers are put back before every repetition
-_IN_PLACE: Final = ("rank", "gather", "resolve", "occluded_tinted")
+_IN_PLACE: Final = ("rank", "illuminate", "gather", "resolve")
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,8 @@ def _light(
     with device.rays_of(name, queue.n, lit.totals["FEELERS"]):
         feelers = passes.feelers(device, world, queue, hits, lit)
     with device.rays_of(name, queue.n):
-        film.add(queue, lit, feelers, 0)
+        passes.illuminate(device, world, queue, hits, lit, feelers)
+        film.add(queue, lit, 0)
     if name == "primary":
         rays.setdefault("shadow", []).append((feelers.rays, feelers.n))
     return queue, hits, lit
