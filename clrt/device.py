@@ -178,7 +178,10 @@ class Device:
     @property
     def held_bytes(self) -> int:
         """Bytes of device memory in all pools, in use or kept for use."""
-        return sum(track.pool.managed_bytes for track in self._tracks)
+        held: int = 0
+        for track in self._tracks:
+            held += track.pool.managed_bytes
+        return held
 
     def launch(self, name: str, items: int, *arguments: Any, local_size: int | None = None) -> None:
         """Run a kernel over `items` work-items; the work-groups are all of the settings' size.
@@ -223,14 +226,17 @@ class Device:
         memory than there is, and fail when it is touched), and where the driver has no memory left.
         """
         check_process()
-        block = self.pool.alloc_size(self.pool.bin_number(max(nbytes, 4)))
-        limits = self.settings.limits
-        if self.held_bytes + block > limits.device_bytes:
-            for track in self._tracks:
-                track.pool.free_held()
-            limits.check("device_bytes", self.held_bytes + block)
+        pool, limits = self.pool, self.settings.limits
+        size = max(nbytes, 4)
+        # an allocation at most doubles what was asked for: its exact size is worth finding near the limit only
+        if self.held_bytes + 2 * size > limits.device_bytes:
+            block = pool.alloc_size(pool.bin_number(size))
+            if self.held_bytes + block > limits.device_bytes:
+                for track in self._tracks:
+                    track.pool.free_held()
+                limits.check("device_bytes", self.held_bytes + block)
         try:
-            return self.pool.allocate(max(nbytes, 4))
+            return pool.allocate(size)
         except cl.MemoryError as error:
             raise MemoryLimitError(
                 f"{self.info.label}: no memory for {nbytes} bytes more ({error}); use a smaller scene"

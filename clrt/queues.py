@@ -98,6 +98,14 @@ def tile_rays(rays: layout.Rays) -> int:
     return (1 << 16) * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
 
 
+def picture_tile(rays: int, tile: int) -> int:
+    """Rays of a tile of a picture of so many rays, where `tile` would do for a large one.
+
+    Up to four tiles become two: the host then launches half as much, which is what a small picture waits for.
+    """
+    return -(-rays // 2) if tile < rays <= 4 * tile else tile
+
+
 def feeler_bytes(n: int, rays: layout.Rays, lanes: int, tinted: bool) -> int:
     """Bytes of the Feelers."""
     fields = len(layout.RAY_FIELDS) + (rays.values if tinted else 0)

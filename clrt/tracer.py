@@ -24,7 +24,7 @@ from clrt.immersion import immerse
 from clrt.limits import Branching
 from clrt.picture import Picture, check_crop
 from clrt.platforms import check_process
-from clrt.queues import tile_rays
+from clrt.queues import picture_tile, tile_rays
 from clrt.rayinput import Hits, ray_chunks
 from clrt.scene import Scene
 from clrt.schedule import Work, interleaved
@@ -131,7 +131,8 @@ class Tracer:
             return _Tile(rays, found, int(size.wait()[0]))
 
         saved = None
-        pieces = list(tiles(*full, window, max(1, self.tile // samples)))[::-1]
+        size = self.settings.tile or picture_tile(window[2] * window[3] * samples, self.tile)
+        pieces = list(tiles(*full, window, max(1, size // samples)))[::-1]
         if checkpoint is not None:
             saved = Checkpoint(checkpoint, job(self.flat, camera, window, depth, names), picture, counts)
             pieces = saved.unfinished(pieces)

@@ -82,3 +82,11 @@ def test_work_can_be_done_alone(device: Device) -> None:
 def test_time_in_which_two_kernels_work_counts_once() -> None:
     spans = [(0, 10, "a"), (20, 50, "b"), (40, 70, "c"), (45, 60, "a"), (70, 80, "b")]
     assert seconds_by_name(spans) == pytest.approx({"a": 10e-9, "b": 40e-9, "c": 20e-9})
+
+
+def test_a_small_picture_is_two_tiles_and_a_large_one_many() -> None:
+    tracer = clrt.Tracer(clrt.load_dict({"camera": {"origin": [0, 0, 5], "target": [0, 0, 0]}}))
+    for width, height, tiles in ((256, 256, 1), (257, 256, 2), (512, 512, 2), (513, 512, 5)):
+        done: list[int] = []
+        tracer.render(width, height, progress=lambda pixels, total, rays, done=done: done.append(pixels))
+        assert (len(done), tracer.tile) == (tiles, 1 << 16), (width, height)
