@@ -228,7 +228,7 @@ class Device:
         check_process()
         pool, limits = self.pool, self.settings.limits
         size = max(nbytes, 4)
-        # an allocation at most doubles what was asked for: its exact size is worth finding near the limit only
+        # an allocation at most doubles what was asked for: only near the limit does its exact size matter
         if self.held_bytes + 2 * size > limits.device_bytes:
             block = pool.alloc_size(pool.bin_number(size))
             if self.held_bytes + block > limits.device_bytes:
