@@ -91,19 +91,21 @@ def _fields(rays: layout.Rays) -> int:
 
 
 def tile_rays(rays: layout.Rays) -> int:
-    """Rays of generation 0 to trace at a time: as many bytes of them as 65 536 rays in RGB have.
+    """Rays of generation 0 to trace at a time: in RGB 131 072, with more bands half the bytes of these.
 
-    More of them would pass by the caches, fewer would wait for the host.
+    More of them would pass by the caches, fewer would wait for the host, whose part is small with many bands.
     """
-    return (1 << 16) * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
+    number = 1 << 17 if rays.bands <= layout.BANDS else 1 << 16
+    return number * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
 
 
 def picture_tile(rays: int, tile: int) -> int:
     """Rays of a tile of a picture of so many rays, where `tile` would do for a large one.
 
-    Up to four tiles become two: the host then launches half as much, which is what a small picture waits for.
+    A small one is cut in two: while one half waits for the host the other goes on, and what the host does for
+    a tile, which a small picture waits for, is done twice only.
     """
-    return -(-rays // 2) if tile < rays <= 4 * tile else tile
+    return -(-rays // 2) if tile // 2 < rays <= 4 * tile else tile
 
 
 def feeler_bytes(n: int, rays: layout.Rays, lanes: int, tinted: bool) -> int:

@@ -86,7 +86,7 @@ def test_time_in_which_two_kernels_work_counts_once() -> None:
 
 def test_a_small_picture_is_two_tiles_and_a_large_one_many() -> None:
     tracer = clrt.Tracer(clrt.load_dict({"camera": {"origin": [0, 0, 5], "target": [0, 0, 0]}}))
-    for width, height, tiles in ((256, 256, 1), (257, 256, 2), (512, 512, 2), (513, 512, 5)):
+    for width, height, tiles in ((256, 256, 1), (257, 256, 2), (1024, 512, 2), (1025, 512, 5)):
         done: list[int] = []
         tracer.render(width, height, progress=lambda pixels, total, rays, done=done: done.append(pixels))
-        assert (len(done), tracer.tile) == (tiles, 1 << 16), (width, height)
+        assert (len(done), tracer.tile) == (tiles, 1 << 17), (width, height)

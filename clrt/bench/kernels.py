@@ -27,6 +27,11 @@ _FLOPS: Final = {
 }  # fmt: skip
 
 
+# Bytes a ray of passes that look at little of their arrays: the code of a surface and the first two places of
+# a list are read, two fields of the surface are written
+_TOUCHED: Final = {"cross_boundaries": 4 * (1 + 2 + 2)}
+
+
 def recorded(scene: Scene, width: int, wanted: int | str | None, settings: Settings) -> Recording:
     """The launches of a picture of that width, on a single core."""
     return record(scene, width, wanted, replace(settings, threads=1))
@@ -54,7 +59,8 @@ def cases(recording: Recording, scene: str, passes_too: bool = True) -> list[Cas
         elif passes_too and kernel not in TRACING and kernel not in seen:
             seen.add(kernel)
             made = case(recording, kernel, queue, scene)
-            found.append(replace(made, flops=float(made.items * _FLOPS.get(kernel, 0))))
+            nbytes = float(made.items * _TOUCHED[kernel]) if kernel in _TOUCHED else made.nbytes
+            found.append(replace(made, nbytes=nbytes, flops=float(made.items * _FLOPS.get(kernel, 0))))
     return sorted(found, key=_order)
 
 

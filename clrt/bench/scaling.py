@@ -36,7 +36,7 @@ class Point:
     lights: int = 3
     depth: int = 4
     threads: int | None = None
-    tile: int = 1 << 16
+    tile: int = 1 << 17
 
 
 Series = dict[str, list[tuple[float, Point]]]
