@@ -29,6 +29,7 @@ from clrt.source import kernel_source
 from clrt.tracks import Answer, Track, kept, seconds_by_name
 
 TRACKS: Final = 2  # pieces of work that go on at the same time
+_GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
 _SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-items than 16 bits can count
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
 
@@ -80,7 +81,7 @@ class Device:
         self.rays = rays or layout.Rays()
         self._kernel_folder = kernels
         self.info, device = choose(wanted)
-        if self.settings.local_size > device.max_work_group_size:
+        if (self.settings.local_size or 1) > device.max_work_group_size:
             raise DeviceError(
                 f"{self.info.label}: local_size {self.settings.local_size} is above its "
                 f"{device.max_work_group_size}"
@@ -184,14 +185,14 @@ class Device:
         return held
 
     def launch(self, name: str, items: int, *arguments: Any, local_size: int | None = None) -> None:
-        """Run a kernel over `items` work-items; the work-groups are all of the settings' size.
+        """Run a kernel over `items` work-items, in work-groups of one size: by default the settings'.
 
         The last group is filled up with idle items, so kernels check their number. numpy scalars go by value.
         """
         if items == 0:
             return
         check_process()
-        local = local_size or self.settings.local_size
+        local = local_size or self.settings.local_size or _GROUP
         kernel = self.kernel(name, arguments)
         total = -(-items // local) * local
 
@@ -205,6 +206,15 @@ class Device:
         else:
             event = self._first_launch(enqueue, sizes)
         self._track.launched(name, event)
+
+    def launch_packets(self, name: str, rays: int, *arguments: Any) -> None:
+        """Run a kernel whose work-items take a packet of `rays` each.
+
+        Unless the settings say how large, a work-group on a CPU is one work-item: PoCL gives each of a group
+        private arrays of its own, and those of many packets (a value a band and ray) leave the caches.
+        """
+        alone = self.info.kind == "CPU" and self.settings.local_size is None
+        self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else None)
 
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
         """A launch before which the driver may compile the kernel for these sizes: one process at a time."""

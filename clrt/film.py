@@ -101,7 +101,7 @@ class Film:
             rows = len(response)
             source = self.device.buffer(4 * n * rows)
             matrix = self.device.upload(response, wait=False)
-            self.device.launch("develop", n, self.sums, np.uint32(n), matrix, np.uint32(rows), source)
+            self.device.launch_packets("develop", n, self.sums, np.uint32(n), matrix, np.uint32(rows), source)
         return self.device.ask(source, np.empty((planes, self.pixels, rows), np.float32))
 
     def develop(self, samples: int, response: np.ndarray | None = None) -> np.ndarray:

@@ -23,7 +23,6 @@ from clrt.queues import (
     block_bytes,
     chunks,
     new_queue,
-    packets,
 )
 from clrt.world import World
 
@@ -39,9 +38,9 @@ def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> t
     """Camera rays of a tile: `samples` a pixel number. Also a buffer with the work-group size it ran with."""
     queue = new_queue(device, CAMERA, len(pixels) * samples)
     local_size = device.buffer(4)
-    device.launch(
+    device.launch_packets(
         "generate",
-        packets(device, queue.n),
+        queue.n,
         camera,
         device.upload(pixels, wait=False),
         np.uint32(queue.n),
@@ -92,14 +91,14 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
         device.buffer(4 * n),
     )
     found = (queue.rays, np.uint32(n), hits.t, hits.primitive)
-    device.launch("closest", packets(device, n), *world.arguments, *found)
+    device.launch_packets("closest", n, *world.arguments, *found)
     met = (hits.surfaces, hits.code)
     arguments = (*world.arguments, queue.rays, hits.t, hits.primitive, np.uint32(n), *met)
-    device.launch("surface", packets(device, n), *arguments)
+    device.launch_packets("surface", n, *arguments)
     if crossing and world.flat.media is not None:
         lists = (queue.media, queue.weight, world.overflow)
         narrow = device.for_queue(queue.narrow)
-        narrow.launch("cross_boundaries", packets(device, n), *world.arguments, *found, *met, *lists)
+        narrow.launch_packets("cross_boundaries", n, *world.arguments, *found, *met, *lists)
     return hits
 
 
@@ -110,9 +109,9 @@ def light(
     kernels = device.for_queue(queue.narrow)
     local = device.buffer(block_bytes(queue.n, kernels.rays.values, device.settings.lanes))
     spawn = device.buffer(4 * queue.n)
-    kernels.launch(
+    kernels.launch_packets(
         "light",
-        packets(device, queue.n),
+        queue.n,
         *world.arguments,
         queue.rays,
         hits.surfaces,
@@ -158,9 +157,9 @@ def feelers(
         device.buffer(block_bytes(n if world.tinted else 0, kernels.rays.values, lanes)),
     )
     if n:
-        kernels.launch(
+        kernels.launch_packets(
             "feelers",
-            packets(device, queue.n),
+            queue.n,
             *world.arguments,
             hits.surfaces,
             hits.code,
@@ -174,9 +173,9 @@ def feelers(
         )
         arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
         if world.tinted:
-            kernels.launch("occluded_tinted", packets(device, n), *arguments, found.filter)
+            kernels.launch_packets("occluded_tinted", n, *arguments, found.filter)
         else:
-            device.launch("occluded", packets(device, n), *arguments)
+            device.launch_packets("occluded", n, *arguments)
         if not shadows:
             device.write(found.seen, np.ones(n, np.uint32))
     return found
@@ -193,9 +192,9 @@ def illuminate(
 ) -> None:
     """Add what comes from the lights that the feelers have reached to the local light. To be done once."""
     if feelers.n:
-        device.for_queue(queue.narrow).launch(
+        device.for_queue(queue.narrow).launch_packets(
             "illuminate",
-            packets(device, queue.n),
+            queue.n,
             *world.arguments,
             queue.rays,
             hits.surfaces,
@@ -214,8 +213,8 @@ def illuminate(
 def any_hit(device: Device, world: World, queue: Queue) -> Any:
     """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
     seen = device.buffer(4 * queue.n)
-    device.launch(
-        "occluded", packets(device, queue.n), *world.arguments, queue.rays, np.uint32(queue.n), seen
+    device.launch_packets(
+        "occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen
     )
     return seen
 
@@ -303,7 +302,7 @@ def spawn(
         if kind == AMBIENT:
             kernels.launch(kernel, queue.n, *world.arguments, *read, n, np.uint32(generation), *written)
         else:
-            kernels.launch(kernel, packets(device, queue.n), *world.arguments, queue.rays, *read, n, *written)
+            kernels.launch_packets(kernel, queue.n, *world.arguments, queue.rays, *read, n, *written)
     return child
 
 

@@ -71,11 +71,6 @@ def chunks(n: int) -> int:
     return -(-n // layout.CHUNK)
 
 
-def packets(device: Device, n: int) -> int:
-    """Work-items for n rays, a packet each."""
-    return -(-n // device.packet)
-
-
 def block_bytes(n: int, fields: int, lanes: int) -> int:
     """Bytes of a queue of `n` items with `fields` floats each, in whole blocks."""
     return -(-n // lanes) * lanes * fields * 4
@@ -94,9 +89,12 @@ def tile_rays(rays: layout.Rays) -> int:
     """Rays of generation 0 to trace at a time: in RGB 131 072, with more bands half the bytes of these.
 
     More of them would pass by the caches, fewer would wait for the host, whose part is small with many bands.
+    Where glass disperses, so few that 262 144 remain once each has been split.
     """
     number = 1 << 17 if rays.bands <= layout.BANDS else 1 << 16
-    return number * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
+    number = number * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
+    parts = -(-rays.bands // rays.group) if rays.group else 1
+    return min(number, (1 << 18) // parts)
 
 
 def picture_tile(rays: int, tile: int) -> int:

@@ -14,7 +14,7 @@ class Settings:
 
     tile: rays of generation 0 traced at a time (all samples of a pixel stay together), at least 1; None: as
     many as caches are good for, which depends on what they carry (`clrt.queues.tile_rays`).
-    local_size: work-items of a work-group, 1 to what the device allows.
+    local_size: work-items of a work-group, 1 to what the device allows; None: what suits each kernel.
     lanes: rays of a queue block, 8 or 16.
     threads: cores of the device to use; None: all of them.
     check: look for numbers that are not finite after each pass (slow): a ClrtError names the first.
@@ -22,7 +22,7 @@ class Settings:
     """
 
     tile: int | None = None
-    local_size: int = 64
+    local_size: int | None = None
     lanes: int = 16
     threads: int | None = None
     check: bool = False
@@ -31,7 +31,7 @@ class Settings:
     def __post_init__(self) -> None:
         for name, least in (("tile", 1), ("local_size", 1), ("threads", 1)):
             value = getattr(self, name)
-            if value is None and name != "local_size":
+            if value is None:
                 continue
             if not isinstance(value, int) or isinstance(value, bool) or value < least:
                 raise ClrtError(

@@ -27,14 +27,14 @@ inline void store_children(const World world, const Family f, __global const int
                            int spawn_bit, uint child, uint route, Vec origin, Vec direction,
                            __global const float *weights, const floatP *weight)
 {
-    float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[RAY_BANDS][PACKET];
+    float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET];
+    const float *w = (const float *)weight;  // a band after the other, PACKET rays each
     *(floatP *)ox = origin.x;
     *(floatP *)oy = origin.y;
     *(floatP *)oz = origin.z;
     *(floatP *)dx = direction.x;
     *(floatP *)dy = direction.y;
     *(floatP *)dz = direction.z;
-    for (int b = 0; b < RAY_BANDS; b++) *(floatP *)w[b] = weight[b];
     for (uint k = 0; k < PACKET && first + k < n; k++) {
         const uint i = first + k;
         if (!(f.spawn[i] & spawn_bit)) continue;
@@ -44,7 +44,7 @@ inline void store_children(const World world, const Family f, __global const int
         f.path_of[at] = child_path(f.path[i], child, flags & PATH_ROUTE ? flags : flags | route);
         __global float *into = f.weight + in_block(at, 0, VALUES);
         ONE_BY_ONE
-        for (int b = 0; b < RAY_BANDS; b++) into[b * LANES] = w[b][k];
+        for (int b = 0; b < RAY_BANDS; b++) into[b * LANES] = w[b * PACKET + k];
 #if NARROW
         f.weight[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, i));
 #endif

@@ -41,18 +41,21 @@ __kernel void resolve(uint n, float samples, __global float *film)
 }
 
 // Each pixel's means of BANDS bands to `rows` numbers, such as red, green and blue: one row of the matrix after the
-// other, its bands added up from the first on.
+// other, its bands added up from the first on. One work-item a packet of pixels.
 __kernel void develop(__global const float *film, uint n, __global const float *matrix, uint rows,
                       __global float *developed)
 {
-    const uint i = get_global_id(0);
-    if (i >= n) return;
-    __global const float *bands = film + (size_t)i * BANDS;
+    const uint first = get_global_id(0) * PACKET;
+    if (first >= n) return;
+    floatP mean[BANDS];
+    float *means = (float *)mean, lane[PACKET];
+    for (uint k = 0; k < PACKET; k++)
+        for (int b = 0; b < BANDS; b++) means[b * PACKET + k] = film[(size_t)min(first + k, n - 1) * BANDS + b];
     for (uint row = 0; row < rows; row++) {
-        float sum = matrix[row * BANDS] * bands[0];
-        ONE_BY_ONE
-        for (int b = 1; b < BANDS; b++) sum += matrix[row * BANDS + b] * bands[b];
-        developed[(size_t)i * rows + row] = sum;
+        floatP sum = matrix[row * BANDS] * mean[0];
+        for (int b = 1; b < BANDS; b++) sum += matrix[row * BANDS + b] * mean[b];
+        *(floatP *)lane = sum;
+        for (uint k = 0; k < PACKET && first + k < n; k++) developed[(size_t)(first + k) * rows + row] = lane[k];
     }
 }
 

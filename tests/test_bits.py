@@ -24,13 +24,14 @@ SETTINGS: dict[str, dict[str, int]] = {
     "tiles of 4k rays": {"tile": 1 << 12},
     "one tile": {"tile": WHOLE},
     "work-groups of 1": {"local_size": 1},
+    "work-groups of 64": {"local_size": 64},
     "work-groups of 256": {"local_size": 256},
     "1 thread": {"threads": 1},
     "2 threads": {"threads": 2},
     "all at once": {"tile": 1 << 10, "local_size": 8, "lanes": 8, "threads": 1},
 }
 USUAL = clrt.Settings()
-assert (USUAL.tile, USUAL.local_size, USUAL.lanes) == (None, 64, 16)
+assert (USUAL.tile, USUAL.local_size, USUAL.lanes) == (None, None, 16)
 LARGE = {"sphereflake": 500, "mountain": 420, "thesis_4_3_transmission": 230}  # pixels wide
 RAYS_OF_LARGE = 1 << 22
 
@@ -47,7 +48,7 @@ def picture(scene: clrt.Scene, width: int, device: str | None = None, **settings
     """The picture, computed with these settings: the kernel itself says how large its work-groups were."""
     wanted = clrt.Settings(**settings)  # type: ignore[arg-type]
     image = clrt.render(scene, width=width, device=device, settings=wanted)
-    assert image.stats["local_size"] == wanted.local_size
+    assert image.stats["local_size"] == (wanted.local_size or 1), "a packet is a group by itself on a CPU"
     return image
 
 
