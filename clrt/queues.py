@@ -89,12 +89,9 @@ def tile_rays(rays: layout.Rays) -> int:
     """Rays of generation 0 to trace at a time: in RGB 131 072, with more bands half the bytes of these.
 
     More of them would pass by the caches, fewer would wait for the host, whose part is small with many bands.
-    Where glass disperses, so few that 262 144 remain once each has been split.
     """
     number = 1 << 17 if rays.bands <= layout.BANDS else 1 << 16
-    number = number * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
-    parts = -(-rays.bands // rays.group) if rays.group else 1
-    return min(number, (1 << 18) // parts)
+    return number * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
 
 
 def picture_tile(rays: int, tile: int) -> int:

@@ -58,9 +58,9 @@ class Track:
         self.queue = cl.CommandQueue(
             context, device, properties=cl.command_queue_properties.PROFILING_ENABLE
         )
-        # queues are never twice as long: with finer sizes than four an octave, blocks that another queue has
+        # queues are never twice as long: with finer sizes than two an octave, blocks that another queue has
         # left would seldom do, and memory would grow by fresh pages that no cache knows
-        self.pool = cl_tools.MemoryPool(cl_tools.ImmediateAllocator(self.queue), leading_bits_in_bin_id=2)
+        self.pool = cl_tools.MemoryPool(cl_tools.ImmediateAllocator(self.queue), leading_bits_in_bin_id=1)
         self._events: list[tuple[str, Any]] = []
 
     def launched(self, name: str, event: cl.Event) -> None:

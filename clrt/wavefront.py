@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from clrt.queues import AMBIENT, CAMERA, REFLECTION, TRANSMISSION, Hits, Lit, Qu
 from clrt.schedule import TooLarge, Work
 from clrt.tripwire import Tripwire
 from clrt.world import World
+
+_NARROW_RAYS: Final = 1 << 17  # that dispersion makes of a tile at a time: as many as a tile in RGB has
 
 
 @dataclass
@@ -79,8 +82,9 @@ def trace(
 ) -> Work[RayCounts]:
     """Trace a queue of generation 0, whose hits are known, and all its descendants onto the film.
 
-    `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated. `watch` looks at
-    what each pass wrote. Without `shadows` every feeler arrives.
+    `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated, and before
+    dispersion makes more rays of several pixels than caches are good for. `watch` looks at what each pass
+    wrote. Without `shadows` every feeler arrives.
     """
     counts = RayCounts()
     film.add_terms(world, queue, hits, last=max_depth == 0)
@@ -93,7 +97,7 @@ def trace(
             lit = passes.light(device, world, queue, hits, last=generation == max_depth)
             parents.append((queue, hits, lit))
         yield parents[-1][2].counted
-        _check_budget(device, world, parents, budget)
+        _check_size(device, world, parents, film.pixels, budget)
         for queue, hits, lit in parents:
             if watch:
                 watch.light(generation, queue, hits, lit)
@@ -121,19 +125,20 @@ def trace(
     return counts
 
 
-def _check_budget(
-    device: Device, world: World, parents: list[tuple[Queue, Hits, Lit]], budget: int
+def _check_size(
+    device: Device, world: World, parents: list[tuple[Queue, Hits, Lit]], pixels: int, budget: int
 ) -> None:
     lanes = device.settings.lanes
-    need = most_feelers = 0
+    need = most_feelers = narrow = 0
     for queue, _, lit in parents:
         rays = device.for_queue(queue.narrow).rays
         children = sum(lit.totals[stream] for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT"))
         need += queue_bytes(queue.n, rays, lanes) + queue_bytes(children, rays, lanes)
         if lit.totals.get("GROUPS"):
+            narrow += lit.totals["GROUPS"]
             need += queue_bytes(lit.totals["GROUPS"], device.for_queue(True).rays, lanes)
         most_feelers = max(most_feelers, feeler_bytes(lit.totals["FEELERS"], rays, lanes, world.tinted))
-    if need + most_feelers > budget:
+    if need + most_feelers > budget or (narrow > _NARROW_RAYS and pixels > 1):
         raise TooLarge
 
 

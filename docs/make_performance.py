@@ -33,7 +33,7 @@ sys.path.insert(0, str(DOCS.parent))
 import performance_tables as tables
 
 import clrt
-from clrt.bench import chart, machine, report, scaling, suite
+from clrt.bench import chart, host, machine, report, scaling, suite
 from clrt.bench.frames import frame_times
 from clrt.platforms import devices
 
@@ -65,13 +65,13 @@ def processes(scene: Path, rounds: int) -> dict[str, Any]:
     found: dict[str, Any] = {"load_before": machine.load(), "drivers": {}}
     for driver in DRIVERS:
         found["drivers"][driver] = {"wall": [], "cpu": []}
-    with tempfile.TemporaryDirectory() as folder:
+    with host.empty_caches() as environment, tempfile.TemporaryDirectory() as folder:
         size = ["--width", "2000", "--height", "2500", "-o", f"{folder}/out.png", "--quiet"]
         for turn in range(rounds + 1):
             for driver, times in found["drivers"].items():
                 start = time.perf_counter()
                 command = [sys.executable, "-m", "clrt", "render", str(scene), *size, "--device", driver]
-                child = subprocess.Popen(command, cwd=DOCS.parent)
+                child = subprocess.Popen(command, cwd=DOCS.parent, env=environment)
                 _, status, used = os.wait4(child.pid, 0)
                 wall = time.perf_counter() - start
                 if status:

@@ -74,6 +74,20 @@ def test_the_picture_is_the_same_for_tiles_of_any_size() -> None:
         assert clrt.render(scene("diamond-dispersive"), settings=settings).hash == expected.hash
 
 
+def test_a_tile_of_which_dispersion_makes_many_rays_is_split(monkeypatch: pytest.MonkeyPatch) -> None:
+    tracer = clrt.Tracer(scene("BK7"))
+
+    def render() -> tuple[clrt.Image, int]:
+        tiles: list[int] = []
+        return tracer.render(spp=4, progress=lambda done, *_: tiles.append(done)), len(tiles)
+
+    whole, few = render()
+    monkeypatch.setattr("clrt.wavefront._NARROW_RAYS", 12)  # fewer than a pixel's four samples give
+    split, many = render()
+    assert many > 10 * few, "as far as there are pixels to part"
+    assert split.hash == whole.hash and split.stats["rays"] == whole.stats["rays"]
+
+
 def test_the_work_of_narrow_rays_is_foreseen() -> None:
     work = 48 * 36 * 2 * (1 << 5)  # rays of a branching family, one light
     settings = clrt.Settings(limits=clrt.Limits(work=work))
