@@ -90,8 +90,10 @@ def bands(made: Report) -> str:
     for m in made.of("bands"):
         cost = bench_bands.ratio(made.of("bands"), m.scene, m.name)
         memory = f"{m.extra['device_bytes'] / 2**20:.0f}"
-        rows.append((f"{m.scene}, {m.name}", f"{m.median * 1e3:.0f}", f"{cost:.2f}", memory))
-    return table(("picture", "processor time, ms", "times RGB, or one wavelength", "device, MiB"), rows)
+        apart = f"{m.extra['apart']:.2%}" if "apart" in m.extra else ""
+        rows.append((f"{m.scene}, {m.name}", f"{m.median * 1e3:.0f}", f"{cost:.2f}", memory, apart))
+    head = ("picture", "processor time, ms", "times RGB, or one wavelength", "device, MiB", "values apart")
+    return table(head, rows)
 
 
 def programs(content: dict[str, Any]) -> str:

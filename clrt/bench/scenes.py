@@ -92,20 +92,23 @@ def flake_frame(lights: int = 3, max_depth: int = 4, levels: int = 4, bands: int
     return _scene(_flake_spheres(levels, _MIRROR), *_FLAKE_VIEW, **settings)
 
 
-def glass_ball(ior: str | float, bands: int | None) -> Scene:
-    """A ball of Fresnel glass on 8 % of the picture, between a floor and a wall; bands None: in RGB."""
+def glass_ball(ior: str | float, bands: int | None, group: int = 1) -> Scene:
+    """A ball of Fresnel glass on 8 % of the picture, between a floor and a wall; bands None: in RGB.
+
+    `group`: bands that dispersion bends together.
+    """
     glass = {"diffuse": 0.0, "fresnel": True, "ior": ior}
     shapes: list[dict[str, Any]] = [
         {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": _MATT},
         {"type": "plane", "point": [0, 0, -2], "normal": [0, 0, 1], "material": _MATT},
         {"type": "sphere", "center": [0, 0.7, 0], "radius": 0.56, "material": glass},
     ]
-    settings = _frame(1, max_depth=6) | _spectrum(bands)
+    settings = _frame(1, max_depth=6) | _spectrum(bands, group)
     return _scene(shapes, [0.0, 1.2, 4.0], [0.0, 0.6, 0.0], **settings)
 
 
-def _spectrum(bands: int | None) -> dict[str, Any]:
-    return {"spectrum": {"bands": bands}} if bands else {}
+def _spectrum(bands: int | None, group: int = 1) -> dict[str, Any]:
+    return {"spectrum": {"bands": bands, "group": group}} if bands else {}
 
 
 def _frame(lights: int, max_depth: int) -> dict[str, Any]:
