@@ -60,12 +60,19 @@ def test_what_scatters_too_much_is_unclear_and_too_few_times_too():
 
 
 def test_a_real_kernel_made_ten_percent_slower_is_flagged():
-    """The arithmetic kernel with a tenth more steps, beside itself unchanged, in one interleaved run."""
+    """The arithmetic kernel with a tenth more steps, beside itself unchanged, in interleaved runs.
+
+    On a machine with other work a run may be unclear, and is repeated: what it says may not be wrong.
+    """
     with one_core():
         device = Device(settings=clrt.Settings(threads=1))
-        same, again, slow = (roof.arithmetic_case(device, steps) for steps in (8000, 8000, 8800))
-        a, b, c = timing.measure([same, again, slow], rounds=15)
-    c = replace(c, items=a.items)
-    assert verdict.judge(a, b).word == verdict.SAME
-    found = verdict.judge(a, c)
-    assert found.word == verdict.SLOWER and found.ratio == pytest.approx(1.1, abs=0.03)
+        cases = [roof.arithmetic_case(device, steps) for steps in (8000, 8000, 8800)]
+        for _ in range(8):
+            a, b, c = timing.measure(cases, rounds=15)
+            unchanged, slower = verdict.judge(a, b), verdict.judge(a, replace(c, items=a.items))
+            assert unchanged.word in (verdict.SAME, verdict.UNCLEAR)
+            assert slower.word in (verdict.SLOWER, verdict.UNCLEAR)
+            if verdict.UNCLEAR not in (unchanged.word, slower.word):
+                break
+    assert (unchanged.word, slower.word) == (verdict.SAME, verdict.SLOWER)
+    assert slower.ratio == pytest.approx(1.1, abs=0.03)
