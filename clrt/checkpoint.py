@@ -7,7 +7,6 @@ saves leaves the state before. Pixels do not depend on each other: what comes ou
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import time
@@ -23,9 +22,7 @@ import numpy as np
 
 from clrt.atomic import check_replaceable, replacing
 from clrt.errors import ClrtError
-from clrt.flatten import FlatScene
 from clrt.picture import Picture
-from clrt.source import kernel_source
 from clrt.wavefront import RayCounts
 
 _SHARE: Final = 0.05  # of the time that saving may take
@@ -36,33 +33,11 @@ _DAMAGE: Final = (
 )  # fmt: skip
 
 
-def job(
-    flat: FlatScene,
-    camera: np.ndarray,
-    window: tuple[int, int, int, int],
-    depth: int,
-    layers: tuple[str, ...],
-) -> dict[str, str]:
-    """What decides a picture and its counts, and nothing that does not, as texts by name."""
-    width, height, grid = (int(camera[name][0]) for name in ("width", "height", "grid"))
-    kernels = kernel_source(flat.rays)
-    return {
-        "size": f"{width} x {height}",
-        "spp": str(grid * grid),
-        "crop": " ".join(map(str, window)),
-        "max_depth": str(depth),
-        "layers": ",".join(layers),
-        "scene": flat.hash,
-        "camera": hashlib.sha256(camera.tobytes()).hexdigest(),
-        "kernels": hashlib.sha256(kernels.encode()).hexdigest(),
-    }
-
-
 class Checkpoint:
     """Saves `picture` and `counts` while they grow; as a context, also when it is left, whatever the reason.
 
-    `task` is what `job` gives. Where the file exists, picture and counts are filled from
-    it; ClrtError when it belongs to another task, is damaged, or cannot be written.
+    `task` is what `Job.identity` gives. Where the file exists, picture and counts are filled from it;
+    ClrtError when it belongs to another task, is damaged, or cannot be written.
     """
 
     def __init__(

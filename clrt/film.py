@@ -83,6 +83,12 @@ class Film:
                 passes.illuminate(self.device, world, queue, hits, lit, feelers, _BY_TERM[name])
                 passes.gather(self.device, queue, lit, self.sums, plane, self.pixels)
 
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """`sums`, (planes, bands, pixels); means once it is developed."""
+        size = len(self.planes), self.pixels, self.device.bands
+        sums = self.device.read(self.sums, np.empty(size, np.float32))
+        return {"sums": np.ascontiguousarray(sums.transpose(0, 2, 1))}
+
     def developing(self, samples: int, response: np.ndarray | None = None) -> Answer:
         """Turn the sums into means over the samples of each pixel, once; what `reading` gives of them."""
         values = len(self.planes) * self.pixels * self.device.bands

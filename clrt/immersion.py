@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from clrt import layout
 from clrt.device import Device
 from clrt.queues import Queue, block_bytes
 from clrt.world import World
@@ -29,8 +28,7 @@ def immerse(
         device.fill(queue.media, block_bytes(n, device.media, lanes), -1)
         return
     if origins is None:
-        rays = device.read(queue.rays, np.empty((-(-n // lanes), len(layout.RAY_FIELDS), lanes), np.float32))
-        origins = rays[:, :3].transpose(0, 2, 1).reshape(-1, 3)[:n]
+        origins = queue.lines(queue.rays)["origin"].T
     media = world.flat.media.lists(origins)
     if (media < 0).all():
         device.fill(queue.media, block_bytes(n, device.media, lanes), -1)

@@ -142,10 +142,8 @@ def _first_places(device: Device, world: World, queue: Queue, lit: Lit, stream: 
     return first
 
 
-def feelers(
-    device: Device, world: World, queue: Queue, hits: Hits, lit: Lit, shadows: bool = True
-) -> Feelers:
-    """Emit one shadow feeler for each light above each hit, and find which arrive; all without `shadows`."""
+def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit) -> Feelers:
+    """Emit one shadow feeler for each light above each hit, and find which arrive."""
     n, lanes = lit.totals["FEELERS"], device.settings.lanes
     kernels = device.for_queue(queue.narrow)
     found = Feelers(
@@ -155,6 +153,7 @@ def feelers(
         device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)),
         device.buffer(4 * n),
         device.buffer(block_bytes(n if world.tinted else 0, kernels.rays.values, lanes)),
+        world.tinted,
     )
     if n:
         kernels.launch_packets(
@@ -176,8 +175,6 @@ def feelers(
             kernels.launch_packets("occluded_tinted", n, *arguments, found.filter)
         else:
             device.launch_packets("occluded", n, *arguments)
-        if not shadows:
-            device.write(found.seen, np.ones(n, np.uint32))
     return found
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
+import numpy as np
+
 from clrt import layout
 from clrt.device import Device
 from clrt.tracks import Answer
@@ -27,8 +29,44 @@ class Queue:
     pixel_of: Any  # uint: place of the pixel in the tile
     path: Any  # uint: layout.PATH
     weight: Any  # blocks of layout.Rays.values
-    media: Any = None  # blocks of layout.MEDIA numbers of materials, where rays carry them
-    narrow: bool = False  # each ray carries one dispersion group of bands
+    media: Any  # blocks of layout.MEDIA numbers of materials, where rays carry them
+    device: Device  # whose kernels know what these rays carry
+
+    @property
+    def narrow(self) -> bool:
+        """Does each ray carry one dispersion group of bands?"""
+        return self.device.rays.narrow
+
+    def words(self, buffer: Any, kind: type[np.generic] = np.uint32, n: int | None = None) -> np.ndarray:
+        """(n,) of a buffer with a word a ray, or for `n` other items."""
+        return self.device.read(buffer, np.empty(self.n if n is None else n, kind))
+
+    def blocks(self, buffer: Any, fields: int, n: int | None = None) -> np.ndarray:
+        """(fields, n) float32 of a buffer of blocks (`kernels/ray.clh`), of rays or `n` other items."""
+        n, lanes = self.n if n is None else n, self.device.settings.lanes
+        blocks = self.device.read(buffer, np.empty((-(-n // lanes), fields, lanes), np.float32))
+        return np.ascontiguousarray(blocks.transpose(1, 0, 2).reshape(fields, -1)[:, :n])
+
+    def bands(self, buffer: Any, n: int | None = None) -> np.ndarray:
+        """(layout.Rays.values, n) of a buffer of weight or light."""
+        return self.blocks(buffer, self.device.rays.values, n)
+
+    def lines(self, buffer: Any, n: int | None = None) -> dict[str, np.ndarray]:
+        """`origin`, `direction` (3, n) and `t_max` (n,) of a buffer of rays."""
+        fields = self.blocks(buffer, len(layout.RAY_FIELDS), n)
+        return {"origin": fields[:3], "direction": fields[3:6], "t_max": fields[6]}
+
+    def lists(self) -> dict[str, np.ndarray]:
+        """`media` (layout.MEDIA, n) int32, -1 from the first empty place on, where rays carry them."""
+        if not self.device.media:
+            return {}
+        media = self.blocks(self.media, self.device.media).view(np.int32)
+        return {"media": np.where(np.logical_or.accumulate(media < 0, axis=0), np.int32(-1), media)}
+
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """The rays themselves."""
+        words = {"pixel_of": self.words(self.pixel_of), "path": self.words(self.path)}
+        return words | self.lines(self.rays) | {"weight": self.bands(self.weight)} | self.lists()
 
 
 @dataclass(frozen=True)
@@ -37,6 +75,24 @@ class Hits:
     primitive: Any  # int, -1 on a miss
     surfaces: Any  # blocks of layout.surface_fields
     code: Any  # int: layout.SURFACE and the material, -1 on a miss
+
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """Distances, primitives and surfaces; with lists of media also what crossing boundaries changed."""
+        fields = queue.blocks(self.surfaces, layout.surface_fields(queue.device.media))
+        values = {
+            "t": queue.words(self.t, np.float32),
+            "primitive": queue.words(self.primitive, np.int32),
+            "point": fields[:3],
+            "n": fields[3:6],
+            "ns": fields[6:9],
+            "offset": fields[9],
+            "code": queue.words(self.code, np.int32),
+        }
+        if not queue.device.media:
+            return values
+        before, after = fields[10:].view(np.int32)
+        tops = {"before": before, "after": after, "weight": queue.bands(queue.weight)}
+        return values | queue.lists() | tops
 
 
 @dataclass(frozen=True)
@@ -53,6 +109,12 @@ class Lit:
         """The items of each stream, by its name; waits until they are counted."""
         return dict(zip(layout.STREAMS, map(int, self.counted.wait()), strict=False))
 
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """`spawn`, and `local`: 0 where the word of a ray says that there is no light."""
+        spawn, local = queue.words(self.spawn), queue.bands(self.local)
+        local[: queue.device.rays.carried, spawn & layout.SPAWN["SPAWN_LOCAL"] == 0] = 0
+        return {"spawn": spawn, "local": local}
+
 
 @dataclass(frozen=True)
 class Feelers:
@@ -64,6 +126,13 @@ class Feelers:
     rays: Any  # blocks of layout.RAY_FIELDS
     seen: Any  # uint: 1 where nothing blocks the light
     filter: Any  # where shadows are tinted, blocks of layout.Rays.values: what comes through of each band
+    tinted: bool
+
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """The feelers: `owner` is the number of each one's ray."""
+        words = {"owner": queue.words(self.owner, n=self.n), "seen": queue.words(self.seen, n=self.n)}
+        tint = {"filter": queue.bands(self.filter, self.n)} if self.tinted else {}
+        return words | queue.lines(self.rays, self.n) | tint
 
 
 def chunks(n: int) -> int:
@@ -120,5 +189,5 @@ def new_queue(device: Device, kind: str, n: int) -> Queue:
         device.buffer(4 * n),
         device.buffer(block_bytes(n, device.rays.values, lanes)),
         device.buffer(block_bytes(n, device.media, lanes)) if device.media else None,
-        device.rays.narrow,
+        device,
     )

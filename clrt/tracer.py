@@ -6,38 +6,34 @@ import os
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import wraps
-from typing import Any, Final, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from clrt import layout, passes
-from clrt.checkpoint import Checkpoint, job
+from clrt.checkpoint import Checkpoint
 from clrt.device import Device
-from clrt.errors import ClrtError, LimitError, SceneError
-from clrt.film import GEOMETRY, SPECTRAL, Film, check_layers, finished
+from clrt.errors import ClrtError, SceneError
+from clrt.film import check_layers
 from clrt.flatten import bands_of, flatten, flatten_camera
-from clrt.flatten_camera import near_corners
 from clrt.image import Image
-from clrt.immersion import immerse
+from clrt.job import Job
 from clrt.limits import Branching
 from clrt.picture import Picture, check_crop
 from clrt.platforms import check_process
 from clrt.queues import picture_tile, tile_rays
 from clrt.rayinput import Hits, ray_chunks
 from clrt.scene import Scene
-from clrt.schedule import Work, interleaved
 from clrt.settings import Settings
 from clrt.tiles import tiles
-from clrt.tripwire import Tripwire
 from clrt.version import __version__
-from clrt.wavefront import RayCounts, trace
+from clrt.wavefront import RayCounts
 from clrt.world import World
 
 Progress = Callable[[int, int, int], None]
 Method = TypeVar("Method", bound=Callable[..., Any])
-_TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
 
 
 def _one_at_a_time(method: Method) -> Method:
@@ -58,17 +54,21 @@ class Tracer:
     Threads may share it: one at a time is served. A forked process may not: it gets a DeviceError.
 
     device: a number from `clrt.devices()`, a part of "platform version / name", or None (CLRT_DEVICE, else
-    the newest PoCL). Raises DeviceError, SceneError, LimitError.
+    the newest PoCL); or a `clrt.device.Device`, which then serves one thread and whose settings hold. Raises
+    DeviceError, SceneError, LimitError.
     """
 
     def __init__(
-        self, scene: Scene, device: int | str | None = None, settings: Settings | None = None
+        self, scene: Scene, device: int | str | Device | None = None, settings: Settings | None = None
     ) -> None:
         self.scene = scene
-        self.settings = settings or Settings()
+        self.settings = device.settings if isinstance(device, Device) else settings or Settings()
         self._lock = threading.RLock()
         self.flat = flatten(scene)
-        self.device = Device(device, self.settings, self.flat.rays)
+        if isinstance(device, Device):
+            self.device = device.variant(self.flat.rays)
+        else:
+            self.device = Device(device, self.settings, self.flat.rays)
         self.world = World(self.device, self.flat)
 
     @property
@@ -106,39 +106,19 @@ class Tracer:
         window = check_crop(crop, *full)
         self._check_limits(full[0] * full[1], samples, depth)
 
+        task = Job(self.flat, depth, camera, names, self.settings)
         picture = Picture(window, full[0], names, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
-        camera_buffer = self.device.upload(camera)
-        corners = near_corners(camera)
         self.device.take_seconds()
-
-        def traced(pixels: np.ndarray) -> Work[_Tile]:
-            queue, reported = passes.generate(self.device, camera_buffer, pixels, samples)
-            immerse(self.device, self.world, queue, corners if len(corners) == 1 else None, corners)
-            hits = passes.closest(self.device, self.world, queue)
-            film = Film(self.device, len(pixels), names)
-            watch = Tripwire(self.device, self.world, pixels, full[0]) if self.settings.check else None
-            rays = yield from trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES, watch)
-            found = {}
-            if set(names) & set(GEOMETRY):
-                found = passes.geometry(self.device, self.world, queue, hits, samples)
-            size = self.device.ask(reported, np.empty(1, np.uint32))
-            means = film.developing(samples, self.flat.response)
-            yield means
-            found |= dict(zip(film.planes, finished(means.wait()), strict=True))
-            for name in set(names) & set(SPECTRAL):
-                found[name] = film.read(self.flat.xyz if name == "xyz" else None, planes=1)[0]
-            return _Tile(rays, found, int(size.wait()[0]))
-
         saved = None
         size = self.settings.tile or picture_tile(window[2] * window[3] * samples, self.tile)
         pieces = list(tiles(*full, window, max(1, size // samples)))[::-1]
         if checkpoint is not None:
-            saved = Checkpoint(checkpoint, job(self.flat, camera, window, depth, names), picture, counts)
+            saved = Checkpoint(checkpoint, task.identity(window), picture, counts)
             pieces = saved.unfinished(pieces)
         done = total - sum(map(len, pieces))
         with saved or nullcontext():
-            for pixels, tile in interleaved(self.device, pieces, traced, _halves):
+            for pixels, tile in task.tiles(self.device, self.world, pieces):
                 picture.put(pixels, tile.layers)
                 counts.merge(tile.rays)
                 if saved:
@@ -189,28 +169,13 @@ class Tracer:
 
         Each ray starts in the media that its origin lies in.
         """
-        depth = self._depth(max_depth)
+        task = Job(self.flat, self._depth(max_depth), settings=self.settings)
         counts = RayCounts()
-
-        def traced(chunk: tuple[np.ndarray, ...]) -> Work[tuple[RayCounts, np.ndarray]]:
-            queue = passes.adopt(self.device, *chunk)
-            immerse(self.device, self.world, queue, chunk[0])
-            hits = passes.closest(self.device, self.world, queue)
-            film = Film(self.device, queue.n, ())
-            watch = Tripwire(self.device, self.world, chunk[3]) if self.settings.check else None
-            rays = yield from trace(self.device, self.world, queue, hits, film, depth, _TILE_BYTES, watch)
-            means = film.developing(1, self.flat.response)
-            yield means
-            return rays, finished(means.wait())[0]
-
-        def split(chunk: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, ...]]:
-            return list(zip(*map(_halves, chunk), strict=True))
-
         pieces = list(ray_chunks(origins, directions, np.inf, self.tile))[::-1]
         found = np.empty((sum(len(chunk[0]) for chunk in pieces), 3), np.float32)
-        for (_, _, _, numbers), (rays, values) in interleaved(self.device, pieces, traced, split):
-            found[numbers] = values
-            counts.merge(rays)
+        for (_, _, _, numbers), tile in task.tiles(self.device, self.world, pieces):
+            found[numbers] = tile.layers["image"]
+            counts.merge(tile.rays)
         return found, dict(counts.table())
 
     def _adopted(self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray) -> Any:
@@ -262,25 +227,6 @@ class Tracer:
             "version": __version__,
             "settings": ", ".join(f"{name}={value}" for name, value in settings.items()),
         }
-
-
-@dataclass(frozen=True)
-class _Tile:
-    """What was found for some pixels: counts, the picture ("image") and layers, the work-group size."""
-
-    rays: RayCounts
-    layers: dict[str, np.ndarray]
-    local_size: int
-
-
-def _halves(array: np.ndarray) -> list[np.ndarray]:
-    """Two halves, the first one last (for a stack). LimitError when there is only one pixel left."""
-    if len(array) < 2:
-        raise LimitError(
-            f"a single pixel needs more than {_TILE_BYTES >> 20} MiB of rays; "
-            "lower spp, max_depth, ambient_samples or the number of lights"
-        )
-    return [array[len(array) // 2 :], array[: len(array) // 2]]
 
 
 def render(

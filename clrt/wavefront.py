@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -14,7 +15,7 @@ from clrt.film import Film
 from clrt.media import too_deep
 from clrt.queues import AMBIENT, CAMERA, REFLECTION, TRANSMISSION, Hits, Lit, Queue, feeler_bytes, queue_bytes
 from clrt.schedule import TooLarge, Work
-from clrt.tripwire import Tripwire
+from clrt.stage import Observer, tell
 from clrt.world import World
 
 _NARROW_RAYS: Final = 1 << 17  # that dispersion makes of a tile at a time: as many as a tile in RGB has
@@ -76,44 +77,41 @@ def trace(
     hits: Hits,
     film: Film,
     max_depth: int,
-    budget: int,
-    watch: Tripwire | None = None,
-    shadows: bool = True,
+    budget: int | None = None,
+    observers: Sequence[Observer] = (),
 ) -> Work[RayCounts]:
     """Trace a queue of generation 0, whose hits are known, and all its descendants onto the film.
 
     `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated, and before
-    dispersion makes more rays of several pixels than caches are good for. `watch` looks at what each pass
-    wrote. Without `shadows` every feeler arrives.
+    dispersion makes more rays of several pixels than caches are good for. `observers` are told of each pass.
     """
     counts = RayCounts()
     film.add_terms(world, queue, hits, last=max_depth == 0)
     queues = [(queue, hits)]
-    if watch:
-        watch.rays("generate", 0, queue, hits, [])
     for generation in range(max_depth + 1):
         parents: list[tuple[Queue, Hits, Lit]] = []
         for queue, hits in queues:
             lit = passes.light(device, world, queue, hits, last=generation == max_depth)
             parents.append((queue, hits, lit))
+            tell(observers, "light", generation, queue, lit)
         yield parents[-1][2].counted
-        _check_size(device, world, parents, film.pixels, budget)
+        if budget is not None:
+            _check_size(device, world, parents, film.pixels, budget)
         for queue, hits, lit in parents:
-            if watch:
-                watch.light(generation, queue, hits, lit)
-            feelers = passes.feelers(device, world, queue, hits, lit, shadows)
+            feelers = passes.feelers(device, world, queue, hits, lit)
+            tell(observers, "feelers", generation, queue, feelers)
             passes.illuminate(device, world, queue, hits, lit, feelers)
+            tell(observers, "illuminate", generation, queue, lit)
             film.add(queue, lit, generation)
+            tell(observers, "gather", generation, queue, film)
             counts.add(generation, queue, lit)
-            if watch:
-                watch.illumination(generation, queue, hits, lit, feelers, film)
         queues = []
         for kind, narrow in spawned_kinds(device):
             child = passes.spawn(device, world, kind, generation, parents, narrow)
             if child:
+                tell(observers, "spawn", generation + 1, child, child)
                 queues.append((child, passes.closest(device, world, child)))
-                if watch:
-                    watch.rays(f"spawn {kind}", generation + 1, *queues[-1], parents)
+                tell(observers, "closest", generation + 1, *queues[-1])
         if not queues:
             break
     if world.flat.media is not None:

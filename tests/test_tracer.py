@@ -47,12 +47,12 @@ def test_a_tile_that_needs_too_much_is_split_and_gives_the_same_bits(monkeypatch
     tracer = clrt.Tracer(clrt.load_dict(SCENE))
     whole = tracer.render(max_depth=6)
     tiles: list[int] = []
-    monkeypatch.setattr("clrt.tracer._TILE_BYTES", 200_000)
+    monkeypatch.setattr("clrt.job.TILE_BYTES", 200_000)
     split = tracer.render(max_depth=6, progress=lambda done, total, rays: tiles.append(done))
     assert len(tiles) > 1
     assert split.hash == whole.hash
     assert split.stats["rays"] == whole.stats["rays"]
-    monkeypatch.setattr("clrt.tracer._TILE_BYTES", 100)
+    monkeypatch.setattr("clrt.job.TILE_BYTES", 100)
     with pytest.raises(clrt.LimitError, match="a single pixel needs more"):
         tracer.render()
 

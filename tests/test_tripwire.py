@@ -11,9 +11,14 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt import layout, passes
+from clrt import layout
 from clrt.cli import main
-from clrt.resources import scene_file
+from clrt.flatten import flatten_camera
+from clrt.job import Job, Tile
+from clrt.rayinput import ray_chunks
+from clrt.schedule import complete
+from clrt.shipped import load_scene
+from clrt.stage import Observer, Stage
 from clrt.tiles import tiles
 
 SCENE: dict[str, Any] = {
@@ -34,9 +39,10 @@ def tracer() -> clrt.Tracer:
     return clrt.Tracer(clrt.load_dict(SCENE), settings=CHECKED)
 
 
-@pytest.mark.parametrize("name", ["ambient", "tinted_shadows"])
+@pytest.mark.parametrize("name", ["ambient", "tinted_shadows", "rainbow", "spectrum", "diamond"])
 def test_a_sound_scene_gives_the_same_picture(name: str) -> None:
-    scene = clrt.load(scene_file(name))
+    """Also where dispersion makes rays that carry fewer bands than the scene has."""
+    scene = load_scene(name)
     layers = ("reflection", "diffuse")
     image = clrt.render(scene, width=60, layers=layers, settings=CHECKED)
     assert image.hash == clrt.render(scene, width=60, layers=layers).hash
@@ -51,27 +57,38 @@ def spoil(device: Any, buffer: Any, row: int, field: int, fields: int, value: fl
     device.write(buffer, values)
 
 
-def spoiling(
-    tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch, name: str, what: Callable[..., None], call: int = 0
-) -> None:
-    """Let `what` change the result of the pass `name`, the `call`-th time that it runs."""
-    plain, calls = getattr(passes, name), []
+def spoiling(name: str, what: Callable[[Any, Any], None], call: int = 0) -> Observer:
+    """An observer that lets `what` change what the pass `name` wrote, the `call`-th time that it runs."""
+    calls = []
 
-    def spoiled(*arguments: Any, **named: Any) -> Any:
-        result = plain(*arguments, **named)
-        calls.append(result)
-        if len(calls) == call + 1:
-            what(tracer.device, result)
-        return result
+    def spoiled(stage: Stage) -> None:
+        if stage.name == name:
+            calls.append(stage)
+            if len(calls) == call + 1:
+                what(stage.queue.device, stage.wrote)
 
-    monkeypatch.setattr(passes, name, spoiled)
+    return spoiled
+
+
+def render(tracer: clrt.Tracer, *observers: Observer) -> Tile:
+    """The picture of the scene in one tile, with observers before the tripwire."""
+    assert tracer.scene.camera is not None
+    camera = flatten_camera(tracer.scene.camera)
+    job = Job(tracer.flat, tracer.scene.max_depth, camera, ("shape",), tracer.settings)
+    return complete(job.trace(tracer.device, tracer.world, one_tile(tracer), observers))
+
+
+def one_tile(tracer: clrt.Tracer) -> np.ndarray:
+    assert tracer.scene.camera is not None
+    size = tracer.scene.camera.width, tracer.scene.camera.height
+    (pixels,) = tiles(*size, (0, 0, *size), 1 << 16)
+    return pixels
 
 
 def first_row(tracer: clrt.Tracer, shape: int) -> tuple[int, tuple[int, int]]:
     """A ray of generation 0 that meets a shape: its place in the only tile, and its pixel (x, y)."""
-    (pixels,) = tiles(40, 30, (0, 0, 40, 30), 1 << 16)
-    shapes = tracer.render(layers=["shape"]).layers["shape"].reshape(-1)[pixels]
-    row = int(np.flatnonzero(shapes == shape)[7])
+    pixels = one_tile(tracer)
+    row = int(np.flatnonzero(render(tracer).layers["shape"] == shape)[7])
     return row, (int(pixels[row]) % 40, int(pixels[row]) // 40)
 
 
@@ -83,91 +100,87 @@ RAY, SURFACE = len(layout.RAY_FIELDS), len(layout.SURFACE_FIELDS)
     [
         ("closest", "surfaces", SURFACE, "hit is nan after the pass surface"),
         ("light", "local", 3, "local light is nan after the pass light"),
+        ("illuminate", "local", 3, "direct light is nan after the pass illuminate"),
     ],
 )
 def test_the_first_pass_the_ray_and_the_shape_are_named(
-    tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch, name: str, buffer: str, fields: int, says: str
+    tracer: clrt.Tracer, name: str, buffer: str, fields: int, says: str
 ) -> None:
     row, (x, y) = first_row(tracer, shape=1)
-    spoiling(
-        tracer, monkeypatch, name,
-        lambda device, result: spoil(device, getattr(result, buffer), row, 2, fields, np.nan),
-    )  # fmt: skip
+    wrong = spoiling(name, lambda device, made: spoil(device, getattr(made, buffer), row, 2, fields, np.nan))
     where = rf"{says}, at pixel \({x}, {y}\), generation 0, camera ray, which meets shapes\[1\] \(prim"
     with pytest.raises(clrt.ClrtError, match=where) as caught:
-        tracer.render()
+        render(tracer, wrong)
     assert "\n" not in str(caught.value)
 
 
-def test_a_camera_ray(tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_camera_ray(tracer: clrt.Tracer) -> None:
     row, (x, y) = first_row(tracer, shape=0)
-    spoiling(
-        tracer, monkeypatch, "generate",
-        lambda device, made: spoil(device, made[0].rays, row, 1, RAY, np.inf),
-    )  # fmt: skip
+    wrong = spoiling("generate", lambda device, made: spoil(device, made.rays, row, 1, RAY, np.inf))
     where = rf"at pixel \({x}, {y}\), generation 0, camera ray, which left the camera"
     says = f"ray is inf after the pass generate, {where}"
     with pytest.raises(clrt.ClrtError, match=says):
-        tracer.render()
+        render(tracer, wrong)
 
 
-def test_a_spawned_ray_and_its_weight(tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch) -> None:
-    for field, fields, buffer, what in ((3, RAY, "rays", "ray"), (0, 3, "weight", "weight")):
-        with monkeypatch.context() as patch:
-            spoiling(
-                tracer, patch, "spawn",
-                lambda dev, made, b=buffer, f=field, n=fields: spoil(dev, getattr(made, b), 5, f, n, -np.inf),
-                call=1,
-            )  # fmt: skip
-            where = r"at pixel .*, generation 1, transmission ray, which left shapes\[1\]"
-            says = f"{what} is -inf after the pass spawn transmission, {where}"
-            with pytest.raises(clrt.ClrtError, match=says):
-                tracer.render()
+@pytest.mark.parametrize(
+    ("field", "fields", "buffer", "what"), [(3, RAY, "rays", "ray"), (0, 3, "weight", "weight")]
+)
+def test_a_spawned_ray_and_its_weight(
+    tracer: clrt.Tracer, field: int, fields: int, buffer: str, what: str
+) -> None:
+    wrong = spoiling(
+        "spawn", lambda device, made: spoil(device, getattr(made, buffer), 5, field, fields, -np.inf), call=1
+    )
+    where = r"at pixel .*, generation 1, transmission ray, which left shapes\[1\]"
+    with pytest.raises(clrt.ClrtError, match=f"{what} is -inf after the pass spawn transmission, {where}"):
+        render(tracer, wrong)
 
 
-def test_feelers_are_traced_to_their_ray(tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_ray_of_a_few_bands() -> None:
+    """The last of its words is the number of its first band, which is no value."""
+    scene = load_scene("rainbow").override(width=40, height=30)
+    tracer = clrt.Tracer(scene, settings=CHECKED)
+    spoiled: list[tuple[int, int]] = []
+
+    def wrong(stage: Stage) -> None:
+        if stage.name == "spawn" and stage.queue.narrow and not spoiled:
+            group = tracer.flat.group
+            assert tracer.flat.bands > stage.queue.device.rays.values == group + 1
+            row = stage.queue.n - 1
+            pixel = int(one_tile(tracer)[stage.values()["pixel_of"][row]])
+            spoiled.append((pixel % 40, pixel // 40))
+            spoil(stage.queue.device, stage.queue.weight, row, group - 1, group + 1, np.nan)
+
+    with pytest.raises(clrt.ClrtError, match="weight is nan after the pass spawn transmission") as caught:
+        render(tracer, wrong)
+    assert f"at pixel {spoiled[0]}, generation" in str(caught.value)
+
+
+def test_feelers_are_traced_to_their_ray(tracer: clrt.Tracer) -> None:
     row, (x, y) = first_row(tracer, shape=0)
 
     def first_of_row(device: Any, found: Any) -> None:
         owner = device.read(found.owner, np.empty(found.n, np.uint32))
         spoil(device, found.rays, int(np.argmax(owner == row)), 0, RAY, np.nan)
 
-    spoiling(tracer, monkeypatch, "feelers", first_of_row)
     where = rf"at pixel \({x}, {y}\), .*, which meets shapes\[0\]"
     with pytest.raises(clrt.ClrtError, match=f"check: feeler is nan after the pass feelers, {where}"):
-        tracer.render()
+        render(tracer, spoiling("feelers", first_of_row))
 
 
-def test_what_lights_bring(tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch) -> None:
-    row, (x, y) = first_row(tracer, shape=0)
-    plain = passes.illuminate
-
-    def spoiled(device: Any, world: Any, queue: Any, hits: Any, lit: Any, *others: Any) -> None:
-        plain(device, world, queue, hits, lit, *others)
-        spoil(device, lit.local, row, 1, 3, np.nan)
-
-    monkeypatch.setattr(passes, "illuminate", spoiled)
-    where = rf"at pixel \({x}, {y}\), .*, which meets shapes\[0\]"
-    says = "check: direct light is nan after the pass illuminate"
-    with pytest.raises(clrt.ClrtError, match=f"{says}, {where}"):
-        tracer.render()
-
-
-def test_the_film_and_callers_rays(tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch) -> None:
-    plain = passes.gather
-
-    def spoiled(device: Any, queue: Any, lit: Any, film: Any, *others: Any) -> None:
-        plain(device, queue, lit, film, *others)
-        sums = device.read(film, np.empty(6, np.float32))
+def test_the_film_and_callers_rays(tracer: clrt.Tracer) -> None:
+    def too_bright(device: Any, film: Any) -> None:
+        sums = device.read(film.sums, np.empty(6, np.float32))
         sums[4] = np.inf
-        device.write(film, sums)
+        device.write(film.sums, sums)
 
     rays = [[0, 1, 4], [0, 1, 4]], [[0, -0.25, -1], [0, 1, 0]]
     assert np.isfinite(tracer.radiance([*rays[0], [np.nan, 0, 0]], [*rays[1], [1, np.inf, 0]])[0]).all()
-    monkeypatch.setattr(passes, "gather", spoiled)
+    job, (chunk,) = Job(tracer.flat, 5, settings=CHECKED), ray_chunks(*rays, np.inf, 2)
     where = "at ray 1, generation 0, camera ray, which meets nothing"
     with pytest.raises(clrt.ClrtError, match=f"sum of the film is inf after the pass gather, {where}"):
-        tracer.radiance(*rays)
+        complete(job.trace(tracer.device, tracer.world, chunk, (spoiling("gather", too_bright),)))
 
 
 def test_the_command_line_asks_for_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 import warnings
 from collections.abc import Iterator
@@ -14,11 +13,9 @@ import numpy as np
 
 from clrt.device import Device
 from clrt.errors import ClrtWarning
-from clrt.flatten import flatten
 from clrt.formats import load_dict
 from clrt.scene import Scene
 from clrt.tracer import Tracer
-from clrt.world import World
 
 from .compare_metrics import EDGE_CHANGE, EDGE_STEP
 from .compare_rays import FINE
@@ -59,20 +56,15 @@ def _unwarned() -> Iterator[None]:
         yield
 
 
-class OpenedTracer(Tracer):
+def tracer_of(scene: Scene, device: Device) -> Tracer:
     """A tracer on a device that is already open, so that its kernels are built once for many scenes."""
-
-    def __init__(self, scene: Scene, device: Device) -> None:
-        self.scene, self.settings, self._lock = scene, device.settings, threading.RLock()
-        with _unwarned():
-            self.flat = flatten(scene)
-        self.device = device.variant(self.flat.rays)
-        self.world = World(self.device, self.flat)
+    with _unwarned():
+        return Tracer(scene, device)
 
 
 def our_picture(scene: Scene, device: Device) -> OracleImage:
     """The kernels' picture of a scene from its camera."""
-    return render_ours(OpenedTracer(scene, device))
+    return render_ours(tracer_of(scene, device))
 
 
 @dataclass(frozen=True, eq=False)

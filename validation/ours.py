@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from clrt import passes
 from clrt.device import Device
 from clrt.film import Film
 from clrt.flatten import flatten_camera
-from clrt.immersion import immerse
-from clrt.queues import Lit, Queue
-from clrt.schedule import TooLarge, complete
+from clrt.job import Job, halves
+from clrt.queues import Feelers, Lit
+from clrt.schedule import Work, interleaved
+from clrt.stage import Stage
 from clrt.tiles import tiles
 from clrt.tracer import Tracer
 from clrt.version import __version__
-from clrt.wavefront import trace
 
 from .types import OracleImage
 
@@ -27,29 +24,28 @@ _TILE = 1 << 15  # rays
 _BUDGET = 256 << 20  # bytes of queues
 
 
-class RayFilm(Film):
-    """A film that also keeps what each generation and kind of rays brings, on a film of its own."""
+class Shares:
+    """An observer that keeps what each generation and kind of rays brings, on a film of its own."""
 
-    def __init__(
-        self, device: Device, pixels: int, layers: tuple[str, ...], response: np.ndarray | None = None
-    ) -> None:
-        super().__init__(device, pixels, layers)
-        self.response = response
-        self.by_ray: dict[str, Film] = {}
+    def __init__(self, device: Device, pixels: int) -> None:
+        self._device, self._pixels = device, pixels
+        self._films: dict[str, Film] = {}
 
-    def add(self, queue: Queue, lit: Lit, generation: int) -> None:
-        """As Film.add; a queue is one kind of ray of one generation."""
-        super().add(queue, lit, generation)
-        key = ray_key(generation, queue.kind)
-        apart = self.by_ray.setdefault(key, Film(self.device, self.pixels, ()))
-        apart.add(queue, lit, generation)
+    def __call__(self, stage: Stage) -> None:
+        if stage.name == "illuminate" and isinstance(stage.wrote, Lit):
+            key = ray_key(stage.generation, stage.kind)
+            film = self._films.setdefault(key, Film(self._device, self._pixels, ()))
+            film.add(stage.queue, stage.wrote, stage.generation)
 
-    def developed(self, samples: int) -> Iterator[tuple[str, np.ndarray]]:
-        """Each picture by its key, "image" or one of `by_ray`: float32 (pixels, 3)."""
-        for name, values in zip(self.planes, self.develop(samples, self.response), strict=True):
-            yield name if name == "image" else ray_key(0, f"camera {name}"), values
-        for key, film in self.by_ray.items():
-            yield key, film.develop(samples, self.response)[0]
+    def developed(self, samples: int, response: np.ndarray | None) -> dict[str, np.ndarray]:
+        """Each share by its key of `OracleImage.by_ray`: float32 (pixels, 3)."""
+        return {key: film.develop(samples, response)[0] for key, film in self._films.items()}
+
+
+def unshadowed(stage: Stage) -> None:
+    """An observer that lets every opaque feeler arrive."""
+    if isinstance(stage.wrote, Feelers) and stage.wrote.n:
+        stage.queue.device.write(stage.wrote.seen, np.ones(stage.wrote.n, np.uint32))
 
 
 def ray_key(generation: int, kind: str) -> str:
@@ -78,46 +74,23 @@ def render_ours(
     columns, rows = int(camera["width"][0]), int(camera["height"][0])
     samples = int(camera["grid"][0]) ** 2
     depth = scene.max_depth if max_depth is None else max_depth
-    found: dict[str, np.ndarray] = {
-        "t": np.full(columns * rows, np.inf, np.float32),
-        "shape": np.full(columns * rows, -1, np.int32),
-    }
-    buffer = tracer.device.upload(camera)
-    waiting = list(tiles(columns, rows, (0, 0, columns, rows), max(1, _TILE // samples)))
-    while waiting:
-        pixels = waiting.pop()
-        try:
-            _render_tile(tracer, buffer, pixels, samples, depth, shadows, found)
-        except TooLarge:
-            if len(pixels) < 2:
-                raise
-            waiting += np.array_split(pixels, 2)
-        tracer.device.finish()
+    job = Job(tracer.flat, depth, camera, (*(TERMS if shadows else ()), "depth", "shape"), tracer.settings)
+    changes = () if shadows else (unshadowed,)
+
+    def traced(pixels: np.ndarray) -> Work[dict[str, np.ndarray]]:
+        shares = Shares(tracer.device, len(pixels))
+        tile = yield from job.trace(tracer.device, tracer.world, pixels, (*changes, shares), _BUDGET)
+        terms = {ray_key(0, f"camera {name}"): tile.layers[name] for name in TERMS if shadows}
+        kept = {name: tile.layers[name] for name in ("image", "depth", "shape")}
+        return kept | terms | shares.developed(samples, tracer.flat.response)
+
+    pieces = list(tiles(columns, rows, (0, 0, columns, rows), max(1, _TILE // samples)))
+    found: dict[str, np.ndarray] = {}
+    for pixels, values in interleaved(tracer.device, pieces, traced, halves):
+        for key, part in values.items():
+            whole = found.setdefault(key, np.zeros((columns * rows, *part.shape[1:]), part.dtype))
+            whole[pixels] = part
     pictures = {key: values.reshape(rows, columns, *values.shape[1:]) for key, values in found.items()}
-    t, shape, pixels = pictures.pop("t"), pictures.pop("shape"), pictures.pop("image")
+    t, shape, image = (pictures.pop(name) for name in ("depth", "shape", "image"))
     name = f"clrt {__version__} on {tracer.device.info.label}"
-    return OracleImage(pixels, dict(sorted(pictures.items())), t, shape, name, time.perf_counter() - start)
-
-
-def _render_tile(
-    tracer: Tracer,
-    camera: Any,
-    pixels: np.ndarray,
-    samples: int,
-    depth: int,
-    shadows: bool,
-    found: dict[str, np.ndarray],
-) -> None:
-    """Render these pixels and put them into `found`, arrays over all pixels."""
-    device, world = tracer.device, tracer.world
-    queue, _ = passes.generate(device, camera, pixels, samples)
-    immerse(device, world, queue)
-    hits = passes.closest(device, world, queue)
-    film = RayFilm(device, len(pixels), TERMS if shadows else (), tracer.flat.response)
-    complete(trace(device, world, queue, hits, film, depth, _BUDGET, shadows=shadows))
-    for key, values in film.developed(samples):
-        if key not in found:
-            found[key] = np.zeros((len(found["t"]), 3), np.float32)
-        found[key][pixels] = values
-    geometry = passes.geometry(device, world, queue, hits, samples)
-    found["t"][pixels], found["shape"][pixels] = geometry["depth"], geometry["shape"]
+    return OracleImage(image, dict(sorted(pictures.items())), t, shape, name, time.perf_counter() - start)

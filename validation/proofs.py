@@ -53,7 +53,7 @@ class Prover:
         lanes = self.device.settings.lanes
         words = self.device.upload(np.zeros(batch, np.uint32))
         rays = self.device.buffer(block_bytes(batch, len(layout.RAY_FIELDS), lanes))
-        self.queue = Queue(CAMERA, batch, rays, words, words, words)
+        self.queue = Queue(CAMERA, batch, rays, words, words, words, None, self.device)
 
     def make(self, kernel: str, *arguments: Any) -> Queue:
         """Fill the queue with a batch of rays by a kernel of aim.cl, whose last parameter is the queue."""
@@ -67,9 +67,7 @@ class Prover:
 
     def fields(self, blocks: Any, fields: int, first: int, count: int) -> np.ndarray:
         """(batch, count) float64 of fields first .. first + count of a queue's blocks."""
-        lanes = self.device.settings.lanes
-        raw = self.device.read(blocks, np.empty((self.batch // lanes, fields, lanes), np.float32))
-        return raw[:, first : first + count].transpose(0, 2, 1).reshape(self.batch, count).astype(np.float64)
+        return self.queue.blocks(blocks, fields)[first : first + count].T.astype(np.float64)
 
 
 def lumpy_ball(scale: float, center: np.ndarray, rings: int = 40, around: int = 60) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from clrt.shipped import load_scene
 
 from .cases import quietly
 from .oracle64 import render64
-from .oracles import OpenedTracer
+from .oracles import tracer_of
 from .types import CountResult
 
 KINDS: Final = ("eye hits", "reflected", "refracted", "shadow")
@@ -67,7 +67,7 @@ def known_counts(name: str, device: Device) -> list[CountResult]:
 
 def our_counts(scene: Scene, device: Device) -> tuple[int, ...]:
     """Of the kernels, in the order of KINDS."""
-    return counted(OpenedTracer(scene, device).render().stats["rays"])
+    return counted(tracer_of(scene, device).render().stats["rays"])
 
 
 def counted(rays: dict[str, int]) -> tuple[int, ...]:

@@ -5,24 +5,35 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import chain, zip_longest
+from itertools import chain
 
 import numpy as np
 
-from clrt import passes
+from clrt import stage
 from clrt.device import Device
 from clrt.flatten import FlatScene, flatten, flatten_camera
-from clrt.passes import Queue
+from clrt.job import Job
 from clrt.scene import Scene
+from clrt.schedule import complete
 from clrt.world import World
 
 from . import twin_queues
 from .twin import adopted, geometry
-from .twin_device import LAYERS, device_stages
 from .twin_film import Film, developed
 from .twin_media import first_seen
 from .twin_queues import generate
-from .twin_wavefront import Stage, generations
+from .twin_wavefront import SPAWNING, Stage, generations
+
+LAYERS = (
+    "direct",
+    "reflection",
+    "transmission",
+    "generation_0",
+    "emission",
+    "ambient",
+    "diffuse",
+    "highlight",
+)
 
 
 @dataclass(frozen=True)
@@ -76,19 +87,11 @@ def compare_picture(
     flat = flat or flatten(scene)
     camera = flatten_camera(scene.camera, width, height, spp)
     pixels = np.arange(int(camera["width"][0]) * int(camera["height"][0]), dtype=np.uint32)
-    samples = int(camera["grid"][0]) ** 2
+    depth = scene.max_depth if max_depth is None else max_depth
     device = device.variant(flat.rays)
-    queue, _ = passes.generate(device, device.upload(camera), pixels, samples)
+    job = Job(flat, depth, camera, (*LAYERS, "position"), device.settings)
     with np.errstate(all="ignore"):
-        return _compare(
-            device,
-            flat,
-            queue,
-            generate(camera, pixels, flat.bands),
-            len(pixels),
-            samples,
-            scene.max_depth if max_depth is None else max_depth,
-        )
+        return _compare(device, job, pixels, generate(camera, pixels, flat.bands))
 
 
 def compare_rays(
@@ -103,40 +106,96 @@ def compare_rays(
     o, d = (np.ascontiguousarray(array, np.float32) for array in (origins, directions))
     limit = np.array(np.broadcast_to(np.asarray(t_max, np.float32), (len(o),)))
     device = device.variant(flat.rays)
-    queue = passes.adopt(device, o, d, limit, np.arange(len(o), dtype=np.uint32))
+    job = Job(flat, max_depth, None, (*LAYERS, "position"), device.settings)
+    rays = o, d, limit, np.arange(len(o), dtype=np.uint32)
     with np.errstate(all="ignore"):
-        return _compare(device, flat, queue, adopted(o, d, limit, bands=flat.bands), len(o), 1, max_depth)
+        return _compare(device, job, rays, adopted(o, d, limit, bands=flat.bands))
+
+
+class Lockstep:
+    """An observer that compares each stage of the device with the twin's; raises _Differs at the first."""
+
+    def __init__(self, expected: Iterator[Stage]) -> None:
+        self._expected = expected
+        self.rays = self.values = 0
+
+    def __call__(self, seen: stage.Stage) -> None:
+        for ours in twin_stages(seen):
+            theirs = next(self._expected, None)
+            if theirs is None or _key(theirs) != _key(ours):
+                twins = theirs is not None and theirs.name in SPAWNING.values()
+                raise _Differs(_without_rays(theirs if theirs and twins else ours, twins))
+            self.values += sum(array.size for array in theirs.values.values())
+            self.rays += len(theirs.pixel_of) if theirs.name in ("closest", "feelers") else 0
+            if difference := first_difference(ours, theirs):
+                raise _Differs(difference)
+
+    def end(self) -> None:
+        """To be called when the device is done: the twin must be, too."""
+        if theirs := next(self._expected, None):
+            raise _Differs(_without_rays(theirs, True))
 
 
 def _compare(
-    device: Device,
-    flat: FlatScene,
-    queue: Queue,
-    twin: twin_queues.Queue,
-    pixels: int,
-    samples: int,
-    max_depth: int,
+    device: Device, job: Job, piece: np.ndarray | tuple[np.ndarray, ...], queue: twin_queues.Queue
 ) -> Comparison:
-    film = Film(pixels, LAYERS, flat.bands)
+    pixels = len(queue) // job.samples
+    film = Film(pixels, LAYERS, job.flat.bands)
     counts: list[Counter[str]] = []
-    computed = device_stages(device, World(device, flat), queue, pixels, samples, max_depth)
-    expected = chain(
-        generations(flat, twin, max_depth, film, counts), _last_stages(flat, twin, film, samples, max_depth)
-    )
-    rays = values = 0
-    for ours, theirs in zip_longest(computed, expected):
-        assert ours is not None and theirs is not None and ours.name == theirs.name, (ours, theirs)
-        difference = first_difference(ours, theirs)
-        values += sum(array.size for array in theirs.values.values())
-        rays += len(theirs.pixel_of) if theirs.name in ("closest", "feelers") else 0
-        if difference:
-            return Comparison(difference, rays, values)
-    return Comparison(None, rays, values)
+    stages = generations(job.flat, queue, job.depth, film, counts)
+    watch = Lockstep(chain(stages, _last_stages(job.flat, queue, film, job.samples)))
+    try:
+        complete(job.trace(device, World(device, job.flat), piece, (watch,)))
+        watch.end()
+    except _Differs as found:
+        return Comparison(found.difference, watch.rays, watch.values)
+    return Comparison(None, watch.rays, watch.values)
+
+
+def twin_stages(seen: stage.Stage) -> Iterator[Stage]:
+    """What a pass of the device wrote as the twin has it: under names of kernels, feelers by their ray."""
+    values, queue = seen.values(), seen.queue
+    names = {"spawn": SPAWNING.get(seen.kind, ""), "adopt": "generate"}
+    at, name = (seen.generation, seen.kind), names.get(seen.name, seen.name)
+    place = values["pixel_of"] if "pixel_of" in values else queue.words(queue.pixel_of)
+    if name == "closest":
+        met = {key: values.pop(key) for key in ("t", "primitive")}
+        yield Stage(name, *at, met, place)
+        name = "surface"
+    elif name == "feelers":
+        owner = values.pop("owner")
+        by_ray = np.argsort(owner, kind="stable")
+        values = {key: array[..., by_ray] for key, array in values.items()}
+        place = place[owner[by_ray]]
+    elif name == "illuminate":
+        values.pop("spawn")
+    elif name == "geometry":
+        values = {key: array.T for key, array in values.items()}
+    elif name == "develop":
+        values = {key: np.ascontiguousarray(array.transpose(0, 2, 1)) for key, array in values.items()}
+    if name in ("gather", "resolve", "develop", "geometry"):
+        place = np.arange(next(iter(values.values())).shape[-1], dtype=np.uint32)
+    yield Stage(name, *at, values, place)
+
+
+class _Differs(Exception):
+    def __init__(self, difference: Difference) -> None:
+        self.difference = difference
+
+
+def _key(stage: Stage) -> tuple[str, int, str]:
+    return stage.name, stage.generation, stage.kind
+
+
+def _without_rays(stage: Stage, twins: bool) -> Difference:
+    """A stage that only the twin has, or only the device."""
+    n = ("0", str(len(stage.pixel_of)))
+    return Difference(*_key(stage), -1, -1, "rays", *(n if twins else n[::-1]), 1)
 
 
 def first_difference(ours: Stage, theirs: Stage) -> Difference | None:
     """Of the device's stage and the twin's. Any NaN equals any other."""
-    where = ours.name, ours.generation, ours.kind
+    where = _key(ours)
     if len(ours.pixel_of) != len(theirs.pixel_of):
         return Difference(*where, -1, -1, "rays", str(len(ours.pixel_of)), str(len(theirs.pixel_of)), 1)
     found: list[tuple[int, str, tuple[int, ...]]] = []  # ray, value, component
@@ -166,14 +225,9 @@ def _text(value: np.generic) -> str:
 
 
 def _last_stages(
-    flat: FlatScene, queue: twin_queues.Queue, film: Film, samples: int, max_depth: int
+    flat: FlatScene, queue: twin_queues.Queue, film: Film, samples: int
 ) -> Iterator[Stage]:
     place = np.arange(film.sums.shape[-1], dtype=np.uint32)
-    means = film.sums / np.float32(samples)
-    yield Stage("resolve", max_depth, "film", {"means": means}, place)
-    if flat.response is not None:
-        values = {"rows": developed(means, flat.response)}
-        yield Stage("develop", max_depth, "film", values, place)
     seen = geometry(flat, queue, first_seen(flat, queue))
     values = {
         "depth": seen.t,
@@ -183,6 +237,9 @@ def _last_stages(
         "primitive": seen.primitive,
         "shape": seen.shape,
     }
-    yield Stage(
-        "geometry", 0, "camera", {name: array[..., ::samples] for name, array in values.items()}, place
-    )
+    values = {name: array[..., ::samples] for name, array in values.items()}
+    yield Stage("geometry", 0, "camera", values, place)
+    means = film.sums / np.float32(samples)
+    yield Stage("resolve", 0, "camera", {"sums": means}, place)
+    rows = means if flat.response is None else developed(means, flat.response)
+    yield Stage("develop", 0, "camera", {"rows": rows}, place)

@@ -7,7 +7,7 @@ differs, and adds to a film.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -129,36 +129,41 @@ def generations(
     """Trace a queue of generation 0 and all its descendants onto the film, and count rays by generation."""
     queue = immersed(flat, queue)
     yield stage("generate", 0, queue, queue_values(flat, queue))
-    queues = [queue]
+    met = [(yield from _met(flat, queue, 0, max_depth))]
+    _add_terms(flat, met[0][0], max_depth == 0, film)
     for generation in range(max_depth + 1):
-        parents: list[tuple[Queue, Lit]] = []
-        for queue in queues:
-            at = crossed(flat, queue, nearest_hit(flat, queue.rays))
-            queue, hits = at.queue, at.hits
-            yield stage("closest", generation, queue, {"t": hits.t, "primitive": hits.primitive})
-            if generation == 0:
-                _add_terms(flat, at, max_depth == 0, film)
-            found = light(flat, at, last=generation == max_depth)
-            yield stage("surface", generation, queue, surface_values(flat, at, found))
-            local = carried(flat, found.local, queue.band)
-            yield stage("light", generation, queue, {"spawn": found.spawn, "local": local})
+        for at, found in met:
+            local = carried(flat, found.local, at.queue.band)
+            yield stage("light", generation, at.queue, {"spawn": found.spawn, "local": local})
+        for at, found in met:
+            queue = at.queue
             shadows = feelers(flat, queue, found)
             values = feeler_values(flat, queue, shadows)
             yield stage("feelers", generation, queue, values, queue.pixel_of[shadows.ray])
             lights = {"local": carried(flat, arriving(found, shadows), queue.band)}
             yield stage("illuminate", generation, queue, lights)
             film.add(queue, found, shadows, generation)
+            yield stage("gather", generation, queue, {"sums": film.sums}, np.arange(film.sums.shape[-1]))
             _count(counts, generation, rays_counted(queue, found, shadows))
-            parents.append((queue, found))
-        queues = []
+        parents, met = [(at.queue, found) for at, found in met], []
         for kind, narrow in kinds_of(flat.group):
             child = spawned(flat, kind, narrow, generation, parents)
-            yield stage(SPAWNING[kind], generation + 1, child, queue_values(flat, child))
             if len(child):
-                queues.append(child)
-        if not queues:
+                yield stage(SPAWNING[kind], generation + 1, child, queue_values(flat, child))
+                met.append((yield from _met(flat, child, generation + 1, max_depth)))
+        if not met:
             break
-    yield Stage("gather", max_depth, "film", {"sums": film.sums}, np.arange(film.sums.shape[-1]))
+
+
+def _met(
+    flat: FlatScene, queue: Queue, generation: int, max_depth: int
+) -> Generator[Stage, None, tuple[Crossed, Lit]]:
+    """What the rays of a queue meet, and the light there."""
+    at = crossed(flat, queue, nearest_hit(flat, queue.rays))
+    yield stage("closest", generation, at.queue, {"t": at.hits.t, "primitive": at.hits.primitive})
+    found = light(flat, at, last=generation == max_depth)
+    yield stage("surface", generation, at.queue, surface_values(flat, at, found))
+    return at, found
 
 
 def _add_terms(flat: FlatScene, at: Crossed, last: bool, film: Film) -> None:

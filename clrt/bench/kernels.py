@@ -68,7 +68,8 @@ def walk(recording: Recording, kind: str) -> Walk:
     """Visits of a sample of the rays of a kind; a shadow feeler's walk is taken to its first blocker, too."""
     device, world = recording.device, recording.world
     buffer, n = recording.rays[kind][0]
-    hits = passes.closest(device, world, Queue(CAMERA, n, buffer, None, None, None), crossing=False)
+    queue = Queue(CAMERA, n, buffer, None, None, None, None, device)
+    hits = passes.closest(device, world, queue, crossing=False)
     t = device.read(hits.t, np.empty(n, np.float32))
     device.finish()
     origins, directions, _ = rays_on_host(device, buffer, n)
@@ -87,7 +88,7 @@ def hits_of(recording: Recording, kind: str) -> np.ndarray:
     """What the rays of `rays_of` hit: primitive numbers, -1 on a miss, (n,) int32."""
     found = []
     for buffer, n in recording.rays[kind]:
-        queue = Queue(CAMERA, n, buffer, None, None, None)
+        queue = Queue(CAMERA, n, buffer, None, None, None, None, recording.device)
         hits = passes.closest(recording.device, recording.world, queue, crossing=False)
         found.append(recording.device.read(hits.primitive, np.empty(n, np.int32)))
     recording.device.finish()

@@ -7,27 +7,25 @@ left out, since only the walk through the tree can say how much of them is touch
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 import pyopencl as cl
 
-from clrt import layout, passes
+from clrt import layout
 from clrt.bench.timing import Case
 from clrt.device import Device
-from clrt.film import Film
 from clrt.flatten import flatten, flatten_camera
-from clrt.immersion import immerse
-from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Hits, Lit, Queue, tile_rays
+from clrt.job import Job
+from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Feelers, tile_rays
 from clrt.scene import Scene
+from clrt.schedule import complete
 from clrt.settings import Settings
+from clrt.stage import Stage
 from clrt.tiles import tiles
 from clrt.world import World
 
-Family = tuple[Queue, Hits, Lit]
 CLASSES: Final = {REFLECTION: "reflection", TRANSMISSION: "refraction", AMBIENT: "incoherent"}
 TRACING: Final = ("closest", "occluded")
 COMPACTION: Final = ("count", "scan", "rank")
@@ -46,116 +44,82 @@ class Launch:
     nbytes: int  # of the buffers that are not the world's
 
 
-class Recorder(Device):
-    """A Device that keeps every launch inside `rays_of`."""
+class Logged(Device):
+    """A Device that keeps what it launches, and how large a buffer was asked for."""
 
     def __init__(self, wanted: int | str | None, settings: Settings, rays: layout.Rays) -> None:
+        self.launched: list[tuple[str, int, tuple[Any, ...], int | None]] = []
+        self.sizes: dict[int, int] = {}
         super().__init__(wanted, settings, rays)
-        self.launches: list[Launch] = []
-        self.world_buffers: frozenset[int] = frozenset()
-        self._sizes: dict[int, int] = {}
-        self._kind: tuple[str, int | None, int] | None = None
-
-    @contextmanager
-    def rays_of(self, queue: str, rays: int | None, feelers: int = 0) -> Iterator[None]:
-        """Name the rays that the launches inside belong to; shadow feelers are counted apart.
-
-        `rays` = None: as many as the first number among a launch's arguments says.
-        """
-        self._kind = (queue, rays, feelers)
-        yield
-        self._kind = None
 
     def buffer(self, nbytes: int) -> Any:
         made = super().buffer(nbytes)
-        self._sizes[id(made)] = nbytes  # an id that is used again is a new buffer, entered again
+        self.sizes[id(made)] = nbytes  # an id that is used again is a new buffer, entered again
         return made
 
     def launch(self, name: str, items: int, *arguments: Any, local_size: int | None = None) -> None:
         super().launch(name, items, *arguments, local_size=local_size)
-        if self._kind is None or items == 0:
-            return
-        queue, rays, feelers = self._kind
-        if name.startswith("occluded"):
-            queue, rays = ("shadow" if queue == "primary" else f"shadow of {queue}"), feelers
-        own = [a for a in arguments if _is_buffer(a) and id(a) not in self.world_buffers]
-        if rays is None:
-            rays = next(int(a) for a in arguments if isinstance(a, np.uint32))
-        nbytes = sum(self._sizes[id(a)] for a in own)
-        self.launches.append(
-            Launch(name, queue, rays, items, arguments, local_size, nbytes)
-        )
+        if items:
+            self.launched.append((name, items, arguments, local_size))
+
+
+class Recorder:
+    """An observer that keeps the launches of generations 0 and 1, and those that spawn a queue of 2."""
+
+    def __init__(self, device: Logged, world: World) -> None:
+        self._device = device
+        self.world_buffers = frozenset(map(id, world.arguments))
+        self.launches: dict[tuple[str, str], list[Launch]] = {}
+        self.rays: dict[str, list[tuple[Any, int]]] = {}
+        device.launched.clear()
+
+    def __call__(self, stage: Stage) -> None:
+        launched = self._device.launched.copy()
+        self._device.launched.clear()
+        name = "primary" if stage.generation == 0 else CLASSES[stage.kind]
+        if stage.generation > 1:
+            if stage.name != "spawn" or stage.kind != REFLECTION:
+                return
+            name = "generation 2"
+        if stage.name == "closest":
+            self.rays.setdefault(name, []).append((stage.queue.rays, stage.queue.n))
+        elif isinstance(stage.wrote, Feelers) and stage.generation == 0:
+            self.rays.setdefault("shadow", []).append((stage.wrote.rays, stage.wrote.n))
+        for kernel, items, arguments, local_size in launched:
+            queue, rays = name, stage.queue.n
+            if stage.generation > 1:  # from queues of several kinds: each launch says of how many rays
+                rays = next(int(argument) for argument in arguments if isinstance(argument, np.uint32))
+            elif isinstance(stage.wrote, Feelers) and kernel.startswith("occluded"):
+                queue, rays = ("shadow" if queue == "primary" else f"shadow of {queue}"), stage.wrote.n
+            own = [a for a in arguments if _is_buffer(a) and id(a) not in self.world_buffers]
+            nbytes = sum(self._device.sizes[id(buffer)] for buffer in own)
+            launch = Launch(kernel, queue, rays, items, arguments, local_size, nbytes)
+            self.launches.setdefault((kernel, queue), []).append(launch)
 
 
 @dataclass(frozen=True)
 class Recording:
     """Launches by (kernel, kind of rays), one a tile; and by kind the buffers of rays with their numbers."""
 
-    device: Recorder
+    device: Device
     world: World
     launches: dict[tuple[str, str], list[Launch]]
     rays: dict[str, list[tuple[Any, int]]]
+    world_buffers: frozenset[int]  # their ids
 
 
 def record(scene: Scene, width: int, wanted: int | str | None, settings: Settings) -> Recording:
-    """Render generation 0 of a square picture, spawn and light all kinds of generation 1, spawn one of 2."""
+    """The launches of a square picture: see `Recorder`."""
     flat = flatten(scene)
-    device = Recorder(wanted, settings, flat.rays)
+    device = Logged(wanted, settings, flat.rays)
     world = World(device, flat)
-    device.world_buffers = frozenset(map(id, world.arguments))
     assert scene.camera is not None
-    camera = flatten_camera(scene.camera, width, width, 1)
-    buffer = device.upload(camera)
-    rays: dict[str, list[tuple[Any, int]]] = {}
+    job = Job(flat, 2, flatten_camera(scene.camera, width, width, 1), settings=settings)
+    recorder = Recorder(device, world)
     for pixels in tiles(width, width, (0, 0, width, width), settings.tile or tile_rays(flat.rays)):
-        _record_tile(device, world, buffer, pixels, rays)
+        complete(job.trace(device, world, pixels, (recorder,)))
         device.finish()
-    grouped: dict[tuple[str, str], list[Launch]] = {}
-    for launch in device.launches:
-        grouped.setdefault((launch.kernel, launch.queue), []).append(launch)
-    return Recording(device, world, grouped, rays)
-
-
-def _record_tile(
-    device: Recorder, world: World, camera: Any, pixels: np.ndarray, rays: dict[str, list[tuple[Any, int]]]
-) -> None:
-    film = Film(device, len(pixels), ())
-    with device.rays_of("primary", len(pixels)):
-        queue, _ = passes.generate(device, camera, pixels, 1)
-        immerse(device, world, queue)
-        family = _light(device, world, film, queue, "primary", rays)
-    children = []
-    for kind, name in CLASSES.items():
-        with device.rays_of(name, family[2].totals[kind.upper()]):
-            child = passes.spawn(device, world, kind, 0, [family])
-            if child:
-                children.append(_light(device, world, film, child, name, rays))
-    with device.rays_of("generation 2", None):
-        passes.spawn(device, world, REFLECTION, 1, children)
-    with device.rays_of("primary", len(pixels)):
-        film.develop(1, world.flat.response)
-
-
-def _light(
-    device: Recorder,
-    world: World,
-    film: Film,
-    queue: Queue,
-    name: str,
-    rays: dict[str, list[tuple[Any, int]]],
-) -> Family:
-    """Trace a queue and light it, as the loop in `wavefront.py` does."""
-    rays.setdefault(name, []).append((queue.rays, queue.n))
-    hits = passes.closest(device, world, queue)
-    lit = passes.light(device, world, queue, hits, last=False)
-    with device.rays_of(name, queue.n, lit.totals["FEELERS"]):
-        feelers = passes.feelers(device, world, queue, hits, lit)
-    with device.rays_of(name, queue.n):
-        passes.illuminate(device, world, queue, hits, lit, feelers)
-        film.add(queue, lit, 0)
-    if name == "primary":
-        rays.setdefault("shadow", []).append((feelers.rays, feelers.n))
-    return queue, hits, lit
+    return Recording(device, world, recorder.launches, recorder.rays, recorder.world_buffers)
 
 
 def case(recording: Recording, kernel: str, queue: str, scene: str) -> Case:
@@ -190,7 +154,7 @@ def _restorer(recording: Recording, launches: list[Launch]) -> Any:
         id(a): a
         for launch in launches
         for a in launch.arguments
-        if _is_buffer(a) and id(a) not in device.world_buffers
+        if _is_buffer(a) and id(a) not in recording.world_buffers
     }
     copies: list[tuple[Any, Any]] = []
     for buffer in buffers.values():
