@@ -125,7 +125,7 @@ def test_another_scene_camera_or_kernel_is_refused(scene: Path, monkeypatch: pyt
         with pytest.raises(clrt.ClrtError, match=f"another render: {name} was "):
             clrt.render(clrt.load(scene), width=90, checkpoint=path)
     scene.write_text(SCENE)
-    monkeypatch.setattr("clrt.checkpoint.kernel_source", lambda *_, **__: "other kernels")
+    monkeypatch.setattr("clrt.job.kernel_source", lambda *_, **__: "other kernels")
     with pytest.raises(clrt.ClrtError, match="another render: kernels was "):
         clrt.render(clrt.load(scene), width=90, checkpoint=path)
 
