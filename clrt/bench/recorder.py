@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import pyopencl as cl
 
 from clrt import layout, passes
 from clrt.bench.timing import Case
@@ -21,6 +20,7 @@ from clrt.device import Device
 from clrt.film import Film
 from clrt.flatten import flatten, flatten_camera
 from clrt.immersion import immerse
+from clrt.opencl import cl
 from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Hits, Lit, Queue, tile_rays
 from clrt.scene import Scene
 from clrt.settings import Settings
