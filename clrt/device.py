@@ -18,19 +18,22 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-import pyopencl as cl
 
-from clrt import kernelcache, layout
+from clrt import binaries, kernelcache, layout
 from clrt.errors import DeviceError, MemoryLimitError
-from clrt.platforms import check_process, choose, pocl_version
+from clrt.opencl import cl
+from clrt.platforms import check_process, choose, command, pocl_version
 from clrt.resources import kernel_folder
 from clrt.settings import Settings
 from clrt.source import kernel_source
 from clrt.tracks import Answer, Track, kept, seconds_by_name
+from clrt.trial import plain
 
 TRACKS: Final = 2  # pieces of work that go on at the same time
 _GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
 _SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-items than 16 bits can count
+# PoCL keeps what it compiled by itself; a checker like Oclgrind has to see every kernel being compiled
+_KEEPS_PROGRAMS: Final = ("Portable Computing Language", "Oclgrind")
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
 
 
@@ -43,11 +46,13 @@ def _context(device: cl.Device) -> cl.Context:
 
 @cache
 def _program(context: cl.Context, source: str) -> cl.Program:
+    device = context.devices[0]
     options = ["-cl-std=CL1.2"]
-    if context.devices[0].single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
+    if device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
         options.append("-cl-fp32-correctly-rounded-divide-sqrt")
-    # PoCL keeps a cache of its own on disk, for other drivers pyopencl does
-    return cl.Program(context, source).build(options)
+    if device.platform.name.strip() in _KEEPS_PROGRAMS:
+        return binaries.quietly(cl.Program(context, source), options)
+    return binaries.built(context, source, options)
 
 
 @cache
@@ -157,7 +162,8 @@ class Device:
                 return _program(self.context, source)
             except cl.Error as error:
                 raise DeviceError(
-                    f"{self.info.label}: the kernels do not build: {error}; `clrt doctor` looks for the cause"
+                    f"{self.info.label}: the kernels do not build: {plain(str(error))}; what mends it says: "
+                    f"{command('doctor')}"
                 ) from None
 
     def kernel(self, name: str, arguments: tuple[Any, ...]) -> cl.Kernel:
@@ -217,7 +223,10 @@ class Device:
         self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else None)
 
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
-        """A launch before which the driver may compile the kernel for these sizes: one process at a time."""
+        """A launch before which PoCL may compile the kernel for these sizes: one process at a time."""
+        if not pocl_version(self.info):  # others compile all there is to compile when they build the program
+            self._launched.add(sizes)
+            return self._guard(enqueue, f"kernel {sizes[0]}")
         with kernelcache.compiling("-".join(map(str, (self._cache_key, *sizes)))) as known:
             event = self._guard(enqueue, f"kernel {sizes[0]}")
             if not known:

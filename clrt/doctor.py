@@ -27,7 +27,6 @@ from clrt.version import __version__
 
 State = Literal["fine", "advice", "wrong"]
 PROBE_SECONDS: Final = 300.0  # kernels compile in half a minute where nothing is cached
-INSTALL_DRIVER: Final = "pip install 'clrt[pocl]'   (Linux, x86-64; Debian: apt-get install pocl-opencl-icd)"
 _PACKAGES: Final = ("numpy", "pyopencl", "OpenImageIO", "msgspec", "rich", "trimesh", "mitsuba")
 _GIB: Final = 1 << 30
 
@@ -84,7 +83,8 @@ def _drivers() -> Iterator[Finding]:
         return
     found = vendors.vendors()
     if not found:
-        yield Finding("driver files", "wrong", vendors.why_none(), INSTALL_DRIVER)
+        yield Finding("driver files", "wrong", vendors.why_none(), vendors.install_command())
+    yield from _intel()
     for vendor in found:
         if vendor.fault:
             text = f"{vendor.file} names {vendor.library or 'nothing'}: {vendor.fault}"
@@ -92,6 +92,21 @@ def _drivers() -> Iterator[Finding]:
             yield Finding("driver files", "advice", text, f"install that driver again, or: rm {vendor.file}")
         else:
             yield Finding("driver files", "fine", f"{vendor.file} names {vendor.library}")
+
+
+def _intel() -> Iterator[Finding]:
+    """Intel's runtime from PyPI, which no file announces."""
+    from clrt import intel  # brings pyopencl
+
+    file = intel.library()
+    if file is None:
+        return
+    if intel.platforms():
+        yield Finding("driver files", "fine", f"Intel's runtime: {file}")
+    else:
+        fault = vendors.load_fault(str(file)) or "it has no platform"
+        again = vendors.install_command(fault)
+        yield Finding("driver files", "advice", f"Intel's runtime: {file}: {fault}", again)
 
 
 def _device(wanted: int | str | None) -> Iterator[Finding]:
@@ -127,13 +142,22 @@ def _ending(code: int) -> str:
 
 
 def _probed(told: dict[str, Any]) -> Iterator[Finding]:
+    from clrt.platforms import mending
+
     for device in told.get("devices", []):
         mark = ", used" if device["used"] else ""
         memory = f"{device['memory'] / _GIB:.1f} GiB"
         kind = f"{device['kind']}, {device['units']} units, {memory}{mark}"
-        yield Finding("devices", "fine", f"{device['index']}: {device['label']} ({kind})")
+        text = f"{device['index']}: {device['label']} ({kind})"
+        if not device["fault"]:
+            yield Finding("devices", "fine", text)
+        else:  # in the way only where no other device works
+            mend = "clrt takes another device by itself" if told["works"] else mending(text)
+            state: State = "advice" if told["works"] else "wrong"
+            yield Finding("devices", state, f"{text} does not work: {device['fault']}", mend)
     if "error" in told:
-        yield Finding("devices", "wrong", told["error"], told.get("mend") or INSTALL_DRIVER)
+        mend = mending(told["error"] if told.get("devices") else "")
+        yield Finding("devices", "wrong", told["error"], mend)
         return
     for check in told["checks"]:
         if check["passed"]:

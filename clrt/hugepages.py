@@ -12,7 +12,8 @@ import mmap
 from typing import Any, Final
 
 import numpy as np
-import pyopencl as cl
+
+from clrt.opencl import cl
 
 PAGE: Final = 1 << 21  # bytes of a large page on x86-64 and, mostly, on ARM
 

@@ -1,4 +1,4 @@
-"""The folder in which PoCL keeps compiled kernels: one that works, undamaged, written to by one at a time.
+"""The folder of compiled kernels, PoCL's and clrt's own: private, undamaged, written to by one at a time.
 
 Measured with PoCL 3.0 and 3.1: where the folder cannot be written to, the driver shows no device; where the
 disk is full, or a file in there is cut short or overwritten, it ends the process (SIGABRT, SIGBUS); and
@@ -11,12 +11,13 @@ import atexit
 import hashlib
 import os
 import shutil
+import stat
 import struct
 import tempfile
 import time
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -33,6 +34,8 @@ PATIENCE: Final = 60.0  # seconds that a process waits for another one that comp
 _KEPT: Final = 30 * 24 * 3600  # seconds that kernels of other versions are kept after their last use
 _own: list[Path] = []  # the folder that `prepare` chose, not the user
 _hurry: list[bool] = []  # holds something once waiting was in vain
+_SOON: Final = 0.5  # seconds of waiting that nobody need be told of
+watchers: list[Callable[[str], None]] = []  # each is told what a user waits for now, and "" when it is over
 
 
 def given() -> bool:
@@ -70,15 +73,22 @@ def prepare() -> Path:
     if not given():
         _own.append(folder)
     os.environ[VARIABLE] = str(folder)
-    with lock():
-        remove_damaged(folder)
+    with lock(wait=False) as alone:
+        if alone:  # whoever holds the lock has looked, before it compiled
+            remove_damaged(folder)
     return folder
 
 
 def problem(folder: Path) -> str:
     """Why PoCL cannot keep kernels in a folder, and what mends it; '' where it can. Makes the folder."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        _make(folder)
+        intruder = shared_with(folder)
+        if intruder:
+            return (
+                f"the kernel cache {folder} is not yours alone ({intruder}), so what it holds is not run; "
+                f"mend that, or set {VARIABLE} to another folder"
+            )
         with tempfile.TemporaryFile(dir=folder):
             pass
         free = shutil.disk_usage(folder).free
@@ -89,6 +99,33 @@ def problem(folder: Path) -> str:
         )
     if free < ROOM:
         return f"the disk of the kernel cache {folder} is full ({free >> 20} MiB left); make room there"
+    return ""
+
+
+def _make(folder: Path) -> None:
+    """Make a folder and those above it, for nobody else to write to."""
+    if not folder.is_dir():
+        _make(folder.parent)
+        folder.mkdir(mode=0o700, exist_ok=True)
+
+
+def shared_with(folder: Path) -> str:
+    """Who else may change what is in a folder, or put another in its place; '' where nobody can.
+
+    Compiled kernels are programs. (Windows keeps a user's cache folder private by itself.)
+    """
+    if not hasattr(os, "geteuid"):
+        return ""
+    folder, user = folder.resolve(), os.geteuid()
+    for place in (folder, *folder.parents):
+        status = place.stat()
+        if status.st_uid not in (user, 0) or (place == folder and status.st_uid != user):
+            return f"{place} belongs to user {status.st_uid}"
+        foreign = status.st_mode & stat.S_IWOTH or (
+            status.st_mode & stat.S_IWGRP and (place == folder or status.st_gid not in (os.getegid(), 0))
+        )
+        if foreign and (place == folder or not status.st_mode & stat.S_ISVTX):
+            return f"others may write to {place}"
     return ""
 
 
@@ -130,22 +167,67 @@ def whole(file: Path) -> bool:
 
 
 @contextmanager
-def lock() -> Iterator[None]:
-    """Hold the folder alone. The lock of a process that died is free; one that is stuck is passed by.
+def lock(wait: bool = True) -> Iterator[bool]:
+    """Hold the folder alone; False where that was not to be had, without `wait` at once.
 
-    Without locks (some network drives), or after PATIENCE seconds once, everybody goes on without.
+    The lock of a process that died is free; one that is stuck is passed by. Without locks (some network
+    drives), or after PATIENCE seconds once, everybody goes on without.
     """
-    held = FileLock(Path(os.environ[VARIABLE]) / "clrt.lock")
+    folder = Path(os.environ[VARIABLE])
+    held, holder = FileLock(folder / "clrt.lock"), folder / "clrt.lock.holder"
+    got = False
+    # where there are no locks, everybody goes on without: as promised above
+    with suppress(OSError, NotImplementedError):
+        got = _acquired(held, PATIENCE if wait and not _hurry else 0.0, holder)
     try:
-        held.acquire(timeout=0 if _hurry else PATIENCE)
+        if got:
+            _note(holder)
+        yield got
+    finally:
+        held.release()
+
+
+def _acquired(held: FileLock, patience: float, holder: Path) -> bool:
+    try:
+        held.acquire(timeout=min(_SOON, patience))
+        return True
     except Timeout:
-        _hurry.append(True)
-    except (OSError, NotImplementedError):
-        pass  # no locks on this file system: as promised above, everybody goes on without
+        if not patience:
+            return False
+    with waiting(f"waiting for {_holder(holder)}, which compiles kernels"):
+        try:
+            held.acquire(timeout=max(patience - _SOON, 0.0))
+            return True
+        except Timeout:
+            _hurry.append(True)
+            return False
+
+
+@contextmanager
+def waiting(what: str) -> Iterator[None]:
+    """Tell the watchers what goes on; without a watcher, a warning says whom this process waits for."""
+    if not watchers and what.startswith("waiting"):
+        warnings.warn(what, ClrtWarning, stacklevel=2)
+    for watcher in watchers:
+        watcher(what)
     try:
         yield
     finally:
-        held.release()
+        for watcher in watchers:
+            watcher("")
+
+
+def _note(holder: Path) -> None:
+    with suppress(OSError):  # only a message knows less
+        holder.write_text(f"{os.getpid()}\n")
+
+
+def _holder(holder: Path) -> str:
+    with suppress(OSError):
+        text = holder.read_text(errors="replace")[:20].strip()
+        if text.isdecimal():
+            return f"process {text}"
+    return "another process"
 
 
 @contextmanager
@@ -160,12 +242,11 @@ def compiling(what: str) -> Iterator[bool]:
         return
     with lock():
         known = done.exists()
-        yield known
-        try:
+        with nullcontext() if known else waiting("compiling kernels"):
+            yield known
+        with suppress(OSError):  # only time is lost
             done.parent.mkdir(exist_ok=True)
             done.touch()
-        except OSError:  # only time is lost
-            pass
 
 
 def _forget_others(folder: Path) -> None:

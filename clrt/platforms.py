@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
+import sys
+import warnings
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Final
 
-import pyopencl as cl
+from clrt import intel, kernelcache, trial
+from clrt.errors import ClrtWarning, DeviceError
+from clrt.opencl import cl
+from clrt.vendors import VARIABLE as VENDORS
+from clrt.vendors import install_command, why_none
 
-from clrt import kernelcache
-from clrt.errors import DeviceError
-from clrt.vendors import why_none
-
-HOW_TO_INSTALL: Final = (
-    "install a driver: pip install 'clrt[pocl]' (Linux, x86-64), or your system's "
-    "(Debian: apt-get install pocl-opencl-icd); `clrt doctor` says what is wrong"
-)
+VARIABLE: Final = "CLRT_DRIVER"
 _process: list[int] = []  # the one that first asked for platforms
 
 
@@ -31,42 +32,63 @@ class DeviceInfo:
     kind: str
     units: int
     memory: int
+    driver: str = ""
+    """The driver's own version, beside that of the OpenCL it speaks."""
 
     @property
     def label(self) -> str:
         return f"{self.platform} {self.version} / {self.name}"
 
 
-def _all_devices() -> list[tuple[DeviceInfo, cl.Device]]:
+def listed() -> list[tuple[DeviceInfo, cl.Device]]:
+    """Every device with what is known of it. DeviceError when there is no driver."""
     check_process()
     kernelcache.prepare()  # PoCL looks at its folder once, now
-    try:
-        platforms = cl.get_platforms()
-    except cl.Error as error:
-        raise DeviceError(f"no OpenCL platform ({error}): {why_none()}; {HOW_TO_INSTALL}") from None
-    if not _process:
-        _process.append(os.getpid())
     found: list[tuple[DeviceInfo, cl.Device]] = []
-    for platform in platforms:
+    for platform in _platforms():
+        version = _short_version(platform.version)
         for device in _devices_of(platform):
-            kind = (
-                "CPU"
-                if device.type & cl.device_type.CPU
-                else "GPU"
-                if device.type & cl.device_type.GPU
-                else "other"
-            )
             info = DeviceInfo(
-                len(found),
-                device.name.strip(),
-                platform.name.strip(),
-                _short_version(platform.version),
-                kind,
-                device.max_compute_units,
-                device.global_mem_size,
-            )
+                len(found), device.name.strip(), platform.name.strip(), version, _kind(device),
+                device.max_compute_units, device.global_mem_size, device.driver_version.strip(),
+            )  # fmt: skip
             found.append((info, device))
     return found
+
+
+def _platforms() -> list[cl.Platform]:
+    """The platforms that the loader finds, then Intel's beside clrt; of CLRT_DRIVER's driver only."""
+    wanted = os.environ.get(VARIABLE, "").strip().lower()
+    try:
+        found, error = cl.get_platforms(), ""
+    except cl.Error as refused:
+        found, error = [], f" ({refused})"
+    if not _process:
+        _process.append(os.getpid())
+    if _intel_wanted() and all(platform.name.strip() != intel.PLATFORM for platform in found):
+        found = [*found, *intel.platforms()]
+    if not found:
+        raise DeviceError(f"no OpenCL platform{error}: {why_none()}; install a driver: {mending()}")
+    names = [f"{platform.name.strip()} {_short_version(platform.version)}" for platform in found]
+    chosen = [one for one, name in zip(found, names, strict=True) if wanted in name.lower()]
+    if not chosen:
+        raise DeviceError(
+            f"{VARIABLE}={os.environ[VARIABLE]!r} is no driver here; there is {', '.join(names)}; unset it, "
+            "or give a part of one of these names"
+        )
+    return chosen
+
+
+def _intel_wanted() -> bool:
+    """Whoever names the drivers to load does not ask for another one, unless by its name."""
+    wanted = os.environ.get(VARIABLE, "").strip().lower()
+    return wanted in intel.PLATFORM.lower() if wanted else not os.environ.get(VENDORS)
+
+
+def _kind(device: cl.Device) -> str:
+    if device.type & cl.device_type.CPU:
+        return "CPU"
+    return "GPU" if device.type & cl.device_type.GPU else "other"
 
 
 def _devices_of(platform: cl.Platform) -> list[cl.Device]:
@@ -84,7 +106,7 @@ def _short_version(version: str) -> str:
 
 def devices() -> list[DeviceInfo]:
     """The OpenCL devices of this machine. DeviceError when there is no OpenCL platform."""
-    return [info for info, _ in _all_devices()]
+    return [info for info, _ in listed()]
 
 
 def check_process() -> None:
@@ -104,16 +126,14 @@ def pocl_version(info: DeviceInfo) -> tuple[int, ...]:
 def choose(wanted: int | str | None = None) -> tuple[DeviceInfo, cl.Device]:
     """The device that `wanted` means: a number, a part of "platform version / name", or None.
 
-    None looks at the environment variable CLRT_DEVICE, then takes the newest PoCL, then the first device.
-    DeviceError lists what there is.
+    None looks at the environment variable CLRT_DEVICE, then takes the newest PoCL, else the first device; one
+    that fails its trial (`clrt.trial`) is passed over with a warning. DeviceError lists what there is.
     """
-    found = _all_devices()
+    found = listed()
     if wanted is None:
         wanted = os.environ.get("CLRT_DEVICE") or None
     if wanted is None:
-        if not found:
-            raise DeviceError(f"no OpenCL device, though there is a platform; {HOW_TO_INSTALL}")
-        return max(found, key=lambda entry: (pocl_version(entry[0]), -entry[0].index))
+        return _default(found)
     text = str(wanted).strip()
     matches = [entry for entry in found if text == str(entry[0].index)]
     matches = matches or [entry for entry in found if text.lower() in entry[0].label.lower()]
@@ -121,6 +141,40 @@ def choose(wanted: int | str | None = None) -> tuple[DeviceInfo, cl.Device]:
         offered = "; ".join(f"{info.index}: {info.label}" for info, _ in found) or "nothing"
         raise DeviceError(
             f"device {text!r} is not here; this machine offers {offered}; choose with --device, device= or "
-            "CLRT_DEVICE, or find out with `clrt doctor` why it is not seen"
+            f"CLRT_DEVICE, or find out why it is not seen: {command('doctor')}"
         )
     return matches[0]
+
+
+def _default(found: list[tuple[DeviceInfo, cl.Device]]) -> tuple[DeviceInfo, cl.Device]:
+    ranked = sorted(found, key=lambda entry: (pocl_version(entry[0]), -entry[0].index), reverse=True)
+    if not ranked:
+        advice = f"install a driver: {mending()}"
+        raise DeviceError(f"no OpenCL device, though there is a platform; {advice}")
+    if len(ranked) == 1:  # there is nothing to choose; what is wrong with it comes out when it builds kernels
+        return ranked[0]
+    faults = []
+    for info, device in ranked:
+        fault, tried = trial.verdict(info)
+        if not fault:
+            return info, device
+        faults.append(f"{info.label}: {fault}")
+        if tried:
+            warnings.warn(f"{faults[-1]}; another driver is used", ClrtWarning, stacklevel=3)
+    raise DeviceError(
+        f"no driver works here: {'; '.join(faults)}; what mends it: {mending(faults[0])}"
+    )
+
+
+def mending(fault: str = "") -> str:
+    """What to type for a driver that works here, given what is wrong with those that are listed."""
+    if fault and not _intel_wanted() and intel.library():
+        return f"export {VARIABLE}=intel   (Intel's runtime is installed, and kept out)"
+    return install_command(fault)
+
+
+def command(name: str) -> str:
+    """How a command of clrt is typed here: its script may not be on the PATH."""
+    script = shutil.which("clrt")
+    here = script and Path(script).absolute().parent == Path(sys.executable).absolute().parent
+    return f"clrt {name}" if here else f"{sys.executable or 'python'} -m clrt {name}"

@@ -34,13 +34,16 @@ def probe(wanted: str | None) -> dict[str, Any]:
     from clrt.formats import load_dict
     from clrt.platforms import choose, devices, pocl_version
     from clrt.tracer import Tracer
+    from clrt.trial import verdict
 
     told: dict[str, Any] = {"devices": []}
     try:
         found = devices()
-        told["devices"] = [_described(info, False) for info in found]
+        faults = {info.index: verdict(info, anew=True)[0] for info in found}
+        told["works"] = not all(faults.values())
+        told["devices"] = [_described(info, False, faults[info.index]) for info in found]
         used = choose(wanted)[0]
-        told["devices"] = [_described(info, info == used) for info in found]
+        told["devices"] = [_described(info, info == used, faults[info.index]) for info in found]
         tracer = Tracer(load_dict(_SCENE), device=wanted)
         selftest = validation_module("selftest")
         checks = {
@@ -62,10 +65,10 @@ def probe(wanted: str | None) -> dict[str, Any]:
     return told
 
 
-def _described(info: Any, used: bool) -> dict[str, Any]:
+def _described(info: Any, used: bool, fault: str) -> dict[str, Any]:
     return {
         "index": info.index, "label": info.label, "kind": info.kind, "units": info.units,
-        "memory": info.memory, "used": used,
+        "memory": info.memory, "used": used, "fault": fault,
     }  # fmt: skip
 
 

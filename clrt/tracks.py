@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pyopencl as cl
 from pyopencl import tools as cl_tools
+
+from clrt.opencl import cl
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import platform
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -26,6 +27,21 @@ class Vendor:
     file: Path
     library: str
     fault: str
+
+
+def install_command(fault: str = "") -> str:
+    """What to type for a driver that works on this machine, given what is wrong with the one there is.
+
+    PyPI's PoCL is of 2022 and knows no newer processor; Intel's runtime takes those of any maker, of x86-64.
+    """
+    pip = f"{sys.executable or 'python'} -m pip install"
+    if platform.machine().lower() in ("x86_64", "amd64") and sys.platform in ("linux", "win32"):
+        if sys.platform == "linux" and not fault:
+            return f"{pip} pocl-binary-distribution"
+        return f"{pip} intel-opencl-rt intel-cmplr-lib-rt"
+    if sys.platform == "darwin":
+        return "brew install pocl"
+    return "apt-get install pocl-opencl-icd   (Debian, Ubuntu; elsewhere your system's, or the GPU's)"
 
 
 def vendor_folders() -> list[Path]:
@@ -59,7 +75,7 @@ def vendors() -> list[Vendor]:
             library = "".join(text.splitlines()[:1]).strip()[:200]
             near = file.parent / library  # pyopencl's own names a library beside it
             path = str(near) if near.is_file() else library
-            found.append(Vendor(file, path, _load_fault(path)))
+            found.append(Vendor(file, path, load_fault(path)))
     return found
 
 
@@ -87,7 +103,7 @@ def why_none() -> str:
     return f"{', '.join(vendor.library for vendor in found)} has no platform"
 
 
-def _load_fault(library: str) -> str:
+def load_fault(library: str) -> str:
     """Why a library cannot be loaded; tried in another process, since a driver may do anything."""
     code = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
     try:

@@ -14,12 +14,12 @@ from typing import Any
 
 import filelock
 import numpy as np
-import pyopencl as cl
 import pytest
 
 import clrt
 from clrt import kernelcache, passes
 from clrt.image import Image
+from clrt.opencl import cl
 from validation.reliability import coldstarts, faults, interrupts, kills
 from validation.reliability.scene import write_scene
 

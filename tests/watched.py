@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyopencl as cl
 
 from clrt.device import Device
+from clrt.opencl import cl
 
 buffers: list[cl.Buffer] = []
 programs: dict[str, cl.Program] = {}

@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyopencl as cl
 
 import clrt
 from clrt import layout, passes
 from clrt.device import Device
 from clrt.flatten import FlatScene, flatten
+from clrt.opencl import cl
 from clrt.queues import CAMERA, Queue, block_bytes
 from clrt.world import World
 

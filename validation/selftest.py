@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pyopencl as cl
 
 from clrt import layout
 from clrt.device import Device
+from clrt.opencl import cl
 
 from . import expected
 from .twin_compare import compare_picture, compare_rays

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import pyopencl as cl
 
 from clrt import layout
 from clrt.bench.timing import Case
 from clrt.device import Device
 from clrt.flatten import flatten, flatten_camera
 from clrt.job import Job
+from clrt.opencl import cl
 from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Feelers, tile_rays
 from clrt.scene import Scene
 from clrt.schedule import complete

@@ -1,4 +1,7 @@
-"""A progress bar on stderr with rays per second and the time left; silent where stderr is not a terminal."""
+"""A progress bar on stderr with rays per second and the time left; silent where stderr is not a terminal.
+
+While the driver compiles, or another process does, it says so in place of the rate.
+"""
 
 from __future__ import annotations
 
@@ -19,19 +22,29 @@ def progress(name: str, quiet: bool) -> Iterator[Report | None]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
+    from clrt import kernelcache
+
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
         TaskProgressColumn(),
-        TextColumn("{task.fields[rate]:6.2f} Mrays/s"),
+        TextColumn("{task.fields[doing]}"),
         TimeRemainingColumn(),
     )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=None, rate=0.0)
+        task = bar.add_task(name, total=None, doing="")
         start = time.perf_counter()
 
         def report(done: int, total: int, rays: int) -> None:
             elapsed = max(time.perf_counter() - start, 1e-6)
-            bar.update(task, completed=done, total=total, rate=rays / elapsed / 1e6)
+            bar.update(task, completed=done, total=total, doing=f"{rays / elapsed / 1e6:6.2f} Mrays/s")
 
-        yield report
+        def waits(what: str) -> None:
+            bar.update(task, doing=what)
+            bar.refresh()
+
+        kernelcache.watchers.append(waits)
+        try:
+            yield report
+        finally:
+            kernelcache.watchers.remove(waits)

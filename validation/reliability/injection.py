@@ -11,8 +11,9 @@ from typing import Any, Final
 from unittest import mock
 
 import OpenImageIO as oiio
-import pyopencl as cl
 from pyopencl import tools as cl_tools
+
+from clrt.opencl import cl
 
 Fault = Callable[[], Any]  # raises, or gives what a call that failed gives
 
