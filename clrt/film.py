@@ -109,12 +109,3 @@ class Film:
             matrix = self.device.upload(response, wait=False)
             self.device.launch_packets("develop", n, self.sums, np.uint32(n), matrix, np.uint32(rows), source)
         return self.device.ask(source, np.empty((planes, self.pixels, rows), np.float32))
-
-    def develop(self, samples: int, response: np.ndarray | None = None) -> np.ndarray:
-        """As `developing`, waits, and makes colours with a response: (planes, pixels, 3 or bands)."""
-        values = self.developing(samples, response).wait()
-        return values if response is None else finished(values)
-
-    def read(self, response: np.ndarray | None = None, planes: int | None = None) -> np.ndarray:
-        """As `reading`, and waits."""
-        return self.reading(response, planes).wait()

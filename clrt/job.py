@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Final, TypeVar
+from typing import Final, TypeVar
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from clrt.film import GEOMETRY, SPECTRAL, Film, finished
 from clrt.flatten import FlatScene
 from clrt.flatten_camera import near_corners
 from clrt.immersion import immerse
-from clrt.queues import Queue
 from clrt.schedule import Work, interleaved
 from clrt.settings import Settings
 from clrt.source import kernel_source
@@ -76,7 +75,15 @@ class Job:
         if self.settings.check:
             width = 0 if self.camera is None else int(self.camera["width"][0])
             observers = (*observers, Tripwire(world, piece[3] if isinstance(piece, tuple) else piece, width))
-        queue, reported = self._start(device, world, piece, observers)
+        reported = None
+        if isinstance(piece, tuple):
+            queue = passes.adopt(device, *piece)
+            immerse(device, world, queue, piece[0])
+        else:
+            camera, corners = self._camera
+            queue, reported = passes.generate(device, device.upload(camera, wait=False), piece, self.samples)
+            immerse(device, world, queue, corners if len(corners) == 1 else None, corners)
+        tell(observers, "adopt" if reported is None else "generate", 0, queue, queue)
         hits = passes.closest(device, world, queue)
         tell(observers, "closest", 0, queue, hits)
         film = Film(device, queue.n // self.samples, self.layers)
@@ -85,7 +92,7 @@ class Job:
         if set(self.layers) & set(GEOMETRY):
             found = passes.geometry(device, world, queue, hits, self.samples)
             tell(observers, "geometry", 0, queue, dict(found))
-        size = device.ask(reported, np.zeros(1, np.uint32)) if reported else None
+        size = device.ask(reported, np.zeros(1, np.uint32)) if reported is not None else None
         means = film.developing(self.samples, self.flat.response)
         yield means
         planes = means.wait()
@@ -93,31 +100,14 @@ class Job:
         tell(observers, "develop", 0, queue, {"rows": planes})
         found |= dict(zip(film.planes, finished(planes), strict=True))
         for name in set(self.layers) & set(SPECTRAL):
-            found[name] = film.read(self.flat.xyz if name == "xyz" else None, planes=1)[0]
+            found[name] = film.reading(self.flat.xyz if name == "xyz" else None, planes=1).wait()[0]
         return Tile(rays, found, int(size.wait()[0]) if size else 0)
-
-    def _start(
-        self, device: Device, world: World, piece: np.ndarray | Rays, observers: Sequence[Observer]
-    ) -> tuple[Queue, Any]:
-        """The rays of generation 0, in the media they start in; of pixels also the work-group size."""
-        reported = None
-        if isinstance(piece, tuple):
-            queue = passes.adopt(device, *piece)
-            immerse(device, world, queue, piece[0])
-        else:
-            assert self.camera is not None
-            camera = device.upload(self.camera, wait=False)
-            queue, reported = passes.generate(device, camera, piece, self.samples)
-            corners = self._corners
-            immerse(device, world, queue, corners if len(corners) == 1 else None, corners)
-        tell(observers, "adopt" if reported is None else "generate", 0, queue, queue)
-        return queue, reported
 
     def tiles(self, device: Device, world: World, pieces: list[Piece]) -> Iterator[tuple[Piece, Tile]]:
         """All pieces, the last one first, as they are done: those that turn out TooLarge in parts."""
 
-        def traced(piece: Piece) -> Work[Tile]:
-            return self.trace(device, world, piece, budget=TILE_BYTES)
+        def traced(track: Device, piece: Piece) -> Work[Tile]:
+            return self.trace(track, world, piece, budget=TILE_BYTES)
 
         return interleaved(device, pieces, traced, halves)
 
@@ -137,9 +127,10 @@ class Job:
         }
 
     @cached_property
-    def _corners(self) -> np.ndarray:
+    def _camera(self) -> tuple[np.ndarray, np.ndarray]:
+        """The record, and points between which its rays start."""
         assert self.camera is not None
-        return near_corners(self.camera)
+        return self.camera, near_corners(self.camera)
 
 
 def halves(piece: Piece) -> list[Piece]:

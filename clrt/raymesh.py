@@ -119,14 +119,14 @@ class _Faces:
         out = np.full(len(origins), -1, np.int64)
         for part, queue, _ in self._queues(origins, directions):
             hits = passes.closest(self.tracer.device, self.tracer.world, queue, crossing=False)
-            out[part] = self._read(hits.primitive, np.int32, queue.n)
+            out[part] = queue.words(hits.primitive, np.int32)
         return out
 
     def any(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         out = np.zeros(len(origins), bool)
         for part, queue, _ in self._queues(origins, directions):
             seen = passes.any_hit(self.tracer.device, self.tracer.world, queue)
-            out[part] = self._read(seen, np.uint32, queue.n) == 0
+            out[part] = queue.words(seen) == 0
         return out
 
     def every(
@@ -139,11 +139,11 @@ class _Faces:
             hits = passes.closest(device, world, queue, crossing=False)
             turn = 0
             while most is None or turn < most:
-                face = self._read(hits.primitive, np.int32, queue.n)
+                face = queue.words(hits.primitive, np.int32)
                 (ray,) = np.nonzero(face >= 0)
                 if not len(ray):
                     break
-                t = self._read(hits.t, np.float32, queue.n)[ray] + ahead[ray]
+                t = queue.words(hits.t, np.float32)[ray] + ahead[ray]
                 found.append((ray + part.start, face[ray].astype(np.int64), t))
                 passes.next_hit(device, world, queue, hits)
                 turn += 1
@@ -173,9 +173,6 @@ class _Faces:
             )
             yield part, passes.adopt(self.tracer.device, *arrays), ahead
             self.tracer.device.finish()
-
-    def _read(self, buffer: Any, kind: type[np.generic], n: int) -> np.ndarray:
-        return self.tracer.device.read(buffer, np.empty(n, kind))
 
 
 def _rays(origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -22,7 +22,7 @@ class TooLarge(Exception):
 @dataclass(frozen=True, eq=False)
 class _Running(Generic[Piece, Result]):
     piece: Piece
-    track: int
+    device: Device
     work: Work[Result]
     awaits: Answer | None = None  # None: not begun yet
 
@@ -47,42 +47,39 @@ def _split_or(error: MemoryLimitError, split: Callable[[Piece], list[Piece]], pi
 def interleaved(
     device: Device,
     pieces: list[Piece],
-    begin: Callable[[Piece], Work[Result]],
+    begin: Callable[[Device, Piece], Work[Result]],
     split: Callable[[Piece], list[Piece]],
 ) -> Iterator[tuple[Piece, Result]]:
     """Do the work of all pieces, the last one first: pairs of a piece and its result, in the order they end.
 
-    Each piece has a track of the device to itself. One that turns out to be TooLarge is given up, and what
-    `split` makes of it is done in its place. One for which the device has no memory left is done again when
-    no other is under way, from then on one at a time; if it does not even fit alone, it is split, too.
+    Each piece has a track of the device to itself, which `begin` gets. One that turns out to be TooLarge is
+    given up, and what `split` makes of it is done in its place. One for which the device has no memory left
+    is done again when no other is under way, from then on one at a time; if it does not even fit alone, it is
+    split, too.
     """
     together = TRACKS
     running: list[_Running[Piece, Result]] = []  # the longest waiting first
-    free = list(range(TRACKS))
-    try:
-        while pieces or running:
-            if pieces and len(running) < together:
-                piece = pieces.pop()
-                now = _Running(piece, free.pop(), begin(piece))
-            else:
-                now = next((one for one in running if one.awaits and one.awaits.ready), running[0])
-                running.remove(now)
-            device.use(now.track)
-            try:
-                awaits = next(now.work)
-            except StopIteration as end:
-                free.append(now.track)
-                device.finish()
-                yield now.piece, end.value
-            except TooLarge:
-                free.append(now.track)
-                pieces += split(now.piece)
-            except MemoryLimitError as error:
-                free.append(now.track)
-                together = 1
-                pieces += [now.piece] if running else _split_or(error, split, now.piece)
-            else:
-                device.flush()
-                running.append(_Running(now.piece, now.track, now.work, awaits))
-    finally:
-        device.use(0)
+    free = [device.on(track) for track in range(TRACKS)]
+    while pieces or running:
+        if pieces and len(running) < together:
+            piece, track = pieces.pop(), free.pop()
+            now = _Running(piece, track, begin(track, piece))
+        else:
+            now = next((one for one in running if one.awaits and one.awaits.ready), running[0])
+            running.remove(now)
+        try:
+            awaits = next(now.work)
+        except StopIteration as end:
+            free.append(now.device)
+            now.device.finish()
+            yield now.piece, end.value
+        except TooLarge:
+            free.append(now.device)
+            pieces += split(now.piece)
+        except MemoryLimitError as error:
+            free.append(now.device)
+            together = 1
+            pieces += [now.piece] if running else _split_or(error, split, now.piece)
+        else:
+            now.device.flush()
+            running.append(_Running(now.piece, now.device, now.work, awaits))

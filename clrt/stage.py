@@ -4,18 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
 from clrt.queues import Queue
-
-
-class Written(Protocol):
-    """What a pass wrote, which can be read back."""
-
-    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
-        """Arrays by name, of `queue`; the ray's number is their last axis."""
 
 
 @dataclass(frozen=True)
@@ -23,14 +16,14 @@ class Stage:
     """What one pass did for the rays of one queue.
 
     name: of the pass: "generate" or "adopt", "closest", "light", "feelers", "illuminate", "gather", "spawn",
-    and once for a tile "geometry", "resolve", "develop". wrote: what it made or changed, on the device; who
-    changes it in turn changes the picture.
+    and once for a tile "geometry", "resolve", "develop". wrote: what it made or changed on the device (a
+    Queue, Hits, Lit, Feelers, Film), or arrays; who changes it in turn changes the picture.
     """
 
     name: str
     generation: int
     queue: Queue
-    wrote: Written | dict[str, np.ndarray]
+    wrote: Any
 
     @property
     def kind(self) -> str:
@@ -38,20 +31,17 @@ class Stage:
         return self.queue.kind
 
     def values(self) -> dict[str, np.ndarray]:
-        """What the pass wrote, read back now: by the time the next pass has run it may be something else."""
+        """What the pass wrote, read back now: by the time the next pass has run it may be something else.
+
+        Arrays by name; the number of the ray (feeler, pixel) is their last axis.
+        """
         return self.wrote if isinstance(self.wrote, dict) else self.wrote.decoded(self.queue)
 
 
 Observer = Callable[[Stage], None]
 
 
-def tell(
-    observers: Sequence[Observer],
-    name: str,
-    generation: int,
-    queue: Queue,
-    wrote: Written | dict[str, np.ndarray],
-) -> None:
+def tell(observers: Sequence[Observer], name: str, generation: int, queue: Queue, wrote: Any) -> None:
     """Hand each of the observers the record of a pass that has just been launched."""
     for observe in observers:
         observe(Stage(name, generation, queue, wrote))

@@ -109,7 +109,7 @@ class Tracer:
         task = Job(self.flat, depth, camera, names, self.settings)
         picture = Picture(window, full[0], names, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
-        self.device.take_seconds()
+        self.device.driver.take_seconds()
         saved = None
         size = self.settings.tile or picture_tile(window[2] * window[3] * samples, self.tile)
         pieces = list(tiles(*full, window, max(1, size // samples)))[::-1]
@@ -158,7 +158,7 @@ class Tracer:
         parts = []
         for queue in self._adopted(origins, directions, t_max):
             seen = passes.any_hit(self.device, self.world, queue)
-            parts.append(self.device.read(seen, np.empty(queue.n, np.uint32)) == 0)
+            parts.append(queue.words(seen) == 0)
         return np.concatenate(parts)
 
     @_one_at_a_time
@@ -209,7 +209,7 @@ class Tracer:
         return Branching(depth, doubling, float(share.max()), least, ambient)
 
     def _stats(self, counts: RayCounts, local_size: int) -> dict[str, Any]:
-        seconds = self.device.take_seconds()
+        seconds = self.device.driver.take_seconds()
         return {
             **counts.table(),
             "seconds": seconds,
@@ -222,7 +222,7 @@ class Tracer:
         settings = {name: value for name, value in asdict(self.settings).items() if name != "limits"}
         return {
             "scene_hash": self.flat.hash,
-            "kernel_hash": self.device.kernel_hash,
+            "kernel_hash": self.device.kernels.hash,
             "device": self.device.info.label,
             "version": __version__,
             "settings": ", ".join(f"{name}={value}" for name, value in settings.items()),

@@ -111,7 +111,7 @@ def main() -> int:
             kernels = planted(Path(folder), number, file, good, bad)
             before = len(watched.findings())
             with (
-                mock.patch("clrt.device.kernel_folder", lambda kernels=kernels: kernels),
+                mock.patch("clrt.driver.kernel_folder", lambda kernels=kernels: kernels),
                 suppress(Exception),
             ):
                 clrt.render(SCENE, settings=SMALL)  # what comes of a fault may also stop it

@@ -104,7 +104,7 @@ def test_a_program_that_never_builds_is_one_line_with_a_hint(monkeypatch: pytest
         tries.append(source)
         raise cl.RuntimeError("clBuildProgram failed: BUILD_PROGRAM_FAILURE\nwithout a log")
 
-    monkeypatch.setattr("clrt.device._program", failing)
+    monkeypatch.setattr("clrt.driver._program", failing)
     with pytest.raises(clrt.DeviceError, match=r"do not build: .*a log; `clrt doctor` looks") as caught:
         clrt.render(clrt.load_dict(SCENE))
     assert len(tries) == 2 and "\n" not in str(caught.value)

@@ -12,7 +12,7 @@ import pytest
 
 import clrt
 from clrt import binaries, kernelcache
-from clrt import device as device_module
+from clrt import driver as driver_module
 from clrt.opencl import cl
 
 SCENE = clrt.load_dict(
@@ -137,16 +137,16 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Every driver treated as one that keeps no programs; the folder of clrt's own."""
     kernelcache.prepare()
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(device_module, "_KEEPS_PROGRAMS", ())
+    monkeypatch.setattr(driver_module, "_KEEPS_PROGRAMS", ())
     return tmp_path / "binaries"
 
 
 def build(source: str = SOURCE) -> tuple[list[str], list[str]]:
     """Build anew, as in a new process: what watchers were told, and the kernels' names."""
-    context, told = device_module.Device().context, []
+    context, told = driver_module.Driver(None, clrt.Settings(), None).context, []
     kernelcache.watchers.append(told.append)
     try:
-        program = device_module._program.__wrapped__(context, source)
+        program = driver_module._program.__wrapped__(context, source)
     finally:
         kernelcache.watchers.clear()
     return [what for what in told if what], [kernel.function_name for kernel in program.all_kernels()]
@@ -184,6 +184,6 @@ def test_a_full_disk_costs_time_only(kept: Path, monkeypatch: pytest.MonkeyPatch
 def test_pictures_of_kept_kernels_are_the_same(kept: Path) -> None:
     expected = clrt.render(SCENE).hash
     for turn in range(2):
-        device_module._program.cache_clear()
+        driver_module._program.cache_clear()
         assert clrt.render(SCENE).hash == expected, turn
     assert len(list(kept.iterdir())) == 1 and issubclass(cl.Program, object)

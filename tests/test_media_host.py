@@ -272,7 +272,7 @@ def test_the_exponential_function() -> None:
     device = Device()
     head = "__kernel void exponentials(__global const float *x, __global float *out)"
     body = "{ const uint i = get_global_id(0); out[i] = exponential(x[i]); }"
-    source = f"{device.source}\n{head}\n{body}\n"
+    source = f"{device.kernels.source}\n{head}\n{body}\n"
     found = _run(device, source, "exponentials", len(x), np.empty_like(x), device.upload(x))
     assert np.array_equal(found, exponential(x))
     kept = x >= -87

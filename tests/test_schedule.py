@@ -41,11 +41,11 @@ def test_every_piece_is_done_and_too_large_ones_are_split(device: Device) -> Non
     found = np.zeros_like(values)
     running: list[int] = []
 
-    def work(piece: np.ndarray) -> Work[np.ndarray]:
+    def work(track: Device, piece: np.ndarray) -> Work[np.ndarray]:
         running.append(len(piece))
         assert len(running) <= TRACKS
         try:
-            return (yield from mean_of_halves(device, values[piece]))
+            return (yield from mean_of_halves(track, values[piece]))
         finally:
             running.pop()
 
@@ -57,15 +57,13 @@ def test_every_piece_is_done_and_too_large_ones_are_split(device: Device) -> Non
 
 
 def test_a_track_reuses_no_memory_that_another_still_works_on(device: Device) -> None:
-    device.use(1)
-    kept = device.buffer(1000)
-    device.use(0)
+    other = device.on(1)
+    kept = other.buffer(1000)
     first = device.buffer(1000)
     number = first.int_ptr
     del first
-    device.use(1)
-    assert device.buffer(1000).int_ptr != number
-    device.use(0)
+    assert other.buffer(1000).int_ptr != number
+    assert device.on(1).track is other.track is not device.on(0).track is device.track
     assert device.buffer(1000).int_ptr == number
     assert device.held_bytes >= 2 * kept.size
     with pytest.raises(clrt.LimitError, match="device_bytes"):

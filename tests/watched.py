@@ -17,16 +17,17 @@ from typing import Any
 import numpy as np
 
 from clrt.device import Device
+from clrt.driver import Driver, Kernels
 from clrt.opencl import cl
 
 buffers: list[cl.Buffer] = []
 programs: dict[str, cl.Program] = {}
-_Context, _program = cl.Context, Device.program.func  # before they are replaced
+_Context, _program = cl.Context, Kernels.program.func  # before they are replaced
 
 
 def buffer(self: Device, nbytes: int) -> cl.Buffer:
     """Exactly as large as asked for, and never freed."""
-    buffers.append(cl.Buffer(self.context, cl.mem_flags.READ_WRITE, max(nbytes, 4)))
+    buffers.append(cl.Buffer(self.driver.context, cl.mem_flags.READ_WRITE, max(nbytes, 4)))
     return buffers[-1]
 
 
@@ -35,7 +36,7 @@ def fill(self: Device, target: cl.Buffer, nbytes: int, word: int = 0) -> None:
 
 
 @property
-def program(self: Device) -> cl.Program:
+def program(self: Kernels) -> cl.Program:
     """Built once for each source, and kept."""
     if self.source not in programs:
         programs[self.source] = _program(self)
@@ -61,7 +62,7 @@ def findings() -> str:
 PATCHES = (
     ("clrt.device.Device.buffer", buffer),
     ("clrt.device.Device.fill", fill),
-    ("clrt.device.Device.program", program),
-    ("clrt.device.cl.Context", context),
-    ("clrt.device.Device._wait", Device._guard),  # Oclgrind ends the process where another thread copies
+    ("clrt.driver.Kernels.program", program),
+    ("clrt.driver.cl.Context", context),
+    ("clrt.driver.Driver.wait", Driver.guard),  # Oclgrind ends the process where another thread copies
 )

@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from clrt.device import Device
-from clrt.film import Film
+from clrt.film import Film, finished
 from clrt.flatten import flatten_camera
 from clrt.job import Job, halves
 from clrt.queues import Feelers, Lit
@@ -39,7 +39,8 @@ class Shares:
 
     def developed(self, samples: int, response: np.ndarray | None) -> dict[str, np.ndarray]:
         """Each share by its key of `OracleImage.by_ray`: float32 (pixels, 3)."""
-        return {key: film.develop(samples, response)[0] for key, film in self._films.items()}
+        means = {key: film.developing(samples, response) for key, film in self._films.items()}
+        return {key: finished(answer.wait())[0] for key, answer in means.items()}
 
 
 def unshadowed(stage: Stage) -> None:
@@ -77,9 +78,9 @@ def render_ours(
     job = Job(tracer.flat, depth, camera, (*(TERMS if shadows else ()), "depth", "shape"), tracer.settings)
     changes = () if shadows else (unshadowed,)
 
-    def traced(pixels: np.ndarray) -> Work[dict[str, np.ndarray]]:
-        shares = Shares(tracer.device, len(pixels))
-        tile = yield from job.trace(tracer.device, tracer.world, pixels, (*changes, shares), _BUDGET)
+    def traced(device: Device, pixels: np.ndarray) -> Work[dict[str, np.ndarray]]:
+        shares = Shares(device, len(pixels))
+        tile = yield from job.trace(device, tracer.world, pixels, (*changes, shares), _BUDGET)
         terms = {ray_key(0, f"camera {name}"): tile.layers[name] for name in TERMS if shadows}
         kept = {name: tile.layers[name] for name in ("image", "depth", "shape")}
         return kept | terms | shares.developed(samples, tracer.flat.response)

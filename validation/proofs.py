@@ -49,7 +49,7 @@ class Prover:
         self.device = Device(wanted, kernels=kernels)
         self.batch = batch  # rays at a time, a multiple of 64
         source = (Path(__file__).parent / "kernels" / "aim.cl").read_text(encoding="utf-8")
-        self._program = self.device.build(self.device.source + '#line 1 "aim.cl"\n' + source)
+        self._program = self.device.driver.build(self.device.kernels.source + '#line 1 "aim.cl"\n' + source)
         lanes = self.device.settings.lanes
         words = self.device.upload(np.zeros(batch, np.uint32))
         rays = self.device.buffer(block_bytes(batch, len(layout.RAY_FIELDS), lanes))

@@ -145,6 +145,6 @@ __kernel void arithmetic(__global const float *as, __global const float *bs, __g
 def _run(device: Device, source: str, kernel: str, items: int, out: np.ndarray, *arguments: Any) -> Any:
     """Compile and run a kernel of its own; `out` is its last argument and comes back filled."""
     target = device.buffer(out.nbytes)
-    built = cl.Kernel(device.build(source), kernel)
+    built = cl.Kernel(device.driver.build(source), kernel)
     built(device.queue, (items,), None, *arguments, target)
     return device.read(target, out)

@@ -82,7 +82,7 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
     # the longest first, so that no process is left alone with one of them
     jobs |= {task.name: (run_case, task) for task in sorted(tasks, key=lambda task: -task.rays)}
     jobs |= {f"mutant: {name}": (run_mutant, name, plan.device) for name in mutants}
-    Device(plan.device).program  # noqa: B018 - compiled once, then all processes find it in the driver's cache
+    Device(plan.device).kernels.program  # noqa: B018 - compiled once, then all processes find it in the driver's cache
     found = dict(_completed(jobs, plan.processes, progress))
 
     cases: list[CaseResult] = [found[task.name] for task in tasks]

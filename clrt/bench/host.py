@@ -30,9 +30,9 @@ def builder_cases(device: Device, flat: FlatScene, scene: str, threads: int) -> 
     device = device.variant(flat.rays)
 
     def tree() -> float:
-        device.take_seconds()
+        device.driver.take_seconds()
         World(device, flat)
-        spent = device.take_seconds()
+        spent = device.driver.take_seconds()
         return sum(spent[name] for name in _BUILDER if name in spent)
 
     def world() -> None:

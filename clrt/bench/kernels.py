@@ -11,8 +11,7 @@ import numpy as np
 from clrt import passes
 from clrt.bench.recorder import CLASSES, TRACING, Recording, case, record
 from clrt.bench.timing import Case
-from clrt.bench.walk import Walk, count_visits, rays_on_host, read_nodes
-from clrt.queues import CAMERA, Queue
+from clrt.bench.walk import Walk, count_visits, read_nodes
 from clrt.scene import Scene
 from clrt.settings import Settings
 
@@ -66,31 +65,26 @@ def cases(recording: Recording, scene: str, passes_too: bool = True) -> list[Cas
 
 def walk(recording: Recording, kind: str) -> Walk:
     """Visits of a sample of the rays of a kind; a shadow feeler's walk is taken to its first blocker, too."""
-    device, world = recording.device, recording.world
-    buffer, n = recording.rays[kind][0]
-    queue = Queue(CAMERA, n, buffer, None, None, None, None, device)
-    hits = passes.closest(device, world, queue, crossing=False)
-    t = device.read(hits.t, np.empty(n, np.float32))
-    device.finish()
-    origins, directions, _ = rays_on_host(device, buffer, n)
-    chosen = np.random.default_rng(1).permutation(n)[:_SAMPLE]
-    arrays = (array[chosen].astype(np.float64) for array in (origins, directions, t))
-    return count_visits(read_nodes(device, world), *arrays)
+    device, queue = recording.device, recording.rays[kind][0]
+    hits = passes.closest(device, recording.world, queue, crossing=False)
+    lines = {name: values.T.astype(np.float64) for name, values in queue.lines(queue.rays).items()}
+    chosen = np.random.default_rng(1).permutation(queue.n)[:_SAMPLE]
+    arrays = (lines["origin"], lines["direction"], queue.words(hits.t, np.float32).astype(np.float64))
+    return count_visits(read_nodes(device, recording.world), *(array[chosen] for array in arrays))
 
 
 def rays_of(recording: Recording, kind: str) -> np.ndarray:
     """All rays of a kind, of all tiles: (7, n) float32, origins, directions, t_max."""
-    parts = [rays_on_host(recording.device, buffer, n) for buffer, n in recording.rays[kind]]
-    return np.ascontiguousarray(np.concatenate([np.column_stack(part) for part in parts]).T)
+    parts = [np.vstack(list(queue.lines(queue.rays).values())) for queue in recording.rays[kind]]
+    return np.concatenate(parts, axis=1)
 
 
 def hits_of(recording: Recording, kind: str) -> np.ndarray:
     """What the rays of `rays_of` hit: primitive numbers, -1 on a miss, (n,) int32."""
     found = []
-    for buffer, n in recording.rays[kind]:
-        queue = Queue(CAMERA, n, buffer, None, None, None, None, recording.device)
+    for queue in recording.rays[kind]:
         hits = passes.closest(recording.device, recording.world, queue, crossing=False)
-        found.append(recording.device.read(hits.primitive, np.empty(n, np.int32)))
+        found.append(queue.words(hits.primitive, np.int32))
     recording.device.finish()
     return np.concatenate(found)
 

@@ -26,7 +26,7 @@ def facts(device: Device) -> dict[str, Any]:
         "python": platform.python_version(),
         "clrt": __version__,
         "device": device.info.label,
-        "kernels": device.kernel_hash[:12],
+        "kernels": device.kernels.hash[:12],
     }
 
 

@@ -7,7 +7,7 @@ left out, since only the walk through the tree can say how much of them is touch
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -18,7 +18,7 @@ from clrt.device import Device
 from clrt.flatten import flatten, flatten_camera
 from clrt.job import Job
 from clrt.opencl import cl
-from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Feelers, tile_rays
+from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Feelers, Queue, tile_rays
 from clrt.scene import Scene
 from clrt.schedule import complete
 from clrt.settings import Settings
@@ -70,7 +70,7 @@ class Recorder:
         self._device = device
         self.world_buffers = frozenset(map(id, world.arguments))
         self.launches: dict[tuple[str, str], list[Launch]] = {}
-        self.rays: dict[str, list[tuple[Any, int]]] = {}
+        self.rays: dict[str, list[Queue]] = {}
         device.launched.clear()
 
     def __call__(self, stage: Stage) -> None:
@@ -82,9 +82,10 @@ class Recorder:
                 return
             name = "generation 2"
         if stage.name == "closest":
-            self.rays.setdefault(name, []).append((stage.queue.rays, stage.queue.n))
+            self.rays.setdefault(name, []).append(stage.queue)
         elif isinstance(stage.wrote, Feelers) and stage.generation == 0:
-            self.rays.setdefault("shadow", []).append((stage.wrote.rays, stage.wrote.n))
+            feelers = replace(stage.queue, n=stage.wrote.n, rays=stage.wrote.rays)
+            self.rays.setdefault("shadow", []).append(feelers)
         for kernel, items, arguments, local_size in launched:
             queue, rays = name, stage.queue.n
             if stage.generation > 1:  # from queues of several kinds: each launch says of how many rays
@@ -104,7 +105,7 @@ class Recording:
     device: Device
     world: World
     launches: dict[tuple[str, str], list[Launch]]
-    rays: dict[str, list[tuple[Any, int]]]
+    rays: dict[str, list[Queue]]
     world_buffers: frozenset[int]  # their ids
 
 

@@ -52,7 +52,7 @@ def roof_of(measurements: Sequence[Measurement], threads: int = 1) -> Roof:
 
 def _program(device: Device) -> cl.Program:
     source = Path(__file__).with_suffix(".cl").read_text(encoding="utf-8")
-    return device.build(f"#define WIDTH {device.packet}\n{source}")
+    return device.driver.build(f"#define WIDTH {device.packet}\n{source}")
 
 
 def _copy(device: Device, program: cl.Program, name: str, nbytes: int) -> Case:

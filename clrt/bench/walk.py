@@ -8,7 +8,7 @@ rays, and so can do with less: the count measures the rays' work, not the kernel
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -82,15 +82,3 @@ def _boxes_met(planes: np.ndarray, origin: np.ndarray, inverse: np.ndarray, t: n
             high = (planes[:, 2 * axis + 1] - origin[:, axis, None]) * inverse[:, axis, None]
             near, far = np.fmax(near, np.fmin(low, high)), np.fmin(far, np.fmax(low, high))
     return (near <= far) & (planes[:, 0] <= planes[:, 1])
-
-
-def rays_on_host(device: Device, rays: Any, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Origins (n, 3), directions (n, 3) and t_max (n,), float32, of a queue's rays."""
-    lanes, fields = device.settings.lanes, len(layout.RAY_FIELDS)
-    blocks = -(-n // lanes)
-    data = device.read(rays, np.empty((blocks, fields, lanes), np.float32))
-    flat = data.transpose(0, 2, 1).reshape(blocks * lanes, fields)[:n]
-    column = {name: k for k, name in enumerate(layout.RAY_FIELDS)}
-    origin = [column[f"ORIGIN_{axis}"] for axis in "XYZ"]
-    direction = [column[f"DIRECTION_{axis}"] for axis in "XYZ"]
-    return flat[:, origin], flat[:, direction], flat[:, column["T_MAX"]]

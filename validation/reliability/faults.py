@@ -20,7 +20,7 @@ from typing import Any, Final
 from unittest import mock
 
 import clrt
-from clrt import device as device_module
+from clrt import driver as driver_module
 from clrt.errors import ClrtError, DeviceError, LimitError, SceneError
 from clrt.image import Image
 from clrt.tracks import Track
@@ -110,6 +110,6 @@ def whole_run(scene: Path, out: Path) -> Image:
 
 def _forget() -> None:
     """Let the next run open the device and load the program anew, as in a process of its own."""
-    device_module._context.cache_clear()
-    device_module._program.cache_clear()
+    driver_module._context.cache_clear()
+    driver_module._program.cache_clear()
     gc.collect()
