@@ -105,11 +105,9 @@ class Job:
 
     def tiles(self, device: Device, world: World, pieces: list[Piece]) -> Iterator[tuple[Piece, Tile]]:
         """All pieces, the last one first, as they are done: those that turn out TooLarge in parts."""
-
-        def traced(track: Device, piece: Piece) -> Work[Tile]:
-            return self.trace(track, world, piece, budget=TILE_BYTES)
-
-        return interleaved(device, pieces, traced, halves)
+        return interleaved(
+            device, pieces, lambda track, piece: self.trace(track, world, piece, budget=TILE_BYTES), halves
+        )
 
     def identity(self, window: tuple[int, int, int, int]) -> dict[str, str]:
         """What decides a picture's window (x, y, width, height) and its counts, as texts by name."""

@@ -62,13 +62,11 @@ class Tracer:
         self, scene: Scene, device: int | str | Device | None = None, settings: Settings | None = None
     ) -> None:
         self.scene = scene
-        self.settings = device.settings if isinstance(device, Device) else settings or Settings()
         self._lock = threading.RLock()
         self.flat = flatten(scene)
-        if isinstance(device, Device):
-            self.device = device.variant(self.flat.rays)
-        else:
-            self.device = Device(device, self.settings, self.flat.rays)
+        opened = device.driver if isinstance(device, Device) else device
+        self.device = Device(opened, settings, self.flat.rays)
+        self.settings = self.device.settings
         self.world = World(self.device, self.flat)
 
     @property

@@ -129,7 +129,7 @@ def _check_size(
     lanes = device.settings.lanes
     need = most_feelers = narrow = 0
     for queue, _, lit in parents:
-        rays = device.for_queue(queue.narrow).rays
+        rays = queue.device.rays
         children = sum(lit.totals[stream] for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT"))
         need += queue_bytes(queue.n, rays, lanes) + queue_bytes(children, rays, lanes)
         if lit.totals.get("GROUPS"):
