@@ -14,6 +14,10 @@ class SceneError(ClrtError):
     """A scene, or a file that belongs to it, says something that cannot be rendered."""
 
 
+class MissingPackage(SceneError):
+    """A file cannot be read without an optional package; the message says which, and how it is installed."""
+
+
 class DeviceError(ClrtError):
     """No OpenCL device fits, or its driver refused."""
 

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from clrt.errors import ClrtError, ClrtWarning, located
+from clrt.errors import ClrtError, ClrtWarning, MissingPackage, located
 from clrt.files import read_bytes, resolve
+from clrt.install import pip_install
 from clrt.limits import Limits
 from clrt.places import At
 
@@ -83,9 +84,8 @@ def _parse(data: bytes, path: Path, at: At, limits: Limits) -> list[_Part]:
     try:
         import trimesh
     except ImportError:
-        raise at.says(
-            f"reading {path.name} needs trimesh; install it with: pip install 'clrt[mesh]'"
-        ) from None
+        needs = at.says(f"reading {path.name} needs trimesh; install it with: {pip_install('trimesh')}")
+        raise MissingPackage(str(needs)) from None
 
     class Beside(trimesh.resolvers.Resolver):
         """Finds the files that a glTF names, in the mesh's own folder only."""

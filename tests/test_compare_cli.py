@@ -13,6 +13,7 @@ import pytest
 import clrt
 import compare_samples as samples
 from clrt.cli import main
+from clrt.install import install_extra
 
 Printed = pytest.CaptureFixture[str]
 
@@ -119,4 +120,4 @@ def test_a_missing_package_is_named(folder: Path, capsys: Printed, monkeypatch: 
     monkeypatch.setitem(sys.modules, "flip_evaluator", None)
     assert main(["compare", str(folder / "right.png"), str(folder / "right.exr")]) == 2
     err = capsys.readouterr().err
-    assert "needs the package flip_evaluator" in err and "pip install 'clrt[validation]'" in err
+    assert "needs the package flip_evaluator" in err and install_extra("validation") in err

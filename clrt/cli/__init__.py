@@ -141,6 +141,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_device(doctor)
     command("scenes", "List the scenes that ship with clrt.")
     selftest = command("selftest", "Check that a device computes what the reference does, bit for bit.")
+    selftest.add_argument("--quick", action="store_true", help="without light in bands and generated scenes")
     _add_device(selftest)
     return parser
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clrt.errors import ClrtError
+from clrt.install import install_extra
 from clrt.resources import scene_file, validation_module
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
         result = _compare(pictures, options)
     except ModuleNotFoundError as error:
         needs = f"clrt compare needs the package {error.name}"
-        raise ClrtError(f"{needs}; install what it needs with: pip install 'clrt[validation]'") from None
+        raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
     if options.json:
         print(json.dumps(_plain(result, options), indent=2, allow_nan=False))
     else:

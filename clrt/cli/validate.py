@@ -12,6 +12,7 @@ from typing import Any
 
 from clrt.atomic import check_replaceable
 from clrt.errors import ClrtError
+from clrt.install import install_extra
 from clrt.resources import validation_module
 
 FAILED = 1  # exit code
@@ -31,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
             _write(result, Path(options.report))
     except ModuleNotFoundError as error:
         needs = f"clrt validate needs the package {error.name}"
-        raise ClrtError(f"{needs}; install what it needs with: pip install 'clrt[validation]'") from None
+        raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
     _show(result)
     return 0 if result.passed else FAILED
 
