@@ -12,13 +12,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import OpenImageIO as oiio
 
 from clrt.atomic import check_replaceable, replacing
 from clrt.errors import ClrtError, SceneError
+from clrt.files import open_input, reason
 from clrt.limits import Limits
 
 # suffix -> bit depths that it can hold, the default first; 32 is linear float, 8 and 16 are sRGB integers
@@ -156,7 +157,12 @@ def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np
 def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
     """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash."""
     limits = limits or Limits()
-    source = _open(path, limits)
+    with open_input(path) as file:
+        return _samples(path, file, limits)
+
+
+def _samples(path: str | os.PathLike[str], file: BinaryIO, limits: Limits) -> np.ndarray:
+    source = _open(path, file, limits)
     try:
         spec = source.spec()
         if spec.depth > 1:
@@ -175,22 +181,33 @@ def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> 
     return np.ascontiguousarray(np.broadcast_to(linear, (*linear.shape[:2], 3)))
 
 
-def _open(path: str | os.PathLike[str], limits: Limits) -> oiio.ImageInput:
+def _open(path: str | os.PathLike[str], file: BinaryIO, limits: Limits) -> oiio.ImageInput:
+    limits.check("file_bytes", os.fstat(file.fileno()).st_size, str(path))
     try:
-        with open(path, "rb") as file:
-            limits.check("file_bytes", os.fstat(file.fileno()).st_size, str(path))
-            head = file.read(8)
+        head = file.read(8)
     except OSError as error:
-        raise SceneError(f"{path}: cannot be read: {error.strerror}") from None
+        raise SceneError(f"{path}: cannot be read: {reason(error)}") from None
     reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
     if reader is None:
         raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
     keep_alpha_apart = oiio.ImageSpec()
     keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(str(path), keep_alpha_apart)
+    source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)
     if source is None or source.format_name() != reader:
         raise SceneError(f"{path}: cannot be read: {_words(oiio)}")
     return source
+
+
+def _name(path: str | os.PathLike[str], file: BinaryIO) -> str:
+    """A name for OpenImageIO, which knows UTF-8 alone: the file's own, or else that of the open file."""
+    name = os.fspath(path)
+    try:
+        name.encode("utf-8")
+    except UnicodeEncodeError:
+        name = f"/proc/self/fd/{file.fileno()}"
+        if not os.path.exists(name):
+            raise SceneError(f"{path}: its name is not UTF-8, which the picture library needs") from None
+    return name
 
 
 def _words(library: Any) -> str:

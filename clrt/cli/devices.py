@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import json
+from dataclasses import asdict
 
 
 def run(options: argparse.Namespace) -> int:
@@ -10,6 +12,10 @@ def run(options: argparse.Namespace) -> int:
     from clrt.platforms import choose, devices
 
     default = choose()[0].index
+    if options.json:
+        rows = [{**asdict(info), "label": info.label, "default": info.index == default} for info in devices()]
+        print(json.dumps(rows, indent=2))
+        return 0
     for info in devices():
         mark = "*" if info.index == default else " "
         memory = f"{info.memory / 2**30:.1f} GiB"
