@@ -10,15 +10,16 @@ clrt keeps its own handlers.
 from __future__ import annotations
 
 import os
-import signal
 import sys
-from contextlib import suppress
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    import signal
     from pathlib import Path
     from types import FrameType
     from typing import NoReturn
+else:
+    import _signal as signal  # what `signal` wraps, a hundred times sooner there: nothing is caught before
 
 temporaries: set[Path] = set()
 """Files that are being written, to be removed before the process ends."""
@@ -79,8 +80,10 @@ def word() -> str:
 def sweep() -> None:
     """Remove the files that are being written."""
     for path in tuple(temporaries):
-        with suppress(OSError):
+        try:  # noqa: SIM105 (contextlib takes long to import, and nothing is caught before)
             os.unlink(path)
+        except OSError:
+            pass
 
 
 def _caught(number: int, frame: FrameType | None) -> None:
@@ -115,10 +118,13 @@ def _leave(number: int) -> NoReturn:
     sweep()
     if not _said:
         rest = "" if _main else "; nothing was saved"
-        with suppress(OSError):  # nobody may read it
+        try:  # noqa: SIM105
             os.write(2, f"clrt: {_word(number)}{rest}\n".encode())
+        except OSError:  # nobody reads it
+            pass
     os._exit(128 + number)
 
 
 def _word(number: int) -> str:
-    return "interrupted" if number == signal.SIGINT else f"interrupted by {signal.Signals(number).name}"
+    name = next(name for name in _NAMES if getattr(signal, name, None) == number)
+    return "interrupted" if name == "SIGINT" else f"interrupted by {name}"
