@@ -12,7 +12,7 @@ from typing import Final
 
 from clrt.errors import ClrtError
 from clrt.files import kind, reason
-from clrt.interrupts import temporaries
+from clrt.interrupts import note_saved, temporaries
 
 _SUFFIX: Final = 16
 
@@ -38,6 +38,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         yield temporary
         _sync(temporary)
         os.replace(temporary, target)
+        note_saved(target)
         if os.name == "posix":
             _sync(target.parent)
     except OSError as error:

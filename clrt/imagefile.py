@@ -33,6 +33,7 @@ MAGIC = {
     b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg", b"v/1\x01": "openexr", b"BM": "bmp", b"#?": "hdr",
     b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
 }  # fmt: skip
+_unfinished: list[oiio.ImageOutput] = []
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
 
 
@@ -111,9 +112,13 @@ def write(
         if output is None:
             raise ClrtError(f"{path}: {_words(oiio)}")
         done = output.open(scratch, spec)
-        for row in range(0, height if done else 0, ROWS):
-            block = np.concatenate([part[row : row + ROWS].astype(parts[0].dtype) for part in parts], axis=2)
-            done = done and output.write_scanlines(row, row + len(block), 0, block)
+        try:
+            for row in range(0, height if done else 0, ROWS):
+                block = np.concatenate([p[row : row + ROWS].astype(parts[0].dtype) for p in parts], axis=2)
+                done = done and output.write_scanlines(row, row + len(block), 0, block)
+        except KeyboardInterrupt:
+            _unfinished[:] = [output]  # libpng complains where it is given up: not before the end
+            raise
         if not (output.close() and done):
             raise ClrtError(f"{path}: cannot be written: {_words(output)}")
 

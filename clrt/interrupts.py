@@ -24,7 +24,11 @@ else:
 temporaries: set[Path] = set()
 """Files that are being written, to be removed before the process ends."""
 
+saved: list[Path] = []
+"""The files that were written last, to be told after an interrupt."""
+
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
+_MOST = 8  # that are told
 _AGAIN = 0.01  # seconds until a signal that came within an import is looked at again
 _installed: list[int] = []
 _main: FrameType | None = None  # where KeyboardInterrupt is caught; None: nowhere
@@ -84,6 +88,12 @@ def sweep() -> None:
             os.unlink(path)
         except OSError:
             pass
+
+
+def note_saved(path: Path) -> None:
+    """A file has been replaced."""
+    saved.append(path)
+    del saved[:-_MOST]
 
 
 def _caught(number: int, frame: FrameType | None) -> None:

@@ -49,7 +49,7 @@ def _is_junit(text: bytes) -> bool:
 
 def _is_run(text: bytes) -> bool:
     try:
-        return _KEYS <= set(json.loads(text))
+        return set(json.loads(text)) >= _KEYS
     except (ValueError, TypeError, RecursionError):
         return False
 

@@ -28,6 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         warnings.simplefilter("always", ClrtWarning)
         warnings.showwarning = _show_warning
         command = ""
+        interrupts.saved.clear()
         try:
             interrupts.catching()
             from clrt.cli.options import read
@@ -38,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except ClrtError as error:
             code = say(f"error: {error}", FAULT)
         except KeyboardInterrupt:
-            return say(f"{interrupts.word()}; nothing was saved", interrupts.code())
+            return interrupted()
         except SystemExit as leaving:  # argparse has said all: help, or what is wrong
             code = leaving.code if isinstance(leaving.code, int) else 0
         out.flush()
@@ -59,7 +60,7 @@ def program() -> NoReturn:
         interrupts.finished()
     except KeyboardInterrupt:  # between two lines of `main`
         with terminal.surviving():
-            code = say(interrupts.word(), interrupts.code())
+            code = interrupted()
     if code == interrupts.code():
         interrupts.sweep()
         os._exit(code)
@@ -71,6 +72,16 @@ def say(text: str, code: int = 0) -> int:
     if sys.stderr is not None:  # print takes None for stdout
         print(one_line(f"clrt: {text}"), file=sys.stderr, flush=True)
     return code
+
+
+def interrupted(checkpoint: str | None = None) -> int:
+    """Say what is left of a command that was interrupted; return its exit code."""
+    kept = os.path.realpath(checkpoint) if checkpoint else ""
+    saved = [str(path) for path in interrupts.saved if str(path) != kept]
+    left = f"saved: {', '.join(saved)}" if saved else "nothing was saved"
+    if not saved and os.path.exists(kept):
+        left = f"{checkpoint} holds what is finished: the same command goes on from there"
+    return say(f"{interrupts.word()}; {left}", interrupts.code())
 
 
 def _show_warning(

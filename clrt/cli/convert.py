@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from clrt.atomic import check_replaceable
 from clrt.cli.outputs import check_apart, check_spares
 from clrt.resources import scene_file
 
@@ -14,6 +15,7 @@ def run(options: argparse.Namespace) -> int:
     from clrt.shipped import load_scene
 
     source = scene_file(options.input)
+    check_replaceable(options.output)
     check_apart({"OUT": options.output}, {"the scene": source})
     scene = load_scene(source)
     check_spares({"OUT": options.output}, scene)

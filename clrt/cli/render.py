@@ -8,9 +8,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clrt import interrupts
 from clrt.atomic import check_replaceable, replacing
-from clrt.cli import say
+from clrt.cli import interrupted
 from clrt.cli.outputs import check_apart, check_spares
 from clrt.errors import ClrtError
 from clrt.resources import scene_file
@@ -21,22 +20,21 @@ if TYPE_CHECKING:
 
 def run(options: argparse.Namespace) -> int:
     """Render `options.scene` to `options.output`. ClrtError, before rendering, when it cannot be saved."""
-    saved: list[Path] = []
     try:
         file = scene_file(options.scene)
         _check_outputs(options, file)
         start = time.perf_counter()
         image = render(file, options, layers=options.layers)
         seconds = time.perf_counter() - start
-        saved.append(image.save(options.output, options.exposure, options.bits))
+        saved = image.save(options.output, options.exposure, options.bits)
         if options.stats:
-            saved.append(_save_stats(image, options.stats))
+            _save_stats(image, options.stats)
         if options.checkpoint:
             Path(options.checkpoint).unlink(missing_ok=True)  # not before: it is needed if saving fails
         if not options.quiet:
-            print(summary(image, saved[0], seconds))
+            print(summary(image, saved, seconds))
     except KeyboardInterrupt:
-        return say(f"{interrupts.word()}; {_left_behind(saved, options.checkpoint)}", interrupts.code())
+        return interrupted(options.checkpoint)
     return 0
 
 
@@ -67,14 +65,6 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
         )
 
 
-def _left_behind(saved: list[Path], checkpoint: str | None) -> str:
-    if saved:
-        return f"saved: {', '.join(map(str, saved))}"
-    if checkpoint and Path(checkpoint).exists():
-        return f"{checkpoint} holds what is finished: the same command goes on from there"
-    return "nothing was saved"
-
-
 def summary(image: Image, path: Path, seconds: float) -> str:
     """The line after a render: where the picture is, its size, how long and how fast, and on what."""
     rate = image.stats["traced"] / seconds / 1e6
@@ -100,10 +90,9 @@ def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
         check_replaceable(options.stats)
 
 
-def _save_stats(image: Image, path: str) -> Path:
+def _save_stats(image: Image, path: str) -> None:
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(dict(image.stats), indent=2, default=_plain) + "\n")
-    return Path(path).resolve()
 
 
 def _plain(value: Any) -> Any:
