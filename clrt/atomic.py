@@ -72,7 +72,7 @@ def _target(path: str | os.PathLike[str]) -> Path:
     if stat.S_ISLNK(mode):  # `realpath` follows all links but these
         raise ClrtError(f"{path}: is a link that leads to itself; give the name of a file to write")
     if not stat.S_ISREG(mode):
-        raise ClrtError(f"{path}: is {kind(mode)}, not a regular file; give the name of a file to write")
+        raise ClrtError(f"{path}: is {kind(mode)}, not a file; give the name of a file to write")
     return target
 
 

@@ -38,15 +38,13 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
     """
     try:
         _check_regular(path, os.stat(path).st_mode)
-        # not to wait, should it have become a pipe meanwhile
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
-        file = os.fdopen(descriptor, "rb")
+        file = open(path, "rb", opener=_opened)  # noqa: SIM115 (the caller closes it)
     except FileNotFoundError:
         raise SceneError(located(os.fspath(path), "", "there is no such file")) from None
     except (OSError, ValueError) as error:
         raise SceneError(located(os.fspath(path), "", f"cannot be read: {reason(error)}")) from None
     try:
-        _check_regular(path, os.fstat(descriptor).st_mode)
+        _check_regular(path, os.fstat(file.fileno()).st_mode)
     except BaseException:
         file.close()
         raise
@@ -76,6 +74,10 @@ def reason(error: Exception) -> str:
     return error.strerror or str(error) if isinstance(error, OSError) else str(error)
 
 
+def _opened(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # it may have become a pipe meanwhile
+
+
 def _check_regular(path: str | os.PathLike[str], mode: int) -> None:
     if not stat.S_ISREG(mode):
-        raise SceneError(located(os.fspath(path), "", f"is {kind(mode)}, not a regular file"))
+        raise SceneError(located(os.fspath(path), "", f"is {kind(mode)}, not a file"))

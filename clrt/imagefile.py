@@ -162,12 +162,7 @@ def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np
 def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
     """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash."""
     limits = limits or Limits()
-    with open_input(path) as file:
-        return _samples(path, file, limits)
-
-
-def _samples(path: str | os.PathLike[str], file: BinaryIO, limits: Limits) -> np.ndarray:
-    source = _open(path, file, limits)
+    source = _open(path, limits)
     try:
         spec = source.spec()
         if spec.depth > 1:
@@ -186,18 +181,19 @@ def _samples(path: str | os.PathLike[str], file: BinaryIO, limits: Limits) -> np
     return np.ascontiguousarray(np.broadcast_to(linear, (*linear.shape[:2], 3)))
 
 
-def _open(path: str | os.PathLike[str], file: BinaryIO, limits: Limits) -> oiio.ImageInput:
-    limits.check("file_bytes", os.fstat(file.fileno()).st_size, str(path))
-    try:
-        head = file.read(8)
-    except OSError as error:
-        raise SceneError(f"{path}: cannot be read: {reason(error)}") from None
-    reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
-    if reader is None:
-        raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
-    keep_alpha_apart = oiio.ImageSpec()
-    keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)
+def _open(path: str | os.PathLike[str], limits: Limits) -> oiio.ImageInput:
+    with open_input(path) as file:
+        limits.check("file_bytes", os.fstat(file.fileno()).st_size, str(path))
+        try:
+            head = file.read(8)
+        except OSError as error:
+            raise SceneError(f"{path}: cannot be read: {reason(error)}") from None
+        reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
+        if reader is None:
+            raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
+        keep_alpha_apart = oiio.ImageSpec()
+        keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
+        source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)
     if source is None or source.format_name() != reader:
         raise SceneError(f"{path}: cannot be read: {_words(oiio)}")
     return source
