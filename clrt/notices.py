@@ -21,7 +21,7 @@ _told: ContextVar[dict[str, None] | None] = ContextVar("clrt_told", default=None
 
 def warn(source: str, place: str, text: str) -> None:
     """Give the `ClrtWarning` 'source: place: text'; within `bounded` only if it is new, and not too many."""
-    message, told = located(source, place, text), _told.get()
+    message, told = located(source, place, text.removeprefix(f"{source}: ")), _told.get()
     if told is not None:
         known = message in told
         told[message] = None

@@ -235,6 +235,13 @@ def small() -> dict[str, Any]:
     return table
 
 
+def test_a_warning_names_its_file_once(tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl gold\nf 1 2 3\n")
+    with pytest.warns(clrt.ClrtWarning, match="materials and colours are ignored") as caught:
+        clrt.load(tmp_path / "a.obj")
+    assert str(caught[0].message).count("a.obj") == 1
+
+
 def test_a_command_that_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     assert "'rendr' is no command; did you mean 'render'?" in fault(capsys, "rendr")
     assert "did you mean 'devices'?" in fault(capsys, "device", "--json")
