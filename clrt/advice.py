@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from clrt import notices
 from clrt.colors import color_fields
 from clrt.curves import D_LINE, curve_of
-from clrt.errors import ClrtWarning, located
 from clrt.materials import Checker, Material
 from clrt.places import At
 from clrt.shapes import Shape
@@ -64,7 +63,7 @@ def warn(scene: Scene) -> None:
     for kind in (_makes_light, _open_glass, _too_bright, _undispersed):
         found = kind(scene)
         if found:
-            warnings.warn(located(scene.source, *found), ClrtWarning, stacklevel=4)
+            notices.warn(scene.source, *found)
 
 
 def _makes_light(scene: Scene) -> tuple[str, str] | None:

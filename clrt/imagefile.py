@@ -12,13 +12,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import OpenImageIO as oiio
 
 from clrt.atomic import check_replaceable, replacing
 from clrt.errors import ClrtError, SceneError
+from clrt.files import open_input, reason
 from clrt.limits import Limits
 
 # suffix -> bit depths that it can hold, the default first; 32 is linear float, 8 and 16 are sRGB integers
@@ -32,6 +33,7 @@ MAGIC = {
     b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg", b"v/1\x01": "openexr", b"BM": "bmp", b"#?": "hdr",
     b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
 }  # fmt: skip
+_unfinished: list[oiio.ImageOutput] = []
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
 
 
@@ -110,9 +112,13 @@ def write(
         if output is None:
             raise ClrtError(f"{path}: {_words(oiio)}")
         done = output.open(scratch, spec)
-        for row in range(0, height if done else 0, ROWS):
-            block = np.concatenate([part[row : row + ROWS].astype(parts[0].dtype) for part in parts], axis=2)
-            done = done and output.write_scanlines(row, row + len(block), 0, block)
+        try:
+            for row in range(0, height if done else 0, ROWS):
+                block = np.concatenate([p[row : row + ROWS].astype(parts[0].dtype) for p in parts], axis=2)
+                done = done and output.write_scanlines(row, row + len(block), 0, block)
+        except KeyboardInterrupt:
+            _unfinished[:] = [output]  # libpng complains where it is given up: not before the end
+            raise
         if not (output.close() and done):
             raise ClrtError(f"{path}: cannot be written: {_words(output)}")
 
@@ -176,21 +182,33 @@ def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> 
 
 
 def _open(path: str | os.PathLike[str], limits: Limits) -> oiio.ImageInput:
-    try:
-        with open(path, "rb") as file:
-            limits.check("file_bytes", os.fstat(file.fileno()).st_size, str(path))
+    with open_input(path) as file:
+        limits.check("file_bytes", os.fstat(file.fileno()).st_size, str(path))
+        try:
             head = file.read(8)
-    except OSError as error:
-        raise SceneError(f"{path}: cannot be read: {error.strerror}") from None
-    reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
-    if reader is None:
-        raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
-    keep_alpha_apart = oiio.ImageSpec()
-    keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(str(path), keep_alpha_apart)
+        except OSError as error:
+            raise SceneError(f"{path}: cannot be read: {reason(error)}") from None
+        reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
+        if reader is None:
+            raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
+        keep_alpha_apart = oiio.ImageSpec()
+        keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
+        source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)
     if source is None or source.format_name() != reader:
         raise SceneError(f"{path}: cannot be read: {_words(oiio)}")
     return source
+
+
+def _name(path: str | os.PathLike[str], file: BinaryIO) -> str:
+    """A name for OpenImageIO, which knows UTF-8 alone: the file's own, or else that of the open file."""
+    name = os.fspath(path)
+    try:
+        name.encode("utf-8")
+    except UnicodeEncodeError:
+        name = f"/proc/self/fd/{file.fileno()}"
+        if not os.path.exists(name):
+            raise SceneError(f"{path}: its name is not UTF-8, which the picture library needs") from None
+    return name
 
 
 def _words(library: Any) -> str:

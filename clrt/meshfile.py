@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from clrt.errors import ClrtError, ClrtWarning, MissingPackage, located
+from clrt import notices
+from clrt.errors import ClrtError, MissingPackage
 from clrt.files import read_bytes, resolve
 from clrt.install import pip_install
 from clrt.limits import Limits
@@ -38,7 +39,7 @@ def read_mesh_file(
     parts = _parse(data, path, at, limits)
     if _MATERIALS.search(data) or any(part.colored for part in parts):
         text = f"{path.name}: its materials and colours are ignored; the shape's material holds for all of it"
-        warnings.warn(located(at.source, at.path, text), ClrtWarning, stacklevel=2)
+        notices.warn(at.source, at.path, text)
     limits.check("vertices", sum(len(part.vertices) for part in parts), at.source, at.path)
     own = smooth is not False and any(part.normals is not None for part in parts)
     with np.errstate(all="ignore"):  # what is not finite is an error later, with its place

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any, Final
 
 import numpy as np
 
-from clrt.errors import ClrtWarning, located
+from clrt import notices
 from clrt.inside import count_inside
 from clrt.media import Media
 from clrt.meshes import Mesh
@@ -36,8 +35,7 @@ def warn_of_overlaps(media: Media, priority: np.ndarray) -> None:
                 f"overlaps shapes[{second}], a medium of the same priority {priority[a]}: where both are, "
                 "the one that a ray entered last counts; give one a higher priority"
             )
-            place = located(media.scene.source, f"shapes[{first}]", text)
-            warnings.warn(place, ClrtWarning, stacklevel=4)
+            notices.warn(media.scene.source, f"shapes[{first}]", text)
             return
 
 

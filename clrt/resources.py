@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import os
 import sys
 from difflib import get_close_matches
 from pathlib import Path
@@ -49,7 +50,7 @@ def shipped_scenes() -> dict[str, Path]:
 def scene_file(name: str) -> Path:
     """The file that `name` means: a file, or else a scene that ships. SceneError names the nearest one."""
     path = Path(name)
-    if path.exists():
+    if os.path.lexists(path):  # unlike Path's own method, for names too long as well
         return path
     if path.suffix or len(path.parts) > 1:
         raise SceneError(f"{name}: no such file")

@@ -294,9 +294,10 @@ def test_help_is_fast_and_imports_nothing_heavy():
     assert done.stdout.endswith("[]\n") and "render" in done.stdout
     seconds = []
     for _ in range(3):
-        start = time.perf_counter()
+        before = os.times()
         assert run("--help").returncode == 0
-        seconds.append(time.perf_counter() - start)
+        after = os.times()  # what others do on the machine counts for nothing
+        seconds.append(after[2] + after[3] - before[2] - before[3])
     assert min(seconds) < 0.2
 
 

@@ -103,7 +103,7 @@ def test_json(folder: Path, capsys: Printed):
 
 
 @pytest.mark.parametrize(("a", "says"), [
-    ("missing.png", "cannot be read: No such file"),
+    ("missing.png", "missing.png: there is no such file"),
     ("missing.toml", "no such file"),
     ("broken.png", "not an EXR, HDR, PNG, JPEG, TIFF or BMP picture"),
     ("blind.toml", "camera: missing; a picture needs a [camera]"),

@@ -27,9 +27,9 @@ TRIANGLE = {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]]}
 
 def test_a_pipe_is_not_read(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "scene.toml")
-    with pytest.raises(SceneError, match=r"scene\.toml: is not a regular file"):
+    with pytest.raises(SceneError, match=r"scene\.toml: is a named pipe, not a file"):
         read_bytes(tmp_path / "scene.toml", clrt.Limits())
-    with pytest.raises(SceneError, match=r"gone\.toml: cannot be read: No such file"):
+    with pytest.raises(SceneError, match=r"gone\.toml: there is no such file"):
         read_bytes(tmp_path / "gone.toml", clrt.Limits())
 
 
@@ -37,14 +37,14 @@ def test_a_file_that_grows_while_it_is_read(tmp_path: Path, monkeypatch: pytest.
     path = tmp_path / "a.toml"
     path.write_bytes(b"#" * 50)
     small = SimpleNamespace(st_mode=path.stat().st_mode, st_size=3)
-    monkeypatch.setattr(Path, "stat", lambda self: small)
+    monkeypatch.setattr("clrt.files.os.fstat", lambda descriptor: small)
     with pytest.raises(clrt.LimitError, match="file_bytes: 11 is above the limit of 10"):
         read_bytes(path, clrt.Limits(file_bytes=10))
 
 
 def test_only_regular_files_are_replaced(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.png")
-    with pytest.raises(ClrtError, match=r"a\.png: is not a regular file"), replacing(tmp_path / "a.png"):
+    with pytest.raises(ClrtError, match=r"a\.png: is a named pipe"), replacing(tmp_path / "a.png"):
         pass
     (tmp_path / "file").write_text("")
     with pytest.raises(ClrtError, match="file is not a folder"), replacing(tmp_path / "file" / "x.png"):
@@ -197,6 +197,21 @@ def test_pictures_of_many_layers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     with pytest.raises(SceneError, match="5 layers of pixels"):
         imagefile.read_image("a.tif")
     assert closed
+
+
+def test_a_picture_that_is_interrupted_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(imagefile.np, "concatenate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        imagefile.write(tmp_path / "a.png", [np.zeros((2, 2, 3), np.uint8)])
+    assert not list(tmp_path.iterdir())
+    assert capfd.readouterr().err == ""
+    imagefile._unfinished.clear()
+    assert "libpng" in capfd.readouterr().err  # it has something to say of pictures without pixels
 
 
 @pytest.mark.parametrize("fault", ["create", "write", "close"])

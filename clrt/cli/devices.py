@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
+from dataclasses import asdict
 
 
 def run(options: argparse.Namespace) -> int:
     """Print a line for each device, its number first; * marks the one that a render takes by default.
 
-    A device that does not work says why: each is tried, once a driver and processor.
+    A device that does not work says why: each is tried, once a driver and processor. Return 1 where none works.
     """
     from clrt.platforms import choose, devices
     from clrt.trial import verdict
@@ -18,6 +20,11 @@ def run(options: argparse.Namespace) -> int:
     faults = {info.index: verdict(info)[0] for info in found}
     none = all(faults.values()) and not os.environ.get("CLRT_DEVICE")
     default = -1 if none else choose()[0].index
+    if options.json:
+        more = ({"label": info.label, "default": info.index == default} for info in found)
+        rows = [{**asdict(info), **row, "fault": faults[info.index]} for info, row in zip(found, more, strict=True)]
+        print(json.dumps(rows, indent=2))
+        return 0 if default >= 0 else 1
     for info in found:
         mark = "*" if info.index == default else " "
         memory = f"{info.memory / 2**30:.1f} GiB"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tomllib
 from pathlib import Path
 from typing import Any, NoReturn
@@ -50,7 +51,7 @@ def save(scene: Scene, path: Path) -> None:
 def _moved(scene: Scene, path: Path) -> dict[str, Any]:
     """The scene's dict with the names of its files as seen from the folder of `path`."""
     table = scene.to_dict()
-    old, new = (scene.folder or Path()).resolve(), path.resolve().parent
+    old, new = (scene.folder or Path()).resolve(), Path(os.path.realpath(path)).parent
     if old == new:
         return table
     if scene.background_path is not None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import warnings
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from clrt.errors import ClrtWarning, located, show
+from clrt import notices
+from clrt.errors import show
 from clrt.formats.tokens import Tokens, build, same_turn
 from clrt.limits import Limits
 from clrt.places import At
@@ -100,7 +100,7 @@ class _Reader:
             else:
                 place = f"line {self.tokens.line}"
                 text = f"the word {show(word)} is skipped; known are {', '.join(entities)}"
-                warnings.warn(located(self.tokens.source, place, text), ClrtWarning, stacklevel=4)
+                notices.warn(self.tokens.source, place, text)
 
     def table(self) -> dict[str, Any]:
         x, y, z = self.focal
