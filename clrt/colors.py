@@ -11,9 +11,10 @@ import msgspec
 from msgspec import Meta
 
 from clrt.explain import field_types
-from clrt.places import At, did_you_mean, listed
+from clrt.places import At, listed
 from clrt.records import Record
 from clrt.spectrum import LAMPS, REFLECTANCES, Spectrum
+from clrt.suggest import did_you_mean
 
 Grey = Annotated[float, Meta(ge=0)]
 RGB = tuple[Grey, Grey, Grey]

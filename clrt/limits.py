@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from dataclasses import dataclass, fields
 
 from clrt.errors import ClrtError, LimitError, MemoryLimitError, fault, located, show
+from clrt.suggest import did_you_mean
 
 # What to do about each limit besides raising it; those of loading are raised where the scene is made.
 _LOADING = {
@@ -82,8 +82,7 @@ def parse(text: str) -> tuple[str, int]:
     name, _, number = text.partition("=")
     known = [field.name for field in fields(Limits)]
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
-        raise ClrtError(f"{show(name)} is no limit; did you mean {near[0]!r}? (limits: {', '.join(known)})")
+        raise ClrtError(f"{show(name)} is no limit{did_you_mean(name, known)} (limits: {', '.join(known)})")
     if not number.isdecimal() or len(number) > 18:
         raise ClrtError(fault("", name, number, "a limit must be a whole number: NAME=N"))
     return name, int(number)

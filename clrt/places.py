@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from clrt.errors import SceneError, fault, located, show
+from clrt.suggest import did_you_mean
 
 
 @dataclass(frozen=True)
@@ -43,13 +43,6 @@ def known_keys(table: Mapping[Any, Any], known: Iterable[str], at: At) -> None:
     for key in table:
         if key not in names:
             raise at.says(f"unknown key {show(key)}{did_you_mean(key, names)} (keys here: {listed(names)})")
-
-
-def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """'; did you mean ...?' with the nearest of `known`, or nothing where there is none."""
-    names = {str(candidate).lower(): candidate for candidate in known}
-    near = difflib.get_close_matches(str(name).lower()[:80], list(names), n=1, cutoff=0.0)
-    return f"; did you mean {names[near[0]]!r}?" if near else ""
 
 
 def listed(names: Iterable[str], most: int = 30) -> str:

@@ -17,7 +17,8 @@ import numpy as np
 from msgspec import NODEFAULT, Meta
 
 from clrt.explain import REFUSALS, explain, field_types, of_type, records_in, single
-from clrt.places import At, did_you_mean, listed
+from clrt.places import At, listed
+from clrt.suggest import did_you_mean
 
 Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
 

@@ -18,7 +18,7 @@ from clrt.lights import LIGHTS, DirectionalLight, Light, PointLight
 from clrt.limits import Limits
 from clrt.materials import IOR, Checker, Material, rgb
 from clrt.meshes import Mesh, MeshData, read_mesh
-from clrt.places import At, did_you_mean, known_keys, listed
+from clrt.places import At, known_keys, listed
 from clrt.records import float32, read, table_of, tagged
 from clrt.shapes import (
     Box,
@@ -34,6 +34,7 @@ from clrt.shapes import (
     Sphere,
 )
 from clrt.spectrum import LAMPS, Spectral, Spectrum
+from clrt.suggest import did_you_mean
 from clrt.transforms import Step, is_similarity
 
 __all__ = [
