@@ -24,18 +24,26 @@ def resolve(name: str, folder: Path | None, at: At) -> Path:
     return path
 
 
-def read_bytes(path: Path, limits: Limits) -> bytes:
-    """The contents of a regular file no larger than `limits.file_bytes`."""
+def read_text_bytes(path: Path, limits: Limits) -> bytes:
+    """The contents of a scene file of text, no larger than `limits.text_bytes` either."""
+    return read_bytes(path, limits, "file_bytes", "text_bytes")
+
+
+def read_bytes(path: Path, limits: Limits, *names: str) -> bytes:
+    """The contents of a regular file within each of the `names` of `limits`, `file_bytes` if none is given."""
+    names = names or ("file_bytes",)
     try:
         status = path.stat()
         if not stat.S_ISREG(status.st_mode):  # a pipe or a device may never end
             raise SceneError(located(str(path), "", "is not a regular file"))
-        limits.check("file_bytes", status.st_size, str(path))
+        for name in names:
+            limits.check(name, status.st_size, str(path))
         with path.open("rb") as file:
-            data = file.read(limits.file_bytes + 1)
+            data = file.read(min(getattr(limits, name) for name in names) + 1)
     except (OSError, ValueError) as error:
         raise SceneError(located(str(path), "", f"cannot be read: {_reason(error)}")) from None
-    limits.check("file_bytes", len(data), str(path))
+    for name in names:  # it may have grown
+        limits.check(name, len(data), str(path))
     return data
 
 

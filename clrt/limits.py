@@ -11,7 +11,9 @@ from clrt.suggest import did_you_mean
 # What to do about each limit besides raising it; those of loading are raised where the scene is made.
 _LOADING = {
     "file_bytes": "use a smaller file",
+    "text_bytes": "use a smaller file, or give meshes as binary files",
     "nesting": "nest the file's tables and arrays less deeply",
+    "tables": "write the scene as JSON",
     "primitives": "use fewer shapes or faces",
     "vertices": "use a mesh with fewer vertices",
     "lights": "use fewer lights",
@@ -33,8 +35,12 @@ class Limits:
 
     file_bytes: int = 512 << 20
     """Bytes of one scene, mesh or image file."""
-    nesting: int = 64
+    text_bytes: int = 128 << 20
+    """Bytes of one scene file (.toml .json .nff .txt), of which reading takes up to 60 times as many."""
+    nesting: int = 16
     """Depth of tables and arrays in a scene file."""
+    tables: int = 1 << 16
+    """Tables and arrays with a name in a TOML file, not counting those in arrays of tables."""
     primitives: int = 1 << 24
     """Spheres, polygons, mesh faces ... of a scene together."""
     vertices: int = 1 << 24

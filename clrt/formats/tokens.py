@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from clrt.errors import SceneError, located, show
-from clrt.files import read_bytes
+from clrt.files import read_text_bytes
 from clrt.limits import Limits
 from clrt.planar import newell
 from clrt.scene import Scene, read_scene
@@ -22,7 +22,7 @@ class Tokens:
 
     def __init__(self, path: Path, limits: Limits) -> None:
         self.source = path.name
-        text = read_bytes(path, limits).decode("utf-8", "replace")
+        text = read_text_bytes(path, limits).decode("utf-8", "replace")
         lines = [line.partition("#")[0].split() for line in text.splitlines()]
         self._words = [word for line in lines for word in line]
         self._lines = [number for number, line in enumerate(lines, 1) for _ in line]
