@@ -45,7 +45,10 @@ class Colored(Record, frozen=True, kw_only=True):
     def check(self, at: At) -> None:
         """Raise for what a colour's annotation cannot say."""
         for name, kind in color_fields(self.__class__).items():
-            check_color(getattr(self, name), kind, at.key(name))
+            color = getattr(self, name)
+            right = color >= 0 if type(color) is float else type(color) is tuple  # which most are
+            if not right:
+                check_color(color, kind, at.key(name))
 
 
 @cache

@@ -30,7 +30,7 @@ def read_text_bytes(path: Path, limits: Limits) -> bytes:
 
 
 def read_bytes(path: Path, limits: Limits, *names: str) -> bytes:
-    """The contents of a regular file within each of the `names` of `limits`, `file_bytes` if none is given."""
+    """The contents of a regular file within each of the `names` of `limits`; none: `file_bytes`."""
     names = names or ("file_bytes",)
     try:
         status = path.stat()

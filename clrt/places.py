@@ -4,26 +4,38 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from clrt.errors import SceneError, fault, located, show
 from clrt.suggest import did_you_mean
 
 
-@dataclass(frozen=True)
 class At:
-    """A place in a scene, for messages: the file's name and a path such as `shapes[3].radius`."""
+    """A place in a scene, for messages: the file's name and a path such as `shapes[3].radius`.
 
-    source: str = ""
-    path: str = ""
+    The path is put together when it is asked for: a scene has millions of places, and a message names one.
+    """
+
+    __slots__ = ("_above", "_part", "source")
+
+    def __init__(self, source: str = "", path: str | int = "", above: At | None = None) -> None:
+        self.source, self._part, self._above = source, path, above
+
+    @property
+    def path(self) -> str:
+        if self._above is None:
+            return str(self._part)
+        above, name = self._above.path, self._part
+        if isinstance(name, int):
+            return f"{above}[{name}]"
+        name = name if re.fullmatch(r"[\w-]{1,60}", name) else show(name)  # a file may call things anything
+        return f"{above}.{name}" if above else name
 
     def key(self, name: str) -> At:
-        name = name if re.fullmatch(r"[\w-]{1,60}", name) else show(name)  # a file may call things anything
-        return At(self.source, f"{self.path}.{name}" if self.path else name)
+        return At(self.source, name, self)
 
     def item(self, index: int) -> At:
-        return At(self.source, f"{self.path}[{index}]")
+        return At(self.source, index, self)
 
     def inner(self, suffix: str) -> At:
         """The place below this one that msgspec calls `$suffix`."""

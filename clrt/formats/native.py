@@ -10,6 +10,7 @@ import tomli
 import tomli_w
 
 from clrt.atomic import replacing
+from clrt.collector import no_collections
 from clrt.errors import LimitError, SceneError, located, show
 from clrt.files import read_text_bytes
 from clrt.formats import toml_scan
@@ -22,11 +23,12 @@ def load(path: Path, limits: Limits) -> Scene:
     source = path.name
     text = _text(read_text_bytes(path, limits), source)
     try:
-        if path.suffix.lower() == ".toml":
-            toml_scan.check(text, limits, source)
-            table = tomli.loads(text)
-        else:
-            table = _parse_json(text)
+        with no_collections():
+            if path.suffix.lower() == ".toml":
+                toml_scan.check(text, limits, source)
+                table = tomli.loads(text)
+            else:
+                table = _parse_json(text)
     except RecursionError:
         raise LimitError(located(source, "", f"nesting: deeper than the limit of {limits.nesting}")) from None
     except ValueError as error:  # TOML and JSON errors both carry the line
@@ -103,13 +105,13 @@ def _no_constant(name: str) -> NoReturn:
 
 def _depth(value: Any, most: int) -> int:
     """How deeply tables and lists are nested; counts no further than `most`."""
-    level, depth = [value], 1
+    level, depth = [value] if isinstance(value, (dict, list)) else [], 1
     while level and depth < most:
-        level = [item for part in level for item in _children(part)]
+        level = [
+            item
+            for part in level
+            for item in (part.values() if isinstance(part, dict) else part)
+            if isinstance(item, (dict, list))
+        ]
         depth += bool(level)
     return depth
-
-
-def _children(value: Any) -> list[Any]:
-    items = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return [item for item in items if isinstance(item, (dict, list))]
