@@ -16,7 +16,7 @@ from clrt.meshes import Mesh
 from clrt.shapes import Box, Cone, Cylinder, Ellipsoid, Paraboloid, Shape, Sphere
 
 _MOST_PAIRS: Final = 400  # looked at: this is a hint, and must not take long
-_MOST_BOXES: Final = 1 << 23  # pairs of boxes compared to find them
+_MOST_BOXES: Final = 1 << 22  # pairs of boxes compared to find them
 _CHUNK: Final = 1 << 18  # of those at once
 _MOST_FACES: Final = 1 << 23  # of meshes in the pairs looked at
 _MOST_ANGLES: Final = 1 << 21  # points times faces of a mesh, likewise

@@ -74,7 +74,7 @@ def _outer_tables(outline: str, opening: list[int], closing: list[int]) -> int:
             header = outline[start : stop + 1]
             parts = header.strip("[] \t").split(".")
             first, found = parts[0].strip(), len(parts)
-            if first in held:
+            if first in held and first != _MARK:  # in quotes it may be another
                 found -= 1
             if header.startswith("[[") and len(parts) == 1 and first != _MARK:
                 total -= held.get(first, 0)
