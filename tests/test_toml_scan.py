@@ -131,3 +131,5 @@ def test_polygons_of_few_points_are_judged_alike() -> None:
     assert same_turn(line) and same_turn(SQUARE[:3])
     many = [[np.cos(t), np.sin(t), 0.0] for t in np.linspace(0, 6, 20)]
     assert same_turn(many)
+    scene = clrt.load_dict({"shapes": [{"type": "polygon", "points": many}]})
+    assert scene.shapes[0].primitives == 1
