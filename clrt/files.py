@@ -51,16 +51,24 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
     return file
 
 
-def read_bytes(path: str | os.PathLike[str], limits: Limits) -> bytes:
-    """The contents of a regular file no larger than `limits.file_bytes`."""
-    name = os.fspath(path)
+def read_text_bytes(path: str | os.PathLike[str], limits: Limits) -> bytes:
+    """The contents of a scene file of text, no larger than `limits.text_bytes` either."""
+    return read_bytes(path, limits, "file_bytes", "text_bytes")
+
+
+def read_bytes(path: str | os.PathLike[str], limits: Limits, *names: str) -> bytes:
+    """The contents of a regular file within each of the `names` of `limits`; none: `file_bytes`."""
+    names = names or ("file_bytes",)
+    source = os.fspath(path)
     with open_input(path) as file:
-        limits.check("file_bytes", os.fstat(file.fileno()).st_size, name)
+        for name in names:
+            limits.check(name, os.fstat(file.fileno()).st_size, source)
         try:
-            data = file.read(limits.file_bytes + 1)
+            data = file.read(min(getattr(limits, name) for name in names) + 1)
         except OSError as error:
-            raise SceneError(located(name, "", f"cannot be read: {reason(error)}")) from None
-    limits.check("file_bytes", len(data), name)
+            raise SceneError(located(source, "", f"cannot be read: {reason(error)}")) from None
+    for name in names:  # it may have grown
+        limits.check(name, len(data), source)
     return data
 
 

@@ -11,11 +11,11 @@ import importlib
 import importlib.util
 import os
 import sys
-from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
 
 from clrt.errors import ClrtError, SceneError
+from clrt.suggest import nearest
 
 PACKAGE = Path(__file__).resolve().parent
 SCENE_SUFFIXES = (".toml", ".json", ".nff", ".txt", ".py")
@@ -57,8 +57,8 @@ def scene_file(name: str) -> Path:
     shipped = shipped_scenes()
     if name in shipped:
         return shipped[name]
-    near = get_close_matches(name, shipped, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else "`clrt scenes` lists the ones that ship"
+    near = nearest(name, shipped, cutoff=0.6)
+    hint = f"did you mean {near!r}?" if near else "`clrt scenes` lists the ones that ship"
     raise SceneError(f"{name}: neither a file nor a scene that ships with clrt; {hint}")
 
 

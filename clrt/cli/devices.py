@@ -11,7 +11,8 @@ from dataclasses import asdict
 def run(options: argparse.Namespace) -> int:
     """Print a line for each device, its number first; * marks the one that a render takes by default.
 
-    A device that does not work says why: each is tried, once a driver and processor. Return 1 where none works.
+    A device that does not work says why: each is tried, once a driver and processor.
+    Return 1 where none works.
     """
     from clrt.platforms import choose, devices
     from clrt.trial import verdict
@@ -21,8 +22,13 @@ def run(options: argparse.Namespace) -> int:
     none = all(faults.values()) and not os.environ.get("CLRT_DEVICE")
     default = -1 if none else choose()[0].index
     if options.json:
-        more = ({"label": info.label, "default": info.index == default} for info in found)
-        rows = [{**asdict(info), **row, "fault": faults[info.index]} for info, row in zip(found, more, strict=True)]
+        rows = [
+            {
+                **asdict(info), "label": info.label, "default": info.index == default,
+                "fault": faults[info.index],
+            }
+            for info in found
+        ]  # fmt: skip
         print(json.dumps(rows, indent=2))
         return 0 if default >= 0 else 1
     for info in found:

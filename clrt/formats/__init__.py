@@ -14,8 +14,9 @@ from clrt.formats import mesh, native, nff, thesis
 from clrt.limits import Limits
 from clrt.meshfile import MESH_SUFFIXES
 from clrt.notices import bounded
-from clrt.places import did_you_mean, listed
+from clrt.places import listed
 from clrt.scene import Scene, read_scene
+from clrt.suggest import did_you_mean
 
 LOADERS: dict[str, Callable[..., Scene]] = {
     ".toml": native.load,
