@@ -34,7 +34,7 @@ _SHARE: Final = 0.05  # of the time that saving may take
 _MARK: Final = "clrt checkpoint 1"
 _ADVICE: Final = "give another file, or remove this one"
 _HEADER: Final = 128  # bytes that numpy writes before an array of bytes
-_TOLD: Final = 1 << 18  # bytes that the texts of any checkpoint, and the counts of its usual depths, stay below
+_TOLD: Final = 1 << 18  # bytes: what texts and the counts of usual depths stay below
 _GENERATION: Final = 512  # bytes of a generation's counts, whatever the numbers
 _BLOCK: Final = 1 << 20  # bytes read at a time
 

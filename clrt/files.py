@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from clrt.errors import SceneError, located
 from clrt.limits import Limits
@@ -24,17 +28,24 @@ def resolve(name: str, folder: Path | None, at: At) -> Path:
     return path
 
 
-def read_bytes(path: Path, limits: Limits) -> bytes:
-    """The contents of a regular file no larger than `limits.file_bytes`."""
+@contextmanager
+def opened(path: str | os.PathLike[str], limits: Limits) -> Iterator[BinaryIO]:
+    """A regular file no larger than `limits.file_bytes`, open for reading."""
     try:
-        status = path.stat()
+        status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):  # a pipe or a device may never end
             raise SceneError(located(str(path), "", "is not a regular file"))
         limits.check("file_bytes", status.st_size, str(path))
-        with path.open("rb") as file:
-            data = file.read(limits.file_bytes + 1)
+        with open(path, "rb") as file:
+            yield file
     except (OSError, ValueError) as error:
         raise SceneError(located(str(path), "", f"cannot be read: {_reason(error)}")) from None
+
+
+def read_bytes(path: Path, limits: Limits) -> bytes:
+    """The contents of a regular file no larger than `limits.file_bytes`."""
+    with opened(path, limits) as file:
+        data = file.read(limits.file_bytes + 1)
     limits.check("file_bytes", len(data), str(path))
     return data
 

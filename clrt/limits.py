@@ -16,6 +16,7 @@ _LOADING = {
     "vertices": "use a mesh with fewer vertices",
     "lights": "use fewer lights",
     "image_pixels": "use a smaller picture",
+    "image_bytes": "use a smaller picture, or one of fewer channels and smaller tiles",
 }
 _RENDERING = {
     "pixels": "lower width or height",
@@ -42,6 +43,8 @@ class Limits:
     lights: int = 1 << 16
     image_pixels: int = 1 << 26
     """Width times height of a picture that a scene reads."""
+    image_bytes: int = 5 << 28
+    """Bytes that reading a picture takes: 12 a pixel, and what its decoder unpacks at a time."""
     pixels: int = 1 << 27
     """Width times height of the picture."""
     samples: int = 1 << 12

@@ -1,4 +1,4 @@
-"""What an input costs, measured in a process of its own: peak of memory and processor time until it is refused or read."""
+"""What an input costs until it is refused or read: peak of memory and processor time, in a process of its own."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ with warnings.catch_warnings(record=True) as said:
         error = str(fault)
     except BaseException as fault:
         error = f"foreign: {fault!r}"[:500]
-print(json.dumps([error, peak() - before, time.process_time() - start, [str(w.message)[:300] for w in said][:50]]))
+said = [str(warning.message)[:300] for warning in said]
+print(json.dumps([error, peak() - before, time.process_time() - start, said]))
 """
 
 
@@ -48,7 +49,7 @@ class Cost:
 
 
 def cost(kind: str, path: Path) -> Cost:
-    """What `clrt.load` and `flatten` ("load") or `clrt.read_image` ("picture") make of a file, and its cost."""
+    """What `clrt.load` and `flatten` ("load") or `clrt.read_image` ("picture") make of a file, and cost."""
     command = [sys.executable, "-c", _CHILD, kind, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, f"{path.name}: {done.returncode}: {done.stderr[-2000:]}"

@@ -37,7 +37,7 @@ def test_a_file_that_grows_while_it_is_read(tmp_path: Path, monkeypatch: pytest.
     path = tmp_path / "a.toml"
     path.write_bytes(b"#" * 50)
     small = SimpleNamespace(st_mode=path.stat().st_mode, st_size=3)
-    monkeypatch.setattr(Path, "stat", lambda self: small)
+    monkeypatch.setattr("clrt.files.os", SimpleNamespace(stat=lambda path: small))
     with pytest.raises(clrt.LimitError, match="file_bytes: 11 is above the limit of 10"):
         read_bytes(path, clrt.Limits(file_bytes=10))
 
@@ -189,13 +189,15 @@ def test_pictures_of_other_kinds_of_samples(tmp_path: Path) -> None:
 
 def test_pictures_of_many_layers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     closed: list[bool] = []
-    deep = SimpleNamespace(spec=lambda: oiio.ImageSpec(), close=lambda: closed.append(True))
     spec = oiio.ImageSpec(2, 2, 3, "uint8")
     spec.depth = 5
-    deep.spec = lambda: spec
-    monkeypatch.setattr(imagefile, "_open", lambda path, limits: deep)
+    deep = SimpleNamespace(
+        spec=lambda: spec, close=lambda: closed.append(True), format_name=lambda: "tiff"
+    )  # fmt: skip
+    monkeypatch.setattr(imagefile.oiio, "ImageInput", SimpleNamespace(open=lambda *_: deep))
+    (tmp_path / "a.tif").write_bytes(b"II*\0")
     with pytest.raises(SceneError, match="5 layers of pixels"):
-        imagefile.read_image("a.tif")
+        imagefile.read_image(tmp_path / "a.tif")
     assert closed
 
 
