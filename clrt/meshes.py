@@ -15,7 +15,8 @@ from msgspec import Meta
 from clrt.explain import FLOAT32_MAX, REFUSALS
 from clrt.files import resolve
 from clrt.limits import Limits
-from clrt.meshfile import read_mesh_file, vertex_normals
+from clrt.meshfile import read_mesh_file
+from clrt.meshparts import vertex_normals
 from clrt.places import At, known_keys
 from clrt.planar import flaws
 from clrt.records import read
