@@ -10,7 +10,7 @@ import struct
 from typing import Annotated, Literal
 
 import msgspec
-from msgspec import Meta, Raw
+from msgspec import Meta
 
 Count = Annotated[int, Meta(ge=0, le=1 << 53)]
 Component = Literal[5120, 5121, 5122, 5123, 5125, 5126]
@@ -70,8 +70,12 @@ class Attributes(_Part, frozen=True, gc=False):
     COLOR_0: Count | None = None
 
 
+class Compression(_Part, frozen=True, gc=False):
+    """That it is there is all that counts."""
+
+
 class Extensions(_Part, frozen=True, gc=False):
-    KHR_draco_mesh_compression: Raw | None = None
+    KHR_draco_mesh_compression: Compression | None = None
 
 
 class Primitive(_Part, frozen=True, gc=False):

@@ -13,7 +13,7 @@ _LOADING = {
     "file_bytes": "use a smaller file",
     "nesting": "nest the file's tables and arrays less deeply",
     "primitives": "use fewer shapes or faces",
-    "vertices": "use a mesh with fewer vertices",
+    "vertices": "use meshes with fewer vertices",
     "lights": "use fewer lights",
     "image_pixels": "use a smaller picture",
     "image_bytes": "use a smaller picture, or one of fewer channels and smaller tiles",
@@ -39,7 +39,7 @@ class Limits:
     primitives: int = 1 << 24
     """Spheres, polygons, mesh faces ... of a scene together."""
     vertices: int = 1 << 24
-    """Vertices of one mesh."""
+    """Vertices of a scene's meshes together."""
     lights: int = 1 << 16
     image_pixels: int = 1 << 26
     """Width times height of a picture that a scene reads."""

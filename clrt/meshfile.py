@@ -24,12 +24,15 @@ MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
 _MATERIALS = re.compile(rb'^\s*usemtl\b|"materials"\s*:', re.MULTILINE)
 
 
-def read_mesh_file(path: Path, at: At, limits: Limits, smooth: bool | None) -> Arrays:
+def read_mesh_file(
+    path: Path, at: At, limits: Limits, smooth: bool | None, vertices: int = 0, primitives: int = 0
+) -> Arrays:
     """Vertices (n, 3) float64, triangles (m, 3) int and vertex normals (n, 3) or None for a flat mesh.
 
     All nodes are joined in world space. `smooth` None follows the file: its own normals where it has some,
     else flat; True computes normals that the file lacks, over all vertices at one position (files split
-    them at seams). Materials and textures are left out, with a warning.
+    them at seams). Materials and textures are left out, with a warning. `vertices` and `primitives` are what
+    the scene has already: LimitError when it would have too many with those that the file declares.
     """
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
@@ -37,12 +40,12 @@ def read_mesh_file(path: Path, at: At, limits: Limits, smooth: bool | None) -> A
     data = read_bytes(path, limits)
     try:
         with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
-            placed = _placed(data, path, at, limits)
+            placed = _placed(data, path, at, limits, primitives)
             if not len(placed.which):
                 raise at.says(f"{path.name} has no faces")
-            vertices, faces = placed.sizes(smooth)
-            limits.check("primitives", faces, at.source, at.path)
-            limits.check("vertices", vertices, at.source, at.path)
+            more = placed.sizes(smooth)
+            limits.check("primitives", primitives + more[1], at.source, at.path)
+            limits.check("vertices", vertices + more[0], at.source, at.path)
             arrays = placed.joined(smooth)
     except BrokenMesh as error:
         raise at.says(f"{path.name} cannot be read as a mesh: {error}"[:300]) from None
@@ -52,7 +55,7 @@ def read_mesh_file(path: Path, at: At, limits: Limits, smooth: bool | None) -> A
     return arrays
 
 
-def _placed(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
+def _placed(data: bytes, path: Path, at: At, limits: Limits, primitives: int) -> Placed:
     """The file's parts that have faces."""
     suffix = path.suffix.lower()
     if suffix not in (".glb", ".gltf"):
@@ -67,7 +70,7 @@ def _placed(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
         return contents[file]
 
     def check(faces: int) -> None:
-        limits.check("primitives", faces, at.source, at.path)
+        limits.check("primitives", primitives + faces, at.source, at.path)
 
     return read_gltf(data, suffix == ".glb", fetch, check)
 

@@ -17,7 +17,7 @@ from clrt.files import resolve
 from clrt.lights import LIGHTS, DirectionalLight, Light, PointLight
 from clrt.limits import Limits
 from clrt.materials import IOR, Checker, Material, rgb
-from clrt.meshes import Mesh, MeshData, read_mesh
+from clrt.meshes import Mesh, MeshData, Meshes, read_mesh
 from clrt.places import At, did_you_mean, known_keys, listed
 from clrt.records import float32, read, table_of, tagged
 from clrt.shapes import (
@@ -129,6 +129,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
 
     def _read_shapes(self, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
         shapes: list[Shape] = []
+        meshes = Meshes()
         for index, data in enumerate(_listing(self.shapes, at, "shapes")):
             place = at.item(index)
             kind = tagged(SHAPES, data, place, "shape")
@@ -137,13 +138,15 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
                     "a plane is infinite and takes no transform; move point and normal"
                 )
             shape = (
-                read_mesh(data, place, self.folder, self.limits) if kind is Mesh else read(kind, data, place)
+                read_mesh(data, place, self.folder, self.limits, meshes)
+                if kind is Mesh
+                else read(kind, data, place)
             )
             assert isinstance(shape, Shape)
             _check_material(shape, materials, place)
             shapes.append(shape)
-        total = sum(shape.primitives for shape in shapes)
-        self.limits.check("primitives", total, at.source, at.path)
+            meshes.primitives += shape.primitives
+            self.limits.check("primitives", meshes.primitives, at.source, at.path)
         return tuple(shapes)
 
     def __eq__(self, other: object) -> bool:
