@@ -66,7 +66,7 @@ class _Reader:
         return Placed(self.parts, which, np.repeat(np.arange(len(rows), dtype=np.int32), sizes), matrices)
 
     def _nodes(self) -> tuple[np.ndarray, list[int]]:
-        """Matrices to the world (n, 4, 4) of the scene's nodes that have a mesh, and these meshes' numbers."""
+        """Matrices to the world (n, 4, 4) of the scene's nodes that have a mesh, and the meshes' numbers."""
         nodes = self.document.nodes
         scene = _item(self.document.scenes, self.document.scene, "scenes")
         seen = bytearray(len(nodes))

@@ -109,7 +109,7 @@ class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mes
 
 @dataclass
 class Meshes:
-    """What the meshes of a scene have come to so far: files that were read, vertices, primitives of all shapes.
+    """What a scene has come to so far: mesh files read, vertices of meshes, primitives of all shapes.
 
     A file is read once, however many shapes name it.
     """

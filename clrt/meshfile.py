@@ -12,7 +12,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from clrt.errors import ClrtError, ClrtWarning, located
+from clrt.errors import ClrtWarning, located
 from clrt.files import read_bytes, resolve
 from clrt.gltf import read_gltf
 from clrt.gltf_document import BrokenMesh
@@ -21,6 +21,7 @@ from clrt.meshparts import Arrays, Part, Placed
 from clrt.places import At
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
+_MOST_GROUPS = 64  # for which trimesh's time, groups x vertices or groups squared, is of no account
 _MATERIALS = re.compile(rb'^\s*usemtl\b|"materials"\s*:', re.MULTILINE)
 
 
@@ -108,7 +109,7 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(
-                io.BytesIO(data),
+                io.BytesIO(_in_few_groups(data, path.suffix.lower())),
                 path.suffix[1:].lower(),
                 resolver=Nothing(),
                 process=False,
@@ -117,8 +118,6 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
             found = [(scene.geometry[name], matrix) for matrix, name in placed]
             pairs = [(_part(mesh), matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
-    except ClrtError:
-        raise
     except Exception as error:  # a broken file can fail anywhere inside a parser
         # the parser's own words help where it raises on purpose; elsewhere it stumbled over what is broken
         why = str(error) if isinstance(error, ValueError) and str(error) else "its contents are broken"
@@ -129,6 +128,16 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
     numbers = np.arange(len(pairs))
     matrices = np.array([matrix for _, matrix in pairs], np.float64).reshape(-1, 4, 4)
     return Placed([part for part, _ in pairs], numbers, numbers, matrices)
+
+
+def _in_few_groups(data: bytes, suffix: str) -> bytes:
+    """The file's data, all faces in one group where there are many: an OBJ's materials, an STL's solids."""
+    if suffix == ".obj" and data.count(b"usemtl") > _MOST_GROUPS:
+        return re.sub(rb"usemtl[^\n]*", b"", data)
+    binary = len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+    if suffix == ".stl" and not binary and data.lower().count(b"endsolid") > _MOST_GROUPS:
+        return b"solid\n" + re.sub(rb"(?i)(end)?solid[^\n]*", b"", data) + b"\nendsolid"
+    return data
 
 
 def _part(mesh: Any) -> Part:

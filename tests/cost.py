@@ -1,4 +1,4 @@
-"""What an input costs until it is refused or read: peak of memory and processor time, in a process of its own."""
+"""What an input costs until it is refused or read: memory and processor time, in a process of its own."""
 
 from __future__ import annotations
 

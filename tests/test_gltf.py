@@ -23,6 +23,7 @@ TRIANGLE = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 POSITIONS = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}
 SPARSE = {"indices": {"bufferView": 0, "componentType": 5125}, "values": {"bufferView": 0}, "count": 1}
 HUGE = {"componentType": 5126, "count": 300_000_000, "type": "VEC3", "sparse": SPARSE}
+INDICES = {"bufferView": 0, "componentType": 5123, "count": 3, "type": "SCALAR"}
 SHOWN = {"attributes": {"POSITION": 0}}
 
 
@@ -72,7 +73,7 @@ def glb(table: dict[str, Any] | str, *chunks: tuple[bytes, bytes], version: int 
         ("a strip of nothing", document(accessors=[HUGE], meshes=[{"primitives": [{**SHOWN, "mode": 5}]}]),
          "primitives: 299 999 998"),
         ("vertices of few faces", document(
-            accessors=[HUGE, {**POSITIONS, "type": "SCALAR", "componentType": 5125}],
+            accessors=[HUGE, {**INDICES, "componentType": 5125}],
             meshes=[{"primitives": [{**SHOWN, "indices": 1}]}],
         ), "vertices: 300 000 000 is above the limit"),
         ("many nodes", document(
@@ -93,7 +94,8 @@ def glb(table: dict[str, Any] | str, *chunks: tuple[bytes, bytes], version: int 
             meshes=[{"primitives": [{"attributes": {"POSITION": n}} for n in range(20_000)]}],
         ), ""),
         ("a chain of nodes", document(
-            nodes=[*({"children": [n + 1], "scale": [1, 1, 1], "mesh": 0} for n in range(20_000)), {"mesh": 0}]
+            nodes=[*({"children": [n + 1], "scale": [1, 1, 1], "mesh": 0} for n in range(20_000)),
+         {"mesh": 0}]
         ), ""),
         ("empty tables", document(nodes=[{}] * 500_000), "no faces"),
         ("a node twice", document(nodes=[{"children": [1] * 500_000}, {}]), r"nodes[1] is below two nodes"),
@@ -209,7 +211,7 @@ def test_nodes_move_turn_scale_and_mirror(tmp_path: Path) -> None:
         nodes=[
             {"children": [1, 2], "translation": [0, 0, 5]},
             {"mesh": 0, "rotation": [0, 0, 3 * half, 3 * half], "scale": [2, 2, 2]},
-            {"mesh": 0, "matrix": [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1, 1], "rotation": [0, 0, 0, 0]},
+            {"mesh": 0, "matrix": [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, *[1] * 4], "rotation": [0] * 4},
         ],
     )
     vertices, faces, turned = read(write(tmp_path, table))
@@ -265,11 +267,15 @@ def test_binary_files(tmp_path: Path) -> None:
             read(path)
 
 
+def test_nested_brackets_and_one_part_at_two_places(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="its JSON is nested too deeply"):
+        read(write(tmp_path, '{"extras":' + "[" * 100_000))
+    table = document(meshes=[{"primitives": [SHOWN, SHOWN]}])
+    assert read(write(tmp_path, table))[1].tolist() == [[0, 1, 2], [3, 4, 5]]
+
+
 def test_a_byte_order_mark_is_passed_over(tmp_path: Path) -> None:
     assert len(read(write(tmp_path, "\ufeff" + json.dumps(document())))[1]) == 1
-
-
-INDICES = {"bufferView": 0, "componentType": 5123, "count": 3, "type": "SCALAR"}
 
 
 @pytest.mark.parametrize(
@@ -291,6 +297,7 @@ INDICES = {"bufferView": 0, "componentType": 5123, "count": 3, "type": "SCALAR"}
         ({"accessors": [{**POSITIONS, "sparse": {**SPARSE, "indices": {"bufferView": 0, "byteOffset": 12,
           "componentType": 5125}}}]}, "replaces numbers that it does not have"),
         ({"meshes": []}, r"there is no meshes\[0\]"),
+        ({"nodes": [{"children": [0], "mesh": 0}]}, r"nodes\[0\] is below two nodes, or below itself"),
         ({"scene": 1}, r"there is no scenes\[1\]"),
         ({"nodes": []}, r"there is no nodes\[0\]"),
         ({"nodes": [{"mesh": 0, "matrix": [1]}]}, "Expected `array`"),
@@ -299,7 +306,7 @@ INDICES = {"bufferView": 0, "componentType": 5123, "count": 3, "type": "SCALAR"}
         ({"meshes": [{"primitives": [{**SHOWN, "indices": 1}]}],
           "accessors": [POSITIONS, {**INDICES, "componentType": 5126}]}, "must hold whole numbers"),
         ({"meshes": [{"primitives": [{**SHOWN, "indices": 1}]}],
-          "accessors": [POSITIONS, {**INDICES, "byteOffset": 12}]}, "names vertex 16256 of a part that has 3"),
+          "accessors": [POSITIONS, {**INDICES, "byteOffset": 12}]}, "names vertex 16256 of a part"),
         ({"meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}}]}],
           "accessors": [POSITIONS, {**POSITIONS, "count": 2}]}, "not one normal for each of 3 vertices"),
         ({"meshes": [{"primitives": [{**SHOWN, "extensions": {"KHR_draco_mesh_compression": {}}}]}]},

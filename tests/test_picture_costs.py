@@ -17,7 +17,9 @@ from clrt.limits import Limits
 from tests.cost import bounded
 
 
-def made(path: Path, width: int, height: int, channels: int, kind: str, tile: int = 0, **more: object) -> Path:
+def made(
+    path: Path, width: int, height: int, channels: int, kind: str, tile: int = 0, **more: object
+) -> Path:
     """A picture whose first three channels of column x hold x / 256 or x, and the others nothing."""
     spec = oiio.ImageSpec(width, height, channels, kind)
     if tile:
