@@ -94,8 +94,10 @@ def glb(table: dict[str, Any] | str, *chunks: tuple[bytes, bytes], version: int 
             meshes=[{"primitives": [{"attributes": {"POSITION": n}} for n in range(20_000)]}],
         ), ""),
         ("a chain of nodes", document(
-            nodes=[*({"children": [n + 1], "scale": [1, 1, 1], "mesh": 0} for n in range(20_000)),
-         {"mesh": 0}]
+            nodes=[
+                *({"children": [n + 1], "scale": [1, 1, 1], "mesh": 0} for n in range(20_000)),
+                {"mesh": 0},
+            ],
         ), ""),
         ("empty tables", document(nodes=[{}] * 500_000), "no faces"),
         ("a node twice", document(nodes=[{"children": [1] * 500_000}, {}]), r"nodes[1] is below two nodes"),
