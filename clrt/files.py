@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -51,6 +53,18 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
     return file
 
 
+@contextmanager
+def opened(path: str | os.PathLike[str], limits: Limits, *names: str) -> Iterator[BinaryIO]:
+    """A regular file within each of the `names` of `limits` (none: `file_bytes`), open for reading."""
+    with open_input(path) as file:
+        for name in names or ("file_bytes",):
+            limits.check(name, os.fstat(file.fileno()).st_size, os.fspath(path))
+        try:
+            yield file
+        except OSError as error:
+            raise SceneError(located(os.fspath(path), "", f"cannot be read: {reason(error)}")) from None
+
+
 def read_text_bytes(path: str | os.PathLike[str], limits: Limits) -> bytes:
     """The contents of a scene file of text, no larger than `limits.text_bytes` either."""
     return read_bytes(path, limits, "file_bytes", "text_bytes")
@@ -59,16 +73,10 @@ def read_text_bytes(path: str | os.PathLike[str], limits: Limits) -> bytes:
 def read_bytes(path: str | os.PathLike[str], limits: Limits, *names: str) -> bytes:
     """The contents of a regular file within each of the `names` of `limits`; none: `file_bytes`."""
     names = names or ("file_bytes",)
-    source = os.fspath(path)
-    with open_input(path) as file:
-        for name in names:
-            limits.check(name, os.fstat(file.fileno()).st_size, source)
-        try:
-            data = file.read(min(getattr(limits, name) for name in names) + 1)
-        except OSError as error:
-            raise SceneError(located(source, "", f"cannot be read: {reason(error)}")) from None
+    with opened(path, limits, *names) as file:
+        data = file.read(min(getattr(limits, name) for name in names) + 1)
     for name in names:  # it may have grown
-        limits.check(name, len(data), source)
+        limits.check(name, len(data), os.fspath(path))
     return data
 
 

@@ -15,9 +15,10 @@ _LOADING = {
     "nesting": "nest the file's tables and arrays less deeply",
     "tables": "write the scene as JSON",
     "primitives": "use fewer shapes or faces",
-    "vertices": "use a mesh with fewer vertices",
+    "vertices": "use meshes with fewer vertices",
     "lights": "use fewer lights",
     "image_pixels": "use a smaller picture",
+    "image_bytes": "use a smaller picture, or one of fewer channels and smaller tiles",
 }
 _RENDERING = {
     "pixels": "lower width or height",
@@ -44,10 +45,12 @@ class Limits:
     primitives: int = 1 << 24
     """Spheres, polygons, mesh faces ... of a scene together."""
     vertices: int = 1 << 24
-    """Vertices of one mesh."""
+    """Vertices of a scene's meshes together."""
     lights: int = 1 << 16
     image_pixels: int = 1 << 26
     """Width times height of a picture that a scene reads."""
+    image_bytes: int = 5 << 28
+    """Bytes that reading a picture takes: 12 a pixel, and what its decoder unpacks at a time."""
     pixels: int = 1 << 27
     """Width times height of the picture."""
     samples: int = 1 << 12

@@ -18,7 +18,7 @@ from clrt.files import resolve
 from clrt.lights import LIGHTS, DirectionalLight, Light, PointLight
 from clrt.limits import Limits
 from clrt.materials import IOR, Checker, Material, rgb
-from clrt.meshes import Mesh, MeshData, read_mesh
+from clrt.meshes import Mesh, MeshData, Meshes, read_mesh
 from clrt.places import At, known_keys, listed
 from clrt.records import float32, read, table_of, tagged
 from clrt.shapes import (
@@ -134,6 +134,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
     def _read_shapes(self, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
         shapes: list[Shape] = []
         checkered = {name for name, material in materials.items() if isinstance(material.color, Checker)}
+        meshes = Meshes()
         for index, data in enumerate(_listing(self.shapes, at, "shapes")):
             place = at.item(index)
             kind = tagged(SHAPES, data, place, "shape")
@@ -142,15 +143,17 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
                     "a plane is infinite and takes no transform; move point and normal"
                 )
             shape = (
-                read_mesh(data, place, self.folder, self.limits) if kind is Mesh else read(kind, data, place)
+                read_mesh(data, place, self.folder, self.limits, meshes)
+                if kind is Mesh
+                else read(kind, data, place)
             )
             assert isinstance(shape, Shape)
             name = shape.material
             if not (name is None or (type(name) is str and name in materials and name not in checkered)):
                 _check_material(shape, materials, place)
             shapes.append(shape)
-        total = sum(shape.primitives for shape in shapes)
-        self.limits.check("primitives", total, at.source, at.path)
+            meshes.primitives += shape.primitives
+            self.limits.check("primitives", meshes.primitives, at.source, at.path)
         return tuple(shapes)
 
     def __eq__(self, other: object) -> bool:
