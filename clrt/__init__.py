@@ -5,6 +5,11 @@ Lazily, so that `clrt --help` need not wait for numpy, OpenCL and the picture li
 
 from __future__ import annotations
 
+from clrt import interrupts
+
+if interrupts.is_program():
+    interrupts.install()  # before anything else: what is interrupted while it begins must end well, too
+
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

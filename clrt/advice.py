@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from clrt import notices
 from clrt.colors import color_fields
 from clrt.curves import D_LINE, curve_of
-from clrt.errors import ClrtWarning, located
 from clrt.materials import Checker, Material
 from clrt.places import At
-from clrt.shapes import Shape
 from clrt.spectrum import Spectrum
 
 if TYPE_CHECKING:
@@ -64,35 +60,66 @@ def warn(scene: Scene) -> None:
     for kind in (_makes_light, _open_glass, _too_bright, _undispersed):
         found = kind(scene)
         if found:
-            warnings.warn(located(scene.source, *found), ClrtWarning, stacklevel=4)
+            notices.warn(scene.source, *found)
 
 
 def _makes_light(scene: Scene) -> tuple[str, str] | None:
-    bright = next((s for s in scene.shapes if scene.material_of(s).gain > 1 + 1e-6), None)
+    bright = _first(scene, lambda material: material.gain > 1 + 1e-6)
     if bright is None:
         return None
-    gain = scene.material_of(bright).gain
-    text = f"diffuse + max(specular, reflection) + transmission is {gain:.4g}; above 1 a surface makes light"
-    return _named(scene, bright), text
+    index, material = bright
+    text = f"diffuse + max(specular, reflection) + transmission is {material.gain:.4g}"
+    return f"shapes[{index}]", f"{text}; above 1 a surface makes light"
 
 
 def _open_glass(scene: Scene) -> tuple[str, str] | None:
-    for shape in scene.shapes:
+    sheet = _first(scene, lambda material: material.kt > 0 and not material.thin, only_open=True)
+    if sheet is None:
+        return None
+    kind = scene.shapes[sheet[0]].type
+    text = f"an open {kind} transmits but encloses nothing; a sheet of glass has thin = true"
+    return f"shapes[{sheet[0]}]", text
+
+
+def _first(
+    scene: Scene, wanted: Callable[[Material], bool], only_open: bool = False
+) -> tuple[int, Material] | None:
+    """The first shape whose material is `wanted`, which is asked once a material."""
+    known: dict[int, bool] = {}
+    for index, shape in enumerate(scene.shapes):
         material = scene.material_of(shape)
-        if shape.is_open and material.kt > 0 and not material.thin:
-            text = f"an open {shape.type} transmits but encloses nothing; a sheet of glass has thin = true"
-            return _named(scene, shape), text
+        answer = known.get(id(material))
+        if answer is None:
+            answer = known[id(material)] = wanted(material)
+        if answer and (shape.is_open or not only_open):
+            return index, material
     return None
 
 
 def _too_bright(scene: Scene) -> tuple[str, str] | None:
-    for place, value in colors(scene):
-        if place.path.split("[")[0].rpartition(".")[2] not in (*_RETURNED, "colors"):
-            continue
-        most = curve_of(value).values.max() if isinstance(value, (str, Spectrum)) else np.max(value)
-        if most > 1:
-            return place.path, f"a reflectance of {most:.4g}; above 1 a surface makes light"
+    for place, material in materials(scene):
+        for name in _RETURNED:
+            color = getattr(material, name)
+            checks = color.colors if isinstance(color, Checker) else None
+            for i, part in enumerate(checks or (color,)):
+                most = _peak(part)
+                if most > 1:
+                    inner = place.key(name) if checks is None else place.key(name).key("colors").item(i)
+                    return inner.path, f"a reflectance of {most:.4g}; above 1 a surface makes light"
     return None
+
+
+def _peak(color: Any) -> float:
+    """The largest value of a colour or spectrum."""
+    if isinstance(color, (int, float)):
+        return float(color)
+    if isinstance(color, tuple):
+        return float(max(color))
+    if isinstance(color, Spectrum) and color.samples is not None:
+        return max(value for _, value in color.samples) * color.scale
+    if isinstance(color, Spectrum) and (color.gaussian is not None or color.band is not None):
+        return color.scale
+    return float(curve_of(color).values.max())
 
 
 def _undispersed(scene: Scene) -> tuple[str, str] | None:
@@ -103,8 +130,3 @@ def _undispersed(scene: Scene) -> tuple[str, str] | None:
             text = f"without [spectrum] its one index is that at {D_LINE:.2f} nm, {material.eta:.6g}"
             return place.key("ior").path, text
     return None
-
-
-def _named(scene: Scene, shape: Shape) -> str:
-    index = next(i for i, other in enumerate(scene.shapes) if other is shape)
-    return f"shapes[{index}]"

@@ -11,9 +11,10 @@ import msgspec
 from msgspec import Meta
 
 from clrt.explain import field_types
-from clrt.places import At, did_you_mean, listed
+from clrt.places import At, listed
 from clrt.records import Record
 from clrt.spectrum import LAMPS, REFLECTANCES, Spectrum
+from clrt.suggest import did_you_mean
 
 Grey = Annotated[float, Meta(ge=0)]
 RGB = tuple[Grey, Grey, Grey]
@@ -44,7 +45,10 @@ class Colored(Record, frozen=True, kw_only=True):
     def check(self, at: At) -> None:
         """Raise for what a colour's annotation cannot say."""
         for name, kind in color_fields(self.__class__).items():
-            check_color(getattr(self, name), kind, at.key(name))
+            color = getattr(self, name)
+            right = color >= 0 if type(color) is float else type(color) is tuple  # which most are
+            if not right:
+                check_color(color, kind, at.key(name))
 
 
 @cache

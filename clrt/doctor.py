@@ -21,6 +21,7 @@ from typing import Any, Final, Literal
 
 from clrt import kernelcache, vendors
 from clrt.errors import ClrtError, one_line
+from clrt.install import install_extra, pip_install
 from clrt.limits import Limits
 from clrt.resources import validation_module
 from clrt.version import __version__
@@ -73,7 +74,7 @@ def _drivers() -> Iterator[Finding]:
     try:
         import pyopencl  # noqa: F401 - brings its loader
     except ImportError as error:
-        yield Finding("OpenCL loader", "wrong", f"pyopencl does not load: {error}", "pip install pyopencl")
+        yield Finding("OpenCL loader", "wrong", f"pyopencl does not load: {error}", pip_install("pyopencl"))
         return
     yield Finding("OpenCL loader", "fine", ", ".join(vendors.loaders()) or "none that has a name")
     wanted = os.environ.get(vendors.VARIABLE)
@@ -218,6 +219,6 @@ def _oracle() -> Iterator[Finding]:
         reason, found = one_line(str(error)), None
     if found is None:
         text = f"{reason}; only `clrt validate` needs it"
-        yield Finding("Mitsuba", "advice", text, "pip install 'clrt[validation]'")
+        yield Finding("Mitsuba", "advice", text, install_extra("validation"))
     else:
         yield Finding("Mitsuba", "fine", ", ".join(f"{name} {version}" for name, version in found.items()))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+WORD, LINE = 200, 2000  # characters of a message's longest word (a name, mostly) and of all of it
+
 
 class ClrtError(Exception):
     """A fault of the user's making; the command line prints it in one line and exits with 2."""
@@ -12,6 +14,10 @@ class ClrtError(Exception):
 
 class SceneError(ClrtError):
     """A scene, or a file that belongs to it, says something that cannot be rendered."""
+
+
+class MissingPackage(SceneError):
+    """A file cannot be read without an optional package; the message says which, and how it is installed."""
 
 
 class DeviceError(ClrtError):
@@ -29,16 +35,34 @@ class MemoryLimitError(LimitError):
 class ClrtWarning(UserWarning):
     """Something that is allowed but probably not meant."""
 
+    def __init__(self, message: str) -> None:
+        super().__init__(one_line(message))
+
 
 def one_line(text: str) -> str:
-    """`text` with every run of white space, line breaks included, as one space."""
-    return " ".join(text.split())
+    """`text` as a terminal or a log may show it: printable, one line, neither it nor a word too long.
+
+    Every run of white space, line breaks included, becomes one space. What is too long loses its middle.
+    """
+    words = _cut(text, 10 * LINE).split()  # first: a broken file may hold a name of megabytes
+    return _cut(" ".join(_cut(printable(word), WORD) for word in words), LINE)
+
+
+def printable(text: str) -> str:
+    r"""`text` with all that could steer a terminal or hide what stands there written as `\x1b`, `\u202e`, ...
+
+    That is what is neither a printable character nor a space: control and format characters, marks that
+    reverse the direction of writing, halves of characters (bytes of names that are not UTF-8).
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def show(value: object, width: int = 60) -> str:
     """`value` as a message shows it: its repr in one line of at most `width` characters."""
     try:
-        text = one_line(repr(value))
+        text = " ".join(repr(value).split())
     except (ValueError, RecursionError):  # an int of too many digits, an endless structure
         text = f"a {type(value).__name__}"
     return text if len(text) <= width else text[: width - 3] + "..."
@@ -52,3 +76,11 @@ def located(source: str, place: str, text: str) -> str:
 def fault(source: str, place: str, value: object, right: str) -> str:
     """The usual message: `room.toml: shapes[3].radius: -1.0 is not allowed; a radius must be > 0`."""
     return located(source, place, f"{show(value)} is not allowed; {right}")
+
+
+def _cut(text: str, most: int) -> str:
+    """`text` without its middle where it is too long: both of its ends say the most."""
+    if len(text) <= most:
+        return text
+    head, tail = (most - 3) * 2 // 3, (most - 3) - (most - 3) * 2 // 3
+    return f"{text[:head]}...{text[-tail:]}"

@@ -90,7 +90,7 @@ def _tables(hint: Any, value: Any, at: At) -> list[tuple[At, type[msgspec.Struct
 
 def records_in(hint: Any) -> tuple[type[Any], ...]:
     """The records among the types that an annotation joins."""
-    return tuple(t for t in _leaves(hint) if isinstance(t, type) and issubclass(t, msgspec.Struct))
+    return tuple(t for t in leaves(hint) if isinstance(t, type) and issubclass(t, msgspec.Struct))
 
 
 def of_type(table: dict[str, Any], records: Sequence[type[Any]]) -> type[Any] | None:
@@ -145,12 +145,13 @@ def metas(hint: Any) -> list[Meta]:
     return [meta for part in typing.get_args(hint) if not isinstance(part, str) for meta in metas(part)]
 
 
-def _leaves(hint: Any) -> list[Any]:
+def leaves(hint: Any) -> list[Any]:
+    """The types that an annotation joins."""
     parts = [hint.__origin__] if typing.get_origin(hint) is Annotated else typing.get_args(hint)
-    return [leaf for part in parts for leaf in _leaves(part)] if parts else [hint]
+    return [leaf for part in parts for leaf in leaves(part)] if parts else [hint]
 
 
 def _words(hint: Any) -> str:
     words = {float: "a number", int: "a whole number", bool: "true or false", str: "a text"}
-    parts = [words.get(leaf, f"{leaf!r}" if isinstance(leaf, str) else "") for leaf in _leaves(hint)]
+    parts = [words.get(leaf, f"{leaf!r}" if isinstance(leaf, str) else "") for leaf in leaves(hint)]
     return " or ".join(part for part in parts if part)

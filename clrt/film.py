@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from difflib import get_close_matches
 from typing import Any, Final
 
 import numpy as np
@@ -14,6 +13,7 @@ from clrt.colour import thesis_finish
 from clrt.device import Device
 from clrt.errors import ClrtError
 from clrt.queues import Hits, Lit, Queue
+from clrt.suggest import nearest
 from clrt.tracks import Answer
 from clrt.world import World
 
@@ -42,8 +42,8 @@ def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) 
         if name in SPECTRAL and not spectral:
             raise ClrtError(f"layers: {name!r} is for scenes with a spectrum; this one is in RGB")
         if name not in known:
-            near = get_close_matches(name, known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else "known: " + ", ".join(dict.fromkeys(known))
+            near = nearest(name, known, cutoff=0.6)
+            hint = f"did you mean {near!r}?" if near else "known: " + ", ".join(dict.fromkeys(known))
             raise ClrtError(f"layers: {name!r} is not a layer; {hint}")
     return names
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
-from clrt import flatten_mesh, flatten_quadric, layout
-from clrt.errors import ClrtWarning, SceneError, located
+from clrt import flatten_mesh, flatten_quadric, layout, notices
+from clrt.errors import SceneError, located
 from clrt.flatten_shapes import Collected, concatenated
 from clrt.scene import Mesh, Scene
 
@@ -155,7 +154,7 @@ def _warn_of_smallness(scene: Scene, sections: dict[str, np.ndarray]) -> None:
     size = float((boxes["high"] - boxes["low"])[:, :3].max())
     if size < 1 / _LARGEST:
         text = f"all shapes are below {1 / _LARGEST:g}, whose products float32 loses; scale the scene up"
-        warnings.warn(located(scene.source, "shapes", text), ClrtWarning, stacklevel=2)
+        notices.warn(scene.source, "shapes", text)
 
 
 def _gather(sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:

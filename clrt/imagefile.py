@@ -12,13 +12,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import OpenImageIO as oiio
 
 from clrt.atomic import check_replaceable, replacing
 from clrt.errors import ClrtError, SceneError
+from clrt.files import opened
 from clrt.limits import Limits
 
 # suffix -> bit depths that it can hold, the default first; 32 is linear float, 8 and 16 are sRGB integers
@@ -32,6 +33,8 @@ MAGIC = {
     b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg", b"v/1\x01": "openexr", b"BM": "bmp", b"#?": "hdr",
     b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
 }  # fmt: skip
+_unfinished: list[oiio.ImageOutput] = []
+BLOCK = 1 << 20  # bytes read at a time, where 64 rows have fewer
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
 
 
@@ -110,9 +113,13 @@ def write(
         if output is None:
             raise ClrtError(f"{path}: {_words(oiio)}")
         done = output.open(scratch, spec)
-        for row in range(0, height if done else 0, ROWS):
-            block = np.concatenate([part[row : row + ROWS].astype(parts[0].dtype) for part in parts], axis=2)
-            done = done and output.write_scanlines(row, row + len(block), 0, block)
+        try:
+            for row in range(0, height if done else 0, ROWS):
+                block = np.concatenate([p[row : row + ROWS].astype(parts[0].dtype) for p in parts], axis=2)
+                done = done and output.write_scanlines(row, row + len(block), 0, block)
+        except KeyboardInterrupt:
+            _unfinished[:] = [output]  # libpng complains where it is given up: not before the end
+            raise
         if not (output.close() and done):
             raise ClrtError(f"{path}: cannot be written: {_words(output)}")
 
@@ -143,54 +150,103 @@ def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np
     Integer samples are decoded from sRGB, floating ones are taken as linear; grey becomes three equal
     channels, alpha is dropped. Formats: EXR, Radiance HDR, PNG, JPEG, TIFF, BMP, told by their first bytes.
     SceneError when the file is missing, of another kind, damaged, or holds NaN or infinity; LimitError when
-    it has more bytes or pixels than `limits` (default `Limits()`) allow.
+    it has more bytes or pixels than `limits` (default `Limits()`) allow, or takes more memory.
     """
     linear = read_samples(path, limits)
-    if not np.isfinite(linear).all():
-        y, x, channel = (int(index) for index in np.argwhere(~np.isfinite(linear))[0])
-        value = linear[y, x, channel]
-        raise SceneError(f"{path}: pixel ({x}, {y}) is {value}; a scene needs finite numbers")
+    for row in range(0, len(linear), ROWS):
+        bad = np.argwhere(~np.isfinite(linear[row : row + ROWS]))
+        if len(bad):
+            y, x, channel = (int(index) for index in bad[0])
+            value = linear[row + y, x, channel]
+            raise SceneError(f"{path}: pixel ({x}, {row + y}) is {value}; a scene needs finite numbers")
     return linear
 
 
 def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
     """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash."""
     limits = limits or Limits()
-    source = _open(path, limits)
-    try:
+    with _open(path, limits) as source:
         spec = source.spec()
         if spec.depth > 1:
             raise SceneError(f"{path}: {spec.depth} layers of pixels; flat pictures are read")
         limits.check("image_pixels", spec.width * spec.height, str(path))
+        limits.check("image_bytes", _bytes_to_read(spec, source.format_name()), str(path))
         integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
         if not integer and spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
             raise SceneError(f"{path}: samples of type {spec.format}; 8 or 16 bits or floats are read")
-        first, last = _colour_channels(spec.channelnames)
-        samples = source.read_image(0, 0, first, last, spec.format if integer else oiio.TypeFloat)
-        if samples is None:
-            raise SceneError(f"{path}: cannot be read: {_words(source)}")
-    finally:
-        source.close()
-    linear = decode(samples) if integer else samples
-    return np.ascontiguousarray(np.broadcast_to(linear, (*linear.shape[:2], 3)))
+        linear = np.empty((spec.height, spec.width, 3), np.float32)
+        for row, samples in _row_blocks(source, spec):
+            if samples is None:
+                raise SceneError(f"{path}: cannot be read: {_words(source)}")
+            linear[row : row + len(samples)] = decode(samples) if integer else samples
+    return linear
 
 
-def _open(path: str | os.PathLike[str], limits: Limits) -> oiio.ImageInput:
+def _row_blocks(source: Any, spec: oiio.ImageSpec) -> Iterator[tuple[int, Any]]:
+    """The colour channels of some rows at a time, after the number of the first; None where reading fails."""
+    first, last = _colour_channels(spec.channelnames)
+    top, left = spec.y, spec.x  # of what is stored: an EXR may store a part of its picture, or more
+    step = _rows_at_a_time(spec)
+    for row in range(0, spec.height, step):
+        rows = top + row, top + min(row + step, spec.height)
+        if spec.tile_width:
+            yield row, source.read_tiles(left, left + spec.width, *rows, 0, 1, first, last, spec.format)
+        else:
+            yield row, source.read_scanlines(*rows, 0, first, last, spec.format)
+
+
+def _rows_at_a_time(spec: oiio.ImageSpec) -> int:
+    """Whole tiles, and so many rows that narrow pictures do not take millions of calls."""
+    least = max(ROWS, BLOCK // (spec.width * spec.nchannels * spec.channel_bytes()))
+    tile = spec.tile_height or 1
+    return -(-least // tile) * tile
+
+
+def _bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
+    """What reading takes: the pixels as float32, and what the decoder unpacks at a time, all channels of it.
+
+    That is some rows of tiles, a TIFF's strip, at most 256 rows of an EXR or HDR; others may need all rows
+    at once (an interlaced PNG, a progressive JPEG).
+    """
+    rows, width = spec.height, spec.width
+    if spec.tile_width:  # OpenImageIO joins the tiles, then cuts out the channels
+        rows, width = 2 * _rows_at_a_time(spec), -(-width // spec.tile_width) * spec.tile_width
+    elif reader in ("openexr", "hdr"):
+        rows = min(rows, max(256, _rows_at_a_time(spec)))
+    elif reader == "tiff":
+        rows = min(rows, _rows_at_a_time(spec) + spec.get_int_attribute("tiff:RowsPerStrip", rows))
+    return 12 * spec.width * spec.height + width * rows * spec.nchannels * spec.channel_bytes()
+
+
+@contextmanager
+def _open(path: str | os.PathLike[str], limits: Limits) -> Iterator[oiio.ImageInput]:
+    """OpenImageIO's reader of a picture, closed in the end."""
+    with opened(path, limits) as file:
+        head = file.read(8)
+        reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
+        if reader is None:
+            raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
+        keep_alpha_apart = oiio.ImageSpec()
+        keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
+        source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)
+        if source is None or source.format_name() != reader:
+            raise SceneError(f"{path}: cannot be read: {_words(oiio)}")
+        try:
+            yield source
+        finally:
+            source.close()
+
+
+def _name(path: str | os.PathLike[str], file: BinaryIO) -> str:
+    """A name for OpenImageIO, which knows UTF-8 alone: the file's own, or else that of the open file."""
+    name = os.fspath(path)
     try:
-        with open(path, "rb") as file:
-            limits.check("file_bytes", os.fstat(file.fileno()).st_size, str(path))
-            head = file.read(8)
-    except OSError as error:
-        raise SceneError(f"{path}: cannot be read: {error.strerror}") from None
-    reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
-    if reader is None:
-        raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
-    keep_alpha_apart = oiio.ImageSpec()
-    keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
-    source = oiio.ImageInput.open(str(path), keep_alpha_apart)
-    if source is None or source.format_name() != reader:
-        raise SceneError(f"{path}: cannot be read: {_words(oiio)}")
-    return source
+        name.encode("utf-8")
+    except UnicodeEncodeError:
+        name = f"/proc/self/fd/{file.fileno()}"
+        if not os.path.exists(name):
+            raise SceneError(f"{path}: its name is not UTF-8, which the picture library needs") from None
+    return name
 
 
 def _words(library: Any) -> str:

@@ -6,9 +6,10 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from clrt.places import At, did_you_mean, listed
+from clrt.places import At, listed
 from clrt.records import Record
 from clrt.spectrum import METALS, Points, check_points
+from clrt.suggest import did_you_mean
 
 IOR = {"air": 1.0, "water": 1.333, "ice": 1.31, "glass": 1.5, "diamond": 2.419}
 """Indices of refraction by name (at the sodium line)."""

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from dataclasses import dataclass, fields
 
 from clrt.errors import ClrtError, LimitError, MemoryLimitError, fault, located, show
+from clrt.suggest import did_you_mean
 
 # What to do about each limit besides raising it; those of loading are raised where the scene is made.
 _LOADING = {
     "file_bytes": "use a smaller file",
+    "text_bytes": "use a smaller file, or give meshes as binary files",
     "nesting": "nest the file's tables and arrays less deeply",
+    "tables": "write the scene as JSON",
     "primitives": "use fewer shapes or faces",
-    "vertices": "use a mesh with fewer vertices",
+    "vertices": "use meshes with fewer vertices",
     "lights": "use fewer lights",
     "image_pixels": "use a smaller picture",
+    "image_bytes": "use a smaller picture, or one of fewer channels and smaller tiles",
 }
 _RENDERING = {
     "pixels": "lower width or height",
@@ -33,15 +36,21 @@ class Limits:
 
     file_bytes: int = 512 << 20
     """Bytes of one scene, mesh or image file."""
-    nesting: int = 64
+    text_bytes: int = 128 << 20
+    """Bytes of one scene file (.toml .json .nff .txt), of which reading takes up to 60 times as many."""
+    nesting: int = 16
     """Depth of tables and arrays in a scene file."""
+    tables: int = 1 << 16
+    """Tables and arrays with a name in a TOML file, not counting those in arrays of tables."""
     primitives: int = 1 << 24
     """Spheres, polygons, mesh faces ... of a scene together."""
     vertices: int = 1 << 24
-    """Vertices of one mesh."""
+    """Vertices of a scene's meshes together."""
     lights: int = 1 << 16
     image_pixels: int = 1 << 26
     """Width times height of a picture that a scene reads."""
+    image_bytes: int = 5 << 28
+    """Bytes that reading a picture takes: 12 a pixel, and what its decoder unpacks at a time."""
     pixels: int = 1 << 27
     """Width times height of the picture."""
     samples: int = 1 << 12
@@ -82,8 +91,7 @@ def parse(text: str) -> tuple[str, int]:
     name, _, number = text.partition("=")
     known = [field.name for field in fields(Limits)]
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
-        raise ClrtError(f"{show(name)} is no limit; did you mean {near[0]!r}? (limits: {', '.join(known)})")
+        raise ClrtError(f"{show(name)} is no limit{did_you_mean(name, known)} (limits: {', '.join(known)})")
     if not number.isdecimal() or len(number) > 18:
         raise ClrtError(fault("", name, number, "a limit must be a whole number: NAME=N"))
     return name, int(number)

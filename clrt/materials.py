@@ -10,9 +10,10 @@ from msgspec import Meta
 from clrt.colors import Color, Colored, CurveColor, LightColor, check_color, full
 from clrt.curves import D_LINE, VISIBLE, index_at
 from clrt.indices import GLASSES, IOR, LEAST, Dispersion, Index, Metal, check_conductor
-from clrt.places import At, did_you_mean, listed
+from clrt.places import At, listed
 from clrt.records import Record
 from clrt.spectrum import Spectrum, check_points
+from clrt.suggest import did_you_mean
 
 __all__ = ["IOR", "Checker", "Material", "rgb"]
 

@@ -60,10 +60,17 @@ class Media:
     def _lists(self, points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """The same for finite points between the corners `low` and `high`."""
         out, size = np.full((len(points), layout.MEDIA), -1, np.int32), np.zeros(len(points), np.int64)
+        axis = int(np.argmax(high - low))
+        order = np.argsort(points[:, axis], kind="stable")
+        along = points[order, axis]
         for k in np.flatnonzero(((self.low <= high) & (self.high >= low)).all(axis=1)):
-            count = count_inside(self.scene.shapes[self.shapes[k]], points)
+            start = np.searchsorted(along, self.low[k, axis], "left")
+            near = order[start : np.searchsorted(along, self.high[k, axis], "right")]
+            if len(near) == 0:
+                continue
+            count = count_inside(self.scene.shapes[self.shapes[k]], points[near])
             for more in range(int(count.max())):
-                (which,) = np.nonzero(count > more)
+                which = near[count > more]
                 if (size[which] == layout.MEDIA).any():
                     raise too_deep(self.scene)
                 out[which, size[which]] = self.numbers[k]
@@ -84,7 +91,8 @@ def media_of(scene: Scene, sections: dict[str, np.ndarray]) -> Media:
     number = np.full(len(scene.shapes), -1, np.int32)
     number[primitives["shape"]] = sections["materials"]["medium"][primitives["material"]]
     (shapes,) = np.nonzero(number >= 0)
-    largest_first = np.argsort(-np.prod(high - low, axis=1)[shapes], kind="stable")
+    with np.errstate(over="ignore", invalid="ignore"):  # a plane's box is endless
+        largest_first = np.argsort(-np.prod(high - low, axis=1)[shapes], kind="stable")
     shapes = shapes[largest_first]
     return Media(scene, shapes, number[shapes], low[shapes], high[shapes])
 

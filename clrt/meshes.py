@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,7 +15,8 @@ from msgspec import Meta
 from clrt.explain import FLOAT32_MAX, REFUSALS
 from clrt.files import resolve
 from clrt.limits import Limits
-from clrt.meshfile import read_mesh_file, vertex_normals
+from clrt.meshfile import read_mesh_file
+from clrt.meshparts import vertex_normals
 from clrt.places import At, known_keys
 from clrt.planar import flaws
 from clrt.records import read
@@ -106,8 +107,35 @@ class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mes
     __hash__ = None  # type: ignore[assignment]  # arrays are compared by value
 
 
-def read_mesh(data: object, at: At, folder: Path | None, limits: Limits) -> Mesh:
-    """The checked mesh that `data` (a mapping or a Mesh) describes, its file read from below `folder`."""
+@dataclass
+class Meshes:
+    """What a scene has come to so far: mesh files read, vertices of meshes, primitives of all shapes.
+
+    A file is read once, however many shapes name it.
+    """
+
+    files: dict[tuple[str, bool | None], tuple[Path, MeshData]] = field(default_factory=dict)
+    vertices: int = 0
+    primitives: int = 0
+
+
+def read_mesh(
+    data: object, at: At, folder: Path | None, limits: Limits, others: Meshes | None = None
+) -> Mesh:
+    """The checked mesh that `data` (a mapping or a Mesh) describes, its file read from below `folder`.
+
+    `others` are the scene's meshes before this one, which is added to them; LimitError when all of them have
+    too many vertices, or the file too many faces beside the other shapes' primitives.
+    """
+    others = others or Meshes()
+    mesh = _read_mesh(data, at, folder, limits, others)
+    others.vertices += len(mesh.data().vertices)
+    place = at.key("vertices" if mesh.file is None else "file")
+    limits.check("vertices", others.vertices, place.source, place.path)
+    return mesh
+
+
+def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others: Meshes) -> Mesh:
     given: dict[str, Any]
     if isinstance(data, Mesh):
         given = {name: getattr(data, name) for name in Mesh.__struct_fields__}
@@ -121,22 +149,25 @@ def read_mesh(data: object, at: At, folder: Path | None, limits: Limits) -> Mesh
         if arrays:
             raise at.says(f"file and {', '.join(arrays)} exclude each other; give one or the other")
         place = at.key("file")
+        key = mesh.file, mesh.smooth
+        if key in others.files:
+            mesh.__dict__["_path"], mesh.__dict__["_data"] = others.files[key]
+            return mesh
         path = resolve(mesh.file, folder, place)
         mesh.__dict__["_path"] = path
         if isinstance(data, Mesh) and data.__dict__.get("_path") == path:  # read before, for another scene
             mesh.__dict__["_data"] = data.data()
             return mesh
-        found = read_mesh_file(path, place, limits, mesh.smooth)
+        found = read_mesh_file(path, place, limits, mesh.smooth, others.vertices, others.primitives)
         loaded = dict(zip(_ARRAYS, found, strict=True))
-        checked = _read_arrays(
-            {name: array for name, array in loaded.items() if array is not None}, place, limits
-        )
+        checked = _read_arrays({name: array for name, array in loaded.items() if array is not None}, place)
         mesh.__dict__["_data"] = MeshData(checked["vertices"], checked["faces"], checked.get("normals"))
+        others.files[key] = path, mesh.__dict__["_data"]
         return mesh
     for name in ("vertices", "faces"):
         if name not in arrays:
             raise at.says(f"the key {name!r} is missing; a mesh has vertices and faces, or a file")
-    checked = _read_arrays(arrays, at, limits)
+    checked = _read_arrays(arrays, at)
     mesh = msgspec.structs.replace(mesh, **checked)
     vertices, faces, normals = checked["vertices"], checked["faces"], checked.get("normals")
     if normals is None and mesh.smooth:
@@ -151,9 +182,8 @@ def _fan(faces: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.c_[np.full(len(f) - 2, f[0]), f[1:-1], f[2:]] for f in faces]).astype(np.int32)
 
 
-def _read_arrays(arrays: dict[str, Any], at: At, limits: Limits) -> dict[str, Any]:
+def _read_arrays(arrays: dict[str, Any], at: At) -> dict[str, Any]:
     vertices = _points(arrays["vertices"], at.key("vertices"), "vertices")
-    limits.check("vertices", len(vertices), at.source, at.key("vertices").path)
     checked: dict[str, Any] = {
         "vertices": vertices,
         "faces": _faces(arrays["faces"], len(vertices), at.key("faces")),

@@ -1,4 +1,4 @@
-"""Meshes from OBJ, PLY, glTF and STL files, through trimesh (the optional dependency `clrt[mesh]`)."""
+"""Meshes from OBJ, PLY, glTF and STL files; all but glTF through trimesh (the optional `clrt[mesh]`)."""
 
 from __future__ import annotations
 
@@ -6,99 +6,98 @@ import io
 import logging
 import re
 import warnings
-from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 
-from clrt.errors import ClrtError, ClrtWarning, located
+from clrt import notices
+from clrt.errors import MissingPackage
 from clrt.files import read_bytes, resolve
+from clrt.gltf import read_gltf
+from clrt.gltf_document import BrokenMesh
+from clrt.install import pip_install
 from clrt.limits import Limits
+from clrt.meshparts import Arrays, Part, Placed
 from clrt.places import At
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
+_MOST_GROUPS = 64  # for which trimesh's time, groups x vertices or groups squared, is of no account
 _MATERIALS = re.compile(rb'^\s*usemtl\b|"materials"\s*:', re.MULTILINE)
 
 
 def read_mesh_file(
-    path: Path, at: At, limits: Limits, smooth: bool | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    path: Path, at: At, limits: Limits, smooth: bool | None, vertices: int = 0, primitives: int = 0
+) -> Arrays:
     """Vertices (n, 3) float64, triangles (m, 3) int and vertex normals (n, 3) or None for a flat mesh.
 
     All nodes are joined in world space. `smooth` None follows the file: its own normals where it has some,
     else flat; True computes normals that the file lacks, over all vertices at one position (files split
-    them at seams). Materials and textures are left out, with a warning.
+    them at seams). Materials and textures are left out, with a warning. `vertices` and `primitives` are what
+    the scene has already: LimitError when it would have too many with those that the file declares.
     """
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise at.error(path.name, f"a mesh file must end in one of {', '.join(MESH_SUFFIXES)}")
     data = read_bytes(path, limits)
-    parts = _parse(data, path, at, limits)
-    if _MATERIALS.search(data) or any(part.colored for part in parts):
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
+            placed = _placed(data, path, at, limits, primitives)
+            if not len(placed.which):
+                raise at.says(f"{path.name} has no faces")
+            more = placed.sizes(smooth)
+            limits.check("primitives", primitives + more[1], at.source, at.path)
+            limits.check("vertices", vertices + more[0], at.source, at.path)
+            arrays = placed.joined(smooth)
+    except BrokenMesh as error:
+        raise at.says(f"{path.name} cannot be read as a mesh: {error}"[:300]) from None
+    if _MATERIALS.search(data) or any(part.colored for part in placed.parts):
         text = f"{path.name}: its materials and colours are ignored; the shape's material holds for all of it"
-        warnings.warn(located(at.source, at.path, text), ClrtWarning, stacklevel=2)
-    limits.check("vertices", sum(len(part.vertices) for part in parts), at.source, at.path)
-    own = smooth is not False and any(part.normals is not None for part in parts)
-    with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
-        pieces = [_in_world(_with_normals(part, smooth) if own else part) for part in parts]
-        starts = np.cumsum([0] + [len(piece.vertices) for piece in pieces[:-1]])
-        vertices = np.concatenate([piece.vertices for piece in pieces])
-        faces = np.concatenate([piece.faces + start for piece, start in zip(pieces, starts, strict=True)])
-        if own:
-            return vertices, faces, np.concatenate([piece.normals for piece in pieces])
-        return vertices, faces, smooth_normals(vertices, faces) if smooth else None
+        notices.warn(at.source, at.path, text)
+    return arrays
 
 
-def smooth_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """`vertex_normals` with all vertices at one position taken as one."""
-    places, place = np.unique(vertices, axis=0, return_inverse=True)
-    place = place.reshape(-1)
-    return vertex_normals(places, place[faces])[place]
+def _placed(data: bytes, path: Path, at: At, limits: Limits, primitives: int) -> Placed:
+    """The file's parts that have faces."""
+    suffix = path.suffix.lower()
+    if suffix not in (".glb", ".gltf"):
+        return _parse(data, path, at)
+    contents: dict[Path, bytes] = {}
+
+    def fetch(uri: str) -> bytes:
+        file = resolve(unquote(uri), path.parent, at)
+        if file not in contents:
+            contents[file] = read_bytes(file, limits)
+            limits.check("file_bytes", sum(map(len, contents.values())), at.source, at.path)
+        return contents[file]
+
+    def check(faces: int) -> None:
+        limits.check("primitives", primitives + faces, at.source, at.path)
+
+    return read_gltf(data, suffix == ".glb", fetch, check)
 
 
-def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Unit normals (n, 3), the mean of the adjoining triangles' weighted by area; z where that vanishes."""
-    normals = np.zeros_like(vertices)
-    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
-    across = np.cross(b - a, c - a)
-    for corner in range(3):
-        np.add.at(normals, triangles[:, corner], across)
-    return _units(normals)
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """One node: vertices (n, 3), triangles (m, 3), normals (n, 3) or None, (4, 4) matrix to the world."""
-
-    vertices: np.ndarray
-    faces: np.ndarray
-    normals: Any
-    matrix: np.ndarray
-    colored: bool
-
-
-def _parse(data: bytes, path: Path, at: At, limits: Limits) -> list[_Part]:
-    """The file's nodes that have faces."""
+def _parse(data: bytes, path: Path, at: At) -> Placed:
+    """The meshes that trimesh finds in the file."""
     try:
         import trimesh
     except ImportError:
-        raise at.says(
-            f"reading {path.name} needs trimesh; install it with: pip install 'clrt[mesh]'"
-        ) from None
+        needs = at.says(f"reading {path.name} needs trimesh; install it with: {pip_install('trimesh')}")
+        raise MissingPackage(str(needs)) from None
 
-    class Beside(trimesh.resolvers.Resolver):
-        """Finds the files that a glTF names, in the mesh's own folder only."""
+    class Nothing(trimesh.resolvers.Resolver):
+        """Finds no other files: an OBJ's materials and a PLY's textures are not read."""
 
         def __init__(self) -> None: ...
 
         def get(self, name: str) -> bytes:
-            return read_bytes(resolve(name, path.parent, at), limits)
+            raise at.error(name, "reading a mesh reads no other files")
 
         def write(self, name: str, data: Any) -> None:
             raise at.error(name, "reading a mesh writes nothing")
 
-        def namespaced(self, namespace: str) -> Beside:
+        def namespaced(self, namespace: str) -> Nothing:
             return self
 
         def keys(self) -> list[str]:
@@ -111,31 +110,38 @@ def _parse(data: bytes, path: Path, at: At, limits: Limits) -> list[_Part]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(
-                io.BytesIO(data),
+                io.BytesIO(_in_few_groups(data, path.suffix.lower())),
                 path.suffix[1:].lower(),
-                resolver=Beside(),
+                resolver=Nothing(),
                 process=False,
                 skip_materials=True,
             )
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
             found = [(scene.geometry[name], matrix) for matrix, name in placed]
-            parts = [_part(mesh, matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
-    except ClrtError:
-        raise
+            pairs = [(_part(mesh), matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
     except Exception as error:  # a broken file can fail anywhere inside a parser
         # the parser's own words help where it raises on purpose; elsewhere it stumbled over what is broken
         why = str(error) if isinstance(error, ValueError) and str(error) else "its contents are broken"
-        text = f"{path.name} cannot be read as a mesh: {why} ({type(error).__name__})"
-        raise at.says(text[:300]) from None
+        raise BrokenMesh(f"{why} ({type(error).__name__})") from None
     finally:
         log.setLevel(loudness)
-    parts = [part for part in parts if len(part.faces)]
-    if not parts:
-        raise at.says(f"{path.name} has no faces")
-    return parts
+    pairs = [(part, matrix) for part, matrix in pairs if part.faces]
+    numbers = np.arange(len(pairs))
+    matrices = np.array([matrix for _, matrix in pairs], np.float64).reshape(-1, 4, 4)
+    return Placed([part for part, _ in pairs], numbers, numbers, matrices)
 
 
-def _part(mesh: Any, matrix: Any) -> _Part:
+def _in_few_groups(data: bytes, suffix: str) -> bytes:
+    """The file's data, all faces in one group where there are many: an OBJ's materials, an STL's solids."""
+    if suffix == ".obj" and data.count(b"usemtl") > _MOST_GROUPS:
+        return re.sub(rb"usemtl[^\n]*", b"", data)
+    binary = len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+    if suffix == ".stl" and not binary and data.lower().count(b"endsolid") > _MOST_GROUPS:
+        return b"solid\n" + re.sub(rb"(?i)(end)?solid[^\n]*", b"", data) + b"\nendsolid"
+    return data
+
+
+def _part(mesh: Any) -> Part:
     """A trimesh.Trimesh as plain arrays; ValueError where they do not fit together (trimesh may not look)."""
     vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
     # Only what the file gave is in trimesh's cache before anyone has asked for normals.
@@ -151,37 +157,5 @@ def _part(mesh: Any, matrix: Any) -> _Part:
         raise ValueError("faces must be triangles")
     if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
         raise ValueError(f"a face names a vertex that is not among the {len(vertices)} of its part")
-    return _Part(
-        vertices, faces, normals, np.array(matrix, np.float64).reshape(4, 4), bool(mesh.visual.defined)
-    )
-
-
-def _with_normals(part: _Part, smooth: bool | None) -> _Part:
-    """The part with normals where it has none: smooth ones, or each triangle's own on corners of its own."""
-    if part.normals is not None:
-        return part
-    if smooth:
-        return replace(part, normals=smooth_normals(part.vertices, part.faces))
-    vertices, faces = part.vertices[part.faces.reshape(-1)], np.arange(part.faces.size).reshape(-1, 3)
-    return replace(part, vertices=vertices, faces=faces, normals=vertex_normals(vertices, faces))
-
-
-def _in_world(part: _Part) -> _Part:
-    """The part moved by its matrix, its outer side still outside."""
-    linear = part.matrix[:3, :3]
-    mirrored = np.linalg.det(linear) < 0
-    vertices = part.vertices @ linear.T + part.matrix[:3, 3]
-    faces = part.faces[:, ::-1] if mirrored else part.faces
-    normals = part.normals
-    if normals is not None:
-        cofactors = np.cross(
-            linear[[1, 2, 0]], linear[[2, 0, 1]]
-        )  # the inverse transpose, times the determinant
-        normals = _units(normals @ cofactors.T * (-1.0 if mirrored else 1.0))
-    return replace(part, vertices=vertices, faces=faces, normals=normals)
-
-
-def _units(vectors: np.ndarray) -> np.ndarray:
-    """(n, 3) vectors of length 1; z for those of length 0."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.where(length > 0, vectors / np.where(length > 0, length, 1.0), (0.0, 0.0, 1.0))
+    colored = bool(mesh.visual.defined)
+    return Part(len(vertices), len(faces), given, colored, lambda: (vertices, faces, normals))

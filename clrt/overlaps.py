@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Iterator
 from functools import cache
 from typing import Any, Final
 
 import numpy as np
 
-from clrt.errors import ClrtWarning, located
+from clrt import notices
 from clrt.inside import count_inside
 from clrt.media import Media
 from clrt.meshes import Mesh
 from clrt.shapes import Box, Cone, Cylinder, Ellipsoid, Paraboloid, Shape, Sphere
 
 _MOST_PAIRS: Final = 400  # looked at: this is a hint, and must not take long
+_MOST_BOXES: Final = 1 << 22  # pairs of boxes compared to find them
+_CHUNK: Final = 1 << 18  # of those at once
+_MOST_FACES: Final = 1 << 23  # of meshes in the pairs looked at
 _MOST_ANGLES: Final = 1 << 21  # points times faces of a mesh, likewise
 _MARGIN: Final = 1e-5  # of the surface's size: what is nearer to the other's surface touches it
 _ASIDE: Final = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
@@ -28,30 +30,54 @@ def warn_of_overlaps(media: Media, priority: np.ndarray) -> None:
     other shape and others well outside prove it; a small overlap may lie between the points.
     """
     shapes = media.scene.shapes
+    faces = 0
     for a, b in _pairs(media, priority):
         one, other = int(media.shapes[a]), int(media.shapes[b])
+        faces += shapes[one].primitives + shapes[other].primitives
+        if faces > _MOST_FACES:
+            return
         if _passes_through(shapes[one], shapes[other]) or _passes_through(shapes[other], shapes[one]):
             first, second = sorted((one, other))
             text = (
                 f"overlaps shapes[{second}], a medium of the same priority {priority[a]}: where both are, "
                 "the one that a ray entered last counts; give one a higher priority"
             )
-            place = located(media.scene.source, f"shapes[{first}]", text)
-            warnings.warn(place, ClrtWarning, stacklevel=4)
+            notices.warn(media.scene.source, f"shapes[{first}]", text)
             return
 
 
 def _pairs(media: Media, priority: np.ndarray) -> Iterator[tuple[int, int]]:
-    """Shapes of different media and one priority whose boxes meet."""
+    """Shapes of different media and one priority whose boxes meet, largest first; not all where many do."""
+    if len(media.numbers) == 0 or (media.numbers == media.numbers[0]).all():
+        return
     found = 0
-    for a in range(len(media.shapes)):
-        meets = ((media.low[a] <= media.high[a + 1 :]) & (media.high[a] >= media.low[a + 1 :])).all(axis=1)
-        meets &= (priority[a + 1 :] == priority[a]) & (media.numbers[a + 1 :] != media.numbers[a])
-        for b in np.flatnonzero(meets):
-            yield a, a + 1 + int(b)
-            found += 1
-            if found == _MOST_PAIRS:
-                return
+    for a, b in _candidates(media):
+        meets = ((media.low[a] <= media.high[b]) & (media.high[a] >= media.low[b])).all(axis=1)
+        meets &= (priority[a] == priority[b]) & (media.numbers[a] != media.numbers[b])
+        for k in np.flatnonzero(meets)[: _MOST_PAIRS - found]:
+            yield int(a[k]), int(b[k])
+        found += int(np.count_nonzero(meets))
+        if found >= _MOST_PAIRS:
+            return
+
+
+def _candidates(media: Media) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Chunks of pairs a, b whose boxes meet along one axis, that on which fewest do."""
+    n = len(media.shapes)
+    sweeps = []
+    for axis in range(3):
+        order = np.argsort(media.low[:, axis], kind="stable")
+        place = np.empty(n, np.int64)
+        place[order] = np.arange(n)
+        # the box that starts first sees the other
+        behind = np.searchsorted(media.low[order, axis], media.high[:, axis], "right") - place - 1
+        sweeps.append((np.maximum(behind, 0), place, order))
+    behind, place, order = min(sweeps, key=lambda sweep: int(sweep[0].sum()))
+    ends = np.minimum(np.cumsum(behind), _MOST_BOXES)
+    for start in range(0, int(ends[-1]), _CHUNK):
+        number = np.arange(start, min(start + _CHUNK, int(ends[-1])))
+        a = np.searchsorted(ends, number, "right")
+        yield a, order[place[a] + 1 + number - (ends[a - 1] * (a > 0))]
 
 
 def _passes_through(surface: Shape, solid: Shape) -> bool:

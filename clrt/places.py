@@ -2,28 +2,40 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from clrt.errors import SceneError, fault, located, show
+from clrt.suggest import did_you_mean
 
 
-@dataclass(frozen=True)
 class At:
-    """A place in a scene, for messages: the file's name and a path such as `shapes[3].radius`."""
+    """A place in a scene, for messages: the file's name and a path such as `shapes[3].radius`.
 
-    source: str = ""
-    path: str = ""
+    The path is put together when it is asked for: a scene has millions of places, and a message names one.
+    """
+
+    __slots__ = ("_above", "_part", "source")
+
+    def __init__(self, source: str = "", path: str | int = "", above: At | None = None) -> None:
+        self.source, self._part, self._above = source, path, above
+
+    @property
+    def path(self) -> str:
+        if self._above is None:
+            return str(self._part)
+        above, name = self._above.path, self._part
+        if isinstance(name, int):
+            return f"{above}[{name}]"
+        name = name if re.fullmatch(r"[\w-]{1,60}", name) else show(name)  # a file may call things anything
+        return f"{above}.{name}" if above else name
 
     def key(self, name: str) -> At:
-        name = name if re.fullmatch(r"[\w-]{1,60}", name) else show(name)  # a file may call things anything
-        return At(self.source, f"{self.path}.{name}" if self.path else name)
+        return At(self.source, name, self)
 
     def item(self, index: int) -> At:
-        return At(self.source, f"{self.path}[{index}]")
+        return At(self.source, index, self)
 
     def inner(self, suffix: str) -> At:
         """The place below this one that msgspec calls `$suffix`."""
@@ -43,13 +55,6 @@ def known_keys(table: Mapping[Any, Any], known: Iterable[str], at: At) -> None:
     for key in table:
         if key not in names:
             raise at.says(f"unknown key {show(key)}{did_you_mean(key, names)} (keys here: {listed(names)})")
-
-
-def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """'; did you mean ...?' with the nearest of `known`, or nothing where there is none."""
-    names = {str(candidate).lower(): candidate for candidate in known}
-    near = difflib.get_close_matches(str(name).lower()[:80], list(names), n=1, cutoff=0.0)
-    return f"; did you mean {names[near[0]]!r}?" if near else ""
 
 
 def listed(names: Iterable[str], most: int = 30) -> str:

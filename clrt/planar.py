@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from array import array
+from collections.abc import Sequence
+
 import numpy as np
 
 FLATNESS = 1e-4
 """How far a polygon's points may lie off its plane, relative to its size (MODEL.md)."""
+
+_POINTS = 1 << 16  # looked at together: ten arrays of their size are made
 
 
 def newell(corners: np.ndarray) -> np.ndarray:
@@ -14,8 +20,65 @@ def newell(corners: np.ndarray) -> np.ndarray:
     return np.cross(local, np.roll(local, -1, axis=-2)).sum(axis=-2)
 
 
+def same_turn(points: list[list[float]]) -> bool:
+    """Whether a polygon's first corner turns the way the whole outline does.
+
+    Formats that take the normal from the first corner mean the other side where it does not.
+    """
+    if len(points) == 3:
+        return True
+    if len(points) <= 8:  # numpy takes far longer for so few
+        x0, y0, z0 = points[0]
+        local = [(x - x0, y - y0, z - z0) for x, y, z in points]
+        (ax, ay, az), (bx, by, bz) = local[1:3]
+        turn = (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
+        parts = [a * b for a, b in zip(turn, _newell_of(local), strict=True)]
+        if abs(sum(parts)) > 1e-6 * sum(map(abs, parts)):  # far above what rounding does
+            return sum(parts) > 0
+    corners = np.array(points, np.float64)
+    first = np.cross(corners[1] - corners[0], corners[2] - corners[1])
+    return bool(first @ newell(corners) >= 0)
+
+
+def _newell_of(points: Sequence[tuple[float, float, float]]) -> tuple[float, float, float]:
+    """`newell` of a few points, the first of them at the origin."""
+    nx = ny = nz = 0.0
+    ax, ay, az = points[-1]
+    for bx, by, bz in points:
+        nx += ay * bz - az * by
+        ny += az * bx - ax * bz
+        nz += ax * by - ay * bx
+        ax, ay, az = bx, by, bz
+    return nx, ny, nz
+
+
+def is_sound(points: Sequence[Sequence[float]]) -> bool:
+    """Whether a polygon of few points is clearly without the flaws below (numpy takes far longer)."""
+    if len(points) > 8:
+        return False
+    numbers = array("f", [x for point in points for x in point])
+    x0, y0, z0 = numbers[:3]
+    local = [
+        (numbers[i] - x0, numbers[i + 1] - y0, numbers[i + 2] - z0) for i in range(0, len(numbers), 3)
+    ]
+    nx, ny, nz = _newell_of(local)
+    reach = max(max(map(abs, point)) for point in local)  # the size is from this to 4 times it
+    area = math.sqrt(nx * nx + ny * ny + nz * nz)
+    if not area > 2e-6 * reach * reach:
+        return False
+    most = 0.1 * FLATNESS * reach * area
+    return all(abs(x * nx + y * ny + z * nz) <= most for x, y, z in local)
+
+
 def flaws(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which of (m, n, 3) polygons span no area (collinear points), and which are not plane."""
+    step = max(1, _POINTS // max(corners.shape[1], 1))
+    parts = [_flaws(corners[start : start + step]) for start in range(0, len(corners), step)]
+    none = np.zeros(0, bool)
+    return np.concatenate([none, *(p[0] for p in parts)]), np.concatenate([none, *(p[1] for p in parts)])
+
+
+def _flaws(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     normals = newell(corners)
     area = np.linalg.norm(normals, axis=-1)
     size = np.linalg.norm(np.ptp(corners, axis=-2), axis=-1)

@@ -16,9 +16,11 @@ import msgspec
 import numpy as np
 from msgspec import NODEFAULT, Meta
 
-from clrt.explain import REFUSALS, explain, field_types, of_type, records_in, single
-from clrt.places import At, did_you_mean, listed
+from clrt.explain import REFUSALS, explain, field_types, leaves, metas, of_type, records_in, single
+from clrt.places import At, listed
+from clrt.suggest import did_you_mean
 
+_TINY, _HUGE = 1e-30, 1e30  # well within float32
 Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
 
 class Record(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -48,6 +50,10 @@ R = TypeVar("R", bound=Record)
 
 def read(cls: type[R], data: object, at: At) -> R:
     """The checked record of class `cls` that `data` (a mapping or a record of that class) describes."""
+    simple = _read_simple(cls, data) if type(data) is dict and _rounds_safely(cls) else None
+    if simple is not None:
+        simple.check(at)
+        return simple
     table = cls.prepared(plain(data, cls, at))
     try:
         record = msgspec.convert(table, cls)
@@ -56,6 +62,53 @@ def read(cls: type[R], data: object, at: At) -> R:
         explain(cls, table, at)
     record.check(at)
     return record
+
+
+def _read_simple(cls: type[R], table: dict[str, Any]) -> R | None:
+    """What `read` makes of a right table of built-in types, but without copies of it; None for any other.
+
+    Scenes have millions of such tables.
+    """
+    try:
+        if not _is_simple(table.values()):
+            return None
+        return msgspec.convert(table, cls)
+    except REFUSALS:
+        pass
+    try:
+        return msgspec.convert(cls.prepared(table), cls)
+    except REFUSALS:
+        return None
+
+
+def _is_simple(values: Iterable[Any]) -> bool:
+    """Whether values are built-in types with numbers that keep their sign, and stay finite, as float32."""
+    for value in values:
+        kind = type(value)
+        if kind is float:
+            if not (_TINY < value < _HUGE or value == 0.0 or -_HUGE < value < -_TINY):
+                return False
+        elif kind is list or kind is tuple:
+            if not _is_simple(value):
+                return False
+        elif kind is dict:
+            if not _is_simple(value.values()):
+                return False
+        elif kind is int:
+            if not -_HUGE < value < _HUGE:
+                return False
+        elif not (kind is str or kind is bool or value is None):
+            return False
+    return True
+
+
+@cache
+def _rounds_safely(cls: type[msgspec.Struct]) -> bool:
+    """Whether 0 is the only end of a range of its floats: then rounding cannot leave a range."""
+    hints = field_types(cls).values()
+    ends = [end for h in hints if float in leaves(h) for m in metas(h) for end in (m.gt, m.ge, m.lt, m.le)]
+    inner: list[type[msgspec.Struct]] = [record for h in hints for record in records_in(h)]
+    return not any(ends) and all(map(_rounds_safely, inner))
 
 
 @cache
@@ -114,6 +167,10 @@ def plain(data: object, cls: type, at: At) -> dict[str, Any]:
 
 def tagged(kinds: Mapping[str, type[R]], data: object, at: At, noun: str) -> type[R]:
     """The class among `kinds` that `data` is of, or says it is with its key `type`."""
+    if type(data) is dict:  # most are
+        known = data.get("type")
+        if type(known) is str and known in kinds:
+            return kinds[known]
     for kind in kinds.values():
         if type(data) is kind:
             return kind
@@ -125,6 +182,11 @@ def tagged(kinds: Mapping[str, type[R]], data: object, at: At, noun: str) -> typ
     if not isinstance(name, str) or name not in kinds:
         raise at.key("type").error(name, f"a {noun} is one of {listed(kinds)}{did_you_mean(name, kinds)}")
     return kinds[name]
+
+
+def single_of(number: float) -> float:
+    """The number as the device will see it."""
+    return c_float(number).value
 
 
 def is_zero(vector: Iterable[float]) -> bool:

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import os
 import sys
-from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
 
 from clrt.errors import ClrtError, SceneError
+from clrt.suggest import nearest
 
 PACKAGE = Path(__file__).resolve().parent
 SCENE_SUFFIXES = (".toml", ".json", ".nff", ".txt", ".py")
@@ -49,15 +50,15 @@ def shipped_scenes() -> dict[str, Path]:
 def scene_file(name: str) -> Path:
     """The file that `name` means: a file, or else a scene that ships. SceneError names the nearest one."""
     path = Path(name)
-    if path.exists():
+    if os.path.lexists(path):  # unlike Path's own method, for names too long as well
         return path
     if path.suffix or len(path.parts) > 1:
         raise SceneError(f"{name}: no such file")
     shipped = shipped_scenes()
     if name in shipped:
         return shipped[name]
-    near = get_close_matches(name, shipped, n=1)
-    hint = f"did you mean {near[0]!r}?" if near else "`clrt scenes` lists the ones that ship"
+    near = nearest(name, shipped, cutoff=0.6)
+    hint = f"did you mean {near!r}?" if near else "`clrt scenes` lists the ones that ship"
     raise SceneError(f"{name}: neither a file nor a scene that ships with clrt; {hint}")
 
 

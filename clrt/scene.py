@@ -12,13 +12,14 @@ from msgspec import Meta
 
 from clrt.advice import check_lines, warn
 from clrt.camera import Camera
+from clrt.collector import no_collections
 from clrt.colors import Background, Colored, LightColor
 from clrt.files import resolve
 from clrt.lights import LIGHTS, DirectionalLight, Light, PointLight
 from clrt.limits import Limits
 from clrt.materials import IOR, Checker, Material, rgb
-from clrt.meshes import Mesh, MeshData, read_mesh
-from clrt.places import At, did_you_mean, known_keys, listed
+from clrt.meshes import Mesh, MeshData, Meshes, read_mesh
+from clrt.places import At, known_keys, listed
 from clrt.records import float32, read, table_of, tagged
 from clrt.shapes import (
     Box,
@@ -34,6 +35,7 @@ from clrt.shapes import (
     Sphere,
 )
 from clrt.spectrum import LAMPS, Spectral, Spectrum
+from clrt.suggest import did_you_mean
 from clrt.transforms import Step, is_similarity
 
 __all__ = [
@@ -119,9 +121,11 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             resolve(values["background"], self.folder, at.key("background"))
         if self.camera is not None:
             values["camera"] = read(Camera, self.camera, at.key("camera")).upright()
-        values["materials"] = _read_materials(self.materials, at.key("materials"))
-        values["lights"] = _read_lights(self.lights, at.key("lights"), self.limits)
-        values["shapes"] = self._read_shapes(values["materials"], at.key("shapes"))
+        # what reads mesh files leaves cycles behind
+        with no_collections(paused=not _names_files(self.shapes)):
+            values["materials"] = _read_materials(self.materials, at.key("materials"))
+            values["lights"] = _read_lights(self.lights, at.key("lights"), self.limits)
+            values["shapes"] = self._read_shapes(values["materials"], at.key("shapes"))
         for name, value in values.items():
             msgspec.structs.force_setattr(self, name, value)
         check_lines(self)
@@ -129,21 +133,27 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
 
     def _read_shapes(self, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
         shapes: list[Shape] = []
+        checkered = {name for name, material in materials.items() if isinstance(material.color, Checker)}
+        meshes = Meshes()
         for index, data in enumerate(_listing(self.shapes, at, "shapes")):
             place = at.item(index)
             kind = tagged(SHAPES, data, place, "shape")
-            if kind is Plane and isinstance(data, Mapping) and "transform" in data:
+            if kind is Plane and type(data) is not Plane and "transform" in data:
                 raise place.key("transform").says(
                     "a plane is infinite and takes no transform; move point and normal"
                 )
             shape = (
-                read_mesh(data, place, self.folder, self.limits) if kind is Mesh else read(kind, data, place)
+                read_mesh(data, place, self.folder, self.limits, meshes)
+                if kind is Mesh
+                else read(kind, data, place)
             )
             assert isinstance(shape, Shape)
-            _check_material(shape, materials, place)
+            name = shape.material
+            if not (name is None or (type(name) is str and name in materials and name not in checkered)):
+                _check_material(shape, materials, place)
             shapes.append(shape)
-        total = sum(shape.primitives for shape in shapes)
-        self.limits.check("primitives", total, at.source, at.path)
+            meshes.primitives += shape.primitives
+            self.limits.check("primitives", meshes.primitives, at.source, at.path)
         return tuple(shapes)
 
     def __eq__(self, other: object) -> bool:
@@ -242,6 +252,12 @@ def _read_lights(data: object, at: At, limits: Limits) -> tuple[Light, ...]:
     return tuple(
         read(tagged(LIGHTS, light, at.item(i), "light"), light, at.item(i)) for i, light in enumerate(lights)
     )
+
+
+def _names_files(shapes: object) -> bool:
+    if not isinstance(shapes, (list, tuple)):
+        return False
+    return any(isinstance(s, Mesh) or (isinstance(s, Mapping) and "file" in s) for s in shapes)
 
 
 def _listing(data: object, at: At, noun: str) -> list[Any] | tuple[Any, ...]:

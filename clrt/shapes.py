@@ -10,8 +10,8 @@ from msgspec import Meta
 from clrt import transforms
 from clrt.materials import Material
 from clrt.places import At
-from clrt.planar import FLATNESS, flaws
-from clrt.records import Record, Vector, float32, is_zero
+from clrt.planar import FLATNESS, flaws, is_sound
+from clrt.records import Record, Vector, float32, is_zero, single_of
 
 Radius = Annotated[float, Meta(gt=0, description="a radius must be > 0")]
 EndRadius = Annotated[float, Meta(ge=0, description="must be a radius >= 0")]
@@ -91,6 +91,8 @@ class Polygon(FiniteShape, frozen=True, kw_only=True, tag="polygon"):
 
     def check(self, at: At) -> None:
         FiniteShape.check(self, at)
+        if is_sound(self.points):
+            return
         collinear, bent = flaws(float32(self.points)[None])
         if collinear[0]:
             raise at.key("points").error(
@@ -119,7 +121,7 @@ class Quadric(FiniteShape, frozen=True, kw_only=True, tag="quadric"):
 
     def check(self, at: At) -> None:
         FiniteShape.check(self, at)
-        if not float32(self.coefficients)[:9].any():
+        if is_zero(self.coefficients[:9]):
             raise at.key("coefficients").error(
                 self.coefficients, "one of the coefficients A to I must not be 0"
             )
@@ -173,7 +175,7 @@ class Cone(FiniteShape, frozen=True, kw_only=True, tag="cone"):
     def check(self, at: At) -> None:
         FiniteShape.check(self, at)
         _apart(self.p0, self.p1, at.key("p1"))
-        if not float32((self.r0, self.r1)).any():
+        if is_zero((self.r0, self.r1)):
             raise at.key("r1").error(self.r1, "one of the radii r0 and r1 must be > 0")
 
 
@@ -229,11 +231,11 @@ def _direction(vector: Vector, at: At, noun: str) -> None:
 
 
 def _apart(p0: Vector, p1: Vector, at: At) -> None:
-    if is_zero(float32(p1) - float32(p0)):
+    if all(single_of(a) == single_of(b) for a, b in zip(p0, p1, strict=True)):
         raise at.error(p1, "p1 must not be at p0")
 
 
 def _box(low: Vector, high: Vector, at: At) -> None:
-    for axis, least, most in zip("xyz", float32(low), float32(high), strict=True):
-        if not least < most:
+    for axis, least, most in zip("xyz", low, high, strict=True):
+        if not single_of(least) < single_of(most):
             raise at.error(high, f"the second corner must be above the first on every axis; {axis} is not")

@@ -6,8 +6,9 @@ from typing import Annotated, Any, Literal
 
 from msgspec import Meta
 
-from clrt.places import At, did_you_mean, listed
+from clrt.places import At, listed
 from clrt.records import Record, table_of
+from clrt.suggest import did_you_mean
 
 LAMPS = ("D65", "A", "E", *(f"F{i}" for i in range(1, 13)), "sun")
 """Light sources by name: CIE standard illuminants, and the sun at air mass 1.5."""

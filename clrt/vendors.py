@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from clrt.install import pip_install
+
 VARIABLE: Final = "OCL_ICD_VENDORS"
 USUAL_FOLDER: Final = Path("/etc/OpenCL/vendors")
 
@@ -34,11 +36,10 @@ def install_command(fault: str = "") -> str:
 
     PyPI's PoCL is of 2022 and knows no newer processor; Intel's runtime takes those of any maker, of x86-64.
     """
-    pip = f"{sys.executable or 'python'} -m pip install"
     if platform.machine().lower() in ("x86_64", "amd64") and sys.platform in ("linux", "win32"):
         if sys.platform == "linux" and not fault:
-            return f"{pip} pocl-binary-distribution"
-        return f"{pip} intel-opencl-rt intel-cmplr-lib-rt"
+            return pip_install("pocl-binary-distribution")
+        return pip_install("intel-opencl-rt", "intel-cmplr-lib-rt")
     if sys.platform == "darwin":
         return "brew install pocl"
     return "apt-get install pocl-opencl-icd   (Debian, Ubuntu; elsewhere your system's, or the GPU's)"

@@ -50,7 +50,10 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
             leave_medium(&next, medium);
             moved = true;
         }
-        if (!fits) *overflow = 1;
+        if (!fits) {  // the picture is refused: what else lies on the way, thousands perhaps, need not be found
+            *overflow = 1;
+            break;
+        }
         before = top_of(world, list);
         after = top_of(world, next);
         if (before != after) break;

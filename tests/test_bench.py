@@ -204,7 +204,7 @@ def test_reports_are_saved_and_read(tmp_path: Path):
         (tmp_path / "b.json").write_text(text)
         with pytest.raises(ClrtError, match=r"b\.json"):
             report.load(tmp_path / "b.json")
-    with pytest.raises(ClrtError, match="No such file"):
+    with pytest.raises(ClrtError, match="there is no such file"):
         report.load(tmp_path / "c.json")
 
 

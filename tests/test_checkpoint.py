@@ -191,7 +191,7 @@ def test_ctrl_c_says_where_the_finished_part_is(
 def test_a_checkpoint_needs_a_file_of_its_own(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = str(scene.with_name("a.png"))
     assert main(["render", str(scene), "-o", out, "--checkpoint", out]) == 2
-    assert "give --checkpoint its own" in capsys.readouterr().err
+    assert "give --checkpoint a file of its own" in capsys.readouterr().err
 
 
 def test_a_disk_that_is_full_leaves_the_old_checkpoint(scene: Path) -> None:

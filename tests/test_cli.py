@@ -21,6 +21,7 @@ from clrt.cli import main
 from clrt.image import pixel_hash, read_image
 from clrt.imagefile import read_samples
 from clrt.resources import scene_file, shipped_scenes, validation_module
+from clrt.vendors import install_command
 
 SCENE = """
 max_depth = 2
@@ -252,7 +253,8 @@ def test_selftest_reports_each_check_and_fails_with_one(
     for passed, code, last in ((True, 0, "all 2 checks passed"), (False, 1, "1 of 2 checks failed")):
         checks = (("spheres", True, "all"), ("meshes", passed, "here"))
         results = [selftest.Result(*check, 0.1) for check in checks]
-        monkeypatch.setattr(selftest, "run_selftest", lambda device, results=results: results)
+        monkeypatch.setattr(selftest, "run_selftest", lambda *_, results=results: iter(results))
+        monkeypatch.setattr(selftest, "names", lambda quick, checks=checks: [name for name, *_ in checks])
         assert main(["selftest", "--device", "0"]) == code
         lines = capsys.readouterr().out.splitlines()
         assert lines[0] == f"on {clrt.devices()[0].label}:" and lines[-1] == last
@@ -262,6 +264,17 @@ def test_selftest_reports_each_check_and_fails_with_one(
 
 def test_selftest_passes_on_the_default_device(capsys: pytest.CaptureFixture[str]):
     assert main(["selftest"]) == 0, capsys.readouterr().out
+
+
+def test_a_quick_selftest_needs_no_optional_package(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    assert main(["selftest", "--quick"]) == 0
+    printed = capsys.readouterr()
+    last = printed.out.splitlines()[-2]
+    assert last.startswith("same ") and "not run, for they need clrt's extra [mesh] (trimesh): mesh" in last
+    assert "dispersion" not in printed.out and "half a minute" in printed.err
 
 
 def test_warnings_are_one_line(scene: Path, capsys: pytest.CaptureFixture[str]):
@@ -281,9 +294,10 @@ def test_help_is_fast_and_imports_nothing_heavy():
     assert done.stdout.endswith("[]\n") and "render" in done.stdout
     seconds = []
     for _ in range(3):
-        start = time.perf_counter()
+        before = os.times()
         assert run("--help").returncode == 0
-        seconds.append(time.perf_counter() - start)
+        after = os.times()  # what others do on the machine counts for nothing
+        seconds.append(after[2] + after[3] - before[2] - before[3])
     assert min(seconds) < 0.2
 
 
@@ -298,10 +312,11 @@ def test_rendering_imports_only_what_it_uses(scene: Path):
 
 
 def test_no_opencl_platform_is_one_line(scene: Path):
-    done = run("render", scene, "-o", scene.with_name("a.png"), OCL_ICD_VENDORS="/nonexistent")
+    nowhere = {"OCL_ICD_VENDORS": "/nonexistent", "CLRT_DRIVER": ""}
+    done = run("render", scene, "-o", scene.with_name("a.png"), **nowhere)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("clrt: error: no OpenCL platform") and done.stderr.count("\n") == 1
-    assert "clrt[pocl]" in done.stderr
+    assert install_command() in done.stderr
     assert not scene.with_name("a.png").exists()
 
 

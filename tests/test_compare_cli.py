@@ -13,6 +13,7 @@ import pytest
 import clrt
 import compare_samples as samples
 from clrt.cli import main
+from clrt.install import install_extra
 
 Printed = pytest.CaptureFixture[str]
 
@@ -102,7 +103,7 @@ def test_json(folder: Path, capsys: Printed):
 
 
 @pytest.mark.parametrize(("a", "says"), [
-    ("missing.png", "cannot be read: No such file"),
+    ("missing.png", "missing.png: there is no such file"),
     ("missing.toml", "no such file"),
     ("broken.png", "not an EXR, HDR, PNG, JPEG, TIFF or BMP picture"),
     ("blind.toml", "camera: missing; a picture needs a [camera]"),
@@ -119,4 +120,4 @@ def test_a_missing_package_is_named(folder: Path, capsys: Printed, monkeypatch: 
     monkeypatch.setitem(sys.modules, "flip_evaluator", None)
     assert main(["compare", str(folder / "right.png"), str(folder / "right.exr")]) == 2
     err = capsys.readouterr().err
-    assert "needs the package flip_evaluator" in err and "pip install 'clrt[validation]'" in err
+    assert "needs the package flip_evaluator" in err and install_extra("validation") in err

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import clrt
+from tests.cost import bounded
 
 
 @pytest.fixture
@@ -135,3 +136,36 @@ def test_a_gltf_reads_files_of_its_own_folder_only(trimesh: Any, tmp_path: Path)
         clrt.SceneError, match=r"'\.\./out\.bin' is not allowed; a file must lie in the scene's folder"
     ):
         load_mesh(tmp_path / "in" / "bad.gltf")
+
+
+SOLID = "solid a\nvertex {0} 0 0\nvertex {0} 1 0\nvertex {0} 0 1\nendsolid a\n"
+OBJ = "v 0 0 0\n" * 20_000 + "v 1 0 0\nv 0 1 0\n"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "faces"),
+    [
+        ("a.obj", OBJ + "".join(f"usemtl {n}\nf {n + 1} 20001 20002\n" for n in range(5000)), 5000),
+        ("a.stl", "".join(SOLID.format(n) for n in range(8000)), 8000),
+        ("a.stl", "solid " + "endsolid " * 60_000, None),
+        ("a.ply", f"ply\nformat ascii 1.0\nelement vertex {1 << 40}\nproperty float x\nend_header\n", None),
+    ],
+)
+def test_many_materials_solids_and_vertices_take_no_longer_than_their_bytes(
+    trimesh: Any, tmp_path: Path, name: str, text: str, faces: int | None
+) -> None:
+    (tmp_path / name).write_text(text)
+    found = bounded("load", tmp_path / name)
+    assert bool(found.error) == (faces is None), found.error
+    if faces:
+        assert len(load_mesh(tmp_path / name).faces) == faces
+
+
+@pytest.mark.parametrize("groups", [3, 99])
+def test_groups_keep_their_faces_in_the_files_order(trimesh: Any, tmp_path: Path, groups: int) -> None:
+    (tmp_path / "a.stl").write_text("".join(SOLID.format(n) for n in range(groups)).upper())
+    data = load_mesh(tmp_path / "a.stl")
+    assert data.vertices[data.faces[:, 0], 0].tolist() == list(range(groups))
+    binary = trimesh.creation.box().export(file_type="stl")
+    (tmp_path / "a.stl").write_bytes(b"endsolid ".ljust(9) * 8 + binary[72:])
+    assert len(load_mesh(tmp_path / "a.stl").faces) == 12

@@ -185,7 +185,7 @@ def test_the_first_value_that_differs_is_told_with_its_ray_and_both_numbers(patc
 
 
 def test_selftest_passes_and_fails(patched: Path) -> None:
-    results = selftest.run_selftest()
+    results = list(selftest.run_selftest())
     assert all(result.passed for result in results), [r for r in results if not r.passed]
     assert len(results) == 3 + len(SCENES) and len({result.name for result in results}) == len(results)
     source = (patched / "math.clh").read_text()

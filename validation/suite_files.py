@@ -6,27 +6,57 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 from xml.etree import ElementTree
 
-from clrt.atomic import replacing
+from clrt.atomic import check_replaceable, replacing
+from clrt.errors import ClrtError
+from clrt.files import read_bytes
+from clrt.limits import Limits
 
 from .types import Gate, SuiteResult
+
+_NAME: Final = "clrt validate"  # of what the JUnit file says it is
+_KEYS: Final = {"passed", "command", "versions", "cases", "coverage"}  # some of the JSON file's
 
 
 def write_beside(result: SuiteResult, report: Path) -> tuple[Path, Path]:
     """Write JUnit XML and JSON beside `report`, each whole or not at all. ClrtError where that fails."""
-    texts = {".xml": junit(result), ".json": json.dumps(plain(result), indent=1, allow_nan=False) + "\n"}
-    paths = {suffix: report.with_suffix(suffix) for suffix in texts}
-    for suffix, text in texts.items():
-        with replacing(paths[suffix]) as temporary:
+    xml, data = _beside(report)
+    texts = {xml: junit(result), data: json.dumps(plain(result), indent=1, allow_nan=False) + "\n"}
+    for path, text in texts.items():
+        with replacing(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
-    return paths[".xml"], paths[".json"]
+    return xml, data
+
+
+def check_beside(report: Path) -> None:
+    """ClrtError where `write_beside` could not write, or would replace a file that is not an older run's."""
+    for path, is_ours in zip(_beside(report), (_is_junit, _is_run), strict=True):
+        check_replaceable(path)
+        if path.exists() and not is_ours(read_bytes(path, Limits())):
+            what = "stands where the run's own file would, and is not an older run's"
+            raise ClrtError(f"{path}: {what}; give the report another name, or move this file")
+
+
+def _beside(report: Path) -> tuple[Path, Path]:
+    return report.with_suffix(".xml"), report.with_suffix(".json")
+
+
+def _is_junit(text: bytes) -> bool:
+    return _NAME.encode() in text[:200]
+
+
+def _is_run(text: bytes) -> bool:
+    try:
+        return set(json.loads(text)) >= _KEYS
+    except (ValueError, TypeError, RecursionError):
+        return False
 
 
 def junit(result: SuiteResult) -> str:
     """A test case for each comparison, mutant, ray count, check and feature."""
-    root = ElementTree.Element("testsuites", name="clrt validate")
+    root = ElementTree.Element("testsuites", name=_NAME)
     groups: dict[str, list[tuple[str, float, str, str]]] = {}
     for group, name, seconds, failure, skipped in outcomes(result):
         groups.setdefault(group, []).append((name, seconds, failure, skipped))

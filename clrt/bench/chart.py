@@ -11,6 +11,7 @@ from clrt.atomic import replacing
 from clrt.bench.report import Report
 from clrt.bench.timing import Measurement
 from clrt.errors import ClrtError
+from clrt.install import pip_install
 
 _MARKS: Final = {"tracing": "o", "shading": "s", "compaction": "^"}
 
@@ -20,7 +21,7 @@ def pyplot() -> Any:
     try:
         import matplotlib
     except ModuleNotFoundError:
-        raise ClrtError("charts need matplotlib; install it with: pip install 'clrt[bench]'") from None
+        raise ClrtError(f"charts need matplotlib; install it with: {pip_install('matplotlib')}") from None
     matplotlib.use("Agg")
     matplotlib.rcParams |= {"svg.hashsalt": "clrt", "axes.spines.top": False, "axes.spines.right": False}
     import matplotlib.pyplot as plt

@@ -13,6 +13,8 @@ from clrt.bench import bands, roof
 from clrt.bench.frames import shares
 from clrt.bench.timing import Measurement
 from clrt.errors import ClrtError
+from clrt.files import read_bytes
+from clrt.limits import Limits
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -50,14 +52,12 @@ class Report:
 def load(path: str | Path) -> Report:
     """The report that `save` wrote. ClrtError for a file that is none."""
     try:
-        content = json.loads(Path(path).read_text())
+        content = json.loads(read_bytes(path, Limits()))
         if content["format"] != FORMAT:
             raise ClrtError(f"{path}: a report of format {content['format']}; this clrt reads {FORMAT}")
         rows = [Measurement(**{**row, "seconds": tuple(row["seconds"])}) for row in content["measurements"]]
         return Report(content["machine"], tuple(rows))
-    except OSError as error:
-        raise ClrtError(f"{path}: {error.strerror}; it should be what `clrt bench --json` wrote") from None
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ClrtError(f"{path}: not a report of `clrt bench --json`: {error!r}") from None
 
 

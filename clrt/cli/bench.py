@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clrt.atomic import check_replaceable
+from clrt.cli.terminal import console, marked
 from clrt.errors import ClrtError
 
 if TYPE_CHECKING:
@@ -60,24 +62,27 @@ def _plan(options: argparse.Namespace) -> Any:
         rounds=options.rounds,
         quick=options.quick,
         embree=options.against == "embree",
-        extra={Path(name).stem: load_scene(name) for name in options.scene or ()},
+        extra={_name(name): load_scene(name) for name in options.scene or ()},
     )
+
+
+def _name(scene: str) -> str:
+    """What a scene is called in tables, which take brackets for markup."""
+    return re.sub(r"[^\w.-]+", "_", Path(scene).stem)
 
 
 def _show(measured: Any) -> None:
-    from rich.console import Console
-
     from clrt.bench import report
 
     # a table that is cut is worthless: lines may be long where nobody sees the terminal's edge
-    console = Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+    terminal = console(width=None if sys.stdout.isatty() else 160, highlight=False)
     facts = measured.machine
-    console.print(f"{facts['processor']}, {facts['cores']} cores; {facts['device']}")
-    console.print(
+    terminal.print(f"{facts['processor']}, {facts['cores']} cores; {facts['device']}")
+    terminal.print(
         f"load before: {facts['load_before']:.1f}" + ("; quick: small scenes" if facts["quick"] else "")
     )
     for table in report.tables(measured):
-        console.print(table)
+        terminal.print(table)
 
 
 def _check_same_machine(old: Any, plan: Any) -> None:
@@ -94,14 +99,12 @@ def _check_same_machine(old: Any, plan: Any) -> None:
 
 
 def _compare(old: Any, new: Any) -> int:
-    from rich.console import Console
-
     from clrt.bench import verdict
 
     verdicts = verdict.compare(old, new)
     if not verdicts:
         raise ClrtError("--compare: the old report has none of the cases measured now")
-    Console(width=None if sys.stdout.isatty() else 160, highlight=False).print(
+    console(width=None if sys.stdout.isatty() else 160, highlight=False).print(
         verdict.verdict_table(verdicts)
     )
     return SLOWER if any(v.word == verdict.SLOWER for v in verdicts) else 0
@@ -113,7 +116,5 @@ def _reporting() -> Iterator[Tell | None]:
     if not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
-
-    with Console(stderr=True).status("") as status:
-        yield status.update
+    with console(stderr=True).status("") as status:
+        yield lambda text: status.update(marked(text))

@@ -11,7 +11,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from clrt.cli.terminal import console, marked
 from clrt.errors import ClrtError
+from clrt.install import install_extra
 from clrt.resources import scene_file, validation_module
 
 if TYPE_CHECKING:
@@ -57,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
         result = _compare(pictures, options)
     except ModuleNotFoundError as error:
         needs = f"clrt compare needs the package {error.name}"
-        raise ClrtError(f"{needs}; install what it needs with: pip install 'clrt[validation]'") from None
+        raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
     if options.json:
         print(json.dumps(_plain(result, options), indent=2, allow_nan=False))
     else:
@@ -114,32 +116,29 @@ def _reporting(quiet: bool) -> Iterator[Callable[[str], None]]:
     if quiet or not sys.stderr.isatty():
         yield lambda name: None
         return
-    from rich.console import Console
-
-    with Console(stderr=True).status("") as status:
-        yield lambda name: status.update(f"trying: {name}" if name != "rendering" else name)
+    with console(stderr=True).status("") as status:
+        yield lambda name: status.update(f"trying: {marked(name)}" if name != "rendering" else name)
 
 
 def _show(result: Any, options: argparse.Namespace) -> None:
-    from rich.console import Console
     from rich.markup import escape
 
-    console = Console(highlight=False)
+    terminal = console(highlight=False)
     names = f"[bold]{escape(options.a)}[/] (A) against [bold]{escape(options.b)}[/] (B)"
-    console.print(names, soft_wrap=True)  # a path that is broken over lines cannot be copied
-    console.print(_table(result))
+    terminal.print(names, soft_wrap=True)  # a path that is broken over lines cannot be copied
+    terminal.print(_table(result))
     colour, meaning = _VERDICTS[result.verdict]
-    console.print(f"[bold {colour}]{result.verdict}[/]: {meaning}")
+    terminal.print(f"[bold {colour}]{result.verdict}[/]: {meaning}")
     for note in result.notes:
-        console.print(f"note: {escape(note)}")
+        terminal.print(f"note: {escape(note)}")
     proven = [cause for cause in result.causes if cause.proven]
     for cause in proven[:1] or result.causes[:3]:
         what = f"[bold]{_certainty(cause)}: {escape(cause.name)}[/]: {escape(cause.text)}."
-        console.print(f"{what} [dim]{_left(cause)}[/]")
+        terminal.print(f"{what} [dim]{_left(cause)}[/]")
     if not result.causes and not result.passed:
         pictures = all(Path(name).suffix.lower() in PICTURES for name in (options.a, options.b))
         more = "; with the scene as B, lights, shadows, depth, materials and objects are tried too"
-        console.print("no usual mistake explains it" + (more if pictures else ""))
+        terminal.print("no usual mistake explains it" + (more if pictures else ""))
 
 
 def _table(result: Any) -> Any:

@@ -5,12 +5,20 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from clrt.atomic import check_replaceable
+from clrt.cli.outputs import check_apart, check_spares
+from clrt.resources import scene_file
+
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene of `options.input` to `options.output`. ClrtError leaves the output as it was."""
     from clrt.shipped import load_scene
 
-    scene = load_scene(options.input)
+    source = scene_file(options.input)
+    check_replaceable(options.output)
+    check_apart({"OUT": options.output}, {"the scene": source})
+    scene = load_scene(source)
+    check_spares({"OUT": options.output}, scene)
     if Path(options.output).suffix.lower() == ".xml":
         from clrt.cli import say
         from clrt.resources import validation_module

@@ -3,27 +3,37 @@
 from __future__ import annotations
 
 import argparse
+import json
+import os
+from dataclasses import asdict
 
 
 def run(options: argparse.Namespace) -> int:
     """Print a line for each device, its number first; * marks the one that a render takes by default.
 
     A device that does not work says why: each is tried, once a driver and processor.
+    Return 1 where none works.
     """
-    from clrt.errors import DeviceError
     from clrt.platforms import choose, devices
     from clrt.trial import verdict
 
     found = devices()
     faults = {info.index: verdict(info)[0] for info in found}
-    try:
-        default = choose()[0].index
-    except DeviceError:  # none works, and each line says why
-        default = -1
+    none = all(faults.values()) and not os.environ.get("CLRT_DEVICE")
+    default = -1 if none else choose()[0].index
+    if options.json:
+        rows = [
+            {
+                **asdict(info), "label": info.label, "default": info.index == default,
+                "fault": faults[info.index],
+            }
+            for info in found
+        ]  # fmt: skip
+        print(json.dumps(rows, indent=2))
+        return 0 if default >= 0 else 1
     for info in found:
         mark = "*" if info.index == default else " "
         memory = f"{info.memory / 2**30:.1f} GiB"
-        print(f"{mark} {info.index}  {info.label}  ({info.kind}, {info.units} units, {memory})")
-        if faults[info.index]:
-            print(f"     does not work: {faults[info.index]}")
+        fault = f" does not work: {faults[info.index]}" if faults[info.index] else ""
+        print(f"{mark} {info.index}  {info.label}  ({info.kind}, {info.units} units, {memory}){fault}")
     return 0 if default >= 0 else 1

@@ -10,9 +10,10 @@ from pathlib import Path
 from clrt.atomic import check_replaceable
 from clrt.errors import ClrtError
 from clrt.indices import GLASSES
-from clrt.places import At, did_you_mean, listed
+from clrt.places import At, listed
 from clrt.records import read
 from clrt.spectrum import LAMPS, METALS, REFLECTANCES, Spectrum
+from clrt.suggest import did_you_mean
 
 GROUPS = ("matching", "rgb", "metals", "glasses")
 """Several curves in one plot: the observer's functions, the upsampling curves, all metals, all glasses."""

@@ -10,6 +10,8 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from clrt.cli.terminal import console, marked
+
 Report = Callable[[int, int, int], None]
 
 
@@ -19,7 +21,6 @@ def progress(name: str, quiet: bool) -> Iterator[Report | None]:
     if quiet or not sys.stderr.isatty():
         yield None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
     from clrt import kernelcache
@@ -31,8 +32,8 @@ def progress(name: str, quiet: bool) -> Iterator[Report | None]:
         TextColumn("{task.fields[doing]}"),
         TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=None, doing="")
+    with Progress(*columns, console=console(stderr=True), transient=True) as bar:
+        task = bar.add_task(marked(name), total=None, doing="")
         start = time.perf_counter()
 
         def report(done: int, total: int, rays: int) -> None:

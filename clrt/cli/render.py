@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clrt.atomic import check_replaceable, replacing
-from clrt.cli import INTERRUPTED, say
+from clrt.cli import interrupted
+from clrt.cli.outputs import check_apart, check_spares
 from clrt.errors import ClrtError
 from clrt.resources import scene_file
 
@@ -19,22 +20,21 @@ if TYPE_CHECKING:
 
 def run(options: argparse.Namespace) -> int:
     """Render `options.scene` to `options.output`. ClrtError, before rendering, when it cannot be saved."""
-    saved: list[Path] = []
     try:
         file = scene_file(options.scene)
-        _check_outputs(options)
+        _check_outputs(options, file)
         start = time.perf_counter()
         image = render(file, options, layers=options.layers)
         seconds = time.perf_counter() - start
-        saved.append(image.save(options.output, options.exposure, options.bits))
+        saved = image.save(options.output, options.exposure, options.bits)
         if options.stats:
-            saved.append(_save_stats(image, options.stats))
+            _save_stats(image, options.stats)
+        if options.checkpoint:
+            Path(options.checkpoint).unlink(missing_ok=True)  # not before: it is needed if saving fails
+        if not options.quiet:
+            print(summary(image, saved, seconds))
     except KeyboardInterrupt:
-        return say(f"interrupted; {_left_behind(saved, options.checkpoint)}", INTERRUPTED)
-    if options.checkpoint:
-        Path(options.checkpoint).unlink(missing_ok=True)  # only now: had saving failed, it would be needed
-    if not options.quiet:
-        print(summary(image, saved[0], seconds))
+        return interrupted(options.checkpoint)
     return 0
 
 
@@ -46,6 +46,7 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
 
     limits = clrt.Limits(**dict(options.limit))
     scene = load_scene(file, limits=limits)
+    check_spares(_outputs(options), scene)
     with progress(file.stem, getattr(options, "quiet", False)) as report:
         return clrt.render(
             scene,
@@ -64,14 +65,6 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
         )
 
 
-def _left_behind(saved: list[Path], checkpoint: str | None) -> str:
-    if saved:
-        return f"saved: {', '.join(map(str, saved))}"
-    if checkpoint and Path(checkpoint).exists():
-        return f"{checkpoint} holds what is finished: the same command goes on from there"
-    return "nothing was saved"
-
-
 def summary(image: Image, path: Path, seconds: float) -> str:
     """The line after a render: where the picture is, its size, how long and how fast, and on what."""
     rate = image.stats["traced"] / seconds / 1e6
@@ -79,26 +72,27 @@ def summary(image: Image, path: Path, seconds: float) -> str:
     return f"{path}: {size}, {seconds:.2f} s, {rate:.2f} Mrays/s on {image.stats['device']}"
 
 
-def _check_outputs(options: argparse.Namespace) -> None:
+def _outputs(options: argparse.Namespace) -> dict[str, str]:
+    """The files that are to be written, by option."""
+    given = {name: getattr(options, name, None) for name in ("output", "stats", "checkpoint")}
+    return {f"--{name}": path for name, path in given.items() if path}
+
+
+def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
     from clrt.image import check_writable
+
+    check_apart(_outputs(options), {"the scene": scene})
 
     bits = check_writable(options.output, options.exposure, options.bits)
     if options.layers and bits != 32:
         raise ClrtError(f"{options.output}: --layers needs an .exr, which alone holds layers")
     if options.stats:
-        if Path(options.stats).resolve() == Path(options.output).resolve():
-            raise ClrtError(f"{options.stats}: is the picture's file too; give --stats one of its own")
         check_replaceable(options.stats)
-    if options.checkpoint:
-        others = [Path(name).resolve() for name in (options.output, options.stats) if name]
-        if Path(options.checkpoint).resolve() in others:
-            raise ClrtError(f"{options.checkpoint}: is another file's name, too; give --checkpoint its own")
 
 
-def _save_stats(image: Image, path: str) -> Path:
+def _save_stats(image: Image, path: str) -> None:
     with replacing(path) as temporary:
         temporary.write_text(json.dumps(dict(image.stats), indent=2, default=_plain) + "\n")
-    return Path(path).resolve()
 
 
 def _plain(value: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 
 from clrt.resources import scene_folder, shipped_scenes
@@ -11,6 +12,10 @@ from clrt.resources import scene_folder, shipped_scenes
 def run(options: argparse.Namespace) -> int:
     """Print each shipped scene with the first comment of its file, and where the files are."""
     scenes = shipped_scenes()
+    if options.json:
+        rows = [{"name": name, "about": headline(file), "file": str(file)} for name, file in scenes.items()]
+        print(json.dumps(rows, indent=2))
+        return 0
     width = max(map(len, scenes))
     for name, file in scenes.items():
         print(f"{name:{width}}  {headline(file)}".rstrip())

@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from clrt.atomic import check_replaceable
+from clrt.cli.terminal import console, marked
 from clrt.errors import ClrtError
+from clrt.install import install_extra
 from clrt.resources import validation_module
 
 FAILED = 1  # exit code
@@ -20,10 +22,14 @@ _SHOWN = 40  # failures that are listed
 
 def run(options: argparse.Namespace) -> int:
     """Run the suite and print what is proven; 0 where all is, else 1. ClrtError where it cannot be run."""
+    if options.report and Path(options.report).suffix.lower() not in (".html", ".htm"):
+        raise ClrtError(f"{options.report}: the report is a page; give a name that ends in .html")
     if options.report:
         check_replaceable(options.report)
     try:
         suite = validation_module("suite")
+        if options.report:
+            validation_module("suite_files").check_beside(Path(options.report))
         plan = _plan(suite, options)
         with _progress() as progress:
             result = suite.run(plan, progress)
@@ -31,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
             _write(result, Path(options.report))
     except ModuleNotFoundError as error:
         needs = f"clrt validate needs the package {error.name}"
-        raise ClrtError(f"{needs}; install what it needs with: pip install 'clrt[validation]'") from None
+        raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
     _show(result)
     return 0 if result.passed else FAILED
 
@@ -65,15 +71,18 @@ def _progress() -> Iterator[Callable[[int, int, str], None] | None]:
     if not sys.stderr.isatty():
         yield _report_tenths
         return
-    from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
     from rich.progress import TimeRemainingColumn as Remaining
 
     columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), Remaining(),
                TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    with Progress(*columns, console=console(stderr=True), transient=True) as bar:
         task = bar.add_task("starting", total=None)
-        yield lambda done, total, name: bar.update(task, completed=done, total=total, description=name)
+
+        def report(done: int, total: int, name: str) -> None:
+            bar.update(task, completed=done, total=total, description=marked(name))
+
+        yield report
 
 
 def _report_tenths(done: int, total: int, name: str) -> None:
@@ -83,28 +92,27 @@ def _report_tenths(done: int, total: int, name: str) -> None:
 
 def _show(result: Any) -> None:
     """The summary: a line for each oracle, then all that failed or was not proven."""
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
-    console = Console(highlight=False, soft_wrap=not sys.stdout.isatty())
+    terminal = console(highlight=False, soft_wrap=not sys.stdout.isatty())
     table = Table(box=None, pad_edge=False, header_style="bold")
     for title in ("what", "proven", "of", ""):
         table.add_column(title, justify="right" if title in ("proven", "of") else "left", no_wrap=True)
     for name, good, total, note in _rows(result):
         table.add_row(escape(name), str(good), str(total),
                       "[green]ok[/]" if good == total else f"[red]{escape(note)}[/]")
-    console.print(table)
+    terminal.print(table)
     failures = list(_failures(result))
     for line in failures[:_SHOWN]:
-        console.print(f"[red]failed[/] {escape(line)}")
+        terminal.print(f"[red]failed[/] {escape(line)}")
     if len(failures) > _SHOWN:
-        console.print(f"[red]and {len(failures) - _SHOWN} more[/]")
+        terminal.print(f"[red]and {len(failures) - _SHOWN} more[/]")
     for note in result.notes:
         loud = note.startswith("NOT PROVEN")
-        console.print(f"[bold red]{escape(note)}[/]" if loud else f"[dim]note: {escape(note)}[/]")
+        terminal.print(f"[bold red]{escape(note)}[/]" if loud else f"[dim]note: {escape(note)}[/]")
     verdict = "[bold green]proven[/]" if result.passed else "[bold red]not proven[/]"
-    console.print(f"{verdict} on {escape(result.device)} in {result.seconds:.0f} s")
+    terminal.print(f"{verdict} on {escape(result.device)} in {result.seconds:.0f} s")
 
 
 def _rows(result: Any) -> Iterator[tuple[str, int, int, str]]:

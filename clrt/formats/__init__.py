@@ -9,11 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from clrt.errors import SceneError, located, show
+from clrt.files import open_input
 from clrt.formats import mesh, native, nff, thesis
 from clrt.limits import Limits
 from clrt.meshfile import MESH_SUFFIXES
-from clrt.places import did_you_mean, listed
+from clrt.notices import bounded
+from clrt.places import listed
 from clrt.scene import Scene, read_scene
+from clrt.suggest import did_you_mean
 
 LOADERS: dict[str, Callable[..., Scene]] = {
     ".toml": native.load,
@@ -43,14 +46,10 @@ def load(path: str | Path, *, limits: Limits | None = None, **options: Any) -> S
         if name not in known:
             text = f"there is no option {name!r} for {path.suffix} files{did_you_mean(name, known)}"
             raise SceneError(located(str(path), "", text))
-    try:
-        found = path.is_file()
-    except OSError as error:
-        raise SceneError(located(str(path), "", f"cannot be read: {error.strerror}")) from None
-    if not found:
-        text = "is a folder or a device, not a file" if path.exists() else "there is no such file"
-        raise SceneError(located(str(path), "", text))
-    return loader(path, limits or Limits(), **options)
+    with open_input(path):  # or the error of a name that is no regular file's
+        pass
+    with bounded(path.name):
+        return loader(path, limits or Limits(), **options)
 
 
 def load_dict(
@@ -61,4 +60,5 @@ def load_dict(
     `folder` is where the files it names are looked up (None: the current folder), `source` the name that
     messages start with. Raises `SceneError` and `LimitError`.
     """
-    return read_scene(data, folder=Path(folder) if folder else None, source=source, limits=limits)
+    with bounded(source):
+        return read_scene(data, folder=Path(folder) if folder else None, source=source, limits=limits)

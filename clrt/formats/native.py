@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
-import tomllib
+import os
 from pathlib import Path
 from typing import Any, NoReturn
 
+import tomli
 import tomli_w
 
 from clrt.atomic import replacing
+from clrt.collector import no_collections
 from clrt.errors import LimitError, SceneError, located, show
-from clrt.files import read_bytes
+from clrt.files import read_text_bytes
+from clrt.formats import toml_scan
 from clrt.limits import Limits
 from clrt.scene import Mesh, Scene, read_scene
 
@@ -19,13 +22,19 @@ from clrt.scene import Mesh, Scene, read_scene
 def load(path: Path, limits: Limits) -> Scene:
     """The scene in a .toml or .json file."""
     source = path.name
-    text = _text(read_bytes(path, limits), source)
+    text = _text(read_text_bytes(path, limits), source)
     try:
-        table = tomllib.loads(text) if path.suffix.lower() == ".toml" else _parse_json(text)
+        with no_collections():
+            if path.suffix.lower() == ".toml":
+                toml_scan.check(text, limits, source)
+                table = tomli.loads(text)
+            else:
+                table = _parse_json(text)
     except RecursionError:
         raise LimitError(located(source, "", f"nesting: deeper than the limit of {limits.nesting}")) from None
     except ValueError as error:  # TOML and JSON errors both carry the line
         raise SceneError(located(source, "", f"wrong syntax: {error}")) from None
+    del text  # as large as what is made of it now
     limits.check("nesting", _depth(table, limits.nesting + 1), source)
     return read_scene(table, folder=path.parent, source=source, limits=limits)
 
@@ -50,7 +59,7 @@ def save(scene: Scene, path: Path) -> None:
 def _moved(scene: Scene, path: Path) -> dict[str, Any]:
     """The scene's dict with the names of its files as seen from the folder of `path`."""
     table = scene.to_dict()
-    old, new = (scene.folder or Path()).resolve(), path.resolve().parent
+    old, new = (scene.folder or Path()).resolve(), Path(os.path.realpath(path)).parent
     if old == new:
         return table
     if scene.background_path is not None:
@@ -85,10 +94,9 @@ def _parse_json(text: str) -> Any:
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     table = dict(pairs)
     if len(table) < len(pairs):
-        keys = [key for key, _ in pairs]
-        raise ValueError(
-            f"the key {show(next(k for k in keys if keys.count(k) > 1))} stands twice in one table"
-        )
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        raise ValueError(f"the key {show(twice)} stands twice in one table")
     return table
 
 
@@ -98,13 +106,13 @@ def _no_constant(name: str) -> NoReturn:
 
 def _depth(value: Any, most: int) -> int:
     """How deeply tables and lists are nested; counts no further than `most`."""
-    level, depth = [value], 1
+    level, depth = [value] if isinstance(value, (dict, list)) else [], 1
     while level and depth < most:
-        level = [item for part in level for item in _children(part)]
+        level = [
+            item
+            for part in level
+            for item in (part.values() if isinstance(part, dict) else part)
+            if isinstance(item, (dict, list))
+        ]
         depth += bool(level)
     return depth
-
-
-def _children(value: Any) -> list[Any]:
-    items = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return [item for item in items if isinstance(item, (dict, list))]

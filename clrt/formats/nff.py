@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from array import array
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from clrt.collector import no_collections
 from clrt.errors import SceneError, located
-from clrt.formats.tokens import Tokens, build, same_turn
+from clrt.formats.tokens import Tokens, build
 from clrt.limits import Limits
+from clrt.planar import same_turn
 from clrt.scene import Scene
 
 _RAYS = 513
@@ -28,8 +31,9 @@ def load(path: Path, limits: Limits, conformance: str = "none") -> Scene:
             located(path.name, "conformance", f"{conformance!r} is not allowed; it is 'none' or 'spd'")
         )
     reader = _Reader(path, limits)
-    reader.read()
-    return build(reader.table(conformance), reader.lines, path, limits)
+    with no_collections():
+        reader.read()
+    return build(reader.table(conformance), reader.lines, reader.shape_lines, path, limits)
 
 
 class _Reader:
@@ -42,8 +46,10 @@ class _Reader:
         self.view: dict[str, Any] | None = None
         self.lights: list[dict[str, Any]] = []
         self.materials: dict[str, dict[str, Any]] = {}
+        self.names: dict[tuple[float, ...], str] = {}  # of the materials, by their numbers
         self.material: str | None = None
         self.shapes: list[dict[str, Any]] = []
+        self.shape_lines = array("Q")
         self.patches = False
 
     def read(self) -> None:
@@ -133,13 +139,14 @@ class _Reader:
             "transmission": transmission,
             "ior": ior or 1.0,
         }
-        known = (name for name, other in self.materials.items() if other == material)
-        self.material = next(known, f"fill_{len(self.materials) + 1}")
+        self.material = self.names.setdefault(
+            (*color, kd, ks, shine, transmission, ior or 1.0), f"fill_{len(self.names) + 1}"
+        )
         self.lines.setdefault(f"materials.{self.material}", line)
         self.materials[self.material] = material
 
     def _add(self, line: int, **shape: Any) -> None:
-        self.lines[f"shapes[{len(self.shapes)}]"] = line
+        self.shape_lines.append(line)
         self.shapes.append(shape | ({"material": self.material} if self.material else {}))
 
     def _sphere(self) -> None:
@@ -196,8 +203,10 @@ class _Reader:
 
 
 def _joined(shape: dict[str, Any]) -> dict[str, Any]:
-    """A run of polygons or patches as one mesh (one polygon stays one), any other shape as it is."""
-    shape = dict(shape)
+    """A run of polygons or patches as one mesh (one polygon stays one), any other shape as it is.
+
+    Takes the run out of `shape`.
+    """
     polygons, patches = shape.pop("polygons", None), shape.pop("patches", None)
     if polygons is not None and len(polygons) == 1:
         return shape | {"type": "polygon", "points": polygons[0]}

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
-import warnings
+from array import array
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from clrt.errors import ClrtWarning, located, show
-from clrt.formats.tokens import Tokens, build, same_turn
+from clrt import notices
+from clrt.collector import no_collections
+from clrt.errors import show
+from clrt.formats.tokens import Tokens, build
 from clrt.limits import Limits
 from clrt.places import At
+from clrt.planar import same_turn
 from clrt.scene import Scene
 
 BANDS: Final = 380.0 + 18.0 * np.arange(20)
 """Lower ends of the program's bands in nm, each 18 nm wide."""
 _END: Final = 740.0
+_MOST_WARNINGS: Final = 10
 
 
 def load(path: Path, limits: Limits, response: str = "thesis-2011", faults: bool = False) -> Scene:
@@ -30,8 +34,9 @@ def load(path: Path, limits: Limits, response: str = "thesis-2011", faults: bool
     if response not in ("thesis-2011", "cie"):
         raise At(path.name).error(response, "response must be 'thesis-2011' or 'cie'")
     reader = _Reader(path, limits, response, faults)
-    reader.read()
-    return build(reader.table(), reader.lines, path, limits)
+    with no_collections():
+        reader.read()
+    return build(reader.table(), reader.lines, reader.shape_lines, path, limits)
 
 
 def interval(low: float, high: float) -> np.ndarray:
@@ -63,6 +68,12 @@ def steps(values: np.ndarray) -> list[list[float]]:
     return points
 
 
+def _key(material: dict[str, Any]) -> tuple[Any, ...]:
+    """The same for equal materials only."""
+    color = material["color"]
+    return (tuple(map(tuple, color)) if isinstance(color, list) else color, *list(material.values())[1:])
+
+
 class _Reader:
     """The state while reading, with the program's defaults."""
 
@@ -76,6 +87,8 @@ class _Reader:
         self.ambient = 1.0
         self.lights: list[dict[str, Any]] = []
         self.materials: dict[str, dict[str, Any]] = {}
+        self.names: dict[tuple[Any, ...], str] = {}  # of the materials, by what they say
+        self.shape_lines = array("Q")
         self.shapes: list[dict[str, Any]] = []
 
     def read(self) -> None:
@@ -93,14 +106,19 @@ class _Reader:
             "Ellipsoid": self._ellipsoid,
             "Quadric": self._quadric,
         }
+        skipped = 0
         while self.tokens.peek() is not None:
             word = self.tokens.word("an object")
             if word in entities:
                 entities[word]()
-            else:
-                place = f"line {self.tokens.line}"
+                continue
+            skipped += 1
+            if skipped <= _MOST_WARNINGS:
                 text = f"the word {show(word)} is skipped; known are {', '.join(entities)}"
-                warnings.warn(located(self.tokens.source, place, text), ClrtWarning, stacklevel=4)
+                notices.warn(self.tokens.source, f"line {self.tokens.line}", text)
+        if skipped > _MOST_WARNINGS:
+            more = f"{skipped - _MOST_WARNINGS} more words are skipped"
+            notices.warn(self.tokens.source, "", more)
 
     def table(self) -> dict[str, Any]:
         x, y, z = self.focal
@@ -221,11 +239,10 @@ class _Reader:
     def _add(self, line: int, **shape: Any) -> None:
         """Read the surface that ends a shape, and keep both."""
         surface_line, material = self._surface()
-        known = (name for name, other in self.materials.items() if other == material)
-        name = next(known, f"surface_{len(self.materials) + 1}")
+        name = self.names.setdefault(_key(material), f"surface_{len(self.names) + 1}")
         self.materials[name] = material
         self.lines.setdefault(f"materials.{name}", surface_line)
-        self.lines[f"shapes[{len(self.shapes)}]"] = line
+        self.shape_lines.append(line)
         self.shapes.append(shape | {"material": name})
 
     def _surface(self) -> tuple[int, dict[str, Any]]:

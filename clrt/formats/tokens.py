@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+import io
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from clrt.errors import SceneError, located, show
-from clrt.files import read_bytes
+from clrt.files import read_text_bytes
 from clrt.limits import Limits
-from clrt.planar import newell
 from clrt.scene import Scene, read_scene
 
 
@@ -22,27 +20,29 @@ class Tokens:
 
     def __init__(self, path: Path, limits: Limits) -> None:
         self.source = path.name
-        text = read_bytes(path, limits).decode("utf-8", "replace")
-        lines = [line.partition("#")[0].split() for line in text.splitlines()]
-        self._words = [word for line in lines for word in line]
-        self._lines = [number for number, line in enumerate(lines, 1) for _ in line]
-        self._next = 0
-
-    @property
-    def line(self) -> int:
-        return self._lines[self._next - 1] if self._next else 1
+        data = io.BytesIO(read_text_bytes(path, limits))
+        # line by line: all words at once would take 60 bytes and more for each byte of the file
+        self._text = enumerate(io.TextIOWrapper(data, "utf-8", "replace"), 1)
+        self._words: list[str] = []  # of the line `_number`
+        self._next = self._number = 0
+        self.line = 1
 
     def error(self, text: str) -> SceneError:
         return SceneError(located(self.source, f"line {self.line}", text))
 
     def peek(self) -> str | None:
         """The word that comes next, None at the end."""
-        return self._words[self._next] if self._next < len(self._words) else None
+        while self._next == len(self._words):
+            number, text = next(self._text, (0, ""))
+            if number == 0:
+                return None
+            self._number, self._words, self._next = number, text.partition("#")[0].split(), 0
+        return self._words[self._next]
 
     def peek_same_line(self) -> str | None:
         """The word that comes next if it stands on the same line as the last one."""
         word = self.peek()
-        return word if word is not None and self._lines[self._next] == self.line else None
+        return word if word is not None and self._number == self.line else None
 
     def word(self, wanted: str) -> str:
         """The next word; at the end the error says what was `wanted`."""
@@ -50,6 +50,7 @@ class Tokens:
         if word is None:
             raise self.error(f"the file ends where {wanted} should be")
         self._next += 1
+        self.line = self._number
         return word
 
     def expect(self, *words: str) -> str:
@@ -87,27 +88,23 @@ class Tokens:
         return side
 
 
-def build(table: dict[str, Any], lines: Mapping[str, int], path: Path, limits: Limits) -> Scene:
-    """The scene in an importer's dict; `lines` says where each part (`shapes[3]`) stood in the file."""
+def build(
+    table: dict[str, Any], lines: Mapping[str, int], shape_lines: Sequence[int], path: Path, limits: Limits
+) -> Scene:
+    """The scene in an importer's dict.
+
+    `lines` says where each part (`lights[3]`) stood in the file, `shape_lines` where each shape did.
+    """
     try:
         return read_scene(table, folder=path.parent, source=path.name, limits=limits)
     except SceneError as error:
-        start = re.match(
-            r"((?:shapes|lights)\[\d+\]|materials\.\w+|camera)", str(error).removeprefix(f"{path.name}: ")
-        )
-        if start is None or start.group(1) not in lines:
-            raise
         rest = str(error).removeprefix(f"{path.name}: ")
-        raise SceneError(located(path.name, f"line {lines[start.group(1)]}", rest)) from None
-
-
-def same_turn(points: list[list[float]]) -> bool:
-    """Whether a polygon's first corner turns the way the whole outline does.
-
-    Formats that take the normal from the first corner mean the other side where it does not.
-    """
-    if len(points) == 3:
-        return True
-    corners = np.array(points, np.float64)
-    first = np.cross(corners[1] - corners[0], corners[2] - corners[1])
-    return bool(first @ newell(corners) >= 0)
+        shape = re.match(r"shapes\[(\d+)\]", rest)
+        part = re.match(r"lights\[\d+\]|materials\.\w+|camera", rest)
+        if shape:
+            line = shape_lines[int(shape.group(1))]
+        elif part and part.group() in lines:
+            line = lines[part.group()]
+        else:
+            raise
+        raise SceneError(located(path.name, f"line {line}", rest)) from None

@@ -24,10 +24,10 @@ from typing import Any
 
 from clrt.errors import ClrtError, ClrtWarning
 from clrt.formats import load_dict
-from clrt.places import did_you_mean
 from clrt.resources import shipped_scenes
 from clrt.scene import Scene
 from clrt.shipped import load_scene
+from clrt.suggest import did_you_mean
 
 from ..compare import Limits, exact, limits
 from ..coverage import features_of

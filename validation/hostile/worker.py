@@ -24,7 +24,7 @@ from .mutate import make
 # Small enough that whatever they let through takes well below a second
 LIMITS: Final = Limits(
     file_bytes=4 << 20, primitives=20_000, vertices=20_000, lights=64, pixels=1 << 12, samples=16, depth=12,
-    device_bytes=128 << 20, work=2_000_000, image_pixels=1 << 20,
+    device_bytes=128 << 20, work=2_000_000, image_pixels=1 << 20, image_bytes=64 << 20,
 )  # fmt: skip
 
 PATIENT: Final = 1.0  # seconds of processor time

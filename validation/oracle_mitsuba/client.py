@@ -20,6 +20,7 @@ from typing import Any, Final
 import numpy as np
 
 import clrt
+from clrt.install import install_extra, pip_install
 from clrt.scene import Scene
 
 from ..types import OracleImage
@@ -71,9 +72,9 @@ class Mitsuba:
         """None where Mitsuba runs here, else why it does not, in one line."""
         for package in ("mitsuba", "drjit"):
             if importlib.util.find_spec(package) is None:
-                return f"{package} is not installed; install it with: pip install 'clrt[validation]'"
+                return f"{package} is not installed; install it with: {install_extra('validation')}"
         if find_llvm() is None:
-            return "no LLVM for Mitsuba; install it with: pip install karellen-llvm-core"
+            return f"no LLVM for Mitsuba; install it with: {pip_install('karellen-llvm-core')}"
         try:
             self.versions()
         except MitsubaError as error:

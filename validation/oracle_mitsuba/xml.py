@@ -11,6 +11,7 @@ import numpy as np
 
 from clrt.atomic import check_replaceable, replacing
 from clrt.errors import ClrtError, located
+from clrt.install import install_extra
 from clrt.scene import Checker, Scene
 
 from .forms import Array
@@ -86,7 +87,7 @@ def write_xml(scene: Scene, path: str | os.PathLike[str]) -> int:
     try:
         text, meshes = _document(scene, folder, path.parent)
     except ModuleNotFoundError as error:
-        needs = f"{path}: its meshes need {error.name}; install it with: pip install 'clrt[validation]'"
+        needs = f"{path}: its meshes need {error.name}; install it with: {install_extra('validation')}"
         raise ClrtError(needs) from None
     check_replaceable(path)
     if meshes:

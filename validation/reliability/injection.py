@@ -52,8 +52,7 @@ POINTS: Final[tuple[tuple[Any, str, str, Fault], ...]] = (
     ("clrt.atomic.os", "replace", "write", _disk),
     (oiio.ImageOutput, "create", "write", lambda: None),
     (oiio.ImageInput, "open", "read", lambda: None),
-    ("pathlib.Path", "open", "read", _reading),
-    ("clrt.imagefile", "open", "read", _reading),
+    ("clrt.files", "open", "read", _reading),
 )
 
 

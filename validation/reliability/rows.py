@@ -11,7 +11,7 @@ from clrt.device import Device
 
 from .. import proofs, twin_check
 from ..hostile import run as hostile
-from . import accuracy, coldstarts, drivers, faults, intel, interrupts, kills, sameness
+from . import accuracy, beginnings, coldstarts, drivers, faults, intel, interrupts, kills, sameness
 from .figures import Figure, Tell
 
 
@@ -75,6 +75,8 @@ ROWS: Final = (
         1000, "kills", kills.run, kernels=False),
     Row("interrupts", f"renders that Ctrl-C does not end within {interrupts.SOON:g} s, with exit code 130, "
         "one line and no file", 100, "renders", interrupts.run, kernels=False),
+    Row("beginnings", "commands that Ctrl-C, at a random time after clrt's first line, ends in anything but "
+        "exit code 130, one line and no file", 2000, "commands", beginnings.run, kernels=False),
     Row("coldstarts", f"processes that fail where {coldstarts.TOGETHER} start at once on a cold kernel cache",
         100 * coldstarts.TOGETHER, "processes", coldstarts.run, kernels=False),
     Row("drivers", "scenes that PoCL 3.0 renders faster than PoCL 3.1", 4, "scenes", drivers.run),

@@ -1,0 +1,171 @@
+"""What can be asked for on the command line.
+
+Nothing but argparse is imported before the command is known, so that help comes at once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from collections.abc import Sequence
+from typing import Any, Final, NoReturn
+
+from clrt.cli import FAULT, say
+from clrt.errors import ClrtError, show
+from clrt.version import __version__
+
+MOST: Final = 2**31 - 1
+
+
+def device(text: str) -> int | str:
+    """A device as `clrt.render` takes it: a number of `clrt devices`, or a part of its name."""
+    return whole(text) if text.isdecimal() else text
+
+
+def whole(text: str) -> int:
+    """A whole number that a computation may take for one: of at most 32 bits."""
+    if re.fullmatch(r"[+-]?[0-9]{1,10}", text) is None or abs(int(text)) > MOST:
+        raise argparse.ArgumentTypeError(f"{show(text)} is not a whole number from -{MOST} to {MOST}")
+    return int(text)
+
+
+def read(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """The command and its options. Leaves, after one line on stderr, where they are wrong."""
+    made = parser()
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if given and given[0] not in made.commands and not given[0].startswith("-"):
+        from clrt.places import did_you_mean
+
+        near = did_you_mean(given[0], made.commands)
+        raise ClrtError(f"{show(given[0])} is no command{near} (commands: {', '.join(made.commands)})")
+    return made.parse_args(given)
+
+
+class _Parser(argparse.ArgumentParser):
+    """Faults on the command line are one line, like all others."""
+
+    commands: dict[str, Any]
+
+    def error(self, message: str) -> NoReturn:
+        say(f"error: {message}; `{self.prog} --help` shows what there is")
+        sys.exit(FAULT)
+
+
+def parser() -> _Parser:
+    """All commands with their options."""
+    made = _Parser(prog="clrt", description="A Whitted ray tracer in OpenCL.", allow_abbrev=False)
+    made.add_argument("--version", action="version", version=f"clrt {__version__}")
+    commands = made.add_subparsers(dest="command", metavar="COMMAND", required=True)
+
+    def command(name: str, text: str) -> argparse.ArgumentParser:
+        return commands.add_parser(name, help=text, description=text, allow_abbrev=False)
+
+    render = command("render", "Render a scene to a picture.")
+    _add_scene(render)
+    render.add_argument("-o", "--output", metavar="OUT", required=True, help=".exr .png .tif .jpg .bmp")
+    _add_frame(render)
+    render.add_argument("--layers", type=_names, default=(), metavar="A,B", help="layers to store in an .exr")
+    render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
+    render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
+    render.add_argument("--bits", type=whole, choices=(8, 16), help="bits per sample of .png and .tif (8)")
+    render.add_argument("--checkpoint", metavar="FILE", help="keep what is finished; go on from it later")
+    render.add_argument("--check", action="store_true", help="name the first number that is not finite")
+    render.add_argument("--quiet", action="store_true", help="neither progress nor a closing line")
+
+    hashing = command("hash", "Print the hash of a scene's picture, or of the pixels in an .exr file.")
+    _add_scene(hashing)
+    _add_frame(hashing)
+
+    convert = command("convert", "Read a scene in any known format; write it as .toml, .json or .xml.")
+    convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
+    convert.add_argument("output", metavar="OUT", help="file to write: .toml, .json, or .xml (for Mitsuba)")
+
+    compare = command("compare", "Say how far a picture is from another one, or from its scene, and why.")
+    compare.add_argument("a", metavar="A", help="picture (or scene) to judge")
+    compare.add_argument("b", metavar="B", help="what it should show: a picture, or a scene to render")
+    compare.add_argument("--mask", action="store_true", help="leave edges out, where correct programs differ")
+    compare.add_argument("--json", action="store_true", help="print JSON")
+    compare.add_argument("--spp", type=whole, metavar="N", help="samples per pixel of the scene: 1, 4, 9 ...")
+    _add_device(compare)
+    compare.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
+
+    validate = command("validate", "Let independent programs render the same scenes, and compare.")
+    validate.add_argument("--full", action="store_true", help="every oracle and scene, mutants")
+    validate.add_argument("--report", metavar="OUT.html", help="write a page with all pictures and figures")
+    validate.add_argument("--random", type=whole, metavar="N", help="scenes drawn at random (0; --full: 100)")
+    validate.add_argument("--seed", type=whole, default=1, metavar="S", help="of the random scenes (1)")
+    validate.add_argument("--spd", metavar="FOLDER", help="ray counts of balls_c_s4.nff ... in there")
+    validate.add_argument("--mutants", action="store_true", help="plant faults: each must be noticed")
+    validate.add_argument("--case", action="append", metavar="NAME", help="only this case; may be repeated")
+    _add_device(validate)
+
+    bench = command("bench", "Time every pass, the tree's builder, and whole pictures.")
+    bench.add_argument("--only", type=_names, metavar="A,B", help="kernels, builder, launch, frames ...")
+    bench.add_argument("--scene", nargs="+", metavar="SCENE", help="frames of these, not the usual ones")
+    bench.add_argument("--quick", action="store_true", help="small scenes: a try, not a measurement")
+    bench.add_argument("--rounds", type=whole, default=9, metavar="N", help="how often a case is timed (9)")
+    bench.add_argument("--against", choices=("embree",), help="time Embree on the same rays, too")
+    bench.add_argument("--json", metavar="FILE", help="write all times")
+    bench.add_argument("--compare", metavar="OLD.json", help="say what is slower or faster than it")
+    bench.add_argument("--chart", metavar="FILE", help="draw the roofline chart: .png, .svg or .pdf")
+    _add_device(bench)
+
+    plot = command("plot-spectrum", "Draw a spectrum with its colours, or the matching functions.")
+    plot.add_argument(
+        "spectrum",
+        metavar="NAME",
+        help="D65, gold, BK7, patch-1 ..., matching, rgb, metals, glasses, or '{blackbody = 3200}'",
+    )
+    plot.add_argument("-o", "--output", metavar="OUT", help=".png, .svg or .pdf (NAME.png)")
+    plot.add_argument("--bands", type=whole, metavar="N", help="draw what N bands make of it, too")
+
+    devices = command("devices", "List the OpenCL devices; * marks the one that is used.")
+    devices.add_argument("--json", action="store_true", help="print JSON")
+    doctor = command("doctor", "Say what is wrong with this machine's OpenCL, and the command that mends it.")
+    doctor.add_argument("--json", action="store_true", help="print JSON")
+    _add_device(doctor)
+    scenes = command("scenes", "List the scenes that ship with clrt.")
+    scenes.add_argument("--json", action="store_true", help="print JSON")
+    selftest = command("selftest", "Check that a device computes what the reference does, bit for bit.")
+    selftest.add_argument("--quick", action="store_true", help="without light in bands and generated scenes")
+    _add_device(selftest)
+    made.commands = commands.choices
+    return made
+
+
+def _add_scene(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE", help="scene file, or a name from `clrt scenes`")
+
+
+def _add_device(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--device", type=device, metavar="D", help="number or part of a name: `clrt devices`")
+
+
+def _add_frame(parser: argparse.ArgumentParser) -> None:
+    """What the picture is, and where it is computed; by default as the scene says."""
+    parser.add_argument("--width", type=whole, metavar="N", help="pixels in a row; alone, keeps the aspect")
+    parser.add_argument("--height", type=whole, metavar="N", help="rows of pixels; alone, keeps the aspect")
+    parser.add_argument("--crop", type=whole, nargs=4, metavar=("X", "Y", "W", "H"), help="only these pixels")
+    parser.add_argument("--spp", type=whole, metavar="N", help="samples per pixel: 1, 4, 9, 16 ...")
+    parser.add_argument("--max-depth", type=whole, metavar="N", help="generations after the camera's")
+    _add_device(parser)
+    parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
+    parser.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
+
+
+def _limit(text: str) -> tuple[str, int]:
+    """A limit as `clrt.limits.Limits` takes it."""
+    from clrt.limits import parse
+
+    try:
+        return parse(text)
+    except ClrtError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+_LIMIT = "what the render may cost at most: depth=99; may be repeated"
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())

@@ -1,0 +1,140 @@
+"""Ctrl-C, SIGTERM and SIGHUP for clrt as a program: whenever they come, one line and the exit code of shells.
+
+A signal's handler runs between two instructions of Python, wherever those are: also while a library starts,
+where an exception may abort the process (OpenImageIO's start is C++ that lets none pass). So the handler
+raises KeyboardInterrupt only while `main` stands ready to catch it, and never within an import: it waits
+for the end of that. Before, and on a second signal, it ends the process itself. A program that only imports
+clrt keeps its own handlers.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    import signal
+    from pathlib import Path
+    from types import FrameType
+    from typing import NoReturn
+else:
+    import _signal as signal  # what `signal` wraps, a hundred times sooner there: nothing is caught before
+
+temporaries: set[Path] = set()
+"""Files that are being written, to be removed before the process ends."""
+
+saved: list[Path] = []
+"""The files that were written last, to be told after an interrupt."""
+
+_NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
+_MOST = 8  # that are told
+_AGAIN = 0.01  # seconds until a signal that came within an import is looked at again
+_installed: list[int] = []
+_main: FrameType | None = None  # where KeyboardInterrupt is caught; None: nowhere
+_received: int | None = None
+_waiting: int | None = None
+_said = False
+
+
+def is_program() -> bool:
+    """Whether this process is `clrt` or `python -m clrt`, as far as its first import can know."""
+    name = getattr(sys, "argv", [""])[0]
+    if name == "-m":  # so far: the module is only being looked for
+        given = sys.orig_argv
+        return given[given.index("-m") + 1 :][:1] == ["clrt"] if "-m" in given else False
+    return os.path.basename(name) in ("clrt", "clrt.exe")
+
+
+def install() -> None:
+    """Catch the signals that nobody ignores (`nohup`, jobs in the background) or catches already."""
+    for name in _NAMES:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) in (signal.SIG_DFL, signal.default_int_handler):
+            signal.signal(number, _caught)
+            _installed.append(number)
+    if _installed and hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGALRM, _look_again)
+
+
+def catching() -> None:
+    """From now on the caller catches KeyboardInterrupt."""
+    global _main
+    _main = sys._getframe(1)
+
+
+def finished() -> None:
+    """All is done: what comes now changes nothing any more."""
+    for number in _installed:
+        signal.signal(number, signal.SIG_IGN)
+
+
+def code() -> int:
+    """The exit code after a KeyboardInterrupt: 130, as shells expect after Ctrl-C, or that of the signal."""
+    return 128 + (_received or signal.SIGINT)
+
+
+def word() -> str:
+    """What happened, to begin the last line with; who asks for it says it."""
+    global _said
+    _said = True
+    return _word(_received or signal.SIGINT)
+
+
+def sweep() -> None:
+    """Remove the files that are being written."""
+    for path in tuple(temporaries):
+        try:  # noqa: SIM105 (contextlib takes long to import, and nothing is caught before)
+            os.unlink(path)
+        except OSError:
+            pass
+
+
+def note_saved(path: Path) -> None:
+    """A file has been replaced."""
+    saved.append(path)
+    del saved[:-_MOST]
+
+
+def _caught(number: int, frame: FrameType | None) -> None:
+    global _received, _waiting
+    if _main is None or _received is not None or (_waiting is not None and number != signal.SIGALRM):
+        _leave(_received or _waiting or number)
+    number = _waiting or number
+    if _within_import(frame) and hasattr(signal, "setitimer"):
+        _waiting = number
+        signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+        return
+    _waiting, _received = None, number
+    raise KeyboardInterrupt
+
+
+def _look_again(number: int, frame: FrameType | None) -> None:
+    if _waiting is not None:
+        _caught(number, frame)
+
+
+def _within_import(frame: FrameType | None) -> bool:
+    """Whether an exception raised here may not reach `main`: a module begins, or an object ends."""
+    while frame is not None and frame is not _main:
+        if frame.f_code.co_filename.startswith("<frozen importlib") or frame.f_code.co_name == "__del__":
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _leave(number: int) -> NoReturn:
+    """End the process at once."""
+    sweep()
+    if not _said:
+        rest = "" if _main else "; nothing was saved"
+        try:  # noqa: SIM105
+            os.write(2, f"clrt: {_word(number)}{rest}\n".encode())
+        except OSError:  # nobody reads it
+            pass
+    os._exit(128 + number)
+
+
+def _word(number: int) -> str:
+    name = next(name for name in _NAMES if getattr(signal, name, None) == number)
+    return "interrupted" if name == "SIGINT" else f"interrupted by {name}"

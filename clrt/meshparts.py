@@ -1,0 +1,127 @@
+"""The parts of a mesh file: how large they say they are, and all of them joined in world space.
+
+A part may stand at many places. What all of them together come to is checked against the limits before any of
+their numbers is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None]
+"""Vertices (n, 3), triangles (m, 3) of vertex numbers, normals (n, 3) or None."""
+
+_BLOCK = 1 << 16  # vertices and triangles that are moved at a time
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """`vertices` and `faces` are how many there are; `read` gives the arrays."""
+
+    vertices: int
+    faces: int
+    normals: bool
+    colored: bool
+    read: Callable[[], Arrays]
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """The parts of a file, and where they stand.
+
+    Place i of p, in the file's order, has the part `which[i]` and the (4, 4) matrix to the world
+    `matrices[where[i]]`.
+    """
+
+    parts: Sequence[Part]
+    which: np.ndarray
+    where: np.ndarray
+    matrices: np.ndarray
+
+    def sizes(self, smooth: bool | None) -> tuple[int, int]:
+        """Vertices and triangles of all places, as `joined` makes them."""
+        counts = np.bincount(self.which, minlength=len(self.parts)).tolist()
+        own = self.own(smooth)
+        vertices = sum(n * _vertices(part, own, smooth) for n, part in zip(counts, self.parts, strict=True))
+        return vertices, sum(n * part.faces for n, part in zip(counts, self.parts, strict=True))
+
+    def own(self, smooth: bool | None) -> bool:
+        """Whether the file's own normals count."""
+        return smooth is not False and any(part.normals for part in self.parts)
+
+    def joined(self, smooth: bool | None) -> Arrays:
+        """All places in world space, outer sides still outside; `smooth` as in `read_mesh_file`."""
+        own = self.own(smooth)
+        lengths = np.array([[_vertices(part, own, smooth), part.faces] for part in self.parts])[self.which]
+        ends = np.cumsum(lengths, axis=0)
+        firsts = ends - lengths
+        vertices, faces = np.empty((ends[-1, 0], 3)), np.empty((ends[-1, 1], 3), np.int64)
+        normals = np.empty_like(vertices) if own else None
+        order = np.argsort(self.which, kind="stable")
+        bounds = np.searchsorted(self.which[order], np.arange(len(self.parts) + 1))
+        for number, part in enumerate(self.parts):
+            points, triangles, directions = _prepared(part.read(), own, smooth)
+            step = max(1, _BLOCK // max(len(points), len(triangles)))
+            for start in range(bounds[number], bounds[number + 1], step):
+                places = order[start : min(start + step, bounds[number + 1])]
+                matrices = self.matrices[self.where[places]]
+                linear = matrices[:, :3, :3]
+                mirrored = np.linalg.det(linear) < 0
+                first = firsts[places]
+                at = first[:, :1] + np.arange(len(points))
+                vertices[at] = points @ linear.transpose(0, 2, 1) + matrices[:, None, :3, 3]
+                turned = np.where(mirrored[:, None, None], triangles[:, ::-1], triangles)
+                faces[first[:, 1:] + np.arange(len(triangles))] = turned + first[:, :1, None]
+                if normals is not None and directions is not None:
+                    # the inverse transpose, times the determinant
+                    cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
+                    sign = np.where(mirrored, -1.0, 1.0)[:, None, None]
+                    normals[at] = _units(directions @ cofactors.transpose(0, 2, 1) * sign)
+        if own:
+            return vertices, faces, normals
+        return vertices, faces, smooth_normals(vertices, faces) if smooth else None
+
+
+def smooth_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """`vertex_normals` with all vertices at one position taken as one."""
+    places, place = np.unique(vertices, axis=0, return_inverse=True)
+    place = place.reshape(-1)
+    return vertex_normals(places, place[faces])[place]
+
+
+def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Unit normals (n, 3), the mean of the adjoining triangles' weighted by area; z where that vanishes."""
+    normals = np.zeros_like(vertices)
+    a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+    across = np.cross(b - a, c - a)
+    for corner in range(3):
+        np.add.at(normals, triangles[:, corner], across)
+    return _units(normals)
+
+
+def _vertices(part: Part, own: bool, smooth: bool | None) -> int:
+    """The part's vertices once it is `_prepared`."""
+    return 3 * part.faces if own and not part.normals and not smooth else part.vertices
+
+
+def _prepared(arrays: Arrays, own: bool, smooth: bool | None) -> Arrays:
+    """Arrays with normals if the file's own count, and none are there.
+
+    These are smooth ones, or each triangle's own on corners of its own.
+    """
+    vertices, faces, normals = arrays
+    if not own or normals is not None:
+        return arrays
+    if smooth:
+        return vertices, faces, smooth_normals(vertices, faces)
+    vertices, faces = vertices[faces.reshape(-1)], np.arange(faces.size).reshape(-1, 3)
+    return vertices, faces, vertex_normals(vertices, faces)
+
+
+def _units(vectors: np.ndarray) -> np.ndarray:
+    """Vectors (..., 3) of length 1; z for those of length 0."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.where(length > 0, vectors / np.where(length > 0, length, 1.0), (0.0, 0.0, 1.0))
