@@ -9,6 +9,19 @@ from dataclasses import dataclass
 from typing import Any
 
 from clrt.errors import SceneError, fault, located, show
+from clrt.missing import advice
+
+
+class PlacedError(SceneError):
+    """A fault at a known place of a scene, so that who has the file's text can name the line.
+
+    `key` is the key of the table `at` that is to blame, where that should not be in the message's place.
+    """
+
+    def __init__(self, at: At, text: str, key: str = "") -> None:
+        super().__init__(located(at.source, at.path, text))
+        self.at, self.text = at, text
+        self.path = at.key(key).path if key else at.path
 
 
 @dataclass(frozen=True)
@@ -29,12 +42,12 @@ class At:
         """The place below this one that msgspec calls `$suffix`."""
         return At(self.source, self.path + suffix)
 
-    def error(self, value: object, right: str) -> SceneError:
+    def error(self, value: object, right: str) -> PlacedError:
         """'VALUE is not allowed; RIGHT' at this place."""
-        return SceneError(fault(self.source, self.path, value, right))
+        return self.says(fault("", "", value, right))
 
-    def says(self, text: str) -> SceneError:
-        return SceneError(located(self.source, self.path, text))
+    def says(self, text: str) -> PlacedError:
+        return PlacedError(self, text)
 
 
 def known_keys(table: Mapping[Any, Any], known: Iterable[str], at: At) -> None:
@@ -42,13 +55,15 @@ def known_keys(table: Mapping[Any, Any], known: Iterable[str], at: At) -> None:
     names = list(known)
     for key in table:
         if key not in names:
-            raise at.says(f"unknown key {show(key)}{did_you_mean(key, names)} (keys here: {listed(names)})")
+            hint = advice(key, names) or did_you_mean(key, names)
+            text = f"unknown key {show(key)}{hint} (keys here: {listed(names)})"
+            raise PlacedError(at, text, str(key))
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """'; did you mean ...?' with the nearest of `known`, or nothing where there is none."""
+    """'; did you mean ...?' with the nearest of `known`, or nothing where none is near."""
     names = {str(candidate).lower(): candidate for candidate in known}
-    near = difflib.get_close_matches(str(name).lower()[:80], list(names), n=1, cutoff=0.0)
+    near = difflib.get_close_matches(str(name).lower()[:80], list(names), n=1, cutoff=0.6)
     return f"; did you mean {names[near[0]]!r}?" if near else ""
 
 
