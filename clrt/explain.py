@@ -81,7 +81,8 @@ def _other_kind(value: Any, hint: Any) -> str:
     leaves = _leaves(hint)
     numbers = float in leaves or int in leaves
     if isinstance(value, str):
-        return "; this is a text, and numbers have no quotes" if numbers and str not in leaves else advice(value, [])
+        is_number = numbers and str not in leaves
+        return "; this is a text, and numbers have no quotes" if is_number else advice(value, [])
     if isinstance(value, bool) and numbers:
         return "; this is true or false, not a number"
     return ""

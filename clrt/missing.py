@@ -1,7 +1,7 @@
 """What other renderers have and clrt has not, by the words that scenes use for it.
 
-A guess at a similar key would mislead there: `fog` is no misspelt key. docs/what-clrt-does-not-do.md has a row
-for each of FEATURES and says what to do instead.
+A guess at a similar key would mislead there: `fog` is no misspelt key. docs/what-clrt-does-not-do.md has a
+row for each of FEATURES and says what to do instead.
 """
 
 from __future__ import annotations
@@ -22,34 +22,34 @@ FEATURES: Final[dict[str, tuple[str, ...]]] = {
                        "oren_nayar", "cook_torrance", "principled", "disney", "anisotropy", "anisotropic",
                        "sheen", "clearcoat", "metallic", "metalness", "brdf", "bsdf"),
     "subsurface scattering": ("subsurface", "sss", "bssrdf", "translucency"),
-    "fog and clouds": ("fog", "haze", "mist", "smoke", "cloud", "clouds", "volume", "volumetric", "scattering",
-                       "participating_medium", "phase_function"),
+    "fog and clouds": ("fog", "haze", "mist", "smoke", "cloud", "clouds", "volume", "volumetric",
+                       "scattering", "participating_medium", "phase_function"),
     "area lights": ("area", "area_light", "rectangle_light", "rect_light", "quad_light", "sphere_light",
                     "disk_light", "mesh_light", "soft_shadows", "light_samples", "emitter"),
     "spot lights": ("spot", "spot_light", "spotlight", "cone_angle", "spot_angle", "penumbra", "ies"),
-    "environment lighting": ("environment_light", "envmap", "environment_map", "hdri", "sky_light", "skylight",
-                             "dome", "dome_light", "infinite_light"),
+    "environment lighting": ("environment_light", "envmap", "environment_map", "hdri", "sky_light",
+                             "skylight", "dome", "dome_light", "infinite_light"),
     "global illumination": ("path_tracing", "path_tracer", "pathtracing", "global_illumination", "gi",
                             "radiosity", "photon_map", "photons", "caustics", "bidirectional", "metropolis",
                             "ambient_occlusion", "integrator"),
-    "depth of field": ("aperture", "aperture_radius", "focus", "focal_distance", "focus_distance", "focal_length",
-                       "lens", "lens_radius", "f_stop", "fstop", "dof", "depth_of_field", "bokeh", "thin_lens",
-                       "thinlens"),
+    "depth of field": ("aperture", "aperture_radius", "focus", "focal_distance", "focus_distance",
+                       "focal_length", "lens", "lens_radius", "f_stop", "fstop", "dof", "depth_of_field",
+                       "bokeh", "thin_lens", "thinlens"),
     "fisheye and panoramic cameras": ("fisheye", "panorama", "panoramic", "spherical", "equirectangular",
                                       "omnidirectional", "stereo", "cylindrical"),
     "motion blur": ("motion", "motion_blur", "shutter", "shutter_open", "shutter_close", "shutter_speed",
                     "velocity", "exposure_time"),
     "animation": ("animation", "animate", "keyframe", "keyframes", "frame", "frames", "timeline", "fps"),
-    "constructive solid geometry": ("csg", "union", "intersection", "difference", "merge", "boolean", "subtract",
-                                    "clipped_by"),
+    "constructive solid geometry": ("csg", "union", "intersection", "difference", "merge", "boolean",
+                                    "subtract", "clipped_by"),
     "instances and groups": ("instance", "instances", "instancing", "groups", "include", "object",
                              "prototype", "reference"),
     "curved shapes of higher order": ("torus", "nurbs", "bezier", "bezier_patch", "bilinear_patch", "patch",
                                       "spline", "blob", "metaball", "isosurface", "julia", "quartic", "cubic",
                                       "superellipsoid", "sdf", "fractal", "heightfield", "height_field",
                                       "hair", "curve", "curves", "subdivision"),
-    "tone mapping": ("tonemap", "tone_map", "tone_mapping", "tonemapping", "reinhard", "aces", "filmic", "gamma",
-                     "bloom", "vignette"),
+    "tone mapping": ("tonemap", "tone_map", "tone_mapping", "tonemapping", "reinhard", "aces", "filmic",
+                     "gamma", "bloom", "vignette"),
     "denoising and pixel filters": ("denoise", "denoiser", "denoising", "filter", "pixel_filter",
                                     "reconstruction_filter", "sampler"),
 }  # fmt: skip
@@ -91,7 +91,7 @@ def feature(word: object) -> str:
 
 
 def advice(word: object, known: list[str]) -> str:
-    """'; ...' on a key or a name that is not among the `known` ones of its place, or "" where it is no known word."""
+    """'; ...' on a key or name that is not among the `known` ones of its place; "" for an unknown word."""
     plain = _plain(word)
     if (other := OTHER_WORDS.get(plain)) in known:
         return f"; clrt calls it {other!r}"

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import re
-from json.decoder import scanstring
 from typing import Final
 
 Steps = tuple[str | int, ...]
@@ -18,7 +17,7 @@ _KEY: Final = r"""(?:[\w-]+|"[^"\\]*"|'[^']*')"""
 _NAME: Final = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
 _HEADER: Final = re.compile(rf"\s*(\[\[?)\s*({_NAME})\s*\]\]?\s*(?:#.*)?$")
 _ENTRY: Final = re.compile(rf"\s*({_NAME})\s*=(.*)$")
-_ASIDE: Final = re.compile(r""""(?:\\.|[^"\\])*"|'[^']*'|#.*""")  # strings and comments, whose brackets are text
+_ASIDE: Final = re.compile(r""""(?:\\.|[^"\\])*"|'[^']*'|#.*""")  # strings, comments
 _SPACE: Final = re.compile(r"[\s:,]*")
 
 
@@ -73,7 +72,7 @@ def _into(decoder: json.JSONDecoder, text: str, at: int, step: str | int) -> tup
     while text[at] not in "}]":
         begin, name = at, index if isinstance(step, int) else ""
         if isinstance(step, str):
-            name, at = scanstring(text, at + 1)
+            name, at = decoder.raw_decode(text, at)
             at = _skip(text, at)
         if name == step:
             return begin, at
