@@ -80,7 +80,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_scene(render)
     render.add_argument("-o", "--output", metavar="OUT", required=True, help=".exr .png .tif .jpg .bmp")
     _add_frame(render)
-    render.add_argument("--layers", type=_names, default=(), metavar="A,B", help="layers to store in an .exr")
+    render.add_argument("--layers", type=_names, default=(), metavar="A,B", help="layers, or all of them")
     render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
     render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
     render.add_argument("--bits", type=int, choices=(8, 16), help="bits per sample of .png and .tif (8)")

@@ -27,6 +27,10 @@ def run(options: argparse.Namespace) -> int:
         image = render(file, options, layers=options.layers)
         seconds = time.perf_counter() - start
         saved.append(image.save(options.output, options.exposure, options.bits))
+        beside = []
+        if image.layers and not _holds_layers(options.output):
+            beside = image.save_layers(options.output, options.exposure, options.bits)
+            saved += beside
         if options.stats:
             saved.append(_save_stats(image, options.stats))
     except KeyboardInterrupt:
@@ -35,6 +39,8 @@ def run(options: argparse.Namespace) -> int:
         Path(options.checkpoint).unlink(missing_ok=True)  # only now: had saving failed, it would be needed
     if not options.quiet:
         print(summary(image, saved[0], seconds))
+        if beside:
+            print(f"layers: {', '.join(path.name for path in beside)}")
     return 0
 
 
@@ -80,11 +86,15 @@ def summary(image: Image, path: Path, seconds: float) -> str:
 
 
 def _check_outputs(options: argparse.Namespace) -> None:
-    from clrt.image import check_writable
+    from clrt.image import check_writable, layer_file
 
-    bits = check_writable(options.output, options.exposure, options.bits)
-    if options.layers and bits != 32:
-        raise ClrtError(f"{options.output}: --layers needs an .exr, which alone holds layers")
+    check_writable(options.output, options.exposure, options.bits)
+    if not _holds_layers(options.output):
+        for name in options.layers:
+            if name == "bands":
+                raise ClrtError(f"{options.output}: --layers bands needs an .exr, which alone holds them")
+            if name != "all":
+                check_replaceable(layer_file(options.output, name))
     if options.stats:
         if Path(options.stats).resolve() == Path(options.output).resolve():
             raise ClrtError(f"{options.stats}: is the picture's file too; give --stats one of its own")
@@ -93,6 +103,10 @@ def _check_outputs(options: argparse.Namespace) -> None:
         others = [Path(name).resolve() for name in (options.output, options.stats) if name]
         if Path(options.checkpoint).resolve() in others:
             raise ClrtError(f"{options.checkpoint}: is another file's name, too; give --checkpoint its own")
+
+
+def _holds_layers(output: str) -> bool:
+    return Path(output).suffix.lower() == ".exr"
 
 
 def _save_stats(image: Image, path: str) -> Path:
