@@ -24,6 +24,8 @@ def run(options: argparse.Namespace) -> int:
         check_replaceable(options.report)
     try:
         suite = validation_module("suite")
+        if options.list:
+            return _list(suite)
         plan = _plan(suite, options)
         with _progress() as progress:
             result = suite.run(plan, progress)
@@ -34,6 +36,13 @@ def run(options: argparse.Namespace) -> int:
         raise ClrtError(f"{needs}; install what it needs with: pip install 'clrt[validation]'") from None
     _show(result)
     return 0 if result.passed else FAILED
+
+
+def _list(suite: Any) -> int:
+    for name, shows in suite.case_rows():
+        print(f"{name}\t{shows}")
+    print("random SEED/NUMBER\ta scene drawn at random")
+    return 0
 
 
 def _plan(suite: Any, options: argparse.Namespace) -> Any:
@@ -104,7 +113,8 @@ def _show(result: Any) -> None:
         loud = note.startswith("NOT PROVEN")
         console.print(f"[bold red]{escape(note)}[/]" if loud else f"[dim]note: {escape(note)}[/]")
     verdict = "[bold green]proven[/]" if result.passed else "[bold red]not proven[/]"
-    console.print(f"{verdict} on {escape(result.device)} in {result.seconds:.0f} s")
+    some = f", {len(result.cases)} of {result.known} cases," if len(result.cases) < result.known else ""
+    console.print(f"{verdict}{some} on {escape(result.device)} in {result.seconds:.0f} s")
 
 
 def _rows(result: Any) -> Iterator[tuple[str, int, int, str]]:
