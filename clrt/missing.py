@@ -85,11 +85,6 @@ SCENE_KEYS: Final = frozenset({
 _FEATURE: Final = {word: feature for feature, words in FEATURES.items() for word in words}
 
 
-def feature(word: object) -> str:
-    """What clrt lacks that `word` asks for, or ""."""
-    return _FEATURE.get(_plain(word), "")
-
-
 def advice(word: object, known: list[str]) -> str:
     """'; ...' on a key or name that is not among the `known` ones of its place; "" for an unknown word."""
     plain = _plain(word)

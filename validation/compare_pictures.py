@@ -39,7 +39,7 @@ from .compare_undo import undoable
 from .ours import render_ours
 from .types import Gate
 
-SEARCH_SECONDS = 30.0  # of processor time: some 50 pictures of 640 x 480 of a scene that ships
+SEARCH_SECONDS = 30.0  # of processor time, then the search for causes ends
 SIMILAR = 0.95  # SSIM from which pictures count as similar
 _ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no more
 _FINAL = ("JPEG compression", "another tone curve")  # no scene is to be searched for what they explain
