@@ -34,16 +34,22 @@ _GENERATION = re.compile(r"generation_(\d+)")
 
 
 def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) -> tuple[str, ...]:
-    """The names, each once. ClrtError names an unknown one and its nearest neighbour."""
-    names = tuple(dict.fromkeys(layers))
-    known = (*_BY_PATH, *_BY_TERM, *GEOMETRY, *(f"generation_{g}" for g in range(max_depth + 1)))
-    known += SPECTRAL if spectral else ()
+    """The names, each once; "all" stands for all there are. ClrtError names an unknown one and its nearest.
+
+    A single name, or several with commas, may be one text.
+    """
+    listed = [name.strip() for name in layers.split(",")] if isinstance(layers, str) else layers
+    known = tuple(dict.fromkeys(
+        (*_BY_PATH, *_BY_TERM, *GEOMETRY, *(f"generation_{g}" for g in range(max_depth + 1)),
+         *(SPECTRAL if spectral else ()))
+    ))  # fmt: skip
+    names = tuple(dict.fromkeys(name for entry in listed for name in (known if entry == "all" else (entry,))))
     for name in names:
         if name in SPECTRAL and not spectral:
             raise ClrtError(f"layers: {name!r} is for scenes with a spectrum; this one is in RGB")
         if name not in known:
             near = nearest(name, known, cutoff=0.6)
-            hint = f"did you mean {near!r}?" if near else "known: " + ", ".join(dict.fromkeys(known))
+            hint = f"did you mean {near!r}?" if near else "known: all, " + ", ".join(dict.fromkeys(known))
             raise ClrtError(f"layers: {name!r} is not a layer; {hint}")
     return names
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from clrt.errors import ClrtError
 from clrt.imagefile import check_writable, encode, read_image, write
+from clrt.layerpicture import is_light, layer_pixels
 from clrt.version import __version__
 
 __all__ = ["Image", "check_writable", "pixel_hash", "read_image"]
@@ -46,7 +47,8 @@ class Image:
     def __post_init__(self) -> None:
         pixels = np.ascontiguousarray(self.pixels)
         if pixels.dtype != np.float32 or pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
-            raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3)")
+            hint = "; image.layer(name) makes a picture of a layer" if pixels.ndim == 2 else ""
+            raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3){hint}")
         layers = {name: np.ascontiguousarray(layer) for name, layer in self.layers.items()}
         for name, layer in layers.items():
             fits = (*pixels.shape[:2], len(self.wavelengths)) if name == "bands" else pixels.shape
@@ -96,6 +98,32 @@ class Image:
             write(path, [encode(self.pixels, exposure, bits)], metadata=self._attributes())
         return Path(path).resolve()
 
+    def layer(self, name: str) -> Image:
+        """A layer as a picture to look at, to show or to save: docs/layers.md says what stands for what.
+
+        ClrtError where the image has no such layer, and for `bands`, which only an .exr holds.
+        """
+        if name not in self.layers:
+            known = f"it has {', '.join(self.layers)}" if self.layers else "it was rendered without layers"
+            raise ClrtError(f"layers: {name!r} is not in this image; {known}")
+        return Image(layer_pixels(name, self.layers[name]), metadata={**self.metadata, "layer": name})
+
+    def save_layers(
+        self, path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None
+    ) -> list[Path]:
+        """Write every layer but `bands` beside the picture `path`: `x.png` makes `x.depth.png` ...
+
+        As `save`; `exposure` is for light alone. An .exr holds its layers itself. Returns absolute paths.
+        """
+        shown = [name for name in self.layers if name != "bands"]
+        files = [layer_file(path, name) for name in shown]
+        for file in files:
+            check_writable(file, exposure, bits)
+        saved = []
+        for name, file in zip(shown, files, strict=True):
+            saved.append(self.layer(name).save(file, exposure if is_light(name) else 0.0, bits))
+        return saved
+
     def show(self, exposure: float = 0.0) -> None:
         """Show the picture below a notebook's cell, else in the desktop's viewer; ClrtError without one."""
         if "ipykernel" in sys.modules:
@@ -120,6 +148,16 @@ class Image:
         attributes = {"version": __version__, "image_hash": self.hash, **self.metadata}
         named = {f"clrt:{key}": text for key, text in attributes.items()}
         return named | (_SPECTRAL_LAYOUT if "bands" in self.layers else {})
+
+
+def layer_file(path: str | os.PathLike[str], name: str) -> Path:
+    """Where `save_layers` puts a layer: `x.depth.png` for depth beside `x.png`. ClrtError beside an .exr."""
+    path = Path(path)
+    if path.suffix.lower() == ".exr":
+        raise ClrtError(f"{path}: an .exr holds its layers itself; or name a .png")
+    if Path(name).name != name:
+        raise ClrtError(f"layers: {name!r} cannot be a part of a file's name")
+    return path.with_name(f"{path.stem}.{name}{path.suffix}")
 
 
 def pixel_hash(pixels: np.ndarray) -> str:

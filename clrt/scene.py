@@ -261,6 +261,8 @@ def _names_files(shapes: object) -> bool:
 
 
 def _listing(data: object, at: At, noun: str) -> list[Any] | tuple[Any, ...]:
+    if isinstance(data, Mapping):
+        raise at.error(data, f"{noun} must be a list of tables; in TOML each is a [[{noun}]]: two brackets")
     if not isinstance(data, (list, tuple)):
         raise at.error(data, f"{noun} must be a list of tables")
     return data

@@ -91,7 +91,7 @@ class Tracer:
         """The picture that the scene's camera sees.
 
         width, height, spp, max_depth: in place of the scene's; width or height alone keeps the aspect.
-        layers: names as in docs/model.md (`direct`, `generation_1`, `depth`, ...). progress: called with
+        layers: names as in docs/layers.md (`direct`, `depth`, ...), or "all". progress: called with
         (pixels done, pixels in all, rays traced) after every tile. crop: (x, y, width, height), the part of
         the picture to render, with the same bits as in the whole. checkpoint: a file that keeps what is
         finished; a render that finds it goes on from there. It is kept at the end, for you to remove.

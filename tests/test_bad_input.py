@@ -53,7 +53,7 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     ({"shapes": [3]}, ["shapes[0]", "3 is not allowed", "a table with a type"]),
     ({"shapes": {}}, ["shapes", "{}", "must be a list"]),
     ({"lights": "sun"}, ["lights", "'sun'", "must be a list"]),
-    ({"lights": [{"type": "spot"}]}, ["lights[0].type", "'spot'", "did you mean 'point'"]),
+    ({"lights": [{"type": "spot"}]}, ["lights[0].type", "'spot'", "clrt has no spot lights"]),
     ({"lights": [{"type": "point"}]}, ["lights[0]", "'position' is missing", "3 numbers"]),
     ({"materials": []}, ["materials", "[]", "named materials"]),
     ({"camera": 5}, ["camera", "5 is not allowed"]),

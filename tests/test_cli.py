@@ -148,7 +148,7 @@ def test_a_wrong_scene_is_one_line_and_no_picture(
         (["-o", "{}/a.jpg", "--bits", "16"], "use 8"),
         (["-o", "{}/a.exr", "--exposure", "1"], "exposure"),
         (["-o", "{}/a.png", "--exposure", "inf"], "exposure"),
-        (["-o", "{}/a.png", "--layers", "depth"], ".exr"),
+        (["-o", "{}/a.png", "--layers", "bands"], ".exr"),
         (["-o", "{}/a.exr", "--layers", "colour"], "colour"),
         (["-o", "{}/a.png", "--stats", "{}/none/a.json"], "no folder"),
         (["-o", "{}/a.png", "--stats", "{}/a.png"], "--stats"),

@@ -138,3 +138,12 @@ def test_a_process_that_dies_takes_no_other_result_with_it(tmp_path: Path) -> No
 def test_faults_of_the_user_are_one_line(arguments: list[str], message: str) -> None:
     found = validate(*arguments)
     assert found.returncode == 2 and message in found.stderr and found.stderr.count("\n") == 1
+
+
+def test_the_cases_can_be_listed() -> None:
+    found = validate("--list")
+    assert found.returncode == 0 and found.stderr == ""
+    rows = dict(line.split("\t") for line in found.stdout.splitlines())
+    cases = validation_module("cases")
+    assert list(rows) == [*cases.matrix_cases(), *cases.shipped_cases(), "random SEED/NUMBER"]
+    assert "fresnel" in " ".join(rows.values())
