@@ -103,6 +103,7 @@ class Device:
             self.rays, self.settings.lanes, self.packet, self._kernel_folder or kernel_folder()
         )
         self._kernels: dict[str, cl.Kernel] = {}
+        self._groups: dict[str, int] = {}  # work-items of a kernel's work-group where nobody says how many
         self._launched: set[tuple[str, int, bool]] = set()
         self._spans: list[tuple[int, int, str]] = []
         self.use(0)
@@ -169,6 +170,8 @@ class Device:
             kernel = self._guard(lambda: cl.Kernel(self.program, name), f"kernel {name}")
             kernel.set_scalar_arg_dtypes([a.dtype if isinstance(a, np.generic) else None for a in arguments])
             self._kernels[name] = kernel
+            most = cl.kernel_work_group_info.WORK_GROUP_SIZE
+            self._groups[name] = min(_GROUP, kernel.get_work_group_info(most, self.device))
         return self._kernels[name]
 
     def use(self, track: int) -> None:
@@ -192,8 +195,8 @@ class Device:
         if items == 0:
             return
         check_process()
-        local = local_size or self.settings.local_size or _GROUP
         kernel = self.kernel(name, arguments)
+        local = local_size or self.settings.local_size or self._groups[name]
         total = -(-items // local) * local
 
         def enqueue() -> cl.Event:

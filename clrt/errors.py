@@ -30,6 +30,9 @@ class ClrtWarning(UserWarning):
     """Something that is allowed but probably not meant."""
 
 
+NO_MEMORY = "this machine has no memory left for it; use a smaller scene or picture, or fewer layers"
+
+
 def one_line(text: str) -> str:
     """`text` with every run of white space, line breaks included, as one space."""
     return " ".join(text.split())

@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import sys
+from collections.abc import Callable
 from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
@@ -47,18 +48,34 @@ def shipped_scenes() -> dict[str, Path]:
 
 
 def scene_file(name: str) -> Path:
-    """The file that `name` means: a file, or else a scene that ships. SceneError names the nearest one."""
-    path = Path(name)
-    if path.exists():
+    """The file that `name` means: a file, or else a scene that ships. SceneError names the nearest one.
+
+    A scene that ships is known by its name ("showcase") and by its place in a checkout
+    ("scenes/showcase.toml"), as documents write it.
+    """
+    path, shipped = Path(name), shipped_scenes()
+    folder = _stands(path, Path.is_dir)
+    if not folder and _stands(path, Path.exists):
         return path
-    if path.suffix or len(path.parts) > 1:
-        raise SceneError(f"{name}: no such file")
-    shipped = shipped_scenes()
     if name in shipped:
         return shipped[name]
+    if path.parts == ("scenes", path.name) and getattr(shipped.get(path.stem), "name", "") == path.name:
+        return shipped[path.stem]
+    if folder:
+        return path
+    if path.suffix or len(path.parts) > 1:
+        raise SceneError(f"{name}: there is no such file")
     near = get_close_matches(name, shipped, n=1)
     hint = f"did you mean {near[0]!r}?" if near else "`clrt scenes` lists the ones that ship"
     raise SceneError(f"{name}: neither a file nor a scene that ships with clrt; {hint}")
+
+
+def _stands(path: Path, test: Callable[[Path], bool]) -> bool:
+    """Whether a test of a path holds; not for names that no file can have."""
+    try:
+        return test(path)
+    except (OSError, ValueError):  # too long, links in a circle; the character NUL
+        return False
 
 
 def validation_module(name: str) -> ModuleType:

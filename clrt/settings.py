@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final
 
+from clrt.arguments import flag, instance, optional, whole
 from clrt.errors import ClrtError, fault
 from clrt.limits import Limits
+
+_COUNTS: Final = ("tile", "local_size", "threads")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,15 +33,11 @@ class Settings:
     limits: Limits = field(default_factory=Limits)
 
     def __post_init__(self) -> None:
-        for name, least in (("tile", 1), ("local_size", 1), ("threads", 1)):
-            value = getattr(self, name)
-            if value is None:
-                continue
-            if not isinstance(value, int) or isinstance(value, bool) or value < least:
-                raise ClrtError(
-                    fault("settings", name, value, f"it must be a whole number, at least {least}")
-                )
-        if not isinstance(self.check, bool):
-            raise ClrtError(fault("settings", "check", self.check, "it must be True or False"))
-        if self.lanes not in (8, 16):
-            raise ClrtError(fault("settings", "lanes", self.lanes, "it must be 8 or 16"))
+        plain: dict[str, object] = {n: optional(f"settings.{n}", getattr(self, n), 1) for n in _COUNTS}
+        plain["lanes"] = whole("settings.lanes", self.lanes)
+        if plain["lanes"] not in (8, 16):
+            raise ClrtError(fault("", "settings.lanes", self.lanes, "it must be 8 or 16"))
+        plain["check"] = flag("settings.check", self.check)
+        instance("settings.limits", self.limits, Limits)
+        for name, value in plain.items():  # Python's own numbers, where numpy's were given
+            object.__setattr__(self, name, value)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, NoReturn
 
-from clrt.errors import ClrtError, ClrtWarning
+from clrt.errors import NO_MEMORY, ClrtError, ClrtWarning
 from clrt.version import __version__
 
 FAULT, INTERRUPTED = 2, 130  # exit codes; 130 is what shells expect after Ctrl-C
@@ -30,6 +30,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.flush()
     except ClrtError as error:
         return say(f"error: {error}", FAULT)
+    except MemoryError:
+        return say(f"error: {NO_MEMORY}", FAULT)
     except KeyboardInterrupt:
         return say("interrupted; nothing was saved", INTERRUPTED)
     except BrokenPipeError:
