@@ -35,19 +35,20 @@ def public(function: Callable[P, T]) -> Callable[P, T]:
     return entered
 
 
-def whole(name: str, value: object, least: int | None = 0) -> int:
-    """`value` as an int: a whole number, numpy's too, `least` or more; True and False are none."""
+def whole(name: str, value: object, least: int | None = 0, most: int | None = None) -> int:
+    """`value` as an int: a whole number, numpy's too, from `least` to `most`; True and False are none."""
     right = "it must be a whole number" + ("" if least is None else f", at least {least}")
+    right += "" if most is None else f", at most {most}"
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
         raise ClrtError(fault("", name, value, right))
-    if least is not None and value < least:
+    if (least is not None and value < least) or (most is not None and value > most):
         raise ClrtError(fault("", name, value, right))
     return operator.index(value)
 
 
-def optional(name: str, value: object, least: int = 0) -> int | None:
+def optional(name: str, value: object, least: int = 0, most: int | None = None) -> int | None:
     """As `whole`, but None stays None."""
-    return None if value is None else whole(name, value, least)
+    return None if value is None else whole(name, value, least, most)
 
 
 def number(name: str, value: object) -> float:
@@ -76,7 +77,16 @@ def path(name: str, value: object) -> Path:
         raise ClrtError(fault("", name, value, "it must be a file's name: a text or a pathlib.Path"))
     if "\0" in text:
         raise ClrtError(fault("", name, value, "a file's name cannot hold the character NUL"))
+    try:
+        os.fsencode(text)
+    except UnicodeError:
+        raise ClrtError(fault("", name, value, "a file's name cannot hold half a character")) from None
     return Path(text)
+
+
+def optional_path(name: str, value: object) -> Path | None:
+    """As `path`; None and an empty text stand for none."""
+    return None if value is None or (isinstance(value, str) and not value) else path(name, value)
 
 
 def text(name: str, value: object) -> str:
@@ -126,7 +136,8 @@ def device(name: str, value: object) -> int | str | None:
     if value is None or (isinstance(value, str) and value.strip()):
         return value
     if not isinstance(value, (bool, np.bool_)) and isinstance(value, (int, np.integer)):
-        return operator.index(value)
+        if 0 <= value < 1 << 31:
+            return operator.index(value)
     right = "it must be a number of `clrt devices`, or a part of a device's name"
     raise ClrtError(fault("", name, value, right))
 

@@ -23,15 +23,18 @@ GROUPS: Final = layout.SPAWN["SPAWN_GROUPS"] // layout.SPAWN["SPAWN_GROUP"]  # a
 MATERIALS: Final = _INT // layout.SURFACE["SURFACE_MATERIAL"]  # a surface's word: number, flags
 PRIMITIVES: Final = (_INT >> 2) - 64  # a leaf is ~(block * 4 + kind); the builder has 2 n + 64 nodes
 RAYS: Final = _INT - layout.CHUNK  # of a queue: places are ints, and a chunk's end is looked at
+PRIVATE: Final = 1 << 20  # bytes of one private array of a work-group: a few lie on a CPU thread's stack
+BANDS: Final = PRIVATE // (4 * 16)  # such an array holds a float a band and ray of a packet
 PIXELS: Final = _UINT  # of a picture: a pixel's number is a uint
 SIDE: Final = _INT  # width and height in the record Camera
 DEPTH: Final = 1 << 16  # as in a scene: `max_depth`
 AMBIENT: Final = _UINT // layout.CHUNK  # a chunk's ambient rays are added up in a uint
 
-_WHY: Final = "is what the kernels can count, whatever the limits are"
+_WHY: Final = "is the most that the kernels can hold, whatever the limits are"
 _ADVICE: Final = {
     "lights": "use fewer lights",
     "dispersion groups": "use fewer bands, or a larger spectrum.group",
+    "bands": "use fewer bands",
     "materials": "use fewer materials",
     "primitives": "use fewer shapes or faces",
     "ambient_samples": "lower ambient_samples",
@@ -55,6 +58,7 @@ def check_scene(flat: FlatScene, source: str = "") -> None:
     check("ambient_samples", int(info["ambient_samples"]), AMBIENT, source)
     check("primitives", int(info["primitives"]), PRIMITIVES, source)
     check("materials", len(flat.materials), MATERIALS, source)
+    check("bands", flat.bands, BANDS, source)
     if flat.group:
         check("dispersion groups", -(-flat.bands // flat.group), GROUPS, source)
 

@@ -20,7 +20,7 @@ from typing import Any, Final
 import numpy as np
 import pyopencl as cl
 
-from clrt import kernelcache, layout
+from clrt import ceilings, kernelcache, layout
 from clrt.errors import DeviceError, MemoryLimitError
 from clrt.platforms import check_process, choose, pocl_version
 from clrt.resources import kernel_folder
@@ -30,6 +30,7 @@ from clrt.tracks import Answer, Track, kept, seconds_by_name
 
 TRACKS: Final = 2  # pieces of work that go on at the same time
 _GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
+_MOST: Final = 1 << 31  # of any device
 _SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-items than 16 bits can count
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
 
@@ -103,7 +104,7 @@ class Device:
             self.rays, self.settings.lanes, self.packet, self._kernel_folder or kernel_folder()
         )
         self._kernels: dict[str, cl.Kernel] = {}
-        self._groups: dict[str, int] = {}  # work-items of a kernel's work-group where nobody says how many
+        self._groups: dict[str, int] = {}  # work-items of a kernel's work-group
         self._launched: set[tuple[str, int, bool]] = set()
         self._spans: list[tuple[int, int, str]] = []
         self.use(0)
@@ -171,7 +172,8 @@ class Device:
             kernel.set_scalar_arg_dtypes([a.dtype if isinstance(a, np.generic) else None for a in arguments])
             self._kernels[name] = kernel
             most = cl.kernel_work_group_info.WORK_GROUP_SIZE
-            self._groups[name] = min(_GROUP, kernel.get_work_group_info(most, self.device))
+            wanted = self.settings.local_size or _GROUP
+            self._groups[name] = min(wanted, kernel.get_work_group_info(most, self.device))
         return self._kernels[name]
 
     def use(self, track: int) -> None:
@@ -188,7 +190,8 @@ class Device:
         return held
 
     def launch(self, name: str, items: int, *arguments: Any, local_size: int | None = None) -> None:
-        """Run a kernel over `items` work-items, in work-groups of one size: by default the settings'.
+        """Run a kernel over `items` work-items, in work-groups of one size: that of the settings, at most
+        `local_size` and what the device takes for this kernel.
 
         The last group is filled up with idle items, so kernels check their number. numpy scalars go by value.
         """
@@ -196,7 +199,7 @@ class Device:
             return
         check_process()
         kernel = self.kernel(name, arguments)
-        local = local_size or self.settings.local_size or self._groups[name]
+        local = min(local_size or _MOST, self._groups[name])
         total = -(-items // local) * local
 
         def enqueue() -> cl.Event:
@@ -214,10 +217,12 @@ class Device:
         """Run a kernel whose work-items take a packet of `rays` each.
 
         Unless the settings say how large, a work-group on a CPU is one work-item: PoCL gives each of a group
-        private arrays of its own, and those of many packets (a value a band and ray) leave the caches.
+        private arrays of its own, and those of many packets (a value a band and ray) leave the caches. Nor may
+        a group's be more than ceilings.PRIVATE: they lie on a thread's stack.
         """
         alone = self.info.kind == "CPU" and self.settings.local_size is None
-        self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else None)
+        most = max(1, ceilings.PRIVATE // (4 * self.rays.values * self.packet))
+        self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else most)
 
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
         """A launch before which the driver may compile the kernel for these sizes: one process at a time."""

@@ -101,7 +101,7 @@ class Image:
         """
         path = arguments.path("path", path)
         exposure = arguments.number("exposure", exposure)
-        bits = arguments.optional("bits", bits)
+        bits = arguments.optional("bits", bits, 1, 32)
         bits = check_writable(path, exposure, bits)
         if bits == 32:
             groups = [_channels(name, layer, self.wavelengths) for name, layer in self.layers.items()]

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import os
 import sys
-from collections.abc import Callable
 from difflib import get_close_matches
 from pathlib import Path
 from types import ModuleType
@@ -54,8 +54,8 @@ def scene_file(name: str) -> Path:
     ("scenes/showcase.toml"), as documents write it.
     """
     path, shipped = Path(name), shipped_scenes()
-    folder = _stands(path, Path.is_dir)
-    if not folder and _stands(path, Path.exists):
+    folder = os.path.isdir(name)
+    if os.path.lexists(name) and not folder:  # unlike Path's methods, for any name
         return path
     if name in shipped:
         return shipped[name]
@@ -68,14 +68,6 @@ def scene_file(name: str) -> Path:
     near = get_close_matches(name, shipped, n=1)
     hint = f"did you mean {near[0]!r}?" if near else "`clrt scenes` lists the ones that ship"
     raise SceneError(f"{name}: neither a file nor a scene that ships with clrt; {hint}")
-
-
-def _stands(path: Path, test: Callable[[Path], bool]) -> bool:
-    """Whether a test of a path holds; not for names that no file can have."""
-    try:
-        return test(path)
-    except (OSError, ValueError):  # too long, links in a circle; the character NUL
-        return False
 
 
 def validation_module(name: str) -> ModuleType:

@@ -62,6 +62,6 @@ def load_dict(
     for arguments of another kind.
     """
     limits = arguments.optional_instance("limits", limits, Limits)
-    where = None if folder is None or folder == "" else arguments.path("folder", folder)
+    where = arguments.optional_path("folder", folder)
     return read_scene(data, folder=where, source=arguments.text("source", source), limits=limits)
 
