@@ -30,7 +30,6 @@ from clrt.tracks import Answer, Track, kept, seconds_by_name
 
 TRACKS: Final = 2  # pieces of work that go on at the same time
 _GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
-_MOST: Final = 1 << 31  # of any device
 _SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-items than 16 bits can count
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
 
@@ -199,7 +198,8 @@ class Device:
             return
         check_process()
         kernel = self.kernel(name, arguments)
-        local = min(local_size or _MOST, self._groups[name])
+        most = local_size or max(1, ceilings.PRIVATE // (4 * self.bands))  # some add up a ray's bands
+        local = min(most, self._groups[name])
         total = -(-items // local) * local
 
         def enqueue() -> cl.Event:
@@ -218,10 +218,10 @@ class Device:
 
         Unless the settings say how large, a work-group on a CPU is one work-item: PoCL gives each of a group
         private arrays of its own, and those of many packets (a value a band and ray) leave the caches. Nor may
-        a group's be more than ceilings.PRIVATE: they lie on a thread's stack.
+        a group have more than ceilings allow: its arrays lie on a thread's stack.
         """
         alone = self.info.kind == "CPU" and self.settings.local_size is None
-        most = max(1, ceilings.PRIVATE // (4 * self.rays.values * self.packet))
+        most = max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.rays.values * self.packet)))
         self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else most)
 
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:

@@ -18,7 +18,8 @@ class Settings:
 
     tile: rays of generation 0 traced at a time (all samples of a pixel stay together), at least 1; None: as
     many as caches are good for, which depends on what they carry (`clrt.queues.tile_rays`).
-    local_size: work-items of a work-group, 1 to what the device allows; None: what suits each kernel.
+    local_size: work-items of a work-group, 1 to what the device allows; None: what suits each kernel. Kernels
+    that need much memory for each take fewer.
     lanes: rays of a queue block, 8 or 16.
     threads: cores of the device to use; None: all of them.
     check: look for numbers that are not finite after each pass (slow): a ClrtError names the first.
