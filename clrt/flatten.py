@@ -19,8 +19,9 @@ from clrt.flatten_camera import flatten_camera
 from clrt.flatten_geometry import geometry
 from clrt.flatten_materials import MaterialTable, flatten_lights
 from clrt.flatten_shapes import collect
+from clrt.hidden import warn_of_hidden_view
 from clrt.imagefile import read_image
-from clrt.media import Media, media_of, needs_lists
+from clrt.media import Media, media_of, needs_lists, shape_boxes
 from clrt.overlaps import warn_of_overlaps
 from clrt.scene import Scene
 
@@ -107,6 +108,7 @@ def flatten(scene: Scene) -> FlatScene:
     media = media_of(scene, sections) if needs_lists(scene, sections) else None
     if media is not None:
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
+    warn_of_hidden_view(scene, *shape_boxes(len(scene.shapes), sections))
     boxes, finite = sections.pop("boxes"), sections.pop("finite")
     kept = {
         name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)
