@@ -22,12 +22,16 @@ T = TypeVar("T")
 
 
 def public(function: Callable[P, T]) -> Callable[P, T]:
-    """An entry point of the package: where the machine's memory runs out in it, a LimitError says so."""
+    """An entry point of the package: where the machine's memory runs out in it, a LimitError says so.
+
+    Numbers that overflow there do so in silence, as on the device: numpy has no words for the user.
+    """
 
     @wraps(function)
     def entered(*arguments: P.args, **named: P.kwargs) -> T:
         try:
-            return function(*arguments, **named)
+            with np.errstate(all="ignore"):
+                return function(*arguments, **named)
         except MemoryError:
             pass  # raised below, where what the failed call held is free again
         raise LimitError(NO_MEMORY)

@@ -217,8 +217,8 @@ class Device:
         """Run a kernel whose work-items take a packet of `rays` each.
 
         Unless the settings say how large, a work-group on a CPU is one work-item: PoCL gives each of a group
-        private arrays of its own, and those of many packets (a value a band and ray) leave the caches. Nor may
-        a group have more than ceilings allow: its arrays lie on a thread's stack.
+        private arrays of its own, and those of many packets (a value a band and ray) leave the caches. Nor
+        may a group have more than `ceilings` allow: its arrays lie on a thread's stack.
         """
         alone = self.info.kind == "CPU" and self.settings.local_size is None
         most = max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.rays.values * self.packet)))

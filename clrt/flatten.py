@@ -89,6 +89,7 @@ class FlatScene:
         return digest.hexdigest()
 
 
+@np.errstate(all="ignore")  # coordinates that overflow are found and named; light that does is infinite
 def flatten(scene: Scene) -> FlatScene:
     """The scene without its camera, for rays of the scene's bands (RGB mode: red, green, blue).
 
@@ -97,8 +98,7 @@ def flatten(scene: Scene) -> FlatScene:
     """
     bands = bands_of(scene)
     materials = MaterialTable(scene, bands)
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is found and named there
-        sections = geometry(collect(scene, materials), scene)
+    sections = geometry(collect(scene, materials), scene)
     sections["materials"] = materials.records()
     sections["lights"] = flatten_lights(scene, bands)
     path = scene.background_path

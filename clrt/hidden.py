@@ -1,4 +1,4 @@
-"""A camera that sees nothing but one surface: inside of something opaque, or below the floor. A hint, and cheap."""
+"""A camera that sees nothing but one surface, inside of it or below the floor: a hint, and cheap."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the kernels can hold, whatever `Limits` allows: each ceiling is reached, and one beyond is an error."""
+"""What the kernels can hold, whatever `Limits` allows: each is reached, and one beyond is an error."""
 
 from __future__ import annotations
 
@@ -59,7 +59,9 @@ def test_as_many_lights_as_the_feelers_bits_count() -> None:
     image, single = lit_by(ceilings.LIGHTS), lit_by(1)
     assert image.stats["rays"]["feelers"] == ceilings.LIGHTS * single.stats["rays"]["feelers"] > 0
     np.testing.assert_allclose(image.pixels, single.pixels, rtol=2e-3)  # a sum of 65 535 float32
-    with pytest.raises(clrt.LimitError, match="lights: 65 536 is too many: 65 535 is the most .*fewer lights"):
+    with pytest.raises(
+        clrt.LimitError, match=r"lights: 65 536 is too many: 65 535 is the most .*fewer lights"
+    ):
         lit_by(ceilings.LIGHTS + 1)
     with pytest.raises(clrt.LimitError, match="lights: 65 536 is above the limit"):
         clrt.load_dict({"lights": [{"type": "point", "position": [0, 0, 0]}] * 65_536})
@@ -68,7 +70,11 @@ def test_as_many_lights_as_the_feelers_bits_count() -> None:
 def dispersed(bands: int, group: int = 1) -> clrt.Image:
     glass = {"diffuse": 0, "transmission": 1, "ior": "BK7"}
     return render(
-        {"spectrum": {"bands": bands, "group": group}, "background": 1, "shapes": [{**BALL, "material": glass}]},
+        {
+            "spectrum": {"bands": bands, "group": group},
+            "background": 1,
+            "shapes": [{**BALL, "material": glass}],
+        },
         max_depth=2,
     )
 
@@ -103,7 +109,10 @@ def test_as_many_media_as_a_list_has_places() -> None:
 
     def nested(media: int) -> clrt.Image:
         return render(
-            {"shapes": [{**BALL, "radius": 1 + 0.1 * k, "material": glass} for k in range(media)], "background": 1},
+            {
+                "shapes": [{**BALL, "radius": 1 + 0.1 * k, "material": glass} for k in range(media)],
+                "background": 1,
+            },
             max_depth=20,
         )
 
@@ -118,7 +127,9 @@ def test_as_many_generations_as_a_scene_may_have() -> None:
     image = render(table, max_depth=ceilings.DEPTH, layers=names)
     assert image.layers["generation_0"].max() > 0 and not image.layers[names[0]].any()
     for depth in (ceilings.DEPTH + 1, 10**18, 10**400):
-        with pytest.raises(clrt.LimitError, match="depth: .* (is too many: 65 536 is the most|above the limit)"):
+        with pytest.raises(
+            clrt.LimitError, match=r"depth: .* (is too many: 65 536 is the most|above the limit)"
+        ):
             render(table, max_depth=depth)
     assert check_layers(["generation_999999"], 10**18) == ("generation_999999",)
     with pytest.raises(clrt.ClrtError, match="'generation_7' is not a layer"):
@@ -172,7 +183,9 @@ def test_layers_and_answers_have_a_limit_of_host_memory() -> None:
     needs = 4 * 4 * 3 * (3 + 1 + 1 + 3 + 3)  # picture, numbers, layers
     clrt.render(scene, layers=layers, settings=clrt.Settings(limits=Limits(host_bytes=needs)))
     tight = clrt.Settings(limits=Limits(host_bytes=needs - 1))
-    with pytest.raises(clrt.LimitError, match=r"host_bytes: 528 is above .*fewer layers.*--limit host_bytes=N"):
+    with pytest.raises(
+        clrt.LimitError, match=r"host_bytes: 528 is above .*fewer layers.*--limit host_bytes=N"
+    ):
         clrt.render(scene, layers=layers, settings=tight)
     clrt.render(scene, layers=layers, settings=tight, crop=(0, 0, 4, 2))
     names = ["direct", "reflection", "transmission", "ambient", "emission", "diffuse", "highlight", "normal"]
@@ -182,7 +195,7 @@ def test_layers_and_answers_have_a_limit_of_host_memory() -> None:
     o, d = np.zeros((11, 3)), np.ones((11, 3))
     tracer.intersect(o[:10], d[:10])
     for ask in (tracer.intersect, lambda o, d: tracer.occluded(np.tile(o, (9, 1)), np.tile(d, (9, 1)))):
-        with pytest.raises(clrt.LimitError, match="rays: host_bytes: .* fewer rays"):
+        with pytest.raises(clrt.LimitError, match=r"rays: host_bytes: .* fewer rays"):
             ask(o, d)
 
 

@@ -1,4 +1,4 @@
-"""Hundreds of wrong calls of every public function: each is a ClrtError, or a TypeError in clrt's own words."""
+"""Thousands of wrong calls of every public function: each is a ClrtError, in clrt's own words."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.scene import Camera
 
 SCENE = {
     "camera": {"origin": [0, 1, 4], "target": [0, 0, 0], "width": 8, "height": 6},
@@ -40,9 +39,10 @@ EVERYTHING: list[Any] = [
     "", "x", "a\0b", "x" * 200, "no\nlines", "\ud800", b"bytes", b"\xff", [], [None], [1, [2, 3]], ["x", 5],
     (), (1, 2, 3, 4), (0, 0, 1.5, 2), ("a", "b", "c", "d"), {}, {1: 2}, {"shapes": 5}, set(), {"x"}, object(),
     Strange(), Pathlike(), Path("nothing.toml"), Path("a\0b"), np.int64(3), np.float32(2), np.array(5),
-    np.array(["x"]), np.array([None]), np.zeros((2, 3)), np.zeros((2, 3), complex), np.zeros(0), np.zeros((1, 2)),
-    np.zeros((1, 3), "datetime64[s]"), np.zeros((1, 3), bool), [[HUGE, 0, 0]], [[1, 2, 3], [4, 5]], [["a"] * 3],
-    ONE, lambda: None, len, int, range(3), clrt, clrt.Limits(), clrt.Settings(), NotImplemented, ...,
+    np.array(["x"]), np.array([None]), np.zeros((2, 3)), np.zeros((2, 3), complex), np.zeros(0),
+    np.zeros((1, 2)),
+    np.zeros((1, 3), "datetime64[s]"), np.zeros((1, 3), bool), [[HUGE, 0, 0]], [[1, 2, 3], [4, 5]],
+    [["a"] * 3], ONE, lambda: None, len, int, range(3), clrt, clrt.Limits(), clrt.Settings(), NotImplemented, ...,
     memoryview(b"abc"), iter([]), (n for n in ()), Exception("x"),
 ]  # fmt: skip
 
@@ -71,7 +71,9 @@ def image(tracer: clrt.Tracer) -> clrt.Image:
     return tracer.render(layers=["depth"])
 
 
-def _calls(tracer: clrt.Tracer, image: clrt.Image, folder: Path) -> dict[str, tuple[Callable[..., Any], dict]]:
+def _calls(
+    tracer: clrt.Tracer, image: clrt.Image, folder: Path
+) -> dict[str, tuple[Callable[..., Any], dict]]:
     """Every public entry point with arguments that are right."""
     trimesh = pytest.importorskip("trimesh", reason="needs the optional dependency clrt[mesh]")
     mesh = trimesh.creation.icosphere(subdivisions=1)
@@ -81,16 +83,23 @@ def _calls(tracer: clrt.Tracer, image: clrt.Image, folder: Path) -> dict[str, tu
     (folder / "scene.toml").write_text('[[shapes]]\ntype = "sphere"\ncenter = [0, 0, 0]\nradius = 1\n')
     picture = image.save(folder / "picture.png")
     scene = tracer.scene
-    small: dict[str, Any] = {"width": 4, "height": 3, "spp": 1, "max_depth": 1, "layers": ["depth"], "crop": None}
+    small: dict[str, Any] = {
+        "width": 4,
+        "height": 3,
+        "spp": 1,
+        "max_depth": 1,
+        "layers": ["depth"],
+        "crop": None,
+    }
     small |= {"progress": None, "checkpoint": None}
-    limits = {name: 5 for name in inspect.signature(clrt.Limits).parameters}
+    limits = dict.fromkeys(inspect.signature(clrt.Limits).parameters, 5)
     settings: dict[str, Any] = {"tile": 5, "local_size": 1, "lanes": 8, "threads": 1, "check": False}
     settings |= {"limits": clrt.Limits()}
     given = {"pixels": image.pixels, "layers": {}, "stats": {}, "metadata": {}, "wavelengths": ()}
     own = {"path": folder / "scene.toml", "limits": None}
     return {
         "load": (clrt.load, own),
-        "load of an option": (clrt.load, {"path": folder / "scene.toml", "conformance": None, "smooth": None}),
+        "load of an option": (clrt.load, {**own, "conformance": None, "smooth": None}),
         "load_dict": (clrt.load_dict, {"data": SCENE, "folder": None, "source": "", "limits": None}),
         "render": (clrt.render, {"scene": scene, "device": None, "settings": None, **small}),
         "Tracer": (clrt.Tracer, {"scene": scene, "device": None, "settings": None}),
@@ -104,7 +113,7 @@ def _calls(tracer: clrt.Tracer, image: clrt.Image, folder: Path) -> dict[str, tu
         "read_image": (clrt.read_image, {"path": picture, "limits": None}),
         "Settings": (clrt.Settings, settings),
         "Limits": (clrt.Limits, limits),
-        "Scene": (clrt.Scene, {"camera": Camera(origin=(0, 0, 1), target=(0, 0, 0)), "lights": [], "shapes": [],
+        "Scene": (clrt.Scene, {"camera": tracer.scene.camera, "lights": [], "shapes": [],
                                "materials": {}, "folder": None, "source": "", "limits": clrt.Limits(),
                                "max_depth": 1, "background": 0.0, "medium_ior": 1.0, "spectrum": None}),
         "Scene.override": (scene.override, {"width": 4, "height": 3, "spp": 1, "max_depth": 1}),
@@ -114,7 +123,8 @@ def _calls(tracer: clrt.Tracer, image: clrt.Image, folder: Path) -> dict[str, tu
         "intersects_any": (mesh_rays.intersects_any, many),
         "intersects_id": (mesh_rays.intersects_id,
                           {**many, "multiple_hits": True, "max_hits": 3, "return_locations": True}),
-        "intersects_location": (mesh_rays.intersects_location, {**many, "multiple_hits": True, "max_hits": 3}),
+        "intersects_location": (mesh_rays.intersects_location,
+                                {**many, "multiple_hits": True, "max_hits": 3}),
         "contains_points": (mesh_rays.contains_points, {"points": ONE}),
     }  # fmt: skip
 
@@ -161,7 +171,10 @@ def test_right_arguments_of_numpy_are_taken(tracer: clrt.Tracer, image: clrt.Ima
         (lambda tracer: clrt.load(None), "path: None is not allowed; it must be a file's name"),
         (lambda tracer: clrt.load("a\0b.toml"), "a file's name cannot hold the character NUL"),
         (lambda tracer: clrt.render(None), "scene: None is not allowed; it must be a clrt.Scene, a dict"),
-        (lambda tracer: clrt.render({}, settings={}), "settings: {} is not allowed; it must be a clrt.Settings"),
+        (
+            lambda tracer: clrt.render({}, settings={}),
+            "settings: {} is not allowed; it must be a clrt.Settings",
+        ),
     ],
 )
 def test_the_message_names_the_argument(
@@ -185,7 +198,9 @@ def test_a_scene_may_be_a_name_a_file_or_a_dict(
 ) -> None:
     assert clrt.render(SCENE).hash == image.hash
     clrt.load_dict(SCENE).save(tmp_path / "own.toml")
-    assert clrt.render(tmp_path / "own.toml").hash == clrt.render(str(tmp_path / "own.toml")).hash == image.hash
+    assert (
+        clrt.render(tmp_path / "own.toml").hash == clrt.render(str(tmp_path / "own.toml")).hash == image.hash
+    )
     monkeypatch.chdir(tmp_path)  # no checkout
     for name in ("bubble", "scenes/bubble.toml", Path("scenes/bubble.toml"), "tetrahedron"):
         clrt.load(name)
