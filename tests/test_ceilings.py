@@ -100,7 +100,7 @@ def test_as_many_bands_as_private_memory_holds(local_size: int | None) -> None:
         settings = clrt.Settings(local_size=local_size, limits=SETTINGS.limits)
         pixels = clrt.render(scene, settings=settings).pixels
         assert pixels.max() > 0.5 and np.isfinite(pixels).all()
-    with pytest.raises(clrt.LimitError, match="bands: 4 097 is too many"):
+    with pytest.raises(clrt.LimitError, match="bands: 8 193 is too many"):
         render({"spectrum": {"bands": ceilings.BANDS + 1}})
 
 

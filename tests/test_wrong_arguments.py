@@ -42,8 +42,8 @@ EVERYTHING: list[Any] = [
     np.array(["x"]), np.array([None]), np.zeros((2, 3)), np.zeros((2, 3), complex), np.zeros(0),
     np.zeros((1, 2)),
     np.zeros((1, 3), "datetime64[s]"), np.zeros((1, 3), bool), [[HUGE, 0, 0]], [[1, 2, 3], [4, 5]],
-    [["a"] * 3], ONE, lambda: None, len, int, range(3), clrt, clrt.Limits(), clrt.Settings(), NotImplemented, ...,
-    memoryview(b"abc"), iter([]), (n for n in ()), Exception("x"),
+    [["a"] * 3], ONE, lambda: None, len, int, range(3), clrt, clrt.Limits(), clrt.Settings(),
+    NotImplemented, ..., memoryview(b"abc"), iter([]), (n for n in ()), Exception("x"),
 ]  # fmt: skip
 
 
