@@ -19,7 +19,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import binaries, kernelcache, layout
+from clrt import binaries, ceilings, kernelcache, layout
 from clrt.errors import DeviceError, MemoryLimitError
 from clrt.opencl import cl
 from clrt.platforms import check_process, choose, command, pocl_version
@@ -108,6 +108,7 @@ class Device:
             self.rays, self.settings.lanes, self.packet, self._kernel_folder or kernel_folder()
         )
         self._kernels: dict[str, cl.Kernel] = {}
+        self._groups: dict[str, int] = {}  # work-items of a kernel's work-group
         self._launched: set[tuple[str, int, bool]] = set()
         self._spans: list[tuple[int, int, str]] = []
         self.use(0)
@@ -175,6 +176,9 @@ class Device:
             kernel = self._guard(lambda: cl.Kernel(self.program, name), f"kernel {name}")
             kernel.set_scalar_arg_dtypes([a.dtype if isinstance(a, np.generic) else None for a in arguments])
             self._kernels[name] = kernel
+            most = cl.kernel_work_group_info.WORK_GROUP_SIZE
+            wanted = self.settings.local_size or _GROUP
+            self._groups[name] = min(wanted, kernel.get_work_group_info(most, self.device))
         return self._kernels[name]
 
     def use(self, track: int) -> None:
@@ -191,15 +195,17 @@ class Device:
         return held
 
     def launch(self, name: str, items: int, *arguments: Any, local_size: int | None = None) -> None:
-        """Run a kernel over `items` work-items, in work-groups of one size: by default the settings'.
+        """Run a kernel over `items` work-items, in work-groups of one size: that of the settings, at most
+        `local_size` and what the device takes for this kernel.
 
         The last group is filled up with idle items, so kernels check their number. numpy scalars go by value.
         """
         if items == 0:
             return
         check_process()
-        local = local_size or self.settings.local_size or _GROUP
         kernel = self.kernel(name, arguments)
+        most = local_size or max(1, ceilings.PRIVATE // (4 * self.bands))  # some add up a ray's bands
+        local = min(most, self._groups[name])
         total = -(-items // local) * local
 
         def enqueue() -> cl.Event:
@@ -217,10 +223,12 @@ class Device:
         """Run a kernel whose work-items take a packet of `rays` each.
 
         Unless the settings say how large, a work-group on a CPU is one work-item: PoCL gives each of a group
-        private arrays of its own, and those of many packets (a value a band and ray) leave the caches.
+        private arrays of its own, and those of many packets (a value a band and ray) leave the caches. Nor
+        may a group have more than `ceilings` allow: its arrays lie on a thread's stack.
         """
         alone = self.info.kind == "CPU" and self.settings.local_size is None
-        self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else None)
+        most = max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.rays.values * self.packet)))
+        self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else most)
 
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
         """A launch before which PoCL may compile the kernel for these sizes: one process at a time."""

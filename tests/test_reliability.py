@@ -54,7 +54,7 @@ def test_a_sphere_a_little_too_large_is_outside_the_band() -> None:
     scene = clrt.load_dict({"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1.00002}]})
     tracer = clrt.Tracer(scene)
     exact = clrt.load_dict({"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}]})
-    tracer.scene = exact  # what the oracle looks at
+    tracer._scene = exact  # what the oracle looks at
     o, d = accuracy._rays(1, 2000, 1.0, 0.0)
     met = np.isfinite(tracer.intersect(o, d).t)
     wrong = accuracy.errors(tracer, o, d, accuracy.BAND)
