@@ -13,7 +13,21 @@ from typing import Any, Final
 from .sizes import SIZES, size
 
 _METHODS: Final = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
-_TYPES: Final = ("|b1", "<f4", ">f4", "<f8", "<c16", "|u1", "<i8", "|O", "|V0", "<U9", "<M8[s]", "[('a', '<f4')]", "x")
+_TYPES: Final = (
+    "|b1",
+    "<f4",
+    ">f4",
+    "<f8",
+    "<c16",
+    "|u1",
+    "<i8",
+    "|O",
+    "|V0",
+    "<U9",
+    "<M8[s]",
+    "[('a', '<f4')]",
+    "x",
+)
 
 
 def spoil(draw: random.Random, data: bytes) -> bytes:
@@ -87,7 +101,9 @@ def _told(draw: random.Random, array: bytes) -> bytes:
     """The text of a checkpoint: what was rendered, and how many rays of each kind."""
     (length,) = struct.unpack_from("<H", array, 8)
     told: dict[str, Any] = json.loads(array[10 + length :])
-    value = draw.choice((None, [], {}, "", "x", -1, 1e308, [[]], [None], [{"x": "y"}], [{}] * 10**5, [{"camera": size(draw)}]))
+    value: Any = draw.choice(
+        (None, [], {}, "", "x", -1, 1e308, [[]], [None], [{"x": "y"}], [{}] * 10**5, [{"camera": size(draw)}])
+    )
     key = draw.choice(("rays", "rays", "job", "mark"))
     if key == "job" and draw.random() < 0.7:
         told["job"][draw.choice(list(told["job"]))] = draw.choice((value, "x" * 10**6, "\x1b[31m\n"))
@@ -102,8 +118,16 @@ def _declared(draw: random.Random, packed: bytes) -> bytes:
     """Flags, method, lengths or place of an entry in the archive's directory."""
     at = packed.rindex(b"PK\x01\x02") if draw.random() < 0.5 else packed.index(b"PK\x01\x02")
     offset, form, bits = draw.choice(
-        ((8, "<H", 16), (10, "<H", 16), (20, "<I", 32), (24, "<I", 32), (28, "<H", 16), (30, "<H", 16), (42, "<I", 32))
+        (
+            (8, "<H", 16),
+            (10, "<H", 16),
+            (20, "<I", 32),
+            (24, "<I", 32),
+            (28, "<H", 16),
+            (30, "<H", 16),
+            (42, "<I", 32),
+        )
     )
-    value = draw.choice((1, 8, 9, 12, 14, 93, 99)) if offset < 20 else size(draw, bits)
+    value: Any = draw.choice((1, 8, 9, 12, 14, 93, 99)) if offset < 20 else size(draw, bits)
     at += offset
     return packed[:at] + struct.pack(form, value) + packed[at + struct.calcsize(form) :]

@@ -8,17 +8,16 @@ from __future__ import annotations
 
 import os
 import random
-import shutil
-import socket
+import stat
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
-from . import seeds
+from . import archives, pictures, seeds
+from .mutate import spoil_bytes
+from .oddities import MANY, NAMES, OPTIONS, PLACES, STREAMS, VALUES, VARIABLES
 
 SCENE: Final = seeds.as_toml({**seeds.RESUMED, "max_depth": 2})
-STREAMS: Final = ("pipe", "pipe", "pipe", "closed", "full", "broken", "unread", "terminal")
-"""What stdout and stderr may be: the last ones fail, are never read, or are a terminal."""
 
 
 @dataclass
@@ -53,7 +52,9 @@ class Command:
 
     def told(self) -> dict[str, Any]:
         """What a report shows."""
-        odd = {_text(name): None if value is None else _text(value) for name, value in self.environment.items()}
+        odd = {
+            _text(name): None if value is None else _text(value) for name, value in self.environment.items()
+        }
         streams = [self.stdin, self.stdout, self.stderr]
         words = [_text(argument) for argument in self.arguments]
         return {"arguments": words, "environment": odd, "streams": streams, "limits": self.limits}
@@ -62,9 +63,11 @@ class Command:
 def make(seed: int, index: int) -> Command:
     """Command `index` of the ones that `seed` draws."""
     draw = random.Random(f"command {seed} {index}")
-    run = draw.choice((_render, _render, _render, _render, _hash, _convert, _compare, _plot, _plain, _plain))(draw)
+    run = draw.choice((_render, _render, _render, _render, _hash, _convert, _compare, _plot, _plain, _plain))(
+        draw
+    )
     for _ in range(draw.choice((1, 1, 2))):
-        draw.choice((_odd_option, _odd_option, _odd_path, _odd_path, _environment, _streams, _limits))(draw, run)
+        draw.choice(_CHANGES)(draw, run)
     return run
 
 
@@ -98,30 +101,18 @@ def _compare(draw: random.Random) -> Command:
 
 
 def _plot(draw: random.Random) -> Command:
-    return Command([b"plot-spectrum", draw.choice((b"D65", b"glass", b"gold")), b"-o", b"out.svg"], [b"out.svg"], {})
+    return Command(
+        [b"plot-spectrum", draw.choice((b"D65", b"glass", b"gold")), b"-o", b"out.svg"], [b"out.svg"], {}
+    )
 
 
 def _plain(draw: random.Random) -> Command:
-    kinds = ([b"devices"], [b"scenes"], [b"doctor"], [b"doctor", b"--json"], [b"--help"], [b"--version"], [],
-             [b"bench", b"--only", b"nothing"], [b"validate", b"--case", b"nothing"],
-             [b"selftest", b"--device", b"nothing"])  # fmt: skip
+    kinds: tuple[list[bytes], ...] = (
+        [b"devices"], [b"scenes"], [b"doctor"], [b"doctor", b"--json"], [b"--help"], [b"--version"], [],
+        [b"bench", b"--only", b"nothing"], [b"validate", b"--case", b"nothing"],
+        [b"selftest", b"--device", b"nothing"],
+    )  # fmt: skip
     return Command(list(draw.choice(kinds)), [], {})
-
-
-OPTIONS: Final = (
-    b"--width", b"--height", b"--crop", b"--spp", b"--max-depth", b"--device", b"--threads", b"--limit",
-    b"--layers", b"--stats", b"--exposure", b"--bits", b"--checkpoint", b"--check", b"--quiet", b"--json",
-    b"--mask", b"--bands", b"--only", b"--case", b"--seed", b"--help", b"--version", b"--nothing",
-)  # fmt: skip
-VALUES: Final = (
-    b"", b"-1", b"0", b"1", b"2", b"9", b"1e20", b"1e400", b"9" * 400, b"9" * 100_000, b"nan", b"-inf", b"0x10",
-    b"1.5", "²".encode(), "٣".encode(), b" 1 ", b"1,2", b",,,", b"a" * 300, b"a" * 100_000, b"\x1b[31mred",
-    b"\xff\xfe", b"new\nline", "\u202eabc".encode(), b"--", b"-", b"%s%n", b"depth,shape", b"depth," * 9999,
-    b"generation_1", b"generation_99999999999", b"depth=1e18", b"depth=999999999999999999", b"work=-1", b"work=1",
-    b"device_bytes=1", b"file_bytes=0", b"nothing=1", b"pixels=1", b"samples=0", b"=", b"4294967296",
-    b"18446744073709551616", b"-2147483649",
-)  # fmt: skip
-MANY: Final = (1, 1, 1, 2, 300, 3000)
 
 
 def _odd_option(draw: random.Random, run: Command) -> None:
@@ -129,7 +120,9 @@ def _odd_option(draw: random.Random, run: Command) -> None:
     choice = draw.random()
     if choice < 0.7:
         option = draw.choice(OPTIONS)
-        values = [draw.choice(VALUES) for _ in range(4 if option == b"--crop" else draw.choice((0, 1, 1, 1, 1, 2)))]
+        values = [
+            draw.choice(VALUES) for _ in range(4 if option == b"--crop" else draw.choice((0, 1, 1, 1, 1, 2)))
+        ]
         if option in (b"--stats", b"--checkpoint"):  # whose values are written to
             values, run.outputs = [b"also.json"], [*run.outputs, b"also.json"]
         if values and len(values) == 1 and draw.random() < 0.3:
@@ -142,13 +135,6 @@ def _odd_option(draw: random.Random, run: Command) -> None:
         run.arguments += [b"--limit", b"depth=9"] * draw.choice(MANY)
     elif run.arguments:
         del run.arguments[draw.randrange(len(run.arguments))]
-
-
-NAMES: Final = (
-    b"\xff\xfe", b"a b", b"\x1b[31mred", b"new\nline", b"tab\t", "\u202eabc".encode(), "ü".encode(), b"-x", b"--help",
-    b"a" * 246, b"a" * 300, b"a" * 5000, b"deep/" * 50 + b"x", b"%s%n", b"$HOME", b"~", b"'\"", b"#", b"?", b"*",
-)  # fmt: skip
-PLACES: Final = ("fifo", "folder", "loop", "dangling", "socket", "-> /dev/zero", "-> /proc/self/mem", "-> .", "-> /")
 
 
 def _odd_path(draw: random.Random, run: Command) -> None:
@@ -169,46 +155,38 @@ def _odd_path(draw: random.Random, run: Command) -> None:
     elif choice < 0.8:
         run.files[old] = draw.choice(PLACES)
     elif choice < 0.9:
-        others = [b"missing" + suffix, b"missing/x" + suffix, b"/proc/x" + suffix, b"", b".", suffix, b"x", b"x.png"]
+        others = [
+            b"missing" + suffix,
+            b"missing/x" + suffix,
+            b"/proc/x" + suffix,
+            b"",
+            b".",
+            suffix,
+            b"x",
+            b"x.png",
+        ]
         run.arguments[at] = draw.choice(others)
         run.outputs.append(run.arguments[at])
     else:  # one file for two things
         run.arguments[at] = run.arguments[draw.choice(named)]
 
 
-_FOLDERS: Final = (
-    b"/proc", b"/proc/nothing", b"", b".", b"relative", b"file", b"file/below", b"loop", b"\xff\xfe", b"new\nline",
-    b"\x1b[31m", b"a" * 300, b"world", b"spoiled",
-)  # fmt: skip
-_VARIABLES: Final[dict[bytes, tuple[bytes, ...]]] = {
-    **dict.fromkeys((b"LC_ALL", b"LANG"), (b"C", b"POSIX", b"C.UTF-8", b"en_US.ISO-8859-1", b"tr_TR", b"xx", b"\xff")),
-    **dict.fromkeys((b"HOME", b"XDG_CACHE_HOME", b"XDG_CONFIG_HOME", b"TMPDIR", b"POCL_CACHE_DIR"), _FOLDERS),
-    **dict.fromkeys((b"OCL_ICD_VENDORS", b"OPENCL_VENDOR_PATH", b"OCL_ICD_FILENAMES", b"LD_LIBRARY_PATH"), _FOLDERS),
-    **dict.fromkeys((b"COLUMNS", b"LINES", b"OMP_NUM_THREADS", b"OPENIMAGEIO_THREADS"), (b"0", b"-1", b"1", b"99999", b"x", b"")),
-    b"CLRT_DEVICE": (b"", b"nothing", b"0", b"-1", b"9" * 99, b"\xff", b"\x1b[31m", b"PoCL", b"a" * 9999),
-    b"CLRT_DRIVER": (b"", b"pocl", b"intel", b"nothing", b"\xff"),
-    b"POCL_MAX_WORK_GROUP_SIZE": (b"1", b"0", b"-1", b"7", b"4096", b"x"),
-    b"POCL_DEVICES": (b"", b"basic", b"pthread", b"nothing", b"pthread pthread"),
-    b"POCL_MAX_PTHREAD_COUNT": (b"0", b"1", b"-1", b"9999", b"x"),
-    b"POCL_CPU_MAX_CU_COUNT": (b"0", b"1", b"9999", b"x"),
-    b"POCL_MEMORY_LIMIT": (b"0", b"1", b"-1", b"x"),
-    b"POCL_WORK_GROUP_METHOD": (b"loops", b"workitemrepl", b"cbs", b"x"),
-    b"POCL_KERNEL_CACHE": (b"0", b"1", b"x"),
-    b"PYOPENCL_CTX": (b"0", b"9", b"x"), b"PYOPENCL_NO_CACHE": (b"1",), b"PYOPENCL_COMPILER_OUTPUT": (b"1",),
-    b"PYTHONIOENCODING": (b"ascii", b"utf-16", b"latin-1:strict", b"ascii:strict"), b"PYTHONUTF8": (b"0", b"1"),
-    b"PYTHONWARNINGS": (b"error", b"always", b"x"), b"PYTHONOPTIMIZE": (b"2",), b"PYTHONUNBUFFERED": (b"1",),
-    b"PYTHONDONTWRITEBYTECODE": (b"1",), b"PYTHONDEVMODE": (b"1",), b"PYTHONHASHSEED": (b"0", b"1"),
-    b"TERM": (b"", b"dumb", b"xterm-256color", b"x"), b"NO_COLOR": (b"1",), b"FORCE_COLOR": (b"1",), b"CI": (b"1",),
-    b"MPLBACKEND": (b"x", b"TkAgg"), b"MPLCONFIGDIR": _FOLDERS, b"PATH": (b"", b"/proc", b"file"), b"TZ": (b"x", b"\xff"),
-    b"SOURCE_DATE_EPOCH": (b"x", b"-1"), b"DISPLAY": (b":99",), b"OCIO": (b"file", b"/proc"), b"OIIO_LOG_TIMES": (b"1",),
-}  # fmt: skip
+def _odd_file(draw: random.Random, run: Command) -> None:
+    """A file with spoiled contents; a checkpoint where there was none."""
+    if b"out.ck" in run.outputs:
+        run.files[b"out.ck"] = archives.spoil(draw, seeds.checkpoint())
+    for name, data in run.files.items():
+        if isinstance(data, bytes):
+            suffix = os.path.splitext(name)[1].decode(errors="replace")
+            spoiled = pictures.spoil(draw, suffix, data)
+            run.files[name] = spoiled if spoiled != data else spoil_bytes(draw, data)
 
 
 def _environment(draw: random.Random, run: Command) -> None:
     """A variable that means something strange, or is not there."""
     for _ in range(draw.choice((1, 1, 2, 4))):
-        name = draw.choice(list(_VARIABLES))
-        run.environment[name] = None if draw.random() < 0.1 else draw.choice(_VARIABLES[name])
+        name = draw.choice(list(VARIABLES))
+        run.environment[name] = None if draw.random() < 0.1 else draw.choice(VARIABLES[name])
     run.files |= {b"file": b"x", b"loop": "loop", b"world": "world", b"spoiled": "spoiled"}
 
 
@@ -216,15 +194,21 @@ def _streams(draw: random.Random, run: Command) -> None:
     run.stdin = draw.choice(("null", "closed", "full", "terminal"))
     run.stdout, run.stderr = draw.choice(STREAMS), draw.choice(STREAMS)
     if draw.random() < 0.5:  # something to say there: a warning
-        run.files = {**run.files, b"scene.toml": SCENE.replace(b"radius = 1", b"radius = 1\nmaterial = {shininess = 5}")}
+        run.files = {
+            **run.files,
+            b"scene.toml": SCENE.replace(b"radius = 1", b"radius = 1\nmaterial = {shininess = 5}"),
+        }
 
 
 def _limits(draw: random.Random, run: Command) -> None:
-    """Less of something than usual: open files, bytes of a file, address space, stack."""
-    kind = draw.choice("nfvs")
+    """Less of something than usual: open files, bytes of a file, address space."""
+    kind = draw.choice("nfv")
     run.limits[kind] = draw.choice({
-        "n": (4, 8, 16, 32, 64), "f": (0, 1, 8, 64), "v": (100_000, 400_000, 1_000_000, 2_000_000), "s": (64, 512, 8192),
+        "n": (8, 16, 32, 64), "f": (0, 1, 8, 64), "v": (400_000, 1_000_000, 2_000_000),
     }[kind])  # fmt: skip
+
+
+_CHANGES: Final = (_odd_option, _odd_option, _odd_path, _odd_path, _odd_file, _environment, _streams, _limits)
 
 
 def _place(path: bytes, what: str) -> None:
@@ -234,11 +218,7 @@ def _place(path: bytes, what: str) -> None:
     if what == "fifo":
         os.mkfifo(path)
     elif what == "socket":
-        # a path for a socket is short; it is made elsewhere and moved here
-        with socket.socket(socket.AF_UNIX) as held:
-            short = f"/tmp/clrt-{os.getpid()}-{random.randrange(1 << 40)}"
-            held.bind(short)
-        shutil.move(os.fsencode(short), path)
+        os.mknod(path, stat.S_IFSOCK | 0o600)
     elif what == "loop":
         os.symlink(os.path.basename(path), path)
     elif what == "dangling":

@@ -11,8 +11,8 @@ from typing import Any, Final
 from .sizes import count, size
 
 _EXTENSIONS: Final = (
-    "KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing", "KHR_mesh_quantization",
-    "KHR_texture_transform", "KHR_materials_variants", "KHR_lights_punctual", "x",
+    "KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing",
+    "KHR_mesh_quantization", "KHR_texture_transform", "KHR_materials_variants", "KHR_lights_punctual", "x",
 )  # fmt: skip
 _TYPES: Final = (5120, 5121, 5122, 5123, 5125, 5126, 5130, 0)
 _FORMS: Final = ("SCALAR", "VEC2", "VEC3", "VEC4", "MAT4", "VEC3 ", "")
@@ -46,7 +46,9 @@ def _glb(draw: random.Random, data: bytes) -> bytes:
 
 def _spoil_tree(draw: random.Random, tree: dict[str, Any]) -> None:
     """One change: a declared size, a sparse accessor, the same thing many times, a shape of the graph."""
-    draw.choice((_accessor, _accessor, _sparse, _sparse, _view, _repeat, _repeat, _graph, _extension))(draw, tree)
+    draw.choice((_accessor, _accessor, _sparse, _sparse, _view, _repeat, _repeat, _graph, _extension))(
+        draw, tree
+    )
 
 
 def _accessor(draw: random.Random, tree: dict[str, Any]) -> None:
@@ -117,7 +119,9 @@ def _graph(draw: random.Random, tree: dict[str, Any]) -> None:
 def _extension(draw: random.Random, tree: dict[str, Any]) -> None:
     name = draw.choice(_EXTENSIONS)
     value = {"bufferView": 0, "count": size(draw), "attributes": {"POSITION": 0, "TRANSLATION": 0}}
-    entry = draw.choice((tree, *tree["meshes"][0]["primitives"], *tree["nodes"][:3], *tree["bufferViews"][:1]))
+    entry = draw.choice(
+        (tree, *tree["meshes"][0]["primitives"], *tree["nodes"][:3], *tree["bufferViews"][:1])
+    )
     entry["extensions"] = {name: value}
     tree["extensionsRequired"] = tree["extensionsUsed"] = [name] * draw.choice((1, 1, 1000))
 
@@ -133,7 +137,15 @@ def _ply(draw: random.Random, data: bytes) -> bytes:
         chosen = draw.choice([n for n, line in enumerate(lines) if line.startswith(b"element")])
         lines[chosen] = b" ".join([*lines[chosen].split()[:2], b"%d" % draw.choice((-1, 0, 1, size(draw)))])
     elif choice < 0.7:
-        kinds = (b"double", b"uchar", b"list uchar int", b"list int int", b"list float float", b"list list", b"")
+        kinds = (
+            b"double",
+            b"uchar",
+            b"list uchar int",
+            b"list int int",
+            b"list float float",
+            b"list list",
+            b"",
+        )
         lines[chosen] = b" ".join([*words[:1], draw.choice(kinds), *words[-1:]])
     elif choice < 0.9:
         names = b"%s_%d" if draw.random() < 0.5 else b"%s"
@@ -160,7 +172,9 @@ def _obj(draw: random.Random, data: bytes) -> bytes:
         lines.append(b"f " + b" ".join(b"%d" % (1 + number % 3) for number in range(many)))
     elif choice < 0.9:
         index = b"%d" % draw.choice((-1, 0, -size(draw), size(draw)))
-        lines.append(draw.choice((b"f 1 2 %s", b"f 1/%s/1 2/1/1 3/1/1", b"f 1//%s 2//1 3//1", b"l 1 %s")) % index)
+        lines.append(
+            draw.choice((b"f 1 2 %s", b"f 1/%s/1 2/1/1 3/1/1", b"f 1//%s 2//1 3//1", b"l 1 %s")) % index
+        )
     else:
         lines.insert(at, b"v " + b" ".join([b"1"] * draw.choice((1, 4, 6, 7, many))))
     return b"\n".join(lines)
@@ -169,7 +183,9 @@ def _obj(draw: random.Random, data: bytes) -> bytes:
 def _stl(draw: random.Random, data: bytes) -> bytes:
     """The number of triangles of a binary file; words of one in letters again."""
     if data[:5] == b"solid":
-        part = draw.choice((b"solid x\n", b"endsolid\n", b"vertex 0 0 0\n", b"facet normal 0 0 1\nouter loop\n"))
+        part = draw.choice(
+            (b"solid x\n", b"endsolid\n", b"vertex 0 0 0\n", b"facet normal 0 0 1\nouter loop\n")
+        )
         at = draw.randrange(len(data))
         return data[:at] + part * count(draw) + data[at:]
     return data[:80] + struct.pack("<I", size(draw, 32)) + data[84:]

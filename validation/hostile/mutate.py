@@ -89,7 +89,7 @@ def _mesh_in_scene(draw: random.Random) -> Input:
     table = copy.deepcopy(draw.choice(seeds.tables()))
     extra: dict[str, Any] = {"smooth": True} if draw.random() < 0.4 else {}
     mesh = {"type": "mesh", "file": name, **extra}
-    many = draw.choice((1, 1, 1, 1, 1, 1, 2, 50, 2000))
+    many = draw.choice((2, 50, 2000)) if draw.random() < 0.15 else 1
     table["shapes"] = [*table["shapes"][:3], *[mesh] * many]
     return Input("scene.json", {"scene.json": seeds.as_json(table), name: data})
 
@@ -186,5 +186,13 @@ def spoil_bytes(draw: random.Random, data: bytes) -> bytes:
     return data[:end] + data[at:]
 
 
-_KINDS: Final = ((_native, 46), (_words, 16), (_mesh, 12), (_mesh_in_scene, 8), (_image, 9), (_checkpoint, 6), (_long, 3))
+_KINDS: Final = (
+    (_native, 47),
+    (_words, 16),
+    (_mesh, 12),
+    (_mesh_in_scene, 8),
+    (_image, 9),
+    (_checkpoint, 6),
+    (_long, 2),
+)
 """What draws an input, and how often of 100."""

@@ -15,7 +15,19 @@ from typing import Final
 
 from .sizes import size
 
-_PNG_TEXT: Final = (b"tEXt", b"zTXt", b"iTXt", b"iCCP", b"eXIf", b"tRNS", b"PLTE", b"gAMA", b"cHRM", b"sBIT", b"acTL")
+_PNG_TEXT: Final = (
+    b"tEXt",
+    b"zTXt",
+    b"iTXt",
+    b"iCCP",
+    b"eXIf",
+    b"tRNS",
+    b"PLTE",
+    b"gAMA",
+    b"cHRM",
+    b"sBIT",
+    b"acTL",
+)
 
 
 def spoil(draw: random.Random, suffix: str, data: bytes) -> bytes:
@@ -54,7 +66,11 @@ def _png(draw: random.Random, data: bytes) -> bytes:
     elif choice < 0.7:  # as many pixels as declared, which deflate holds in a thousandth
         width, height = draw.choice(((4096, 2048), (1, 1 << 22), (1 << 22, 1), (1024, 1024)))
         packed = zlib.compress(bytes(height * (width + 1)), 1)
-        chunks = [(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)), (b"IDAT", packed), (b"IEND", b"")]
+        chunks = [
+            (b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)),
+            (b"IDAT", packed),
+            (b"IEND", b""),
+        ]
     elif choice < 0.9:
         kind = draw.choice(_PNG_TEXT)
         body = draw.choice((b"", b"\xff" * 12, b"a\0\0" + zlib.compress(bytes(1 << 24), 1), bytes(1 << 16)))
@@ -76,7 +92,18 @@ def _jpeg(draw: random.Random, data: bytes) -> bytes:
 
 def _bmp(draw: random.Random, data: bytes) -> bytes:
     """Sizes of file and header, where pixels begin, width, height, planes, bits, compression, colours."""
-    fields = ((2, 32), (10, 32), (14, 32), (18, 32), (22, 32), (26, 16), (28, 16), (30, 32), (34, 32), (46, 32))
+    fields = (
+        (2, 32),
+        (10, 32),
+        (14, 32),
+        (18, 32),
+        (22, 32),
+        (26, 16),
+        (28, 16),
+        (30, 32),
+        (34, 32),
+        (46, 32),
+    )
     at, bits = draw.choice(fields)
     return _put(data, at, "<I" if bits == 32 else "<H", size(draw, bits))
 
@@ -93,7 +120,9 @@ def _tiff(draw: random.Random, data: bytes) -> bytes:
         return _put(data, folder + 2 + 12 * entries, order + "I", folder)
     entry = folder + 2 + 12 * draw.randrange(entries)
     if choice < 0.2:  # tile sizes, sample formats, subfiles, depth, in place of what the entry was
-        return _put(data, entry, order + "H", draw.choice((322, 323, 324, 325, 330, 339, 32997, 34377, 34675)))
+        return _put(
+            data, entry, order + "H", draw.choice((322, 323, 324, 325, 330, 339, 32997, 34377, 34675))
+        )
     if choice < 0.3:
         return _put(data, entry + 2, order + "H", draw.choice((0, 1, 2, 3, 4, 5, 12, 13, 16, 255)))
     if choice < 0.5:
@@ -131,8 +160,12 @@ def _exr(draw: random.Random, data: bytes) -> bytes:
         channels = b"".join(n + b"\0" + struct.pack("<iiii", kind, 0, step, step) for n in names)
         attributes[named[b"channels"]] = (b"channels", b"chlist", channels + b"\0")
     elif choice < 0.9:
-        name = draw.choice((b"compression", b"lineOrder", b"tiles", b"chunkCount", b"type", b"maxSamplesPerPixel"))
-        value = draw.choice((b"\x00", b"\x09", b"\xff", bytes(9), b"\xff" * 9, struct.pack("<IIB", 2**31 - 1, 1, 2)))
+        name = draw.choice(
+            (b"compression", b"lineOrder", b"tiles", b"chunkCount", b"type", b"maxSamplesPerPixel")
+        )
+        value = draw.choice(
+            (b"\x00", b"\x09", b"\xff", bytes(9), b"\xff" * 9, struct.pack("<IIB", 2**31 - 1, 1, 2))
+        )
         attributes = [(n, k, v) for n, k, v in attributes if n != name] + [(name, name, value)]
     else:
         text = draw.choice((b"a" * 10, b"a" * 1_000_000, b"\x1b[31m\n"))
@@ -151,7 +184,9 @@ def _hdr(draw: random.Random, data: bytes) -> bytes:
         axis = draw.choice((rb"(?<=-Y )\d+", rb"(?<=\+X )\d+"))
         return re.sub(axis, numbers, data, count=1)
     if choice < 0.8:
-        return re.sub(rb"-Y (\d+) \+X", draw.choice((rb"+Y \1 -X", rb"+X \1 +Y", rb"-Y \1 \1 +X")), data, count=1)
+        return re.sub(
+            rb"-Y (\d+) \+X", draw.choice((rb"+Y \1 -X", rb"+X \1 +Y", rb"-Y \1 \1 +X")), data, count=1
+        )
     line = draw.choice((b"EXPOSURE=" + numbers, b"GAMMA=0", b"FORMAT=32-bit_rle_xyze", b"#" * 1_000_000))
     return data.replace(b"\n", b"\n" + line + b"\n", 1)
 

@@ -91,7 +91,7 @@ def contents(folder: Path) -> dict[bytes, bytes | None]:
 
 
 def environment(command: Command, folder: Path) -> dict[bytes, bytes]:
-    """The user's own, with compiled kernels where they are, a home and a TMPDIR that are empty, and the odd ones."""
+    """The user's own with an empty home and TMPDIR, kernels where they are, and the odd variables."""
     kept = {os.fsencode(name): os.fsencode(value) for name, value in os.environ.items()}
     kept.setdefault(b"XDG_CACHE_HOME", os.fsencode(Path.home() / ".cache"))
     kept[b"HOME"], kept[b"TMPDIR"] = os.fsencode(folder.parent / "home"), os.fsencode(folder.parent / "tmp")
@@ -107,7 +107,16 @@ def run(command: Command, folder: Path) -> Ended:
     """Run it through a shell, which closes descriptors and sets limits."""
     closed = "".join(f" {number}>&-" for number, kind in enumerate(_kinds(command)) if kind == "closed")
     limits = "".join(f"ulimit -{kind} {value}; " for kind, value in command.limits.items())
-    words = [b"/bin/sh", b"-c", f'{limits}exec "$@"{closed}'.encode(), b"sh", os.fsencode(sys.executable), b"-P", b"-m", b"clrt"]
+    words = [
+        b"/bin/sh",
+        b"-c",
+        f'{limits}exec "$@"{closed}'.encode(),
+        b"sh",
+        os.fsencode(sys.executable),
+        b"-P",
+        b"-m",
+        b"clrt",
+    ]
     streams = [_Stream(kind, number == 0) for number, kind in enumerate(_kinds(command))]
     process = subprocess.Popen(
         [*words, *command.arguments], cwd=folder, env=environment(command, folder), start_new_session=True,
@@ -180,7 +189,11 @@ def _files(command: Command, ended: Ended, before: dict[bytes, bytes | None], fo
     if ended.code == 0 and command.arguments[:1] == [b"render"] and b"-o" in command.arguments:
         asked = command.arguments[command.arguments.index(b"-o") + 1 :][:1]
         helps = {b"--help", b"--version", b"-h"} & set(command.arguments)
-        if asked and not helps and after.get(os.path.normpath(asked[0])) == before.get(os.path.normpath(asked[0])):
+        if (
+            asked
+            and not helps
+            and after.get(os.path.normpath(asked[0])) == before.get(os.path.normpath(asked[0]))
+        ):
             faults.append("exit code 0 and no new picture")
     left = contents(folder.parent / "tmp")
     if left and ended.code is not None and ended.code >= 0:

@@ -2,7 +2,7 @@
 
 An input has failed where its process dies of a signal, does not answer, raises anything but a `ClrtError`,
 gives a pixel that is not finite, or costs more than `gates` allow. The first try counts; nothing is repeated.
-Among the inputs are command lines (`commands`). Failed ones are written to a folder, whole, with what happened.
+Among the inputs are command lines (`commands`). What failed is written to a folder, with what happened.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from .mutate import make
 PATIENCE: Final = 120.0  # seconds of wall time after which a process counts as hanging
 CEILING: Final = 4 << 30  # bytes at which a process is ended, before the machine has none left
 TURNS: Final = 1000  # inputs a process; then a new one, so that no leak hides what an input costs
-COMMANDS: Final = 150  # of so many tasks one is a command, which costs as much as many inputs
+COMMANDS: Final = 200  # of so many tasks one is a command, which costs as much as many inputs
 CORPUS: Final = Path(__file__).with_name("corpus")
 _BOOT: Final = "from clrt.resources import validation_module as find; find('hostile.worker').main({!r})"
 _LOOK: Final = 0.05  # seconds between looks at a process' memory
@@ -137,7 +137,11 @@ def held(pid: int) -> int:
 def drawn(seed: int, count: int, start: int = 0) -> Iterator[dict[str, Any]]:
     """The tasks of `count` inputs that a seed draws; every COMMANDS-th is a command."""
     for index in range(start, start + count):
-        yield {"seed": seed, "index": index, **({"command": True} if index % COMMANDS == COMMANDS - 1 else {})}
+        yield {
+            "seed": seed,
+            "index": index,
+            **({"command": True} if index % COMMANDS == COMMANDS - 1 else {}),
+        }
 
 
 def today() -> int:

@@ -11,11 +11,11 @@ SIZES: Final = (
 )  # fmt: skip
 """About the limits (2^24, 2^26), about the ends of the types that formats have, and between."""
 
-COUNTS: Final = (2, 10, 100, 1000, 1000, 3000, 10_000)
+COUNTS: Final = (2, 10, 30, 100, 300, 1000, 1000, 3000)
 """How often something small is said again: references to one mesh, entries of a list."""
 
-RARE_COUNTS: Final = (30_000, 70_000)
-"""Above 65,536, the most that 16 bits number; drawn seldom, because all of them are read."""
+RARE_COUNTS: Final = (10_000, 10_000, 30_000, 70_000)
+"""Up to above 65,536, the most that 16 bits number; drawn seldom, because all of them are read."""
 
 
 def size(draw: random.Random, bits: int = 64) -> int:

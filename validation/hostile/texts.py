@@ -46,8 +46,10 @@ def json(draw: random.Random) -> bytes:
         lambda: '{"a":' * n + "1" + "}" * n,
         lambda: "{" + ",".join(f'"a{k}":1' for k in range(n)) + ',"a0":1}',
         lambda: '{"materials":{' + ",".join(f'"m{k}":{{}}' for k in range(n)) + ',"m0":{}}}',
-        lambda: '{"materials":{' + ",".join(f'"m{k}":{{}}' for k in range(n)) + '},"shapes":[{"type":"sphere",'
-        '"center":[0,0,0],"radius":1,"material":"x1"}]}',
+        lambda: (
+            '{"materials":{' + ",".join(f'"m{k}":{{}}' for k in range(n)) + '},"shapes":[{"type":"sphere",'
+            '"center":[0,0,0],"radius":1,"material":"x1"}]}'
+        ),
         lambda: '{"' + "x" * n * 50 + '":1}',
         lambda: '{"max_depth":' + "9" * n + "}",
         lambda: '{"max_depth":1e' + "9" * n + "}",
@@ -60,14 +62,14 @@ def json(draw: random.Random) -> bytes:
 
 
 def lines(draw: random.Random, text: str) -> bytes:
-    """A text of lines (NFF, thesis) with one line, or one word of it, many times, or each time another one."""
+    """A text of lines (NFF, thesis) with a line, or a word of it, many times, or each time another."""
     found = text.splitlines()
     at = draw.randrange(len(found))
     many, choice = count(draw), draw.random()
     if choice < 0.4:
         found[at:at] = [found[at]] * many
     elif choice < 0.7:  # fills, surfaces and places that are never equal
-        head, *rest = found[at].split(" ") + [""]
+        head, *rest = [*found[at].split(" "), ""]
         found[at:at] = [" ".join([head, f"0.{k}", *rest[1:]]).strip() for k in range(many)]
     elif choice < 0.85:
         word = draw.choice(found[at].split(" "))
@@ -85,7 +87,9 @@ def repeat(draw: random.Random, table: Table) -> Table:
     if kind == "shapes":
         table["shapes"] = [*table["shapes"], *[shape] * many]
     elif kind == "moved":
-        table["shapes"] += [{**shape, "transform": [{"translate": [k % 99, k // 99, 0]}]} for k in range(many)]
+        table["shapes"] += [
+            {**shape, "transform": [{"translate": [k % 99, k // 99, 0]}]} for k in range(many)
+        ]
     elif kind == "lights" and table.get("lights"):
         table["lights"] = table["lights"] + [draw.choice(table["lights"])] * many
     elif kind == "names":

@@ -7,6 +7,7 @@ picture and the rays: a scene that the product would render for hours has to be 
 
 from __future__ import annotations
 
+import gc
 import json
 import re
 import sys
@@ -43,10 +44,13 @@ def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None
     try:
         with measured() as read:
             scene = _read(path)
-        with measured() as render:
+        with measured(collect=False) as render:
             image = clrt.render(scene, device=device, checkpoint=checkpoint, **frame(scene))
         broken = np.count_nonzero(~np.isfinite(image.pixels))
-        said = {"status": "not finite" if broken else "rendered", "text": f"{broken} values" if broken else ""}
+        said = {
+            "status": "not finite" if broken else "rendered",
+            "text": f"{broken} values" if broken else "",
+        }
     except clrt.ClrtError as error:
         text = str(error)
         fine = text and len(text) < 2000 and not _RAW.search(text)
@@ -143,7 +147,11 @@ def warm(folder: Path, device: int | str | None) -> None:
             clrt.read_image(file)
         else:
             clrt.load(file)
-    for suffix, text in ((".nff", seeds.NFF), (".txt", seeds.THESIS), (".toml", "[camera]\norigin=[0,0,1]\ntarget=[0,0,0]")):
+    for suffix, text in (
+        (".nff", seeds.NFF),
+        (".txt", seeds.THESIS),
+        (".toml", "[camera]\norigin=[0,0,1]\ntarget=[0,0,0]"),
+    ):
         (folder / f"warm{suffix}").write_text(text)
         clrt.load(folder / f"warm{suffix}")
     clrt.render(clrt.load_dict(seeds.RESUMED), device=device)
@@ -155,6 +163,8 @@ def main(device: str | None) -> None:
     _Builds.watch()
     with tempfile.TemporaryDirectory() as folder:
         warm(Path(folder), device)
+        gc.collect()
+        gc.freeze()  # else each collection looks through all modules, which takes longer than most inputs
         print(json.dumps({"ready": True}), flush=True)
         for line in sys.stdin:
             print(json.dumps(answer(json.loads(line), Path(folder), device)), flush=True)
