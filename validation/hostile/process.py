@@ -23,6 +23,7 @@ from . import gates
 from .commands import Command, make
 
 PATIENCE: Final = 90  # seconds of wall time
+PROGRAM: Final = (b"-P", b"-m", b"clrt")
 CODES: Final = (0, 1, 2, 130)
 MUCH: Final = 1 << 16  # bytes on stderr: a fault is one line
 _LOOK: Final = 0.02
@@ -107,21 +108,17 @@ def run(command: Command, folder: Path) -> Ended:
     """Run it through a shell, which closes descriptors and sets limits."""
     closed = "".join(f" {number}>&-" for number, kind in enumerate(_kinds(command)) if kind == "closed")
     limits = "".join(f"ulimit -{kind} {value}; " for kind, value in command.limits.items())
-    words = [
-        b"/bin/sh",
-        b"-c",
-        f'{limits}exec "$@"{closed}'.encode(),
-        b"sh",
-        os.fsencode(sys.executable),
-        b"-P",
-        b"-m",
-        b"clrt",
-    ]
+    shell = [b"/bin/sh", b"-c", f'{limits}exec "$@"{closed}'.encode(), b"sh"]
     streams = [_Stream(kind, number == 0) for number, kind in enumerate(_kinds(command))]
     process = subprocess.Popen(
-        [*words, *command.arguments], cwd=folder, env=environment(command, folder), start_new_session=True,
-        stdin=streams[0].theirs, stdout=streams[1].theirs, stderr=streams[2].theirs,
-    )  # fmt: skip
+        [*shell, os.fsencode(sys.executable), *PROGRAM, *command.arguments],
+        cwd=folder,
+        env=environment(command, folder),
+        start_new_session=True,
+        stdin=streams[0].theirs,
+        stdout=streams[1].theirs,
+        stderr=streams[2].theirs,
+    )
     for stream in streams:
         stream.begin()
     end, peak, code, used = time.monotonic() + PATIENCE, 0, None, None

@@ -32,6 +32,7 @@ CEILING: Final = 4 << 30  # bytes at which a process is ended, before the machin
 TURNS: Final = 1000  # inputs a process; then a new one, so that no leak hides what an input costs
 COMMANDS: Final = 200  # of so many tasks one is a command, which costs as much as many inputs
 CORPUS: Final = Path(__file__).with_name("corpus")
+FOUND: Final = Path("out/hostile")
 _BOOT: Final = "from clrt.resources import validation_module as find; find('hostile.worker').main({!r})"
 _LOOK: Final = 0.05  # seconds between looks at a process' memory
 
@@ -196,9 +197,9 @@ def run(
     return outcome
 
 
-def keep(failures: Iterable[dict[str, Any]], folder: Path) -> None:
-    """Write the inputs that failed, each in a folder of its own, with what happened."""
-    for number, failure in enumerate(failures):
+def keep(failures: Iterable[dict[str, Any]], folder: Path, first: int = 0) -> None:
+    """Write inputs that failed, with what happened, each in a folder of its own, numbered from `first`."""
+    for number, failure in enumerate(failures, first):
         place = folder / f"{number:04}_{failure['status'].replace(' ', '_')}"
         place.mkdir(parents=True, exist_ok=True)
         (place / "what.json").write_text(json.dumps(failure, indent=1))
@@ -221,22 +222,24 @@ def main() -> int:
     parser.add_argument("--only", choices=("inputs", "commands"), help="by default both")
     parser.add_argument("--device", metavar="D")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N")
-    parser.add_argument("--out", type=Path, default=Path("out/hostile"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=FOUND, metavar="FOLDER")
     options = parser.parse_args()
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
     with Progress(*columns) as bar:
         row = bar.add_task("", total=options.count)
+        kept: list[dict[str, Any]] = []
 
         def tell(outcome: Outcome) -> None:
             said = ", ".join(f"{count} {status}" for status, count in sorted(outcome.counts.items()))
             bar.update(row, completed=outcome.counts.total(), description=said)
+            keep(outcome.failures[len(kept) :], options.out, len(kept))
+            kept.extend(outcome.failures[len(kept) :])
 
         tasks = [*corpus(), *drawn(options.seed, options.count, options.start)]
         if options.only:
             tasks = [task for task in tasks if ("command" in task) == (options.only == "commands")]
         bar.update(row, total=len(tasks))
         outcome = run(tasks, options.device, options.workers, tell)
-    keep(outcome.failures, options.out)
     print(f"seed {options.seed}: {outcome.told()}; {outcome.seconds:.0f} s")
     if outcome.failures:
         print(f"failures are in {options.out}")
