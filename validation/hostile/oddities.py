@@ -64,7 +64,7 @@ VARIABLES: Final[dict[bytes, tuple[bytes, ...]]] = {
     b"POCL_WORK_GROUP_METHOD": (b"loops", b"workitemrepl", b"cbs", b"x"),
     b"POCL_KERNEL_CACHE": (b"0", b"1", b"x"),
     b"PYOPENCL_CTX": (b"0", b"9", b"x"),
-    b"PYTHONIOENCODING": (b"ascii", b"utf-16", b"latin-1:strict", b"ascii:strict"),
+    b"PYTHONIOENCODING": (b"ascii", b"latin-1:strict", b"ascii:strict"),
     b"PYTHONWARNINGS": (b"error", b"always", b"x"),
     b"PYTHONOPTIMIZE": (b"2",),
     b"TERM": (b"", b"dumb", b"xterm-256color", b"x"),
