@@ -13,7 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from clrt.cli import _parser, main
+from clrt.cli import main
+from clrt.cli.options import parser
 
 ROOT = Path(__file__).resolve().parents[1]
 FOREIGN = {"--help"}  # options of argparse itself
@@ -54,7 +55,7 @@ def pages() -> Iterator[tuple[str, str]]:
 @cache
 def options() -> dict[str, set[str]]:
     """The options of each command."""
-    (commands,) = [a for a in _parser()._actions if isinstance(a, argparse._SubParsersAction)]
+    (commands,) = [a for a in parser()._actions if isinstance(a, argparse._SubParsersAction)]
     return {name: {text for action in parser._actions for text in action.option_strings}
             for name, parser in commands.choices.items()}  # fmt: skip
 

@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import clrt
-from clrt.cli import _parser
+from clrt.cli.options import parser
 from clrt.limits import Limits, parse
 from clrt.resources import validation_module
 
@@ -130,7 +130,7 @@ WORDS = (
 def test_command_lines(words: list[str]) -> None:
     """They are understood, or the process ends with 2 and one line (0 for --help)."""
     try:
-        _parser().parse_args(words)
+        parser().parse_args(words)
     except SystemExit as end:
         assert end.code in (0, 2)
 

@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 import pytest
 
 from clrt.errors import ClrtError
+from clrt.install import pip_install
 from clrt.resources import PACKAGE, kernel_folder, validation_module
 
 suite = validation_module("suite")
@@ -101,7 +102,7 @@ def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client, "find_llvm", lambda: None)
     with oracles.Oracles() as opened:
         assert opened.unable("mitsuba-table", scene) == (
-            "no LLVM for Mitsuba; install it with: pip install karellen-llvm-core"
+            f"no LLVM for Mitsuba; install it with: {pip_install('karellen-llvm-core')}"
         )
         assert opened.unable("oracle64", scene) is None
     monkeypatch.setattr(client.importlib.util, "find_spec", lambda name: None)

@@ -63,7 +63,7 @@ class OpenedTracer(Tracer):
     """A tracer on a device that is already open, so that its kernels are built once for many scenes."""
 
     def __init__(self, scene: Scene, device: Device) -> None:
-        self.scene, self.settings, self._lock = scene, device.settings, threading.RLock()
+        self._scene, self._settings, self._lock = scene, device.settings, threading.RLock()
         with _unwarned():
             self.flat = flatten(scene)
         self.device = device.variant(self.flat.rays)
