@@ -17,24 +17,26 @@ from clrt.version import __version__
 
 if TYPE_CHECKING:
     from clrt.errors import ClrtError, ClrtWarning, DeviceError, LimitError, SceneError
-    from clrt.formats import load, load_dict
+    from clrt.formats import load_dict
     from clrt.image import Image, read_image
     from clrt.limits import Limits
     from clrt.platforms import DeviceInfo, devices
     from clrt.raymesh import RayMeshIntersector
     from clrt.scene import Scene
     from clrt.settings import Settings
+    from clrt.shipped import load
     from clrt.tracer import Hits, Tracer, render
 
 _HOMES = {
     "clrt.errors": ("ClrtError", "ClrtWarning", "DeviceError", "LimitError", "SceneError"),
-    "clrt.formats": ("load", "load_dict"),
+    "clrt.formats": ("load_dict",),
     "clrt.image": ("Image", "read_image"),
     "clrt.limits": ("Limits",),
     "clrt.platforms": ("DeviceInfo", "devices"),
     "clrt.raymesh": ("RayMeshIntersector",),
     "clrt.scene": ("Scene",),
     "clrt.settings": ("Settings",),
+    "clrt.shipped": ("load",),
     "clrt.tracer": ("Hits", "Tracer", "render"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from clrt import notices
 from clrt.colors import color_fields
 from clrt.curves import D_LINE, curve_of
+from clrt.errors import show
+from clrt.lights import PointLight
 from clrt.materials import Checker, Material
 from clrt.places import At
 from clrt.spectrum import Spectrum
@@ -15,7 +19,9 @@ from clrt.spectrum import Spectrum
 if TYPE_CHECKING:
     from clrt.scene import Scene
 
-_RETURNED = ("color", "reflection_color", "transmission_color")
+_BYTES = "are these numbers from 0 to 255? They go from 0 to 1, linear: sRGB's v is (v / 255) ** 2.2"
+_LARGE = 32  # a whole number from which on a colour looks like one of bytes
+_RETURNED = ("color", "colors", "reflection_color", "transmission_color")
 """Fields of a material that say what share of the light a surface returns."""
 
 
@@ -57,7 +63,7 @@ def materials(scene: Scene) -> Iterator[tuple[At, Material]]:
 
 def warn(scene: Scene) -> None:
     """Warn, once each, of what is allowed but probably not meant."""
-    for kind in (_makes_light, _open_glass, _too_bright, _undispersed):
+    for kind in (_makes_light, _open_glass, _too_bright, _of_bytes, _unlit, _undispersed):
         found = kind(scene)
         if found:
             notices.warn(scene.source, *found)
@@ -97,15 +103,13 @@ def _first(
 
 
 def _too_bright(scene: Scene) -> tuple[str, str] | None:
-    for place, material in materials(scene):
-        for name in _RETURNED:
-            color = getattr(material, name)
-            checks = color.colors if isinstance(color, Checker) else None
-            for i, part in enumerate(checks or (color,)):
-                most = _peak(part)
-                if most > 1:
-                    inner = place.key(name) if checks is None else place.key(name).key("colors").item(i)
-                    return inner.path, f"a reflectance of {most:.4g}; above 1 a surface makes light"
+    for place, value in colors(scene):
+        if re.sub(r"\[\d+\]$", "", place.path).rpartition(".")[2] not in _RETURNED:
+            continue
+        most = _peak(value)
+        if most > 1:
+            hint = f"; {_BYTES}" if _in_bytes(value) else ""
+            return place.path, f"a reflectance of {most:.4g}; above 1 a surface makes light{hint}"
     return None
 
 
@@ -120,6 +124,47 @@ def _peak(color: Any) -> float:
     if isinstance(color, Spectrum) and (color.gaussian is not None or color.band is not None):
         return color.scale
     return float(curve_of(color).values.max())
+
+
+def _of_bytes(scene: Scene) -> tuple[str, str] | None:
+    """Light in numbers from 0 to 255; but light that fades with the distance is strong where it starts."""
+    at = At(scene.source)
+    light = [(at.key(name), getattr(scene, name)) for name in ("background", "ambient", "depth_color")]
+    for i, one in enumerate(scene.lights):
+        if not (isinstance(one, PointLight) and one.falloff == "inverse-square"):
+            light.append((at.key("lights").item(i).key("intensity"), one.intensity))
+    light += [(place.key("emission"), material.emission) for place, material in materials(scene)]
+    found = next(((place, value) for place, value in light if _in_bytes(value)), None)
+    if found is None:
+        return None
+    return found[0].path, f"{show(found[1])} is {_peak(found[1]):g} times the light of white; {_BYTES}"
+
+
+def _in_bytes(value: Any) -> bool:
+    """Whether a colour looks like one of bytes: whole numbers up to 255, one of them large."""
+    if isinstance(value, (str, Spectrum, Checker)):
+        return False
+    numbers = value if isinstance(value, (tuple, list)) else (value,)
+    return _LARGE <= max(numbers) <= 255 and all(float(number).is_integer() for number in numbers)
+
+
+def _unlit(scene: Scene) -> tuple[str, str] | None:
+    """A picture of surfaces on which no light falls."""
+    intensities = (one.intensity for one in scene.lights)
+    emissions = (material.emission for _, material in materials(scene))
+    light = chain((scene.ambient,), intensities, emissions)
+    if scene.camera is None or any(isinstance(value, (str, Spectrum)) or _peak(value) > 0 for value in light):
+        return None
+    black = _first(scene, _is_black)
+    if black is None:
+        return None
+    text = "there is no light: no lights, no ambient, no emission; it is black. Add [[lights]] or ambient"
+    return f"shapes[{black[0]}]", text
+
+
+def _is_black(material: Material) -> bool:
+    """Whether a surface shows nothing where no light falls on it."""
+    return material.kr == 0 and material.kt == 0 and material.conductor is None
 
 
 def _undispersed(scene: Scene) -> tuple[str, str] | None:

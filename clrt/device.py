@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import kernelcache, layout
+from clrt import ceilings, kernelcache, layout
 from clrt.driver import TRACKS, Driver
 from clrt.errors import DeviceError, MemoryLimitError
 from clrt.opencl import cl
@@ -19,7 +19,6 @@ from clrt.tracks import Answer, kept
 
 __all__ = ["TRACKS", "Device"]
 
-_GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
 _SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-items than 16 bits can count
 
 
@@ -73,15 +72,17 @@ class Device:
         return self.driver.held_bytes
 
     def launch(self, name: str, items: int, *arguments: Any, local_size: int | None = None) -> None:
-        """Run a kernel over `items` work-items, in work-groups of one size: by default the settings'.
+        """Run a kernel over `items` work-items, in work-groups of one size: that of the settings, at most
+        `local_size` and what the device takes for this kernel.
 
         The last group is filled up with idle items, so kernels check their number. numpy scalars go by value.
         """
         if items == 0:
             return
         check_process()
-        local = local_size or self.settings.local_size or _GROUP
         kernel = self.kernels.kernel(name, arguments)
+        most = local_size or max(1, ceilings.PRIVATE // (4 * self.bands))  # some add up a ray's bands
+        local = min(most, self.kernels.groups[name])
         total = -(-items // local) * local
 
         def enqueue() -> cl.Event:
@@ -99,10 +100,12 @@ class Device:
         """Run a kernel whose work-items take a packet of `rays` each.
 
         Unless the settings say how large, a work-group on a CPU is one work-item: PoCL gives each of a group
-        private arrays of its own, and those of many packets (a value a band and ray) leave the caches.
+        private arrays of its own, and those of many packets (a value a band and ray) leave the caches. Nor
+        may a group have more than `ceilings` allow: its arrays lie on a thread's stack.
         """
         alone = self.info.kind == "CPU" and self.settings.local_size is None
-        self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else None)
+        most = max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.rays.values * self.packet)))
+        self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else most)
 
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
         """A launch before which PoCL may compile the kernel for these sizes: one process at a time."""

@@ -28,6 +28,7 @@ from clrt.tracks import Track, seconds_by_name
 from clrt.trial import plain
 
 TRACKS: Final = 2  # pieces of work that go on at the same time
+_GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
 # PoCL keeps what it compiled by itself; a checker like Oclgrind has to see every kernel being compiled
 _KEEPS_PROGRAMS: Final = ("Portable Computing Language", "Oclgrind")
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
@@ -159,6 +160,7 @@ class Kernels:
     def __init__(self, driver: Driver, rays: layout.Rays, source: str) -> None:
         self._driver, self.rays, self.source = driver, rays, source
         self.launched: set[tuple[str, int, bool]] = set()  # name, size of work-groups, is the grid small
+        self.groups: dict[str, int] = {}  # work-items of a kernel's work-group
         self._kernels: dict[str, cl.Kernel] = {}
 
     @cached_property
@@ -184,4 +186,7 @@ class Kernels:
             kernel = self._driver.guard(lambda: cl.Kernel(self.program, name), f"kernel {name}")
             kernel.set_scalar_arg_dtypes([a.dtype if isinstance(a, np.generic) else None for a in arguments])
             self._kernels[name] = kernel
+            most = cl.kernel_work_group_info.WORK_GROUP_SIZE
+            wanted = self._driver.settings.local_size or _GROUP
+            self.groups[name] = min(wanted, kernel.get_work_group_info(most, self._driver.device))
         return self._kernels[name]

@@ -39,6 +39,9 @@ class ClrtWarning(UserWarning):
         super().__init__(one_line(message))
 
 
+NO_MEMORY = "this machine has no memory left for it; use a smaller scene or picture, or fewer layers"
+
+
 def one_line(text: str) -> str:
     """`text` as a terminal or a log may show it: printable, one line, neither it nor a word too long.
 

@@ -14,6 +14,7 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
+from clrt.missing import advice
 from clrt.places import At, known_keys
 
 FLOAT32_MAX = float(np.finfo(np.float32).max)
@@ -71,7 +72,20 @@ def _check_value(hint: Any, value: Any, at: At, name: str) -> None:
         except msgspec.ValidationError as error:
             suffix = re.search(r" - at `\$(.*?)`$", str(error))
             path = suffix.group(1) if suffix else ""
-            raise at.inner(path).error(_follow(value, path), right + note) from None
+            wrong = _follow(value, path)
+            raise at.inner(path).error(wrong, right + (_other_kind(wrong, hint) or note)) from None
+
+
+def _other_kind(value: Any, hint: Any) -> str:
+    """What a value is that should be a number or a name, where its rule alone would puzzle; else ""."""
+    kinds = leaves(hint)
+    numbers = float in kinds or int in kinds
+    if isinstance(value, str):
+        is_number = numbers and str not in kinds
+        return "; this is a text, and numbers have no quotes" if is_number else advice(value, [])
+    if isinstance(value, bool) and numbers:
+        return "; this is true or false, not a number"
+    return ""
 
 
 def _tables(hint: Any, value: Any, at: At) -> list[tuple[At, type[msgspec.Struct], dict[str, Any]]]:

@@ -11,7 +11,7 @@ import numpy as np
 from clrt import layout, passes
 from clrt.colour import thesis_finish
 from clrt.device import Device
-from clrt.errors import ClrtError
+from clrt.errors import ClrtError, show
 from clrt.queues import Hits, Lit, Queue
 from clrt.suggest import nearest
 from clrt.tracks import Answer
@@ -30,22 +30,37 @@ _BY_TERM: Final = {
 }
 GEOMETRY: Final = ("depth", "position", "normal", "shape")
 SPECTRAL: Final = ("bands", "xyz")  # of scenes with a spectrum: the whole picture, not yet RGB
-_GENERATION = re.compile(r"generation_(\d+)")
+_GENERATION = re.compile(r"generation_(0|[1-9][0-9]{0,8})")
+_MOST_NAMED: Final = 64  # generations that a message lists
 
 
 def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) -> tuple[str, ...]:
-    """The names, each once. ClrtError names an unknown one and its nearest neighbour."""
-    names = tuple(dict.fromkeys(layers))
-    known = (*_BY_PATH, *_BY_TERM, *GEOMETRY, *(f"generation_{g}" for g in range(max_depth + 1)))
-    known += SPECTRAL if spectral else ()
-    for name in names:
+    """The names, each once; "all" stands for all there are. ClrtError names an unknown one and its nearest.
+
+    A single name, or several with commas, may be one text.
+    """
+    listed = [name.strip() for name in layers.split(",")] if isinstance(layers, str) else layers
+    known = tuple(dict.fromkeys((*_BY_PATH, *_BY_TERM, *GEOMETRY, *(SPECTRAL if spectral else ()))))
+    found: dict[str, None] = {}
+    for name in listed:
+        if name == "all":
+            found |= dict.fromkeys((*known, *(f"generation_{g}" for g in range(max_depth + 1))))
+            continue
         if name in SPECTRAL and not spectral:
             raise ClrtError(f"layers: {name!r} is for scenes with a spectrum; this one is in RGB")
-        if name not in known:
-            near = nearest(name, known, cutoff=0.6)
-            hint = f"did you mean {near!r}?" if near else "known: " + ", ".join(dict.fromkeys(known))
-            raise ClrtError(f"layers: {name!r} is not a layer; {hint}")
-    return names
+        if name not in known and not _generation(name, max_depth):
+            numbered = tuple(f"generation_{g}" for g in range(min(max_depth, _MOST_NAMED) + 1))
+            near = nearest(name, (*known, *numbered), cutoff=0.6)
+            hint = f"did you mean {near!r}?" if near else "known: all, " + ", ".join((*known, *numbered))
+            raise ClrtError(f"layers: {show(name)} is not a layer; {hint}")
+        found[name] = None
+    return tuple(found)
+
+
+def _generation(name: str, max_depth: int) -> bool:
+    """Whether this is the layer of a generation that there is."""
+    found = _GENERATION.fullmatch(name)
+    return found is not None and int(found.group(1)) <= max_depth
 
 
 def finished(values: np.ndarray) -> np.ndarray:

@@ -19,8 +19,9 @@ from clrt.flatten_camera import flatten_camera
 from clrt.flatten_geometry import geometry
 from clrt.flatten_materials import MaterialTable, flatten_lights
 from clrt.flatten_shapes import collect
+from clrt.hidden import warn_of_hidden_view
 from clrt.imagefile import read_image
-from clrt.media import Media, media_of, needs_lists
+from clrt.media import Media, media_of, needs_lists, shape_boxes
 from clrt.overlaps import warn_of_overlaps
 from clrt.scene import Scene
 
@@ -88,6 +89,7 @@ class FlatScene:
         return digest.hexdigest()
 
 
+@np.errstate(all="ignore")  # coordinates that overflow are found and named; light that does is infinite
 def flatten(scene: Scene) -> FlatScene:
     """The scene without its camera, for rays of the scene's bands (RGB mode: red, green, blue).
 
@@ -96,8 +98,7 @@ def flatten(scene: Scene) -> FlatScene:
     """
     bands = bands_of(scene)
     materials = MaterialTable(scene, bands)
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is found and named there
-        sections = geometry(collect(scene, materials), scene)
+    sections = geometry(collect(scene, materials), scene)
     sections["materials"] = materials.records()
     sections["lights"] = flatten_lights(scene, bands)
     path = scene.background_path
@@ -107,6 +108,7 @@ def flatten(scene: Scene) -> FlatScene:
     media = media_of(scene, sections) if needs_lists(scene, sections) else None
     if media is not None:
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
+    warn_of_hidden_view(scene, *shape_boxes(len(scene.shapes), sections))
     boxes, finite = sections.pop("boxes"), sections.pop("finite")
     kept = {
         name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)

@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from clrt import layout
+from clrt import ceilings, layout
 from clrt.camera import Camera
-from clrt.errors import SceneError
+from clrt.errors import SceneError, fault
 from clrt.flatten_mesh import unit
 from clrt.records import At
 
@@ -83,26 +83,34 @@ def near_corners(camera: np.ndarray) -> np.ndarray:
 def picture_size(camera: Camera, width: int | None, height: int | None) -> tuple[int, int]:
     """Width and height of the picture in pixels; one alone scales the other, to the nearest pixel."""
     for name, side in (("width", width), ("height", height)):
-        if side is not None and not 1 <= side < 1 << 31:
-            raise SceneError(f"{name}: {side} is not allowed; a picture has 1 pixel or more on each side")
+        _check_side(name, side)
     if width is None and height is None:
         return camera.width, camera.height
     if width is None:
         assert height is not None
         width = max(1, round(camera.width * height / camera.height))
+        _check_side("width", width)
     elif height is None:
         height = max(1, round(camera.height * width / camera.width))
+        _check_side("height", height)
     return width, height
+
+
+def _check_side(name: str, side: int | None) -> None:
+    if side is not None and not 1 <= side <= ceilings.SIDE:
+        right = f"a picture has 1 pixel or more on each side, at most {ceilings.SIDE}"
+        raise SceneError(fault("", name, side, right))
 
 
 def _grid(spp: int) -> int:
     """Side of the square grid of samples in a pixel."""
     if spp < 1:
-        raise SceneError(f"spp: {spp} is not allowed; a pixel has 1 sample or more")
+        raise SceneError(fault("", "spp", spp, "a pixel has 1 sample or more"))
+    ceilings.check("samples", spp, ceilings.RAYS)
     side = math.isqrt(spp)
     if side * side != spp:
         near = f"{side * side} or {(side + 1) ** 2}"
-        raise SceneError(f"spp: {spp} is not allowed; samples form a square grid, so take {near}")
+        raise SceneError(fault("", "spp", spp, f"samples form a square grid, so take {near}"))
     return side
 
 

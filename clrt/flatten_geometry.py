@@ -41,10 +41,24 @@ def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:
     sections["normals"] = concatenated(collected.corner_normals, np.zeros((0, 4), np.float32))
     sections["polygons"], sections["vertices"], boxes["POLYGON"] = _polygons(collected)
     sections["quadrics"], boxes["QUADRIC"] = _quadrics(collected)
+    _check_kinds(collected, sections, boxes)
     _check(scene, sections, boxes)
     _gather(sections, boxes)
     _warn_of_smallness(scene, sections)
     return sections
+
+
+def _check_kinds(collected: Collected, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
+    """Every primitive has a record and a box: the kernels look neither up with care.
+
+    A kind that they do not know they would take for a plane, and read beyond the section of planes.
+    """
+    for kind, section in layout.SECTIONS.items():
+        found = {len(sections[section]), len(boxes[kind].low)}
+        if found != {collected.counts[kind]}:
+            raise AssertionError(f"{collected.counts[kind]} primitives {kind}, but {found} records and boxes")
+    if sum(collected.counts.values()) != len(sections["primitives"]):
+        raise AssertionError("primitives of a kind that is not in layout.SECTIONS")
 
 
 def padded(low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray | float = 0.0) -> Boxes:

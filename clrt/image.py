@@ -16,8 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from clrt.errors import ClrtError
-from clrt.imagefile import check_writable, encode, read_image, write
+from clrt import arguments, imagefile
+from clrt.arguments import public
+from clrt.errors import ClrtError, show
+from clrt.imagefile import check_writable, encode, write
+from clrt.layerpicture import is_light, layer_pixels
+from clrt.limits import Limits
 from clrt.version import __version__
 
 __all__ = ["Image", "check_writable", "pixel_hash", "read_image"]
@@ -44,16 +48,24 @@ class Image:
     wavelengths: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        pixels = np.ascontiguousarray(self.pixels)
+        pixels = _array("pixels", self.pixels)
+        arguments.mapping("layers", self.layers)
+        arguments.mapping("stats", self.stats)
+        arguments.mapping("metadata", self.metadata)
+        if not isinstance(self.wavelengths, (tuple, list)):
+            raise ClrtError(f"wavelengths: {show(self.wavelengths)} is not allowed; it must be a tuple of nm")
+        wavelengths = tuple(arguments.number("wavelengths", nm) for nm in self.wavelengths)
         if pixels.dtype != np.float32 or pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
-            raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3)")
-        layers = {name: np.ascontiguousarray(layer) for name, layer in self.layers.items()}
+            hint = "; image.layer(name) makes a picture of a layer" if pixels.ndim == 2 else ""
+            raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3){hint}")
+        layers = {name: _array(f"layers[{name!r}]", layer) for name, layer in self.layers.items()}
         for name, layer in layers.items():
-            fits = (*pixels.shape[:2], len(self.wavelengths)) if name == "bands" else pixels.shape
+            fits = (*pixels.shape[:2], len(wavelengths)) if name == "bands" else pixels.shape
             if layer.shape not in (fits, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
                 form = f"{layer.dtype} {layer.shape}"
                 raise ClrtError(f"layers[{name!r}]: {form} does not fit pixels {pixels.shape}")
         object.__setattr__(self, "pixels", _read_only(pixels))
+        object.__setattr__(self, "wavelengths", wavelengths)
         object.__setattr__(self, "layers", {name: _read_only(layer) for name, layer in layers.items()})
 
     @property
@@ -78,15 +90,20 @@ class Image:
         layers = f", layers {', '.join(self.layers)}" if self.layers else ""
         return f"<clrt.Image {self.width} x {self.height}{layers}, hash {self.hash[:12]}>"
 
+    @public
     def save(self, path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None) -> Path:
         """Write the picture; `path` is then the complete new file, or, after any error, what it was before.
 
         The suffix decides. `.exr`: the linear radiance and all layers as float32 (`direct.R`, `depth.Z`,
         `normal.X`, `shape.ID`, ...; bands by wavelength: `S0.395,500000nm`), with the metadata as attributes
         `clrt:...`; `.png`, `.tif`: sRGB of `bits` = 8 (default) or 16; `.jpg`, `.bmp`: sRGB of 8 bits, all
-        clipped to [0, 1], colours out of gamut as well. `exposure` in stops brightens sRGB
-        pictures. Returns the absolute path. ClrtError as `check_writable`, and when the disk refuses.
+        clipped to [0, 1], colours out of gamut as well. `exposure`, -100 to 100 stops, brightens sRGB
+        pictures. Returns the absolute path. ClrtError as `check_writable`, for arguments of another kind, and
+        when the disk refuses.
         """
+        path = arguments.path("path", path)
+        exposure = arguments.number("exposure", exposure)
+        bits = arguments.optional("bits", bits, 1, 32)
         bits = check_writable(path, exposure, bits)
         if bits == 32:
             groups = [_channels(name, layer, self.wavelengths) for name, layer in self.layers.items()]
@@ -96,8 +113,43 @@ class Image:
             write(path, [encode(self.pixels, exposure, bits)], metadata=self._attributes())
         return Path(path).resolve()
 
+    @public
+    def layer(self, name: str) -> Image:
+        """A layer as a picture to look at, to show or to save: docs/layers.md says what stands for what.
+
+        ClrtError where the image has no such layer, and for `bands`, which only an .exr holds.
+        """
+        name = arguments.text("name", name)
+        if name not in self.layers:
+            known = f"it has {', '.join(self.layers)}" if self.layers else "it was rendered without layers"
+            raise ClrtError(f"layers: {show(name)} is not in this image; {known}")
+        return Image(layer_pixels(name, self.layers[name]), metadata={**self.metadata, "layer": name})
+
+    @public
+    def save_layers(
+        self, path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None
+    ) -> list[Path]:
+        """Write every layer but `bands` beside the picture `path`: `x.png` makes `x.depth.png` ...
+
+        As `save`; `exposure` is for light alone. An .exr holds its layers itself. Returns absolute paths.
+        """
+        path = arguments.path("path", path)
+        shown = [name for name in self.layers if name != "bands"]
+        files = [layer_file(path, name) for name in shown]
+        for file in files:
+            check_writable(file, exposure, bits)
+        saved = []
+        for name, file in zip(shown, files, strict=True):
+            saved.append(self.layer(name).save(file, exposure if is_light(name) else 0.0, bits))
+        return saved
+
+    @public
     def show(self, exposure: float = 0.0) -> None:
-        """Show the picture below a notebook's cell, else in the desktop's viewer; ClrtError without one."""
+        """Show the picture below a notebook's cell, else in the desktop's viewer; ClrtError without one.
+
+        exposure: as for `save`.
+        """
+        exposure = arguments.number("exposure", exposure)
         if "ipykernel" in sys.modules:
             from IPython.display import Image as Picture
             from IPython.display import display
@@ -122,11 +174,43 @@ class Image:
         return named | (_SPECTRAL_LAYOUT if "bands" in self.layers else {})
 
 
+def layer_file(path: str | os.PathLike[str], name: str) -> Path:
+    """Where `save_layers` puts a layer: `x.depth.png` for depth beside `x.png`. ClrtError beside an .exr."""
+    path = Path(path)
+    if path.suffix.lower() == ".exr":
+        raise ClrtError(f"{path}: an .exr holds its layers itself; or name a .png")
+    if Path(name).name != name:
+        raise ClrtError(f"layers: {name!r} cannot be a part of a file's name")
+    return path.with_name(f"{path.stem}.{name}{path.suffix}")
+
+
+@public
+def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
+    """A picture file as linear Rec.709 float32 (height, width, 3), the top row first.
+
+    Integer samples are decoded from sRGB, floating ones are taken as linear; grey becomes three equal
+    channels, alpha is dropped. Formats: EXR, Radiance HDR, PNG, JPEG, TIFF, BMP, told by their first bytes.
+    SceneError when the file is missing, of another kind, damaged, or holds NaN or infinity; LimitError when
+    it has more bytes or pixels than `limits` (default `Limits()`) allow; ClrtError for arguments of another
+    kind.
+    """
+    limits = arguments.optional_instance("limits", limits, Limits)
+    return imagefile.read_image(arguments.path("path", path), limits)
+
+
 def pixel_hash(pixels: np.ndarray) -> str:
     """SHA-256, in hex, of the shape as little-endian int32 and then the pixels as little-endian float32."""
     digest = hashlib.sha256(np.asarray(pixels.shape, "<i4").tobytes())
     digest.update(np.ascontiguousarray(pixels, "<f4").data)
     return digest.hexdigest()
+
+
+def _array(name: str, value: object) -> np.ndarray:
+    """`value` as an array; ClrtError for rows of different lengths."""
+    try:
+        return np.ascontiguousarray(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ClrtError(f"{name}: {show(value)} is not allowed; it must be an array of numbers") from None
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

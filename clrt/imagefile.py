@@ -77,11 +77,16 @@ def encode(pixels: np.ndarray, exposure: float = 0.0, bits: int = 8) -> np.ndarr
     return encoded
 
 
+def uncurved(values: np.ndarray) -> np.ndarray:
+    """Linear float32 of values in [0, 1] that a file shall hold as they are: `encode` undone."""
+    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return linear.astype(np.float32)
+
+
 def decode(encoded: np.ndarray) -> np.ndarray:
     """sRGB uint8 or uint16 -> linear float32 of the same shape (the inverse curve of `encode`)."""
     value = np.arange(np.iinfo(encoded.dtype).max + 1, dtype=np.float64) / np.iinfo(encoded.dtype).max
-    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)
-    return linear.astype(np.float32)[encoded]
+    return uncurved(value)[encoded]
 
 
 def write(

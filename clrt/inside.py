@@ -9,15 +9,27 @@ import numpy as np
 
 from clrt.flatten_mesh import fans, joined
 from clrt.meshes import Mesh
-from clrt.shapes import Box, Cone, Cylinder, Ellipsoid, Paraboloid, Plane, Quadric, Shape, Sphere
+from clrt.shapes import (
+    Box,
+    Cone,
+    Cylinder,
+    Disk,
+    Ellipsoid,
+    Paraboloid,
+    Plane,
+    Polygon,
+    Quadric,
+    Shape,
+    Sphere,
+)
 
 _PAIRS: Final = 1 << 20  # points times faces treated at once
 
 
 def count_inside(shape: Shape, points: np.ndarray) -> np.ndarray:
     """How often the shape encloses each of the points (n, 3): (n,) int, 0 or 1 but for meshes."""
-    inside = _INSIDE.get(type(shape))
-    if inside is None:  # a polygon or disk has no inside
+    inside = _INSIDE[type(shape)]
+    if inside is None:
         return np.zeros(len(points), np.int64)
     inverse = np.linalg.inv(shape.matrix)
     with np.errstate(all="ignore"):  # points that are not finite are inside of nothing
@@ -91,7 +103,10 @@ def _solid_angles(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     return 2 * np.arctan2(volume, la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
 
 
-_INSIDE: dict[type[Shape], Callable[[Any, np.ndarray], np.ndarray]] = {
+# every shape that there is; None: it has no inside
+_INSIDE: dict[type[Shape], Callable[[Any, np.ndarray], np.ndarray] | None] = {
+    Polygon: None,
+    Disk: None,
     Sphere: _sphere,
     Plane: _plane,
     Box: _box,

@@ -15,7 +15,6 @@ import stat
 import struct
 import tempfile
 import time
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
@@ -25,7 +24,8 @@ from typing import Final
 from filelock import FileLock, Timeout
 from platformdirs import user_cache_dir
 
-from clrt.errors import ClrtWarning, DeviceError
+from clrt import notices
+from clrt.errors import DeviceError
 from clrt.resources import kernel_folder, kernel_text
 
 VARIABLE: Final = "POCL_CACHE_DIR"
@@ -64,7 +64,7 @@ def prepare() -> Path:
     if fault:
         folder = Path(tempfile.mkdtemp(prefix="clrt-kernels-"))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
-        warnings.warn(f"kernels are compiled anew in each run: {fault}", ClrtWarning, stacklevel=2)
+        notices.warn("", "", f"kernels are compiled anew in each run: {fault}")
         worse = problem(folder)
         if worse:
             raise DeviceError(f"there is no place for compiled kernels: {fault}; {worse}")
@@ -207,7 +207,7 @@ def _acquired(held: FileLock, patience: float, holder: Path) -> bool:
 def waiting(what: str) -> Iterator[None]:
     """Tell the watchers what goes on; without a watcher, a warning says whom this process waits for."""
     if not watchers and what.startswith("waiting"):
-        warnings.warn(what, ClrtWarning, stacklevel=2)
+        notices.warn("", "", what)
     for watcher in watchers:
         watcher(what)
     try:

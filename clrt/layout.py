@@ -109,7 +109,12 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
 
 # fmt: on
 
-KINDS: Final = {"SPHERE": 0, "PLANE": 1, "DISK": 2, "TRIANGLE": 3, "POLYGON": 4, "QUADRIC": 5}
+# kind of primitive -> the section of WORLD that its records are in; the kernels know it by its place here
+SECTIONS: Final = {
+    "SPHERE": "spheres", "PLANE": "planes", "DISK": "disks", "TRIANGLE": "triangles", "POLYGON": "polygons",
+    "QUADRIC": "quadrics",
+}  # fmt: skip
+KINDS: Final = {kind: number for number, kind in enumerate(SECTIONS)}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
 CHECKER: Final = {"PLAIN": 0, "CHECKER_FLAT": 1, "CHECKER_SPHERE": 2}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
+from clrt.arguments import whole
 from clrt.errors import ClrtError, LimitError, MemoryLimitError, fault, located, show
 from clrt.suggest import did_you_mean
 
@@ -26,13 +27,17 @@ _RENDERING = {
     "depth": "lower max_depth",
     "bands": "use fewer bands",
     "device_bytes": "use a smaller scene or a smaller tile",
+    "host_bytes": "lower width or height, use fewer layers or fewer rays, or crop",
     "work": "lower width, height, spp, max_depth or the number of lights",
 }
 
 
 @dataclass(frozen=True, kw_only=True)
 class Limits:
-    """Upper bounds, each inclusive. A violation is a `LimitError` that says what to change."""
+    """Upper bounds, whole numbers, each inclusive. A violation is a `LimitError` that says what to change.
+
+    What the kernels can count is bounded besides, whatever is allowed here: `clrt.ceilings`.
+    """
 
     file_bytes: int = 512 << 20
     """Bytes of one scene, mesh or image file."""
@@ -46,7 +51,8 @@ class Limits:
     """Spheres, polygons, mesh faces ... of a scene together."""
     vertices: int = 1 << 24
     """Vertices of a scene's meshes together."""
-    lights: int = 1 << 16
+    lights: int = (1 << 16) - 1
+    """Lights of a scene."""
     image_pixels: int = 1 << 26
     """Width times height of a picture that a scene reads."""
     image_bytes: int = 5 << 28
@@ -61,8 +67,15 @@ class Limits:
     """Wavelength bands a ray carries."""
     device_bytes: int = 4 << 30
     """Bytes of all buffers on the device together."""
+    host_bytes: int = 4 << 30
+    """Bytes of a picture with its layers, or of the answers about rays, in the host's memory."""
     work: int = 10**14
     """An upper bound of rays to trace: see `check_work`."""
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = whole(f"limits.{entry.name}", getattr(self, entry.name))
+            object.__setattr__(self, entry.name, value)
 
     def check(self, name: str, value: int, source: str = "", place: str = "") -> None:
         """Raise `LimitError` if `value` is above the limit called `name`."""
@@ -74,7 +87,7 @@ class Limits:
         else:
             advice, how = _RENDERING[name], f"Settings(limits=Limits({name}=N))"
         how = f"or allow more with --limit {name}=N or {how}"
-        text = f"{_number(value)} is above the limit of {_number(most)}; {advice}, {how}"
+        text = f"{written(value)} is above the limit of {written(most)}; {advice}, {how}"
         kind = MemoryLimitError if name == "device_bytes" else LimitError
         raise kind(located(source, place, f"{name}: {text}"))
 
@@ -130,7 +143,8 @@ def _family(depth: int, doubling: bool) -> int:
     return 1 << depth if doubling else depth + 1
 
 
-def _number(value: int) -> str:
+def written(value: int) -> str:
+    """A number as messages write it: thousands apart, huge ones rounded."""
     return (
         f"{value:,}".replace(",", " ")
         if value < 10**15

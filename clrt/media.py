@@ -86,7 +86,7 @@ def too_deep(scene: Scene) -> LimitError:
 
 def media_of(scene: Scene, sections: dict[str, np.ndarray]) -> Media:
     """The media of a scene whose arrays, by section and with `boxes` and `finite`, are known."""
-    low, high = _shape_boxes(len(scene.shapes), sections)
+    low, high = shape_boxes(len(scene.shapes), sections)
     primitives = sections["primitives"]
     number = np.full(len(scene.shapes), -1, np.int32)
     number[primitives["shape"]] = sections["materials"]["medium"][primitives["material"]]
@@ -111,7 +111,7 @@ def needs_lists(scene: Scene, sections: dict[str, np.ndarray]) -> bool:
     asking = [k for k, shape in enumerate(scene.shapes) if _asks_for_index(scene, shape)]
     if len(asking) > _MOST_PAIRED:
         return True
-    low, high = _shape_boxes(len(scene.shapes), sections)
+    low, high = shape_boxes(len(scene.shapes), sections)
     planes = [shape for shape in map(scene.shapes.__getitem__, asking) if isinstance(shape, Plane)]
     solid = np.array([k for k in asking if not isinstance(scene.shapes[k], Plane)], np.int64)
     for k in asking:
@@ -138,7 +138,7 @@ def _beside(plane: Plane, low: np.ndarray, high: np.ndarray) -> bool:
     return bool(abs(away) > np.abs(normal) @ (0.5 * (high - low)) * (1 + 1e-6))
 
 
-def _shape_boxes(n: int, sections: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def shape_boxes(n: int, sections: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     """Boxes low, high (n, 3) float64 of shapes, from those of their primitives."""
     shape, boxes = sections["primitives"]["shape"], sections["boxes"]
     low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)

@@ -7,7 +7,20 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from clrt.errors import SceneError, fault, located, show
+from clrt.missing import advice
 from clrt.suggest import did_you_mean
+
+
+class PlacedError(SceneError):
+    """A fault at a known place of a scene, so that who has the file's text can name the line.
+
+    `key` is the key of the table `at` that is to blame, where that should not be in the message's place.
+    """
+
+    def __init__(self, at: At, text: str, key: str = "") -> None:
+        super().__init__(located(at.source, at.path, text))
+        self.at, self.text = at, text
+        self.path = at.key(key).path if key else at.path
 
 
 class At:
@@ -41,12 +54,12 @@ class At:
         """The place below this one that msgspec calls `$suffix`."""
         return At(self.source, self.path + suffix)
 
-    def error(self, value: object, right: str) -> SceneError:
+    def error(self, value: object, right: str) -> PlacedError:
         """'VALUE is not allowed; RIGHT' at this place."""
-        return SceneError(fault(self.source, self.path, value, right))
+        return self.says(fault("", "", value, right))
 
-    def says(self, text: str) -> SceneError:
-        return SceneError(located(self.source, self.path, text))
+    def says(self, text: str) -> PlacedError:
+        return PlacedError(self, text)
 
 
 def known_keys(table: Mapping[Any, Any], known: Iterable[str], at: At) -> None:
@@ -54,7 +67,9 @@ def known_keys(table: Mapping[Any, Any], known: Iterable[str], at: At) -> None:
     names = list(known)
     for key in table:
         if key not in names:
-            raise at.says(f"unknown key {show(key)}{did_you_mean(key, names)} (keys here: {listed(names)})")
+            hint = advice(key, names) or did_you_mean(key, names)
+            text = f"unknown key {show(key)}{hint} (keys here: {listed(names)})"
+            raise PlacedError(at, text, str(key))
 
 
 def listed(names: Iterable[str], most: int = 30) -> str:

@@ -6,13 +6,12 @@ import os
 import re
 import shutil
 import sys
-import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from clrt import intel, kernelcache, trial
-from clrt.errors import ClrtWarning, DeviceError
+from clrt import intel, kernelcache, notices, trial
+from clrt.errors import DeviceError
 from clrt.opencl import cl
 from clrt.vendors import VARIABLE as VENDORS
 from clrt.vendors import install_command, why_none
@@ -160,7 +159,7 @@ def _default(found: list[tuple[DeviceInfo, cl.Device]]) -> tuple[DeviceInfo, cl.
             return info, device
         faults.append(f"{info.label}: {fault}")
         if tried:
-            warnings.warn(f"{faults[-1]}; another driver is used", ClrtWarning, stacklevel=3)
+            notices.warn("", "", f"{faults[-1]}; another driver is used")
     raise DeviceError(
         f"no driver works here: {'; '.join(faults)}; what mends it: {mending(faults[0])}"
     )

@@ -4,10 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
+from clrt.arguments import array, rays
 from clrt.errors import ClrtError
+from clrt.limits import Limits
+
+HIT_BYTES: Final = 2 * 44  # of a ray in `Hits`, and of what they are made from
+SEEN_BYTES: Final = 2 * 5
+LIGHT_BYTES: Final = 2 * 12
 
 
 @dataclass(frozen=True)
@@ -28,22 +35,24 @@ class Hits:
 
 
 def ray_chunks(
-    origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray, step: int
+    origins: np.ndarray,
+    directions: np.ndarray,
+    t_max: float | np.ndarray,
+    step: int,
+    limits: Limits,
+    answer: int,
 ) -> Iterator[tuple[np.ndarray, ...]]:
     """Origins, directions, t_max and the rays' numbers, `step` at a time; one empty piece for no rays.
 
-    ClrtError for shapes other than (n, 3), (n, 3), and () or (n,).
+    What is beyond float32 becomes infinite, and misses. ClrtError for shapes other than (n, 3), (n, 3), and
+    () or (n,), and for what are no real numbers; LimitError where the answers, `answer` bytes a ray, need
+    more than `limits` allow.
     """
-    with np.errstate(over="ignore"):  # beyond float32: infinite, which misses
-        o, d = np.asarray(origins, np.float32), np.asarray(directions, np.float32)
-        for name, array in (("origins", o), ("directions", d)):
-            if array.ndim != 2 or array.shape[1] != 3:
-                raise ClrtError(f"{name}: shape {array.shape} is not (n, 3)")
-        if len(o) != len(d):
-            raise ClrtError(f"origins and directions: {len(o)} and {len(d)} rays; they must be as many")
-        limit = np.asarray(t_max, np.float32)
+    o, d = rays(origins, directions, np.float32)
+    limit = array("t_max", t_max, np.float32, f"() or ({len(o)},)")
     if limit.ndim and limit.shape != (len(o),):
         raise ClrtError(f"t_max: shape {limit.shape} is neither a number nor ({len(o)},)")
+    limits.check("host_bytes", len(o) * answer, place="rays")
     limit, numbers = np.broadcast_to(limit, (len(o),)), np.arange(len(o), dtype=np.uint32)
     for start in range(0, max(len(o), 1), step):
         yield tuple(np.ascontiguousarray(a[start : start + step]) for a in (o, d, limit, numbers))

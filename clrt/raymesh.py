@@ -12,8 +12,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import passes
-from clrt.errors import ClrtError
+from clrt import arguments, passes
+from clrt.arguments import public
+from clrt.errors import ClrtError, show
 from clrt.formats import load_dict
 from clrt.queues import Queue
 from clrt.settings import Settings
@@ -30,25 +31,30 @@ class RayMeshIntersector:
 
     geometry: a `trimesh.Trimesh`. device, settings: as for `clrt.Tracer`. Rays are (n, 3) origins and
     directions of any length; directions that are zero or not finite miss. ClrtError for arrays of another
-    shape.
+    shape or of anything but real numbers, and for a geometry that is no mesh.
     """
 
     def __init__(
         self, geometry: Any, device: int | str | None = None, settings: Settings | None = None
     ) -> None:
+        if not all(hasattr(geometry, name) for name in ("vertices", "faces", "bounds", "triangles")):
+            raise ClrtError(f"geometry: {show(geometry)} is not allowed; it must be a trimesh.Trimesh")
         self.mesh = geometry
-        self._device = device
-        self._settings = settings or Settings()
+        self._device = arguments.device("device", device)
+        self._settings = arguments.optional_instance("settings", settings, Settings)
         self._state: _Faces | None = None
 
+    @public
     def intersects_first(self, ray_origins: Any, ray_directions: Any) -> np.ndarray:
         """(n,) int64: the number of the first face that each ray hits, -1 for none."""
         return self._faces.first(*_rays(ray_origins, ray_directions))
 
+    @public
     def intersects_any(self, ray_origins: Any, ray_directions: Any) -> np.ndarray:
         """(n,) bool: whether each ray hits anything."""
         return self._faces.any(*_rays(ray_origins, ray_directions))
 
+    @public
     def intersects_id(
         self,
         ray_origins: Any,
@@ -59,13 +65,17 @@ class RayMeshIntersector:
     ) -> tuple[np.ndarray, ...]:
         """Faces and rays of all hits, (m,) int64 each, ray by ray and along each ray.
 
-        multiple_hits = False: each ray's first only; max_hits: at most so many of a ray. A ray through a
-        common edge hits both its faces. return_locations: also the points, (m, 3) float64; faces that a ray
-        crosses in one place and in one sense, inwards or outwards, then count once: on a closed mesh a
-        ray's hits alternate.
+        multiple_hits = False: each ray's first only; max_hits: at most so many of a ray (0: none). A ray
+        through a common edge hits both its faces. return_locations: also the points, (m, 3) float64; faces
+        that a ray crosses in one place and in one sense, inwards or outwards, then count once: on a closed
+        mesh a ray's hits alternate.
         """
         origins, directions = _rays(ray_origins, ray_directions)
-        rays, faces, t = self._faces.every(origins, directions, max_hits if multiple_hits else 1)
+        most = arguments.optional("max_hits", max_hits)
+        if not arguments.flag("multiple_hits", multiple_hits):
+            most = 1
+        arguments.flag("return_locations", return_locations)
+        rays, faces, t = self._faces.every(origins, directions, most)
         if not return_locations:
             return faces, rays
         normals, corners = self.mesh.face_normals[faces], self.mesh.triangles[faces, 0]
@@ -76,6 +86,7 @@ class RayMeshIntersector:
         locations = origins[rays[kept]] + directions[rays[kept]] * t[kept, None]
         return faces[kept], rays[kept], locations
 
+    @public
     def intersects_location(
         self, ray_origins: Any, ray_directions: Any, multiple_hits: bool = True, max_hits: int | None = None
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -85,11 +96,12 @@ class RayMeshIntersector:
         )
         return locations, rays, faces
 
+    @public
     def contains_points(self, points: Any) -> np.ndarray:
         """(n,) bool: which points are inside a closed mesh; those on its surface may be either."""
         from trimesh.ray.ray_util import contains_points
 
-        return np.asarray(contains_points(self, points))
+        return np.asarray(contains_points(self, arguments.vectors("points", points, np.float64)))
 
     @property
     def _faces(self) -> _Faces:
@@ -177,12 +189,7 @@ class _Faces:
 
 def _rays(origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:
     """Origins and unit directions, (n, 3) float64; a zero direction stays 0."""
-    o, d = np.asarray(origins, np.float64), np.asarray(directions, np.float64)
-    for name, array in (("ray_origins", o), ("ray_directions", d)):
-        if array.ndim != 2 or array.shape[1] != 3:
-            raise ClrtError(f"{name}: shape {array.shape} is not (n, 3)")
-    if len(o) != len(d):
-        raise ClrtError(f"ray_origins and ray_directions: {len(o)} and {len(d)} rays; they must be as many")
+    o, d = arguments.rays(origins, directions, np.float64, prefix="ray_")
     with np.errstate(over="ignore", invalid="ignore"):
         length = np.linalg.norm(d, axis=1, keepdims=True)
         return o, d / np.where(length > 0, length, 1.0)

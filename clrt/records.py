@@ -17,6 +17,7 @@ import numpy as np
 from msgspec import NODEFAULT, Meta
 
 from clrt.explain import REFUSALS, explain, field_types, leaves, metas, of_type, records_in, single
+from clrt.missing import advice
 from clrt.places import At, listed
 from clrt.suggest import did_you_mean
 
@@ -180,7 +181,8 @@ def tagged(kinds: Mapping[str, type[R]], data: object, at: At, noun: str) -> typ
     if name is None:
         raise at.says(f"the key 'type' is missing; a {noun} is one of {listed(kinds)}")
     if not isinstance(name, str) or name not in kinds:
-        raise at.key("type").error(name, f"a {noun} is one of {listed(kinds)}{did_you_mean(name, kinds)}")
+        hint = advice(name, [*kinds]) or did_you_mean(name, kinds)
+        raise at.key("type").error(name, f"a {noun} is one of {listed(kinds)}{hint}")
     return kinds[name]
 
 

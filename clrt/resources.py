@@ -48,15 +48,23 @@ def shipped_scenes() -> dict[str, Path]:
 
 
 def scene_file(name: str) -> Path:
-    """The file that `name` means: a file, or else a scene that ships. SceneError names the nearest one."""
-    path = Path(name)
-    if os.path.lexists(path):  # unlike Path's own method, for names too long as well
+    """The file that `name` means: a file, or else a scene that ships. SceneError names the nearest one.
+
+    A scene that ships is known by its name ("showcase") and by its place in a checkout
+    ("scenes/showcase.toml"), as documents write it.
+    """
+    path, shipped = Path(name), shipped_scenes()
+    folder = os.path.isdir(name)
+    if os.path.lexists(name) and not folder:  # unlike Path's methods, for any name
         return path
-    if path.suffix or len(path.parts) > 1:
-        raise SceneError(f"{name}: no such file")
-    shipped = shipped_scenes()
     if name in shipped:
         return shipped[name]
+    if path.parts == ("scenes", path.name) and getattr(shipped.get(path.stem), "name", "") == path.name:
+        return shipped[path.stem]
+    if folder:
+        return path
+    if path.suffix or len(path.parts) > 1:
+        raise SceneError(f"{name}: there is no such file")
     near = nearest(name, shipped, cutoff=0.6)
     hint = f"did you mean {near!r}?" if near else "`clrt scenes` lists the ones that ship"
     raise SceneError(f"{name}: neither a file nor a scene that ships with clrt; {hint}")

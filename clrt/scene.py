@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
+from clrt import arguments
 from clrt.advice import check_lines, warn
 from clrt.camera import Camera
 from clrt.collector import no_collections
@@ -100,7 +101,8 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
     `folder` is where relative files are looked up (None: the current folder), `source` the name that
     messages start with, `limits` what reading may cost; the three are neither saved nor compared.
 
-    Raises `SceneError` where the scene cannot be rendered and `LimitError` where it is too large.
+    Raises `SceneError` where the scene cannot be rendered, `LimitError` where it is too large, and ClrtError
+    where one of the last three is of another kind.
     """
 
     folder: Path | None = None
@@ -108,9 +110,10 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
     limits: Limits = Limits()
 
     def __post_init__(self) -> None:
-        at = At(self.source)
+        at = At(arguments.text("source", self.source))
+        arguments.instance("limits", self.limits, Limits)
         if self.folder is not None:
-            msgspec.structs.force_setattr(self, "folder", Path(self.folder))
+            msgspec.structs.force_setattr(self, "folder", arguments.path("folder", self.folder))
         names = _Settings.__struct_fields__
         values: dict[str, Any] = {name: getattr(self, name) for name in names}
         values = msgspec.structs.asdict(read(_Settings, values, at))
@@ -184,7 +187,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         """
         from clrt.formats import native  # which reads scenes, too
 
-        native.save(self, Path(path))
+        native.save(self, arguments.path("path", path))
 
     def override(
         self,
@@ -261,6 +264,8 @@ def _names_files(shapes: object) -> bool:
 
 
 def _listing(data: object, at: At, noun: str) -> list[Any] | tuple[Any, ...]:
+    if isinstance(data, Mapping):
+        raise at.error(data, f"{noun} must be a list of tables; in TOML each is a [[{noun}]]: two brackets")
     if not isinstance(data, (list, tuple)):
         raise at.error(data, f"{noun} must be a list of tables")
     return data

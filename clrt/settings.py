@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final
 
+from clrt.arguments import flag, instance, optional, whole
 from clrt.errors import ClrtError, fault
 from clrt.limits import Limits
+
+_COUNTS: Final = ("tile", "local_size", "threads")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,7 +18,8 @@ class Settings:
 
     tile: rays of generation 0 traced at a time (all samples of a pixel stay together), at least 1; None: as
     many as caches are good for, which depends on what they carry (`clrt.queues.tile_rays`).
-    local_size: work-items of a work-group, 1 to what the device allows; None: what suits each kernel.
+    local_size: work-items of a work-group, 1 to what the device allows; None: what suits each kernel. Kernels
+    that need much memory for each take fewer.
     lanes: rays of a queue block, 8 or 16.
     threads: cores of the device to use; None: all of them.
     check: look for numbers that are not finite after each pass (slow): a ClrtError names the first.
@@ -29,15 +34,11 @@ class Settings:
     limits: Limits = field(default_factory=Limits)
 
     def __post_init__(self) -> None:
-        for name, least in (("tile", 1), ("local_size", 1), ("threads", 1)):
-            value = getattr(self, name)
-            if value is None:
-                continue
-            if not isinstance(value, int) or isinstance(value, bool) or value < least:
-                raise ClrtError(
-                    fault("settings", name, value, f"it must be a whole number, at least {least}")
-                )
-        if not isinstance(self.check, bool):
-            raise ClrtError(fault("settings", "check", self.check, "it must be True or False"))
-        if self.lanes not in (8, 16):
-            raise ClrtError(fault("settings", "lanes", self.lanes, "it must be 8 or 16"))
+        plain: dict[str, object] = {n: optional(f"settings.{n}", getattr(self, n), 1) for n in _COUNTS}
+        plain["lanes"] = whole("settings.lanes", self.lanes)
+        if plain["lanes"] not in (8, 16):
+            raise ClrtError(fault("", "settings.lanes", self.lanes, "it must be 8 or 16"))
+        plain["check"] = flag("settings.check", self.check)
+        instance("settings.limits", self.limits, Limits)
+        for name, value in plain.items():  # Python's own numbers, where numpy's were given
+            object.__setattr__(self, name, value)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict
 from functools import wraps
@@ -12,7 +12,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from clrt import layout, passes
+from clrt import arguments, ceilings, layout, passes
+from clrt.arguments import public
 from clrt.checkpoint import Checkpoint
 from clrt.device import Device
 from clrt.errors import ClrtError, SceneError
@@ -21,12 +22,13 @@ from clrt.flatten import bands_of, flatten, flatten_camera
 from clrt.image import Image
 from clrt.job import Job
 from clrt.limits import Branching
-from clrt.picture import Picture, check_crop
+from clrt.picture import Picture, check_crop, picture_bytes
 from clrt.platforms import check_process
-from clrt.queues import picture_tile, tile_rays
-from clrt.rayinput import Hits, ray_chunks
+from clrt.queues import Queue, picture_tile, tile_rays
+from clrt.rayinput import HIT_BYTES, LIGHT_BYTES, SEEN_BYTES, Hits, ray_chunks
 from clrt.scene import Scene
 from clrt.settings import Settings
+from clrt.shipped import as_scene
 from clrt.tiles import tiles
 from clrt.version import __version__
 from clrt.wavefront import RayCounts
@@ -53,27 +55,55 @@ class Tracer:
 
     Threads may share it: one at a time is served. A forked process may not: it gets a DeviceError.
 
-    device: a number from `clrt.devices()`, a part of "platform version / name", or None (CLRT_DEVICE, else
-    the newest PoCL); or a `clrt.device.Device`, which then serves one thread and whose settings hold. Raises
-    DeviceError, SceneError, LimitError.
+    scene: a Scene, a dict as `clrt.load_dict` takes it, or a file or shipped scene's name as `clrt.load`
+    takes it. device: a number from `clrt.devices()`, a part of "platform version / name", or None
+    (CLRT_DEVICE, else the newest PoCL); or a `clrt.device.Device`, which then serves one thread and whose
+    settings hold. settings: how to run, None for the usual. Raises DeviceError, SceneError, LimitError, and
+    ClrtError for arguments of another kind. Neither scene nor settings can be replaced.
     """
 
+    @public
     def __init__(
-        self, scene: Scene, device: int | str | Device | None = None, settings: Settings | None = None
+        self,
+        scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
+        device: int | str | Device | None = None,
+        settings: Settings | None = None,
     ) -> None:
-        self.scene = scene
+        opened = device.driver if isinstance(device, Device) else arguments.device("device", device)
+        settings = arguments.optional_instance("settings", settings, Settings)
+        self._settings = device.settings if isinstance(device, Device) else settings
+        self._scene = as_scene(scene, self._settings.limits)
         self._lock = threading.RLock()
-        self.flat = flatten(scene)
-        opened = device.driver if isinstance(device, Device) else device
-        self.device = Device(opened, settings, self.flat.rays)
-        self.settings = self.device.settings
+        self.flat = flatten(self._scene)
+        ceilings.check_scene(self.flat, self._scene.source)
+        self.device = Device(opened, self.settings, self.flat.rays)
         self.world = World(self.device, self.flat)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that was compiled. It cannot be replaced: make a new Tracer for another one."""
+        return self._scene
+
+    @scene.setter
+    def scene(self, other: object) -> None:
+        raise ClrtError("tracer.scene: it is compiled to the device; for another scene make Tracer(scene)")
+
+    @property
+    def settings(self) -> Settings:
+        """How it runs. They cannot be replaced: make a new Tracer for others."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, other: object) -> None:
+        text = "the device was set up with these; for others make Tracer(scene, settings=...)"
+        raise ClrtError(f"tracer.settings: {text}")
 
     @property
     def tile(self) -> int:
         """Rays that are traced at once: the setting, or what suits the scene's number of bands."""
-        return self.settings.tile or tile_rays(self.flat.rays)
+        return min(self.settings.tile or tile_rays(self.flat.rays), ceilings.RAYS)
 
+    @public
     @_one_at_a_time
     def render(
         self,
@@ -88,12 +118,19 @@ class Tracer:
     ) -> Image:
         """The picture that the scene's camera sees.
 
-        width, height, spp, max_depth: in place of the scene's; width or height alone keeps the aspect.
-        layers: names as in docs/model.md (`direct`, `generation_1`, `depth`, ...). progress: called with
-        (pixels done, pixels in all, rays traced) after every tile. crop: (x, y, width, height), the part of
-        the picture to render, with the same bits as in the whole. checkpoint: a file that keeps what is
-        finished; a render that finds it goes on from there. It is kept at the end, for you to remove.
+        width, height (pixels, >= 1), spp (a square >= 1), max_depth (>= 0): in place of the scene's; width or
+        height alone keeps the aspect. layers: names as in docs/layers.md (`direct`, `generation_1`, `depth`,
+        ...), or "all". progress: called with (pixels done, pixels in all, rays traced) after every tile.
+        crop: (x, y, width, height) in pixels, the part of the picture to render, with the same bits as in the
+        whole. checkpoint: a file that keeps what is finished; a render that finds it goes on from there. It
+        is kept at the end, for you to remove. Raises SceneError without a camera, LimitError, DeviceError,
+        and ClrtError for arguments of another kind or range.
         """
+        width, height = arguments.optional("width", width, 1), arguments.optional("height", height, 1)
+        spp, progress = arguments.optional("spp", spp, 1), arguments.function("progress", progress)
+        layers = arguments.names("layers", layers)
+        if checkpoint is not None:
+            checkpoint = arguments.path("checkpoint", checkpoint)
         if self.scene.camera is None:
             raise SceneError(f"{self.scene.source or 'scene'}: camera: missing; a picture needs a [camera]")
         camera = flatten_camera(self.scene.camera, width, height, spp)
@@ -103,13 +140,15 @@ class Tracer:
         names = check_layers(layers, depth, self.flat.response is not None)
         window = check_crop(crop, *full)
         self._check_limits(full[0] * full[1], samples, depth)
+        held = picture_bytes(window, names, self.flat.bands)
+        self.settings.limits.check("host_bytes", held)
 
         task = Job(self.flat, depth, camera, names, self.settings)
         picture = Picture(window, full[0], names, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
         self.device.driver.take_seconds()
         saved = None
-        size = self.settings.tile or picture_tile(window[2] * window[3] * samples, self.tile)
+        size = self.tile if self.settings.tile else picture_tile(window[2] * window[3] * samples, self.tile)
         pieces = list(tiles(*full, window, max(1, size // samples)))[::-1]
         if checkpoint is not None:
             saved = Checkpoint(checkpoint, task.identity(window), picture, counts)
@@ -130,6 +169,7 @@ class Tracer:
         wavelengths = () if bands is None else tuple(bands.midpoints.tolist())
         return Image(picture.pixels, picture.layers, stats, self._metadata(), wavelengths)
 
+    @public
     @_one_at_a_time
     def intersect(
         self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
@@ -137,10 +177,10 @@ class Tracer:
         """Nearest hits of n rays: origins, directions (n, 3); t_max a number or (n,).
 
         Only hits with 0 < t < t_max count. Directions need not have unit length; t is a distance. A zero or
-        non-finite direction misses.
+        non-finite direction misses. ClrtError for other shapes, and for anything but real numbers.
         """
         parts = []
-        for queue in self._adopted(origins, directions, t_max):
+        for queue in self._adopted(origins, directions, t_max, HIT_BYTES):
             hits = passes.closest(self.device, self.world, queue, crossing=False)
             parts.append(passes.geometry(self.device, self.world, queue, hits, 1))
             self.device.finish()
@@ -148,49 +188,57 @@ class Tracer:
         u, v = found["uv"].T
         return Hits(found["depth"], found["primitive"], found["shape"], found["normal"], u, v)
 
+    @public
     @_one_at_a_time
     def occluded(
         self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
     ) -> np.ndarray:
-        """(n,) bool: does anything stand within 0 < t < t_max. Rays as for `intersect`."""
+        """(n,) bool: does anything stand within 0 < t < t_max. Rays and errors as for `intersect`."""
         parts = []
-        for queue in self._adopted(origins, directions, t_max):
+        for queue in self._adopted(origins, directions, t_max, SEEN_BYTES):
             seen = passes.any_hit(self.device, self.world, queue)
             parts.append(queue.words(seen) == 0)
         return np.concatenate(parts)
 
+    @public
     @_one_at_a_time
     def radiance(
         self, origins: np.ndarray, directions: np.ndarray, max_depth: int | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Radiance along n rays, (n, 3) float32 linear Rec.709, and ray counts as in Image.stats.
 
-        Each ray starts in the media that its origin lies in.
+        origins, directions: (n, 3), as for `intersect`; max_depth (>= 0): in place of the scene's. Each ray
+        starts in the media that its origin lies in. Raises LimitError, and ClrtError as `intersect`.
         """
         task = Job(self.flat, self._depth(max_depth), settings=self.settings)
         counts = RayCounts()
-        pieces = list(ray_chunks(origins, directions, np.inf, self.tile))[::-1]
+        limits = self.settings.limits
+        pieces = list(ray_chunks(origins, directions, np.inf, self.tile, limits, LIGHT_BYTES))[::-1]
         found = np.empty((sum(len(chunk[0]) for chunk in pieces), 3), np.float32)
         for (_, _, _, numbers), tile in task.tiles(self.device, self.world, pieces):
             found[numbers] = tile.layers["image"]
             counts.merge(tile.rays)
         return found, dict(counts.table())
 
-    def _adopted(self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray) -> Any:
-        for chunk in ray_chunks(origins, directions, t_max, self.tile):
+    def _adopted(
+        self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray, answer: int
+    ) -> Iterator[Queue]:
+        limits = self.settings.limits
+        for chunk in ray_chunks(origins, directions, t_max, self.tile, limits, answer):
             yield passes.adopt(self.device, *chunk)
 
     def _depth(self, max_depth: int | None) -> int:
         depth = self.scene.max_depth if max_depth is None else max_depth
-        if not isinstance(depth, int) or depth < 0:
-            raise ClrtError(f"max_depth: {depth!r} is not allowed; it must be a whole number, at least 0")
+        depth = arguments.whole("max_depth", depth)
         self.settings.limits.check("depth", depth)
+        ceilings.check_depth(depth)
         return depth
 
     def _check_limits(self, pixels: int, samples: int, depth: int) -> None:
         limits = self.settings.limits
         limits.check("pixels", pixels)
         limits.check("samples", samples)
+        ceilings.check_picture(pixels, samples)
         group = self.flat.group
         parts = -(-self.flat.bands // group) if group and depth else 1  # rays that dispersion makes of one
         limits.check_work(pixels * samples * parts, self.world.lights, self._branching(depth))
@@ -228,7 +276,7 @@ class Tracer:
 
 
 def render(
-    scene: Scene,
+    scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
     width: int | None = None,
     height: int | None = None,
     spp: int | None = None,
@@ -240,6 +288,9 @@ def render(
     crop: tuple[int, int, int, int] | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
 ) -> Image:
-    """The picture of a scene: `Tracer(scene, device, settings).render(...)`."""
+    """The picture of a scene, a dict, a scene file or a shipped scene's name.
+
+    `Tracer(scene, device, settings).render(...)`, which see for what each argument may be and what is raised.
+    """
     tracer = Tracer(scene, device, settings)
     return tracer.render(width, height, spp, max_depth, layers, progress, crop, checkpoint)

@@ -11,9 +11,11 @@ import pytest
 
 import clrt
 from clrt.bench import kernels, report, roof, scaling, scenes, timing, walk
+from clrt.bench.frames import Frame, frame_times, shares
 from clrt.bench.machine import one_core
 from clrt.bench.recorder import Recording, case
-from clrt.bench.timing import Case, Measurement
+from clrt.bench.timing import Case, Measurement, measured
+from clrt.cli import bench as bench_command
 from clrt.cli import main
 from clrt.device import Device
 from clrt.errors import ClrtError
@@ -291,3 +293,41 @@ def test_embree_sees_what_we_see(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert len(rays) == 15 and len(rows) > len(rays)
     # edges and silhouettes are a matter of rounding
     assert all(row["disagree"] < 1e-3 for row in rays)
+
+
+def test_one_round_has_no_spread_and_shares_are_of_one_run(capsys: pytest.CaptureFixture[str]):
+    scene = clrt.load_dict(
+        {"camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 64, "height": 64},
+         "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}]}
+    )  # fmt: skip
+    found = frame_times({"ball": (scene, 64)}, (1,), 1, None, clrt.Settings())
+    (share,) = map(shares, found)
+    assert min(share.values()) >= 0 and sum(share.values()) == pytest.approx(1)
+    from rich.console import Console
+
+    made = report.Report({}, tuple(found))
+    for table in report.tables(made):
+        Console(width=160).print(table)
+    text = capsys.readouterr().out
+    assert "nan" not in text and "-%" not in text and " - " in text
+
+
+def test_the_run_of_the_median_time_stands_for_a_frame():
+    frame = object.__new__(Frame)
+    spent = [(9.0, 8.0), (3.0, 2.9), (1.0, 0.2), (2.0, 1.0)]  # the first run compiles
+    frame.runs = [(whole, {"closest": tracing}) for whole, tracing in spent]
+    assert frame.middle() == (2.0, {"closest": 1.0})
+    frame.runs = frame.runs[:2]
+    assert frame.middle() == (3.0, {"closest": 2.9})
+    case = Case(group="frame", name="picture", run=lambda: None)
+    old = measured(case, [1.0], passes={"closest": 0.5, "light": 0.75})  # as older reports had it
+    assert shares(old) == pytest.approx({"tracing": 0.4, "passes": 0.6, "host": 0.0})
+
+
+def test_a_pipe_gets_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    clock = iter([0.0, 1.0, 4.9, 5.0, 9.0])
+    monkeypatch.setattr(bench_command.time, "monotonic", lambda: next(clock))
+    with bench_command._reporting() as tell:
+        for text in "abcde":
+            tell(text)
+    assert capsys.readouterr().err == "clrt: bench: a\nclrt: bench: d\n"

@@ -148,7 +148,7 @@ def test_a_wrong_scene_is_one_line_and_no_picture(
         (["-o", "{}/a.jpg", "--bits", "16"], "use 8"),
         (["-o", "{}/a.exr", "--exposure", "1"], "exposure"),
         (["-o", "{}/a.png", "--exposure", "inf"], "exposure"),
-        (["-o", "{}/a.png", "--layers", "depth"], ".exr"),
+        (["-o", "{}/a.png", "--layers", "bands"], ".exr"),
         (["-o", "{}/a.exr", "--layers", "colour"], "colour"),
         (["-o", "{}/a.png", "--stats", "{}/none/a.json"], "no folder"),
         (["-o", "{}/a.png", "--stats", "{}/a.png"], "--stats"),
@@ -176,7 +176,8 @@ def test_wrong_options_are_one_line_and_no_picture(
 
 def test_missing_files_and_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     out = tmp_path / "a.png"
-    assert "nothing.toml: no such file" in fault(capsys, "render", tmp_path / "nothing.toml", "-o", out)
+    missing = fault(capsys, "render", tmp_path / "nothing.toml", "-o", out)
+    assert "nothing.toml: there is no such file" in missing
     assert "did you mean 'showcase'" in fault(capsys, "render", "shoowcase", "-o", out)
     assert "clrt scenes" in fault(capsys, "render", "xyzzy", "-o", out)
     assert "rendr" in fault(capsys, "rendr")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from PIL import Image
 
 import clrt
 import compare_samples as samples
@@ -243,3 +245,65 @@ def test_what_is_tried_is_reported_and_stops_at_the_proof():
         IN_SCENE["ambient light missing"](), samples.picture(), scene=reference(), report=tried.append
     )
     assert tried[0].startswith("light 1 of 2") and tried[-1] == "ambient light"
+
+
+# --- how a picture was stored, and what a search may cost
+
+
+def as_jpeg(pixels: np.ndarray, quality: int, subsampling: int) -> np.ndarray:
+    file = io.BytesIO()
+    Image.fromarray(encode(pixels)).save(file, "JPEG", quality=quality, subsampling=subsampling)
+    return decode(np.asarray(Image.open(file)))
+
+
+@pytest.mark.parametrize(("quality", "subsampling"), [(92, 0), (75, 2), (33, 2)])
+def test_a_jpeg_is_told_with_its_quality_and_no_scene_is_searched(quality: int, subsampling: int):
+    tried: list[str] = []
+    result = pictures.compare_pictures(
+        as_jpeg(samples.picture(), quality, subsampling), samples.picture(), scene=reference(),
+        report=tried.append,
+    )  # fmt: skip
+    (best, *_) = result.causes
+    assert best.name == "JPEG compression" and best.proven and f"quality {quality} " in best.text
+    assert tried == []
+
+
+def test_what_is_no_jpeg_is_not_called_one():
+    rng = np.random.default_rng(3)
+    noisy = np.clip(samples.picture() + rng.normal(0, 0.03, samples.picture().shape), 0, 1).astype(np.float32)
+    assert "JPEG compression" not in [cause.name for cause in found(stored(noisy))]
+
+
+def test_a_tone_curve_of_its_own_is_told():
+    right = stored(samples.picture())
+    (best, *_) = found(stored(right / (1 + right)), right)
+    assert best.name == "another tone curve" and best.proven
+    middle = decode(np.uint8([128]))[0]
+    shown = encode(np.full((1, 1, 3), middle / (1 + middle), np.float32))[0, 0, 0] / 255
+    assert f"0.5 is {shown:.2f}" in best.text
+
+
+def test_no_light_is_below_nothing():
+    darker = samples.picture() * np.float32([0.4, 1.0, 0.7]) * (1 - samples.picture())
+    causes = in_scene(stored(darker))
+    assert not any("-" in name.split("times ")[-1] for cause in causes for name in cause.name.split(" and ")
+                   if "times" in name)  # fmt: skip
+    scene_causes = validation_module("compare_scene")
+    part = np.full((50, 3), 0.2)
+    cause = scene_causes._mixed(np.full((50, 3), 0.1), np.full((50, 3), 0.5), ["light"], [part], 0.1, 0.0)
+    assert cause.name == "light missing" and cause.text == "there is nothing of light"
+
+
+def test_the_search_ends_when_its_time_is_spent():
+    tried: list[str] = []
+    noise = np.random.default_rng(1).random(samples.picture().shape).astype(np.float32)
+    result = pictures.compare_pictures(
+        noise, samples.picture(), scene=reference(), report=tried.append, seconds=0.0
+    )
+    assert tried == [] and "the search for causes stopped after 0 s" in result.notes[-1]
+    clock = iter([1.0, 2.0, 3.0])
+    budget = causes.Budget(2.5, start=0.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(causes.time, "process_time", lambda: next(clock))
+        assert [budget.over() for _ in range(3)] == [False, False, True]
+    assert budget.over() and budget.stopped

@@ -121,3 +121,46 @@ def test_a_missing_package_is_named(folder: Path, capsys: Printed, monkeypatch: 
     assert main(["compare", str(folder / "right.png"), str(folder / "right.exr")]) == 2
     err = capsys.readouterr().err
     assert "needs the package flip_evaluator" in err and install_extra("validation") in err
+
+
+def many(folder: Path, capsys: Printed, *names: str, options: tuple[str, ...] = ()) -> tuple[int, str]:
+    code = main(["compare", *(str(folder / name) for name in names), *options])
+    return code, capsys.readouterr().out
+
+
+def test_many_pictures_are_judged_in_a_table(folder: Path, capsys: Printed, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(folder)
+    code, out = many(Path(), capsys, "scene.toml", "right.png", "right.exr", "flipped.png")
+    rows = {row.split()[0]: row for row in out.splitlines()}
+    assert code == 1 and "3 show the same" in out and out.startswith("against scene.toml")
+    assert "equal" in rows["right.png"] and "identical" in rows["right.exr"]
+    assert "different" in rows["flipped.png"] and "cause: vertical flip" in rows["flipped.png"]
+    assert "2 of 3" in out
+    assert many(Path(), capsys, "right.exr", "right.png", "right.exr")[0] == 0
+
+
+def test_one_that_cannot_be_read_does_not_stop_the_others(
+    folder: Path, capsys: Printed, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(folder)
+    (folder / "broken.png").write_text("no picture")
+    clrt.Image(samples.picture()[:50]).save(folder / "small.png")
+    names = ("right.exr", "broken.png", "small.png", "scene.toml", "right.png", "none.png")
+    code, out = many(Path(), capsys, *names)
+    assert code == 2 and "1 of 5 show the same" in out
+    assert out.count("not read") == 3 and "not an EXR" in out and "only the first may be one" in out
+    assert "96 x 50 in place of 96 x 72" in out or "larger view" in out or "cropped" in out
+    code, out = many(Path(), capsys, *names, options=("--json",))
+    rows = json.loads(out)
+    assert code == 2 and [row["a"] for row in rows] == list(names[1:])
+    assert [("error" in row) for row in rows] == [True, False, True, False, True]
+    assert rows[3]["verdict"] == "equal" and {row["b"] for row in rows} == {"right.exr"}
+
+
+def test_a_search_without_time_says_so(folder: Path, capsys: Printed):
+    noise = np.random.default_rng(1).random(samples.picture().shape).astype(np.float32)
+    clrt.Image(noise).save(folder / "noise.png")
+    code, out = compare(folder, capsys, "noise.png", "scene.toml", "--seconds", "0")
+    assert code == 1 and "note: the search for causes stopped after 0 s; --seconds N" in out
+    assert main(["compare", "a.png", "b.png", "--seconds", "-1"]) == 2
+    assert "--seconds" in capsys.readouterr().err

@@ -111,7 +111,7 @@ def test_a_job_can_be_done_by_another_process() -> None:
     job, pixels = picture_job("rainbow", layers, lanes=8, local_size=16)
     glass, _ = picture_job("bubble")
     origins = np.random.default_rng(4).normal(size=(200, 3)) * 3
-    (rays,) = ray_chunks(origins, -origins, np.inf, 200)
+    (rays,) = ray_chunks(origins, -origins, np.inf, 200, clrt.Limits(), 0)
     pieces = [(job, pixels[100:900]), (Job(glass.flat, 3), rays)]
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
         tiles = list(pool.map(done_elsewhere, map(pickle.dumps, pieces)))
@@ -156,7 +156,7 @@ def test_a_piece_that_is_too_large_is_done_in_halves() -> None:
     with pytest.raises(TooLarge):
         complete(job.trace(tracer.device, tracer.world, pixels, budget=1000))
     assert [len(half) for half in halves(pixels)] == [648, 648] and TILE_BYTES > 1000
-    (rays,) = ray_chunks(np.zeros((5, 3)), np.ones((5, 3)), np.inf, 5)
+    (rays,) = ray_chunks(np.zeros((5, 3)), np.ones((5, 3)), np.inf, 5, clrt.Limits(), 0)
     second, first = halves(rays)
     assert [len(part) for part in first] == [2] * 4 and second[3].tolist() == [2, 3, 4]
     with pytest.raises(clrt.LimitError, match="single pixel"):

@@ -267,3 +267,11 @@ def test_the_closest_figures_are_the_worst_of_each_gate():
     result = types.SuiteResult(cases, [], [], {}, {}, "", 0.0, None)
     found = {gate.name: (name, gate.passed) for gate, name, _ in report.closest(result)}
     assert found == {"SSIM": ("b", True), "FLIP": ("c", False), "generation 1, reflection": ("b", True)}
+
+
+def test_a_run_of_some_cases_says_of_how_many():
+    result = dataclasses.replace(samples.result(wrong=False), known=137)
+    says = "Proven for 2 of 137 cases: independent programs compute the same pictures"
+    assert report.headline(result) == says
+    whole = dataclasses.replace(result, known=2)
+    assert report.headline(whole) == "Proven: independent programs compute the same pictures"

@@ -297,3 +297,17 @@ def test_a_screenshot_shows_the_case(browser: Browser, page: str, tmp_path: Path
     out = Path(__file__).resolve().parent.parent / "out"
     out.mkdir(exist_ok=True)
     shutil.copy(tmp_path / "report.png", out / "report.png")
+
+
+def test_no_figure_is_cut_on_a_telephone(browser: Browser, page: str):
+    look(browser, page, width=390)
+    browser.run("document.querySelectorAll('details').forEach(details => { details.open = true; })")
+    cut = """[...document.querySelectorAll('.stack')].filter(table => {
+        const box = table.parentElement;
+        const cells = [...table.querySelectorAll('td')];
+        return !cells.length || box.scrollWidth > box.clientWidth
+            || cells.some(cell => cell.getBoundingClientRect().right > innerWidth);
+    }).length"""
+    assert browser.run("document.querySelectorAll('.stack').length") >= 3
+    assert browser.run(cut) == 0
+    assert browser.run("document.documentElement.scrollWidth <= innerWidth")

@@ -177,7 +177,7 @@ def test_the_film_and_callers_rays(tracer: clrt.Tracer) -> None:
 
     rays = [[0, 1, 4], [0, 1, 4]], [[0, -0.25, -1], [0, 1, 0]]
     assert np.isfinite(tracer.radiance([*rays[0], [np.nan, 0, 0]], [*rays[1], [1, np.inf, 0]])[0]).all()
-    job, (chunk,) = Job(tracer.flat, 5, settings=CHECKED), ray_chunks(*rays, np.inf, 2)
+    job, (chunk,) = Job(tracer.flat, 5, settings=CHECKED), ray_chunks(*rays, np.inf, 2, clrt.Limits(), 0)
     where = "at ray 1, generation 0, camera ray, which meets nothing"
     with pytest.raises(clrt.ClrtError, match=f"sum of the film is inf after the pass gather, {where}"):
         complete(job.trace(tracer.device, tracer.world, chunk, (spoiling("gather", too_bright),)))

@@ -15,6 +15,7 @@ from xml.etree import ElementTree
 import pytest
 
 from clrt.errors import ClrtError
+from clrt.install import pip_install
 from clrt.resources import PACKAGE, kernel_folder, validation_module
 
 suite = validation_module("suite")
@@ -101,7 +102,7 @@ def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(client, "find_llvm", lambda: None)
     with oracles.Oracles() as opened:
         assert opened.unable("mitsuba-table", scene) == (
-            "no LLVM for Mitsuba; install it with: pip install karellen-llvm-core"
+            f"no LLVM for Mitsuba; install it with: {pip_install('karellen-llvm-core')}"
         )
         assert opened.unable("oracle64", scene) is None
     monkeypatch.setattr(client.importlib.util, "find_spec", lambda name: None)
@@ -138,3 +139,12 @@ def test_a_process_that_dies_takes_no_other_result_with_it(tmp_path: Path) -> No
 def test_faults_of_the_user_are_one_line(arguments: list[str], message: str) -> None:
     found = validate(*arguments)
     assert found.returncode == 2 and message in found.stderr and found.stderr.count("\n") == 1
+
+
+def test_the_cases_can_be_listed() -> None:
+    found = validate("--list")
+    assert found.returncode == 0 and found.stderr == ""
+    rows = dict(line.split("\t") for line in found.stdout.splitlines())
+    cases = validation_module("cases")
+    assert list(rows) == [*cases.matrix_cases(), *cases.shipped_cases(), "random SEED/NUMBER"]
+    assert "fresnel" in " ".join(rows.values())

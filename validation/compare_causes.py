@@ -2,12 +2,14 @@
 
 Nothing is guessed from the look of a picture. A cause is something that can be undone in the picture, or
 done to the scene, and then the error must vanish: `compare_undo` (turns, channels, curves, factors),
-`compare_moves` (shifts, sizes), `compare_scene` (lights, shadows, depth, materials, objects).
+`compare_curves` (JPEG, tone curves), `compare_moves` (shifts, sizes), `compare_scene` (lights, shadows,
+depth, materials, objects).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -37,6 +39,20 @@ class Cause:
     @property
     def likely(self) -> bool:
         return self.left <= LIKELY or self.hinted
+
+
+@dataclass
+class Budget:
+    """Seconds of processor time that a search for causes may take; whoever asks `over` stops when it is."""
+
+    seconds: float
+    start: float = field(default_factory=time.process_time)
+    stopped: bool = False
+
+    def over(self) -> bool:
+        """Whether the time is spent."""
+        self.stopped = self.stopped or time.process_time() - self.start >= self.seconds
+        return self.stopped
 
 
 def tolerance_of(*pictures: Array) -> float:

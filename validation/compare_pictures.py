@@ -18,7 +18,8 @@ from clrt.settings import Settings
 from clrt.tracer import Tracer
 
 from .compare import gate, limits, size
-from .compare_causes import BYTE, Cause, disagreement, ranked, tolerance_of
+from .compare_causes import BYTE, Budget, Cause, disagreement, ranked, tolerance_of
+from .compare_curves import compressed, recurved
 from .compare_metrics import (
     DIAGONAL,
     EDGE_STEP,
@@ -38,8 +39,10 @@ from .compare_undo import undoable
 from .ours import render_ours
 from .types import Gate
 
+SEARCH_SECONDS = 30.0  # of processor time, then the search for causes ends
 SIMILAR = 0.95  # SSIM from which pictures count as similar
 _ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no more
+_FINAL = ("JPEG compression", "another tone curve")  # no scene is to be searched for what they explain
 _LARGEST_PLACES = 0.95  # of the picture; what differs everywhere is no region
 
 
@@ -65,11 +68,13 @@ def compare_pictures(
     masked: bool = False,
     scene: SceneReference | None = None,
     report: Callable[[str], None] | None = None,
+    seconds: float = SEARCH_SECONDS,
 ) -> PictureComparison:
     """Compare two linear pictures (h, w, 3) of any sizes.
 
     masked: leave edges out of differences and causes. scene: what made `reference`, to look for causes in it.
-    report: gets the name of each cause before it is tried.
+    report: gets the name of each cause before it is tried. seconds: of processor time, after which no further
+    cause is looked for in the scene.
     """
     notes = tuple(
         f"{count} pixels of {name} are NaN or infinite; they count as 0"
@@ -95,9 +100,12 @@ def compare_pictures(
     verdict = _verdict(np.array_equal(picture, reference), metrics, gates, tolerance)
     if verdict in ("identical", "equal"):
         return PictureComparison(verdict, metrics, gates, (), notes)
+    budget = Budget(seconds)
     causes = explain(a, b, tolerance)
-    if scene and not any(cause.left <= _ALL for cause in causes):
-        causes = _causes_of_scene(causes, (a, exact), ~mask, tolerance, scene, report)
+    if scene and not any(cause.left <= _ALL or (cause.proven and cause.name in _FINAL) for cause in causes):
+        causes = _causes_of_scene(causes, (a, exact), ~mask, tolerance, scene, report, budget)
+    if budget.stopped:
+        notes += (f"the search for causes stopped after {seconds:g} s; --seconds N lets it take N",)
     if not any(cause.proven for cause in causes):
         causes += regions(a, b, tolerance)
     return PictureComparison(verdict, metrics, gates, tuple(causes), notes)
@@ -179,11 +187,15 @@ def explain(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     """
     if picture.shape == reference.shape and disagreement(picture, reference, tolerance) == 0:
         return []
-    tried = (
+    tried: tuple[Cause, ...] = (
         *undoable(picture, reference, tolerance),
         *moved(picture, reference, tolerance),
         *resized(picture, reference, tolerance),
     )
+    if not any(cause.proven for cause in tried):
+        tried += tuple(compressed(picture, reference, tolerance))
+    if not any(cause.proven for cause in tried):
+        tried += tuple(recurved(picture, reference, tolerance))
     return ranked([cause for cause in tried if cause.likely or picture.shape != reference.shape])
 
 
@@ -194,6 +206,7 @@ def _causes_of_scene(
     tolerance: float,
     scene: SceneReference,
     report: Callable[[str], None] | None,
+    budget: Budget,
 ) -> list[Cause]:
     """`causes` and those found in the scene, in the picture as it is or with what is likely undone.
 
@@ -204,11 +217,14 @@ def _causes_of_scene(
         def render(changed: Scene, shadows: bool = True) -> Array:
             return scene.render(changed, shadows)[kept]
 
-        return explain_by_scene(picture[kept], scene.scene, reference[kept], render, tolerance, report)
+        pixels = picture[kept], scene.scene, reference[kept]
+        return explain_by_scene(*pixels, render, tolerance, report, budget)
 
     picture, reference = pictures
     found = [] if any(cause.proven for cause in causes) else search(picture)
     for cause in undoable(picture, reference, tolerance):
+        if budget.over():
+            break
         if cause.undone is not None and cause.left < 0.9 and not any(other.proven for other in found):
             further = search(cause.undone)
             found += [

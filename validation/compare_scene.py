@@ -7,6 +7,7 @@ picture with and without it. So for these the share that is present is fitted, a
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from msgspec.structs import replace
 from clrt.errors import ClrtError, ClrtWarning
 from clrt.scene import Material, PointLight, Scene
 
-from .compare_causes import Cause, disagreement, ranked, remaining
+from .compare_causes import Budget, Cause, disagreement, ranked, remaining
 from .compare_metrics import Array
 
 _OfMaterial = Callable[[Material], dict[str, Any]]
@@ -54,19 +55,22 @@ def explain_by_scene(
     render: Render,
     tolerance: float,
     report: Callable[[str], None] | None = None,
+    budget: Budget | None = None,
 ) -> list[Cause]:
     """Causes for the difference of a picture and `reference`, which `render(scene)` gave, the best first.
 
-    Pictures are (h, w, 3), or (n, 3) of the same n pixels. Stops at the first that is proven. `report` gets
-    the name of each cause before it is tried.
+    Pictures are (h, w, 3), or (n, 3) of the same n pixels. Stops at the first that is proven, or when
+    `budget` is spent. `report` gets the name of each cause before it is tried.
     """
     before = disagreement(picture, reference, tolerance)
     if before == 0:
         return []
-    say = report or (lambda name: None)
+    say, budget = report or (lambda name: None), budget or Budget(math.inf)
     causes: list[Cause] = []
     parts: dict[str, Array] = {}  # of what is independent: several may be wrong at once
     for component in _components(scene, reference, render):
+        if budget.over():
+            break
         say(component.name)
         part = reference - _quietly(component.absent, reference)
         if np.abs(part).max(initial=0.0) < 1e-6:
@@ -79,6 +83,8 @@ def explain_by_scene(
     causes.append(_mixed(picture, reference, list(parts), list(parts.values()), before, tolerance))
     causes = [cause for cause in causes if cause.name]
     for change in _changes(scene) if not any(cause.proven for cause in causes) else ():
+        if budget.over():
+            break
         say(change.name)
         changed = _quietly(partial(render, change.scene), reference)
         causes.append(Cause(change.name, change.text, remaining(picture, changed, before, tolerance)))
@@ -105,13 +111,20 @@ def _mixed(
     before: float,
     tolerance: float,
 ) -> Cause:
-    """How much of each part the picture has: least squares where nothing is clipped."""
+    """How much of each part the picture has, at least nothing: least squares where nothing is clipped."""
+    from scipy.optimize import lsq_linear
+
     open_ = (picture < 0.95) & (reference < 0.95)
     mixed, shares = reference.astype(np.float64), np.ones(len(parts))
     if parts and open_.any():
         matrix = np.stack([part[open_] for part in parts], axis=1).astype(np.float64)
         lacking = (reference.astype(np.float64) - picture)[open_]
-        shares = 1 - np.linalg.lstsq(matrix, lacking, rcond=1e-6)[0]
+        lost = np.linalg.lstsq(matrix, lacking, rcond=1e-6)[0]
+        if (lost > 1).any():  # less than nothing is left: there is no light below 0
+            orthogonal, triangular = np.linalg.qr(matrix)
+            right = orthogonal.T @ lacking
+            lost = lsq_linear(triangular, right, bounds=(-np.inf, 1.0), method="bvls").x
+        shares = 1 - lost
         shares[np.abs(shares - 1) < _SAME] = 1
         for share, part in zip(shares, parts, strict=True):
             mixed = mixed - (1 - share) * part

@@ -66,7 +66,7 @@ def _text(name: str) -> str:
 def headline(result: SuiteResult) -> str:
     """What came of it, in a sentence."""
     if result.passed:
-        return "Proven: independent programs compute the same pictures"
+        return f"Proven{_how_much(result)}: independent programs compute the same pictures"
     parts = (
         (len(list(failures(result))), "comparison", "failed"),
         (sum(len(case.unproven) for case in result.cases), "comparison", "not made"),
@@ -77,6 +77,12 @@ def headline(result: SuiteResult) -> str:
     )
     said = [f"{n} {noun}{'s' if n > 1 else ''} {verb}" for n, noun, verb in parts if n]
     return "Not proven: " + ", ".join(said)
+
+
+def _how_much(result: SuiteResult) -> str:
+    """Of how many cases of all, where some were left out."""
+    cases = len(result.cases)
+    return f" for {cases} of {result.known} cases" if cases < result.known else ""
 
 
 @dataclass(frozen=True)

@@ -102,7 +102,14 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
         started,
         tuple(notes(plan, cases)),
         (found["float32 twin"],) if "float32 twin" in found else (),
+        len({*matrix_cases(), *shipped_cases(), *(task.name for task in tasks)}),
     )
+
+
+def case_rows() -> Iterator[tuple[str, str]]:
+    """Name and features of each case that `--case` takes, but for random ones."""
+    for name in (*matrix_cases(), *shipped_cases()):
+        yield name, ", ".join(sorted(case_named(name).features))
 
 
 def tasks_of(plan: Plan) -> list[Task]:

@@ -143,6 +143,7 @@ class SuiteResult:
     started: str = ""  # date and time, for people
     notes: tuple[str, ...] = ()  # what else a reader should know: what was left out and why
     checks: tuple[CheckResult, ...] = ()
+    known: int = 0  # cases that a full run of this kind has; 0: not known
 
     @property
     def thin(self) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
-from statistics import median
 
 from clrt.bench.recorder import TRACING
 from clrt.bench.timing import Case, Measurement, Tell, measure
@@ -23,7 +22,7 @@ class Frame:
     threads: int
     wanted: int | str | None = None
     settings: Settings = field(default_factory=Settings)
-    parts: list[dict[str, float]] = field(default_factory=list)
+    runs: list[tuple[float, dict[str, float]]] = field(default_factory=list)  # seconds, the passes'
     traced: int = 0
 
     def __post_init__(self) -> None:
@@ -47,14 +46,17 @@ class Frame:
         start = time.perf_counter()
         image = self.tracer.render(width=self.width)
         spent = time.perf_counter() - start
-        self.parts.append(dict(image.stats["seconds"]))
+        self.runs.append((spent, dict(image.stats["seconds"])))
         self.traced = int(image.stats["traced"])
         return spent
 
-    def passes(self) -> dict[str, float]:
-        """Seconds of each pass, medians over the renders."""
-        names = set().union(*self.parts)
-        return {name: median(part.get(name, 0.0) for part in self.parts) for name in sorted(names)}
+    def middle(self) -> tuple[float, dict[str, float]]:
+        """Seconds of the run that took the median time, and of its passes.
+
+        Of one run, since medians of parts need not add up to the median of the whole. The first run, which
+        compiles, is left out.
+        """
+        return sorted(self.runs[1:], key=lambda run: run[0])[(len(self.runs) - 2) // 2]
 
 
 def frame_times(
@@ -73,7 +75,8 @@ def frame_times(
         pixels = width * max(1, round(scene.camera.height * width / scene.camera.width))
         times = measure([frame.case(pixels) for frame in frames], rounds, tell)
         for frame, measurement in zip(frames, times, strict=True):
-            extra = {"rays": frame.traced, "passes": frame.passes()}
+            whole, passes = frame.middle()
+            extra = {"rays": frame.traced, "passes": passes, "of_seconds": whole}
             found.append(replace(measurement, extra=extra))
     return found
 
@@ -83,5 +86,5 @@ def shares(measurement: Measurement) -> dict[str, float]:
     passes: dict[str, float] = measurement.extra["passes"]
     tracing = sum(spent for name, spent in passes.items() if name.removesuffix("_tinted") in TRACING)
     rest = sum(passes.values()) - tracing
-    whole = measurement.median
+    whole = max(measurement.extra.get("of_seconds", measurement.median), tracing + rest)
     return {"tracing": tracing / whole, "passes": rest / whole, "host": 1.0 - (tracing + rest) / whole}

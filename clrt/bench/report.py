@@ -88,6 +88,11 @@ def table(title: str, left: Iterable[str], right: Iterable[str]) -> Table:
     return table
 
 
+def spread(m: Measurement) -> str:
+    """How far its times scatter, or "-": one time does not."""
+    return f"{m.spread:.1%}" if len(m.seconds) > 1 else "-"
+
+
 def _passes(report: Report, best: roof.Roof) -> Table:
     title = (
         f"passes on one core; its roof: {best.memory / 1e9:.1f} GB/s copied "
@@ -102,7 +107,7 @@ def _passes(report: Report, best: roof.Roof) -> Table:
             m.queue,
             f"{1e3 / m.ns:.2f}",
             f"{m.ns:.1f}",
-            f"{m.spread:.1%}",
+            spread(m),
             f"{m.nbytes / m.items:.0f}",
             f"{m.nbytes / m.median / 1e9:.2f}",
             f"{m.flops / m.median / 1e9:.1f}" if m.flops else "",
@@ -119,7 +124,7 @@ def _others(measurements: Iterable[Measurement]) -> Table:
         # what happens once has no time for each
         each = f"{m.ns:.1f}" if m.items > 1 else ""
         row = (f"{m.group}: {m.name}", m.scene, str(m.threads), f"{m.items} {m.unit}")
-        rows.add_row(*row, f"{m.median * 1e3:.1f}", each, f"{m.spread:.1%}")
+        rows.add_row(*row, f"{m.median * 1e3:.1f}", each, spread(m))
     return rows
 
 
@@ -132,7 +137,7 @@ def _frames(measurements: Iterable[Measurement]) -> Table:
             m.scene,
             str(m.threads),
             f"{m.median * 1e3:.1f}",
-            f"{m.spread:.1%}",
+            spread(m),
             f"{1e3 / m.ns:.2f}",
             f"{m.extra['rays'] / m.median / 1e6:.1f}",
             *(f"{part[name]:.0%}" for name in ("tracing", "passes", "host")),
@@ -146,7 +151,7 @@ def _bands(measurements: list[Measurement]) -> Table:
     for m in measurements:
         cost = bands.ratio(measurements, m.scene, m.name)
         memory = f"{m.extra['device_bytes'] / 2**20:.0f}"
-        rows.add_row(m.scene, m.name, f"{m.median * 1e3:.1f}", f"{m.spread:.1%}", f"{cost:.2f}", memory)
+        rows.add_row(m.scene, m.name, f"{m.median * 1e3:.1f}", spread(m), f"{cost:.2f}", memory)
     return rows
 
 

@@ -14,7 +14,7 @@ from typing import Any, Final, NoReturn
 
 from clrt import interrupts
 from clrt.cli import terminal
-from clrt.errors import ClrtError, ClrtWarning, one_line
+from clrt.errors import NO_MEMORY, ClrtError, ClrtWarning, one_line
 
 FAULT, INTERRUPTED = 2, 130  # exit codes; 130 is what shells expect after Ctrl-C
 _SAVE: Final = ("render", "convert", "plot-spectrum")
@@ -38,6 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code: int = import_module(f"clrt.cli.{command.replace('-', '_')}").run(options)
         except ClrtError as error:
             code = say(f"error: {error}", FAULT)
+        except MemoryError:
+            code = say(f"error: {NO_MEMORY}", FAULT)
         except KeyboardInterrupt:
             return interrupted()
         except SystemExit as leaving:  # argparse has said all: help, or what is wrong

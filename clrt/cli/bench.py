@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -110,11 +112,26 @@ def _compare(old: Any, new: Any) -> int:
     return SLOWER if any(v.word == verdict.SLOWER for v in verdicts) else 0
 
 
+class _Lines:
+    """What is being done, a line at first and then each time that EVERY seconds have passed."""
+
+    EVERY = 5.0
+
+    def __init__(self) -> None:
+        self.next = -math.inf
+
+    def tell(self, text: str) -> None:
+        now = time.monotonic()
+        if now >= self.next:
+            print(f"clrt: bench: {text}", file=sys.stderr, flush=True)
+            self.next = now + self.EVERY
+
+
 @contextmanager
 def _reporting() -> Iterator[Tell | None]:
-    """A function that shows one changing line on stderr, or None where that is no terminal."""
+    """A function that shows one changing line on stderr, or now and then a line where that is none."""
     if not sys.stderr.isatty():
-        yield None
+        yield _Lines().tell
         return
     with console(stderr=True).status("") as status:
         yield lambda text: status.update(marked(text))

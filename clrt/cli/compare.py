@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 PICTURES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
 DIFFERS = 1  # exit code
-_DIGITS = {
+DIGITS = {
     "PSNR": ".1f",
     "largest, of 255": ".1f",
     "mean, of 255": ".2f",
@@ -43,7 +43,7 @@ _MEANINGS = {
     "brightness": "mean radiance, A / B",
     "edges left out": "share of pixels",
 }
-_VERDICTS = {
+VERDICTS = {
     "identical": ("green", "the same pixels, bit for bit"),
     "equal": ("green", "they differ by rounding only"),
     "same picture": ("green", "they show the same; single pixels differ"),
@@ -53,15 +53,21 @@ _VERDICTS = {
 
 
 def run(options: argparse.Namespace) -> int:
-    """Print the comparison; 0 where both show the same, else 1. ClrtError where one cannot be read."""
+    """Print the comparison; 0 where all show the same, else 1. ClrtError where one cannot be read."""
+    if options.seconds is not None and not options.seconds >= 0:
+        raise ClrtError(f"--seconds: {options.seconds} is not allowed; it must be a number >= 0")
     try:
         pictures = validation_module("compare_pictures")
+        if options.more:
+            from clrt.cli import compare_many
+
+            return compare_many.run(pictures, options)
         result = _compare(pictures, options)
     except ModuleNotFoundError as error:
         needs = f"clrt compare needs the package {error.name}"
         raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
     if options.json:
-        print(json.dumps(_plain(result, options), indent=2, allow_nan=False))
+        print(json.dumps(plain(result, options.a, options.b), indent=2, allow_nan=False))
     else:
         _show(result, options)
     return 0 if result.passed else DIFFERS
@@ -71,21 +77,30 @@ def _compare(pictures: Any, options: argparse.Namespace) -> Any:
     """The comparison of A with B; a scene is always the reference, whichever of the two it is."""
     from clrt.scene import Scene
 
-    picture, reference = _read(options.a, options.spp), _read(options.b, options.spp)
-    with _reporting(options.json) as report:
+    picture, reference = read(options.a, options.spp), read(options.b, options.spp)
+    with reporting(options.json) as report:
         report("rendering")
         if isinstance(picture, Scene) and isinstance(reference, Scene):
-            picture = _reference(pictures, picture, None, options).render()
+            picture = scene_reference(pictures, picture, None, options).render()
         elif isinstance(picture, Scene):
             picture, reference = reference, picture
         scene = None
         if isinstance(reference, Scene):
-            scene = _reference(pictures, reference, picture.shape[:2], options)
+            scene = scene_reference(pictures, reference, picture.shape[:2], options)
             reference = scene.render()
-        return pictures.compare_pictures(picture, reference, options.mask, scene, report)
+        return judge(pictures, picture, reference, scene, options, report)
 
 
-def _read(name: str, spp: int | None) -> Any:
+def judge(
+    pictures: Any, picture: Any, reference: Any, scene: Any, options: argparse.Namespace,
+    report: Callable[[str], None],
+) -> Any:
+    """The comparison of two pictures; `scene` made the reference, where there is one."""
+    seconds = pictures.SEARCH_SECONDS if options.seconds is None else options.seconds
+    return pictures.compare_pictures(picture, reference, options.mask, scene, report, seconds)
+
+
+def read(name: str, spp: int | None) -> Any:
     """Linear pixels of a picture file, else a scene."""
     if Path(name).suffix.lower() in PICTURES:
         from clrt.imagefile import read_samples
@@ -99,7 +114,7 @@ def _read(name: str, spp: int | None) -> Any:
     return scene.override(spp=spp)
 
 
-def _reference(pictures: Any, scene: Scene, shape: Any, options: argparse.Namespace) -> Any:
+def scene_reference(pictures: Any, scene: Scene, shape: Any, options: argparse.Namespace) -> Any:
     """The scene to render: in the size of the picture, if that has the camera's aspect to within a pixel."""
     from clrt.settings import Settings
 
@@ -111,7 +126,7 @@ def _reference(pictures: Any, scene: Scene, shape: Any, options: argparse.Namesp
 
 
 @contextmanager
-def _reporting(quiet: bool) -> Iterator[Callable[[str], None]]:
+def reporting(quiet: bool) -> Iterator[Callable[[str], None]]:
     """A function that says on a terminal's stderr what is being tried."""
     if quiet or not sys.stderr.isatty():
         yield lambda name: None
@@ -127,13 +142,13 @@ def _show(result: Any, options: argparse.Namespace) -> None:
     names = f"[bold]{escape(options.a)}[/] (A) against [bold]{escape(options.b)}[/] (B)"
     terminal.print(names, soft_wrap=True)  # a path that is broken over lines cannot be copied
     terminal.print(_table(result))
-    colour, meaning = _VERDICTS[result.verdict]
+    colour, meaning = VERDICTS[result.verdict]
     terminal.print(f"[bold {colour}]{result.verdict}[/]: {meaning}")
     for note in result.notes:
         terminal.print(f"note: {escape(note)}")
     proven = [cause for cause in result.causes if cause.proven]
     for cause in proven[:1] or result.causes[:3]:
-        what = f"[bold]{_certainty(cause)}: {escape(cause.name)}[/]: {escape(cause.text)}."
+        what = f"[bold]{certainty(cause)}: {escape(cause.name)}[/]: {escape(cause.text)}."
         terminal.print(f"{what} [dim]{_left(cause)}[/]")
     if not result.causes and not result.passed:
         pictures = all(Path(name).suffix.lower() in PICTURES for name in (options.a, options.b))
@@ -159,11 +174,11 @@ def _table(result: Any) -> Any:
         bound = f"{'<=' if gate.better == 'low' else '>='} {gate.limit:g}" if gate else ""
         mark = ("[green]ok[/]" if gate.passed else "[red]fails[/]") if gate else ""
         meaning = escape(_MEANINGS.get(name, gate.detail if gate else ""))
-        table.add_row(name, format(value, _DIGITS.get(name, ".3g")), bound, mark, f"[dim]{meaning}[/]")
+        table.add_row(name, format(value, DIGITS.get(name, ".3g")), bound, mark, f"[dim]{meaning}[/]")
     return table
 
 
-def _certainty(cause: Any) -> str:
+def certainty(cause: Any) -> str:
     return "cause" if cause.proven else "likely cause" if cause.certain and cause.likely else "possible cause"
 
 
@@ -173,15 +188,15 @@ def _left(cause: Any) -> str:
     return f"Undoing it leaves {100 * cause.left:.2g} % of the error."
 
 
-def _plain(result: Any, options: argparse.Namespace) -> dict[str, Any]:
+def plain(result: Any, a: str, b: str) -> dict[str, Any]:
     """The comparison as JSON has it; what is infinite (the PSNR of equal pictures) becomes null."""
 
     def finite(value: float) -> float | None:
         return value if math.isfinite(value) else None
 
     return {
-        "a": options.a,
-        "b": options.b,
+        "a": a,
+        "b": b,
         "verdict": result.verdict,
         "passed": result.passed,
         "metrics": {name: finite(value) for name, value in result.metrics.items()},

@@ -27,12 +27,17 @@ def run(options: argparse.Namespace) -> int:
         image = render(file, options, layers=options.layers)
         seconds = time.perf_counter() - start
         saved = image.save(options.output, options.exposure, options.bits)
+        beside = []
+        if image.layers and not _holds_layers(options.output):
+            beside = image.save_layers(options.output, options.exposure, options.bits)
         if options.stats:
             _save_stats(image, options.stats)
         if options.checkpoint:
             Path(options.checkpoint).unlink(missing_ok=True)  # not before: it is needed if saving fails
         if not options.quiet:
             print(summary(image, saved, seconds))
+            if beside:
+                print(f"layers: {', '.join(path.name for path in beside)}")
     except KeyboardInterrupt:
         return interrupted(options.checkpoint)
     return 0
@@ -75,19 +80,35 @@ def summary(image: Image, path: Path, seconds: float) -> str:
 def _outputs(options: argparse.Namespace) -> dict[str, str]:
     """The files that are to be written, by option."""
     given = {name: getattr(options, name, None) for name in ("output", "stats", "checkpoint")}
-    return {f"--{name}": path for name, path in given.items() if path}
+    files = {f"--{name}": path for name, path in given.items() if path}
+    return files | {f"--layers {name}": str(file) for name, file in _layer_files(options).items()}
+
+
+def _layer_files(options: argparse.Namespace) -> dict[str, Path]:
+    """The files of the layers that are asked for by name, where the picture's own cannot hold them."""
+    from clrt.image import layer_file
+
+    output = getattr(options, "output", None)
+    if output is None or _holds_layers(output):
+        return {}
+    return {name: layer_file(output, name) for name in options.layers if name != "all"}
 
 
 def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
     from clrt.image import check_writable
 
+    check_writable(options.output, options.exposure, options.bits)
+    if "bands" in options.layers and not _holds_layers(options.output):
+        raise ClrtError(f"{options.output}: --layers bands needs an .exr, which alone holds them")
     check_apart(_outputs(options), {"the scene": scene})
-
-    bits = check_writable(options.output, options.exposure, options.bits)
-    if options.layers and bits != 32:
-        raise ClrtError(f"{options.output}: --layers needs an .exr, which alone holds layers")
+    for file in _layer_files(options).values():
+        check_replaceable(file)
     if options.stats:
         check_replaceable(options.stats)
+
+
+def _holds_layers(output: str) -> bool:
+    return Path(output).suffix.lower() == ".exr"
 
 
 def _save_stats(image: Image, path: str) -> None:

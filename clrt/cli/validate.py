@@ -28,6 +28,8 @@ def run(options: argparse.Namespace) -> int:
         check_replaceable(options.report)
     try:
         suite = validation_module("suite")
+        if options.list:
+            return _list(suite)
         if options.report:
             validation_module("suite_files").check_beside(Path(options.report))
         plan = _plan(suite, options)
@@ -40,6 +42,13 @@ def run(options: argparse.Namespace) -> int:
         raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
     _show(result)
     return 0 if result.passed else FAILED
+
+
+def _list(suite: Any) -> int:
+    for name, shows in suite.case_rows():
+        print(f"{name}\t{shows}")
+    print("random SEED/NUMBER\ta scene drawn at random")
+    return 0
 
 
 def _plan(suite: Any, options: argparse.Namespace) -> Any:
@@ -112,7 +121,8 @@ def _show(result: Any) -> None:
         loud = note.startswith("NOT PROVEN")
         terminal.print(f"[bold red]{escape(note)}[/]" if loud else f"[dim]note: {escape(note)}[/]")
     verdict = "[bold green]proven[/]" if result.passed else "[bold red]not proven[/]"
-    terminal.print(f"{verdict} on {escape(result.device)} in {result.seconds:.0f} s")
+    some = f", {len(result.cases)} of {result.known} cases," if len(result.cases) < result.known else ""
+    terminal.print(f"{verdict}{some} on {escape(result.device)} in {result.seconds:.0f} s")
 
 
 def _rows(result: Any) -> Iterator[tuple[str, int, int, str]]:

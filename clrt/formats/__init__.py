@@ -6,9 +6,11 @@ import inspect
 import os
 from collections.abc import Callable
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
-from clrt.errors import SceneError, located, show
+from clrt import arguments
+from clrt.errors import SceneError, fault, located, show
 from clrt.files import open_input
 from clrt.formats import mesh, native, nff, thesis
 from clrt.limits import Limits
@@ -28,37 +30,38 @@ LOADERS: dict[str, Callable[..., Scene]] = {
 """By suffix: functions of (path, limits, **options)."""
 
 
-def load(path: str | Path, *, limits: Limits | None = None, **options: Any) -> Scene:
-    """The scene in a file, read as its suffix says.
-
-    .toml and .json are the project's own; .nff takes `conformance` ("none" or "spd"); .txt are scenes of
-    the thesis' program; mesh files (.obj .ply .glb .gltf .stl) take `smooth` and get a camera and a light.
-    `limits` is what reading may cost. Raises `SceneError` and `LimitError`.
-    """
-    path = Path(path)
+def load_file(path: Path, limits: Limits, **options: Any) -> Scene:
+    """The scene in a file, read as its suffix says. Raises `SceneError` and `LimitError`."""
     loader = LOADERS.get(path.suffix.lower())
     if loader is None:
         what = "this is a folder" if os.path.isdir(path) else f"the suffix {show(path.suffix)} is not known"
         text = f"{what}; scenes are {listed(LOADERS)} files"
         raise SceneError(located(str(path), "", text))
     known = [name for name in inspect.signature(loader).parameters if name not in ("path", "limits")]
-    for name in options:
+    for name, value in options.items():
         if name not in known:
             text = f"there is no option {name!r} for {path.suffix} files{did_you_mean(name, known)}"
             raise SceneError(located(str(path), "", text))
+        if not isinstance(value, (str, bool, NoneType)):
+            raise SceneError(fault(str(path), name, value, "it must be a text, True or False"))
     with open_input(path):  # or the error of a name that is no regular file's
         pass
     with bounded(path.name):
-        return loader(path, limits or Limits(), **options)
+        return loader(path, limits, **options)
 
 
+@arguments.public
 def load_dict(
     data: object, *, folder: str | Path | None = None, source: str = "", limits: Limits | None = None
 ) -> Scene:
     """The scene that a dict describes: the structure of the scene files, lists or numpy arrays alike.
 
     `folder` is where the files it names are looked up (None: the current folder), `source` the name that
-    messages start with. Raises `SceneError` and `LimitError`.
+    messages start with, `limits` what reading may cost. Raises `SceneError` and `LimitError`, and ClrtError
+    for arguments of another kind.
     """
+    limits = arguments.optional_instance("limits", limits, Limits)
+    where = arguments.optional_path("folder", folder)
+    source = arguments.text("source", source)
     with bounded(source):
-        return read_scene(data, folder=Path(folder) if folder else None, source=source, limits=limits)
+        return read_scene(data, folder=where, source=source, limits=limits)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -15,17 +16,20 @@ from clrt.collector import no_collections
 from clrt.errors import LimitError, SceneError, located, show
 from clrt.files import read_text_bytes
 from clrt.formats import toml_scan
+from clrt.formats.lines import json_line, toml_key, toml_line
 from clrt.limits import Limits
+from clrt.places import At, PlacedError
 from clrt.scene import Mesh, Scene, read_scene
 
 
 def load(path: Path, limits: Limits) -> Scene:
     """The scene in a .toml or .json file."""
     source = path.name
+    toml = path.suffix.lower() == ".toml"
     text = _text(read_text_bytes(path, limits), source)
     try:
         with no_collections():
-            if path.suffix.lower() == ".toml":
+            if toml:
                 toml_scan.check(text, limits, source)
                 table = tomli.loads(text)
             else:
@@ -33,10 +37,17 @@ def load(path: Path, limits: Limits) -> Scene:
     except RecursionError:
         raise LimitError(located(source, "", f"nesting: deeper than the limit of {limits.nesting}")) from None
     except ValueError as error:  # TOML and JSON errors both carry the line
-        raise SceneError(located(source, "", f"wrong syntax: {error}")) from None
+        raise SceneError(located(source, "", f"wrong syntax: {error}{_named(text, error)}")) from None
     del text  # as large as what is made of it now
     limits.check("nesting", _depth(table, limits.nesting + 1), source)
-    return read_scene(table, folder=path.parent, source=source, limits=limits)
+    try:
+        return read_scene(table, folder=path.parent, source=source, limits=limits)
+    except PlacedError as error:
+        text = _text(read_text_bytes(path, limits), source)
+        line = (toml_line if toml else json_line)(text, error.path)
+        if line is None or error.at.source != source:
+            raise
+        raise PlacedError(At(f"{source}:{line}", error.at.path), error.text) from None
 
 
 def save(scene: Scene, path: Path) -> None:
@@ -85,6 +96,13 @@ def _text(data: bytes, source: str) -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise SceneError(located(source, "", f"line {line} is not UTF-8 text")) from None
+
+
+def _named(text: str, error: ValueError) -> str:
+    """'; ...' on what stands twice, where a TOML error says no more than its line."""
+    place = re.search(r"(?:overwrite|twice|mutate).*\(at line (\d+), column", str(error))
+    name = toml_key(text, int(place[1])) if place else ""
+    return f"; {show(name)} is there already" if name else ""
 
 
 def _parse_json(text: str) -> Any:

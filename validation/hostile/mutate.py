@@ -1,4 +1,8 @@
-"""Spoils good inputs: each index of a seed gives one hostile input, always the same."""
+"""Spoils good inputs: each index of a seed gives one hostile input, always the same.
+
+By structure (a value of a scene's table), by words, by bytes, and by what a file declares: then the rest of
+the file is right (lengths, CRCs), so that the change reaches the part that it is meant for.
+"""
 
 from __future__ import annotations
 
@@ -8,54 +12,23 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from ..cases.parts import Table
-from . import seeds
+from . import archives, meshfiles, pictures, seeds, texts
+from .values import KEYS, NUMBERS, OTHERS, WORDS
 
 
 @dataclass(frozen=True)
 class Input:
-    """Files of one input by name; `scene` is the one to load."""
+    """Files of one input by name; `scene` is the one to load, `checkpoint` one to go on from."""
 
     scene: str
     files: dict[str, bytes]
-
-
-NUMBERS: Final[tuple[Any, ...]] = (
-    0, -0.0, 1, -1, 2, 3, 1e-45, 1e-38, 1e-30, 1e-7, 0.5, 1e3, 65535, 65536, 1e6, 1e10, 1e19, 1e30, 3.4e38,
-    -3.4e38, 1e39, 1e308, 2**31 - 1, 2**31, 2**32, 2**63, 2**64, 10**40, float("nan"), float("inf"),
-    -float("inf"), 1.0000001, 0.9999999, 180, 360, 90,
-)  # fmt: skip
-OTHERS: Final[tuple[Any, ...]] = (
-    None, True, False, "", "x", "nan", "1e5", "glass", "D65", "gold", "../../etc/passwd", "/dev/zero",
-    "/etc/passwd", "scene.toml", ".", "a" * 5000, "\x00", "\u202e\ud7ff", "%s%n", [], {}, [[]], [{}],
-    {"type": "sphere"}, [1, 2], [1, 2, 3], [1, 2, 3, 4], [0, 0, 0], [1e30, 1e30, 1e30], [[0, 0, 0]] * 3,
-    {"blackbody": 5000}, {"line": 555}, {"gaussian": [555, 0]}, [[400, 1], [300, 1]], [[555, -1], [600, 2]],
-    {"band": [600, 500]}, {"translate": [1, 2, 3]}, [{"scale": [0, 1, 1]}], [{"rotate": [[0, 0, 0], 3]}],
-    [{"scale": [1e20, 1e-20, 1]}],
-)  # fmt: skip
-KEYS: Final = (
-    "max_depth", "min_weight", "background", "ambient", "ambient_samples", "medium_ior", "one_sided",
-    "shadow", "spectrum", "conformance", "camera", "materials", "lights", "shapes", "type", "origin",
-    "target", "up", "fov", "fov_axis", "size", "near", "mirror", "shift", "width", "height", "spp",
-    "jitter", "color", "diffuse", "specular", "shininess", "reflection", "transmission", "ior", "fresnel",
-    "thin", "emission", "absorption", "priority", "conductor", "position", "direction", "intensity",
-    "falloff", "center", "radius", "point", "normal", "points", "vertices", "faces", "normals", "file",
-    "smooth", "coefficients", "clip", "radii", "p0", "p1", "r0", "r1", "caps", "apex", "axis", "focal",
-    "height", "min", "max", "material", "name", "transform", "version", "depth_color", "bands", "range",
-    "group", "response", "white", "$schema", "__class__", "folder", "limits",
-)  # fmt: skip
-WORDS: Final = (
-    b"nan", b"inf", b"-1", b"0", b"1e39", b"1e-50", b"999999999999", b"2147483648", b"", b"\x00",
-    b"\xff\xfe", b"#", b"p", b"pp", b"f", b"v", b"s", b"c", b"l", b"Surface", b"Mesh", b"Polygon", b"Point",
-    b"Spectrum", b"None", b"[[", b"]]", b"{", b"}", b'"', b"=", b"[" * 3000, b"{" * 3000, b"a.b.c.d = 1\n",
-    b"1_0", b"0x10", b"1e",
-)  # fmt: skip
+    checkpoint: str | None = None
 
 
 def make(seed: int, index: int) -> Input:
     """Input `index` of the ones that `seed` draws."""
     draw = random.Random(f"{seed} {index}")
-    kind = draw.choices((_native, _words, _mesh, _mesh_in_scene, _image), (55, 20, 10, 8, 7))[0]
-    return kind(draw)
+    return draw.choices([kind for kind, _ in _KINDS], [weight for _, weight in _KINDS])[0](draw)
 
 
 def _native(draw: random.Random) -> Input:
@@ -98,9 +71,12 @@ def _words(draw: random.Random) -> Input:
 
 def _mesh_file(draw: random.Random) -> tuple[str, bytes]:
     name, data = draw.choice(list(seeds.meshes().items()))
+    suffix = name[name.rindex(".") :]
+    if draw.random() < 0.5:
+        return f"mesh{suffix}", meshfiles.spoil(draw, suffix, data)
     for _ in range(_few(draw)):
         data = spoil_bytes(draw, data)
-    return f"mesh{name[name.rindex('.') :]}", data
+    return f"mesh{suffix}", data
 
 
 def _mesh(draw: random.Random) -> Input:
@@ -112,18 +88,43 @@ def _mesh_in_scene(draw: random.Random) -> Input:
     name, data = _mesh_file(draw)
     table = copy.deepcopy(draw.choice(seeds.tables()))
     extra: dict[str, Any] = {"smooth": True} if draw.random() < 0.4 else {}
-    table["shapes"] = [*table["shapes"][:3], {"type": "mesh", "file": name, **extra}]
+    mesh = {"type": "mesh", "file": name, **extra}
+    many = draw.choice((2, 50, 2000)) if draw.random() < 0.15 else 1
+    table["shapes"] = [*table["shapes"][:3], *[mesh] * many]
     return Input("scene.json", {"scene.json": seeds.as_json(table), name: data})
 
 
 def _image(draw: random.Random) -> Input:
     suffix, data = draw.choice(list(seeds.images().items()))
-    for _ in range(_few(draw)):
-        data = spoil_bytes(draw, data)
+    if draw.random() < 0.6:
+        data = pictures.spoil(draw, suffix, data)
+    else:
+        for _ in range(_few(draw)):
+            data = spoil_bytes(draw, data)
     if draw.random() < 0.2:
         suffix = draw.choice(list(seeds.images()))
     table = {**copy.deepcopy(draw.choice(seeds.tables())), "background": f"sky{suffix}"}
     return Input("scene.json", {"scene.json": seeds.as_json(table), f"sky{suffix}": data})
+
+
+def _checkpoint(draw: random.Random) -> Input:
+    data = seeds.checkpoint()
+    data = archives.spoil(draw, data) if draw.random() < 0.8 else spoil_bytes(draw, data)
+    return Input("scene.json", {"scene.json": seeds.as_json(seeds.RESUMED), "part.ck": data}, "part.ck")
+
+
+def _long(draw: random.Random) -> Input:
+    """Small texts that mean much, and scenes with one entry many times."""
+    kind = draw.choice((".toml", ".json", ".nff", ".txt", "repeat", "repeat"))
+    if kind == ".toml":
+        data = texts.toml(draw)
+    elif kind == ".json":
+        data = texts.json(draw)
+    elif kind == "repeat":
+        data, kind = seeds.as_json(texts.repeat(draw, draw.choice(seeds.tables()))), ".json"
+    else:
+        data = texts.lines(draw, seeds.NFF if kind == ".nff" else seeds.THESIS)
+    return Input(f"scene{kind}", {f"scene{kind}": data})
 
 
 def _few(draw: random.Random) -> int:
@@ -183,3 +184,15 @@ def spoil_bytes(draw: random.Random, data: bytes) -> bytes:
         return data[:at] + draw.choice(WORDS) + data[at:]
     end = at + draw.randrange(1, 64)
     return data[:end] + data[at:]
+
+
+_KINDS: Final = (
+    (_native, 47),
+    (_words, 16),
+    (_mesh, 12),
+    (_mesh_in_scene, 8),
+    (_image, 9),
+    (_checkpoint, 6),
+    (_long, 2),
+)
+"""What draws an input, and how often of 100."""

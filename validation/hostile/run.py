@@ -1,13 +1,14 @@
 """Hostile inputs in processes that are watched: `python -m clrt_validation.hostile.run --count 100000`.
 
 An input has failed where its process dies of a signal, does not answer, raises anything but a `ClrtError`,
-gives a pixel that is not finite, takes longer than SECONDS of processor time, or brings its process above
-MEMORY bytes. Failed inputs are written to a folder, whole, with what happened.
+gives a pixel that is not finite, or costs more than `gates` allow. The first try counts; nothing is repeated.
+Among the inputs are command lines (`commands`). What failed is written to a folder, with what happened.
 """
 
 from __future__ import annotations
 
 import argparse
+import datetime
 import json
 import os
 import select
@@ -23,38 +24,39 @@ from typing import IO, Any, Final
 
 from clrt.resources import PACKAGE
 
+from . import commands, gates, process
 from .mutate import make
 
-SECONDS: Final = 2.0  # of processor time, an input
-MEMORY: Final = 512 << 20  # bytes at the peak, a process
 PATIENCE: Final = 120.0  # seconds of wall time after which a process counts as hanging
-TURNS: Final = 200  # inputs a process; then a new one, so that no leak hides what an input costs
+CEILING: Final = 4 << 30  # bytes at which a process is ended, before the machine has none left
+TURNS: Final = 1000  # inputs a process; then a new one, so that no leak hides what an input costs
+COMMANDS: Final = 200  # of so many tasks one is a command, which costs as much as many inputs
 CORPUS: Final = Path(__file__).with_name("corpus")
+FOUND: Final = Path("out/hostile")
 _BOOT: Final = "from clrt.resources import validation_module as find; find('hostile.worker').main({!r})"
+_LOOK: Final = 0.05  # seconds between looks at a process' memory
 
 
 @dataclass
 class Outcome:
-    """Of all inputs: how many ended how, the worst of each cost, and those that failed."""
+    """Of all tasks: how many ended how, the worst of each cost, and those that failed."""
 
     counts: Counter[str] = field(default_factory=Counter)
-    slowest: float = 0.0
-    largest: int = 0
+    worst: gates.Worst = field(default_factory=gates.Worst)
     seconds: float = 0.0
     failures: list[dict[str, Any]] = field(default_factory=list)
 
     def add(self, answer: dict[str, Any]) -> None:
-        status = answer["status"]
-        self.slowest = max(self.slowest, answer.get("cpu", 0.0))
-        self.largest = max(self.largest, answer.get("peak", 0))
-        if status in ("rendered", "refused"):
-            if answer["cpu"] > SECONDS:
-                status = "slow"
-            elif answer["peak"] > MEMORY:
-                status = "large"
+        self.worst.note(answer)
+        status = gates.judged(answer)
         self.counts[status] += 1
-        if status not in ("rendered", "refused"):
+        if status not in gates.GOOD:
             self.failures.append({**answer, "status": status})
+
+    def told(self) -> str:
+        """The counts and the worst costs in words."""
+        how = ", ".join(f"{number:,} {status}" for status, number in sorted(self.counts.items()))
+        return f"{how}; {self.worst.told()}; no task was repeated"
 
 
 class Watched:
@@ -71,14 +73,16 @@ class Watched:
         try:
             _in(process).write(json.dumps(task).encode() + b"\n")
             _in(process).flush()
-            answer = _answer(process, PATIENCE)
+            answer, grown = _answer(process, PATIENCE)
         except BrokenPipeError:
-            answer = b""
+            answer, grown = b"", 0
         self._left -= 1
         if answer:
             return dict(json.loads(answer))
         self.close()
         code = process.returncode
+        if grown > CEILING:
+            return {**task, "status": "large", "text": f"ended at {grown >> 20} MiB"}
         if answer is None:
             return {**task, "status": "hangs", "text": f"no answer in {PATIENCE:g} s"}
         return {**task, "status": "died", "text": f"exit code {code}"}
@@ -98,7 +102,7 @@ class Watched:
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
         )
-        if not _answer(self._process, 300.0):
+        if not _answer(self._process, 300.0)[0]:
             self.close()
             raise RuntimeError(f"{' '.join(command)} does not start; run it to see why")
         self._left = TURNS
@@ -110,18 +114,40 @@ def _in(process: subprocess.Popen[bytes]) -> IO[bytes]:
     return process.stdin
 
 
-def _answer(process: subprocess.Popen[bytes], patience: float) -> bytes | None:
-    """The process' next line, b"" when it has ended, None when it does not come."""
+def _answer(process: subprocess.Popen[bytes], patience: float) -> tuple[bytes | None, int]:
+    """The process' next line, b"" when it has ended, None when it does not come or the process has grown too
+    large; and how many bytes it held when it was last looked at.
+    """
     assert process.stdout
-    if not select.select([process.stdout], [], [], patience)[0]:
-        return None
-    return process.stdout.readline()
+    end, grown = time.monotonic() + patience, 0
+    while time.monotonic() < end and grown <= CEILING:
+        if select.select([process.stdout], [], [], _LOOK)[0]:
+            return process.stdout.readline(), 0
+        grown = held(process.pid)
+    return None, grown
+
+
+def held(pid: int) -> int:
+    """Bytes of memory that a process holds; 0 where it has ended or the system does not say."""
+    try:
+        return int(Path(f"/proc/{pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, IndexError, ValueError):
+        return 0
 
 
 def drawn(seed: int, count: int, start: int = 0) -> Iterator[dict[str, Any]]:
-    """The tasks of `count` inputs that a seed draws."""
+    """The tasks of `count` inputs that a seed draws; every COMMANDS-th is a command."""
     for index in range(start, start + count):
-        yield {"seed": seed, "index": index}
+        yield {
+            "seed": seed,
+            "index": index,
+            **({"command": True} if index % COMMANDS == COMMANDS - 1 else {}),
+        }
+
+
+def today() -> int:
+    """A seed that changes every day."""
+    return datetime.datetime.now(datetime.UTC).date().toordinal()
 
 
 def corpus(folder: Path = CORPUS) -> Iterator[dict[str, Any]]:
@@ -150,7 +176,7 @@ def run(
                     task = next(waiting, None)
                 if task is None:
                     return
-                answer = worker.ask(task)
+                answer = process.attempt(task) if "command" in task else worker.ask(task)
                 with lock:
                     outcome.add(answer)
                     if progress:
@@ -171,13 +197,15 @@ def run(
     return outcome
 
 
-def keep(failures: Iterable[dict[str, Any]], folder: Path) -> None:
-    """Write the inputs that failed, each in a folder of its own, with what happened."""
-    for number, failure in enumerate(failures):
+def keep(failures: Iterable[dict[str, Any]], folder: Path, first: int = 0) -> None:
+    """Write inputs that failed, with what happened, each in a folder of its own, numbered from `first`."""
+    for number, failure in enumerate(failures, first):
         place = folder / f"{number:04}_{failure['status'].replace(' ', '_')}"
         place.mkdir(parents=True, exist_ok=True)
         (place / "what.json").write_text(json.dumps(failure, indent=1))
-        if "seed" in failure:
+        if "command" in failure:
+            commands.make(failure["seed"], failure["index"]).prepare(place / "run")
+        elif "seed" in failure:
             for name, data in make(failure["seed"], failure["index"]).files.items():
                 (place / name).write_bytes(data)
 
@@ -189,25 +217,30 @@ def main() -> int:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--count", type=int, default=2000, metavar="N")
-    parser.add_argument("--seed", type=int, default=1, metavar="S")
+    parser.add_argument("--seed", type=int, default=today(), metavar="S", help="by default the date's")
+    parser.add_argument("--start", type=int, default=0, metavar="I", help="the first index")
+    parser.add_argument("--only", choices=("inputs", "commands"), help="by default both")
     parser.add_argument("--device", metavar="D")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1, metavar="N")
-    parser.add_argument("--out", type=Path, default=Path("out/hostile"), metavar="FOLDER")
+    parser.add_argument("--out", type=Path, default=FOUND, metavar="FOLDER")
     options = parser.parse_args()
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
     with Progress(*columns) as bar:
         row = bar.add_task("", total=options.count)
+        kept: list[dict[str, Any]] = []
 
         def tell(outcome: Outcome) -> None:
             said = ", ".join(f"{count} {status}" for status, count in sorted(outcome.counts.items()))
             bar.update(row, completed=outcome.counts.total(), description=said)
+            keep(outcome.failures[len(kept) :], options.out, len(kept))
+            kept.extend(outcome.failures[len(kept) :])
 
-        tasks = [*corpus(), *drawn(options.seed, options.count)]
+        tasks = [*corpus(), *drawn(options.seed, options.count, options.start)]
+        if options.only:
+            tasks = [task for task in tasks if ("command" in task) == (options.only == "commands")]
         bar.update(row, total=len(tasks))
         outcome = run(tasks, options.device, options.workers, tell)
-    keep(outcome.failures, options.out)
-    print(f"{dict(outcome.counts)}; slowest {outcome.slowest:.2f} s of processor time, "
-          f"peak {outcome.largest >> 20} MiB, {outcome.seconds:.0f} s")  # fmt: skip
+    print(f"seed {options.seed}: {outcome.told()}; {outcome.seconds:.0f} s")
     if outcome.failures:
         print(f"failures are in {options.out}")
     return bool(outcome.failures)

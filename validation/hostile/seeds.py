@@ -13,6 +13,8 @@ from typing import Any, Final
 import numpy as np
 import tomli_w
 
+import clrt
+
 from ..cases import matrix, terms, views
 from ..cases.parts import Table
 
@@ -58,6 +60,14 @@ Surface None Surface Spectrum Red Constants 0.5 0.5 0 1 3
 Ellipsoid Center 6 30 4 Radii 2 3 4 Surface Spectrum 380 500 Constants 0.6 0.3 0 1 5
 Quadric Constants 1 0 1 0 0 0 0 0 0 -9 Surface Spectrum 600 700 Constants 0.5 0 0 1 1
 """
+
+
+RESUMED: Final[Table] = {
+    "camera": {"origin": [0, 0, 4], "target": [0, 0, 0], **SIDE},
+    "lights": [{"type": "point", "position": [3, 5, 4]}],
+    "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
+}
+"""The scene whose checkpoint is spoiled."""
 
 
 @cache
@@ -118,6 +128,14 @@ def images() -> dict[str, bytes]:
     return out
 
 
+@cache
+def checkpoint() -> bytes:
+    """The finished checkpoint of RESUMED."""
+    with tempfile.TemporaryDirectory() as folder:
+        clrt.render(clrt.load_dict(RESUMED), checkpoint=Path(folder, "part.ck"))
+        return Path(folder, "part.ck").read_bytes()
+
+
 def as_toml(table: Table) -> bytes:
     """The table as TOML; values that TOML has no word for (None) become JSON's."""
     try:
@@ -137,4 +155,4 @@ def as_json(table: Table) -> bytes:
 
 WRITERS: Final[dict[str, Callable[[Table], bytes]]] = {".toml": as_toml, ".json": as_json}
 
-__all__ = ["NFF", "THESIS", "WRITERS", "images", "meshes", "tables"]
+__all__ = ["NFF", "RESUMED", "THESIS", "WRITERS", "checkpoint", "images", "meshes", "tables"]

@@ -1,82 +1,170 @@
 """Reads and renders hostile inputs, one a line of standard input; answers each in a line of JSON.
 
 A line is either `{"folder": F, "scene": NAME}` or `{"seed": S, "index": I}`, an input of `mutate.make`.
+Reading is under the limits that a user has who says nothing. Rendering is, too, but for the size of the
+picture and the rays: a scene that the product would render for hours has to be left at some point.
 """
 
 from __future__ import annotations
 
+import gc
 import json
+import re
 import sys
 import tempfile
 import time
+import traceback
 import warnings
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 import clrt
-from clrt.bench.machine import peak_bytes
-from clrt.limits import Limits
 
+from . import seeds
+from .memory import Cost, measured
 from .mutate import make
 
-# Small enough that whatever they let through takes well below a second
-LIMITS: Final = Limits(
-    file_bytes=4 << 20, primitives=20_000, vertices=20_000, lights=64, pixels=1 << 12, samples=16, depth=12,
-    device_bytes=128 << 20, work=2_000_000, image_pixels=1 << 20, image_bytes=64 << 20,
-)  # fmt: skip
-
-PATIENT: Final = 1.0  # seconds of processor time
-DEFAULT_SIZES: Final = ((640, 480), (800, 600))  # of files that do not say how large their picture is
+SIDES: Final = (12, 9)  # of the picture where the scene's is larger, but not too large
+LARGEST: Final = 1 << 12  # pixels that are rendered as the scene says
+SAMPLES: Final = 16
+WORK: Final = 2_000_000  # rays of a picture, at most: less than a second
+_PICTURES: Final = re.compile(r"\.(png|jpe?g|bmp|tiff?|exr|hdr)$", re.IGNORECASE)
+_RAW: Final = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 
 
-def attempt(path: Path, device: int | str | None) -> dict[str, Any]:
-    """What becomes of a scene file: {"status": "rendered" | "refused" | "foreign" | "not finite", "text"}."""
+def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None) -> dict[str, Any]:
+    """What becomes of a scene file: {"status": "rendered" | "refused" | "foreign" | "not finite", "text"}.
+
+    "read" and "render" are what reading it (with its pictures and meshes) and rendering it cost.
+    """
+    read, render = Cost(), Cost()
     try:
-        scene = clrt.load(path, limits=LIMITS)
-        default = scene.camera is not None and (scene.camera.width, scene.camera.height) in DEFAULT_SIZES
-        width = 12 if default else None
-        image = clrt.render(scene, width=width, device=device, settings=clrt.Settings(limits=LIMITS))
-        if np.isfinite(image.pixels).all():
-            return {"status": "rendered", "text": ""}
-        return {"status": "not finite", "text": f"{np.count_nonzero(~np.isfinite(image.pixels))} values"}
+        with measured() as read:
+            scene = _read(path)
+        with measured(collect=False) as render:
+            image = clrt.render(scene, device=device, checkpoint=checkpoint, **frame(scene))
+        broken = np.count_nonzero(~np.isfinite(image.pixels))
+        said = {
+            "status": "not finite" if broken else "rendered",
+            "text": f"{broken} values" if broken else "",
+        }
     except clrt.ClrtError as error:
         text = str(error)
-        fine = text and len(text) < 2000 and "\n" not in text
-        return {"status": "refused" if fine else "foreign", "text": text[:2000]}
-    except Exception as error:  # what must not happen: told, so that it can be mended
-        import traceback
+        fine = text and len(text) < 2000 and not _RAW.search(text)
+        said = {"status": "refused" if fine else "foreign", "text": text[:2000]}
+    except Exception:  # what must not happen: told, so that it can be mended
+        said = {"status": "foreign", "text": traceback.format_exc()[-3000:]}
+    return {**said, "read": asdict(read), "render": asdict(render)}
 
-        return {"status": "foreign", "text": traceback.format_exc()[-3000:] or repr(error)}
+
+def _read(path: Path) -> clrt.Scene:
+    scene = clrt.load(path)
+    if scene.background_path is not None:
+        clrt.read_image(scene.background_path, scene.limits)
+    return scene
+
+
+def frame(scene: clrt.Scene) -> dict[str, Any]:
+    """How to render a scene: as it says, but for what the product allows and would take long."""
+    limits = clrt.Limits()
+    how: dict[str, Any] = {"settings": clrt.Settings(limits=clrt.Limits(work=WORK))}
+    camera = scene.camera
+    if camera is not None and LARGEST < camera.width * camera.height <= limits.pixels:
+        how["width"], how["height"] = SIDES
+    if camera is not None and SAMPLES < camera.spp <= limits.samples:
+        how["spp"] = 1
+    return how
 
 
 def answer(task: dict[str, Any], folder: Path, device: int | str | None) -> dict[str, Any]:
-    """One task done: its outcome, seconds of processor time, and the peak memory of this process so far."""
-    path = Path(task["folder"], task["scene"]) if "folder" in task else None
-    if path is None:
+    """One task done: its outcome, the bytes of its files, the pixels of its pictures, and what it cost."""
+    path, checkpoint = Path(task.get("folder", folder), task.get("scene", "")), None
+    if "folder" not in task:
         for old in folder.iterdir():
             old.unlink()
         made = make(task["seed"], task["index"])
         for name, data in made.files.items():
             (folder / name).write_bytes(data)
         path = folder / made.scene
-    for _ in range(2):  # again where it was slow: kernels for what rays carry are built once a machine
-        start = time.process_time()
-        outcome = attempt(path, device)
-        busy = time.process_time() - start
-        if busy < PATIENT:
-            break
-    return {**task, **outcome, "cpu": busy, "peak": peak_bytes()}
+        checkpoint = folder / made.checkpoint if made.checkpoint else None
+        files = list(folder.iterdir())
+    else:
+        files = [path]
+        words = path.read_bytes()[: 1 << 16]
+        files += [file for file in Path(task["folder"]).glob("part_*") if file.name.encode() in words]
+    size, pixels = sum(file.stat().st_size for file in files), _pixels(files)
+    built = _Builds.seconds
+    outcome = attempt(path, device, checkpoint)
+    outcome["render"]["seconds"] -= _Builds.seconds - built
+    return {**task, **outcome, "size": size, "pixels": pixels}
+
+
+def _pixels(files: list[Path]) -> int:
+    """What pictures among these declare, as far as the product's limit allows it: a limit of its own."""
+    import OpenImageIO as oiio
+
+    most, found = clrt.Limits().image_pixels, 0
+    for file in files:
+        if _PICTURES.search(file.name) and (source := oiio.ImageInput.open(str(file))):
+            spec = source.spec()
+            many = spec.width * spec.height
+            found += many if 0 < many <= most else 0
+            source.close()
+    return found
+
+
+class _Builds:
+    """Kernels for what rays carry are built once a machine: the seconds are no input's."""
+
+    seconds = 0.0
+
+    @classmethod
+    def watch(cls) -> None:
+        import pyopencl as cl
+
+        build = cl.Program.build
+
+        def timed(*arguments: Any, **options: Any) -> Any:
+            start = time.process_time()
+            try:
+                return build(*arguments, **options)
+            finally:
+                cls.seconds += time.process_time() - start
+
+        cl.Program.build = timed  # type: ignore[method-assign]
+
+
+def warm(folder: Path, device: int | str | None) -> None:
+    """Open the device and import every reader, which is done once a process and is no input's cost."""
+    for name, data in {**seeds.meshes(), **seeds.images()}.items():
+        suffix = name[name.rindex(".") :]
+        file = folder / f"warm{suffix}"
+        file.write_bytes(data)
+        if suffix in seeds.images():
+            clrt.read_image(file)
+        else:
+            clrt.load(file)
+    for suffix, text in (
+        (".nff", seeds.NFF),
+        (".txt", seeds.THESIS),
+        (".toml", "[camera]\norigin=[0,0,1]\ntarget=[0,0,0]"),
+    ):
+        (folder / f"warm{suffix}").write_text(text)
+        clrt.load(folder / f"warm{suffix}")
+    clrt.render(clrt.load_dict(seeds.RESUMED), device=device)
 
 
 def main(device: str | None) -> None:
     """Answer until standard input ends."""
     warnings.simplefilter("ignore")
-    # a device is opened and its kernels are built before any input is timed
-    camera = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 2, "height": 2}
-    clrt.render(clrt.load_dict({"camera": camera}), device=device)
+    _Builds.watch()
     with tempfile.TemporaryDirectory() as folder:
+        warm(Path(folder), device)
+        gc.collect()
+        gc.freeze()  # else each collection looks through all modules, which takes longer than most inputs
         print(json.dumps({"ready": True}), flush=True)
         for line in sys.stdin:
             print(json.dumps(answer(json.loads(line), Path(folder), device)), flush=True)

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
-import hashlib
 import json
-import subprocess
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -16,23 +14,16 @@ from rich.progress import Progress
 
 from clrt.atomic import replacing
 from clrt.platforms import choose
-from clrt.resources import kernel_folder
 from clrt.version import __version__
 
+from . import code
 from .rows import ROWS, Row, timed
 
 DOCS: Final = Path(__file__).resolve().parents[2] / "docs"
 KEPT: Final = DOCS / "reliability.json"
 PAGE: Final = DOCS / "reliability.md"
+STALE: Final = "older than the code that it is about"
 START, END = "<!-- figures -->", "<!-- end of figures -->"
-
-
-def kernels() -> str:
-    """SHA-256 of all kernel files: what a figure about them holds for."""
-    digest = hashlib.sha256()
-    for file in sorted(kernel_folder().iterdir()):
-        digest.update(f"{file.name}\n".encode() + file.read_bytes())
-    return digest.hexdigest()
 
 
 def kept() -> dict[str, dict[str, Any]]:
@@ -45,23 +36,26 @@ def stands(row: Row, figures: dict[str, dict[str, Any]]) -> str:
     found = figures.get(row.name)
     if found is None:
         return "not measured"
-    if row.kernels and found["kernels"] != kernels():
-        return "older than the kernels"
     if found["wrong"]:
         return f"{found['wrong']:,} wrong"
-    return f"only {found['tried']:,}" if found["tried"] < row.count else ""
+    if found["tried"] < row.count:
+        return f"only {found['tried']:,}"
+    if found.get("code") != row.code:
+        return STALE
+    return "measured with changes that no commit holds" if found["dirty"] else ""
 
 
 def measure(row: Row) -> dict[str, Any]:
     """Run a row, and say with what."""
+    before, (commit, dirty) = row.code, code.commit()
     with Progress() as bar:
         task = bar.add_task(row.name, total=1.0)
         figure = timed(row, lambda share: bar.update(task, completed=share))
-    asked = ["git", "rev-parse", "--short", "HEAD"]
-    commit = subprocess.run(asked, capture_output=True, text=True, check=False)
+    code.digest.cache_clear()
     return {
         **asdict(figure), "date": datetime.date.today().isoformat(), "version": __version__,
-        "commit": commit.stdout.strip(), "kernels": kernels(), "device": choose()[0].label,
+        "commit": commit, "dirty": dirty or row.code != before, "code": before,
+        "device": choose()[0].label,
     }  # fmt: skip
 
 
@@ -93,20 +87,21 @@ def write(figures: dict[str, dict[str, Any]]) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m validation.reliability", description=(__doc__ or ""))
     parser.add_argument("--only", action="append", choices=[row.name for row in ROWS], metavar="ROW")
-    parser.add_argument("--list", action="store_true")
+    parser.add_argument("--list", action="store_true", help="say how the figures stand")
+    parser.add_argument("--check", action="store_true", help="as --list; exit code 1 unless all are good")
     options = parser.parse_args()
     figures = kept()
     for row in ROWS:
         state = stands(row, figures)
         print(f"{row.name:12} {state or 'good'}")
-        if options.list or not (row.name in options.only if options.only else state):
+        if options.list or options.check or not (row.name in options.only if options.only else state):
             continue
         figures[row.name] = measure(row)
         with replacing(KEPT) as temporary:
             temporary.write_text(json.dumps(figures, indent=1) + "\n")
         print(f"{row.name:12} {stands(row, figures) or 'good'}: {figures[row.name]['detail']}")
         write(figures)
-    return int(any(stands(row, figures) for row in ROWS))
+    return int(not options.list and any(stands(row, figures) for row in ROWS))
 
 
 if __name__ == "__main__":

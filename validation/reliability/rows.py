@@ -10,29 +10,35 @@ from typing import Final
 from clrt.device import Device
 
 from .. import proofs, twin_check
+from ..hostile import gates
 from ..hostile import run as hostile
-from . import accuracy, beginnings, coldstarts, drivers, faults, intel, interrupts, kills, sameness
+from . import accuracy, beginnings, code, coldstarts, drivers, faults, intel, interrupts, kills, sameness
 from .figures import Figure, Tell
 
 
 @dataclass(frozen=True)
 class Row:
-    """A promise: `count` of its `unit` must be tried. `kernels`: void when the kernels change."""
+    """A promise: `count` of its `unit` must be tried. Void when a file changes that `modules` depend on."""
 
     name: str
     promise: str
     count: int
     unit: str
     run: Callable[[int, Tell], Figure]
-    kernels: bool = True
+    modules: tuple[str, ...]
+
+    @property
+    def code(self) -> str:
+        """What a figure of this row holds for."""
+        return code.digest(self.modules)
 
 
 def _hostile(count: int, tell: Tell) -> Figure:
-    tasks = [*hostile.corpus(), *hostile.drawn(1, count)]
+    seed = hostile.today()
+    tasks = [*hostile.corpus(), *hostile.drawn(seed, count)]
     outcome = hostile.run(tasks, progress=lambda found: tell(found.counts.total() / len(tasks)))
-    how = ", ".join(f"{number:,} {status}" for status, number in sorted(outcome.counts.items()))
-    detail = f"{how}; slowest {outcome.slowest:.2f} s of processor time, peak {outcome.largest >> 20} MiB"
-    return Figure(len(tasks), len(outcome.failures), detail, outcome.seconds)
+    hostile.keep(outcome.failures, hostile.FOUND)
+    return Figure(len(tasks), len(outcome.failures), f"seed {seed}: {outcome.told()}", outcome.seconds)
 
 
 def _twin(count: int, tell: Tell) -> Figure:
@@ -58,28 +64,40 @@ def _accuracy(count: int, tell: Tell) -> Figure:
     return accuracy.run(count, tell)
 
 
+def _here(name: str) -> tuple[str, ...]:
+    return (f"validation.reliability.{name}",)
+
+
 ROWS: Final = (
-    Row("hostile", "hostile inputs that end in anything but a picture or one `ClrtError`, take above "
-        f"{hostile.SECONDS:g} s or {hostile.MEMORY >> 20} MiB", 100_000, "inputs", _hostile, kernels=False),
-    Row("accuracy", "hits outside the error band of an analytic float64 oracle", 10**8, "rays", _accuracy),
-    Row("twin", "bits that differ from the float32 reference in numpy", 10**7, "rays", _twin),
-    Row("leaks", "leaks through shared edges and corners of closed meshes", 10**9, "rays", _leaks),
-    Row("self-hits", "rays that meet the surface they leave", 10**8, "rays", _self_hits),
+    Row("hostile", "hostile inputs, command lines and surroundings that end in anything but a picture or one "
+        f"`ClrtError`, or, until read or refused, take above {gates.SECONDS:g} s + 1 s a MB or "
+        f"{gates.MEMORY >> 20} MiB + {gates.MEMORY_PER_BYTE} bytes a byte of file", 200_000, "inputs",
+        _hostile, ("validation.hostile.run", "validation.hostile.worker", *code.PROGRAM)),
+    Row("accuracy", "hits outside the error band of an analytic float64 oracle", 10**8, "rays", _accuracy,
+        _here("accuracy")),
+    Row("twin", "bits that differ from the float32 reference in numpy", 10**7, "rays", _twin,
+        ("validation.twin_check",)),
+    Row("leaks", "leaks through shared edges and corners of closed meshes", 10**9, "rays", _leaks,
+        ("validation.proofs",)),
+    Row("self-hits", "rays that meet the surface they leave", 10**8, "rays", _self_hits,
+        ("validation.proofs",)),
     Row("sameness", "pictures that differ between tiles, work-groups, lanes, threads, processes and drivers",
-        48, "configurations of every scene", sameness.run),
+        48, "configurations of every scene", sameness.run, _here("sameness")),
     Row("intel", "checks of `clrt selftest`, 31 small pictures among them, that fail on Intel's runtime", 20,
-        "checks", intel.run),
+        "checks", intel.run, (*_here("intel"), "validation.selftest", *code.PROGRAM)),
     Row("faults", "calls of the driver or the disk that, failing once, give a wrong error, leave a buffer or "
-        "a file, or spoil the next render", 500, "calls", faults.run, kernels=False),
+        "a file, or spoil the next render", 500, "calls", faults.run, _here("faults")),
     Row("kills", "output files that are neither the old nor the complete new one after SIGKILL or SIGINT",
-        1000, "kills", kills.run, kernels=False),
+        1000, "kills", kills.run, _here("kills")),
     Row("interrupts", f"renders that Ctrl-C does not end within {interrupts.SOON:g} s, with exit code 130, "
-        "one line and no file", 100, "renders", interrupts.run, kernels=False),
+         "one line and no file", 100, "renders", interrupts.run, (*_here("interrupts"), *code.PROGRAM)),
     Row("beginnings", "commands that Ctrl-C, at a random time after clrt's first line, ends in anything but "
-        "exit code 130, one line and no file", 2000, "commands", beginnings.run, kernels=False),
+        "exit code 130, one line and no file", 2000, "commands", beginnings.run,
+        (*_here("beginnings"), *code.PROGRAM)),
     Row("coldstarts", f"processes that fail where {coldstarts.TOGETHER} start at once on a cold kernel cache",
-        100 * coldstarts.TOGETHER, "processes", coldstarts.run, kernels=False),
-    Row("drivers", "scenes that PoCL 3.0 renders faster than PoCL 3.1", 4, "scenes", drivers.run),
+        100 * coldstarts.TOGETHER, "processes", coldstarts.run, (*_here("coldstarts"), *code.PROGRAM)),
+    Row("drivers", "scenes that PoCL 3.0 renders faster than PoCL 3.1", 4, "scenes", drivers.run,
+        _here("drivers")),
 )  # fmt: skip
 """In the order of the page."""
 

@@ -16,7 +16,7 @@ from clrt.shipped import load_scene
 
 from .figures import Figure, Tell
 
-TILES: Final = (1 << 9, 1 << 12, 1 << 16)
+TILES: Final = (1 << 7, 1 << 10, 1 << 16)  # at WIDTH: about a dozen, two or three, and one
 GROUPS: Final = (1, 8, 64, 256)
 LANES: Final = (8, 16)
 THREADS: Final = (1, None)

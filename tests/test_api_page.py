@@ -1,0 +1,73 @@
+"""docs/api.md lists every public name, with defaults as they are; its code runs, and so does README's."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import clrt
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGE = (DOCS / "api.md").read_text()
+BALL = {
+    "camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 8, "height": 8},
+    "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
+}
+
+
+def rows(heading: str) -> dict[str, list[str]]:
+    """The rows of the table below a heading, by the name in their first cell."""
+    part = PAGE.split(f"## {heading}\n")[1].split("\n## ")[0]
+    found = re.findall(r"^\| `(\w+)[^|]*\| (.+) \|$", part, re.MULTILINE)
+    return {name: rest.split(" | ") for name, rest in found}
+
+
+def test_every_public_name_is_on_the_page():
+    words = set(re.findall(r"\w+", PAGE))
+    assert [name for name in clrt.__all__ if name not in words] == []
+    listed = {*rows("Scenes and pictures"), "Hits", "RayMeshIntersector"}
+    errors = {"SceneError", "DeviceError", "LimitError", "DeviceInfo"}
+    assert set(clrt.__all__) - errors == listed
+
+
+@pytest.mark.parametrize("name", ["Tracer", "Image", "Scene", "RayMeshIntersector", "Hits", "DeviceInfo"])
+def test_every_method_is_on_the_page(name: str):
+    kind = getattr(clrt, name)
+    own = [key for key, value in vars(kind).items() if not key.startswith("_") and inspect.isfunction(value)]
+    own += [field.name for field in fields(kind)] if name in ("Hits", "DeviceInfo", "Image") else []
+    words = set(re.findall(r"\w+", PAGE))
+    assert own and [method for method in own if method not in words] == []
+
+
+def test_limits_and_settings_are_as_the_page_says():
+    said = {name: cells[0] for name, cells in rows("Limits").items()}
+    assert said == {field.name: str(field.default) for field in fields(clrt.Limits)}
+    settings = clrt.Settings()
+    said = {name: cells[0] for name, cells in rows("Settings").items()}
+    assert said.pop("limits") == "`Limits()`" and settings.limits == clrt.Limits()
+    assert said == {key: str(getattr(settings, key)) for key in said}
+    assert {*said, "limits"} == {field.name for field in fields(settings)}
+
+
+def test_statistics_are_as_the_page_says():
+    image = clrt.render(clrt.load_dict(BALL))
+    said = rows("Statistics")
+    assert set(said) == set(image.stats)
+    assert set(re.findall(r"`(\w+)`", said["rays"][0])) == set(image.stats["rays"])
+    named = re.search(r"`image.metadata` says what made the picture: (.*)\.", PAGE)
+    assert named and set(re.findall(r"`(\w+)`", named[1])) == set(image.metadata)
+
+
+def test_the_page_s_code_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    space: dict[str, Any] = {}
+    blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert len(blocks) == 4
+    for block in blocks:
+        exec(block, space)
+    assert space["pixels"].shape == (24, 32, 3) and (tmp_path / "ball.png").exists()

@@ -1,0 +1,240 @@
+"""Hostile command lines, environments and descriptors: each index of a seed gives one run of `clrt`.
+
+A run begins as one that works; then one or two things about it become odd. Paths that are written to lie in
+the run's own folder, or where nobody can write.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import stat
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from . import archives, pictures, seeds
+from .mutate import spoil_bytes
+from .oddities import MANY, NAMES, OPTIONS, PLACES, STREAMS, VALUES, VARIABLES
+
+SCENE: Final = seeds.as_toml({**seeds.RESUMED, "max_depth": 2})
+
+
+@dataclass
+class Command:
+    """A run of `clrt` in a folder of its own.
+
+    files: contents by name, or what else stands there ("fifo", "folder", "loop", "dangling", "socket"), or
+    "-> target" for a link. outputs: the files that it may write. environment: None removes a variable.
+    limits: of the shell's `ulimit`.
+    """
+
+    arguments: list[bytes]
+    outputs: list[bytes]
+    files: dict[bytes, bytes | str]
+    environment: dict[bytes, bytes | None] = field(default_factory=dict)
+    stdin: str = "null"
+    stdout: str = "pipe"
+    stderr: str = "pipe"
+    limits: dict[str, int] = field(default_factory=dict)
+
+    def prepare(self, folder: Path) -> None:
+        """Make the folder with its files."""
+        folder.mkdir(parents=True)
+        for name, what in self.files.items():
+            path = os.path.join(os.fsencode(folder), name)
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            if isinstance(what, bytes):
+                with open(path, "wb") as file:
+                    file.write(what)
+            else:
+                _place(path, what)
+
+    def told(self) -> dict[str, Any]:
+        """What a report shows."""
+        odd = {
+            _text(name): None if value is None else _text(value) for name, value in self.environment.items()
+        }
+        streams = [self.stdin, self.stdout, self.stderr]
+        words = [_text(argument) for argument in self.arguments]
+        return {"arguments": words, "environment": odd, "streams": streams, "limits": self.limits}
+
+
+def make(seed: int, index: int) -> Command:
+    """Command `index` of the ones that `seed` draws."""
+    draw = random.Random(f"command {seed} {index}")
+    run = draw.choice((_render, _render, _render, _render, _hash, _convert, _compare, _plot, _plain, _plain))(
+        draw
+    )
+    for _ in range(draw.choice((1, 1, 2))):
+        draw.choice(_CHANGES)(draw, run)
+    return run
+
+
+def _render(draw: random.Random) -> Command:
+    out = draw.choice((b"out.png", b"out.exr", b"out.tif", b"out.jpg", b"out.bmp"))
+    arguments, outputs = [b"render", b"scene.toml", b"-o", out, b"--width", b"8"], [out]
+    for option, name in ((b"--stats", b"out.json"), (b"--checkpoint", b"out.ck")):
+        if draw.random() < 0.3:
+            arguments += [option, name]
+            outputs.append(name)
+    old: dict[bytes, bytes | str] = {out: seeds.images()[".png"]} if draw.random() < 0.3 else {}
+    return Command(arguments, outputs, {b"scene.toml": SCENE, **old})
+
+
+def _hash(draw: random.Random) -> Command:
+    name = draw.choice((b"scene.toml", b"a.exr"))
+    files: dict[bytes, bytes | str] = {b"scene.toml": SCENE, b"a.exr": seeds.images()[".exr"]}
+    return Command([b"hash", name], [], files)
+
+
+def _convert(draw: random.Random) -> Command:
+    out = draw.choice((b"out.toml", b"out.json", b"out.xml"))
+    return Command([b"convert", b"scene.toml", out], [out], {b"scene.toml": SCENE})
+
+
+def _compare(draw: random.Random) -> Command:
+    suffix = draw.choice((".png", ".exr", ".jpg"))
+    data = seeds.images()[suffix]
+    names = [f"{letter}{suffix}".encode() for letter in "ab"]
+    return Command([b"compare", *names, *draw.choice(([], [b"--json"]))], [], dict.fromkeys(names, data))
+
+
+def _plot(draw: random.Random) -> Command:
+    return Command(
+        [b"plot-spectrum", draw.choice((b"D65", b"glass", b"gold")), b"-o", b"out.svg"], [b"out.svg"], {}
+    )
+
+
+def _plain(draw: random.Random) -> Command:
+    kinds: tuple[list[bytes], ...] = (
+        [b"devices"], [b"scenes"], [b"doctor"], [b"doctor", b"--json"], [b"--help"], [b"--version"], [],
+        [b"bench", b"--only", b"nothing"], [b"validate", b"--case", b"nothing"],
+        [b"selftest", b"--device", b"nothing"],
+    )  # fmt: skip
+    return Command(list(draw.choice(kinds)), [], {})
+
+
+def _odd_option(draw: random.Random, run: Command) -> None:
+    """An option with a value that nobody means; or one too many, too few, in a strange place."""
+    choice = draw.random()
+    if choice < 0.7:
+        option = draw.choice(OPTIONS)
+        values = [
+            draw.choice(VALUES) for _ in range(4 if option == b"--crop" else draw.choice((0, 1, 1, 1, 1, 2)))
+        ]
+        if option in (b"--stats", b"--checkpoint"):  # whose values are written to
+            values, run.outputs = [b"also.json"], [*run.outputs, b"also.json"]
+        if values and len(values) == 1 and draw.random() < 0.3:
+            run.arguments.append(option + b"=" + values[0])
+        else:
+            run.arguments += [option, *values]
+    elif choice < 0.8:
+        run.arguments += [draw.choice(VALUES[-20:])] * draw.choice(MANY)
+    elif choice < 0.9:
+        run.arguments += [b"--limit", b"depth=9"] * draw.choice(MANY)
+    elif run.arguments:
+        del run.arguments[draw.randrange(len(run.arguments))]
+
+
+def _odd_path(draw: random.Random, run: Command) -> None:
+    """A file with a strange name, or something else than a file, or the same one twice."""
+    named = [n for n, word in enumerate(run.arguments) if word in run.files or word in run.outputs]
+    if not named:
+        return
+    at = draw.choice(named)
+    old, choice = run.arguments[at], draw.random()
+    suffix = os.path.splitext(old)[1]
+    if choice < 0.5:
+        new = draw.choice(NAMES) + suffix
+        if old in run.files and len(new) < 255:
+            run.files[new] = run.files.pop(old)
+        if old in run.outputs:
+            run.outputs[run.outputs.index(old)] = new
+        run.arguments = [new if word == old else word for word in run.arguments]
+    elif choice < 0.8:
+        run.files[old] = draw.choice(PLACES)
+    elif choice < 0.9:
+        others = [
+            b"missing" + suffix,
+            b"missing/x" + suffix,
+            b"/proc/x" + suffix,
+            b"",
+            b".",
+            suffix,
+            b"x",
+            b"x.png",
+        ]
+        run.arguments[at] = draw.choice(others)
+        run.outputs.append(run.arguments[at])
+    else:  # one file for two things
+        run.arguments[at] = run.arguments[draw.choice(named)]
+
+
+def _odd_file(draw: random.Random, run: Command) -> None:
+    """A file with spoiled contents; a checkpoint where there was none."""
+    if b"out.ck" in run.outputs:
+        run.files[b"out.ck"] = archives.spoil(draw, seeds.checkpoint())
+    for name, data in run.files.items():
+        if isinstance(data, bytes):
+            suffix = os.path.splitext(name)[1].decode(errors="replace")
+            spoiled = pictures.spoil(draw, suffix, data)
+            run.files[name] = spoiled if spoiled != data else spoil_bytes(draw, data)
+
+
+def _environment(draw: random.Random, run: Command) -> None:
+    """A variable that means something strange, or is not there."""
+    for _ in range(draw.choice((1, 1, 2, 4))):
+        name = draw.choice(list(VARIABLES))
+        run.environment[name] = None if draw.random() < 0.1 else draw.choice(VARIABLES[name])
+    run.files |= {b"file": b"x", b"loop": "loop", b"world": "world", b"spoiled": "spoiled"}
+
+
+def _streams(draw: random.Random, run: Command) -> None:
+    run.stdin = draw.choice(("null", "closed", "full", "terminal"))
+    run.stdout, run.stderr = draw.choice(STREAMS), draw.choice(STREAMS)
+    if draw.random() < 0.5:  # something to say there: a warning
+        run.files = {
+            **run.files,
+            b"scene.toml": SCENE.replace(b"radius = 1", b"radius = 1\nmaterial = {shininess = 5}"),
+        }
+
+
+def _limits(draw: random.Random, run: Command) -> None:
+    """Less of something than usual: open files, bytes of a file, address space."""
+    kind = draw.choice("nfv")
+    run.limits[kind] = draw.choice({
+        "n": (8, 16, 32, 64), "f": (0, 1, 8, 64), "v": (400_000, 1_000_000, 2_000_000),
+    }[kind])  # fmt: skip
+
+
+_CHANGES: Final = (_odd_option, _odd_option, _odd_path, _odd_path, _odd_file, _environment, _streams, _limits)
+
+
+def _place(path: bytes, what: str) -> None:
+    """Something else than a file."""
+    if os.path.lexists(path):
+        os.unlink(path)
+    if what == "fifo":
+        os.mkfifo(path)
+    elif what == "socket":
+        os.mknod(path, stat.S_IFSOCK | 0o600)
+    elif what == "loop":
+        os.symlink(os.path.basename(path), path)
+    elif what == "dangling":
+        os.symlink(b"nothing here", path)
+    elif what.startswith("-> "):
+        os.symlink(what[3:], path)
+    else:
+        os.mkdir(path)
+        if what == "world":  # anybody may put something there
+            os.chmod(path, 0o777)
+        if what == "spoiled":
+            for name in ("clrt/kernels", "pocl/kcache", "pytools/pdict-v4-pyopencl", "matplotlib"):
+                folder = os.path.join(path, os.path.dirname(name).encode())
+                os.makedirs(folder, exist_ok=True)
+                Path(os.fsdecode(path), name).write_bytes(b"\x80\x04spoiled")
+
+
+def _text(data: bytes) -> str:
+    return data.decode(errors="backslashreplace")[:200]

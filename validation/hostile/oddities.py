@@ -1,0 +1,78 @@
+"""What a command line, its files, its environment and its descriptors are made of when they are odd."""
+
+from __future__ import annotations
+
+from typing import Final
+
+OPTIONS: Final = (
+    b"--width", b"--height", b"--crop", b"--spp", b"--max-depth", b"--device", b"--threads", b"--limit",
+    b"--layers", b"--stats", b"--exposure", b"--bits", b"--checkpoint", b"--check", b"--quiet", b"--json",
+    b"--mask", b"--bands", b"--only", b"--case", b"--seed", b"--help", b"--version", b"--nothing",
+)  # fmt: skip
+
+VALUES: Final = (
+    b"", b"-1", b"0", b"1", b"2", b"9", b"1e20", b"1e400", b"9" * 400, b"9" * 100_000, b"nan", b"-inf",
+    b"0x10", b"1.5", "²".encode(), "٣".encode(), b" 1 ", b"1,2", b",,,", b"a" * 300, b"a" * 100_000,
+    b"\x1b[31mred", b"\xff\xfe", b"new\nline", "\u202eabc".encode(), b"--", b"-", b"%s%n", b"depth,shape",
+    b"depth," * 9999, b"generation_1", b"generation_99999999999", b"depth=1e18", b"depth=999999999999999999",
+    b"work=-1", b"work=1", b"device_bytes=1", b"file_bytes=0", b"nothing=1", b"pixels=1", b"samples=0", b"=",
+    b"4294967296", b"18446744073709551616", b"-2147483649",
+)  # fmt: skip
+
+MANY: Final = (1, 1, 1, 2, 300, 3000)
+
+NAMES: Final = (
+    b"\xff\xfe", b"a b", b"\x1b[31mred", b"new\nline", b"tab\t", "\u202eabc".encode(), "ü".encode(), b"-x",
+    b"--help", b"a" * 246, b"a" * 300, b"a" * 5000, b"deep/" * 50 + b"x", b"%s%n", b"$HOME", b"~", b"'\"",
+    b"#", b"?", b"*",
+)  # fmt: skip
+"""Of files, without their suffix."""
+
+PLACES: Final = (
+    "fifo", "folder", "loop", "dangling", "socket", "-> /dev/zero", "-> /proc/self/mem", "-> .", "-> /",
+)  # fmt: skip
+"""What stands there instead of a file; "->" is a link."""
+
+STREAMS: Final = ("pipe", "pipe", "pipe", "closed", "full", "broken", "unread", "terminal")
+"""What stdout and stderr may be: the last ones fail, are never read, or are a terminal."""
+
+FOLDERS: Final = (
+    b"/proc", b"/proc/nothing", b"", b".", b"relative", b"file", b"file/below", b"loop", b"\xff\xfe",
+    b"new\nline", b"\x1b[31m", b"a" * 300, b"world", b"spoiled",
+)  # fmt: skip
+"""What a variable may say instead of a folder; the last ones exist, and hold what others put there."""
+
+_LOCALES: Final = (b"C", b"POSIX", b"C.UTF-8", b"en_US.ISO-8859-1", b"tr_TR", b"xx", b"\xff")
+_NUMBERS: Final = (b"0", b"-1", b"1", b"99999", b"x", b"")
+_HOMES: Final = (
+    b"HOME", b"XDG_CACHE_HOME", b"XDG_CONFIG_HOME", b"TMPDIR", b"POCL_CACHE_DIR", b"MPLCONFIGDIR",
+    b"OCL_ICD_VENDORS", b"OPENCL_VENDOR_PATH", b"OCL_ICD_FILENAMES", b"LD_LIBRARY_PATH",
+)  # fmt: skip
+
+VARIABLES: Final[dict[bytes, tuple[bytes, ...]]] = {
+    **dict.fromkeys((b"LC_ALL", b"LANG"), _LOCALES),
+    **dict.fromkeys(_HOMES, FOLDERS),
+    **dict.fromkeys((b"COLUMNS", b"LINES", b"OMP_NUM_THREADS", b"OPENIMAGEIO_THREADS"), _NUMBERS),
+    **dict.fromkeys((b"POCL_MAX_PTHREAD_COUNT", b"POCL_CPU_MAX_CU_COUNT", b"POCL_MEMORY_LIMIT"), _NUMBERS),
+    **dict.fromkeys((b"NO_COLOR", b"FORCE_COLOR", b"CI", b"OIIO_LOG_TIMES", b"PYTHONUTF8"), (b"0", b"1")),
+    **dict.fromkeys((b"PYTHONUNBUFFERED", b"PYTHONDONTWRITEBYTECODE", b"PYTHONDEVMODE"), (b"1",)),
+    **dict.fromkeys((b"PYOPENCL_NO_CACHE", b"PYOPENCL_COMPILER_OUTPUT"), (b"1",)),
+    b"CLRT_DEVICE": (b"", b"nothing", b"0", b"-1", b"9" * 99, b"\xff", b"\x1b[31m", b"PoCL", b"a" * 9999),
+    b"CLRT_DRIVER": (b"", b"pocl", b"intel", b"nothing", b"\xff"),
+    b"POCL_MAX_WORK_GROUP_SIZE": (b"1", b"0", b"-1", b"7", b"4096", b"x"),
+    b"POCL_DEVICES": (b"", b"basic", b"pthread", b"nothing", b"pthread pthread"),
+    b"POCL_WORK_GROUP_METHOD": (b"loops", b"workitemrepl", b"cbs", b"x"),
+    b"POCL_KERNEL_CACHE": (b"0", b"1", b"x"),
+    b"PYOPENCL_CTX": (b"0", b"9", b"x"),
+    b"PYTHONIOENCODING": (b"ascii", b"latin-1:strict", b"ascii:strict"),
+    b"PYTHONWARNINGS": (b"error", b"always", b"x"),
+    b"PYTHONOPTIMIZE": (b"2",),
+    b"TERM": (b"", b"dumb", b"xterm-256color", b"x"),
+    b"MPLBACKEND": (b"x", b"TkAgg"),
+    b"PATH": (b"", b"/proc", b"file"),
+    b"TZ": (b"x", b"\xff"),
+    b"SOURCE_DATE_EPOCH": (b"x", b"-1"),
+    b"DISPLAY": (b":99",),
+    b"OCIO": (b"file", b"/proc"),
+}
+"""Environment variables that clrt, Python, the driver or a library of ours reads, and what they may say."""

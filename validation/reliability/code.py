@@ -1,0 +1,86 @@
+"""The code that a figure was measured with: what its modules import, one after the other, and the kernels."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import subprocess
+from collections.abc import Iterable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from clrt.resources import PACKAGE, kernel_folder, scene_folder
+
+ROOT: Final = Path(__file__).resolve().parents[2]
+PROGRAM: Final = tuple(f"clrt.{path.stem}" for path in sorted(PACKAGE.glob("*.py"))) + tuple(
+    f"clrt.cli.{path.stem}" for path in sorted((PACKAGE / "cli").glob("*.py"))
+)
+"""All modules of the program `clrt`, which imports each command's when it is asked for it."""
+
+
+@cache
+def digest(modules: tuple[str, ...]) -> str:
+    """SHA-256 of these modules, of what they import from here, kernels, tables and, if used, scenes."""
+    files = {module: file for module in closure(modules) if (file := _file(module))}
+    held = hashlib.sha256()
+    for name, file in sorted(files.items()):
+        held.update(f"{name}\n".encode() + file.read_bytes())
+    data = [*kernel_folder().iterdir(), *(PACKAGE / "tables").glob("*.csv")]
+    data += scene_folder().iterdir() if "clrt.shipped" in files else []
+    for file in sorted(path for path in data if path.is_file()):
+        held.update(f"{file.name}\n".encode() + file.read_bytes())
+    return held.hexdigest()
+
+
+def closure(modules: Iterable[str]) -> set[str]:
+    """These modules and all of clrt's and validation's that they import, wherever in the file they do."""
+    found: set[str] = set()
+    waiting = list(modules)
+    while waiting:
+        module = waiting.pop()
+        if module not in found and _file(module):
+            found.add(module)
+            waiting += _imports(module)
+    return found
+
+
+@cache
+def _imports(module: str) -> tuple[str, ...]:
+    file = _file(module)
+    assert file
+    package = module if file.name == "__init__.py" else module.rpartition(".")[0]
+    return tuple(_named(ast.parse(file.read_bytes()), package))
+
+
+def _named(tree: ast.Module, package: str) -> Iterator[str]:
+    """Modules that a file may mean: of `from a import b` both a and a.b."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                yield alias.name
+        elif isinstance(node, ast.ImportFrom):
+            above = package.rsplit(".", node.level - 1)[0] if node.level > 1 else package
+            base = ".".join(part for part in (above if node.level else "", node.module or "") if part)
+            yield base
+            for alias in node.names:
+                yield f"{base}.{alias.name}"
+
+
+def _file(module: str) -> Path | None:
+    """The file of a module of this repository."""
+    if module.split(".")[0] not in ("clrt", "validation"):
+        return None
+    path = ROOT.joinpath(*module.split("."))
+    return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.is_file()), None)
+
+
+def commit() -> tuple[str, bool]:
+    """The commit of the checkout, and whether files have changed since; pages do not count."""
+    asked = ["git", "-C", str(ROOT), "rev-parse", "--short", "HEAD"]
+    changed = ["git", "-C", str(ROOT), "status", "--porcelain", "--", ":!docs"]
+    name, state = (
+        subprocess.run(words, capture_output=True, text=True, check=False).stdout.strip()
+        for words in (asked, changed)
+    )
+    return name, bool(state)
