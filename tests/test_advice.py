@@ -86,20 +86,18 @@ def test_every_command_that_is_advised_exists_with_its_options():
 
 @pytest.mark.parametrize("command", sorted(options()))
 def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixture[str]):
-    with pytest.raises(SystemExit) as left:
-        main([command, "--help"])
+    assert main([command, "--help"]) == 0
     text = capsys.readouterr().out
-    assert left.value.code == 0
     assert all(option in text for option in options()[command])
     readme = (ROOT / "README.md").read_text()
     assert f"clrt {command}" in readme
 
 
 def test_options_in_messages_exist():
-    known = set().union(*options().values())
+    known = {"--version"}.union(*options().values())
     found = 0
     for file, text in messages("clrt"):
-        if file in ("__init__.py", "doctor.py", "host.py", "embree.py", "scaling.py"):
+        if file in ("options.py", "install.py", "doctor.py", "host.py", "embree.py", "scaling.py"):
             continue  # the parser itself; what other programs are called with
         for option in re.findall(r"(?:^|[\s(;])(--[a-z][a-z-]*)\b(?!=[\w]+[\",])", text):
             found += 1
