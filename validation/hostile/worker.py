@@ -123,7 +123,7 @@ class _Builds:
 
     @classmethod
     def watch(cls) -> None:
-        import pyopencl as cl
+        from clrt.opencl import cl
 
         build = cl.Program.build
 
