@@ -20,7 +20,7 @@ from typing import Any, Final
 import numpy as np
 import pyopencl as cl
 
-from clrt import kernelcache, layout
+from clrt import kernelcache, layout, parameters
 from clrt.errors import DeviceError, MemoryLimitError
 from clrt.platforms import check_process, choose, pocl_version
 from clrt.resources import kernel_folder
@@ -104,6 +104,7 @@ class Device:
         )
         self._kernels: dict[str, cl.Kernel] = {}
         self._launched: set[tuple[str, int, bool]] = set()
+        self._known: set[tuple[str, tuple[Any, ...]]] = set()  # kernels and kinds of arguments that fit
         self._spans: list[tuple[int, int, str]] = []
         self.use(0)
 
@@ -188,7 +189,12 @@ class Device:
         """Run a kernel over `items` work-items, in work-groups of one size: by default the settings'.
 
         The last group is filled up with idle items, so kernels check their number. numpy scalars go by value.
+        TypeError where the kernel's signature is another.
         """
+        given = (name, parameters.kinds(arguments))
+        if given not in self._known:
+            parameters.check(self.source, *given)
+            self._known.add(given)
         if items == 0:
             return
         check_process()
@@ -229,8 +235,10 @@ class Device:
     def _cache_key(self) -> str:
         return hashlib.sha256(f"{self.info.label} {self.source}".encode()).hexdigest()[:16]
 
-    def buffer(self, nbytes: int) -> Any:
+    def buffer(self, nbytes: int, kind: str | None = None) -> Any:
         """Uninitialised device memory from the pool; freed when no longer referenced.
+
+        `kind` is the C type of what it holds; kernels take no buffer of none.
 
         MemoryLimitError where all buffers together would pass the limit `device_bytes` (drivers promise more
         memory than there is, and fail when it is touched), and where the driver has no memory left.
@@ -246,18 +254,23 @@ class Device:
                     track.pool.free_held()
                 limits.check("device_bytes", self.held_bytes + block)
         try:
-            return pool.allocate(size)
+            memory: Any = pool.allocate(size)
         except cl.MemoryError as error:
             raise MemoryLimitError(
                 f"{self.info.label}: no memory for {nbytes} bytes more ({error}); use a smaller scene"
             ) from None
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: {nbytes} bytes: {error}") from None
+        memory.kind = kind
+        return memory
 
-    def upload(self, array: np.ndarray, wait: bool = True) -> Any:
-        """A copy of an array on the device. Without `wait` the array must stay as it is until it is there."""
+    def upload(self, array: np.ndarray, wait: bool = True, kind: str | None = None) -> Any:
+        """A copy of an array on the device, as elements of that kind (None: those of the array).
+
+        Without `wait` the array must stay as it is until it is there.
+        """
         array = np.ascontiguousarray(array)
-        target = self.buffer(array.nbytes)
+        target = self.buffer(array.nbytes, kind or parameters.element(array.dtype))
         self.write(target, array, wait)
         return target
 

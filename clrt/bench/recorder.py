@@ -66,8 +66,8 @@ class Recorder(Device):
         yield
         self._kind = None
 
-    def buffer(self, nbytes: int) -> Any:
-        made = super().buffer(nbytes)
+    def buffer(self, nbytes: int, kind: str | None = None) -> Any:
+        made = super().buffer(nbytes, kind)
         self._sizes[id(made)] = nbytes  # an id that is used again is a new buffer, entered again
         return made
 
