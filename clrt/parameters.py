@@ -41,6 +41,20 @@ def signatures(source: str) -> dict[str, tuple[tuple[str, Kind], ...]]:
     return found
 
 
+@cache
+def used(source: str, kernel: str) -> frozenset[int]:
+    """The numbers of the parameters that a kernel reads or writes: groups have some that it leaves alone.
+
+    Those that its text names; of groups handed on as structs, those that are fields asked for anywhere.
+    """
+    start = source.index(f"__kernel void {kernel}(")
+    body = source[source.index("{", start) : source.index("\n}\n", start)]
+    names = set(re.findall(r"\w+", body))
+    if "FAMILY_OF_PARAMETERS" in names:
+        names |= set(re.findall(r"\.(\w+)", source))
+    return frozenset(number for number, (name, _) in enumerate(signatures(source)[kernel]) if name in names)
+
+
 def _parameter(text: str) -> tuple[str, Kind]:
     *words, name = re.findall(r"\w+", text)
     kind = next(word for word in words if word not in ("__global", "const"))

@@ -28,6 +28,16 @@ def test_the_signatures_are_those_of_the_source() -> None:
     assert ("leaves", "int2") in found["pack_triangles"] and found["offsets"][2] == ("totals", "ulong")
 
 
+def test_what_a_kernel_uses_of_its_groups() -> None:
+    source = Device().source
+    names = [name for name, _ in parameters.signatures(source)["generate"]]
+    assert {names[k] for k in parameters.used(source, "generate")} == set(names) - {"media"}
+    names = [name for name, _ in parameters.signatures(source)["reflect"]]
+    unused = {"hit_t", "hit_primitive", "local_radiance", "generation"}
+    assert not unused & {names[k] for k in parameters.used(source, "reflect")}
+    assert {"weights", "slot", "child_rays"} <= {names[k] for k in parameters.used(source, "reflect")}
+
+
 def test_a_wrong_argument_is_an_error_before_the_launch() -> None:
     device = Device()
     film = device.upload(np.ones(4, np.float32))

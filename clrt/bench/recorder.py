@@ -15,7 +15,7 @@ from typing import Any, Final
 import numpy as np
 import pyopencl as cl
 
-from clrt import layout, passes
+from clrt import layout, parameters, passes
 from clrt.bench.timing import Case
 from clrt.device import Device
 from clrt.film import Film
@@ -78,7 +78,8 @@ class Recorder(Device):
         queue, rays, feelers = self._kind
         if name.startswith("occluded"):
             queue, rays = ("shadow" if queue == "primary" else f"shadow of {queue}"), feelers
-        own = [a for a in arguments if _is_buffer(a) and id(a) not in self.world_buffers]
+        touched = [arguments[number] for number in parameters.used(self.source, name)]
+        own = [a for a in touched if _is_buffer(a) and id(a) not in self.world_buffers]
         if rays is None:
             rays = next(int(a) for a in arguments if isinstance(a, np.uint32))
         nbytes = sum(self._sizes[id(a)] for a in own)
