@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import ceilings, kernelcache, layout
+from clrt import ceilings, kernelcache, layout, parameters
 from clrt.driver import TRACKS, Driver
 from clrt.errors import DeviceError, MemoryLimitError
 from clrt.opencl import cl
@@ -76,7 +76,9 @@ class Device:
         `local_size` and what the device takes for this kernel.
 
         The last group is filled up with idle items, so kernels check their number. numpy scalars go by value.
+        TypeError where the kernel's signature is another.
         """
+        self.kernels.check(name, arguments)
         if items == 0:
             return
         check_process()
@@ -119,8 +121,10 @@ class Device:
         self.kernels.launched.add(sizes)
         return event
 
-    def buffer(self, nbytes: int) -> Any:
+    def buffer(self, nbytes: int, kind: str | None = None) -> Any:
         """Uninitialised device memory from the pool; freed when no longer referenced.
+
+        `kind` is the C type of what it holds; kernels take no buffer of none.
 
         MemoryLimitError where all buffers together would pass the limit `device_bytes` (drivers promise more
         memory than there is, and fail when it is touched), and where the driver has no memory left.
@@ -136,18 +140,23 @@ class Device:
                     track.pool.free_held()
                 limits.check("device_bytes", self.held_bytes + block)
         try:
-            return pool.allocate(size)
+            memory: Any = pool.allocate(size)
         except cl.MemoryError as error:
             raise MemoryLimitError(
                 f"{self.info.label}: no memory for {nbytes} bytes more ({error}); use a smaller scene"
             ) from None
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: {nbytes} bytes: {error}") from None
+        memory.kind = kind
+        return memory
 
-    def upload(self, array: np.ndarray, wait: bool = True) -> Any:
-        """A copy of an array on the device. Without `wait` the array must stay as it is until it is there."""
+    def upload(self, array: np.ndarray, wait: bool = True, kind: str | None = None) -> Any:
+        """A copy of an array on the device, as elements of that kind (None: those of the array).
+
+        Without `wait` the array must stay as it is until it is there.
+        """
         array = np.ascontiguousarray(array)
-        target = self.buffer(array.nbytes)
+        target = self.buffer(array.nbytes, kind or parameters.element(array.dtype))
         self.write(target, array, wait)
         return target
 

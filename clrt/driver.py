@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import binaries, kernelcache, layout
+from clrt import binaries, kernelcache, layout, parameters
 from clrt.errors import DeviceError
 from clrt.opencl import cl
 from clrt.platforms import check_process, choose, command, pocl_version
@@ -162,6 +162,14 @@ class Kernels:
         self.launched: set[tuple[str, int, bool]] = set()  # name, size of work-groups, is the grid small
         self.groups: dict[str, int] = {}  # work-items of a kernel's work-group
         self._kernels: dict[str, cl.Kernel] = {}
+        self._known: set[tuple[str, tuple[Any, ...]]] = set()  # kernels and kinds of arguments that fit
+
+    def check(self, name: str, arguments: tuple[Any, ...]) -> None:
+        """TypeError where the kernel takes other arguments than these."""
+        given = (name, parameters.kinds(arguments))
+        if given not in self._known:
+            parameters.check(self.source, *given)
+            self._known.add(given)
 
     @cached_property
     def hash(self) -> str:

@@ -78,7 +78,7 @@ class Film:
         self.pixels = pixels
         self.planes = ("image", *(name for name in layers if name not in GEOMETRY + SPECTRAL))
         self.nbytes = 4 * len(self.planes) * pixels * device.bands
-        self.sums: Any = device.buffer(self.nbytes)
+        self.sums: Any = device.buffer(self.nbytes, "float")
         device.fill(self.sums, self.nbytes)
 
     def add(self, queue: Queue, lit: Lit, generation: int) -> None:
@@ -120,7 +120,7 @@ class Film:
         source, rows, n = self.sums, self.device.bands, planes * self.pixels
         if response is not None:
             rows = len(response)
-            source = self.device.buffer(4 * n * rows)
+            source = self.device.buffer(4 * n * rows, "float")
             matrix = self.device.upload(response, wait=False)
             self.device.launch_packets("develop", n, self.sums, np.uint32(n), matrix, np.uint32(rows), source)
         return self.device.ask(source, np.empty((planes, self.pixels, rows), np.float32))

@@ -49,10 +49,7 @@ def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:
 
 
 def _check_kinds(collected: Collected, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
-    """Every primitive has a record and a box: the kernels look neither up with care.
-
-    A kind that they do not know they would take for a plane, and read beyond the section of planes.
-    """
+    """Every primitive has a record and a box: the kernels look neither up with care."""
     for kind, section in layout.SECTIONS.items():
         found = {len(sections[section]), len(boxes[kind].low)}
         if found != {collected.counts[kind]}:

@@ -15,6 +15,7 @@ Three kinds of data:
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Final
 
@@ -142,6 +143,33 @@ WORLD: Final[dict[str, str]] = {
     "background": "float",  # lat-long image, rows from the top, red, green and blue of a pixel
 }
 
+# What travels between the passes, as parameters of the kernels: field of the Python object (`clrt.queues`) ->
+# type and name of the parameter
+QUEUE: Final = {
+    "rays": "float *rays",
+    "pixel_of": "uint *pixel_of",
+    "path": "uint *path",
+    "weight": "float *weights",
+    "media": "int *media",
+    "n": "uint n",
+}
+HITS: Final = {
+    "t": "float *hit_t",
+    "primitive": "int *hit_primitive",
+    "surfaces": "float *surfaces",
+    "code": "int *surface_code",
+}
+LIT: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
+FEELERS: Final = {
+    "first": "uint *first_feeler",
+    "owner": "uint *owner",
+    "rays": "float *feeler_rays",
+    "seen": "uint *seen",
+    "filter": "float *filter",
+}
+# a queue that is written while another is read: all but the number of rays, the last parameter of a queue
+CHILD: Final = {field: text.replace("*", "*child_") for field, text in QUEUE.items() if "*" in text}
+
 RAY_FIELDS: Final = ("ORIGIN_X", "ORIGIN_Y", "ORIGIN_Z", "DIRECTION_X", "DIRECTION_Y", "DIRECTION_Z", "T_MAX")
 
 # What the pass `surface` finds at a hit: the point moved back onto its primitive, the geometric normal turned
@@ -268,10 +296,10 @@ class Rays:
 
 
 def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) -> str:
-    """The C side of this table: constants, structs, and the world as kernel parameters.
+    """The C side of this table: constants, structs, and groups of kernel parameters.
 
-    `WORLD_PARAMETERS` is the list of the world's buffers in a kernel's signature, `World` the struct of these
-    pointers that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
+    Of each group, such as the world's buffers: `WORLD_PARAMETERS` is the list of them in a signature, `World`
+    the struct that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
     """
     rays = rays or Rays()
     constants: dict[str, int] = {
@@ -293,11 +321,31 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
     for fields in (RAY_FIELDS, SURFACE_FIELDS + TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
+    out.append("#define PRIMITIVE_KINDS(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in KINDS))
     floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
     out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
     out += [_c_struct(name, rays.bands) for name in RECORDS]
-    pointers = [f"__global const {kind} *{name}" for name, kind in WORLD.items()]
-    out.append("typedef struct {\n" + "".join(f"    {pointer};\n" for pointer in pointers) + "} World;\n")
-    out.append("#define WORLD_PARAMETERS " + ", ".join(pointers))
-    out.append("#define WORLD_OF_PARAMETERS {" + ", ".join(WORLD) + "}")
-    return "\n".join(out) + "\n"
+    world = {name: f"const {kind} *{name}" for name, kind in WORLD.items()}
+    groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Lit": LIT, "Feelers": FEELERS, "Child": CHILD}
+    out += [_c_group(name, list(group.values())) for name, group in groups.items()]
+    return "\n".join(out)
+
+
+def _c_group(name: str, parameters: list[str]) -> str:
+    parameters = [_c_type(text) + _c_name(text) for text in parameters]
+    start = f"#define {name.upper()}"
+    return (
+        "typedef struct {\n" + "".join(f"    {parameter};\n" for parameter in parameters) + f"}} {name};\n"
+        f"{start}_PARAMETERS {', '.join(parameters)}\n"
+        f"{start}_OF_PARAMETERS {{{', '.join(map(_c_name, parameters))}}}\n"
+    )
+
+
+def _c_name(parameter: str) -> str:
+    return re.split(r"[ *]", parameter)[-1]
+
+
+def _c_type(text: str) -> str:
+    """The type of a parameter `type name`, so that a name can follow."""
+    kind, star, _ = text.partition("*")
+    return f"__global {kind}*" if star else kind.split()[0] + " "

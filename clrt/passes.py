@@ -11,6 +11,7 @@ import numpy as np
 
 from clrt import layout
 from clrt.device import Device
+from clrt.parameters import element
 from clrt.queues import (
     AMBIENT,
     CAMERA,
@@ -37,19 +38,9 @@ _SPAWNING = {
 def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> tuple[Queue, Any]:
     """Camera rays of a tile: `samples` a pixel number. Also a buffer with the work-group size it ran with."""
     queue = new_queue(device, CAMERA, len(pixels) * samples)
-    local_size = device.buffer(4)
-    device.launch_packets(
-        "generate",
-        queue.n,
-        camera,
-        device.upload(pixels, wait=False),
-        np.uint32(queue.n),
-        queue.rays,
-        queue.pixel_of,
-        queue.path,
-        queue.weight,
-        local_size,
-    )
+    local_size = device.buffer(4, "uint")
+    numbers = device.upload(pixels, wait=False)
+    device.launch_packets("generate", queue.n, camera, numbers, *queue.arguments, local_size)
     return queue, local_size
 
 
@@ -61,19 +52,8 @@ def adopt(
     Directions are normalised. Numbers stand for the pixels of camera rays: what looks random depends on them.
     """
     queue = new_queue(device, CAMERA, len(origins))
-    device.launch(
-        "adopt",
-        queue.n,
-        device.upload(origins, wait=False),
-        device.upload(directions, wait=False),
-        device.upload(t_max, wait=False),
-        device.upload(numbers, wait=False),
-        np.uint32(queue.n),
-        queue.rays,
-        queue.pixel_of,
-        queue.path,
-        queue.weight,
-    )
+    given = (device.upload(array, wait=False) for array in (origins, directions, t_max, numbers))
+    device.launch("adopt", queue.n, *given, *queue.arguments)
     return queue
 
 
@@ -85,20 +65,16 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
     """
     n, fields = queue.n, layout.surface_fields(device.media)
     hits = Hits(
-        device.buffer(4 * n),
-        device.buffer(4 * n),
-        device.buffer(block_bytes(n, fields, device.settings.lanes)),
-        device.buffer(4 * n),
+        device.buffer(4 * n, "float"),
+        device.buffer(4 * n, "int"),
+        device.buffer(block_bytes(n, fields, device.settings.lanes), "float"),
+        device.buffer(4 * n, "int"),
     )
-    found = (queue.rays, np.uint32(n), hits.t, hits.primitive)
-    device.launch_packets("closest", n, *world.arguments, *found)
-    met = (hits.surfaces, hits.code)
-    arguments = (*world.arguments, queue.rays, hits.t, hits.primitive, np.uint32(n), *met)
+    arguments = (*world.arguments, *queue.arguments, *hits.arguments)
+    device.launch_packets("closest", n, *arguments)
     device.launch_packets("surface", n, *arguments)
     if crossing and world.flat.media is not None:
-        lists = (queue.media, queue.weight, world.overflow)
-        narrow = device.for_queue(queue.narrow)
-        narrow.launch_packets("cross_boundaries", n, *world.arguments, *found, *met, *lists)
+        device.for_queue(queue.narrow).launch_packets("cross_boundaries", n, *arguments, world.overflow)
     return hits
 
 
@@ -107,27 +83,14 @@ def light(
 ) -> Lit:
     """Local light of every hit, and the count of what each will spawn."""
     kernels = device.for_queue(queue.narrow)
-    local = device.buffer(block_bytes(queue.n, kernels.rays.values, device.settings.lanes))
-    spawn = device.buffer(4 * queue.n)
-    kernels.launch_packets(
-        "light",
-        queue.n,
-        *world.arguments,
-        queue.rays,
-        hits.surfaces,
-        hits.code,
-        queue.path,
-        queue.weight,
-        np.uint32(queue.n),
-        np.uint32(queue.kind == AMBIENT),
-        np.uint32(last),
-        np.uint32(terms),
-        local,
-        spawn,
-    )
+    local = device.buffer(block_bytes(queue.n, kernels.rays.values, device.settings.lanes), "float")
+    spawn = device.buffer(4 * queue.n, "uint")
+    how = (np.uint32(queue.kind == AMBIENT), np.uint32(last), np.uint32(terms))
+    arguments = (*world.arguments, *queue.arguments, *hits.arguments, local, spawn, *how)
+    kernels.launch_packets("light", queue.n, *arguments)
     streams = len(layout.streams(device.rays.group))
-    offsets = device.buffer(4 * chunks(queue.n) * streams)
-    totals = device.buffer(8 * streams)
+    offsets = device.buffer(4 * chunks(queue.n) * streams, "uint")
+    totals = device.buffer(8 * streams, "ulong")
     sizes = (np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks(queue.n)))
     device.launch("count", chunks(queue.n), spawn, *sizes, offsets)
     device.launch("offsets", 1, np.uint32(chunks(queue.n)), offsets, totals, local_size=1)
@@ -136,7 +99,7 @@ def light(
 
 def _first_places(device: Device, world: World, queue: Queue, lit: Lit, stream: str) -> Any:
     """Each ray's first place in a stream: a buffer of uint."""
-    first = device.buffer(4 * queue.n)
+    first = device.buffer(4 * queue.n, "uint")
     sizes = (np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks(queue.n)))
     device.launch("scan", chunks(queue.n), lit.spawn, *sizes, lit.offsets, np.uint32(_STREAM[stream]), first)
     return first
@@ -149,27 +112,15 @@ def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit) ->
     found = Feelers(
         n,
         _first_places(device, world, queue, lit, "FEELERS"),
-        device.buffer(4 * n),
-        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)),
-        device.buffer(4 * n),
-        device.buffer(block_bytes(n if world.tinted else 0, kernels.rays.values, lanes)),
+        device.buffer(4 * n, "uint"),
+        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes), "float"),
+        device.buffer(4 * n, "uint"),
+        device.buffer(block_bytes(n if world.tinted else 0, kernels.rays.values, lanes), "float"),
         world.tinted,
     )
     if n:
-        kernels.launch_packets(
-            "feelers",
-            queue.n,
-            *world.arguments,
-            hits.surfaces,
-            hits.code,
-            queue.weight,
-            lit.spawn,
-            found.first,
-            np.uint32(queue.n),
-            found.owner,
-            found.rays,
-            found.filter,
-        )
+        groups = (*queue.arguments, *hits.arguments, *lit.arguments, *found.arguments)
+        kernels.launch_packets("feelers", queue.n, *world.arguments, *groups)
         arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
         if world.tinted:
             kernels.launch_packets("occluded_tinted", n, *arguments, found.filter)
@@ -189,37 +140,21 @@ def illuminate(
 ) -> None:
     """Add what comes from the lights that the feelers have reached to the local light. To be done once."""
     if feelers.n:
-        device.for_queue(queue.narrow).launch_packets(
-            "illuminate",
-            queue.n,
-            *world.arguments,
-            queue.rays,
-            hits.surfaces,
-            hits.code,
-            queue.weight,
-            feelers.first,
-            feelers.seen,
-            feelers.filter,
-            np.uint32(queue.n),
-            np.uint32(terms),
-            lit.local,
-            lit.spawn,
-        )
+        groups = (*queue.arguments, *hits.arguments, *lit.arguments, *feelers.arguments)
+        kernels = device.for_queue(queue.narrow)
+        kernels.launch_packets("illuminate", queue.n, *world.arguments, *groups, np.uint32(terms))
 
 
 def any_hit(device: Device, world: World, queue: Queue) -> Any:
     """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
-    seen = device.buffer(4 * queue.n)
-    device.launch_packets(
-        "occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen
-    )
+    seen = device.buffer(4 * queue.n, "uint")
+    device.launch_packets("occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen)
     return seen
 
 
 def next_hit(device: Device, world: World, queue: Queue, hits: Hits) -> None:
     """Every ray's next hit, in the order of (t, primitive), in place of the one in `hits`; misses stay."""
-    found = (queue.rays, np.uint32(queue.n), hits.t, hits.primitive)
-    device.launch("next_hit", queue.n, *world.arguments, *found)
+    device.launch("next_hit", queue.n, *world.arguments, *queue.arguments, *hits.arguments)
 
 
 def gather(
@@ -233,20 +168,9 @@ def gather(
     path_value: int = 0,
 ) -> None:
     """Add what the rays bring to their pixels; only rays with path & path_mask == path_value."""
-    device.for_queue(queue.narrow).launch(
-        "gather",
-        queue.n,
-        queue.pixel_of,
-        queue.path,
-        np.uint32(queue.n),
-        lit.local,
-        lit.spawn,
-        np.uint32(path_mask),
-        np.uint32(path_value),
-        np.uint32(plane),
-        np.uint32(pixels),
-        film,
-    )
+    where = (np.uint32(path_mask), np.uint32(path_value), np.uint32(plane), np.uint32(pixels))
+    kernels = device.for_queue(queue.narrow)
+    kernels.launch("gather", queue.n, *queue.arguments, *lit.arguments, *where, film)
 
 
 def _sources(
@@ -285,7 +209,6 @@ def spawn(
     firsts = [_first_places(device, world, queue, lit, stream) for _, stream, queue, _, lit in sources]
     total = sum(lit.totals[stream] for _, stream, _, _, lit in sources)
     child = new_queue(device.for_queue(narrow), kind, total)
-    written = (child.rays, child.pixel_of, child.path, child.weight, child.media)
     for i, (kernel, stream, queue, hits, lit) in enumerate(sources):
         slots = firsts[i] if len(sources) == 1 else _first_places(device, world, queue, lit, stream)
         for j, (_, other_stream, other, _, other_lit) in enumerate(sources):
@@ -293,13 +216,10 @@ def spawn(
                 sizes = (np.uint32(other_lit.totals[other_stream]), np.uint32(j < i))
                 numbers = (other.pixel_of, firsts[j], np.uint32(other.n), *sizes)
                 device.launch("rank", chunks(queue.n), queue.pixel_of, np.uint32(queue.n), *numbers, slots)
-        words = (queue.pixel_of, queue.path, queue.weight, lit.spawn, slots, queue.media)
-        read = (hits.surfaces, hits.code, *words)
-        n, kernels = np.uint32(queue.n), device.for_queue(queue.narrow)
-        if kind == AMBIENT:
-            kernels.launch(kernel, queue.n, *world.arguments, *read, n, np.uint32(generation), *written)
-        else:
-            kernels.launch_packets(kernel, queue.n, *world.arguments, queue.rays, *read, n, *written)
+        groups = (*queue.arguments, *hits.arguments, *lit.arguments, slots, *child.written)
+        kernels = device.for_queue(queue.narrow)
+        launch = kernels.launch if kind == AMBIENT else kernels.launch_packets
+        launch(kernel, queue.n, *world.arguments, *groups, np.uint32(generation))
     return child
 
 
@@ -314,16 +234,7 @@ def geometry(device: Device, world: World, queue: Queue, hits: Hits, samples: in
         "primitive": np.empty(n, np.int32),
         "shape": np.empty(n, np.int32),
     }
-    buffers = {name: device.buffer(array.nbytes) for name, array in out.items()}
-    device.launch(
-        "geometry",
-        n,
-        *world.arguments,
-        queue.rays,
-        hits.t,
-        hits.primitive,
-        np.uint32(n),
-        np.uint32(samples),
-        *buffers.values(),
-    )
+    buffers = {name: device.buffer(array.nbytes, element(array.dtype)) for name, array in out.items()}
+    groups = (*world.arguments, *queue.arguments, *hits.arguments)
+    device.launch("geometry", n, *groups, np.uint32(samples), *buffers.values())
     return {name: device.read(buffers[name], array) for name, array in out.items()}

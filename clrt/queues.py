@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Final
+from operator import attrgetter
+from typing import Any, ClassVar, Final
 
 import numpy as np
 
@@ -19,8 +20,19 @@ AMBIENT: Final = "ambient"
 _WORDS: Final = 2 + 3 + 1 + 4  # of a ray: pixel and path; hit and code; spawn; places in four streams
 
 
+class _Parameters:
+    """What kernels take as one of the groups of parameters in `clrt.layout`."""
+
+    _fields: ClassVar[attrgetter[tuple[Any, ...]]]
+
+    @cached_property
+    def arguments(self) -> tuple[Any, ...]:
+        """What the group's kernel parameters take, in their order."""
+        return type(self)._fields(self)
+
+
 @dataclass(frozen=True)
-class Queue:
+class Queue(_Parameters):
     """Rays of one kind and generation, in the order of their pixels."""
 
     kind: str
@@ -31,6 +43,18 @@ class Queue:
     weight: Any  # blocks of layout.Rays.values
     media: Any  # blocks of layout.MEDIA numbers of materials, where rays carry them
     device: Device  # whose kernels know what these rays carry
+
+    _fields = attrgetter(*layout.CHILD)
+
+    @property
+    def written(self) -> tuple[Any, ...]:
+        """What CHILD_PARAMETERS take."""
+        return Queue._fields(self)
+
+    @cached_property
+    def arguments(self) -> tuple[Any, ...]:
+        """What QUEUE_PARAMETERS take."""
+        return (*self.written, np.uint32(self.n))
 
     @property
     def narrow(self) -> bool:
@@ -70,11 +94,12 @@ class Queue:
 
 
 @dataclass(frozen=True)
-class Hits:
+class Hits(_Parameters):
     t: Any  # float
     primitive: Any  # int, -1 on a miss
     surfaces: Any  # blocks of layout.surface_fields
     code: Any  # int: layout.SURFACE and the material, -1 on a miss
+    _fields = attrgetter(*layout.HITS)
 
     def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
         """Distances, primitives and surfaces; with lists of media also what crossing boundaries changed."""
@@ -96,13 +121,14 @@ class Hits:
 
 
 @dataclass(frozen=True)
-class Lit:
+class Lit(_Parameters):
     """What the pass `light` found for a queue."""
 
     local: Any  # blocks of one value a band: radiance that needs no further ray
     spawn: Any  # uint: layout.SPAWN
     offsets: Any  # uint: for each stream, the first place of each chunk's rays in it
     counted: Answer  # uint64: the items of each stream
+    _fields = attrgetter(*layout.LIT)
 
     @cached_property
     def totals(self) -> dict[str, int]:
@@ -117,7 +143,7 @@ class Lit:
 
 
 @dataclass(frozen=True)
-class Feelers:
+class Feelers(_Parameters):
     """Shadow feelers of a queue: packet after packet of its rays, in each light after light."""
 
     n: int
@@ -127,6 +153,7 @@ class Feelers:
     seen: Any  # uint: 1 where nothing blocks the light
     filter: Any  # where shadows are tinted, blocks of layout.Rays.values: what comes through of each band
     tinted: bool
+    _fields = attrgetter(*layout.FEELERS)
 
     def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
         """The feelers: `owner` is the number of each one's ray."""
@@ -181,13 +208,14 @@ def feeler_bytes(n: int, rays: layout.Rays, lanes: int, tinted: bool) -> int:
 def new_queue(device: Device, kind: str, n: int) -> Queue:
     """Memory for rays of what the device's kernels know rays to carry."""
     lanes = device.settings.lanes
+    media = device.buffer(block_bytes(n, device.media, lanes), "int") if device.media else None
     return Queue(
         kind,
         n,
-        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes)),
-        device.buffer(4 * n),
-        device.buffer(4 * n),
-        device.buffer(block_bytes(n, device.rays.values, lanes)),
-        device.buffer(block_bytes(n, device.media, lanes)) if device.media else None,
+        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes), "float"),
+        device.buffer(4 * n, "uint"),
+        device.buffer(4 * n, "uint"),
+        device.buffer(block_bytes(n, device.rays.values, lanes), "float"),
+        media,
         device,
     )

@@ -22,29 +22,32 @@ KERNEL_FILES: Final = (
     "tree.cl",
     "crossings.cl",
 )
-_INCLUDE = re.compile(r'^#include "([\w.]+)"$')
+_ONCE: Final = "#pragma once"
+_INCLUDE: Final = re.compile(r'^#include "([\w.]+)"$')
 
 
 def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
-    """One source of all files: each include in place, once, with #line so that messages name file and line.
+    """One source of all files: each include in place, with #line so that messages name file and line.
 
+    A file that says `#pragma once` stands there once; what is written for any number of lanes, at each width.
     (Real -I paths break on folders with a space in their name.)
     """
     seen: set[str] = set()
     out: list[str] = []
 
     def add(name: str) -> None:
+        lines = kernel_text(folder / name).splitlines()
+        if name in seen and _ONCE in lines:
+            return
         seen.add(name)
         out.append(f'#line 1 "{name}"')
-        for number, line in enumerate(kernel_text(folder / name).splitlines(), 1):
+        for number, line in enumerate(lines, 1):
             match = _INCLUDE.match(line)
-            if not match:
-                out.append(line)
-            elif match.group(1) not in seen:
+            if match:
                 add(match.group(1))
                 out.append(f'#line {number + 1} "{name}"')
             else:
-                out.append("")
+                out.append("" if line == _ONCE else line)
 
     for name in files:
         add(name)

@@ -27,7 +27,9 @@ class World:
         self.overflow = device.upload(np.zeros(1, np.uint32))  # 1 once a list of media was too short
         made = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
         buffers: dict[str, Any] = {
-            name: device.upload(getattr(flat, name)) for name in layout.WORLD if name not in made
+            name: device.upload(getattr(flat, name), kind=kind)
+            for name, kind in layout.WORLD.items()
+            if name not in made
         }
         buffers |= _build_tree(device, flat, buffers)
         info = flat.scene.copy()
@@ -47,7 +49,8 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
         for name in ("nodes", "triangle_blocks", "sphere_blocks")
     }
     if n == 0:
-        return {"count": 0, "order": device.buffer(32)} | {name: device.buffer(size[name]) for name in size}
+        empty = {name: device.buffer(nbytes, layout.WORLD[name]) for name, nbytes in size.items()}
+        return {"count": 0, "order": device.buffer(32, "int"), **empty}
     kinds = flat.primitives["kind"][flat.finite]
     block_kinds = np.full(n, layout.BLOCKS["BLOCK_OTHER"], np.uint8)
     block_kinds[kinds == layout.KINDS["TRIANGLE"]] = layout.BLOCKS["BLOCK_TRIANGLE"]
@@ -58,8 +61,8 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
         device.upload(flat.finite),
     )
     item = device.upload(np.arange(n, dtype=np.int32))
-    binary = device.buffer((2 * n + 2 * _SUBTREES) * layout.dtype("BuildNode").itemsize)
-    tasks, counts = device.buffer(16 * _SUBTREES), device.buffer(16)
+    binary = device.buffer((2 * n + 2 * _SUBTREES) * layout.dtype("BuildNode").itemsize, "BuildNode")
+    tasks, counts = device.buffer(16 * _SUBTREES, "int4"), device.buffer(16, "int")
     device.launch(
         "split_top",
         1,
@@ -76,21 +79,21 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
     )
     device.launch("build_subtree", _SUBTREES, boxes, kind_buffer, tasks, counts, item, binary, local_size=1)
 
-    nodes, leaves = device.buffer(n * size["nodes"]), device.buffer(3 * (n + 1) * 8)
+    nodes, leaves = device.buffer(n * size["nodes"], "WideNode"), device.buffer(3 * (n + 1) * 8, "int2")
     hugepages.ask(device.queue, nodes, n * size["nodes"])
     device.launch("collapse", 1, binary, nodes, np.int32(n + 1), leaves, counts, local_size=1)
     used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
-    out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32)}
+    out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32, "int")}
     host_leaves = device.read(leaves, np.empty((3, n + 1, 2), np.int32))
     for kind, (name, packer, source) in enumerate(
         (("triangle_blocks", "pack_triangles", "triangles"), ("sphere_blocks", "pack_spheres", "spheres"))
     ):
-        out[name] = device.buffer(max(blocks[kind], 1) * size[name])
+        out[name] = device.buffer(max(blocks[kind], 1) * size[name], layout.WORLD[name])
         hugepages.ask(device.queue, out[name], blocks[kind] * size[name])
         device.launch(
             packer,
             blocks[kind],
-            device.upload(host_leaves[kind]),
+            device.upload(host_leaves[kind], kind="int2"),
             np.int32(blocks[kind]),
             item,
             finite,
@@ -101,7 +104,7 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
     device.launch(
         "pack_others",
         blocks[2],
-        device.upload(host_leaves[2]),
+        device.upload(host_leaves[2], kind="int2"),
         np.int32(blocks[2]),
         item,
         finite,

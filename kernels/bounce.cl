@@ -3,30 +3,21 @@
 //
 // `slot` is each parent's place in the queue of children; it was counted before, so a queue is exactly as long
 // as what is written to it, and the children of a pixel stand together in the order of their parents.
-#include "hash.clh"
+#include "children.clh"
 #include "bounce.clh"
-#include "media.clh"
 
-// the parents' words, and the queue that receives the children
-typedef struct {
-    __global const uint *pixel_of;
-    __global const uint *path;
-    __global const int *spawn;
-    __global const uint *slot;
-    __global const int *media;
-    __global float *rays;
-    __global uint *pixel;
-    __global uint *path_of;
-    __global float *weight;
-    __global int *child_media;
-} Family;
-
-// Writes the children of the lanes that spawn one: `child` is the number that makes their key, `route` the kind
-// of bounce for rays that have had none.
-inline void store_children(const World world, const Family f, __global const int *surface_code, uint first, uint n,
-                           int spawn_bit, uint child, uint route, Vec origin, Vec direction,
-                           __global const float *weights, const floatP *weight)
+// the flags of a child by a bounce: `route` is its kind for rays that have had none
+inline uint routed(uint path, uint route)
 {
+    const uint flags = path & PATH_FLAGS;
+    return flags & PATH_ROUTE ? flags : flags | route;
+}
+
+// Writes the children of the lanes that spawn one by this bounce.
+inline void store_children(const World world, const Family f, uint first, bool reflecting, VecP origin, VecP direction,
+                           const floatP *weight)
+{
+    const uint spawn_bit = reflecting ? SPAWN_REFLECTION : SPAWN_TRANSMISSION;
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET];
     const float *w = (const float *)weight;  // a band after the other, PACKET rays each
     *(floatP *)ox = origin.x;
@@ -35,38 +26,31 @@ inline void store_children(const World world, const Family f, __global const int
     *(floatP *)dx = direction.x;
     *(floatP *)dy = direction.y;
     *(floatP *)dz = direction.z;
-    for (uint k = 0; k < PACKET && first + k < n; k++) {
-        const uint i = first + k;
-        if (!(f.spawn[i] & spawn_bit)) continue;
-        const uint at = f.slot[i], flags = f.path[i] & PATH_FLAGS;
-        store_ray(f.rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), INFINITY);
-        f.pixel[at] = f.pixel_of[i];
-        f.path_of[at] = child_path(f.path[i], child, flags & PATH_ROUTE ? flags : flags | route);
-        __global float *into = f.weight + in_block(at, 0, VALUES);
+    for (uint k = 0; k < PACKET && first + k < f.queue.n; k++) {
+        const uint i = first + k, at = f.slot[i];
+        if (!(f.lit.spawn[i] & spawn_bit)) continue;
+        store_child(world, f, i, at, reflecting ? CHILD_REFLECTION : CHILD_TRANSMISSION,
+                    routed(f.queue.path[i], reflecting ? 1 : 2), vec(ox[k], oy[k], oz[k]), vec(dx[k], dy[k], dz[k]));
+        __global float *into = f.child.child_weights + in_block(at, 0, VALUES);
         ONE_BY_ONE
         for (int b = 0; b < RAY_BANDS; b++) into[b * LANES] = w[b * PACKET + k];
 #if NARROW
-        f.weight[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, i));
-#endif
-#if MEDIA
-        hand_on_media(world, f.media, i, surface_code[i], child == CHILD_TRANSMISSION, f.child_media, at);
+        f.child.child_weights[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(f.queue.weights, i));
 #endif
     }
 }
 
 // `reflecting`: reflection rays, else transmission rays
-inline void bounce_packet(const World world, __global const float *rays, __global const float *surfaces,
-                          __global const int *surface_code, __global const float *weights, const Family f,
-                          uint n, bool reflecting)
+inline void bounce_packet(const World world, const Family f, bool reflecting)
 {
-    const uint first = get_global_id(0) * PACKET;
+    const uint first = get_global_id(0) * PACKET, n = f.queue.n;
     if (first >= n) return;
     const int spawn_bit = reflecting ? SPAWN_REFLECTION : SPAWN_TRANSMISSION;
-    intP todo = (load_word(f.spawn, first, n) & spawn_bit) != 0, mine;
+    intP todo = (load_word(f.lit.spawn, first, n) & spawn_bit) != 0, mine;
     if (!any_of(todo)) return;
-    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS);
-    Vec direction = u;
+    const Surfaces s = load_surfaces(f.hits.surfaces, f.hits.surface_code, f.queue.weights, first, n);
+    const VecP u = load_vec(f.queue.rays, first, n, DIRECTION_X, RAY_FIELDS);
+    VecP direction = u;
     floatP weight[RAY_BANDS];
     for (int b = 0; b < RAY_BANDS; b++) weight[b] = (floatP)(0.0f);
     while (any_of(todo)) {
@@ -77,62 +61,42 @@ inline void bounce_packet(const World world, __global const float *rays, __globa
             direction = choose(direction, bounce.transmitted, mine);
             for (int b = from; b < min(from + together, RAY_BANDS); b++) {
                 const floatP share = reflecting ? reflects(s, material, bounce, b) : transmits(s, material, bounce, b);
-                weight[b] = select(weight[b], load_field(weights, first, n, b, VALUES) * share, mine);
+                weight[b] = select(weight[b], load_field(f.queue.weights, first, n, b, VALUES) * share, mine);
             }
         }
     }
-    if (reflecting)
-        store_children(world, f, surface_code, first, n, spawn_bit, CHILD_REFLECTION, 1, leaves(s, s.n),
-                       reflected(s, u), weights, weight);
-    else
-        store_children(world, f, surface_code, first, n, spawn_bit, CHILD_TRANSMISSION, 2, leaves(s, minus(s.n)),
-                       direction, weights, weight);
+    if (reflecting) store_children(world, f, first, true, leaves(s, s.n), reflected(s, u), weight);
+    else store_children(world, f, first, false, leaves(s, minus(s.n)), direction, weight);
 }
 
-__kernel void reflect(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
-                      __global const int *surface_code, __global const uint *pixel_of,
-                      __global const uint *path, __global const float *weights,
-                      __global const int *spawn, __global const uint *slot, __global const int *media, uint n,
-                      __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
-                      __global float *child_weight, __global int *child_media)
+__kernel void reflect(SPAWN_PARAMETERS)
 {
     const World world = WORLD_OF_PARAMETERS;
-    const Family f = {pixel_of, path, spawn, slot, media,
-                      child_rays, child_pixel, child_path_of, child_weight, child_media};
-    bounce_packet(world, rays, surfaces, surface_code, weights, f, n, true);
+    const Family family = FAMILY_OF_PARAMETERS;
+    bounce_packet(world, family, true);
 }
 
-__kernel void transmit(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
-                       __global const int *surface_code, __global const uint *pixel_of,
-                       __global const uint *path, __global const float *weights,
-                       __global const int *spawn, __global const uint *slot, __global const int *media, uint n,
-                       __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
-                       __global float *child_weight, __global int *child_media)
+__kernel void transmit(SPAWN_PARAMETERS)
 {
     const World world = WORLD_OF_PARAMETERS;
-    const Family f = {pixel_of, path, spawn, slot, media,
-                      child_rays, child_pixel, child_path_of, child_weight, child_media};
-    bounce_packet(world, rays, surfaces, surface_code, weights, f, n, false);
+    const Family family = FAMILY_OF_PARAMETERS;
+    bounce_packet(world, family, false);
 }
 
 #if GROUP && !NARROW
 
 // One ray a group of bands, in the order of the groups, where the index on either side is a curve (docs/model.md,
 // "Media"). The children carry one group, and its first band: GROUP + 1 values.
-__kernel void disperse(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
-                       __global const int *surface_code, __global const uint *pixel_of,
-                       __global const uint *path, __global const float *weights,
-                       __global const int *spawn, __global const int *slot, __global const int *media, uint n,
-                       __global float *child_rays, __global uint *child_pixel, __global uint *child_path_of,
-                       __global float *child_weight, __global int *child_media)
+__kernel void disperse(SPAWN_PARAMETERS)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
     intP todo = (load_word(spawn, first, n) & SPAWN_GROUPS) != 0, mine;
     if (!any_of(todo)) return;
     const World world = WORLD_OF_PARAMETERS;
+    const Family family = FAMILY_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = leaves(s, minus(s.n));
+    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = leaves(s, minus(s.n));
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[GROUP][PACKET];
     int place[PACKET], launched[PACKET];
     floatP weight[BANDS];
@@ -155,15 +119,11 @@ __kernel void disperse(WORLD_PARAMETERS, __global const float *rays, __global co
                                                 : (floatP)(0.0f);
             for (uint k = 0; k < PACKET && first + k < n; k++) {
                 if (!launched[k]) continue;
-                const uint i = first + k, at = place[k]++, flags = path[i] & PATH_FLAGS;
-                store_ray(child_rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), INFINITY);
-                child_pixel[at] = pixel_of[i];
-                child_path_of[at] = child_path(path[i], CHILD_TRANSMISSION, flags & PATH_ROUTE ? flags : flags | 2);
-                for (int b = 0; b < GROUP; b++) child_weight[in_block(at, b, GROUP + 1)] = w[b][k];
-                child_weight[in_block(at, GROUP, GROUP + 1)] = as_float(from);
-#if MEDIA
-                hand_on_media(world, media, i, surface_code[i], true, child_media, at);
-#endif
+                const uint i = first + k, at = place[k]++;
+                store_child(world, family, i, at, CHILD_TRANSMISSION, routed(path[i], 2), vec(ox[k], oy[k], oz[k]),
+                            vec(dx[k], dy[k], dz[k]));
+                for (int b = 0; b < GROUP; b++) child_weights[in_block(at, b, GROUP + 1)] = w[b][k];
+                child_weights[in_block(at, GROUP, GROUP + 1)] = as_float(from);
             }
         }
     }

@@ -6,7 +6,7 @@
 // (`settled`). The others go one after the other.
 //
 // `overflow` becomes 1 where a list would have needed more places; the host then refuses the picture.
-#include "surface.clh"
+#include "intersect.clh"
 #include "surfaces.clh"
 #include "media.clh"
 
@@ -63,7 +63,7 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
         const Hit hit = nearest_hit(world, ray, hit_t[i], hit_primitive[i], false);
         hit_t[i] = hit.t;
         hit_primitive[i] = hit.primitive;
-        store_surface(world, ray, hit, i, surfaces, surface_code);
+        store_surface(world, ray, hit.primitive, hit.t, i, i + 1, surfaces, surface_code);
     }
     surfaces[in_block(i, TOP_BEFORE, SURFACE_FIELDS)] = as_float(before);
     surfaces[in_block(i, TOP_AFTER, SURFACE_FIELDS)] = as_float(after);
@@ -99,9 +99,8 @@ INLINED intP settled(const World world, intP code, intP top, intP several, intP 
     return done;
 }
 
-__kernel void cross_boundaries(WORLD_PARAMETERS, __global const float *rays, uint n, __global float *hit_t,
-                               __global int *hit_primitive, __global float *surfaces, __global int *surface_code,
-                               __global int *media, __global float *weights, __global uint *overflow)
+__kernel void cross_boundaries(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS,
+                               __global uint *overflow)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;

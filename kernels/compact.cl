@@ -29,7 +29,7 @@ __kernel void count(__global const uint *spawn, uint n, uint ambient_samples, ui
     const uint end = min((chunk + 1) * CHUNK, n);
     for (uint first = chunk * CHUNK; first < end; first += PACKET) {
         const intP there = counting_from(first) < (uintP)(end);
-        const uintP words = as_uintP(load_word((__global const int *)spawn, first, n) & there);
+        const uintP words = as_uintP(load_word(spawn, first, n) & there);
         total[STREAM_FEELERS] += words & SPAWN_FEELERS;
         total[STREAM_REFLECTION] -= as_uintP((words & SPAWN_REFLECTION) != 0u);
         total[STREAM_TRANSMISSION] -= as_uintP((words & SPAWN_TRANSMISSION) != 0u);

@@ -3,8 +3,7 @@
 // lie, because nothing is moved and no distance is added; the price is a walk from the root for every hit.
 #include "intersect.clh"
 
-__kernel void next_hit(WORLD_PARAMETERS, __global const float *rays, uint n,
-                       __global float *hit_t, __global int *hit_primitive)
+__kernel void next_hit(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS)
 {
     const uint i = get_global_id(0);
     if (i >= n || hit_primitive[i] < 0) return;

@@ -3,11 +3,10 @@
 // A pixel's rays stand together in a queue. The work-item of the first of them adds them all up, in order, and
 // then adds the sum to the film: one writer a pixel, no atomics, one result. Layers are further planes of the
 // film, for which only rays whose path word matches are added.
-#include "surface.clh"
+#include "lanes.clh"
 
-__kernel void gather(__global const uint *pixel_of, __global const uint *path, uint n,
-                     __global const float *local_radiance, __global const uint *spawn, uint path_mask,
-                     uint path_value, uint plane, uint pixels, __global float *film)
+__kernel void gather(QUEUE_PARAMETERS, LIT_PARAMETERS, uint path_mask, uint path_value, uint plane, uint pixels,
+                     __global float *film)
 {
     const uint start = get_global_id(0);
     if (start >= n) return;
@@ -61,41 +60,26 @@ __kernel void develop(__global const float *film, uint n, __global const float *
 
 // What the first of every `samples` rays hit: distance, point, outward normal, barycentric weights, primitive and
 // shape. The layers of geometry, and the answer to a ray query.
-__kernel void geometry(WORLD_PARAMETERS, __global const float *rays, __global const float *hit_t,
-                       __global const int *hit_primitive, uint n, uint samples,
+__kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, uint samples,
                        __global float *distance, __global float *position, __global float *normal,
                        __global float *uv, __global int *primitive, __global int *shape)
 {
     const uint i = get_global_id(0);
-    if (i >= n) return;
+    if (i >= n / samples) return;
     const World world = WORLD_OF_PARAMETERS;
     const uint ray_number = i * samples;
-    const Hit hit = {hit_t[ray_number], hit_primitive[ray_number]};
-    float3 p = (float3)(0.0f, 0.0f, 0.0f), outward = p;
-    float u = 0.0f, v = 0.0f;
-    primitive[i] = hit.primitive;
-    shape[i] = -1;
-    distance[i] = INFINITY;
-    if (hit.primitive >= 0) {
-        const Ray ray = load_ray(rays, ray_number);
-        const Surface s = surface_at(world, ray, hit);
-        const Primitive hit_record = world.primitives[hit.primitive];
-        if (hit_record.kind == TRIANGLE) {
-            const TriangleHit at = triangle_hit(world.triangles[hit_record.index], ray, frame_of(ray.direction));
-            u = at.u;
-            v = at.v;
-        }
-        p = s.point;
-        outward = s.outward;
-        shape[i] = hit_record.shape;
-        distance[i] = hit.t;
-    }
-    position[3 * i] = p.x;
-    position[3 * i + 1] = p.y;
-    position[3 * i + 2] = p.z;
-    normal[3 * i] = outward.x;
-    normal[3 * i + 1] = outward.y;
-    normal[3 * i + 2] = outward.z;
-    uv[2 * i] = u;
-    uv[2 * i + 1] = v;
+    const int number = hit_primitive[ray_number], hit = number >= 0;
+    int material;
+    const Local at = surface_at(world, load_ray(rays, ray_number), hit, number, hit_t[ray_number], &material);
+    primitive[i] = number;
+    shape[i] = hit ? world.primitives[number].shape : -1;
+    distance[i] = hit ? hit_t[ray_number] : INFINITY;
+    position[3 * i] = at.point.x;
+    position[3 * i + 1] = at.point.y;
+    position[3 * i + 2] = at.point.z;
+    normal[3 * i] = at.outward.x;
+    normal[3 * i + 1] = at.outward.y;
+    normal[3 * i + 2] = at.outward.z;
+    uv[2 * i] = at.u;
+    uv[2 * i + 1] = at.v;
 }

@@ -3,22 +3,20 @@
 // A tile is a list of pixel numbers; ray i is sample i % (grid*grid) of the tile's pixel i / (grid*grid). The ray
 // remembers the pixel's place in the tile, not in the picture, so that the film of a tile is dense. One work-item
 // a packet.
-#include "hash.clh"
 #include "lanes.clh"
 
 // pixel numbers at the places; rays with a pixel each have their places in order
 inline uintP pixels_at(__global const uint *pixels, uintP place, uint samples, uint first, uint n)
 {
-    if (samples == 1) return as_uintP(load_word((__global const int *)pixels, first, n));
+    if (samples == 1) return as_uintP(load_word(pixels, first, n));
     uint lane[PACKET];
     *(uintP *)lane = place;
     for (uint k = 0; k < PACKET; k++) lane[k] = pixels[min(lane[k], (n - 1) / samples)];
     return *(uintP *)lane;
 }
 
-__kernel void generate(__global const Camera *cameras, __global const uint *pixels, uint n,
-                       __global float *rays, __global uint *pixel_of, __global uint *path,
-                       __global float *weight, __global uint *local_size)
+__kernel void generate(__global const Camera *cameras, __global const uint *pixels, QUEUE_PARAMETERS,
+                       __global uint *local_size)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first == 0) *local_size = get_local_size(0);
@@ -29,50 +27,48 @@ __kernel void generate(__global const Camera *cameras, __global const uint *pixe
     const uintP row = divided(sample, camera.grid), column = sample - row * camera.grid;
     const uintP pixel = pixels_at(pixels, place, samples, first, n);
     const uintP line = divided(pixel, camera.width), across_line = pixel - line * camera.width;
-    const uintP key = combineP(combineP((uintP)(camera.seed), pixel), sample);
+    const uintP key = combine(combine((uintP)(camera.seed), pixel), sample);
 
     floatP sub_x = (floatP)(0.5f), sub_y = (floatP)(0.5f);
     if (camera.jitter) {
-        sub_x = unit_intervalP(mix_bitsP(key + 1u));
-        sub_y = unit_intervalP(mix_bitsP(key + 2u));
+        sub_x = unit_interval(mix_bits(key + 1u));
+        sub_y = unit_interval(mix_bits(key + 2u));
     }
     const float grid = (float)camera.grid;
     const floatP x = convert_floatP(across_line) + camera.shift_x + (convert_floatP(column) + sub_x) / grid;
     const floatP y = convert_floatP(line) + camera.shift_y + (convert_floatP(row) + sub_y) / grid;
     const floatP across = (2.0f * x / (float)camera.width - 1.0f) * camera.half_width;
     const floatP above = (1.0f - 2.0f * y / (float)camera.height) * camera.half_height;
-    const Vec in_view = add(times(same(camera.right.xyz), across), times(same(camera.up.xyz), above));
+    const VecP in_view = add(times(same(camera.right), across), times(same(camera.up), above));
 
-    const Vec forward = same(camera.forward.xyz);
-    Vec origin = same(camera.origin.xyz), direction = forward;
+    const VecP forward = same(camera.forward);
+    VecP origin = same(camera.origin), direction = forward;
     if (camera.orthographic) {
         origin = add(add(origin, in_view), times(forward, (floatP)(camera.near)));
     } else {
-        direction = unitP(add(forward, in_view));
-        origin = add(origin, times(direction, camera.near / dotP(direction, forward)));
+        direction = unit3(add(forward, in_view));
+        origin = add(origin, times(direction, camera.near / dot3(direction, forward)));
     }
     store_vec(rays, first, n, ORIGIN_X, RAY_FIELDS, origin);
     store_vec(rays, first, n, DIRECTION_X, RAY_FIELDS, direction);
     store_field(rays, first, n, T_MAX, RAY_FIELDS, (floatP)(INFINITY));
     store_word((__global int *)pixel_of, first, n, as_intP(place));
     store_word((__global int *)path, first, n, as_intP(key & ~(uint)PATH_FLAGS));
-    for (int b = 0; b < RAY_BANDS; b++) store_field(weight, first, n, b, VALUES, (floatP)(1.0f));
+    for (int b = 0; b < RAY_BANDS; b++) store_field(weights, first, n, b, VALUES, (floatP)(1.0f));
 }
 
 // The same queue from rays that the caller brings: n x 3 origins and directions of any length, n values of t_max.
 // `numbers` are the rays' numbers among all that were asked for, so that a ray's key does not depend on which rays
 // are traced together.
 __kernel void adopt(__global const float *origins, __global const float *directions, __global const float *t_max,
-                    __global const uint *numbers, uint n, __global float *rays, __global uint *pixel_of,
-                    __global uint *path,
-                    __global float *weight)
+                    __global const uint *numbers, QUEUE_PARAMETERS)
 {
     const uint i = get_global_id(0);
     if (i >= n) return;
-    const float3 origin = (float3)(origins[3 * i], origins[3 * i + 1], origins[3 * i + 2]);
-    const float3 d = (float3)(directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]);
+    const Vec origin = vec(origins[3 * i], origins[3 * i + 1], origins[3 * i + 2]);
+    const Vec d = vec(directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]);
     store_ray(rays, i, origin, unit3(d), t_max[i]);
     pixel_of[i] = i;
     path[i] = combine(combine(0u, numbers[i]), 0u) & ~(uint)PATH_FLAGS;
-    for (int b = 0; b < RAY_BANDS; b++) weight[in_block(i, b, VALUES)] = 1.0f;
+    for (int b = 0; b < RAY_BANDS; b++) weights[in_block(i, b, VALUES)] = 1.0f;
 }

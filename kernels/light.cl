@@ -11,16 +11,14 @@
 // `local_radiance` receives weight * (emission + ambient), or the background; where it is not black: SPAWN_LOCAL says
 // so, without which it is not to be read. `spawn` receives the packed counts (layout.SPAWN). In the last generation
 // nothing is spawned: `depth_color` stands for it.
-__kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
-                    __global const int *surface_code, __global const int *path, __global const float *weights,
-                    uint n, uint ambient_queue, uint last, uint terms,
-                    __global float *local_radiance, __global int *spawn)
+__kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PARAMETERS,
+                    uint ambient_queue, uint last, uint terms)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS);
+    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS);
     const intP ungathered = (load_word(path, first, n) & PATH_GATHERED) == 0;
     floatP weight[RAY_BANDS], value[RAY_BANDS];
     for (int b = 0; b < RAY_BANDS; b++) weight[b] = load_field(weights, first, n, b, VALUES);
@@ -35,7 +33,7 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
     }
 
     intP found = select((intP)(SPAWN_HIT), (intP)(0), missed);
-    const Vec start = leaves(s, s.n);
+    const VecP start = leaves(s, s.n);
     intP todo = ~missed, mine;
     while (any_of(todo)) {
         __global const Material *material = next_material(world, s, &todo, &mine);
@@ -47,7 +45,7 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
         if (world.scene->ambient_samples > 0 && !last && terms & TERM_AMBIENT) {
             floatP most = (floatP)(0.0f);
             for (int b = 0; b < RAY_BANDS; b++)
-                most = largerP(weight[b] * (material->ka * colors(material, s, b)), most);
+                most = larger(weight[b] * (material->ka * colors(material, s, b)), most);
             gathers = ungathered & (most > 0.0f);
             found |= gathers & mine & SPAWN_AMBIENT;
         }
@@ -68,7 +66,7 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
         for (int from = 0; from < RAY_BANDS; from += together) {
             const int to = min(from + together, RAY_BANDS);
             const Bounce bounce = bounce_at(world, s, material, from, u);
-            for (int b = from; b < to; b++) most = largerP(weight[b] * reflects(s, material, bounce, b), most);
+            for (int b = from; b < to; b++) most = larger(weight[b] * reflects(s, material, bounce, b), most);
             transmitted = passes_on(world, s, material, bounce, weight, from, to);
             total_internal |= bounce.total_internal;
             groups += transmitted & SPAWN_GROUP;
@@ -100,14 +98,13 @@ __kernel void light(WORLD_PARAMETERS, __global const float *rays, __global const
 #if NARROW
     store_field(local_radiance, first, n, RAY_BANDS, VALUES, as_floatP(s.band));
 #endif
-    store_word(spawn, first, n, found);
+    store_word((__global int *)spawn, first, n, found);
 }
 
 // One ray to each light above the surface. The feelers of a packet stand light after light, so that neighbours in the
 // queue go the same way (with seven lights they are traced 2.5 times as fast); `owner` says which ray each belongs to.
-__kernel void feelers(WORLD_PARAMETERS, __global const float *surfaces, __global const int *surface_code,
-                      __global const float *weights, __global const int *spawn, __global const uint *first_feeler,
-                      uint n, __global uint *owner, __global float *feeler_rays, __global float *filter)
+__kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PARAMETERS,
+                      FEELERS_PARAMETERS)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
@@ -115,7 +112,7 @@ __kernel void feelers(WORLD_PARAMETERS, __global const float *surfaces, __global
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const Vec start = leaves(s, s.n);
+    const VecP start = leaves(s, s.n);
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], distance[PACKET];
     int launched[PACKET];
     *(floatP *)ox = start.x;
@@ -134,7 +131,7 @@ __kernel void feelers(WORLD_PARAMETERS, __global const float *surfaces, __global
         *(intP *)launched = launch;
         for (uint k = 0; k < lanes; k++) {
             if (!launched[k]) continue;
-            store_ray(feeler_rays, at, (float3)(ox[k], oy[k], oz[k]), (float3)(dx[k], dy[k], dz[k]), distance[k]);
+            store_ray(feeler_rays, at, vec(ox[k], oy[k], oz[k]), vec(dx[k], dy[k], dz[k]), distance[k]);
 #if NARROW
             if (world.scene->tinted) filter[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
 #endif
@@ -169,10 +166,8 @@ INLINED floatP filtered(__global const float *filter, const uint *place, intP wh
 
 // Adds what comes from the lights that the feelers have reached to `local_radiance`, light after light; SPAWN_LOCAL
 // then says that it is to be read.
-__kernel void illuminate(WORLD_PARAMETERS, __global const float *rays, __global const float *surfaces,
-                         __global const int *surface_code, __global const float *weights,
-                         __global const uint *first_feeler, __global const uint *seen, __global const float *filter,
-                         uint n, uint terms, __global float *local_radiance, __global int *spawn)
+__kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PARAMETERS,
+                         FEELERS_PARAMETERS, uint terms)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
@@ -180,7 +175,7 @@ __kernel void illuminate(WORLD_PARAMETERS, __global const float *rays, __global 
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const Vec u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = leaves(s, s.n);
+    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = leaves(s, s.n);
     const intP bright = (found & SPAWN_LOCAL) != 0;
     const bool any_bright = any_of(bright), tinted = world.scene->tinted;
     floatP value[RAY_BANDS], radiance[RAY_BANDS];
@@ -210,5 +205,5 @@ __kernel void illuminate(WORLD_PARAMETERS, __global const float *rays, __global 
     }
     if (!any_of(lighter)) return;
     for (int b = 0; b < RAY_BANDS; b++) store_field(local_radiance, first, n, b, VALUES, value[b]);
-    store_word(spawn, first, n, found | (lighter & SPAWN_LOCAL));
+    store_word((__global int *)spawn, first, n, found | (lighter & SPAWN_LOCAL));
 }

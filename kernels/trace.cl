@@ -4,8 +4,7 @@
 // crosses, in the order of (t, primitive), so that the product of their tints is the same on every device.
 #include "walk.clh"
 
-__kernel void closest(WORLD_PARAMETERS, __global const float *rays, uint n,
-                      __global float *hit_t, __global int *hit_primitive)
+__kernel void closest(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;

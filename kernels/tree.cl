@@ -25,11 +25,6 @@ inline float half_area(float4 low, float4 high)
 inline int lanes_for(uchar kind) { return kind == BLOCK_OTHER ? ALONE_COSTS : 1; }
 inline float blocks_of(int lanes) { return (float)((lanes + BLOCK - 1) / BLOCK); }
 
-inline int block_kind(int kind)
-{
-    return kind == TRIANGLE ? BLOCK_TRIANGLE : kind == SPHERE ? BLOCK_SPHERE : BLOCK_OTHER;
-}
-
 typedef struct {
     int axis, bin;  // items whose bin on `axis` is below `bin` go left; axis < 0: no split found
     float cost;

@@ -64,7 +64,7 @@ BUGS: dict[str, tuple[str, str, str, str]] = {
         "Invalid read",
     ),
     "a hit beside its place": (
-        "surface.cl",
+        "surface.clh",
         "store_word(surface_code, first, n,",
         "store_word(surface_code, first + 8, n + 8,",
         "Invalid write",

@@ -14,7 +14,7 @@ import clrt
 from clrt import inside, layout, scene
 from clrt.flatten import flatten
 from clrt.flatten_shapes import _ADD, Collected
-from clrt.resources import kernel_folder, validation_module
+from clrt.resources import validation_module
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
@@ -25,31 +25,6 @@ def test_every_kind_has_a_section_of_records():
     assert len(set(layout.SECTIONS.values())) == len(layout.KINDS)
     assert list(layout.KINDS.values()) == list(range(len(layout.KINDS)))
     assert all(layout.WORLD[section] in layout.RECORDS for section in layout.SECTIONS.values())
-
-
-def dispatchers(kinds: set[str]) -> dict[str, set[str]]:
-    """Kernel files that ask for most of the kinds, and the kinds that they ask for by name."""
-    found = {}
-    for file in sorted([*kernel_folder().glob("*.cl"), *kernel_folder().glob("*.clh")]):
-        text = re.sub(r"//.*", "", file.read_text())
-        named = {*re.findall(r"kind\s*==\s*(\w+)", text), *re.findall(r"case\s+(\w+)\s*:", text)} & kinds
-        if 2 * len(named) > len(kinds):
-            found[file.name] = named
-    return found
-
-
-def test_kernels_that_tell_kinds_apart_know_them_all():
-    """The last branch takes what is left: one kind may be left to it, and a second would be drawn wrongly."""
-    found = dispatchers(set(layout.KINDS))
-    assert len(found) >= 2, f"only {list(found)} ask for kinds: has their way of asking changed?"
-    for file, named in found.items():
-        left = set(layout.KINDS) - named
-        assert len(left) <= 1, f"kernels/{file} leaves {sorted(left)} to its last branch"
-
-
-def test_a_kind_that_kernels_do_not_know_is_noticed():
-    kinds = {*layout.KINDS, "PATCH"}
-    assert all(len(kinds - named) > 1 for named in dispatchers(kinds).values())
 
 
 @pytest.mark.parametrize("table", ["_ADD", "_INSIDE", "oracle64"])

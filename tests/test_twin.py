@@ -136,12 +136,12 @@ ULP = "1.0000001f"
 # other's places), a scene that shows it, and the pass that must be named.
 PLANTED = [
     ("generate.cl", "add(forward, in_view)", f"add(forward, times(in_view, {ULP}))", "spheres", "generate"),
-    ("quadric.clh", "float b = dot3(d, w);", f"float b = dot3(d, w) * {ULP};", "quadrics", "closest"),
-    ("local.clh", "*of_v1 = v / determinant", f"*of_v1 = v / determinant * {ULP}", "meshes", "surface"),
-    ("triangle.clh", "hit.u = v / determinant", f"hit.u = v / determinant * {ULP}", "meshes", "geometry"),
+    ("quadric.clh", "b = dot3(d, w),", f"b = dot3(d, w) * {ULP},", "quadrics", "closest"),
+    ("triangle.clh", "s.u = e.y / ", f"s.u = {ULP} * e.y / ", "meshes", "surface"),
+    ("film.cl", "uv[2 * i] = at.u", f"uv[2 * i] = at.u * {ULP}", "meshes", "geometry"),
     ("light.cl", "(emission + ambient), mine", f"(emission + ambient) * {ULP}, mine", "spheres", "light"),
-    ("light.clh", "material->ks * powerP(", f"{ULP} * material->ks * powerP(", "spheres", "illuminate"),
-    ("bounce.clh", "times(n, 2.0f * dotP(n, u))", "times(n, 2.0000002f * dotP(n, u))", "spheres", "reflect"),
+    ("light.clh", "material->ks * power(", f"{ULP} * material->ks * power(", "spheres", "illuminate"),
+    ("bounce.clh", "times(n, 2.0f * dot3(n, u))", "times(n, 2.0000002f * dot3(n, u))", "spheres", "reflect"),
     ("bounce.clh", "(s * s + p * p) * 0.5f", "(s * s + p * p) * 0.50000006f", "spheres", "reflect"),
     ("bounce.clh", "add(times(u, eta),", f"add(times(u, eta * {ULP}),", "spheres", "transmit"),
     ("ambient.cl", "slot[i] + k;", "slot[i] + samples - 1 - k;", "ambient samples", "gather_ambient"),
@@ -168,7 +168,7 @@ def test_a_planted_fault_is_named(fault: tuple[str, ...], patched: Path) -> None
 def test_the_first_value_that_differs_is_told_with_its_ray_and_both_numbers(patched: Path) -> None:
     """The fault strikes a single pixel, so all of the message is known."""
     source = (patched / "generate.cl").read_text()
-    text = "origin = add(origin, times(direction, camera.near / dotP(direction, forward)));"
+    text = "origin = add(origin, times(direction, camera.near / dot3(direction, forward)));"
     one = "as_intP(counting_from(first)) == 77"
     fault = f"{text} origin.y = select(origin.y, as_floatP(as_intP(origin.y) + 1), {one});"
     assert source.count(text) == 1, "the place of the planted fault has changed"

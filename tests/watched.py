@@ -25,10 +25,12 @@ programs: dict[str, cl.Program] = {}
 _Context, _program = cl.Context, Kernels.program.func  # before they are replaced
 
 
-def buffer(self: Device, nbytes: int) -> cl.Buffer:
+def buffer(self: Device, nbytes: int, kind: str | None = None) -> cl.Buffer:
     """Exactly as large as asked for, and never freed."""
-    buffers.append(cl.Buffer(self.driver.context, cl.mem_flags.READ_WRITE, max(nbytes, 4)))
-    return buffers[-1]
+    made: Any = cl.Buffer(self.driver.context, cl.mem_flags.READ_WRITE, max(nbytes, 4))
+    made.kind = kind
+    buffers.append(made)
+    return made
 
 
 def fill(self: Device, target: cl.Buffer, nbytes: int, word: int = 0) -> None:

@@ -22,7 +22,7 @@ from clrt import layout, passes
 from clrt.device import Device
 from clrt.flatten import FlatScene, flatten
 from clrt.opencl import cl
-from clrt.queues import CAMERA, Queue, block_bytes
+from clrt.queues import CAMERA, Queue, new_queue
 from clrt.world import World
 
 SCALES = (1e-4, 1e-2, 1.0, 1e3, 1e6)
@@ -50,10 +50,7 @@ class Prover:
         self.batch = batch  # rays at a time, a multiple of 64
         source = (Path(__file__).parent / "kernels" / "aim.cl").read_text(encoding="utf-8")
         self._program = self.device.driver.build(self.device.kernels.source + '#line 1 "aim.cl"\n' + source)
-        lanes = self.device.settings.lanes
-        words = self.device.upload(np.zeros(batch, np.uint32))
-        rays = self.device.buffer(block_bytes(batch, len(layout.RAY_FIELDS), lanes))
-        self.queue = Queue(CAMERA, batch, rays, words, words, words, None, self.device)
+        self.queue = new_queue(self.device, CAMERA, batch)
 
     def make(self, kernel: str, *arguments: Any) -> Queue:
         """Fill the queue with a batch of rays by a kernel of aim.cl, whose last parameter is the queue."""

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import layout
+from clrt import layout, parameters
 from clrt.bench.timing import Case
 from clrt.device import Device
 from clrt.flatten import flatten, flatten_camera
@@ -52,8 +52,8 @@ class Logged(Device):
         self.sizes: dict[int, int] = {}
         super().__init__(wanted, settings, rays)
 
-    def buffer(self, nbytes: int) -> Any:
-        made = super().buffer(nbytes)
+    def buffer(self, nbytes: int, kind: str | None = None) -> Any:
+        made = super().buffer(nbytes, kind)
         self.sizes[id(made)] = nbytes  # an id that is used again is a new buffer, entered again
         return made
 
@@ -92,7 +92,9 @@ class Recorder:
                 rays = next(int(argument) for argument in arguments if isinstance(argument, np.uint32))
             elif isinstance(stage.wrote, Feelers) and kernel.startswith("occluded"):
                 queue, rays = ("shadow" if queue == "primary" else f"shadow of {queue}"), stage.wrote.n
-            own = [a for a in arguments if _is_buffer(a) and id(a) not in self.world_buffers]
+            source = stage.queue.device.kernels.source
+            touched = [arguments[number] for number in parameters.used(source, kernel)]
+            own = [a for a in touched if _is_buffer(a) and id(a) not in self.world_buffers]
             nbytes = sum(self._device.sizes[id(buffer)] for buffer in own)
             launch = Launch(kernel, queue, rays, items, arguments, local_size, nbytes)
             self.launches.setdefault((kernel, queue), []).append(launch)

@@ -1,0 +1,60 @@
+"""What it takes to add a primitive (`docs/adding-a-primitive.md`): a torus, entered in a copy of the tree."""
+
+from __future__ import annotations
+
+from typing import Final
+
+# file -> text that stands there once -> the same with the torus
+ENTRIES: Final[dict[str, dict[str, str]]] = {
+    "kernels/generic.clh": {'#include "quadric.clh"\n': '#include "quadric.clh"\n#include "torus.clh"\n'},
+    "clrt/layout.py": {
+        '    "Disk": ((': """    "Torus": (("center_ring", "float4"), ("axis_tube", "float4")),
+    "Disk": ((""",
+        '"QUADRIC": "quadrics",': '"QUADRIC": "quadrics", "TORUS": "tori",',
+        '    "quadrics": "Quadric",\n': '    "quadrics": "Quadric",\n    "tori": "Torus",\n',
+    },
+    "clrt/shapes.py": {
+        "class Plane(Shape": '''class Torus(FiniteShape, frozen=True, kw_only=True, tag="torus"):
+    center: Vector
+    axis: Vector
+    radius: Radius
+    tube: Radius
+
+
+class Plane(Shape''',
+    },
+    "clrt/scene.py": {
+        "    Sphere,\n)\n": "    Sphere,\n    Torus,\n)\n",
+        "AnyShape = Sphere |": "AnyShape = Torus | Sphere |",
+        '    "sphere": Sphere,\n': '    "sphere": Sphere,\n    "torus": Torus,\n',
+    },
+    "clrt/flatten.py": {"    quadrics: np.ndarray\n": "    quadrics: np.ndarray\n    tori: np.ndarray\n"},
+    "clrt/flatten_shapes.py": {
+        "def _plane(out": '''def _torus(
+    out: Collected, shape: Torus, index: int, material: int, at: str
+) -> None:
+    out.tori.append((*shape.center, shape.radius, *unit(shape.axis), shape.tube))
+    out.number("TORUS", index, material)
+
+
+def _plane(out''',
+        "    planes: list": """    tori: list[tuple[float, ...]] = field(default_factory=list)
+    planes: list""",
+        "    Sphere: _sphere,\n": "    Sphere: _sphere,\n    Torus: _torus,\n",
+        "from clrt.transforms import": "from clrt.shapes import Torus\nfrom clrt.transforms import",
+    },
+    "clrt/flatten_geometry.py": {
+        "    _check_kinds(collected, sections, boxes)\n": '''    sections["tori"], boxes["TORUS"] = _tori(collected)
+    _check_kinds(collected, sections, boxes)
+''',
+        "def _planes(": '''def _tori(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out = np.zeros(len(collected.tori), layout.dtype("Torus"))
+    rows = np.reshape(collected.tori, (-1, 8))
+    out["center_ring"], out["axis_tube"] = rows[:, :4], rows[:, 4:]
+    center, reach = rows[:, :3], rows[:, 3:4] + rows[:, 7:8]
+    return out, padded(center - reach, center + reach, layout.PAD)
+
+
+def _planes(''',
+    },
+}
