@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 import warnings
 from pathlib import Path
@@ -74,7 +75,8 @@ def test_a_row_that_cannot_be_run_here_says_so(
         for options in ((), ("--check",), ("--only", "odd")):
             code, out = run(figures, *options)
             assert code == 0 and said in out and len(reasons) == 1, (figures, options)
-    assert "not run on this processor: its driver builds nothing; last: 2026-01-02, abc1234" in shown.read_text()
+    where = "not run on this processor: its driver builds nothing; last: 2026-01-02, abc1234"
+    assert where in shown.read_text()
     code, out = run({"odd": {**old, "wrong": 1}}, "--check")
     assert code == 1 and said not in out, "a wrong figure has no excuse"
     reasons[0] = ""
@@ -97,6 +99,15 @@ def test_drivers_are_compared_where_both_work(monkeypatch: pytest.MonkeyPatch) -
     assert {str(how["device"]) for how in sameness.configurations()} == {infos[1].label}
     del infos[1]
     assert drivers.unable() == "PoCL 3.0: it builds nothing; PoCL 3.1 is not here"
+
+
+def test_a_release_checks_the_figures_first() -> None:
+    """What takes seconds comes before what takes long."""
+    command = ["make", "-n", "release"]
+    shown = subprocess.run(command, cwd=DOCS.parent, capture_output=True, text=True, check=True)
+    order = ("ruff check", "validation.reliability --check", "-m pytest", "clrt validate --full --mutants")
+    places = [shown.stdout.find(command) for command in order]
+    assert -1 not in places and places == sorted(places)
 
 
 def test_the_page_shows_the_figures_that_are_kept() -> None:

@@ -54,7 +54,7 @@ def ssim(ours: Array, reference: Array) -> tuple[float, Array]:
 
 
 def without_flip() -> str:
-    """What to say where FLIP's package is not installed, "" where it is: not every Python has wheels of it."""
+    """A note where FLIP's package is not installed; "" where it is. Not every Python has wheels of it."""
     if importlib.util.find_spec("flip_evaluator") is not None:
         return ""
     return (

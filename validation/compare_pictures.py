@@ -169,7 +169,8 @@ def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[s
         gate("PSNR", metrics["PSNR"], limit.psnr, "high", "signal to noise in dB, inf is equal"),
     ]
     if perceived:
-        gates.insert(1, gate("FLIP", perceived[0], limit.flip, "low", "difference that an eye sees, 0 is equal"))
+        seen = "difference that an eye sees, 0 is equal"
+        gates.insert(1, gate("FLIP", perceived[0], limit.flip, "low", seen))
     if mask.any():
         bound = 0.001 if tolerance < BYTE else 0.01
         gates.append(gate("pixels that differ", metrics["pixels that differ"], bound, "low", "outside edges"))

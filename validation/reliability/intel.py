@@ -1,7 +1,7 @@
 """The same bits from a compiler that is not LLVM's PoCL: `clrt selftest` on Intel's runtime for processors.
 
-The one that lies beside clrt, else it comes from PyPI, into a folder of its own. It runs on x86-64 processors of
-other makers too.
+The one that lies beside clrt, else it comes from PyPI, into a folder of its own. It runs on x86-64 processors
+of other makers too.
 """
 
 from __future__ import annotations
