@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 import warnings
@@ -108,6 +109,20 @@ def test_a_release_checks_the_figures_first() -> None:
     order = ("ruff check", "validation.reliability --check", "-m pytest", "clrt validate --full --mutants")
     places = [shown.stdout.find(command) for command in order]
     assert -1 not in places and places == sorted(places)
+
+
+def test_what_broke_it_once_has_a_test_that_exists() -> None:
+    table = (DOCS / "reliability.md").read_text().split("## What broke it once")[1].split("\n## ")[0]
+    rows = [line for line in table.splitlines() if re.match(r"\| [HMLD]\d+ \|", line)]
+    kinds = {"H": 8, "M": 15, "L": 12, "D": 7}
+    expected = [f"{kind}{n}" for kind, most in kinds.items() for n in range(1, most + 1)]
+    assert [row.split("|")[1].strip() for row in rows] == expected
+    for row in rows:
+        named = re.findall(r"`(tests/\w+\.py)(?:::(\w+))?`", row.split("|")[-2])
+        assert named and len(named) == row.split("|")[-2].count("tests/"), row
+        for file, name in named:
+            text = (DOCS.parent / file).read_text()
+            assert not name or f"\ndef {name}(" in text, f"{file}::{name}"
 
 
 def test_the_page_shows_the_figures_that_are_kept() -> None:
