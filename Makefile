@@ -4,6 +4,7 @@
 #   make test    run the tests
 #   make lint    ruff and mypy
 #   make reliability   the long proofs, and docs/reliability.md with their figures
+#   make release   lint, figures that are not stale, all tests, all of validation and its mutants; long
 #   make clean   remove what the above made
 #
 # PYTHON=/path/to/python chooses the interpreter, TESTS="tests/test_cli.py -x" what pytest gets (JOBS= runs tests
@@ -45,7 +46,7 @@ EXPRESSION = not $(subst $(space), and not ,$(strip $(ELSEWHERE)))
 empty :=
 space := $(empty) $(empty)
 
-.PHONY: demo test lint reliability clean
+.PHONY: demo test lint reliability release clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/demo-ready
@@ -63,6 +64,14 @@ lint: $(VENV)/test-ready
 
 reliability: $(VENV)/test-ready
 	@$(BIN)/python -m validation.reliability
+
+# What takes seconds comes first.
+release: $(VENV)/test-ready
+	@$(MAKE) --no-print-directory lint
+	@$(BIN)/python -m validation.reliability --check
+	@$(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
+	@mkdir -p out
+	@$(USE_DRIVER); $(BIN)/clrt validate --full --mutants --report out/validation.html
 
 clean:
 	rm -rf $(VENV) out build dist

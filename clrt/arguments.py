@@ -11,12 +11,13 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar
 
 import numpy as np
 
 from clrt.errors import NO_MEMORY, ClrtError, LimitError, fault
 
+_NO_THREAD: Final = "can't start new thread"  # Python's words where there is no room for its stack
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -34,6 +35,9 @@ def public(function: Callable[P, T]) -> Callable[P, T]:
                 return function(*arguments, **named)
         except MemoryError:
             pass  # raised below, where what the failed call held is free again
+        except RuntimeError as error:
+            if str(error) != _NO_THREAD:
+                raise
         raise LimitError(NO_MEMORY)
 
     return entered

@@ -72,8 +72,13 @@ def encode(pixels: np.ndarray, exposure: float = 0.0, bits: int = 8) -> np.ndarr
         curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
         encoded[row : row + ROWS] = np.floor(top * curve + 0.5)
 
-    with ThreadPoolExecutor(min(os.cpu_count() or 1, 4)) as threads:  # numpy lets them work at the same time
-        list(threads.map(encode_rows, range(0, len(pixels), ROWS)))
+    rows = range(0, len(pixels), ROWS)
+    try:
+        with ThreadPoolExecutor(min(os.cpu_count() or 1, 4)) as threads:  # numpy lets them work together
+            list(threads.map(encode_rows, rows))
+    except RuntimeError:  # there is no room for another thread
+        for row in rows:
+            encode_rows(row)
     return encoded
 
 

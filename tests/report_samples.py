@@ -23,6 +23,24 @@ def edges(reference: Any) -> Any:
     return metrics.edge_mask(reference.pixels, [samples.ours(scene, **SIZE).pixels for scene in moved])
 
 
+def without_flip(found: Any) -> Any:
+    """The same run where FLIP's package is not installed."""
+
+    def bare(comparison: Any) -> Any:
+        return dataclasses.replace(
+            comparison,
+            metrics={name: value for name, value in comparison.metrics.items() if name != "FLIP"},
+            gates=tuple(gate for gate in comparison.gates if gate.name != "FLIP"),
+            maps={name: values for name, values in comparison.maps.items() if name != "flip"},
+        )
+
+    cases = [
+        dataclasses.replace(case, results={o: (image, bare(of)) for o, (image, of) in case.results.items()})
+        for case in found.cases
+    ]
+    return dataclasses.replace(found, cases=cases, notes=("FLIP was not run",))
+
+
 @cache
 def result(wrong: bool = True) -> Any:
     """A run of three cases; where `wrong`, one fails, one oracle could not run and one mutant survived."""

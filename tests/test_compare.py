@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -58,6 +59,20 @@ def test_flip_sees_a_spot_where_it_is():
     mean, places = metrics.flip(a, b)
     assert places.shape == (24, 40) and np.unravel_index(places.argmax(), places.shape) == (5, 31)
     assert mean == pytest.approx(places.mean(), rel=1e-5) and metrics.flip(a, a)[0] == 0
+
+
+def test_without_flip_the_other_gates_decide(monkeypatch: pytest.MonkeyPatch):
+    with_it = compare.compare(samples.ours(), samples.ours(), limit=LOOSE)
+    monkeypatch.setitem(sys.modules, "flip_evaluator", None)
+    without = compare.compare(samples.ours(), samples.ours(), limit=LOOSE)
+    assert [gate for gate in with_it.gates if gate.name != "FLIP"] == list(without.gates)
+    assert set(with_it.maps) - set(without.maps) == {"flip"} and "FLIP" not in without.metrics
+    assert without.passed and not np.isnan(list(without.metrics.values())).any()
+    suite = validation_module("suite")
+    (said,) = [note for note in suite.notes(suite.Plan(), []) if "FLIP" in note]
+    assert said.startswith("FLIP was not run") and "pip install flip-evaluator" in said
+    monkeypatch.undo()
+    assert not [note for note in suite.notes(suite.Plan(), []) if "FLIP" in note]
 
 
 def test_psnr_of_a_known_error():

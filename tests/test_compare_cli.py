@@ -13,7 +13,7 @@ import pytest
 import clrt
 import compare_samples as samples
 from clrt.cli import main
-from clrt.install import install_extra
+from clrt.install import install_extra, pip_install
 
 Printed = pytest.CaptureFixture[str]
 
@@ -117,10 +117,27 @@ def test_faults_are_one_line(folder: Path, capsys: Printed, a: str, says: str):
 
 
 def test_a_missing_package_is_named(folder: Path, capsys: Printed, monkeypatch: Any):
-    monkeypatch.setitem(sys.modules, "flip_evaluator", None)
+    monkeypatch.delitem(sys.modules, "skimage.metrics", raising=False)
+    monkeypatch.setitem(sys.modules, "skimage", None)
     assert main(["compare", str(folder / "right.png"), str(folder / "right.exr")]) == 2
     err = capsys.readouterr().err
-    assert "needs the package flip_evaluator" in err and install_extra("validation") in err
+    assert "needs the package skimage" in err and install_extra("validation") in err
+
+
+def test_without_flip_the_other_gates_decide(folder: Path, capsys: Printed, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setitem(sys.modules, "flip_evaluator", None)
+    note = "note: FLIP was not run, the other gates decide: install it, where this Python has wheels of it "
+    note += f"(3.13 and older): {pip_install('flip-evaluator')}"
+    for name, code, verdict in (("right.png", 0, "equal"), ("flipped.png", 1, "different")):
+        ended, out = compare(folder, capsys, name, "right.exr")
+        assert ended == code and f"{verdict}: " in out and out.count(note) == 1
+        assert "FLIP" not in out.replace(note, "") and "SSIM" in out and "nan" not in out
+    _, out = compare(folder, capsys, "right.png", "right.exr", "--json")
+    found = json.loads(out)
+    assert [gate["name"] for gate in found["gates"]] == ["SSIM", "PSNR"] and "FLIP" not in found["metrics"]
+    assert note.removeprefix("note: ") in found["notes"]
+    code, out = many(folder, capsys, "right.exr", "right.png", "flipped.png")
+    assert code == 1 and "1 of 2 show the same" in out and "FLIP was not run" in out and "nan" not in out
 
 
 def many(folder: Path, capsys: Printed, *names: str, options: tuple[str, ...] = ()) -> tuple[int, str]:

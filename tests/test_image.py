@@ -121,6 +121,17 @@ def test_encoding_in_blocks_of_rows_changes_nothing():
     assert np.array_equal(encode(tall), np.concatenate([encode(row[None]) for row in tall]))
 
 
+def test_encoding_without_threads_changes_nothing(monkeypatch: pytest.MonkeyPatch):
+    pixels = np.random.default_rng(2).random((300, 7, 3), np.float32)
+    expected = encode(pixels)
+
+    def none(thread: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")  # as where `ulimit -v` leaves no room for one
+
+    monkeypatch.setattr(threading.Thread, "start", none)
+    assert np.array_equal(encode(pixels), expected)
+
+
 def test_exr_holds_pixels_layers_and_metadata_exactly(tmp_path: Path):
     pixels = gradient()
     layers = {

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import subprocess
 import sys
 import warnings
 from pathlib import Path
@@ -13,10 +15,11 @@ import pytest
 
 import clrt
 from clrt.cli import main
+from clrt.platforms import DeviceInfo
 from clrt.resources import shipped_scenes, validation_module
 from clrt.shipped import load_scene
 from validation.reliability import __main__ as page
-from validation.reliability import accuracy, code, intel, sameness
+from validation.reliability import accuracy, code, drivers, intel, sameness
 from validation.reliability.figures import Figure
 from validation.reliability.rows import ROWS, Row
 
@@ -45,6 +48,81 @@ def test_what_is_not_good_is_an_error_of_a_release(
         monkeypatch.setattr(page, "kept", lambda figures=figures: figures)
         assert page.main() == ended
         assert (page.STALE in capsys.readouterr().out) == bool(ended)
+
+
+def test_a_row_that_cannot_be_run_here_says_so(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def ran(count: int, tell: Any) -> Figure:
+        reasons.append("ran")
+        return Figure(count, 0, "all well", 1.0)
+
+    reasons = ["its driver builds nothing"]
+    row = Row("odd", "things that fail", 3, "things", ran, ("clrt.version",), lambda: reasons[0])
+    old = {"tried": 3, "wrong": 0, "detail": "all well", "seconds": 1, "date": "2026-01-02",
+           "commit": "abc1234", "device": "PoCL / a CPU", "code": "other", "dirty": False}  # fmt: skip
+    kept, shown = tmp_path / "kept.json", tmp_path / "page.md"
+    for name, value in (("ROWS", (row,)), ("KEPT", kept), ("PAGE", shown)):
+        monkeypatch.setattr(page, name, value)
+
+    def run(figures: dict[str, Any], *options: str) -> tuple[int, str]:
+        kept.write_text(json.dumps(figures))
+        shown.write_text(f"before {page.START}{page.END} after")
+        monkeypatch.setattr(sys, "argv", ["reliability", *options])
+        return page.main(), capsys.readouterr().out
+
+    said = "odd          not run here: its driver builds nothing\n"
+    for figures in ({}, {"odd": old}):
+        for options in ((), ("--check",), ("--only", "odd")):
+            code, out = run(figures, *options)
+            assert code == 0 and said in out and len(reasons) == 1, (figures, options)
+    where = "not run on this processor: its driver builds nothing; last: 2026-01-02, abc1234"
+    assert where in shown.read_text()
+    code, out = run({"odd": {**old, "wrong": 1}}, "--check")
+    assert code == 1 and said not in out, "a wrong figure has no excuse"
+    reasons[0] = ""
+    assert run({"odd": old}, "--check")[0] == 1
+    code, out = run({"odd": {**old, "unable": "no driver"}})
+    assert reasons == ["", "ran"] and "not run here" not in out
+    assert "not run on" not in shown.read_text() and "**0 of 3**" in shown.read_text()
+
+
+def test_drivers_are_compared_where_both_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    infos = [DeviceInfo(n, "a CPU", "p", f"PoCL {v}", "CPU", 2, 1) for n, v in enumerate(("3.0-rc2", "3.1"))]
+    faults = {"PoCL 3.0-rc2": "", "PoCL 3.1": ""}
+    for module in (drivers, sameness):
+        monkeypatch.setattr(module, "devices", lambda: infos)
+        monkeypatch.setattr(module, "verdict", lambda info: (faults[info.version], False))
+    assert drivers.unable() == ""
+    assert {str(how["device"]) for how in sameness.configurations()} == {info.label for info in infos}
+    faults["PoCL 3.0-rc2"] = "it builds nothing"
+    assert drivers.unable() == "PoCL 3.0: it builds nothing"
+    assert {str(how["device"]) for how in sameness.configurations()} == {infos[1].label}
+    del infos[1]
+    assert drivers.unable() == "PoCL 3.0: it builds nothing; PoCL 3.1 is not here"
+
+
+def test_a_release_checks_the_figures_first() -> None:
+    """What takes seconds comes before what takes long."""
+    command = ["make", "-n", "release"]
+    shown = subprocess.run(command, cwd=DOCS.parent, capture_output=True, text=True, check=True)
+    order = ("ruff check", "validation.reliability --check", "-m pytest", "clrt validate --full --mutants")
+    places = [shown.stdout.find(command) for command in order]
+    assert -1 not in places and places == sorted(places)
+
+
+def test_what_broke_it_once_has_a_test_that_exists() -> None:
+    table = (DOCS / "reliability.md").read_text().split("## What broke it once")[1].split("\n## ")[0]
+    rows = [line for line in table.splitlines() if re.match(r"\| [HMLD]\d+ \|", line)]
+    kinds = {"H": 8, "M": 15, "L": 12, "D": 7}
+    expected = [f"{kind}{n}" for kind, most in kinds.items() for n in range(1, most + 1)]
+    assert [row.split("|")[1].strip() for row in rows] == expected
+    for row in rows:
+        named = re.findall(r"`(tests/\w+\.py)(?:::(\w+))?`", row.split("|")[-2])
+        assert named and len(named) == row.split("|")[-2].count("tests/"), row
+        for file, name in named:
+            text = (DOCS.parent / file).read_text()
+            assert not name or f"\ndef {name}(" in text, f"{file}::{name}"
 
 
 def test_the_page_shows_the_figures_that_are_kept() -> None:
@@ -157,6 +235,21 @@ def test_the_checks_of_a_self_test_are_read_as_it_prints_them(
     assert main(["selftest"]) == 1
     found = intel.checks_of(capsys.readouterr().out)
     assert found == {result.name: (result.passed, result.detail) for result in results}
+
+
+def test_the_runtime_beside_clrt_is_taken(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(intel.intel, "library", lambda: tmp_path / "libintelocl.so")
+    monkeypatch.setattr(intel.importlib.metadata, "version", lambda name: "2026.2.0")
+    monkeypatch.setattr(intel, "install", lambda folder: pytest.fail("nothing is installed"))
+    found = intel.prepared(tmp_path)
+    assert found == ("intel-opencl-rt 2026.2.0, beside clrt", {"CLRT_DRIVER": "intel"})
+    monkeypatch.setattr(intel.intel, "library", lambda: None)
+    monkeypatch.setattr(intel, "install", lambda folder: "installed")
+    monkeypatch.setattr(intel, "environment", lambda folder: {"OCL_ICD_VENDORS": "x"})
+    assert intel.prepared(tmp_path) == ("installed", {"OCL_ICD_VENDORS": "x"})
+    for machine, says in (("x86_64", ""), ("aarch64", "not for aarch64")):
+        monkeypatch.setattr(intel.platform, "machine", lambda machine=machine: machine)
+        assert intel.unable().endswith(says) and bool(intel.unable()) == bool(says)
 
 
 def test_a_process_is_shown_one_runtime_only(tmp_path: Path) -> None:

@@ -82,6 +82,14 @@ def test_the_page_of_a_good_run_says_so():
     assert "✗" not in words and "What failed" not in words
 
 
+def test_the_page_of_a_run_without_flip():
+    found = samples.without_flip(samples.result(wrong=False))
+    words = page(found).words
+    assert "✓ Proven" in words and "FLIP was not run" in words and "not a number" not in words
+    data = pictures.case_pictures(found.cases[0].ours, found.cases[0].results)
+    assert set(data["oracles"]["oracle64"]) == {"reference", "difference", "ssim", "mask"}
+
+
 def test_the_page_of_a_bad_run_says_what_failed_and_where():
     result = samples.result(wrong=True)
     words = page(result).words

@@ -232,6 +232,18 @@ def test_everything_by_keyboard(browser: Browser, page: str):
     assert browser.run(f"document.activeElement === {VIEWER}.querySelector('.split')"), "no trap"
 
 
+def test_a_run_without_flip_has_the_other_views(browser: Browser, tmp_path: Path):
+    path = report.write_report(samples.without_flip(samples.result()), tmp_path / "report.html")
+    look(browser, path.as_uri())
+    views = f"[...{VIEWER}.querySelectorAll('input[type=radio]')].map(radio => radio.value).join()"
+    assert browser.run(views) == "slider,flicker,ours,reference,difference,ssim"
+    browser.run(f"{CANVAS}.focus()")
+    browser.press("6")
+    assert state(browser)["view"] == "ssim"
+    text = browser.run(f"{VIEWER}.querySelector('.values').textContent")
+    assert "SSIM" in text and "FLIP" not in text
+
+
 def test_another_oracle_can_be_chosen(browser: Browser, page: str):
     look(browser, page)
     choose = "s => { s.value = 'mitsuba-table'; s.dispatchEvent(new Event('change')); }"

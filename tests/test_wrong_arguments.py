@@ -230,6 +230,19 @@ def test_memory_that_runs_out_is_one_line(monkeypatch: pytest.MonkeyPatch, tmp_p
             call()
 
 
+def test_a_thread_that_cannot_be_started_is_want_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*arguments: object, **named: object) -> None:
+        raise RuntimeError(words)
+
+    monkeypatch.setattr("clrt.tracer.flatten", none)
+    words = "can't start new thread"
+    with pytest.raises(clrt.LimitError, match="no memory left"):
+        clrt.render(clrt.Scene())
+    words = "a fault of clrt's own"
+    with pytest.raises(RuntimeError, match=words):
+        clrt.render(clrt.Scene())
+
+
 def _short(value: object) -> str:
     try:
         return repr(value)[:40]

@@ -148,13 +148,13 @@ def _figures(
     off, out = largest(difference), ~mask
     shown_a, shown_b = encoded(a), encoded(b)
     similarity, windows = ssim(shown_a, shown_b)
-    perceived, flips = flip(shown_a, shown_b)
+    perceived = flip(shown_a, shown_b)
     scale = max(float(np.mean(b[out])) if out.any() else 0.0, 1e-30)
     means = np.abs(difference[out].mean(axis=0)).max() if out.any() else 0.0
     metrics = {
         "SSIM": similarity,
         "worst window": float(windows.min()),
-        "FLIP": perceived,
+        **({"FLIP": perceived[0]} if perceived else {}),
         "PSNR": psnr(shown_a, shown_b),
         "edges": share(mask),
         "within 1e-4": 1 - share(off[out] > FINE),
@@ -166,8 +166,8 @@ def _figures(
         "clipped": share((b > 1).any(axis=-1)),
         "lit": share((b > 0).any(axis=-1)),
     }
-    maps = {"difference": difference, "flip": flips, "ssim": windows.mean(axis=-1), "mask": mask * 1.0}
-    return metrics, maps
+    maps = {"difference": difference, "ssim": windows.mean(axis=-1), "mask": mask * 1.0}
+    return metrics, maps | ({"flip": perceived[1]} if perceived else {})
 
 
 def _geometry(ours: OracleImage, reference: OracleImage, mask: np.ndarray) -> dict[str, float]:

@@ -6,10 +6,13 @@ PSNR) works on `encoded` pictures: sRGB values in [0, 1] as floats, never rounde
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+
+from clrt.install import pip_install
 
 EDGE_CHANGE = 2e-3  # a pixel that moves by more under a shift of EDGE_STEP is on an edge
 EDGE_STEP = 0.05  # pixel, for one sample in each
@@ -50,8 +53,23 @@ def ssim(ours: Array, reference: Array) -> tuple[float, Array]:
     return float(mean), map_[:height, :width]
 
 
-def flip(ours: Array, reference: Array) -> tuple[float, Array]:
-    """Mean LDR-FLIP error (Andersson et al. 2020) of encoded pictures, and its map (h, w)."""
+def without_flip() -> str:
+    """A note where FLIP's package is not installed; "" where it is. Not every Python has wheels of it."""
+    if importlib.util.find_spec("flip_evaluator") is not None:
+        return ""
+    return (
+        "FLIP was not run, the other gates decide: install it, where this Python has wheels of it (3.13 and "
+        f"older): {pip_install('flip-evaluator')}"
+    )
+
+
+def flip(ours: Array, reference: Array) -> tuple[float, Array] | None:
+    """Mean LDR-FLIP error (Andersson et al. 2020) of encoded pictures, and its map (h, w).
+
+    None where its package is not installed; `without_flip` says so.
+    """
+    if without_flip():
+        return None
     import flip_evaluator
 
     pictures = (np.ascontiguousarray(image, dtype=np.float32) for image in (reference, ours))

@@ -32,6 +32,7 @@ from .compare_metrics import (
     share,
     ssim,
     steep,
+    without_flip,
 )
 from .compare_moves import moved, resized
 from .compare_scene import explain_by_scene
@@ -97,6 +98,7 @@ def compare_pictures(
     metrics, gates = _measured(a, b, mask, tolerance)
     if notes:
         gates = (*gates, gate("not finite", 1, 0, "low", "pictures with NaN or infinity"))
+    notes += tuple(filter(None, [without_flip()]))
     verdict = _verdict(np.array_equal(picture, reference), metrics, gates, tolerance)
     if verdict in ("identical", "equal"):
         return PictureComparison(verdict, metrics, gates, (), notes)
@@ -146,9 +148,10 @@ def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[s
     out = ~mask
     off, shown_off = largest(a - b)[out], largest(shown_a - shown_b)[out]
     similarity, windows = ssim(shown_a, shown_b)
+    perceived = flip(shown_a, shown_b)
     metrics = {
         "SSIM": similarity,
-        "FLIP": flip(shown_a, shown_b)[0],
+        **({"FLIP": perceived[0]} if perceived else {}),
         "PSNR": psnr(shown_a, shown_b),
         "worst window": float(windows.min()),
         "largest difference": float(off.max(initial=0.0)),
@@ -163,9 +166,11 @@ def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[s
     assert limit.ssim and limit.flip and limit.psnr
     gates = [
         gate("SSIM", metrics["SSIM"], limit.ssim, "high", "structural similarity, 1 is equal"),
-        gate("FLIP", metrics["FLIP"], limit.flip, "low", "difference that an eye sees, 0 is equal"),
         gate("PSNR", metrics["PSNR"], limit.psnr, "high", "signal to noise in dB, inf is equal"),
     ]
+    if perceived:
+        seen = "difference that an eye sees, 0 is equal"
+        gates.insert(1, gate("FLIP", perceived[0], limit.flip, "low", seen))
     if mask.any():
         bound = 0.001 if tolerance < BYTE else 0.01
         gates.append(gate("pixels that differ", metrics["pixels that differ"], bound, "low", "outside edges"))

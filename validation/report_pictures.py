@@ -65,9 +65,10 @@ def case_pictures(ours: OracleImage, results: dict[str, tuple[OracleImage, Compa
         oracles[name] = {
             "reference": png(picture_bytes(image.pixels) ^ mine),
             "difference": png(signed_bytes(maps["difference"])),
-            "flip": png(root_bytes(maps["flip"])),
             "ssim": png(root_bytes(1 - maps["ssim"])),
             "mask": png((maps["mask"] > 0).astype(np.uint8) * 255),
         }
+        if "flip" in maps:
+            oracles[name]["flip"] = png(root_bytes(maps["flip"]))
     height, width = mine.shape[:2]
     return {"width": width, "height": height, "ours": png(mine), "oracles": oracles}

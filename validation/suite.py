@@ -28,6 +28,7 @@ from clrt.scene import Scene
 from clrt.version import __version__
 
 from .cases import case_named, matrix_cases, random_cases, shipped_cases
+from .compare_metrics import without_flip
 from .coverage import coverage, fewest_cases
 from .mutants import MUTANTS, run_mutant
 from .oracles import ORACLE64, able, scene_of
@@ -152,6 +153,8 @@ def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:
         names = [f"{name} ({oracle})" for name, oracle, reason in unproven if reason == why]
         shown = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
         yield f"NOT PROVEN, {len(names)} comparisons: {shown}: {why}"
+    if missing := without_flip():
+        yield missing
     if plan.cases:
         yield "only the cases asked for; no ray counts"
     elif plan.least:

@@ -49,7 +49,8 @@ class Comparison:
 
     metrics: dict[str, float]
     gates: tuple[Gate, ...]
-    maps: dict[str, np.ndarray]  # "difference" (h, w, 3) ours - reference; "flip", "ssim", "mask" (h, w)
+    # "difference" (h, w, 3) ours - reference; "ssim", "mask" and, where FLIP was run, "flip" (h, w)
+    maps: dict[str, np.ndarray]
     worst: str = ""  # where it differs most, such as "generation 2, transmission"; "" where no gate failed
 
     @property

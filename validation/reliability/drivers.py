@@ -6,13 +6,25 @@ import time
 from typing import Final
 
 import clrt
+from clrt.platforms import devices
 from clrt.shipped import load_scene
+from clrt.trial import verdict
 
 from .figures import Figure, Tell
 
 _SCENES: Final = ("showcase", "sphereflake", "mesh", "whitted_1980")
 _OLD, _NEW = "PoCL 3.0", "PoCL 3.1"
 _WIDTH, _ROUNDS = 480, 5
+
+
+def unable() -> str:
+    """Why the two cannot be compared on this machine; "" where they can."""
+    faults = []
+    for name in (_OLD, _NEW):
+        found = [verdict(info)[0] for info in devices() if name in info.label]
+        if not found or all(found):
+            faults.append(f"{name}: {found[0]}" if found else f"{name} is not here")
+    return "; ".join(faults)
 
 
 def run(count: int, tell: Tell) -> Figure:

@@ -16,9 +16,16 @@ from . import accuracy, beginnings, code, coldstarts, drivers, faults, intel, in
 from .figures import Figure, Tell
 
 
+def _always() -> str:
+    return ""
+
+
 @dataclass(frozen=True)
 class Row:
-    """A promise: `count` of its `unit` must be tried. Void when a file changes that `modules` depend on."""
+    """A promise: `count` of its `unit` must be tried. Void when a file changes that `modules` depend on.
+
+    unable: says why this machine cannot run it, "" where it can.
+    """
 
     name: str
     promise: str
@@ -26,6 +33,7 @@ class Row:
     unit: str
     run: Callable[[int, Tell], Figure]
     modules: tuple[str, ...]
+    unable: Callable[[], str] = _always
 
     @property
     def code(self) -> str:
@@ -84,7 +92,7 @@ ROWS: Final = (
     Row("sameness", "pictures that differ between tiles, work-groups, lanes, threads, processes and drivers",
         48, "configurations of every scene", sameness.run, _here("sameness")),
     Row("intel", "checks of `clrt selftest`, 31 small pictures among them, that fail on Intel's runtime", 20,
-        "checks", intel.run, (*_here("intel"), "validation.selftest", *code.PROGRAM)),
+        "checks", intel.run, (*_here("intel"), "validation.selftest", *code.PROGRAM), intel.unable),
     Row("faults", "calls of the driver or the disk that, failing once, give a wrong error, leave a buffer or "
         "a file, or spoil the next render", 500, "calls", faults.run, _here("faults")),
     Row("kills", "output files that are neither the old nor the complete new one after SIGKILL or SIGINT",
@@ -97,7 +105,7 @@ ROWS: Final = (
     Row("coldstarts", f"processes that fail where {coldstarts.TOGETHER} start at once on a cold kernel cache",
         100 * coldstarts.TOGETHER, "processes", coldstarts.run, (*_here("coldstarts"), *code.PROGRAM)),
     Row("drivers", "scenes that PoCL 3.0 renders faster than PoCL 3.1", 4, "scenes", drivers.run,
-        _here("drivers")),
+        _here("drivers"), drivers.unable),
 )  # fmt: skip
 """In the order of the page."""
 

@@ -13,6 +13,7 @@ import clrt
 from clrt.platforms import devices
 from clrt.resources import shipped_scenes
 from clrt.shipped import load_scene
+from clrt.trial import verdict
 
 from .figures import Figure, Tell
 
@@ -25,8 +26,8 @@ LARGE: Final = {"sphereflake": 500, "mountain": 420, "thesis_4_3_transmission": 
 
 
 def configurations() -> Iterator[dict[str, Any]]:
-    """All choices on every PoCL here; a driver that cannot part its cores runs with all of them."""
-    found = [info.label for info in devices() if "PoCL" in info.label] or [info.label for info in devices()]
+    """All choices on every driver that works here; one that cannot part its cores runs with all of them."""
+    found = [info.label for info in devices() if not verdict(info)[0]]
     for label, tile, group, lanes, threads in itertools.product(found, TILES, GROUPS, LANES, THREADS):
         yield {"device": label, "tile": tile, "local_size": group, "lanes": lanes, "threads": threads}
 

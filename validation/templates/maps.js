@@ -73,10 +73,10 @@ async function load(ours, stored) {
     ours: layer(ours, plain),
     reference: layer(maps.reference, plain),
     difference: layer(maps.difference, (rgb, i) => [...diverging(farthest(rgb, i)), 255]),
-    flip: layer(maps.flip, (rgb, i) => [...magma(rgb[i]), 255]),
     ssim: layer(maps.ssim, (rgb, i) => [...magma(rgb[i]), 255]),
     edges: layer(maps.mask, (rgb, i) => [80, 220, 120, rgb[i] ? 110 : 0]),
   };
+  if (maps.flip) layers.flip = layer(maps.flip, (rgb, i) => [...magma(rgb[i]), 255]);
   return { maps, layers };
 }
 

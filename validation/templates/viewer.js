@@ -4,7 +4,7 @@
 const VIEWS = [["slider", "slider"], ["flicker", "flicker"], ["ours", "ours"], ["reference", "reference"],
                ["difference", "difference"], ["flip", "FLIP"], ["ssim", "SSIM"]];
 const KEYS = [["←↑→↓", "choose a pixel (with shift: ten)"], ["+ − 0", "zoom in, out, fit"], [", .", "move the slider"],
-              ["1 … 7", "change the view"], ["space", "swap in flicker"], ["e", "show edges"],
+              ["1 2 3 …", "change the view"], ["space", "swap in flicker"], ["e", "show edges"],
               ["wheel", "zoom"], ["drag", "move picture or slider"]];
 const FLICKER_MS = 600; // below three changes a second
 const MOST_ZOOM = 64;
@@ -15,6 +15,8 @@ const STILL = matchMedia("(prefers-reduced-motion: reduce)");
 class Viewer {
   constructor(root, data, name) {
     Object.assign(this, { root, data, view: "slider", split: 0.5, zoom: 1, left: 0, top: 0, phase: 0, edges: false });
+    const measured = Object.values(data.oracles).every(stored => stored.flip); // FLIP's package may be missing
+    this.views = VIEWS.filter(([view]) => view !== "flip" || measured);
     this.cursor = { x: data.width >> 1, y: data.height >> 1 };
     this.fingers = new Map();
     this.loaded = new Map();
@@ -34,7 +36,7 @@ class Viewer {
 
   build(name) {
     const group = `view of ${name}`;
-    this.radios = VIEWS.map(([view, label]) => {
+    this.radios = this.views.map(([view, label]) => {
       const radio = make("input", { type: "radio", name: group, value: view, checked: view === this.view });
       radio.addEventListener("change", () => this.show(view));
       return make("label", {}, radio, label);
@@ -178,7 +180,7 @@ class Viewer {
       ",": () => this.set({ split: this.split - 0.02 }), ".": () => this.set({ split: this.split + 0.02 }),
       e: () => this.set({ edges: !this.edges }), " ": () => this.set({ phase: 1 - this.phase }),
     };
-    VIEWS.forEach(([view], i) => { acts[i + 1] = () => this.show(view); });
+    this.views.forEach(([view], i) => { acts[i + 1] = () => this.show(view); });
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (steps[event.key]) {
       const [dx, dy] = steps[event.key], far = event.shiftKey ? 10 : 1, { width, height } = this.data;
@@ -279,7 +281,7 @@ class Viewer {
     this.values.textContent = [
       `pixel (${x}, ${y})${this.now.maps.mask.data[i] ? ", on an edge" : ""}`,
       line("ours", "ours"), line("oracle", "reference"), line("apart", "difference"),
-      `FLIP ${this.read(x, y, "flip")}   SSIM ${this.read(x, y, "ssim")}`,
+      `${this.now.maps.flip ? `FLIP ${this.read(x, y, "flip")}   ` : ""}SSIM ${this.read(x, y, "ssim")}`,
     ].join("\n");
   }
 }
