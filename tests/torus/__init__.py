@@ -44,7 +44,8 @@ def _plane(out''',
         "from clrt.transforms import": "from clrt.shapes import Torus\nfrom clrt.transforms import",
     },
     "clrt/flatten_geometry.py": {
-        "    _check_kinds(collected, sections, boxes)\n": '''    sections["tori"], boxes["TORUS"] = _tori(collected)
+        "    _check_kinds(collected, sections, boxes)\n": '''\
+    sections["tori"], boxes["TORUS"] = _tori(collected)
     _check_kinds(collected, sections, boxes)
 ''',
         "def _planes(": '''def _tori(collected: Collected) -> tuple[np.ndarray, Boxes]:
