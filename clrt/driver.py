@@ -101,7 +101,8 @@ class Driver:
     def build(self, source: str) -> cl.Program:
         """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
         check_process()
-        with kernelcache.lock():
+        digest = hashlib.sha256(f"{self.info.label} {self.info.driver} {source}".encode()).hexdigest()[:16]
+        with kernelcache.compiling(f"program-{digest}"):
             try:
                 return _program(self.context, source)
             except cl.Error:

@@ -232,9 +232,9 @@ def _holder(holder: Path) -> str:
 
 @contextmanager
 def compiling(what: str) -> Iterator[bool]:
-    """Around a launch for which the driver may compile first: whether that has been done before.
+    """Around a build, or a launch for which the driver may compile first: whether that has been done before.
 
-    The first process does it alone, so that the others find it in the folder; `what` names kernel and sizes.
+    The first process does it alone, so that the others find it in the folder; `what` names it.
     """
     done = Path(os.environ[VARIABLE]) / "launched" / what
     if done.exists():

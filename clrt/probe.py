@@ -39,7 +39,8 @@ def probe(wanted: str | None) -> dict[str, Any]:
     told: dict[str, Any] = {"devices": []}
     try:
         found = devices()
-        faults = {info.index: verdict(info, anew=True)[0] for info in found}
+        # what is known to work need not show it again; what did not may have been mended
+        faults = {info.index: verdict(info)[0] and verdict(info, anew=True)[0] for info in found}
         told["works"] = not all(faults.values())
         told["devices"] = [_described(info, False, faults[info.index]) for info in found]
         used = choose(wanted)[0]
