@@ -16,6 +16,7 @@ Three kinds of data:
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -206,6 +207,7 @@ def _field_length(kind: str, bands: int) -> tuple[str, int]:
     return base, bands if count == "BANDS" else -bands % 4
 
 
+@cache
 def dtype(name: str, bands: int = BANDS) -> np.dtype:
     """The numpy dtype of a record of RECORDS, or of an element type such as "float4" (shape (4,))."""
     if name not in RECORDS:

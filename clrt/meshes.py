@@ -18,7 +18,7 @@ from clrt.limits import Limits
 from clrt.meshfile import read_mesh_file
 from clrt.meshparts import vertex_normals
 from clrt.places import At, known_keys
-from clrt.planar import flaws
+from clrt.planar import flaws, is_sound
 from clrt.records import read
 from clrt.shapes import FiniteShape
 
@@ -42,6 +42,7 @@ Faces = Annotated[
         },
     ),
 ]
+_FEW = 8  # faces for which numpy takes far longer than Python
 _ARRAYS = ("vertices", "faces", "normals")
 
 
@@ -272,6 +273,8 @@ def _check_flat(vertices: np.ndarray, faces: np.ndarray | list[np.ndarray], at: 
     """Raise for the first face of more than 3 corners that is not plane or spans no area."""
     if isinstance(faces, np.ndarray):
         return  # a triangle is plane; one without area is never hit
+    if len(faces) <= _FEW and all(len(face) == 3 or is_sound(vertices[face].tolist()) for face in faces):
+        return
     lengths = np.array([len(face) for face in faces])
     rounded = vertices.astype(np.float32).astype(np.float64)
     worst: list[tuple[int, str]] = []

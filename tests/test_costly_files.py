@@ -9,6 +9,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+import clrt
 from clrt.errors import SceneError
 from clrt.imagefile import read_samples
 from clrt.jpegfile import MOST_SCANS
@@ -51,6 +52,24 @@ def test_numbers_of_no_more_digits_than_are_read(tmp_path: Path) -> None:
 def test_a_long_text_beside_an_error(tmp_path: Path, character: str) -> None:
     text = f'a = "{character * (4_000_000 // len(character))}" # "\nmax_depth = -1\n'
     assert "a.toml:1: unknown key 'a'" in bounded("load", file(tmp_path, "a.toml", text)).error
+
+
+def test_many_small_meshes(tmp_path: Path) -> None:
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    smooth = {"type": "mesh", "smooth": True, "vertices": corners[:3], "faces": [[0, 1, 2]]}
+    assert bounded("load", file(tmp_path, "a.json", json.dumps({"shapes": [smooth] * 20_000}))).error == ""
+    plane = {"type": "mesh", "vertices": corners, "faces": [[0, 1, 2, 3]]}
+    assert bounded("load", file(tmp_path, "a.json", json.dumps({"shapes": [plane] * 8_000}))).error == ""
+
+
+def test_flaws_of_small_meshes_are_found() -> None:
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [3, 0, 0], [0, 1, 1]]
+    for faces, says in (
+        ([[0, 1, 2], [0, 1, 2, 3], [0, 1, 4, 5]], r"faces\[2\]: .* must span an area"),
+        ([[0, 1, 2, 3], [0, 1, 2, 6]], r"faces\[1\]: .* must lie in one plane"),
+    ):
+        with pytest.raises(SceneError, match=says):
+            clrt.load_dict({"shapes": [{"type": "mesh", "vertices": corners, "faces": faces}]})
 
 
 @pytest.fixture
