@@ -58,7 +58,7 @@ class Placed:
         lengths = np.array([[_vertices(part, own, smooth), part.faces] for part in self.parts])[self.which]
         ends = np.cumsum(lengths, axis=0)
         firsts = ends - lengths
-        vertices, faces = np.empty((ends[-1, 0], 3)), np.empty((ends[-1, 1], 3), np.int64)
+        vertices, faces = np.empty((ends[-1, 0], 3)), np.empty((ends[-1, 1], 3), np.int32)
         normals = np.empty_like(vertices) if own else None
         order = np.argsort(self.which, kind="stable")
         bounds = np.searchsorted(self.which[order], np.arange(len(self.parts) + 1))

@@ -13,6 +13,7 @@ import clrt
 from clrt.errors import SceneError
 from clrt.imagefile import read_samples
 from clrt.jpegfile import MOST_SCANS
+from clrt.resources import validation_module
 from tests.cost import bounded
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
@@ -60,6 +61,12 @@ def test_many_small_meshes(tmp_path: Path) -> None:
     assert bounded("load", file(tmp_path, "a.json", json.dumps({"shapes": [smooth] * 20_000}))).error == ""
     plane = {"type": "mesh", "vertices": corners, "faces": [[0, 1, 2, 3]]}
     assert bounded("load", file(tmp_path, "a.json", json.dumps({"shapes": [plane] * 8_000}))).error == ""
+
+
+def test_one_mesh_at_many_places(tmp_path: Path) -> None:
+    corpus = validation_module("hostile.run").CORPUS
+    text = (corpus / "many_places.gltf").read_bytes()
+    assert bounded("read", file(tmp_path, "a.gltf", text)).error == ""
 
 
 def test_flaws_of_small_meshes_are_found() -> None:
