@@ -51,7 +51,7 @@ class Cost:
 
 
 def cost(kind: str, path: Path) -> Cost:
-    """What reading a file costs: by `load` and `flatten` ("load"), `load` ("read"), `read_image` ("picture")."""
+    """What a file costs: by `load` and `flatten` ("load"), `load` ("read"), `read_image` ("picture")."""
     command = [sys.executable, "-c", _CHILD, kind, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, f"{path.name}: {done.returncode}: {done.stderr[-2000:]}"

@@ -111,6 +111,8 @@ def test_a_jpeg_of_too_few_bytes_for_its_size(tmp_path: Path, jpeg: bytes) -> No
     wide = jpeg[:frame] + bytes([0x1F, 0xFF] * 2) + jpeg[frame + 4 :]
     found = bounded("picture", file(tmp_path, "a.jpg", wide))
     assert "are not a whole picture of 8191 x 8191 pixels" in found.error
+    with pytest.raises(SceneError, match=r"a\.jpg: cannot be read: its \d+ bytes are not a whole picture"):
+        read_samples(tmp_path / "a.jpg")
 
 
 def test_markers_of_a_jpeg_that_stand_alone_or_after_fill_bytes(tmp_path: Path, jpeg: bytes) -> None:
