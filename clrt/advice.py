@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -104,7 +103,7 @@ def _first(
 
 def _too_bright(scene: Scene) -> tuple[str, str] | None:
     for place, value in colors(scene):
-        if re.sub(r"\[\d+\]$", "", place.path).rpartition(".")[2] not in _RETURNED:
+        if place.name not in _RETURNED:
             continue
         most = _peak(value)
         if most > 1:

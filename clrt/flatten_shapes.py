@@ -61,6 +61,7 @@ class Collected:
     disks: list[tuple[float, ...]] = field(default_factory=list)  # centre, radius, normal
     triangles: list[np.ndarray] = field(default_factory=list)  # chunks of records
     corner_normals: list[np.ndarray] = field(default_factory=list)  # chunks (k, 4)
+    normals: int = 0  # in `corner_normals`
     corners: list[np.ndarray] = field(default_factory=list)  # of polygons, chunks (k, 3)
     corner_counts: list[np.ndarray] = field(default_factory=list)  # chunks
     forms: list[quadric.Form] = field(default_factory=list)
@@ -197,7 +198,8 @@ def _mesh(out: Collected, shape: Mesh, index: int, material: int, at: str) -> No
         triangles = indices.reshape(-1, 3) if isinstance(data.faces, np.ndarray) else fans(indices, sizes)
     records, normals = mesh_triangles(data, matrix, triangles)
     if len(normals):
-        records["normals"] += sum(map(len, out.corner_normals))
+        records["normals"] += out.normals
+        out.normals += len(normals)
     out.triangles.append(records)
     out.corner_normals.append(normals)
     if flat_polygons.any():

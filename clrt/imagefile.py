@@ -20,6 +20,7 @@ import OpenImageIO as oiio
 from clrt.atomic import check_replaceable, replacing
 from clrt.errors import ClrtError, SceneError
 from clrt.files import opened
+from clrt.jpegfile import check_jpeg
 from clrt.limits import Limits
 
 # suffix -> bit depths that it can hold, the default first; 32 is linear float, 8 and 16 are sRGB integers
@@ -236,6 +237,8 @@ def _open(path: str | os.PathLike[str], limits: Limits) -> Iterator[oiio.ImageIn
         reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
         if reader is None:
             raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
+        if reader == "jpeg":
+            check_jpeg(file, os.fspath(path))
         keep_alpha_apart = oiio.ImageSpec()
         keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
         source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)

@@ -147,7 +147,10 @@ def remove_damaged(folder: Path) -> list[Path]:
 def whole(file: Path) -> bool:
     """Whether a compiled program (LLVM bitcode) or kernel (ELF) is as long as its own tables say."""
     try:
-        size = file.stat().st_size
+        status = file.stat()
+        if not stat.S_ISREG(status.st_mode):  # opening a pipe would never end
+            return False
+        size = status.st_size
         with file.open("rb") as opened:
             head = opened.read(64)
             if file.suffix == ".so":

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import numpy as np
@@ -234,6 +235,7 @@ def _field_length(kind: str, bands: int) -> tuple[str, int]:
     return base, bands if count == "BANDS" else -bands % 4
 
 
+@cache
 def dtype(name: str, bands: int = BANDS) -> np.dtype:
     """The numpy dtype of a record of RECORDS, or of an element type such as "float4" (shape (4,))."""
     if name not in RECORDS:

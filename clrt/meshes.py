@@ -18,7 +18,7 @@ from clrt.limits import Limits
 from clrt.meshfile import read_mesh_file
 from clrt.meshparts import vertex_normals
 from clrt.places import At, known_keys
-from clrt.planar import flaws
+from clrt.planar import flaws, is_sound
 from clrt.records import read
 from clrt.shapes import FiniteShape
 
@@ -42,6 +42,8 @@ Faces = Annotated[
         },
     ),
 ]
+_FEW = 8  # faces for which numpy takes far longer than Python
+_ROWS = 1 << 16  # looked at at a time
 _ARRAYS = ("vertices", "faces", "normals")
 
 
@@ -160,7 +162,8 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
             return mesh
         found = read_mesh_file(path, place, limits, mesh.smooth, others.vertices, others.primitives)
         loaded = dict(zip(_ARRAYS, found, strict=True))
-        checked = _read_arrays({name: array for name, array in loaded.items() if array is not None}, place)
+        present = {name: array for name, array in loaded.items() if array is not None}
+        checked = _read_arrays(present, place, own=True)
         mesh.__dict__["_data"] = MeshData(checked["vertices"], checked["faces"], checked.get("normals"))
         others.files[key] = path, mesh.__dict__["_data"]
         return mesh
@@ -182,14 +185,14 @@ def _fan(faces: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.c_[np.full(len(f) - 2, f[0]), f[1:-1], f[2:]] for f in faces]).astype(np.int32)
 
 
-def _read_arrays(arrays: dict[str, Any], at: At) -> dict[str, Any]:
-    vertices = _points(arrays["vertices"], at.key("vertices"), "vertices")
+def _read_arrays(arrays: dict[str, Any], at: At, own: bool = False) -> dict[str, Any]:
+    vertices = _points(arrays["vertices"], at.key("vertices"), "vertices", own)
     checked: dict[str, Any] = {
         "vertices": vertices,
-        "faces": _faces(arrays["faces"], len(vertices), at.key("faces")),
+        "faces": _faces(arrays["faces"], len(vertices), at.key("faces"), own),
     }
     if "normals" in arrays:
-        normals = _points(arrays["normals"], at.key("normals"), "normals")
+        normals = _points(arrays["normals"], at.key("normals"), "normals", own)
         if len(normals) != len(vertices):
             raise at.key("normals").says(
                 f"{len(normals)} normals for {len(vertices)} vertices; give one each"
@@ -205,25 +208,27 @@ def _read_arrays(arrays: dict[str, Any], at: At) -> dict[str, Any]:
     return checked
 
 
-def _points(value: object, at: At, noun: str) -> np.ndarray:
-    """(n, 3) float64, read-only; every number finite in float32."""
+def _points(value: object, at: At, noun: str, own: bool) -> np.ndarray:
+    """(n, 3) float64, read-only; every number finite in float32. own: an array need not be copied."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in "fiu" or value.ndim != 2 or value.shape[1] != 3:
             raise at.says(
                 f"an array of {value.dtype} {value.shape} is not allowed; {noun} must be numbers (n, 3)"
             )
-        points = value.astype(np.float64)
+        points = value.astype(np.float64, copy=not own)
     else:
         rows = _rows(value, list[tuple[float, float, float]], at, f"{noun} must be 3 numbers each")
         points = np.array(rows, np.float64).reshape(-1, 3)
-    bad = np.flatnonzero(~(np.abs(points) <= FLOAT32_MAX).all(axis=1))
-    if bad.size:
-        raise at.item(int(bad[0])).error(points[bad[0]].tolist(), f"{noun} must be finite in float32")
+    for start in range(0, len(points), _ROWS):
+        bad = np.flatnonzero(~(np.abs(points[start : start + _ROWS]) <= FLOAT32_MAX).all(axis=1))
+        if bad.size:
+            row = start + int(bad[0])
+            raise at.item(row).error(points[row].tolist(), f"{noun} must be finite in float32")
     points.flags.writeable = False
     return points
 
 
-def _faces(value: object, vertices: int, at: At) -> np.ndarray | list[np.ndarray]:
+def _faces(value: object, vertices: int, at: At, own: bool) -> np.ndarray | list[np.ndarray]:
     """(m, 3) int32 where all are triangles, else a list of int32 arrays; every index below `vertices`."""
     if isinstance(value, np.ndarray) and value.dtype != object:
         if value.dtype.kind not in "iu" or value.ndim != 2:
@@ -253,7 +258,7 @@ def _faces(value: object, vertices: int, at: At) -> np.ndarray | list[np.ndarray
             f"a vertex number must be from 0 to {vertices - 1}" if vertices else "the mesh has no vertices"
         )
         raise place.error(int(flat[wrong[0]]), right)
-    flat = flat.astype(np.int32)
+    flat = flat.astype(np.int32, copy=not own)
     flat.flags.writeable = False
     if (lengths == 3).all():
         return flat.reshape(-1, 3)
@@ -272,6 +277,8 @@ def _check_flat(vertices: np.ndarray, faces: np.ndarray | list[np.ndarray], at: 
     """Raise for the first face of more than 3 corners that is not plane or spans no area."""
     if isinstance(faces, np.ndarray):
         return  # a triangle is plane; one without area is never hit
+    if len(faces) <= _FEW and all(len(face) == 3 or is_sound(vertices[face].tolist()) for face in faces):
+        return
     lengths = np.array([len(face) for face in faces])
     rounded = vertices.astype(np.float32).astype(np.float64)
     worst: list[tuple[int, str]] = []

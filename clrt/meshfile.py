@@ -24,7 +24,7 @@ from clrt.places import At
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
 _MOST_GROUPS = 64  # for which trimesh's time, groups x vertices or groups squared, is of no account
-_MATERIALS = re.compile(rb'^\s*usemtl\b|"materials"\s*:', re.MULTILINE)
+_MATERIALS = re.compile(rb'^[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)  # \s: each empty line anew
 
 
 def read_mesh_file(

@@ -56,9 +56,11 @@ class Placed:
         """All places in world space, outer sides still outside; `smooth` as in `read_mesh_file`."""
         own = self.own(smooth)
         lengths = np.array([[_vertices(part, own, smooth), part.faces] for part in self.parts])[self.which]
-        ends = np.cumsum(lengths, axis=0)
-        firsts = ends - lengths
-        vertices, faces = np.empty((ends[-1, 0], 3)), np.empty((ends[-1, 1], 3), np.int64)
+        firsts = np.cumsum(lengths, axis=0)
+        corners, sides = firsts[-1].tolist()
+        firsts -= lengths
+        del lengths  # as large as the numbers of a small part
+        vertices, faces = np.empty((corners, 3)), np.empty((sides, 3), np.int32)
         normals = np.empty_like(vertices) if own else None
         order = np.argsort(self.which, kind="stable")
         bounds = np.searchsorted(self.which[order], np.arange(len(self.parts) + 1))

@@ -44,6 +44,14 @@ class At:
         name = name if re.fullmatch(r"[\w-]{1,60}", name) else show(name)  # a file may call things anything
         return f"{above}.{name}" if above else name
 
+    @property
+    def name(self) -> str:
+        """The last key of the path; cheap, unlike the path."""
+        at = self
+        while isinstance(at._part, int) and at._above is not None:
+            at = at._above
+        return str(at._part)
+
     def key(self, name: str) -> At:
         return At(self.source, name, self)
 

@@ -20,12 +20,15 @@ from typing import TYPE_CHECKING, Final
 from clrt import kernelcache
 from clrt.atomic import replacing
 from clrt.errors import ClrtError
+from clrt.files import read_bytes
+from clrt.limits import Limits
 from clrt.processor import signature
 
 if TYPE_CHECKING:
     from clrt.platforms import DeviceInfo
 
 PATIENCE: Final = 120.0  # seconds: a busy machine takes 5
+_MOST: Final = 1 << 16  # bytes of a verdict that are read
 _DAY: Final = 24 * 3600
 _SOURCE: Final = "__kernel void trial(__global float *x) { int i = get_global_id(0); x[i] = 2 * i + 1; }"
 _UNKNOWN_PROCESSOR: Final = "unknown target CPU"
@@ -39,9 +42,9 @@ def verdict(info: DeviceInfo, anew: bool = False) -> tuple[str, bool]:
     """
     file = _file(info)
     if not anew:
-        with suppress(OSError, ValueError, TypeError, KeyError):
+        with suppress(OSError, ClrtError, ValueError, TypeError, KeyError, RecursionError):
             age = time.time() - file.stat().st_mtime
-            known = str(json.loads(file.read_text(encoding="utf-8"))["fault"])
+            known = str(json.loads(read_bytes(file, Limits(file_bytes=_MOST)))["fault"])
             if not known or 0 <= age < _DAY:
                 return known, False
     fault = _tried(info)

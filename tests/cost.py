@@ -21,6 +21,8 @@ def peak():
     return next(int(line.split()[1]) << 10 for line in open("/proc/self/status") if line.startswith("VmHWM"))
 def load(path):
     clrt.flatten.flatten(clrt.load(path))
+def read(path):
+    clrt.load(path)
 def picture(path):
     clrt.read_image(path)
 path = sys.argv[2]
@@ -28,7 +30,7 @@ open("/proc/self/clear_refs", "w").write("5")  # the peak so far is forgotten
 before, start, error = peak(), time.process_time(), ""
 with warnings.catch_warnings(record=True) as said:
     try:
-        {"load": load, "picture": picture}[sys.argv[1]](path)
+        {"load": load, "read": read, "picture": picture}[sys.argv[1]](path)
     except clrt.ClrtError as fault:
         error = str(fault)
     except BaseException as fault:
@@ -49,7 +51,7 @@ class Cost:
 
 
 def cost(kind: str, path: Path) -> Cost:
-    """What `clrt.load` and `flatten` ("load") or `clrt.read_image` ("picture") make of a file, and cost."""
+    """What a file costs: by `load` and `flatten` ("load"), `load` ("read"), `read_image` ("picture")."""
     command = [sys.executable, "-c", _CHILD, kind, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, f"{path.name}: {done.returncode}: {done.stderr[-2000:]}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -208,6 +209,25 @@ def test_reports_are_saved_and_read(tmp_path: Path):
             report.load(tmp_path / "b.json")
     with pytest.raises(ClrtError, match="there is no such file"):
         report.load(tmp_path / "c.json")
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"group": ["a"]}, {"threads": {}}, {"items": "1"}, {"items": 10**400}, {"seconds": []},
+        {"seconds": ["1"]}, {"seconds": [0.0]}, {"seconds": [-1.0]}, {"seconds": [float("nan")]},
+        {"seconds": [5e-324]}, {"seconds": 1.0}, {"extra": 1},
+    ],
+)  # fmt: skip
+def test_what_a_report_holds_is_checked_before_an_hour_of_measuring(tmp_path: Path, changed: dict[str, Any]):
+    row = measurement((1.0,)).to_dict()
+    content = {"format": 1, "machine": {"processor": "x"}, "measurements": [row | changed]}
+    (tmp_path / "b.json").write_text(json.dumps(content))
+    with pytest.raises(ClrtError, match=r"b\.json: not a report of `clrt bench --json`"):
+        report.load(tmp_path / "b.json")
+    (tmp_path / "b.json").write_text(json.dumps(content | {"machine": ["x"], "measurements": [row]}))
+    with pytest.raises(ClrtError, match=r"b\.json: not a report of `clrt bench --json`"):
+        report.load(tmp_path / "b.json")
 
 
 def test_ratios_take_the_best_call_of_each_mode():

@@ -155,9 +155,12 @@ def test_a_verdict_is_kept_by_driver_and_processor_and_a_bad_one_for_a_day(
     assert trial.verdict(info) == ("", True)  # it was mended meanwhile
     os.utime(file, (0, 0))
     assert trial.verdict(info) == ("", False)
-    for damage in (b"", b"[", b"[]", b"\xff\xfe", b'{"device": 1}'):
+    for damage in (b"", b"[", b"[]", b"\xff\xfe", b'{"device": 1}', b"[" * 60_000, b" " * (1 << 24)):
         file.write_bytes(damage)
         assert trial.verdict(info) == ("", True)
+    file.unlink()
+    os.mkfifo(file)
+    assert trial.verdict(info) == ("", True)
 
 
 @pytest.mark.parametrize(

@@ -187,3 +187,12 @@ def test_pictures_of_kept_kernels_are_the_same(kept: Path) -> None:
         driver_module._program.cache_clear()
         assert clrt.render(SCENE).hash == expected, turn
     assert len(list(kept.iterdir())) == 1 and issubclass(cl.Program, object)
+
+
+def test_what_is_no_file_among_compiled_kernels_is_not_waited_for(tmp_path: Path) -> None:
+    pipe = tmp_path / "AA" / "BB" / "program.bc"
+    pipe.parent.mkdir(parents=True)
+    os.mkfifo(pipe)
+    assert binaries._read(pipe, b"") == b""
+    assert not kernelcache.whole(pipe)
+    assert kernelcache.remove_damaged(tmp_path) == [pipe.parent] and not pipe.parent.exists()

@@ -133,3 +133,9 @@ def test_polygons_of_few_points_are_judged_alike() -> None:
     assert same_turn(many)
     scene = clrt.load_dict({"shapes": [{"type": "polygon", "points": many}]})
     assert scene.shapes[0].primitives == 1
+
+
+def test_a_number_is_no_longer_than_python_reads() -> None:
+    check(f"a = {'1' * 4300}\nb = 'x{'1' * 5000}'\n{'c' * 5000} = 1", Limits(), "a.toml")
+    with pytest.raises(SceneError, match=r"a\.toml: '-0\.1+\.\.\. is a number of 5 003 characters; 4300"):
+        check(f"a = [1, -0.{'1' * 5000}]", Limits(), "a.toml")

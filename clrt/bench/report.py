@@ -8,18 +8,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import msgspec
+
 from clrt.atomic import replacing
 from clrt.bench import bands, roof
 from clrt.bench.frames import shares
 from clrt.bench.timing import Measurement
-from clrt.errors import ClrtError
-from clrt.files import read_bytes
+from clrt.errors import ClrtError, show
+from clrt.files import read_text_bytes
 from clrt.limits import Limits
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 FORMAT: Final = 1
+_LEAST: Final = 1e-12  # seconds that nothing takes
 _ROOFED: Final = ("tracing", "shading", "compaction")
 
 
@@ -52,11 +55,15 @@ class Report:
 def load(path: str | Path) -> Report:
     """The report that `save` wrote. ClrtError for a file that is none."""
     try:
-        content = json.loads(read_bytes(path, Limits()))
+        content = json.loads(read_text_bytes(path, Limits()))
         if content["format"] != FORMAT:
-            raise ClrtError(f"{path}: a report of format {content['format']}; this clrt reads {FORMAT}")
-        rows = [Measurement(**{**row, "seconds": tuple(row["seconds"])}) for row in content["measurements"]]
-        return Report(content["machine"], tuple(rows))
+            raise ClrtError(f"{path}: a report of format {show(content['format'])}; this clrt reads {FORMAT}")
+        rows = msgspec.convert(content["measurements"], tuple[Measurement, ...])
+        for row in rows:
+            sound = row.seconds and all(_LEAST < t < 1 / _LEAST for t in row.seconds)
+            if not (sound and row.items < 1 << 63):
+                raise ValueError(f"its times or items are none: {row.seconds[:3]}, {show(row.items)}")
+        return Report(msgspec.convert(content["machine"], dict[str, Any]), rows)
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise ClrtError(f"{path}: not a report of `clrt bench --json`: {error!r}") from None
 

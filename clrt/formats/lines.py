@@ -17,7 +17,8 @@ _KEY: Final = r"""(?:[\w-]+|"[^"\\]*"|'[^']*')"""
 _NAME: Final = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
 _HEADER: Final = re.compile(rf"\s*(\[\[?)\s*({_NAME})\s*\]\]?\s*(?:#.*)?$")
 _ENTRY: Final = re.compile(rf"\s*({_NAME})\s*=(.*)$")
-_ASIDE: Final = re.compile(r""""(?:\\.|[^"\\])*"|'[^']*'|#.*""")  # strings, comments
+# strings, comments; what could give back a character would take 100 bytes for each
+_ASIDE: Final = re.compile(r""""(?:[^"\\]++|\\.)*+"|'[^']*'|#.*""")
 _SPACE: Final = re.compile(r"[\s:,]*")
 
 

@@ -1,8 +1,8 @@
 """What a TOML file declares, counted before it is parsed.
 
-The parser takes time with the square of a dotted key's parts, and keeps about 700 bytes for each table and
-array that has a name, however short. Both are bounded here, in time and memory linear in the text. What is
-no TOML is left to the parser, which stops where the syntax ends.
+The parser takes time with the square of a dotted key's parts, 140 bytes for each character of a number, and
+about 700 bytes for each table and array that has a name, however short. All are bounded here, in time and
+memory linear in the text. What is no TOML is left to the parser, which stops where the syntax ends.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from clrt.limits import Limits
+from clrt.errors import SceneError, located, show
+from clrt.limits import Limits, written
 
 # Strings and comments, closed or not: each match is final, so that no text is gone through twice.
 _LITERAL: Final = re.compile(
@@ -30,11 +31,12 @@ _DOTTED: Final = r'[\w"-]++(?:[ \t]*+\.[ \t]*+[\w"-]++)++'
 _LONG_KEY: Final = re.compile(rf'(?<![\w".-]){_DOTTED}', re.ASCII)
 _DOTTED_KEY: Final = re.compile(rf"^[ \t]*+({_DOTTED})[ \t]*+=", re.ASCII | re.MULTILINE)
 _INNER_KEY: Final = re.compile(rf'(?<![\w".-])({_DOTTED})[ \t]*+=', re.ASCII)
+_LONG_NUMBER: Final = re.compile(r"(?<![\w.+-])[+-]?[0-9][\w.+-]{4300,}+", re.ASCII)  # Python's own limit
 _NAMED: Final = re.compile(r"=[ \t]*+[\[{]")
 
 
 def check(text: str, limits: Limits, source: str) -> None:
-    """Raise `LimitError` where the file's tables and arrays are too deep or too many."""
+    """Raise `LimitError` for tables and arrays too deep or too many, `SceneError` for a number too long."""
     bare = _LITERAL.sub(_MARK, text).encode("ascii", "replace")
     signs = np.frombuffer(bare, np.uint8)
     step = np.zeros(len(signs), np.int8)
@@ -47,6 +49,11 @@ def check(text: str, limits: Limits, source: str) -> None:
     outline = bare.decode("ascii")
     parts = max((key.group().count(".") for key in _LONG_KEY.finditer(outline)), default=0) + 1
     limits.check("nesting", parts, source)
+    long = _LONG_NUMBER.search(outline)
+    if long:
+        size = len(long.group())
+        what = f"{show(long.group(), 20)} is a number of {written(size)} characters; 4300 are read at most"
+        raise SceneError(located(source, "", what))
     opening = np.flatnonzero((step == 1) & (depth == 1)).tolist()
     closing = np.flatnonzero((step == -1) & (depth == 0)).tolist()
     limits.check("tables", _outer_tables(outline, opening, closing), source)
