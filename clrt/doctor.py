@@ -78,7 +78,7 @@ def _drivers() -> Iterator[Finding]:
         return
     yield Finding("OpenCL loader", "fine", ", ".join(vendors.loaders()) or "none that has a name")
     wanted = os.environ.get(vendors.VARIABLE)
-    if wanted and not Path(wanted).exists():
+    if wanted and not os.path.exists(wanted):
         text = f"{vendors.VARIABLE} names {wanted}, which is not there: no driver is found"
         yield Finding("driver files", "wrong", text, f"unset {vendors.VARIABLE}")
         return

@@ -26,6 +26,7 @@ from platformdirs import user_cache_dir
 
 from clrt import notices
 from clrt.errors import DeviceError
+from clrt.hush import hushed
 from clrt.resources import kernel_folder, kernel_text
 
 VARIABLE: Final = "POCL_CACHE_DIR"
@@ -242,7 +243,7 @@ def compiling(what: str) -> Iterator[bool]:
         return
     with lock():
         known = done.exists()
-        with nullcontext() if known else waiting("compiling kernels"):
+        with nullcontext() if known else waiting("compiling kernels"), hushed():
             yield known
         with suppress(OSError):  # only time is lost
             done.parent.mkdir(exist_ok=True)
