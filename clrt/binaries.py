@@ -51,8 +51,7 @@ def _place(device: cl.Device, source: str, options: list[str]) -> tuple[Path, by
 def _read(file: Path, name: bytes) -> bytes:
     """The binary that a file holds; b"" where there is none, or not this one, whole."""
     try:
-        with file.open("rb") as opened:
-            data = opened.read(_MOST)
+        data = kernelcache.contents(file, _MOST)
     except OSError:
         return b""
     head, binary = data[:130], data[130:]

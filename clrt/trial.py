@@ -106,9 +106,9 @@ def _verdict(key: str, label: str, tried: Callable[[], str], anew: bool) -> tupl
     """The verdict that is kept under a key, or that of a new trial."""
     file = _file(key)
     if not anew:
-        with suppress(OSError, ValueError, TypeError, KeyError):
+        with suppress(OSError, ValueError, TypeError, KeyError, RecursionError):
             age = time.time() - file.stat().st_mtime
-            known = str(json.loads(file.read_text(encoding="utf-8"))["fault"])
+            known = str(json.loads(kernelcache.contents(file))["fault"])
             if not known or 0 <= age < (_MOMENT if ended(known) else _DAY):
                 return known, False
     fault = tried()

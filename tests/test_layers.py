@@ -148,7 +148,7 @@ def test_faults_say_what_to_do(tmp_path: Path, image: clrt.Image):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (["--stats", "a.depth.png"], "a.depth.png: is the file of --stats; give --layers depth a file of its"),
+        (["--stats", "a.depth.png"], "a.depth.png: is the file of --stats; give --layers depth a"),
         (["--checkpoint", "a.generation_0.png"], "a.generation_0.png: is the file of --checkpoint; give"),
     ],
 )
