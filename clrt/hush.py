@@ -1,7 +1,8 @@
-"""Standard error while libraries work: libpng, clang and drivers write there what clrt says in its own line.
+"""Standard error while libraries work: libpng and OpenMP write there what clrt says in its own line.
 
 Only where clrt is the program (`take`): it then writes its own lines through a descriptor of its own, and
-within `hushed` the usual one leads nowhere. A program that imports clrt keeps its standard error as it is.
+within `hushed` the usual one leads nowhere. Not around drivers: where the disk fills up while LLVM compiles,
+it ends the process, and its line is the only one. A program that imports clrt keeps its standard error as it is.
 """
 
 from __future__ import annotations

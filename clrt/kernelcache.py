@@ -26,7 +26,6 @@ from platformdirs import user_cache_dir
 
 from clrt import notices
 from clrt.errors import DeviceError
-from clrt.hush import hushed
 from clrt.resources import kernel_folder, kernel_text
 
 VARIABLE: Final = "POCL_CACHE_DIR"
@@ -228,7 +227,7 @@ def _note(holder: Path) -> None:
 
 
 def contents(file: Path, most: int = 1 << 20) -> bytes:
-    """What a small file of ours holds, at most so many bytes. OSError where it is none, or no regular file."""
+    """What a small file of ours holds, at most so many bytes. OSError where there is no regular file."""
     if not stat.S_ISREG(file.stat().st_mode):
         raise OSError(f"{file} is not a regular file")  # reading a pipe would wait for ever
     with file.open("rb") as opened:
@@ -255,7 +254,7 @@ def compiling(what: str) -> Iterator[bool]:
         return
     with lock():
         known = done.exists()
-        with nullcontext() if known else waiting("compiling kernels"), hushed():
+        with nullcontext() if known else waiting("compiling kernels"):
             yield known
         with suppress(OSError):  # only time is lost
             done.parent.mkdir(exist_ok=True)
