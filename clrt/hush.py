@@ -2,7 +2,7 @@
 
 Only where clrt is the program (`take`): it then writes its own lines through a descriptor of its own, and
 within `hushed` the usual one leads nowhere. Not around drivers: where the disk fills up while LLVM compiles,
-it ends the process, and its line is the only one. A program that imports clrt keeps its standard error as it is.
+it ends the process, and its line is the only one. A program that imports clrt keeps its own.
 """
 
 from __future__ import annotations
