@@ -11,19 +11,18 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import Any, Final, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from clrt.errors import NO_MEMORY, ClrtError, LimitError, fault
+from clrt.errors import ClrtError, LimitError, exhausted, fault
 
-_NO_THREAD: Final = "can't start new thread"  # Python's words where there is no room for its stack
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
 def public(function: Callable[P, T]) -> Callable[P, T]:
-    """An entry point of the package: where the machine's memory runs out in it, a LimitError says so.
+    """An entry point of the package: where memory, files or threads run out in it, a LimitError says so.
 
     Numbers that overflow there do so in silence, as on the device: numpy has no words for the user.
     """
@@ -33,12 +32,11 @@ def public(function: Callable[P, T]) -> Callable[P, T]:
         try:
             with np.errstate(all="ignore"):
                 return function(*arguments, **named)
-        except MemoryError:
-            pass  # raised below, where what the failed call held is free again
-        except RuntimeError as error:
-            if str(error) != _NO_THREAD:
+        except (MemoryError, OSError, RuntimeError) as error:
+            spent = exhausted(error)
+            if not spent:
                 raise
-        raise LimitError(NO_MEMORY)
+        raise LimitError(spent)  # here, where what the failed call held is free again
 
     return entered
 
@@ -106,7 +104,7 @@ def text(name: str, value: object) -> str:
 
 def names(name: str, value: object) -> tuple[str, ...]:
     """`value` as a tuple of texts: a sequence or a set of them, or "all", but no other text by itself."""
-    if value == "all":
+    if isinstance(value, str) and value == "all":
         return ("all",)
     many = isinstance(value, (Sequence, set, frozenset)) and not isinstance(value, (str, bytes, bytearray))
     if not many or not all(isinstance(one, str) for one in value):  # type: ignore[attr-defined]
@@ -164,6 +162,8 @@ def array(name: str, value: object, kind: type[np.floating], form: str) -> np.nd
         raise ClrtError(fault("", name, value, right)) from None
     if found.dtype.kind not in "iuf":
         raise ClrtError(fault("", name, value, right))
+    if np.ma.is_masked(value):
+        raise ClrtError(f"{name}: {np.ma.count_masked(value)} of its numbers are masked; fill them in")
     with np.errstate(over="ignore", invalid="ignore"):
         return found.astype(kind, copy=False)
 

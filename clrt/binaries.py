@@ -17,8 +17,6 @@ from typing import Final
 from clrt import kernelcache
 from clrt.atomic import replacing
 from clrt.errors import ClrtError
-from clrt.files import read_bytes
-from clrt.limits import Limits
 from clrt.opencl import cl
 from clrt.processor import signature
 
@@ -52,8 +50,8 @@ def _place(device: cl.Device, source: str, options: list[str]) -> tuple[Path, by
 def _read(file: Path, name: bytes) -> bytes:
     """The binary that a file holds; b"" where there is none, or not this one, whole."""
     try:
-        data = read_bytes(file, Limits(file_bytes=_MOST))
-    except ClrtError:
+        data = kernelcache.contents(file, _MOST)
+    except OSError:
         return b""
     head, binary = data[:130], data[130:]
     return binary if head == _head(name, binary) else b""

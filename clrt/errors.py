@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+
 WORD, LINE = 200, 2000  # characters of a message's longest word (a name, mostly) and of all of it
 
 
@@ -41,6 +43,31 @@ class ClrtWarning(UserWarning):
 
 NO_MEMORY = "this machine has no memory left for it; use a smaller scene or picture, or fewer layers"
 
+_SPENT = {
+    errno.EMFILE: "this process may not open more files (ulimit -n)",
+    errno.ENFILE: "this machine has no more open files",
+    errno.ENOMEM: NO_MEMORY,
+    errno.EAGAIN: "no more processes or threads can be started here (ulimit -u, ulimit -v)",
+}
+_WORDS = {
+    "can't start new thread": errno.EAGAIN,  # a RuntimeError of Python's own
+    "failed to map segment": errno.ENOMEM,  # an ImportError, in the loader's words
+    "cannot allocate memory": errno.ENOMEM,
+    "too many open files": errno.EMFILE,
+}
+
+
+def exhausted(error: BaseException) -> str:
+    """What of the machine ran out, where an exception says that, in whatever words; '' of another one."""
+    if isinstance(error, MemoryError):
+        return NO_MEMORY
+    if isinstance(error, OSError):
+        return _SPENT.get(error.errno or 0, "")
+    if isinstance(error, (RuntimeError, ImportError)):
+        said = str(error).lower()
+        return next((_SPENT[number] for words, number in _WORDS.items() if words in said), "")
+    return ""
+
 
 def one_line(text: str) -> str:
     """`text` as a terminal or a log may show it: printable, one line, neither it nor a word too long.
@@ -66,7 +93,7 @@ def show(value: object, width: int = 60) -> str:
     """`value` as a message shows it: its repr in one line of at most `width` characters."""
     try:
         text = " ".join(repr(value).split())
-    except (ValueError, RecursionError):  # an int of too many digits, an endless structure
+    except Exception:  # an int of too many digits, an endless structure, a __repr__ that fails
         text = f"a {type(value).__name__}"
     return text if len(text) <= width else text[: width - 3] + "..."
 

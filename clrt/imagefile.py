@@ -20,6 +20,7 @@ import OpenImageIO as oiio
 from clrt.atomic import check_replaceable, replacing
 from clrt.errors import ClrtError, SceneError
 from clrt.files import opened
+from clrt.hush import hushed
 from clrt.jpegfile import check_jpeg
 from clrt.limits import Limits
 
@@ -119,19 +120,20 @@ def write(
     spec.attribute("png:compressionLevel", 4)  # of 9: two thirds of the usual time, for 6 % more bytes
     for key, text in (metadata or {}).items():
         spec.attribute(key, text)
-    with replacing(path) as temporary, _surely(temporary) as scratch:
+    with replacing(path) as temporary, _surely(temporary) as scratch, hushed():
         output = oiio.ImageOutput.create(Path(path).suffix.lower().removeprefix("."))
         if output is None:
             raise ClrtError(f"{path}: {_words(oiio)}")
-        done = output.open(scratch, spec)
         try:
+            done = output.open(scratch, spec)
             for row in range(0, height if done else 0, ROWS):
                 block = np.concatenate([p[row : row + ROWS].astype(parts[0].dtype) for p in parts], axis=2)
                 done = done and output.write_scanlines(row, row + len(block), 0, block)
+            done = output.close() and done
         except KeyboardInterrupt:
             _unfinished[:] = [output]  # libpng complains where it is given up: not before the end
             raise
-        if not (output.close() and done):
+        if not done:
             raise ClrtError(f"{path}: cannot be written: {_words(output)}")
 
 
@@ -232,7 +234,7 @@ def _bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
 @contextmanager
 def _open(path: str | os.PathLike[str], limits: Limits) -> Iterator[oiio.ImageInput]:
     """OpenImageIO's reader of a picture, closed in the end."""
-    with opened(path, limits) as file:
+    with hushed(), opened(path, limits) as file:
         head = file.read(8)
         reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
         if reader is None:

@@ -27,6 +27,9 @@ temporaries: set[Path] = set()
 saved: list[Path] = []
 """The files that were written last, to be told after an interrupt."""
 
+errors_to = 2
+"""The descriptor that leads to standard error."""
+
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 _MOST = 8  # that are told
 _AGAIN = 0.01  # seconds until a signal that came within an import is looked at again
@@ -129,7 +132,7 @@ def _leave(number: int) -> NoReturn:
     if not _said:
         rest = "" if _main else "; nothing was saved"
         try:  # noqa: SIM105
-            os.write(2, f"clrt: {_word(number)}{rest}\n".encode())
+            os.write(errors_to, f"clrt: {_word(number)}{rest}\n".encode())
         except OSError:  # nobody reads it
             pass
     os._exit(128 + number)

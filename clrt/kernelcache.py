@@ -147,9 +147,9 @@ def remove_damaged(folder: Path) -> list[Path]:
 def whole(file: Path) -> bool:
     """Whether a compiled program (LLVM bitcode) or kernel (ELF) is as long as its own tables say."""
     try:
-        status = file.stat()
-        if not stat.S_ISREG(status.st_mode):  # opening a pipe would never end
-            return False
+        status = file.lstat()
+        if not stat.S_ISREG(status.st_mode):
+            return False  # the driver makes no others, and may wait for them for ever
         size = status.st_size
         with file.open("rb") as opened:
             head = opened.read(64)
@@ -222,12 +222,21 @@ def waiting(what: str) -> Iterator[None]:
 
 def _note(holder: Path) -> None:
     with suppress(OSError):  # only a message knows less
-        holder.write_text(f"{os.getpid()}\n")
+        if not holder.exists() or holder.is_file():  # a pipe would wait for a reader
+            holder.write_text(f"{os.getpid()}\n")
+
+
+def contents(file: Path, most: int = 1 << 20) -> bytes:
+    """What a small file of ours holds, at most so many bytes. OSError where there is no regular file."""
+    if not stat.S_ISREG(file.stat().st_mode):
+        raise OSError(f"{file} is not a regular file")  # reading a pipe would wait for ever
+    with file.open("rb") as opened:
+        return opened.read(most)
 
 
 def _holder(holder: Path) -> str:
     with suppress(OSError):
-        text = holder.read_text(errors="replace")[:20].strip()
+        text = contents(holder, 20).decode(errors="replace").strip()
         if text.isdecimal():
             return f"process {text}"
     return "another process"

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from clrt.errors import show
+
 PAGE: Final = "docs/what-clrt-does-not-do.md"
 
 # what clrt has not -> words of scene files that ask for it, in lower case with _ for spaces and hyphens
@@ -98,4 +100,4 @@ def advice(word: object, known: list[str]) -> str:
 
 
 def _plain(word: object) -> str:
-    return str(word)[:80].lower().replace("-", "_").replace(" ", "_")
+    return (word if isinstance(word, str) else show(word))[:80].lower().replace("-", "_").replace(" ", "_")

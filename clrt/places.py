@@ -77,7 +77,7 @@ def known_keys(table: Mapping[Any, Any], known: Iterable[str], at: At) -> None:
         if key not in names:
             hint = advice(key, names) or did_you_mean(key, names)
             text = f"unknown key {show(key)}{hint} (keys here: {listed(names)})"
-            raise PlacedError(at, text, str(key))
+            raise PlacedError(at, text, key if isinstance(key, str) else show(key))
 
 
 def listed(names: Iterable[str], most: int = 30) -> str:

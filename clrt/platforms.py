@@ -105,6 +105,9 @@ def _short_version(version: str) -> str:
 
 def devices() -> list[DeviceInfo]:
     """The OpenCL devices of this machine. DeviceError when there is no OpenCL platform."""
+    check_process()
+    kernelcache.prepare()
+    trial.check_listing()
     return [info for info, _ in listed()]
 
 
@@ -128,6 +131,9 @@ def choose(wanted: int | str | None = None) -> tuple[DeviceInfo, cl.Device]:
     None looks at the environment variable CLRT_DEVICE, then takes the newest PoCL, else the first device; one
     that fails its trial (`clrt.trial`) is passed over with a warning. DeviceError lists what there is.
     """
+    check_process()
+    kernelcache.prepare()  # where the trial's verdict is kept
+    trial.check_listing()
     found = listed()
     if wanted is None:
         wanted = os.environ.get("CLRT_DEVICE") or None
@@ -142,7 +148,16 @@ def choose(wanted: int | str | None = None) -> tuple[DeviceInfo, cl.Device]:
             f"device {text!r} is not here; this machine offers {offered}; choose with --device, device= or "
             f"CLRT_DEVICE, or find out why it is not seen: {command('doctor')}"
         )
+    _check_here(matches[0][0])
     return matches[0]
+
+
+def _check_here(info: DeviceInfo) -> None:
+    """DeviceError where the driver of a device ends a process like this one, which asks for the unusual."""
+    if trial.circumstances():
+        fault = trial.verdict(info)[0]
+        if trial.ended(fault):
+            raise DeviceError(trial.broken(f"{info.label}: {fault}"))
 
 
 def _default(found: list[tuple[DeviceInfo, cl.Device]]) -> tuple[DeviceInfo, cl.Device]:
@@ -151,6 +166,7 @@ def _default(found: list[tuple[DeviceInfo, cl.Device]]) -> tuple[DeviceInfo, cl.
         advice = f"install a driver: {mending()}"
         raise DeviceError(f"no OpenCL device, though there is a platform; {advice}")
     if len(ranked) == 1:  # there is nothing to choose; what is wrong with it comes out when it builds kernels
+        _check_here(ranked[0][0])
         return ranked[0]
     faults = []
     for info, device in ranked:

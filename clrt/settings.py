@@ -9,6 +9,7 @@ from clrt.arguments import flag, instance, optional, whole
 from clrt.errors import ClrtError, fault
 from clrt.limits import Limits
 
+_MOST: Final = 2**31 - 1  # work-items of a work-group, far beyond any device
 _COUNTS: Final = ("tile", "local_size", "threads")
 
 
@@ -35,6 +36,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         plain: dict[str, object] = {n: optional(f"settings.{n}", getattr(self, n), 1) for n in _COUNTS}
+        optional("settings.local_size", self.local_size, 1, _MOST)
         plain["lanes"] = whole("settings.lanes", self.lanes)
         if plain["lanes"] not in (8, 16):
             raise ClrtError(fault("", "settings.lanes", self.lanes, "it must be 8 or 16"))

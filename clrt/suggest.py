@@ -8,6 +8,8 @@ from heapq import nlargest
 from itertools import pairwise
 from typing import Final
 
+from clrt.errors import show
+
 _LETTERS: Final = 80  # of a name that are looked at: comparing two takes the square of it
 _MOST: Final = 500  # names that are compared letter by letter
 
@@ -18,7 +20,7 @@ def nearest(name: object, known: Iterable[str], cutoff: float = 0.0) -> str | No
     cutoff: 0 (any will do) to 1 (the same letters), as `difflib` measures it. The time is linear in the
     number of names: of many only those are compared that share the most pairs of letters with `name`.
     """
-    wrong = str(name)[:_LETTERS].lower()
+    wrong = (name if isinstance(name, str) else show(name))[:_LETTERS].lower()
     pairs = set(pairwise(wrong))
 
     def likeness(candidate: str) -> int:

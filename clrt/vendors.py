@@ -48,7 +48,7 @@ def install_command(fault: str = "") -> str:
 def vendor_folders() -> list[Path]:
     """Where drivers are looked for, in that order: folders, or a file that OCL_ICD_VENDORS names."""
     wanted = Path(os.environ.get(VARIABLE) or USUAL_FOLDER)
-    if os.environ.get(VARIABLE) and not wanted.is_dir():
+    if os.environ.get(VARIABLE) and not os.path.isdir(wanted):  # False for what can be no name, too
         return [wanted]
     bundled = bundled_folder()
     return [bundled, wanted] if bundled else [wanted]
@@ -67,7 +67,7 @@ def vendors() -> list[Vendor]:
     """Every driver that is announced here."""
     found = []
     for folder in vendor_folders():
-        for file in [folder] if folder.is_file() else sorted(folder.glob("*.icd")):
+        for file in [folder] if os.path.isfile(folder) else sorted(folder.glob("*.icd")):
             try:
                 text = file.read_text(encoding="utf-8", errors="replace")
             except OSError as error:
@@ -75,7 +75,7 @@ def vendors() -> list[Vendor]:
                 continue
             library = "".join(text.splitlines()[:1]).strip()[:200]
             near = file.parent / library  # pyopencl's own names a library beside it
-            path = str(near) if near.is_file() else library
+            path = str(near) if os.path.isfile(near) else library
             found.append(Vendor(file, path, load_fault(path)))
     return found
 
@@ -93,7 +93,7 @@ def why_none() -> str:
     """Why no driver is found here, as far as the files tell: a clause for an error message."""
     folders = vendor_folders()
     places = ", ".join(map(str, folders))
-    if os.environ.get(VARIABLE) and not folders[-1].exists():
+    if os.environ.get(VARIABLE) and not os.path.exists(folders[-1]):
         return f"{VARIABLE} names {folders[-1]}, which is not there; unset it"
     found = vendors()
     if not found:
@@ -113,6 +113,8 @@ def load_fault(library: str) -> str:
         )
     except subprocess.TimeoutExpired:
         return "it does not load within 30 s"
+    except (OSError, ValueError) as error:  # no process can be started here, or not with that argument
+        return f"it cannot be tried: {getattr(error, 'strerror', None) or error}"
     if done.returncode == 0:
         return ""
     lines = done.stderr.strip().splitlines()

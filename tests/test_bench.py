@@ -245,6 +245,26 @@ def test_ratios_take_the_best_call_of_each_mode():
     )
 
 
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--only", "launch", "--chart", "a.svg"], "a roofline chart needs the kernels' measurements"),
+        (["--only", "kernels", "--chart", "a.bmp"], "no chart is drawn as .bmp; use one of "),
+        (["--json", "a.svg", "--chart", "a.svg"], "a.svg: is the file of --json; give --chart a file of its"),
+    ],
+)
+def test_charts_are_refused_before_anything_is_measured(
+    options: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    from clrt.bench import suite
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(suite, "run", lambda *_: pytest.fail("it measures"))
+    assert main(["bench", "--quick", *options]) == 2
+    assert says in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
 @pytest.mark.slow
 def test_the_command_measures_compares_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
     old, new, chart = tmp_path / "old.json", tmp_path / "new.json", tmp_path / "roof.svg"

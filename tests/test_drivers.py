@@ -149,7 +149,8 @@ def test_a_verdict_is_kept_by_driver_and_processor_and_a_bad_one_for_a_day(
         assert trial.verdict(platforms.DeviceInfo(**{**vars(info), **other}))[1]
     monkeypatch.setattr(trial, "signature", lambda: "another processor")
     assert trial.verdict(info)[1]
-    (file,) = [file for file in (tmp_path / "verdicts").iterdir() if file == trial._file(info)]
+    file = trial._file(f"{info.label}\0{info.driver}")
+    assert file in (tmp_path / "verdicts").iterdir()
     faults["label"] = ""
     os.utime(file, (0, 0))
     assert trial.verdict(info) == ("", True)  # it was mended meanwhile

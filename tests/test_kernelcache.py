@@ -6,12 +6,13 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 import clrt
-from clrt import binaries, kernelcache
+from clrt import binaries, kernelcache, platforms, trial
 from clrt import driver as driver_module
 from clrt.opencl import cl
 
@@ -189,10 +190,37 @@ def test_pictures_of_kept_kernels_are_the_same(kept: Path) -> None:
     assert len(list(kept.iterdir())) == 1 and issubclass(cl.Program, object)
 
 
-def test_what_is_no_file_among_compiled_kernels_is_not_waited_for(tmp_path: Path) -> None:
-    pipe = tmp_path / "AA" / "BB" / "program.bc"
-    pipe.parent.mkdir(parents=True)
-    os.mkfifo(pipe)
-    assert binaries._read(pipe, b"") == b""
-    assert not kernelcache.whole(pipe)
-    assert kernelcache.remove_damaged(tmp_path) == [pipe.parent] and not pipe.parent.exists()
+def folder_instead(file: Path) -> None:
+    file.mkdir()
+
+
+def link_to_itself(file: Path) -> None:
+    file.symlink_to(file)
+
+
+ODD = (folder_instead, link_to_itself, os.mkfifo) if hasattr(os, "mkfifo") else (folder_instead,)
+
+
+@pytest.mark.parametrize("make", ODD)
+def test_what_is_no_file_is_damage_and_nobody_waits_for_it(
+    make: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Found in a cache folder, these end the driver's process, or are read for ever."""
+    for name in ("split.so", "program.bc"):
+        make(tmp_path / name)
+        assert not kernelcache.whole(tmp_path / name)
+        with pytest.raises(OSError, match=r"regular|symbolic"):
+            kernelcache.contents(tmp_path / name)
+    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    make(tmp_path / "clrt.lock.holder")
+    with kernelcache.lock() as got:
+        assert got and kernelcache._holder(tmp_path / "clrt.lock.holder") == "another process"
+    monkeypatch.setattr(trial, "_tried", lambda info: "")
+    info = platforms.DeviceInfo(0, "name", "platform", "1.0", "CPU", 2, 1 << 30, "7")
+    trial.verdict(info)
+    (verdict,) = (tmp_path / "verdicts").iterdir()
+    verdict.unlink()
+    make(verdict)
+    assert trial.verdict(info) == ("", True)
+    make(tmp_path / "binary")
+    assert binaries._read(tmp_path / "binary", b"name") == b""

@@ -145,6 +145,31 @@ def test_faults_say_what_to_do(tmp_path: Path, image: clrt.Image):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--stats", "a.depth.png"], "a.depth.png: is the file of --stats; give --layers depth a"),
+        (["--checkpoint", "a.generation_0.png"], "a.generation_0.png: is the file of --checkpoint; give"),
+    ],
+)
+def test_all_layers_do_not_take_the_place_of_other_files(
+    file: Path, options: list[str], says: str, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """The checkpoint is removed in the end, and with it the layer."""
+    monkeypatch.chdir(file.parent)
+    before = sorted(file.parent.iterdir())
+    assert main(["render", str(file), "-o", "a.png", "--layers", "all", *options]) == 2
+    assert says in capsys.readouterr().err and sorted(file.parent.iterdir()) == before
+
+
+def test_all_layers_need_names_that_fit(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    before = sorted(file.parent.iterdir())
+    output = str(file.with_name("x" * 245 + ".png"))
+    assert main(["render", str(file), "-o", output, "--layers", "all"]) == 2
+    assert "cannot be written" in capsys.readouterr().err and sorted(file.parent.iterdir()) == before
+
+
 def test_the_command_writes_layers_beside_the_picture(file: Path, capsys: pytest.CaptureFixture[str]):
     out = file.with_name("x.png")
     assert main(["render", str(file), "-o", str(out), "--layers", "depth,reflection"]) == 0

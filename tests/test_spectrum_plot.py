@@ -36,12 +36,21 @@ def test_the_file_is_named_after_the_spectrum(tmp_path: Path, monkeypatch: pytes
         ("{line = 5}", "NAME: line: 5.0 is not allowed; wavelengths are in nm"),
         ("{line = }", "NAME: {line = }: Invalid value"),
         ("{nme = 'D65'}", "unknown key 'nme'; did you mean 'name'"),
+        ("[" * 100_000, "it is nested too deeply"),
+        ("{blackbody = " + "9" * 5000 + "}", "Exceeds the limit"),
     ],
 )
 def test_faults_are_one_line(name: str, text: str, capsys: pytest.CaptureFixture) -> None:
     assert main(["plot-spectrum", name, "-o", "a.png"]) == 2
     error = capsys.readouterr().err
     assert text in error and error.count("\n") == 1
+
+
+@pytest.mark.parametrize("bands", ["0", "-1", "65", "2147483647"])
+def test_bands_beyond_what_a_ray_carries_are_refused(bands: str, capsys: pytest.CaptureFixture) -> None:
+    """Drawn, they took all of the machine's memory."""
+    assert main(["plot-spectrum", "D65", "-o", "a.png", "--bands", bands]) == 2
+    assert f"--bands: {bands} is not allowed; it must be a whole number" in capsys.readouterr().err
 
 
 def test_the_curve_is_the_lights_own_with_y_1() -> None:

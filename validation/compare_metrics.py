@@ -7,11 +7,14 @@ PSNR) works on `encoded` pictures: sRGB values in [0, 1] as floats, never rounde
 from __future__ import annotations
 
 import importlib.util
+import os
+import re
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
+from clrt.hush import hushed
 from clrt.install import pip_install
 
 EDGE_CHANGE = 2e-3  # a pixel that moves by more under a shift of EDGE_STEP is on an edge
@@ -70,11 +73,25 @@ def flip(ours: Array, reference: Array) -> tuple[float, Array] | None:
     """
     if without_flip():
         return None
-    import flip_evaluator
+    _bound_threads()
+    with hushed():  # OpenMP complains of its other variables
+        import flip_evaluator
 
     pictures = (np.ascontiguousarray(image, dtype=np.float32) for image in (reference, ours))
     map_, mean, _ = flip_evaluator.evaluate(*pictures, "LDR", inputsRGB=True, applyMagma=False)
     return float(mean), np.asarray(map_, np.float64).reshape(reference.shape[:2])
+
+
+def _bound_threads() -> None:
+    """No more threads than cores, and stacks of the usual size: FLIP's OpenMP ends the process at too many.
+
+    OpenMP reads its variables when its library is loaded.
+    """
+    cores, asked = os.cpu_count() or 1, os.environ.get("OMP_NUM_THREADS")
+    if asked is not None and not (re.fullmatch("[0-9]{1,6}", asked) and 0 < int(asked) <= cores):
+        os.environ["OMP_NUM_THREADS"] = str(cores)
+    for name in ("OMP_STACKSIZE", "GOMP_STACKSIZE", "OMP_THREAD_LIMIT"):
+        os.environ.pop(name, None)
 
 
 def psnr(ours: Array, reference: Array) -> float:

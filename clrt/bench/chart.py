@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,6 +14,7 @@ from clrt.bench.timing import Measurement
 from clrt.errors import ClrtError
 from clrt.install import pip_install
 
+_NO_ROOF: Final = "a roofline chart needs the kernels' measurements; leave out --only, or add kernels to it"
 _MARKS: Final = {"tracing": "o", "shading": "s", "compaction": "^"}
 
 
@@ -41,14 +43,23 @@ def save(figure: Any, path: str | Path) -> Path:
     return target
 
 
+def check_chart(path: str | Path, groups: Collection[str]) -> None:
+    """Raise, before anything is measured, the ClrtError that `roofline` or `save` would."""
+    if "kernels" not in groups:
+        raise ClrtError(_NO_ROOF)
+    known = pyplot().figure().canvas.get_supported_filetypes()
+    pyplot().close()
+    suffix = Path(path).suffix.lower().lstrip(".") or "png"
+    if suffix not in known:
+        raise ClrtError(f"{path}: no chart is drawn as .{suffix}; use one of {', '.join(sorted(known))}")
+
+
 def roofline(report: Report, path: str | Path) -> Path:
     """Draw every pass with known traffic and operations. ClrtError for a report without the roof."""
     best = report.roof
     drawn = [m for m in report.of(*_MARKS) if m.flops and m.nbytes]
     if best is None or not drawn:
-        raise ClrtError(
-            "a roofline chart needs the kernels' measurements; leave out --only, or add kernels to it"
-        )
+        raise ClrtError(_NO_ROOF)
     plt = pyplot()
     figure, axes = plt.subplots(figsize=(9, 6))
     intensity = np.geomspace(0.02, 200, 200)

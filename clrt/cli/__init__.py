@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, Final, NoReturn
 
-from clrt import interrupts
+from clrt import hush, interrupts
 from clrt.cli import terminal
-from clrt.errors import NO_MEMORY, ClrtError, ClrtWarning, one_line
+from clrt.errors import ClrtError, ClrtWarning, exhausted, one_line
 
 FAULT, INTERRUPTED = 2, 130  # exit codes; 130 is what shells expect after Ctrl-C
 _SAVE: Final = ("render", "convert", "plot-spectrum")
@@ -38,8 +38,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code: int = import_module(f"clrt.cli.{command.replace('-', '_')}").run(options)
         except ClrtError as error:
             code = say(f"error: {error}", FAULT)
-        except MemoryError:
-            code = say(f"error: {NO_MEMORY}", FAULT)
+        except (MemoryError, OSError, RuntimeError, ImportError) as error:
+            spent = exhausted(error)
+            if not spent:
+                raise
+            code = say(f"error: {spent}", FAULT)
         except KeyboardInterrupt:
             return interrupted()
         except SystemExit as leaving:  # argparse has said all: help, or what is wrong
@@ -57,6 +60,7 @@ def program() -> NoReturn:
     """`main` as a process. After Ctrl-C it ends at once: Python would wait for what the device still does."""
     interrupts.install()
     terminal.hold_closed()
+    hush.take()
     try:
         code = main()
         interrupts.finished()
@@ -83,7 +87,9 @@ def interrupted(checkpoint: str | None = None) -> int:
     left = f"saved: {', '.join(saved)}" if saved else "nothing was saved"
     if not saved and os.path.exists(kept):
         left = f"{checkpoint} holds what is finished: the same command goes on from there"
-    return say(f"{interrupts.word()}; {left}", interrupts.code())
+    code = say(f"{interrupts.word()}; {left}", interrupts.code())
+    hush.for_good()  # libraries complain of what they have to give up
+    return code
 
 
 def _show_warning(

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clrt.atomic import check_replaceable
+from clrt.cli.outputs import check_apart
 from clrt.cli.terminal import console, marked
 from clrt.errors import ClrtError
 
@@ -27,7 +28,9 @@ def run(options: argparse.Namespace) -> int:
     from clrt.bench import report, suite
 
     old = report.load(options.compare) if options.compare else None
-    for path in filter(None, (options.json, options.chart)):
+    outputs = {"--json": options.json, "--chart": options.chart}
+    check_apart({option: path for option, path in outputs.items() if path}, {})
+    for path in filter(None, outputs.values()):
         check_replaceable(path)
     plan = _plan(options)
     if old:
@@ -55,9 +58,9 @@ def _plan(options: argparse.Namespace) -> Any:
     if options.rounds < 1:
         raise ClrtError(f"--rounds: {options.rounds} is not allowed; it must be at least 1")
     if options.chart:
-        from clrt.bench.chart import pyplot
+        from clrt.bench.chart import check_chart
 
-        pyplot()
+        check_chart(options.chart, groups)
     return suite.Plan(
         groups=groups,
         device=options.device,

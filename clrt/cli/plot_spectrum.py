@@ -7,9 +7,11 @@ import re
 import tomllib
 from pathlib import Path
 
+from clrt.arguments import whole
 from clrt.atomic import check_replaceable
 from clrt.errors import ClrtError
 from clrt.indices import GLASSES
+from clrt.limits import Limits
 from clrt.places import At, listed
 from clrt.records import read
 from clrt.spectrum import LAMPS, METALS, REFLECTANCES, Spectrum
@@ -24,6 +26,8 @@ def run(options: argparse.Namespace) -> int:
     name: str = options.spectrum
     value = name if name in (*GROUPS, *LAMPS, *REFLECTANCES, *GLASSES) else _stated(name)
     stem = re.sub(r"[^\w.-]+", "_", name).strip("_") or "spectrum"
+    if options.bands is not None:
+        options.bands = whole("--bands", options.bands, 1, Limits().bands)
     path = Path(options.output or f"{stem}.png")
     check_replaceable(path)
     from clrt.bench.chart import save  # with matplotlib: only where something is drawn
@@ -42,7 +46,9 @@ def _stated(text: str) -> str | Spectrum:
         raise at.error(text, f"it is one of {listed(known)}{did_you_mean(text, names)}")
     try:
         table = tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise at.error(text, "it is nested too deeply") from None
+    except ValueError as error:  # not TOML, or an int of too many digits
         raise ClrtError(f"NAME: {text}: {error}") from None
     if isinstance(table, list):
         table = {"samples": table}

@@ -16,6 +16,9 @@ from clrt.resources import scene_file
 
 if TYPE_CHECKING:
     from clrt.image import Image
+    from clrt.scene import Scene
+
+_DEEPEST = 1000  # generation whose layer's file is looked at beforehand: renders of more are refused, mostly
 
 
 def run(options: argparse.Namespace) -> int:
@@ -51,7 +54,7 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
 
     limits = clrt.Limits(**dict(options.limit))
     scene = load_scene(file, limits=limits)
-    check_spares(_outputs(options), scene)
+    _check_layers(options, file, scene)
     with progress(file.stem, getattr(options, "quiet", False)) as report:
         return clrt.render(
             scene,
@@ -92,6 +95,21 @@ def _layer_files(options: argparse.Namespace) -> dict[str, Path]:
     if output is None or _holds_layers(output):
         return {}
     return {name: layer_file(output, name) for name in options.layers if name != "all"}
+
+
+def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None:
+    """The rest of `_check_outputs`, once the scene says which pictures it reads, and which layers are all."""
+    from clrt.film import check_layers
+
+    if "all" in getattr(options, "layers", ()):
+        depth = scene.max_depth if options.max_depth is None else options.max_depth
+        names = check_layers("all", min(depth, _DEEPEST), spectral=True)
+        shown = [name for name in names if name != "bands"]
+        options = argparse.Namespace(**{**vars(options), "layers": shown})
+        check_apart(_outputs(options), {"the scene": file})
+        for layer in _layer_files(options).values():
+            check_replaceable(layer)
+    check_spares(_outputs(options), scene)
 
 
 def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
