@@ -82,7 +82,7 @@ def path(name: str, value: object) -> Path:
     if not isinstance(text, str):
         raise ClrtError(fault("", name, value, "it must be a file's name: a text or a pathlib.Path"))
     if "\0" in text:
-        raise ClrtError(fault("", name, value, "a file's name cannot hold the character NUL"))
+        raise ClrtError(fault("", name, value, r"a file's name cannot hold the character \x00"))
     try:
         os.fsencode(text)
     except UnicodeError:

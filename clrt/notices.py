@@ -16,17 +16,14 @@ MOST: Final = 20
 """Warnings that reading one scene gives; how many more there were is said, too."""
 
 _PACKAGE: Final = os.path.dirname(os.path.abspath(__file__)) + os.sep
-_told: ContextVar[dict[str, None] | None] = ContextVar("clrt_told", default=None)
+_told: ContextVar[_Told | None] = ContextVar("clrt_told", default=None)
 
 
 def warn(source: str, place: str, text: str) -> None:
     """Give the `ClrtWarning` 'source: place: text'; within `bounded` only if it is new, and not too many."""
     message, told = located(source, place, text.removeprefix(f"{source}: ")), _told.get()
-    if told is not None:
-        known = message in told
-        told[message] = None
-        if known or len(told) > MOST:
-            return
+    if told is not None and not told.passes(message):
+        return
     warnings.warn(message, ClrtWarning, stacklevel=_outside())
 
 
@@ -36,14 +33,32 @@ def bounded(source: str) -> Iterator[None]:
     if _told.get() is not None:
         yield
         return
-    told: dict[str, None] = {}
+    told = _Told()
     token = _told.set(told)
     try:
         yield
     finally:
         _told.reset(token)
-        if len(told) > MOST:
-            warn(source, "", f"{len(told) - MOST} more warnings like these")
+        if told.more:
+            warn(source, "", f"{told.more} more warnings like these")
+
+
+class _Told:
+    """The first warnings, and how many there were beyond them, which are not kept."""
+
+    def __init__(self) -> None:
+        self.first: set[str] = set()
+        self.more = 0
+
+    def passes(self, message: str) -> bool:
+        """Whether a warning is new, and among the first."""
+        if message in self.first:
+            return False
+        if len(self.first) == MOST:
+            self.more += 1
+            return False
+        self.first.add(message)
+        return True
 
 
 def _outside() -> int:
@@ -55,5 +70,7 @@ def _outside() -> int:
 
 
 def _own(file: str) -> bool:
-    # contextlib's frames stand between a block of ours and what leaves it; <frozen runpy> runs our scripts
-    return file.startswith((_PACKAGE, "<frozen")) or os.path.basename(file) == "contextlib.py"
+    # contextlib's frames stand between a block of ours and what leaves it, numpy's between a function and what
+    # np.errstate made of it; <frozen runpy> runs our scripts
+    between = ("contextlib.py", "_ufunc_config.py")
+    return file.startswith((_PACKAGE, "<frozen")) or os.path.basename(file) in between

@@ -55,7 +55,7 @@ def scene_file(name: str) -> Path:
     """
     path, shipped = Path(name), shipped_scenes()
     folder = os.path.isdir(name)
-    if os.path.lexists(name) and not folder:  # unlike Path's methods, for any name
+    if _is_something(name) and not folder:
         return path
     if name in shipped:
         return shipped[name]
@@ -68,6 +68,17 @@ def scene_file(name: str) -> Path:
     near = nearest(name, shipped, cutoff=0.6)
     hint = f"did you mean {near!r}?" if near else "`clrt scenes` lists the ones that ship"
     raise SceneError(f"{name}: neither a file nor a scene that ships with clrt; {hint}")
+
+
+def _is_something(name: str) -> bool:
+    """Whether a name is not merely that of a missing file: what cannot be looked at, opening it says."""
+    try:
+        os.lstat(name)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except (OSError, ValueError):
+        return True
+    return True
 
 
 def validation_module(name: str) -> ModuleType:

@@ -35,7 +35,7 @@ def nearest(name: object, known: Iterable[str], cutoff: float = 0.0) -> str | No
     return by_letters[near[0]] if near else None
 
 
-def did_you_mean(name: object, known: Iterable[str], cutoff: float = 0.0) -> str:
-    """'; did you mean ...?' with the nearest of `known`, or nothing where there is none."""
+def did_you_mean(name: object, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """'; did you mean ...?' with the nearest of `known`, or nothing where none is near."""
     near = nearest(name, known, cutoff)
     return "" if near is None else f"; did you mean {near!r}?"

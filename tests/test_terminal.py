@@ -20,6 +20,7 @@ from clrt.resources import shipped_scenes
 
 # it warns: above 1 a surface makes light
 SCENE = """
+ambient = 1.0
 [camera]
 origin = [0, 0, 4]
 target = [0, 0, 0]

@@ -21,7 +21,6 @@ from clrt.scene import Scene
 BANDS: Final = 380.0 + 18.0 * np.arange(20)
 """Lower ends of the program's bands in nm, each 18 nm wide."""
 _END: Final = 740.0
-_MOST_WARNINGS: Final = 10
 
 
 def load(path: Path, limits: Limits, response: str = "thesis-2011", faults: bool = False) -> Scene:
@@ -106,19 +105,13 @@ class _Reader:
             "Ellipsoid": self._ellipsoid,
             "Quadric": self._quadric,
         }
-        skipped = 0
         while self.tokens.peek() is not None:
             word = self.tokens.word("an object")
             if word in entities:
                 entities[word]()
-                continue
-            skipped += 1
-            if skipped <= _MOST_WARNINGS:
+            else:
                 text = f"the word {show(word)} is skipped; known are {', '.join(entities)}"
                 notices.warn(self.tokens.source, f"line {self.tokens.line}", text)
-        if skipped > _MOST_WARNINGS:
-            more = f"{skipped - _MOST_WARNINGS} more words are skipped"
-            notices.warn(self.tokens.source, "", more)
 
     def table(self) -> dict[str, Any]:
         x, y, z = self.focal
