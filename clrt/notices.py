@@ -70,7 +70,7 @@ def _outside() -> int:
 
 
 def _own(file: str) -> bool:
-    # contextlib's frames stand between a block of ours and what leaves it, numpy's between a function and what
-    # np.errstate made of it; <frozen runpy> runs our scripts
+    # contextlib's frames stand between a block of ours and what leaves it, numpy's around a function that
+    # np.errstate decorates; <frozen runpy> runs our scripts
     between = ("contextlib.py", "_ufunc_config.py")
     return file.startswith((_PACKAGE, "<frozen")) or os.path.basename(file) in between
