@@ -122,7 +122,8 @@ def test_as_many_threads_work_as_were_asked_for(threads: int) -> None:
     tracer.render(width=200)
     spent = {thread: time - before.get(thread, 0) for thread, time in spent_by_thread().items()}
     working = [thread for thread, time in spent.items() if time > 0.2 * sum(spent.values())]
-    assert len(working) == threads, spent
+    helps = tracer.device.info.platform == intel.PLATFORM and threads < tracer.device.info.units
+    assert len(working) == threads + helps, spent  # Intel's runtime lets the thread that waits work, too
 
 
 @pytest.mark.parametrize("name", ["ambient", "showcase", "thesis_3_12_metals"])
