@@ -8,11 +8,13 @@ DeviceError.
 from __future__ import annotations
 
 import hashlib
+import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, cached_property
 from pathlib import Path
+from types import CodeType
 from typing import Any, Final
 
 import numpy as np
@@ -163,14 +165,21 @@ class Kernels:
         self.launched: set[tuple[str, int, bool]] = set()  # name, size of work-groups, is the grid small
         self.groups: dict[str, int] = {}  # work-items of a kernel's work-group
         self._kernels: dict[str, cl.Kernel] = {}
-        self._known: set[tuple[str, tuple[Any, ...]]] = set()  # kernels and kinds of arguments that fit
+        self._checked: set[tuple[str, CodeType, int]] = set()  # kernels, and lines of code that launch them
 
     def check(self, name: str, arguments: tuple[Any, ...]) -> None:
-        """TypeError where the kernel takes other arguments than these."""
-        given = (name, parameters.kinds(arguments))
-        if given not in self._known:
-            parameters.check(self.source, *given)
-            self._known.add(given)
+        """TypeError where the kernel takes other arguments than these.
+
+        A line of code hands on the same kinds each time: it is checked once (a small picture has hundreds of
+        launches, and looking at each argument would cost a twentieth of its time).
+        """
+        frame = sys._getframe(2)
+        if frame.f_code.co_name == "launch_packets" and frame.f_back is not None:
+            frame = frame.f_back
+        place = (name, frame.f_code, frame.f_lineno)
+        if place not in self._checked:
+            parameters.check(self.source, name, parameters.kinds(arguments))
+            self._checked.add(place)
 
     @cached_property
     def hash(self) -> str:

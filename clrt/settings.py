@@ -22,8 +22,8 @@ class Settings:
     local_size: work-items of a work-group, 1 to what the device allows; None: what suits each kernel. Kernels
     that need much memory for each take fewer.
     lanes: rays of a queue block, 8 or 16.
-    threads: cores of the device to use; None: all of them. (Intel's runtime lets the thread that waits help, so
-    that one more is at work.)
+    threads: cores of the device to use; None: all of them. (Intel's runtime lets the thread that waits help,
+    so that one more is at work.)
     check: look for numbers that are not finite after each pass (slow): a ClrtError names the first.
     limits: what a render may cost at most.
     """
