@@ -105,7 +105,8 @@ def test_a_program_that_never_builds_is_one_line_with_a_hint(monkeypatch: pytest
         raise cl.RuntimeError("clBuildProgram failed: BUILD_PROGRAM_FAILURE\nwithout a log")
 
     monkeypatch.setattr("clrt.driver._program", failing)
-    with pytest.raises(clrt.DeviceError, match=r"do not build: without a log; what mends it says: .*clrt doctor$") as caught:
+    says = r"do not build: without a log; what mends it says: .*clrt doctor$"
+    with pytest.raises(clrt.DeviceError, match=says) as caught:
         clrt.render(clrt.load_dict(SCENE))
     assert len(tries) == 2 and "\n" not in str(caught.value)
 

@@ -129,7 +129,7 @@ def test_single_pixels_as_tiles_do_not_take_a_call_each(tmp_path: Path) -> None:
 
 def test_a_pipe_is_no_picture(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.png")
-    with pytest.raises(SceneError, match=r"a\.png: is not a regular file"):
+    with pytest.raises(SceneError, match=r"a\.png: is a named pipe, not a file"):
         read_image(tmp_path / "a.png")
 
 
