@@ -236,7 +236,7 @@ def test_a_thread_that_cannot_be_started_is_want_of_memory(monkeypatch: pytest.M
 
     monkeypatch.setattr("clrt.tracer.flatten", none)
     words = "can't start new thread"
-    with pytest.raises(clrt.LimitError, match="no memory left"):
+    with pytest.raises(clrt.LimitError, match="no more processes or threads can be started"):
         clrt.render(clrt.Scene())
     words = "a fault of clrt's own"
     with pytest.raises(RuntimeError, match=words):
