@@ -212,3 +212,9 @@ def test_published_nff_scenes(
     assert len(scene.lights) == lights and scene.camera is not None
     assert scene.one_sided == ("none" if name.startswith("teapot") else "opaque")
     assert clrt.load_dict(scene.to_dict()) == scene
+
+
+def test_an_option_of_another_kind_is_named(tmp_path: Path):
+    (tmp_path / "a.nff").write_text("v\n")
+    with pytest.raises(clrt.SceneError, match="conformance: 3 is not allowed; it must be a text"):
+        clrt.load(tmp_path / "a.nff", conformance=3)
