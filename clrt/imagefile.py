@@ -7,6 +7,7 @@ depend on its pixels alone and not on a library's idea of colour.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -37,6 +38,7 @@ MAGIC = {
     b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg", b"v/1\x01": "openexr", b"BM": "bmp", b"#?": "hdr",
     b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
 }  # fmt: skip
+_OPEN = "/proc/self/fd/{}"
 _unfinished: list[oiio.ImageOutput] = []
 BLOCK = 1 << 20  # bytes read at a time, where 64 rows have fewer
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
@@ -266,20 +268,24 @@ def _open(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple[oiio.I
 
 
 def _name(path: str | os.PathLike[str], file: BinaryIO) -> str:
-    """A name for OpenImageIO, which knows UTF-8 alone: the file's own, or else that of the open file."""
+    """A name for OpenImageIO, which opens files anew: that of the open file, where the system has such.
+
+    What has been looked at is then what is read, even if another file, or a pipe, takes its name meanwhile.
+    """
+    name = _OPEN.format(file.fileno())
+    if os.path.exists(name):
+        return name
     name = os.fspath(path)
     try:
         name.encode("utf-8")
     except UnicodeEncodeError:
-        name = f"/proc/self/fd/{file.fileno()}"
-        if not os.path.exists(name):
-            raise SceneError(f"{path}: its name is not UTF-8, which the picture library needs") from None
+        raise SceneError(f"{path}: its name is not UTF-8, which the picture library needs") from None
     return name
 
 
 def _words(library: Any) -> str:
     """What OpenImageIO or its reader says went wrong, quotes of broken text cut short."""
     try:
-        return str(library.geterror())[:300]
+        return re.sub(_OPEN.format(r"\d+"), "the file", str(library.geterror()))[:300]
     except UnicodeDecodeError:
         return "its contents are broken"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import warnings
 import zlib
@@ -232,3 +233,36 @@ def test_lines_of_a_radiance_header_that_change_its_numbers_are_told_of(tmp_path
         hdr(tmp_path / "a.hdr", "-Y 6 +X 8", line + "\n")
         with pytest.warns(ClrtWarning, match=f"its header says '{line}', of which no account is taken"):
             read_image(tmp_path / "a.hdr")
+
+
+def test_what_takes_a_file_s_name_meanwhile_is_not_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.jpg"
+    Pillow.fromarray(np.full((16, 16, 3), 200, np.uint8)).save(path, quality=100)
+    expected = read_image(path)
+
+    def swap(file: Any, name: str) -> None:
+        """Looking at the file takes so long that a pipe, which nobody writes to, stands in its place."""
+        path.unlink()
+        os.mkfifo(path)
+
+    monkeypatch.setattr("clrt.imagefile.check_jpeg", swap)
+    assert np.array_equal(read_image(path), expected)
+
+
+def test_messages_do_not_name_what_stands_for_the_file(tmp_path: Path) -> None:
+    whole = png(tmp_path / "a.png", b"sRGB", b"\0").read_bytes()
+    for cut in range(8, len(whole), 40):
+        (tmp_path / "a.png").write_bytes(whole[:cut])
+        with pytest.raises(SceneError, match=r"a\.png: ") as caught:
+            read_image(tmp_path / "a.png")
+        assert "/proc/" not in str(caught.value)
+
+
+def test_where_open_files_have_no_names_their_own_are_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = png(tmp_path / "a.png", b"sRGB", b"\0")
+    monkeypatch.setattr("clrt.imagefile.os.path.exists", lambda name: False)
+    assert np.array_equal(read_image(path), decode_by_hand(STORED))
