@@ -119,7 +119,10 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
             )
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
             found = [(scene.geometry[name], matrix) for matrix, name in placed]
-            pairs = [(_part(mesh), matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
+            meshes = [(mesh, matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
+            for mesh, _ in meshes:
+                _check_lists(mesh.metadata.get("_ply_raw", {}))
+            pairs = [(_part(mesh), matrix) for mesh, matrix in meshes]
     except BrokenMesh:
         raise
     except Exception as error:  # a broken file can fail anywhere inside a parser
@@ -150,7 +153,6 @@ def _prepared(data: bytes, suffix: str) -> bytes:
 
 def _part(mesh: Any) -> Part:
     """A trimesh.Trimesh as plain arrays; ValueError where they do not fit together (trimesh may not look)."""
-    _check_lists(mesh.metadata.get("_ply_raw", {}))
     vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
     # Only what the file gave is in trimesh's cache before anyone has asked for normals.
     given = "vertex_normals" in mesh._cache.cache
