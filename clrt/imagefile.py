@@ -7,6 +7,7 @@ depend on its pixels alone and not on a library's idea of colour.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -17,12 +18,14 @@ from typing import Any, BinaryIO
 import numpy as np
 import OpenImageIO as oiio
 
+from clrt import notices
 from clrt.atomic import check_replaceable, replacing
 from clrt.errors import ClrtError, SceneError
 from clrt.files import opened
 from clrt.hush import hushed
 from clrt.jpegfile import check_jpeg
 from clrt.limits import Limits
+from clrt.pictureheader import Window, check_meaning, find_picture, foreign_colours
 
 # suffix -> bit depths that it can hold, the default first; 32 is linear float, 8 and 16 are sRGB integers
 DEPTHS = {
@@ -35,6 +38,7 @@ MAGIC = {
     b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg", b"v/1\x01": "openexr", b"BM": "bmp", b"#?": "hdr",
     b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
 }  # fmt: skip
+_OPEN = "/proc/self/fd/{}"
 _unfinished: list[oiio.ImageOutput] = []
 BLOCK = 1 << 20  # bytes read at a time, where 64 rows have fewer
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
@@ -160,8 +164,10 @@ def _surely(file: Path) -> Iterator[str]:
 def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
     """A picture file as linear Rec.709 float32 (h, w, 3), the top row first.
 
-    Integer samples are decoded from sRGB, floating ones are taken as linear; grey becomes three equal
-    channels, alpha is dropped. Formats: EXR, Radiance HDR, PNG, JPEG, TIFF, BMP, told by their first bytes.
+    Integer samples are decoded from sRGB, floating ones are taken as linear; a ClrtWarning says so where the
+    file declares other colours. Grey becomes three equal channels, alpha is dropped. The picture is turned as
+    the file says (EXIF's orientation), and is all of an EXR's display window, black where nothing is stored.
+    Formats: EXR, Radiance HDR, PNG, JPEG, TIFF, BMP, told by their first bytes.
     SceneError when the file is missing, of another kind, damaged, or holds NaN or infinity; LimitError when
     it has more bytes or pixels than `limits` (default `Limits()`) allow, or takes more memory.
     """
@@ -178,26 +184,32 @@ def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np
 def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
     """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash."""
     limits = limits or Limits()
-    with _open(path, limits) as source:
+    name = os.fspath(path)
+    with _open(path, limits) as (source, file):
+        channels = find_picture(source, name)
         spec = source.spec()
-        if spec.depth > 1:
-            raise SceneError(f"{path}: {spec.depth} layers of pixels; flat pictures are read")
-        limits.check("image_pixels", spec.width * spec.height, str(path))
-        limits.check("image_bytes", _bytes_to_read(spec, source.format_name()), str(path))
+        check_meaning(spec, name)
+        window = Window.of(spec, source.format_name(), name, file)
+        pixels = max(window.width * window.height, spec.width * spec.height)
+        limits.check("image_pixels", pixels, name)
+        limits.check("image_bytes", _bytes_to_read(spec, source.format_name()), name)
         integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
         if not integer and spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
             raise SceneError(f"{path}: samples of type {spec.format}; 8 or 16 bits or floats are read")
-        linear = np.empty((spec.height, spec.width, 3), np.float32)
-        for row, samples in _row_blocks(source, spec):
+        linear = window.picture()
+        for row, samples in _row_blocks(source, spec, channels):
             if samples is None:
                 raise SceneError(f"{path}: cannot be read: {_words(source)}")
-            linear[row : row + len(samples)] = decode(samples) if integer else samples
+            window.put(linear, row, decode(samples) if integer else samples)
+        foreign = foreign_colours(spec, file)
+    if foreign:  # not before: what is written to standard error within is dropped
+        notices.warn(name, "", foreign)
     return linear
 
 
-def _row_blocks(source: Any, spec: oiio.ImageSpec) -> Iterator[tuple[int, Any]]:
-    """The colour channels of some rows at a time, after the number of the first; None where reading fails."""
-    first, last = _colour_channels(spec.channelnames)
+def _row_blocks(source: Any, spec: oiio.ImageSpec, channels: tuple[int, int]) -> Iterator[tuple[int, Any]]:
+    """These channels of some rows at a time, after the number of the first; None where reading fails."""
+    first, last = channels
     top, left = spec.y, spec.x  # of what is stored: an EXR may store a part of its picture, or more
     step = _rows_at_a_time(spec)
     for row in range(0, spec.height, step):
@@ -222,18 +234,21 @@ def _bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
     at once (an interlaced PNG, a progressive JPEG).
     """
     rows, width = spec.height, spec.width
+    pixels = rows * width
+    if reader == "openexr":  # its display window is the picture
+        pixels = max(pixels, spec.full_width * spec.full_height)
     if spec.tile_width:  # OpenImageIO joins the tiles, then cuts out the channels
         rows, width = 2 * _rows_at_a_time(spec), -(-width // spec.tile_width) * spec.tile_width
     elif reader in ("openexr", "hdr"):
         rows = min(rows, max(256, _rows_at_a_time(spec)))
     elif reader == "tiff":
         rows = min(rows, _rows_at_a_time(spec) + spec.get_int_attribute("tiff:RowsPerStrip", rows))
-    return 12 * spec.width * spec.height + width * rows * spec.nchannels * spec.channel_bytes()
+    return 12 * pixels + width * rows * spec.nchannels * spec.channel_bytes()
 
 
 @contextmanager
-def _open(path: str | os.PathLike[str], limits: Limits) -> Iterator[oiio.ImageInput]:
-    """OpenImageIO's reader of a picture, closed in the end."""
+def _open(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple[oiio.ImageInput, BinaryIO]]:
+    """OpenImageIO's reader of a picture, closed in the end, and the file itself."""
     with hushed(), opened(path, limits) as file:
         head = file.read(8)
         reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
@@ -247,34 +262,30 @@ def _open(path: str | os.PathLike[str], limits: Limits) -> Iterator[oiio.ImageIn
         if source is None or source.format_name() != reader:
             raise SceneError(f"{path}: cannot be read: {_words(oiio)}")
         try:
-            yield source
+            yield source, file
         finally:
             source.close()
 
 
 def _name(path: str | os.PathLike[str], file: BinaryIO) -> str:
-    """A name for OpenImageIO, which knows UTF-8 alone: the file's own, or else that of the open file."""
+    """A name for OpenImageIO, which opens files anew: that of the open file, where the system has such.
+
+    What has been looked at is then what is read, even if another file, or a pipe, takes its name meanwhile.
+    """
+    name = _OPEN.format(file.fileno())
+    if os.path.exists(name):
+        return name
     name = os.fspath(path)
     try:
         name.encode("utf-8")
     except UnicodeEncodeError:
-        name = f"/proc/self/fd/{file.fileno()}"
-        if not os.path.exists(name):
-            raise SceneError(f"{path}: its name is not UTF-8, which the picture library needs") from None
+        raise SceneError(f"{path}: its name is not UTF-8, which the picture library needs") from None
     return name
 
 
 def _words(library: Any) -> str:
     """What OpenImageIO or its reader says went wrong, quotes of broken text cut short."""
     try:
-        return str(library.geterror())[:300]
+        return re.sub(_OPEN.format(r"\d+"), "the file", str(library.geterror()))[:300]
     except UnicodeDecodeError:
         return "its contents are broken"
-
-
-def _colour_channels(names: tuple[str, ...]) -> tuple[int, int]:
-    """Range of the colour channels: R, G, B where there are such, else the first one, as grey."""
-    for first in range(len(names) - 2):
-        if tuple(name.upper() for name in names[first : first + 3]) == ("R", "G", "B"):
-            return first, first + 3
-    return 0, 1

@@ -20,6 +20,7 @@ from clrt.gltf_document import BrokenMesh
 from clrt.install import pip_install
 from clrt.limits import Limits
 from clrt.meshparts import Arrays, Part, Placed
+from clrt.objfile import plain_obj
 from clrt.places import At
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
@@ -110,7 +111,7 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(
-                io.BytesIO(_in_few_groups(data, path.suffix.lower())),
+                io.BytesIO(_prepared(data, path.suffix.lower())),
                 path.suffix[1:].lower(),
                 resolver=Nothing(),
                 process=False,
@@ -118,7 +119,12 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
             )
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
             found = [(scene.geometry[name], matrix) for matrix, name in placed]
-            pairs = [(_part(mesh), matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
+            meshes = [(mesh, matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
+            for mesh, _ in meshes:
+                _check_lists(mesh.metadata.get("_ply_raw", {}))
+            pairs = [(_part(mesh), matrix) for mesh, matrix in meshes]
+    except BrokenMesh:
+        raise
     except Exception as error:  # a broken file can fail anywhere inside a parser
         # the parser's own words help where it raises on purpose; elsewhere it stumbled over what is broken
         why = str(error) if isinstance(error, ValueError) and str(error) else "its contents are broken"
@@ -131,10 +137,14 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
     return Placed([part for part, _ in pairs], numbers, numbers, matrices)
 
 
-def _in_few_groups(data: bytes, suffix: str) -> bytes:
-    """The file's data, all faces in one group where there are many: an OBJ's materials, an STL's solids."""
-    if suffix == ".obj" and data.count(b"usemtl") > _MOST_GROUPS:
-        return re.sub(rb"usemtl[^\n]*", b"", data)
+def _prepared(data: bytes, suffix: str) -> bytes:
+    """The file's data as trimesh understands it.
+
+    All faces are in one group where there are many of them: an OBJ's materials, an STL's solids.
+    """
+    if suffix == ".obj":
+        data = plain_obj(data)
+        return re.sub(rb"usemtl[^\n]*", b"", data) if data.count(b"usemtl") > _MOST_GROUPS else data
     binary = len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
     if suffix == ".stl" and not binary and data.lower().count(b"endsolid") > _MOST_GROUPS:
         return b"solid\n" + re.sub(rb"(?i)(end)?solid[^\n]*", b"", data) + b"\nendsolid"
@@ -159,3 +169,16 @@ def _part(mesh: Any) -> Part:
         raise ValueError(f"a face names a vertex that is not among the {len(vertices)} of its part")
     colored = bool(mesh.visual.defined)
     return Part(len(vertices), len(faces), given, colored, lambda: (vertices, faces, normals))
+
+
+def _check_lists(elements: dict[str, Any]) -> None:
+    """Raise BrokenMesh where lists of a binary PLY differ in length: trimesh takes the first one's for all.
+
+    It refuses a file of another length, but a triangle and a pentagon are as long as two quadrilaterals.
+    """
+    for name, element in elements.items():
+        rows = element.get("data")
+        for field in (rows.dtype.names or ()) if isinstance(rows, np.ndarray) else ():
+            lists = rows[field]
+            if lists.dtype.names and lists.size and (lists["f0"] != lists["f0"][0]).any():
+                raise BrokenMesh(f"its lists of a {name} differ in length; save it as text, or in triangles")

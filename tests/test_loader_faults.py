@@ -196,7 +196,8 @@ def test_pictures_of_many_layers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     spec = oiio.ImageSpec(2, 2, 3, "uint8")
     spec.depth = 5
     deep = SimpleNamespace(
-        spec=lambda: spec, close=lambda: closed.append(True), format_name=lambda: "tiff"
+        spec=lambda: spec, close=lambda: closed.append(True), format_name=lambda: "tiff",
+        current_subimage=lambda: 0,
     )  # fmt: skip
     monkeypatch.setattr(imagefile.oiio, "ImageInput", SimpleNamespace(open=lambda *_: deep))
     (tmp_path / "a.tif").write_bytes(b"II*\0")
@@ -235,7 +236,7 @@ def test_pictures_that_cannot_be_written(fault: str, tmp_path: Path, monkeypatch
     assert target.read_text() == "old" and list(tmp_path.iterdir()) == [target]
 
 
-def test_grey_pictures_without_colour_names(tmp_path: Path) -> None:
+def test_pictures_without_colour_names_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.exr"
     writer = oiio.ImageOutput.create(str(path))
     spec = oiio.ImageSpec(2, 1, 4, "float")
@@ -243,8 +244,8 @@ def test_grey_pictures_without_colour_names(tmp_path: Path) -> None:
     writer.open(str(path), spec)
     writer.write_image(np.arange(8, dtype=np.float32).reshape(1, 2, 4))
     writer.close()
-    first = imagefile.read_image(path)[..., 0]
-    assert np.array_equal(imagefile.read_image(path), np.repeat(first[..., None], 3, axis=2))
+    with pytest.raises(SceneError, match="its channels are 'b, a, c, d'; R, G and B are read"):
+        imagefile.read_image(path)
 
 
 def test_half_a_character_is_not_saved(tmp_path: Path) -> None:

@@ -109,7 +109,7 @@ def test_every_block_of_rows_is_at_its_place(tmp_path: Path, width: int, height:
 def test_a_window_of_data_that_does_not_begin_at_the_corner(tmp_path: Path) -> None:
     for tile in (0, 16):
         spec = oiio.ImageSpec(40, 30, 3, "half")
-        spec.x, spec.y = -7, 11
+        spec.x, spec.y = spec.full_x, spec.full_y = -7, 11
         spec.tile_width = spec.tile_height = tile
         pixels = np.random.default_rng(1).random((30, 40, 3)).astype(np.float16).astype(np.float32)
         writer = oiio.ImageOutput.create(str(tmp_path / "a.exr"))
