@@ -104,7 +104,9 @@ class Driver:
         """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
         check_process()
         digest = hashlib.sha256(f"{self.info.label} {self.info.driver} {source}".encode()).hexdigest()[:16]
-        with kernelcache.compiling(f"program-{digest}"):
+        # a folder of PoCL's is for one process at a time; other programs are files of their own
+        beside = self.device.platform.name.strip() not in _KEEPS_PROGRAMS
+        with kernelcache.compiling(f"program-{digest}", beside):
             try:
                 return _program(self.context, source)
             except cl.Error:

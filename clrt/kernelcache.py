@@ -170,14 +170,16 @@ def whole(file: Path) -> bool:
 
 
 @contextmanager
-def lock(wait: bool = True) -> Iterator[bool]:
+def lock(wait: bool = True, name: str = "clrt") -> Iterator[bool]:
     """Hold the folder alone; False where that was not to be had, without `wait` at once.
+
+    name: of the lock; another one holds one program, not the folder.
 
     The lock of a process that died is free; one that is stuck is passed by. Without locks (some network
     drives), or after PATIENCE seconds once, everybody goes on without.
     """
     folder = Path(os.environ[VARIABLE])
-    held, holder = FileLock(folder / "clrt.lock"), folder / "clrt.lock.holder"
+    held, holder = FileLock(folder / f"{name}.lock"), folder / f"{name}.lock.holder"
     got = False
     # where there are no locks, everybody goes on without: as promised above
     with suppress(OSError, NotImplementedError):
@@ -243,16 +245,17 @@ def _holder(holder: Path) -> str:
 
 
 @contextmanager
-def compiling(what: str) -> Iterator[bool]:
+def compiling(what: str, beside: bool = False) -> Iterator[bool]:
     """Around a build, or a launch for which the driver may compile first: whether that has been done before.
 
-    The first process does it alone, so that the others find it in the folder; `what` names it.
+    The first process does it alone, so that the others find it in the folder; `what` names it. beside: while
+    others do something else there.
     """
     done = Path(os.environ[VARIABLE]) / "launched" / what
     if done.exists():
         yield True
         return
-    with lock():
+    with lock(name=what if beside else "clrt"):
         known = done.exists()
         with nullcontext() if known else waiting("compiling kernels"):
             yield known

@@ -91,6 +91,20 @@ def test_commands_that_read_do_not_wait_and_others_say_for_whom(tmp_path: Path) 
     waiting.stderr.close()
 
 
+def test_programs_of_their_own_are_compiled_side_by_side(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    kernelcache.prepare()
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    told: list[str] = []
+    monkeypatch.setattr(kernelcache, "watchers", [told.append])
+    with kernelcache.compiling("one", beside=True), kernelcache.compiling("another", beside=True) as known:
+        assert not known
+    assert not [text for text in told if text.startswith("waiting")]
+    with kernelcache.compiling("one", beside=True) as known:
+        assert known
+
+
 def test_watchers_are_told_what_goes_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     kernelcache.prepare()
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
