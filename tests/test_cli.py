@@ -313,7 +313,7 @@ def test_rendering_imports_only_what_it_uses(scene: Path):
 
 
 def test_no_opencl_platform_is_one_line(scene: Path):
-    nowhere = {"OCL_ICD_VENDORS": "/nonexistent", "CLRT_DRIVER": ""}
+    nowhere = {"OCL_ICD_VENDORS": str(scene.with_name("nothing")), "CLRT_DRIVER": ""}
     done = run("render", scene, "-o", scene.with_name("a.png"), **nowhere)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith("clrt: error: no OpenCL platform") and done.stderr.count("\n") == 1
