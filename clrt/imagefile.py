@@ -162,15 +162,7 @@ def _surely(file: Path) -> Iterator[str]:
 
 
 def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
-    """A picture file as linear Rec.709 float32 (h, w, 3), the top row first.
-
-    Integer samples are decoded from sRGB, floating ones are taken as linear; a ClrtWarning says so where the
-    file declares other colours. Grey becomes three equal channels, alpha is dropped. The picture is turned as
-    the file says (EXIF's orientation), and is all of an EXR's display window, black where nothing is stored.
-    Formats: EXR, Radiance HDR, PNG, JPEG, TIFF, BMP, told by their first bytes.
-    SceneError when the file is missing, of another kind, damaged, or holds NaN or infinity; LimitError when
-    it has more bytes or pixels than `limits` (default `Limits()`) allow, or takes more memory.
-    """
+    """As `clrt.image.read_image`, which checks its arguments first."""
     linear = read_samples(path, limits)
     for row in range(0, len(linear), ROWS):
         bad = np.argwhere(~np.isfinite(linear[row : row + ROWS]))
