@@ -20,7 +20,7 @@ warnings.simplefilter("always")
 def peak():
     return next(int(line.split()[1]) << 10 for line in open("/proc/self/status") if line.startswith("VmHWM"))
 def load(path):
-    clrt.flatten.flatten(clrt.load(path))
+    clrt.flatten.flatten.flatten(clrt.load(path))
 def read(path):
     clrt.load(path)
 def picture(path):
