@@ -13,7 +13,7 @@ from clrt.base import hush
 
 PROGRAM = """
 import os, sys
-from clrt import hush, interrupts
+from clrt.base import hush, interrupts
 if sys.argv[1] != "imported":
     hush.take()
     assert interrupts.errors_to != 2

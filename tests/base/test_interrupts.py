@@ -62,7 +62,7 @@ def test_a_command_that_begins_can_be_interrupted(sent: signal.Signals) -> None:
 WRITING = """
 import time
 from pathlib import Path
-from clrt.atomic import replacing
+from clrt.base.atomic import replacing
 
 def run(options):
     with replacing("a.ck") as temporary:
@@ -127,7 +127,7 @@ def test_an_import_is_not_broken_off(tmp_path: Path) -> None:
 
 STUBBORN = """
 import time
-from clrt.atomic import replacing
+from clrt.base.atomic import replacing
 
 def run(options):
     with replacing("a.ck") as temporary:

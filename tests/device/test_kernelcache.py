@@ -54,7 +54,7 @@ def test_a_folder_of_somebody_else_is_not_used(tmp_path: Path) -> None:
 
 def test_such_a_folder_is_passed_over_with_a_warning(tmp_path: Path) -> None:
     tmp_path.chmod(0o777)
-    code = "from clrt import kernelcache; print(kernelcache.prepare())"
+    code = "from clrt.device import kernelcache; print(kernelcache.prepare())"
     done = subprocess.run(
         [sys.executable, "-W", "always", "-c", code], env={**os.environ, "POCL_CACHE_DIR": str(tmp_path)},
         capture_output=True, text=True, check=True,
@@ -66,7 +66,7 @@ def test_such_a_folder_is_passed_over_with_a_warning(tmp_path: Path) -> None:
 
 def test_commands_that_read_do_not_wait_and_others_say_for_whom(tmp_path: Path) -> None:
     hold = (
-        "import os, time; from clrt import kernelcache; kernelcache.prepare()\n"
+        "import os, time; from clrt.device import kernelcache; kernelcache.prepare()\n"
         "with kernelcache.lock(): print(os.getpid(), flush=True); time.sleep(60)"
     )
     environment = {**os.environ, "POCL_CACHE_DIR": str(tmp_path)}
@@ -79,7 +79,7 @@ def test_commands_that_read_do_not_wait_and_others_say_for_whom(tmp_path: Path) 
         run = {"env": environment, "capture_output": True, "text": True}
         done = subprocess.run([sys.executable, "-m", "clrt", "devices"], **run, check=True)
         assert time.perf_counter() - start < 30 and "waiting" not in done.stderr
-        waits = "import clrt; from clrt import kernelcache; clrt.devices()\nwith kernelcache.lock(): pass"
+        waits = "import clrt; from clrt.device import kernelcache; clrt.devices()\nwith kernelcache.lock(): pass"
         command = [sys.executable, "-c", waits]
         waiting = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
         assert waiting.stderr

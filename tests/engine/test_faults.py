@@ -197,7 +197,7 @@ def test_where_a_folder_has_no_locks_kernels_are_compiled_without(
 def test_an_unwritable_kernel_cache_is_replaced_with_a_warning() -> None:
     code = (
         "import warnings; warnings.simplefilter('error')\n"
-        "from clrt import kernelcache\n"
+        "from clrt.device import kernelcache\n"
         "try: kernelcache.prepare()\n"
         "except Warning as error: print(error)"
     )
