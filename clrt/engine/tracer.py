@@ -60,9 +60,9 @@ class Tracer:
 
     scene: a Scene, a dict as `clrt.load_dict` takes it, or a file or shipped scene's name as `clrt.load`
     takes it. device: a number from `clrt.devices()`, a part of "platform version / name", or None
-    (CLRT_DEVICE, else the newest PoCL); or a `Device` of `clrt.device`, which then serves one thread
-    and whose settings hold. settings: how to run, None for the usual. Raises DeviceError, SceneError, LimitError, and
-    ClrtError for arguments of another kind. Neither scene nor settings can be replaced.
+    (CLRT_DEVICE, else the newest PoCL); or a `Device` of `clrt.device`, which then serves one thread and
+    whose settings hold. settings: how to run, None for the usual. Raises DeviceError, SceneError,
+    LimitError, and ClrtError for arguments of another kind. Neither scene nor settings can be replaced.
     """
 
     @public

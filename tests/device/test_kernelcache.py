@@ -79,7 +79,7 @@ def test_commands_that_read_do_not_wait_and_others_say_for_whom(tmp_path: Path) 
         run = {"env": environment, "capture_output": True, "text": True}
         done = subprocess.run([sys.executable, "-m", "clrt", "devices"], **run, check=True)
         assert time.perf_counter() - start < 30 and "waiting" not in done.stderr
-        waits = "import clrt; from clrt.device import kernelcache; clrt.devices()\nwith kernelcache.lock(): pass"
+        waits = "import clrt; from clrt.device import kernelcache as k; clrt.devices()\nwith k.lock(): pass"
         command = [sys.executable, "-c", waits]
         waiting = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
         assert waiting.stderr
