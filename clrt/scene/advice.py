@@ -29,14 +29,14 @@ def check_lines(scene: Scene) -> None:
     if scene.spectrum is None:
         return
     low, high = scene.spectrum.range
-    for place, value in colors(scene):
+    for place, key, value in colors(scene):
         line = value.line if isinstance(value, Spectrum) else None
         if line is not None and not low <= line <= high:
-            raise place.key("line").error(line, f"the scene's light has {low:g} to {high:g} nm")
+            raise _at(place, key).key("line").error(line, f"the scene's light has {low:g} to {high:g} nm")
 
 
-def colors(scene: Scene) -> Iterator[tuple[At, Any]]:
-    """Every colour and spectrum of a scene, with its place."""
+def colors(scene: Scene) -> Iterator[tuple[At, str | int, Any]]:
+    """Every colour and spectrum of a scene: the table that holds it, and its key there (`_at` joins them)."""
     at = At(scene.source)
     tables: list[tuple[At, Any]] = [(at, scene)]
     tables += [(at.key("lights").item(i), light) for i, light in enumerate(scene.lights)]
@@ -45,19 +45,23 @@ def colors(scene: Scene) -> Iterator[tuple[At, Any]]:
             value = getattr(table, name)
             if isinstance(value, Checker):
                 for i, color in enumerate(value.colors):
-                    yield place.key(name).key("colors").item(i), color
+                    yield place.key(name).key("colors"), i, color
             else:
-                yield place.key(name), value
+                yield place, name, value
+
+
+def _at(place: At, key: str | int) -> At:
+    return place.item(key) if isinstance(key, int) else place.key(key)
 
 
 def materials(scene: Scene) -> Iterator[tuple[At, Material]]:
     """The materials by name, and those that shapes have of their own."""
-    at = At(scene.source)
+    named, shapes = At(scene.source, "materials"), At(scene.source, "shapes")
     for name, material in scene.materials.items():
-        yield at.key("materials").key(name), material
+        yield named.key(name), material
     for i, shape in enumerate(scene.shapes):
         if isinstance(shape.material, Material):
-            yield at.key("shapes").item(i).key("material"), shape.material
+            yield shapes.item(i).key("material"), shape.material
 
 
 def warn(scene: Scene) -> None:
@@ -102,13 +106,13 @@ def _first(
 
 
 def _too_bright(scene: Scene) -> tuple[str, str] | None:
-    for place, value in colors(scene):
-        if place.name not in _RETURNED:
+    for place, key, value in colors(scene):
+        if (key if isinstance(key, str) else place.name) not in _RETURNED:
             continue
         most = _peak(value)
         if most > 1:
             hint = f"; {_BYTES}" if _in_bytes(value) else ""
-            return place.path, f"a reflectance of {most:.4g}; above 1 a surface makes light{hint}"
+            return _at(place, key).path, f"a reflectance of {most:.4g}; above 1 a surface makes light{hint}"
     return None
 
 
@@ -128,15 +132,16 @@ def _peak(color: Any) -> float:
 def _of_bytes(scene: Scene) -> tuple[str, str] | None:
     """Light in numbers from 0 to 255; but light that fades with the distance is strong where it starts."""
     at = At(scene.source)
-    light = [(at.key(name), getattr(scene, name)) for name in ("background", "ambient", "depth_color")]
+    light = [(at, name, getattr(scene, name)) for name in ("background", "ambient", "depth_color")]
     for i, one in enumerate(scene.lights):
         if not (isinstance(one, PointLight) and one.falloff == "inverse-square"):
-            light.append((at.key("lights").item(i).key("intensity"), one.intensity))
-    light += [(place.key("emission"), material.emission) for place, material in materials(scene)]
-    found = next(((place, value) for place, value in light if _in_bytes(value)), None)
-    if found is None:
-        return None
-    return found[0].path, f"{show(found[1])} is {_peak(found[1]):g} times the light of white; {_BYTES}"
+            light.append((at.key("lights").item(i), "intensity", one.intensity))
+    glowing = ((place, "emission", material.emission) for place, material in materials(scene))
+    for place, key, value in chain(light, glowing):
+        if _in_bytes(value):
+            text = f"{show(value)} is {_peak(value):g} times the light of white; {_BYTES}"
+            return place.key(key).path, text
+    return None
 
 
 def _in_bytes(value: Any) -> bool:
