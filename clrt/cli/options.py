@@ -87,6 +87,7 @@ def parser() -> _Parser:
     compare.add_argument("more", metavar="C", nargs="*", help="with three or more, A is what all should show")
     compare.add_argument("--mask", action="store_true", help="leave edges out, where correct programs differ")
     compare.add_argument("--json", action="store_true", help="print JSON")
+    compare.add_argument("--report", metavar="OUT.html", help="write a page with both pictures and figures")
     compare.add_argument("--seconds", type=float, metavar="N", help="longest search for causes (30)")
     compare.add_argument("--spp", type=whole, metavar="N", help="samples per pixel of the scene: 1, 4, 9 ...")
     _add_device(compare)

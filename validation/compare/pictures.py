@@ -6,12 +6,14 @@ them, so that rounding alone is no difference.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from msgspec import structs
 
+from clrt.base.errors import ClrtError, show
+from clrt.base.suggest import did_you_mean
 from clrt.device.settings import Settings
 from clrt.engine.tracer import Tracer
 from clrt.images.file import decode, encode
@@ -56,10 +58,13 @@ class PictureComparison:
     gates: tuple[Gate, ...]  # of the verdict "same picture"
     causes: tuple[Cause, ...]  # the best first; () where the pictures agree, or nothing helps
     notes: tuple[str, ...] = ()
+    asked: bool = False  # whether the gates are the caller's own
 
     @property
     def passed(self) -> bool:
-        """Whether they show the same, as far as an eye and the gates can tell."""
+        """Whether they show the same, as far as an eye and the gates can tell; else whether all gates do."""
+        if self.asked:
+            return all(gate.passed for gate in self.gates)
         return self.verdict in ("identical", "equal", "same picture")
 
 
@@ -70,13 +75,16 @@ def compare_pictures(
     scene: SceneReference | None = None,
     report: Callable[[str], None] | None = None,
     seconds: float = SEARCH_SECONDS,
+    wanted: Mapping[str, float] | None = None,
 ) -> PictureComparison:
     """Compare two linear pictures (h, w, 3) of any sizes.
 
     masked: leave edges out of differences and causes. scene: what made `reference`, to look for causes in it.
     report: gets the name of each cause before it is tried. seconds: of processor time, after which no further
-    cause is looked for in the scene.
+    cause is looked for in the scene. wanted: limits of figures by name, in place of the usual gates; then
+    these alone decide whether the pictures pass. ClrtError for a name that is no figure's.
     """
+    check_wanted(wanted)
     notes = tuple(
         f"{count} pixels of {name} are NaN or infinite; they count as 0"
         for name, image in (("the picture", picture), ("the reference", reference))
@@ -91,17 +99,20 @@ def compare_pictures(
         a, b = (decode(encode(image)).astype(np.float64) for image in (a, b))
     if a.shape != b.shape:
         gates: tuple[Gate, ...] = (Gate("size", 1.0, 0.0, False, "low", f"{size(a)} in place of {size(b)}"),)
-        return PictureComparison("different", {}, gates, tuple(explain(a, b, tolerance)), notes)
+        found = tuple(explain(a, b, tolerance))
+        return PictureComparison("different", {}, gates, found, notes, wanted is not None)
     mask = np.zeros(b.shape[:2], bool)
     if masked:
         mask = scene.edges(b) if scene else steep(b)
     metrics, gates = _measured(a, b, mask, tolerance)
+    finite: tuple[Gate, ...] = ()
     if notes:
-        gates = (*gates, gate("not finite", 1, 0, "low", "pictures with NaN or infinity"))
+        finite = (gate("not finite", 1, 0, "low", "pictures with NaN or infinity"),)
     notes += tuple(filter(None, [without_flip()]))
-    verdict = _verdict(np.array_equal(picture, reference), metrics, gates, tolerance)
+    verdict = _verdict(np.array_equal(picture, reference), metrics, (*gates, *finite), tolerance)
+    gates = (*(gates if wanted is None else _asked(wanted, metrics)), *finite)
     if verdict in ("identical", "equal"):
-        return PictureComparison(verdict, metrics, gates, (), notes)
+        return PictureComparison(verdict, metrics, gates, (), notes, wanted is not None)
     budget = Budget(seconds)
     causes = explain(a, b, tolerance)
     if scene and not any(cause.left <= _ALL or (cause.proven and cause.name in _FINAL) for cause in causes):
@@ -110,7 +121,34 @@ def compare_pictures(
         notes += (f"the search for causes stopped after {seconds:g} s; --seconds N lets it take N",)
     if not any(cause.proven for cause in causes):
         causes += regions(a, b, tolerance)
-    return PictureComparison(verdict, metrics, gates, tuple(causes), notes)
+    return PictureComparison(verdict, metrics, gates, tuple(causes), notes, wanted is not None)
+
+
+_HIGH = ("SSIM", "PSNR", "worst window")  # figures that are to be high
+_LOW = ("FLIP", "largest difference", "mean difference", "largest, of 255", "mean, of 255",
+        "pixels that differ")  # fmt: skip
+
+
+def check_wanted(wanted: Mapping[str, float] | None) -> None:
+    """ClrtError where gates ask for nothing, or for what is no figure, or cannot be measured here."""
+    if wanted is None:
+        return
+    figures = (*_HIGH, *_LOW)
+    for name in wanted:
+        if name not in figures:
+            raise ClrtError(f"gates: {show(name)} is no figure{did_you_mean(name, figures)} "
+                            f"(figures: {', '.join(figures)})")  # fmt: skip
+    if not wanted:
+        raise ClrtError("gates: {} asks for nothing; name a figure and its limit, such as {'SSIM': 0.99}")
+    if "FLIP" in wanted and without_flip():
+        raise ClrtError(f"gates: 'FLIP' cannot be measured here: {without_flip()}")
+
+
+def _asked(wanted: Mapping[str, float], metrics: dict[str, float]) -> tuple[Gate, ...]:
+    return tuple(
+        gate(name, metrics[name], limit, "high" if name in _HIGH else "low", "as asked")
+        for name, limit in wanted.items()
+    )
 
 
 @dataclass(frozen=True)
@@ -140,6 +178,20 @@ class SceneReference:
             changed = structs.replace(self.scene, camera=structs.replace(camera, shift=shift))
             shifted.append(self.render(changed))
         return edge_mask(reference, shifted)
+
+
+def reference_of(
+    scene: Scene,
+    shape: tuple[int, ...] | None = None,
+    device: int | str | None = None,
+    settings: Settings | None = None,
+) -> SceneReference:
+    """The scene to render: in a picture's size (h, w), if that has the camera's aspect to within a pixel."""
+    assert scene.camera is not None
+    width, height = scene.camera.width, scene.camera.height
+    if shape and abs(shape[1] * height / width - shape[0]) <= 1:
+        height, width = shape[:2]
+    return SceneReference(scene, width, height, device, settings)
 
 
 def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[str, float], tuple[Gate, ...]]:
