@@ -146,9 +146,19 @@ class Oracles:
 
 def able(oracle: str, scene: Scene) -> bool:
     """Whether an oracle can express a scene, wherever it runs."""
+    return why_not(oracle, scene) is None
+
+
+def inability(oracle: str, case: Case) -> str:
+    """Why an oracle cannot express a case; "" where it can."""
+    return why_not(oracle, scene_of(case)) or ""
+
+
+def why_not(oracle: str, scene: Scene) -> str | None:
+    """Why an oracle cannot express a scene; None where it can, wherever it runs."""
     if oracle == SPECTRAL:
-        return not_by_wavelength(scene) is None
-    return oracle == ORACLE64 or supports(scene, mode_of(oracle)) is None
+        return not_by_wavelength(scene)
+    return None if oracle == ORACLE64 else supports(scene, mode_of(oracle))
 
 
 def mode_of(oracle: str) -> str:

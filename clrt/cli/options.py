@@ -93,8 +93,11 @@ def parser() -> _Parser:
     _add_device(compare)
     compare.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
 
-    validate = command("validate", "Let independent programs render the same scenes, and compare.")
+    validate = command("validate", "Let independent programs render scenes, and compare; or judge a program.")
+    validate.add_argument("scenes", metavar="SCENE", nargs="*", help="only your own scenes, or shipped ones")
     validate.add_argument("--full", action="store_true", help="every oracle and scene, mutants")
+    validate.add_argument("--against", metavar="CMD", help="a program: 'myrt {scene.toml} {out.exr}'")
+    validate.add_argument("--timeout", type=float, default=60.0, metavar="S", help="its time a picture (60)")
     validate.add_argument("--report", metavar="OUT.html", help="write a page with all pictures and figures")
     validate.add_argument("--random", type=whole, metavar="N", help="scenes drawn at random (0; --full: 100)")
     validate.add_argument("--seed", type=whole, default=1, metavar="S", help="of the random scenes (1)")

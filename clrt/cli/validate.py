@@ -30,13 +30,17 @@ def run(options: argparse.Namespace) -> int:
         suite = validation_module("suite.run")
         if options.list:
             return _list(suite)
+        if options.against is not None:
+            from clrt.cli import validate_against
+
+            return validate_against.run(options)
         if options.report:
             validation_module("suite.files").check_beside(Path(options.report))
         plan = _plan(suite, options)
-        with _progress() as progress:
+        with progress_bar() as progress:
             result = suite.run(plan, progress)
         if options.report:
-            _write(result, Path(options.report))
+            write(result, Path(options.report))
     except ModuleNotFoundError as error:
         needs = f"clrt validate needs the package {error.name}"
         raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
@@ -54,7 +58,7 @@ def _list(suite: Any) -> int:
 def _plan(suite: Any, options: argparse.Namespace) -> Any:
     if options.random is not None and options.random < 0:
         raise ClrtError(f"--random: {options.random} is not allowed; it is a number of scenes, at least 0")
-    everything = options.full and not options.case
+    everything = options.full and not options.case and not options.scenes
     return suite.Plan(
         quick=not options.full,
         random=suite.FULL_RANDOM if options.random is None and everything else options.random or 0,
@@ -62,20 +66,21 @@ def _plan(suite: Any, options: argparse.Namespace) -> Any:
         spd=Path(options.spd) if options.spd else None,
         mutants=options.mutants or everything,
         cases=tuple(options.case or ()),
+        scenes=tuple(options.scenes),
         device=options.device,
         pictures=bool(options.report),
         command=shlex.join(["clrt", *sys.argv[1:]]),
     )
 
 
-def _write(result: Any, report: Path) -> None:
+def write(result: Any, report: Path) -> None:
     page = validation_module("suite.report").write_report(result, report)
     xml, data = validation_module("suite.files").write_beside(result, report)
     print(f"report: {page}\nfor other programs: {xml.name} (JUnit), {data.name}")
 
 
 @contextmanager
-def _progress() -> Iterator[Callable[[int, int, str], None] | None]:
+def progress_bar() -> Iterator[Callable[[int, int, str], None] | None]:
     """A bar on stderr, or a line every tenth where that is not a terminal."""
     if not sys.stderr.isatty():
         yield _report_tenths

@@ -123,7 +123,7 @@ def test_misuse_is_told(project: Path, run: Run) -> None:
     )
     code, said = run("--update-pictures")
     assert code == 1 and "3 failed" in said
-    assert "give each one a name of its own" in said and "pixels that are NaN or infinite" in said
+    assert "give each picture a name of its own" in said and "pixels that are NaN or infinite" in said
     assert "a.txt: not a picture's file" in said
 
 

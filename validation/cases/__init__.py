@@ -20,10 +20,11 @@ import re
 import warnings
 from collections.abc import Callable
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 from clrt.base.errors import ClrtError, ClrtWarning
-from clrt.base.resources import shipped_scenes
+from clrt.base.resources import scene_file, shipped_scenes
 from clrt.base.suggest import did_you_mean
 from clrt.formats import load_dict
 from clrt.formats.shipped import load_scene
@@ -89,6 +90,7 @@ _OWN: dict[str, tuple[dict[str, float], str]] = {
     "shipped rainbow (oracle64)": ({"fine": 0.99, "rays": 0.99, "coarse": 0.9995}, _CAUSTIC),
 }  # fmt: skip
 _RANDOM = re.compile(r"random (\d+)/(\d+)( at 16 samples)?")
+_FILE = "file "  # before the path of somebody's own scene
 _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 
 
@@ -124,9 +126,21 @@ def case_named(name: str) -> Case:
     if shipped and shipped.group(1) in shipped_scenes():
         return _of_scene(name, partial(quietly, partial(load_scene, shipped.group(1))), None,
                          bool(shipped.group(2)))
+    if name.startswith(_FILE):
+        file = Path(name.removeprefix(_FILE))
+        return _of_scene(name, partial(quietly, partial(load_scene, file)), None, False)
     known = [*matrix_cases(), *shipped_cases()]
     near = did_you_mean(name, known)
     raise ClrtError(f"case: {name!r} is not a case{near}; a random one is 'random SEED/NUMBER'")
+
+
+def own_case(name: str) -> str:
+    """The case of somebody's own scene: a file, or a scene that ships. ClrtError where it has no camera."""
+    file = scene_file(name)
+    scene = quietly(partial(load_scene, file))
+    if scene.camera is None:
+        raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
+    return _FILE + str(file.resolve())
 
 
 def limits_of(case: Case, oracle: str) -> Limits:

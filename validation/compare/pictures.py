@@ -114,14 +114,48 @@ def compare_pictures(
     if verdict in ("identical", "equal"):
         return PictureComparison(verdict, metrics, gates, (), notes, wanted is not None)
     budget = Budget(seconds)
+    causes = _causes((a, b, exact), mask, tolerance, scene, report, budget)
+    if budget.stopped:
+        notes += (f"the search for causes stopped after {seconds:g} s; --seconds N lets it take N",)
+    return PictureComparison(verdict, metrics, gates, tuple(causes), notes, wanted is not None)
+
+
+def causes_between(
+    picture: Array,
+    reference: Array,
+    mask: Array | None,
+    tolerance: float,
+    scene: SceneReference,
+    seconds: float,
+) -> tuple[Cause, ...]:
+    """Why a picture is not its reference, another program's picture of the scene, the likeliest cause first.
+
+    Both are linear (h, w, 3) and on the same footing (of 8 bits, or not); mask (h, w): edges, to be left out.
+    """
+    a = np.nan_to_num(picture, nan=0.0, posinf=0.0, neginf=0.0)
+    if a.shape != reference.shape:
+        return tuple(explain(a, reference, tolerance))
+    mask = np.zeros(reference.shape[:2], bool) if mask is None else mask
+    pictures = a, reference, reference
+    return tuple(_causes(pictures, mask, tolerance, scene, None, Budget(seconds)))
+
+
+def _causes(
+    pictures: tuple[Array, Array, Array],
+    mask: Array,
+    tolerance: float,
+    scene: SceneReference | None,
+    report: Callable[[str], None] | None,
+    budget: Budget,
+) -> list[Cause]:
+    """Causes for a picture and its reference, also as it was before 8 bits rounded it; [] for none."""
+    a, b, exact = pictures
     causes = explain(a, b, tolerance)
     if scene and not any(cause.left <= _ALL or (cause.proven and cause.name in _FINAL) for cause in causes):
         causes = _causes_of_scene(causes, (a, exact), ~mask, tolerance, scene, report, budget)
-    if budget.stopped:
-        notes += (f"the search for causes stopped after {seconds:g} s; --seconds N lets it take N",)
     if not any(cause.proven for cause in causes):
         causes += regions(a, b, tolerance)
-    return PictureComparison(verdict, metrics, gates, tuple(causes), notes, wanted is not None)
+    return causes
 
 
 _HIGH = ("SSIM", "PSNR", "worst window")  # figures that are to be high
@@ -167,6 +201,11 @@ class SceneReference:
         if shadows:
             return tracer.render(self.width, self.height).pixels
         return render_ours(tracer, self.width, self.height, shadows=False).pixels
+
+    def layer(self, scene: Scene, name: str) -> Array:
+        """A layer of a scene's picture."""
+        tracer = Tracer(scene, self.device, self.settings)
+        return tracer.render(self.width, self.height, layers=[name]).layers[name]
 
     def edges(self, reference: Array) -> Array:
         """Pixels (h, w) where the picture jumps: see `edge_mask`."""
@@ -271,8 +310,8 @@ def _causes_of_scene(
     """
 
     def search(picture: Array) -> list[Cause]:
-        def render(changed: Scene, shadows: bool = True) -> Array:
-            return scene.render(changed, shadows)[kept]
+        def render(changed: Scene, shadows: bool = True, layer: str = "") -> Array:
+            return (scene.layer(changed, layer) if layer else scene.render(changed, shadows))[kept]
 
         pixels = picture[kept], scene.scene, reference[kept]
         return explain_by_scene(*pixels, render, tolerance, report, budget)

@@ -71,6 +71,10 @@ def templated(name: str) -> str:
 
 def headline(result: SuiteResult) -> str:
     """What came of it, in a sentence."""
+    if result.subject:
+        wrong = sum(not case.passed for case in result.cases)
+        of = f"{wrong} of {len(result.cases)} pictures" if wrong else f"all {len(result.cases)} pictures"
+        return f"{of} {'differ from' if wrong else 'agree with'} the reference: {result.subject}"
     if result.passed:
         return f"Proven{_how_much(result)}: independent programs compute the same pictures"
     parts = (

@@ -80,8 +80,8 @@ def run_case(task: Task) -> CaseResult:
         results[oracle] = picture, comparison
     passed = all(comparison.passed for _, comparison in results.values())
     kept = task.pictures and (not passed or not task.name.startswith("random"))
-    results = {o: (_lean(image, kept), _lean_maps(found, kept)) for o, (image, found) in results.items()}
-    ours = _lean(ours, kept)
+    results = {o: (lean(image, kept), lean_maps(found, kept)) for o, (image, found) in results.items()}
+    ours = lean(ours, kept)
     return CaseResult(case, ours, results, unproven, time.perf_counter() - start)
 
 
@@ -114,12 +114,12 @@ def judge(ours: OracleImage, picture: OracleImage, edges: np.ndarray | None, cas
     return dataclasses.replace(found, gates=(*found.gates, far))
 
 
-def _lean(image: OracleImage, kept: bool) -> OracleImage:
+def lean(image: OracleImage, kept: bool) -> OracleImage:
     """What a report needs of a picture: the picture, or only its name and time."""
     pixels = image.pixels.astype(np.float32) if kept else np.zeros((0, 0, 3), np.float32)
     return OracleImage(pixels, {}, None, None, image.name, image.seconds)
 
 
-def _lean_maps(comparison: Comparison, kept: bool) -> Comparison:
+def lean_maps(comparison: Comparison, kept: bool) -> Comparison:
     maps = {name: values.astype(np.float32) for name, values in comparison.maps.items()} if kept else {}
     return dataclasses.replace(comparison, maps=maps)
