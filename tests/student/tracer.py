@@ -19,8 +19,8 @@ import numpy as np
 FAULTS = (
     "no shadows", "normals inwards", "falloff by the distance", "no falloff", "refraction inverted",
     "no refraction", "gamma applied", "upside down", "mirrored", "wrong fov axis", "fov not halved",
-    "no specular", "wrong exponent", "depth off by one", "ambient missing", "ambient twice", "second light lost",
-    "no reflection", "no transmission", "pixel corners", "channels swapped", "background black",
+    "no specular", "wrong exponent", "depth off by one", "ambient missing", "ambient twice",
+    "second light lost", "no reflection", "no transmission", "pixel corners", "channels swapped", "background black",
     "emission missing", "too dark", "turned", "a shape is lost",
 )  # fmt: skip
 EPSILON = 1e-6
@@ -72,7 +72,8 @@ class Tracer:
 
     def finished(self, pixels: np.ndarray) -> np.ndarray:
         changes = {
-            "upside down": lambda p: p[::-1], "mirrored": lambda p: p[:, ::-1], "turned": lambda p: p[::-1, ::-1],
+            "upside down": lambda p: p[::-1], "mirrored": lambda p: p[:, ::-1],
+            "turned": lambda p: p[::-1, ::-1],
             "channels swapped": lambda p: p[..., ::-1], "too dark": lambda p: p * 0.5,
             "gamma applied": lambda p: np.where(p <= 0.0031308, 12.92 * p,
                                                 1.055 * np.maximum(p, 1e-9) ** (1 / 2.4) - 0.055),

@@ -108,8 +108,8 @@ def test_the_command_says_what_to_mend(tmp_path: Path, capsys: pytest.CaptureFix
     chosen = [word for name in ("diffuse", "highlight", "directional light", "checkered plane", "ambient")
               for word in ("--case", name)]  # fmt: skip
     report = tmp_path / "out.html"
-    code, out, _ = run("--against", f"{COMMAND}{{out.exr}} --fault 'no specular'", *chosen, "--report", str(report),
-                       capsys=capsys)  # fmt: skip
+    code, out, _ = run("--against", f"{COMMAND}{{out.exr}} --fault 'no specular'", *chosen,
+                       "--report", str(report), capsys=capsys)  # fmt: skip
     assert code == 1
     assert "wrong highlight: " in out and "cause: highlights missing" in out and "wrong diffuse" not in out
     assert "no picture checkered plane: exit code 1: TypeError" in out
@@ -165,7 +165,7 @@ def rendered(code: str, tmp_path: Path, timeout: float = 20.0, out: str = "{out.
     ("sys.exit('lost\\nmy way')", "exit code 1: my way"), ("pass", "wrote no picture to {out.exr}"),
     ("os.kill(os.getpid(), 11)", "ended by SIGSEGV"),
     ("open(out, 'w').write('hello')", "out.exr: not an EXR"),
-    ("os.mkfifo(out)", "out.exr: cannot be read"), ("os.symlink('/dev/zero', out)", "out.exr: cannot be read"),
+    ("os.mkfifo(out)", "out.exr: cannot be read"),
     ("os.mkdir(out)", "out.exr: cannot be read"),
     ("os.symlink('/dev/zero', out)", "a device"),
     ("sys.stderr.write('\\x1b[31mred\\x1b' + 'x' * 10**6); sys.exit(3)", "exit code 3"),

@@ -56,6 +56,7 @@ def run_case(task: Task) -> CaseResult:
     case = case_named(task.name)
     scene = scene_of(case)
     ours = our_picture(scene, device_of(task.device))
+    additive = scene.spectrum is None or scene.spectrum.response == "cie"
     reference = picture64(scene)
     edges: np.ndarray | None = None
     results: dict[str, tuple[OracleImage, Comparison]] = {}
@@ -71,12 +72,12 @@ def run_case(task: Task) -> CaseResult:
             unproven[oracle] = reason or ""
             continue
         limit = limits_of(case, oracle)
-        comparison = judge(ours, picture, edges, case, limit)
+        comparison = judge(ours, picture, edges, case, limit, additive)
         if not comparison.passed and edges is None:
             # correct programs differ at edges only, so these are looked for where there are differences; a
             # picture that passes without leaving anything out has proved more
             edges = edges64(scene, reference)
-            comparison = judge(ours, picture, edges, case, limit)
+            comparison = judge(ours, picture, edges, case, limit, additive)
         results[oracle] = picture, comparison
     passed = all(comparison.passed for _, comparison in results.values())
     kept = task.pictures and (not passed or not task.name.startswith("random"))
@@ -101,8 +102,13 @@ def run_twin(device: int | str | None) -> CheckResult:
 
 
 def judge(ours: OracleImage, picture: OracleImage, edges: np.ndarray | None, case: Case,
-          limit: Limits) -> Comparison:
-    """Compare; a picture from random paths is also asked whether what differs is within its own noise."""
+          limit: Limits, additive: bool = True) -> Comparison:
+    """Compare; a picture from random paths is also asked whether what differs is within its own noise.
+
+    Where colours are no sums over rays, what rays of each kind bring is no part of the picture.
+    """
+    if not additive:
+        ours, picture = (dataclasses.replace(image, by_ray={}) for image in (ours, picture))
     error = getattr(picture, "error", None)
     if error is None:
         return compare(ours, picture, edges, case.spp, limit)
