@@ -77,9 +77,9 @@ def parser() -> _Parser:
     _add_scene(hashing)
     _add_frame(hashing)
 
-    convert = command("convert", "Read a scene in any known format; write it as .toml, .json or .xml.")
+    convert = command("convert", "Read a scene in any known format; write it as .toml, .json, .xml or .pov.")
     convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
-    convert.add_argument("output", metavar="OUT", help="file to write: .toml, .json, or .xml (for Mitsuba)")
+    convert.add_argument("output", metavar="OUT", help=".toml, .json, .xml (for Mitsuba), .pov (POV-Ray)")
 
     compare = command("compare", "Say how far a picture is from another one, or from its scene, and why.")
     compare.add_argument("a", metavar="A", help="picture (or scene) to judge")

@@ -31,7 +31,8 @@ from ..cases import case_named, matrix_cases, own_case, random_cases, shipped_ca
 from ..compare.metrics import without_flip
 from ..coverage import coverage, fewest_cases
 from ..mutants.run import MUTANTS, run_mutant
-from ..oracles import ORACLE64, able, inability, scene_of
+from ..oracle_povray import client as povray
+from ..oracles import ORACLE64, POVRAY, able, inability, scene_of
 from ..spd import KNOWN, PUBLISHED, check_folder
 from ..types import CaseResult, SuiteResult
 from .worker import Task, count_known, count_published, run_case, run_twin
@@ -134,7 +135,7 @@ def tasks_of(plan: Plan) -> list[Task]:
         if plan.quick and not chosen:
             oracles = [oracle for oracle in oracles if oracle != "mitsuba-bsdf"]
         scene = scene_of(case)
-        able_ones = tuple(oracle for oracle in oracles if able(oracle, scene))
+        able_ones = tuple(o for o in oracles if able(o, scene) and not (o == POVRAY and povray.missing()))
         tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene)))
     return tasks
 
@@ -157,6 +158,8 @@ def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:
         yield f"NOT PROVEN, {len(names)} comparisons: {shown}: {why}"
     if missing := without_flip():
         yield missing
+    if absent := povray.missing():
+        yield f"no picture was compared with POV-Ray's: {absent}"
     for result in cases if plan.scenes else ():
         for oracle in result.case.oracles:
             if oracle not in result.results and oracle not in result.unproven:
@@ -181,7 +184,7 @@ def versions() -> dict[str, str]:
             found[package] = version(package)
         except PackageNotFoundError:
             found[package] = "not installed"
-    return found
+    return found | {"povray": povray.version()}
 
 
 def completed(jobs: dict[str, tuple[Any, ...]], processes: int,

@@ -17,7 +17,8 @@ from .. import spd
 from ..cases import case_named, limits_of
 from ..compare.oracle import Limits, compare, gate, statistical
 from ..oracle_mitsuba import MitsubaError
-from ..oracles import ORACLE64, Oracles, edges64, our_picture, picture64, scene_of, stand_in_of
+from ..oracle_povray.client import PovrayError
+from ..oracles import ORACLE64, POVRAY, Oracles, edges64, our_picture, picture64, scene_of, stand_in_of
 from ..twin.check import twin_check
 from ..types import Case, CaseResult, CheckResult, Comparison, CountResult, OracleImage
 
@@ -66,18 +67,18 @@ def run_case(task: Task) -> CaseResult:
             other = scene if case.stand_in is None or oracle == ORACLE64 else stand_in_of(case)
             reason = oracles().unable(oracle, other)
             picture = reference if oracle == ORACLE64 else None if reason else oracles().render(oracle, other)
-        except MitsubaError as error:
+        except (MitsubaError, PovrayError) as error:
             picture, reason = None, " ".join(str(error).split())
         if picture is None:
             unproven[oracle] = reason or ""
             continue
         limit = limits_of(case, oracle)
-        comparison = judge(ours, picture, edges, case, limit, additive)
+        comparison = judge(ours, picture, edges, case, limit, oracle, additive)
         if not comparison.passed and edges is None:
             # correct programs differ at edges only, so these are looked for where there are differences; a
             # picture that passes without leaving anything out has proved more
             edges = edges64(scene, reference)
-            comparison = judge(ours, picture, edges, case, limit, additive)
+            comparison = judge(ours, picture, edges, case, limit, oracle, additive)
         results[oracle] = picture, comparison
     passed = all(comparison.passed for _, comparison in results.values())
     kept = task.pictures and (not passed or not task.name.startswith("random"))
@@ -102,11 +103,13 @@ def run_twin(device: int | str | None) -> CheckResult:
 
 
 def judge(ours: OracleImage, picture: OracleImage, edges: np.ndarray | None, case: Case,
-          limit: Limits, additive: bool = True) -> Comparison:
+          limit: Limits, oracle: str = "", additive: bool = True) -> Comparison:
     """Compare; a picture from random paths is also asked whether what differs is within its own noise.
 
     Where colours are no sums over rays, what rays of each kind bring is no part of the picture.
     """
+    if oracle == POVRAY:
+        ours = OracleImage(np.clip(ours.pixels, 0, 1), {}, None, None, ours.name, ours.seconds)
     if not additive:
         ours, picture = (dataclasses.replace(image, by_ray={}) for image in (ours, picture))
     error = getattr(picture, "error", None)
