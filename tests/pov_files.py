@@ -1,4 +1,4 @@
-"""Reads the published .pov files of the Standard Procedural Databases: as much of POV-Ray's language as they use."""
+"""Reads the published .pov files of the Standard Procedural Databases: the language that they use."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ def material(text: str) -> dict[str, Any]:
     """What passes is taken from the surface's own light, as POV-Ray does."""
     clear = value("filter", text)
     found: dict[str, Any] = {
-        "color": color(text), "ambient": value("ambient", text) * (1 - clear), "diffuse": value("diffuse", text) * (1 - clear),
+        "color": color(text), "ambient": value("ambient", text) * (1 - clear),
+        "diffuse": value("diffuse", text) * (1 - clear),
         "specular": value("phong", text), "shininess": value("phong_size", text, 40.0),
         "reflection": value("reflection", text),
     }  # fmt: skip
@@ -41,7 +42,7 @@ def material(text: str) -> dict[str, Any]:
 def scene(file: Path, size: int) -> dict[str, Any]:
     """The scene of a file as `clrt.load_dict` takes it, `size` pixels wide and high."""
     text = re.sub(r"//[^\n]*", "", file.read_text())
-    head, *blocks = re.split(r"\n(?=[a-z#])", text)
+    blocks = re.split(r"\n(?=[a-z#])", text)[1:]
     table: dict[str, Any] = {"ambient": 1.0, "shadow": "tinted", "lights": [], "shapes": [], "materials": {}}
     meshes: dict[tuple[str, bool], dict[str, Any]] = {}
     for block in blocks:
@@ -56,7 +57,8 @@ def scene(file: Path, size: int) -> dict[str, Any]:
             origin, direction, right, up = found
             across = np.linalg.norm(right) / 2 / np.linalg.norm(direction)
             table["camera"] = {
-                "origin": origin, "target": list(np.add(origin, direction)), "up": up, "width": size, "height": size,
+                "origin": origin, "target": list(np.add(origin, direction)), "up": up,
+                "width": size, "height": size,
                 "fov": float(np.degrees(2 * np.arctan(across))),
             }  # fmt: skip
         elif kind == "light_source":

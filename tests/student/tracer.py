@@ -20,8 +20,8 @@ FAULTS = (
     "no shadows", "normals inwards", "falloff by the distance", "no falloff", "refraction inverted",
     "no refraction", "gamma applied", "upside down", "mirrored", "wrong fov axis", "fov not halved",
     "no specular", "wrong exponent", "depth off by one", "ambient missing", "ambient twice",
-    "second light lost", "no reflection", "no transmission", "pixel corners", "channels swapped", "background black",
-    "emission missing", "too dark", "turned", "a shape is lost",
+    "second light lost", "no reflection", "no transmission", "pixel corners", "channels swapped",
+    "background black", "emission missing", "too dark", "turned", "a shape is lost",
 )  # fmt: skip
 EPSILON = 1e-6
 

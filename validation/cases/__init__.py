@@ -36,7 +36,8 @@ from ..types import Case
 from . import chance, found, matrix, media, spectral, stock, terms, views
 from .parts import HEIGHT, WIDTH
 
-ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf", "mitsuba-spectral", "povray")  # that express whole scenes
+# that express whole scenes
+ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf", "mitsuba-spectral", "povray")
 _AT_16 = " at 16 samples"
 _WIDTH_AT_16 = 80
 _WIDTHS = {

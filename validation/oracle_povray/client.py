@@ -21,7 +21,9 @@ from .scene import write_pov
 
 INSTALL: Final = "POV-Ray is not installed (Debian: apt-get install povray)"
 _TIMEOUT: Final = 600.0  # seconds
-_OPTIONS: Final = ("+FN16", "File_Gamma=1", "Display=off", "Antialias=off", "Work_Threads=1", "All_Console=off")
+_OPTIONS: Final = (
+    "+FN16", "File_Gamma=1", "Display=off", "Antialias=off", "Work_Threads=1", "All_Console=off",
+)  # fmt: skip
 
 
 class PovrayError(Exception):
@@ -57,10 +59,10 @@ def render(scene: Scene) -> OracleImage:
                                  stdin=subprocess.DEVNULL, check=False)  # fmt: skip
         except (OSError, subprocess.TimeoutExpired) as error:
             raise PovrayError(f"POV-Ray: {error}") from None
-        picture = oiio.ImageBuf(str(folder / "out.png"))
-        pixels = picture.get_pixels(oiio.UINT16) if ran.returncode == 0 else None
-        if pixels is None or not pixels.size:
+        out = folder / "out.png"
+        if ran.returncode != 0 or not out.exists():
             words = " ".join((ran.stderr or ran.stdout).split())[-300:]
             raise PovrayError(f"POV-Ray wrote no picture: {words}")
+        pixels = oiio.ImageBuf(str(out)).get_pixels(oiio.UINT16)
     values = np.asarray(pixels, np.float64)[:, :, :3] / 65535
     return OracleImage(values, {}, None, None, version(), time.perf_counter() - start)

@@ -1,7 +1,7 @@
 """A scene in POV-Ray's language, and why one cannot be written in it.
 
-Written for POV-Ray 3.7 from its reference manual. What the model and POV-Ray understand alike: primitives, Phong's
-model, mirrors and clear bodies of constant shares. Its Fresnel terms, patterns and media are others.
+Written for POV-Ray 3.7 from its reference manual. What the model and POV-Ray understand alike: primitives,
+Phong's model, mirrors and clear bodies of constant shares. Its Fresnel terms, patterns and media are others.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ from ..oracle64.camera import basis
 
 _FAR: Final = 1e5  # where a directional light stands
 _FADE: Final = 1e-3  # POV-Ray fades by 2 / (1 + (r / d)^2), which is 2 d^2 / r^2 where r is far above d
-_NO_POINT: Final = "near planes in front of a perspective camera"
 
 
 def not_in_pov(scene: Scene) -> str | None:
@@ -30,11 +29,12 @@ def not_in_pov(scene: Scene) -> str | None:
     if camera is None:
         return "the scene has no camera"
     tests = {
-        "light in bands": scene.spectrum is not None, "a background image": isinstance(scene.background, str),
-        "ambient rays": scene.ambient_samples > 0, "a depth colour": scene.depth_color != 0,
-        "a least weight": scene.min_weight > 0, "one-sided surfaces": scene.one_sided != "none",
+        "light in bands": scene.spectrum is not None, "background image": isinstance(scene.background, str),
+        "ambient rays": scene.ambient_samples > 0, "depth colour": scene.depth_color != 0,
+        "least weight": scene.min_weight > 0, "one-sided surfaces": scene.one_sided != "none",
         "ray counts by rule": scene.conformance != "none", "more than one sample": camera.spp != 1,
-        "jitter": camera.jitter is not None, _NO_POINT: camera.near > 0 and camera.type == "perspective",
+        "jitter": camera.jitter is not None,
+        "near plane": camera.near > 0 and camera.type == "perspective",
         "colours by name or spectrum": not _plain((scene.ambient, scene.background)),
     }  # fmt: skip
     found = next((what for what, holds in tests.items() if holds), None)
@@ -110,7 +110,8 @@ def to_pov(scene: Scene) -> str:
     for shape in scene.shapes:
         material = scene.material_of(shape)
         form, closed = _SHAPES[shape.type](shape)
-        moved = "" if getattr(shape, "transform", None) is None else _matrix(shape.matrix)
+        stays = shape.type == "mesh" or getattr(shape, "transform", None) is None
+        moved = "" if stays else _matrix(shape.matrix)
         texture, interior = _texture(material), ""
         if material.kt > 0:
             interior = f" interior {{ ior {float(material.eta)!r} }}"
@@ -144,7 +145,8 @@ def _camera(camera: Camera) -> list[str]:
         direction = forward + moved
     return [
         f"camera {{ {'orthographic' if orthographic else 'perspective'} location {_vector(origin)}",
-        f"  direction {_vector(direction)} right {_vector(2 * across * right)} up {_vector(2 * down * up)} }}",
+        f"  direction {_vector(direction)}",
+        f"  right {_vector(2 * across * right)} up {_vector(2 * down * up)} }}",
     ]
 
 
@@ -207,8 +209,12 @@ def _polygon(shape: Any) -> tuple[str, str]:
 
 
 def _mesh(shape: Any) -> tuple[str, str]:
-    data = shape.data()
-    corners, normals = np.asarray(data.vertices, float), data.normals
+    """Moved here: the normals that are blended are those of the moved mesh."""
+    data, matrix = shape.data(), np.asarray(shape.matrix, float)
+    corners, normals = np.asarray(data.vertices, float) @ matrix[:3, :3].T + matrix[:3, 3], data.normals
+    if normals is not None:
+        normals = np.asarray(normals, float) @ np.linalg.inv(matrix[:3, :3])
+        normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     faces = []
     for face in data.faces:
         if normals is None:
