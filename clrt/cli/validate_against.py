@@ -12,6 +12,7 @@ from typing import Any
 from clrt.base.errors import ClrtError
 from clrt.base.resources import validation_module
 from clrt.cli.terminal import console
+from clrt.cli.validating import progress_bar, write
 from clrt.judging.verdict import certainty
 
 PASSED, FAILED = 0, 1  # exit codes
@@ -20,8 +21,6 @@ _SHOWN = 40  # cases that are listed
 
 def run(options: argparse.Namespace) -> int:
     """Print what is wrong with the program; 0 where all its pictures are right, else 1."""
-    from clrt.cli.validate import progress_bar, write
-
     for flag, name in ((options.mutants, "--mutants"), (options.spd, "--spd"), (options.random, "--random")):
         if flag:
             raise ClrtError(f"{name} is of clrt's own validation; not together with --against")

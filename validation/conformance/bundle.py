@@ -67,8 +67,8 @@ def write_bundle(folder: Path, check: str, detail: str, device: Device, fault: F
             template = _TEMPLATE.read_text(encoding="utf-8")
             _text(place / "reproduce.py", template.format(
                 title=title, version=__version__, kernel=fault.kernel, options=launch.options,
-                items=launch.items, local=launch.local, argument=fault.argument, word=fault.word, name=name, item=item,
-                expected=fault.expected, found=fault.found, label=device.info.label,
+                items=launch.items, local=launch.local, argument=fault.argument, word=fault.word,
+                name=name, item=item, expected=fault.expected, found=fault.found, label=device.info.label,
                 platform=str(device.driver.device.platform.version), count=len(launch.before),
             ))  # fmt: skip
     _text(place / "report.json", json.dumps(report, indent=1) + "\n")
