@@ -235,6 +235,23 @@ def test_files_from_where_the_user_is_are_found(tmp_path: Path, monkeypatch: pyt
     assert program.arguments[1:3] == (str(tmp_path / "my.py"), "other.py")
 
 
+def test_an_nff_is_handed_on_in_the_size_that_is_asked_for(tmp_path: Path) -> None:
+    text = (
+        "b 0.1 0.2 0.4\nv\nfrom 0 -5 1\nat 0 0 0\nup 0 0 1\nangle 40\nhither 1\nresolution 64 48\n"
+        "l 3 -4 5\nf 0.8 0.4 0.2 0.7 0 20 0 1\ns 0 0 0 1\n"
+    )
+    (tmp_path / "ball.nff").write_text(text)
+    script = tmp_path / "program.py"
+    script.write_text(
+        "import sys, clrt\nassert 'resolution 160 120' in open(sys.argv[1]).read()\n"
+        "clrt.render(clrt.load(sys.argv[1])).save(sys.argv[2])\n"
+    )
+    command = f"{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{scene.nff}} {{out.exr}}"
+    found = judge(command, cases.own_case(str(tmp_path / "ball.nff")))
+    assert found.passed, found.result.unproven
+    assert "only scenes that come from an .nff" in judge(command, "diffuse").left_out
+
+
 def test_layers_tell_more(tmp_path: Path) -> None:
     """A picture that is right, of which a layer is not: only its term is blamed."""
     script = tmp_path / "program.py"

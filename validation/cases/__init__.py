@@ -127,8 +127,7 @@ def case_named(name: str) -> Case:
     if shipped and shipped.group(1) in shipped_scenes():
         return _of_scene(name, partial(quietly, partial(load_scene, shipped.group(1))), None,
                          bool(shipped.group(2)))
-    if name.startswith(_FILE):
-        file = Path(name.removeprefix(_FILE))
+    if file := own_file(name):
         return _of_scene(name, partial(quietly, partial(load_scene, file)), None, False)
     known = [*matrix_cases(), *shipped_cases()]
     near = did_you_mean(name, known)
@@ -142,6 +141,11 @@ def own_case(name: str) -> str:
     if scene.camera is None:
         raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
     return _FILE + str(file.resolve())
+
+
+def own_file(name: str) -> Path | None:
+    """The file of a case that is somebody's own scene."""
+    return Path(name.removeprefix(_FILE)) if name.startswith(_FILE) else None
 
 
 def limits_of(case: Case, oracle: str) -> Limits:

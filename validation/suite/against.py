@@ -20,7 +20,7 @@ import numpy as np
 from clrt.base.errors import ClrtError, ClrtWarning
 from clrt.images.file import decode, encode
 
-from ..cases import case_named, limits_of, matrix_cases, terms, views
+from ..cases import case_named, limits_of, matrix_cases, own_file, terms, views
 from ..compare.causes import BYTE, FLOAT, Cause
 from ..compare.layers import TERMS
 from ..compare.metrics import encoded, largest
@@ -31,6 +31,7 @@ from ..ours import ray_key
 from ..types import Case, CaseResult, Comparison, OracleImage, SuiteResult
 from .program import Program, Rendered
 from .run import Plan, Progress, completed, versions
+from .scenefiles import as_nff
 from .worker import lean, lean_maps
 
 SECONDS: Final = 20.0  # of processor time for the causes of one picture
@@ -71,17 +72,19 @@ def judge_case(task: Task) -> Judged:
 
 def _judge(task: Task) -> Judged:
     case = case_named(task.case)
-    scene = scene_of(case)
+    scene, nff = scene_of(case), task.program.scene_suffix == ".nff"
+    if nff:
+        scene = as_nff(scene, own_file(task.case))
     nothing = OracleImage(np.zeros((0, 0, 3)), {}, None, None, task.program.name, 0.0)
     try:
-        rendered = task.program.render(scene)
+        rendered = task.program.render(scene, own_file(task.case))
     except ClrtError as error:
         why = f"it cannot be written as {task.program.scene_suffix}: {error}"
         return Judged(CaseResult(case, nothing, {}), left_out=why)
     if rendered.pixels is None:
         failed = dataclasses.replace(nothing, seconds=rendered.seconds)
         return Judged(CaseResult(case, failed, {}, {REFERENCE: rendered.failure}, rendered.seconds))
-    reference = _reference(task.case)
+    reference = picture64(scene) if nff else _reference(task.case)
     limit = limits_of(case, "mitsuba-table")
     eight = task.program.integer and is_of_bytes(rendered.pixels)
     theirs, wanted = _alike(rendered, reference, task.program, eight)

@@ -71,14 +71,17 @@ class Program:
         """Whether its pictures hold no radiance above 1."""
         return self.out_suffix == ".png"
 
-    def render(self, scene: Scene) -> Rendered:
-        """Its picture, from the scene's camera. ClrtError where its format has no words for the scene."""
+    def render(self, scene: Scene, origin: Path | None = None) -> Rendered:
+        """Its picture, from the scene's camera. ClrtError where its format has no words for the scene.
+
+        origin: the scene's own file, if it has one.
+        """
         assert scene.camera is not None
         camera = scene.camera
         with tempfile.TemporaryDirectory(prefix="clrt-against-") as name:
             folder = Path(name).resolve()
             file, out = folder / f"scene{self.scene_suffix}", folder / f"out{self.out_suffix}"
-            write_scene(scene, file)
+            write_scene(scene, file, origin)
             places = {
                 f"scene{self.scene_suffix}": str(file), f"out{self.out_suffix}": str(out),
                 "width": str(camera.width), "height": str(camera.height), "spp": str(camera.spp),
