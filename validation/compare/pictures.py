@@ -12,8 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from msgspec import structs
 
-from clrt.base.errors import ClrtError, show
-from clrt.base.suggest import did_you_mean
 from clrt.device.settings import Settings
 from clrt.engine.tracer import Tracer
 from clrt.images.file import decode, encode
@@ -41,6 +39,7 @@ from .moves import moved, resized
 from .oracle import gate, limits, size
 from .scene import explain_by_scene
 from .undo import undoable
+from .wanted import asked, check_wanted
 
 SEARCH_SECONDS = 30.0  # of processor time, then the search for causes ends
 SIMILAR = 0.95  # SSIM from which pictures count as similar
@@ -110,7 +109,7 @@ def compare_pictures(
         finite = (gate("not finite", 1, 0, "low", "pictures with NaN or infinity"),)
     notes += tuple(filter(None, [without_flip()]))
     verdict = _verdict(np.array_equal(picture, reference), metrics, (*gates, *finite), tolerance)
-    gates = (*(gates if wanted is None else _asked(wanted, metrics)), *finite)
+    gates = (*(gates if wanted is None else asked(wanted, metrics)), *finite)
     if verdict in ("identical", "equal"):
         return PictureComparison(verdict, metrics, gates, (), notes, wanted is not None)
     budget = Budget(seconds)
@@ -156,33 +155,6 @@ def _causes(
     if not any(cause.proven for cause in causes):
         causes += regions(a, b, tolerance)
     return causes
-
-
-_HIGH = ("SSIM", "PSNR", "worst window")  # figures that are to be high
-_LOW = ("FLIP", "largest difference", "mean difference", "largest, of 255", "mean, of 255",
-        "pixels that differ")  # fmt: skip
-
-
-def check_wanted(wanted: Mapping[str, float] | None) -> None:
-    """ClrtError where gates ask for nothing, or for what is no figure, or cannot be measured here."""
-    if wanted is None:
-        return
-    figures = (*_HIGH, *_LOW)
-    for name in wanted:
-        if name not in figures:
-            raise ClrtError(f"gates: {show(name)} is no figure{did_you_mean(name, figures)} "
-                            f"(figures: {', '.join(figures)})")  # fmt: skip
-    if not wanted:
-        raise ClrtError("gates: {} asks for nothing; name a figure and its limit, such as {'SSIM': 0.99}")
-    if "FLIP" in wanted and without_flip():
-        raise ClrtError(f"gates: 'FLIP' cannot be measured here: {without_flip()}")
-
-
-def _asked(wanted: Mapping[str, float], metrics: dict[str, float]) -> tuple[Gate, ...]:
-    return tuple(
-        gate(name, metrics[name], limit, "high" if name in _HIGH else "low", "as asked")
-        for name, limit in wanted.items()
-    )
 
 
 @dataclass(frozen=True)
