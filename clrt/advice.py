@@ -10,7 +10,6 @@ from clrt import notices
 from clrt.colors import color_fields
 from clrt.curves import D_LINE, curve_of
 from clrt.errors import show
-from clrt.lights import PointLight
 from clrt.materials import Checker, Material
 from clrt.places import At
 from clrt.spectrum import Spectrum
@@ -130,7 +129,7 @@ def _of_bytes(scene: Scene) -> tuple[str, str] | None:
     at = At(scene.source)
     light = [(at.key(name), getattr(scene, name)) for name in ("background", "ambient", "depth_color")]
     for i, one in enumerate(scene.lights):
-        if not (isinstance(one, PointLight) and one.falloff == "inverse-square"):
+        if one.falloff != "inverse-square":
             light.append((at.key("lights").item(i).key("intensity"), one.intensity))
     light += [(place.key("emission"), material.emission) for place, material in materials(scene)]
     found = next(((place, value) for place, value in light if _in_bytes(value)), None)

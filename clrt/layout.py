@@ -84,10 +84,10 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
         ("index", "float@BANDS"),  # of refraction, for each band that of its dispersion group
     ),
-    # point light: `place`.xyz its position; directional: the unit vector towards it
+    # POINT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it
     "Light": (
         ("place", "float4"),
-        ("directional", "int"), ("inverse_square", "int"), ("pad0", "int"), ("pad1", "int"),
+        ("kind", "int"), ("falloff", "int"), ("pad0", "int"), ("pad1", "int"),
         ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
     ),
     # What holds for the whole scene; section `scene` has exactly one
@@ -117,6 +117,8 @@ SECTIONS: Final = {
     "QUADRIC": "quadrics",
 }  # fmt: skip
 KINDS: Final = {kind: number for number, kind in enumerate(SECTIONS)}
+LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1}  # in kernels LIGHT_POINT, sampled by `light_point`
+FALLOFF: Final = {"FALLOFF_NONE": 0, "INVERSE_SQUARE": 1}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
 CHECKER: Final = {"PLAIN": 0, "CHECKER_FLAT": 1, "CHECKER_SPHERE": 2}
@@ -318,12 +320,14 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
         "RAY_FIELDS": len(RAY_FIELDS),
         "SURFACE_FIELDS": surface_fields(rays.media),
     }
-    constants |= KINDS | BLOCKS | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
+    constants |= KINDS | BLOCKS | FALLOFF | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
+    constants |= {f"LIGHT_{kind}": number for kind, number in LIGHT_KINDS.items()}
     constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
     for fields in (RAY_FIELDS, SURFACE_FIELDS + TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
-    out.append("#define PRIMITIVE_KINDS(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in KINDS))
+    for name, kinds in (("PRIMITIVE_KINDS", KINDS), ("LIGHT_KINDS", LIGHT_KINDS)):
+        out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
     floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
     out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
     out += [_c_struct(name, rays.bands) for name in RECORDS]

@@ -40,7 +40,7 @@ HOST_FAULTS: Final = (
     Mutant("directional light from the far side", "clrt/flatten_materials.py", "-direction / np",
            "direction / np",
            ("directional light",), DIFFUSE),
-    Mutant("no falloff", "clrt/flatten_materials.py", 'source.falloff == "inverse-square"', "False",
+    Mutant("no falloff", "clrt/flatten_materials.py", 'layout.FALLOFF[_FALLOFF[source.falloff]]', "0",
            ("inverse square",), DIFFUSE),
     Mutant("checker colours of one kind", "clrt/flatten_materials.py",
            "first, second = material.color.colors",
