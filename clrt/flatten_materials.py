@@ -59,9 +59,9 @@ def _material(
 ) -> np.ndarray:
     out = np.zeros(1, layout.dtype("Material", _count(bands)))
     record = out[0]
-    record["ka"], record["kd"], record["ks"] = material.ka, material.diffuse, material.specular
-    record["shininess"] = material.shininess
-    record["kr"], record["kt"], record["ior"] = material.kr, material.kt, material.eta
+    for field, name in layout.COEFFICIENTS.items():
+        record[field] = getattr(material, name)
+    record["ior"] = material.eta
     record["fresnel"] = layout.FRESNEL[_FRESNEL[material.fresnel]]
     record["thin"] = material.thin
     record["one_sided"] = one_sided

@@ -22,10 +22,17 @@ from typing import Final
 
 import numpy as np
 
+from clrt import layers
+
 BANDS: Final = 3  # bands of light a ray carries in RGB mode; a compile-time constant of the kernels
 # Places in a ray's list of media, oldest first, -1 where empty; a compile-time constant of the kernels, 0 for
 # scenes that need no lists
 MEDIA: Final = 8
+
+# field of the record Material -> of the scene's
+COEFFICIENTS: Final = {
+    "ka": "ka", "kd": "diffuse", "ks": "specular", "shininess": "shininess", "kr": "kr", "kt": "kt",
+}  # fmt: skip
 
 # fmt: off
 # name -> ((field, C type), ...); "@BANDS" after a type makes an array of one value a band
@@ -73,8 +80,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # --- light and materials ------------------------------------------------------------------------------
     # checker = 0: plain; 1: flat (side of a square `checker_size`); 2: sphere (squares round the equator)
     "Material": (
-        ("ka", "float"), ("kd", "float"), ("ks", "float"), ("shininess", "float"),
-        ("kr", "float"), ("kt", "float"), ("ior", "float"), ("checker_size", "float"),
+        *((field, "float") for field in COEFFICIENTS), ("ior", "float"), ("checker_size", "float"),
         ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
         # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
         ("medium", "int"), ("priority", "int"), ("dispersive", "int"),
@@ -208,7 +214,9 @@ SPAWN: Final = {
 }
 STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TOTAL_INTERNAL", "GROUPS")
 
-TERMS: Final = {"TERM_EMISSION": 1, "TERM_AMBIENT": 2, "TERM_DIFFUSE": 4, "TERM_HIGHLIGHT": 8, "TERM_ALL": 15}
+TERMS: Final = {f"TERM_{name.upper()}": 1 << number for number, name in enumerate(layers.TERMS)} | {
+    "TERM_ALL": (1 << len(layers.TERMS)) - 1
+}
 
 CHUNK: Final = 256  # rays that one work-item of the compaction counts
 
@@ -332,7 +340,9 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
     out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
     out += [_c_struct(name, rays.bands) for name in RECORDS]
     world = {name: f"const {kind} *{name}" for name, kind in WORLD.items()}
+    geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
     groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Lit": LIT, "Feelers": FEELERS, "Child": CHILD}
+    groups["Geometry"] = geometry
     out += [_c_group(name, list(group.values())) for name, group in groups.items()]
     return "\n".join(out)
 

@@ -17,10 +17,10 @@ from clrt.arguments import public
 from clrt.checkpoint import Checkpoint
 from clrt.device import Device
 from clrt.errors import ClrtError, SceneError
-from clrt.film import check_layers
 from clrt.flatten import bands_of, flatten, flatten_camera
 from clrt.image import Image
 from clrt.job import Job
+from clrt.layers import check_layers
 from clrt.limits import Branching
 from clrt.picture import Picture, check_crop, picture_bytes
 from clrt.platforms import check_process

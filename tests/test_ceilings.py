@@ -12,7 +12,7 @@ import pytest
 
 import clrt
 from clrt import ceilings, layout
-from clrt.film import check_layers
+from clrt.layers import check_layers
 from clrt.limits import Limits
 
 CAMERA = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 4, "height": 3}

@@ -10,6 +10,7 @@ from clrt.device import Device
 from clrt.film import Film, finished
 from clrt.flatten import flatten_camera
 from clrt.job import Job, halves
+from clrt.layers import TERMS
 from clrt.queues import Feelers, Lit
 from clrt.schedule import Work, interleaved
 from clrt.stage import Stage
@@ -19,7 +20,6 @@ from clrt.version import __version__
 
 from .types import OracleImage
 
-TERMS = ("emission", "ambient", "diffuse", "highlight")  # of the local light of generation 0
 _TILE = 1 << 15  # rays
 _BUDGET = 256 << 20  # bytes of queues
 

@@ -26,9 +26,10 @@ import numpy as np
 
 from clrt import layout
 from clrt.flatten import FlatScene, flatten, flatten_camera
+from clrt.layers import Geometry, comes_from
 from clrt.scene import Scene
 
-from .twin_film import GEOMETRY, Film
+from .twin_film import Film
 from .twin_geometry import Hits, nearest_hit, primitives_of
 from .twin_media import first_seen
 from .twin_queues import Queue, adopt, generate
@@ -123,7 +124,7 @@ def _render(
             planes["bands"] = film.means(samples)["image"]
         if "xyz" in layers:
             planes["xyz"] = film.means(samples, flat.xyz)["image"]
-        if set(layers) & set(GEOMETRY):
+        if any(comes_from(name, Geometry) for name in layers):
             seen = geometry(flat, queue, first_seen(flat, queue))
             found = {"depth": seen.t, "position": seen.position, "normal": seen.normal, "shape": seen.shape}
             planes |= {name: values[::samples] for name, values in found.items() if name in layers}
