@@ -7,7 +7,7 @@
 #   make release   lint, figures that are not stale, all tests, all of validation and its mutants; long
 #   make clean   remove what the above made
 #
-# PYTHON=/path/to/python chooses the interpreter, TESTS="tests/test_cli.py -x" what pytest gets (JOBS= runs tests
+# PYTHON=/path/to/python chooses the interpreter, TESTS="tests/cli/test_cli.py -x" what pytest gets (JOBS= runs tests
 # one after the other), CLRT_DEVICE (a part of a name that `clrt devices` prints) the device. By default it is that
 # of PyPI's PoCL, or where that builds nothing for the processor, of Intel's runtime from PyPI.
 
@@ -26,7 +26,7 @@ USE_DRIVER = if [ -z "$$CLRT_DEVICE$$CLRT_DRIVER" ]; then case "$$(cat $(VENV)/d
 
 # PoCL has to build one kernel; Intel's runtime is installed only where it does not.
 FIND_DRIVER = icd=$$(echo $(PIP_POCL)); if ! [ -f "$$icd" ]; then echo system >$(VENV)/driver; \
-	elif fault=$$(OCL_ICD_VENDORS="$$icd" CLRT_DRIVER=pocl $(BIN)/python -m clrt.trial 0 2>/dev/null); then \
+	elif fault=$$(OCL_ICD_VENDORS="$$icd" CLRT_DRIVER=pocl $(BIN)/python -m clrt.device.attempt 0 2>/dev/null); then \
 	echo pocl >$(VENV)/driver; \
 	else echo "PyPI's PoCL does not work here ($${fault:-it ends the process}): installing Intel's runtime," \
 	"266 MB, under Intel's licence ..."; \

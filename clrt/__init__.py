@@ -5,7 +5,7 @@ Lazily, so that `clrt --help` need not wait for numpy, OpenCL and the picture li
 
 from __future__ import annotations
 
-from clrt import interrupts
+from clrt.base import interrupts
 
 if interrupts.is_program():
     interrupts.install()  # before anything else: what is interrupted while it begins must end well, too
@@ -16,28 +16,30 @@ from typing import TYPE_CHECKING, Any
 from clrt.version import __version__
 
 if TYPE_CHECKING:
-    from clrt.errors import ClrtError, ClrtWarning, DeviceError, LimitError, SceneError
+    from clrt.base.errors import ClrtError, ClrtWarning, DeviceError, LimitError, SceneError
+    from clrt.base.limits import Limits
+    from clrt.device.info import DeviceInfo
+    from clrt.device.platforms import devices
+    from clrt.device.settings import Settings
+    from clrt.engine.raymesh import RayMeshIntersector
+    from clrt.engine.tracer import Hits, Tracer, render
     from clrt.formats import load_dict
-    from clrt.image import Image, read_image
-    from clrt.limits import Limits
-    from clrt.platforms import DeviceInfo, devices
-    from clrt.raymesh import RayMeshIntersector
-    from clrt.scene import Scene
-    from clrt.settings import Settings
-    from clrt.shipped import load
-    from clrt.tracer import Hits, Tracer, render
+    from clrt.formats.shipped import load
+    from clrt.images.image import Image, read_image
+    from clrt.scene.scene import Scene
 
 _HOMES = {
-    "clrt.errors": ("ClrtError", "ClrtWarning", "DeviceError", "LimitError", "SceneError"),
+    "clrt.base.errors": ("ClrtError", "ClrtWarning", "DeviceError", "LimitError", "SceneError"),
     "clrt.formats": ("load_dict",),
-    "clrt.image": ("Image", "read_image"),
-    "clrt.limits": ("Limits",),
-    "clrt.platforms": ("DeviceInfo", "devices"),
-    "clrt.raymesh": ("RayMeshIntersector",),
-    "clrt.scene": ("Scene",),
-    "clrt.settings": ("Settings",),
-    "clrt.shipped": ("load",),
-    "clrt.tracer": ("Hits", "Tracer", "render"),
+    "clrt.images.image": ("Image", "read_image"),
+    "clrt.base.limits": ("Limits",),
+    "clrt.device.info": ("DeviceInfo",),
+    "clrt.device.platforms": ("devices",),
+    "clrt.engine.raymesh": ("RayMeshIntersector",),
+    "clrt.scene.scene": ("Scene",),
+    "clrt.device.settings": ("Settings",),
+    "clrt.formats.shipped": ("load",),
+    "clrt.engine.tracer": ("Hits", "Tracer", "render"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

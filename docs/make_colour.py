@@ -20,12 +20,12 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # of colour-science's optional parts
     import colour as science
 
-from clrt.bands import Bands, light, reflectance  # noqa: E402
-from clrt.bench.chart import pyplot, save  # noqa: E402
-from clrt.colour import XYZ_OF_RGB, lamp_xyz, matching, xyz_matrix  # noqa: E402
-from clrt.curves import curve_of  # noqa: E402
-from clrt.spectrum import PATCHES  # noqa: E402
-from clrt.spectrum_plot import SHOWN, wavelength_colors  # noqa: E402
+from clrt.images.plotting import pyplot, save  # noqa: E402
+from clrt.spectra.bands import Bands, light, reflectance  # noqa: E402
+from clrt.spectra.colorimetry import XYZ_OF_RGB, lamp_xyz, matching, xyz_matrix  # noqa: E402
+from clrt.spectra.curves import curve_of  # noqa: E402
+from clrt.spectra.plot import SHOWN, wavelength_colors  # noqa: E402
+from clrt.spectra.spectrum import PATCHES  # noqa: E402
 
 LAMPS = {"D65": "D65", "A": "A", "F2": "FL2", "F7": "FL7", "F11": "FL11"}
 COUNTS = (4, 6, 8, 12, 16, 24, 32, 48, 64)

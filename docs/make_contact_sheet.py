@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 import clrt
 from clrt import layout
-from clrt.imagefile import encode
-from clrt.resources import shipped_scenes
-from clrt.scene import Scene
-from clrt.shipped import load_scene
+from clrt.base.resources import shipped_scenes
+from clrt.formats.shipped import load_scene
+from clrt.images.file import encode
+from clrt.scene.scene import Scene
 
 HERE = Path(__file__).resolve().parent
 CELL, CAPTION, GAP = (300, 225), 22, 8  # pixels: the largest picture, the line below it, the space between

@@ -35,7 +35,7 @@ import performance_tables as tables
 import clrt
 from clrt.bench import chart, host, machine, report, scaling, suite
 from clrt.bench.frames import frame_times
-from clrt.platforms import devices
+from clrt.device.platforms import devices
 
 OTHER_DRIVER = "PoCL 3.0"
 DRIVERS = ("PoCL 3.1", OTHER_DRIVER)

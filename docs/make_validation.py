@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from clrt.resources import validation_module
+from clrt.base.resources import validation_module
 
 PAGE = Path(__file__).parent / "validation.md"
 BEGIN, END = "<!-- figures: make_validation.py writes what follows -->\n", "<!-- end of figures -->\n"
@@ -23,7 +23,7 @@ SHOWN = ("exponent 36 for 40", "lost share at total internal reflection", "Snell
 # figure, whether the smallest is the worst
 FIGURES = {"SSIM": True, "FLIP": False, "PSNR": True, "within 1e-4": True, "mean radiance": False,
            "distance": False}  # fmt: skip
-figure = validation_module("report").figure
+figure = validation_module("suite.report").figure
 
 
 def figures(runs: list[dict[str, Any]]) -> Iterator[str]:

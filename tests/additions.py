@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clrt.resources import PACKAGE, kernel_folder
+from clrt.base.resources import PACKAGE, kernel_folder
 
 Entries = Mapping[str, Mapping[str, str]]  # file -> text that stands there once -> what stands there then
 

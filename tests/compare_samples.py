@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 import clrt
-from clrt.resources import validation_module
+from clrt.base.resources import validation_module
 
 WIDTH, HEIGHT = 96, 72
 
@@ -53,7 +53,7 @@ def picture() -> np.ndarray:
 @cache
 def edges() -> np.ndarray:
     """The scene's edge mask."""
-    metrics = validation_module("compare_metrics")
+    metrics = validation_module("compare.metrics")
     moved = [clrt.render(with_camera(shift=(0.05 * x, 0.05 * y))).pixels for x, y in metrics.DIAGONAL]
     return metrics.edge_mask(picture(), moved)
 
@@ -74,7 +74,7 @@ def with_lights(*factors: float) -> clrt.Scene:
     """Each light's intensity times a factor; 0 leaves it out."""
     base = scene()
     lights = [
-        replace(light, intensity=tuple(factor * np.array(clrt.scene.rgb(light.intensity))))
+        replace(light, intensity=tuple(factor * np.array(clrt.scene.scene.rgb(light.intensity))))
         for light, factor in zip(base.lights, factors, strict=True)
         if factor
     ]

@@ -10,7 +10,8 @@ import pytest
 
 from validation.oracle_mitsuba import Mitsuba
 
-TOGETHER = ("tests/test_validation.py",)  # a fixture of theirs takes a minute: once, not once a process
+# a fixture of theirs takes a minute: once, not once a process
+TOGETHER = ("tests/validation/test_validation.py",)
 
 
 @pytest.hookimpl(optionalhook=True)

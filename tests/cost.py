@@ -15,12 +15,12 @@ RATE = 1e6  # bytes a second, after the first second
 _CHILD = """\
 import json, resource, sys, time, warnings
 resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
-import clrt, clrt.flatten, clrt.imagefile, trimesh
+import clrt, clrt.flatten.flatten, clrt.images.file, trimesh
 warnings.simplefilter("always")
 def peak():
     return next(int(line.split()[1]) << 10 for line in open("/proc/self/status") if line.startswith("VmHWM"))
 def load(path):
-    clrt.flatten.flatten(clrt.load(path))
+    clrt.flatten.flatten.flatten(clrt.load(path))
 def read(path):
     clrt.load(path)
 def picture(path):

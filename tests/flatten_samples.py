@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from clrt.flatten import FlatScene, flatten
-from clrt.scene import Scene
+from clrt.flatten.flatten import FlatScene, flatten
+from clrt.scene.scene import Scene
 
 SAMPLES = 20_000
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clrt.image import Image
+from clrt.images.image import Image
 
 
 def gradient(height: int = 5, width: int = 7) -> np.ndarray:

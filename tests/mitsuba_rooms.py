@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 import clrt
-from clrt.errors import ClrtWarning
-from clrt.resources import scene_folder
-from clrt.scene import Scene
+from clrt.base.errors import ClrtWarning
+from clrt.base.resources import scene_folder
+from clrt.scene.scene import Scene
 
 WIDTH, HEIGHT = 80, 60
 CAMERA = {"origin": [0.5, 3.2, 6.5], "target": [0.1, 0.3, 0.0], "fov": 40.0}

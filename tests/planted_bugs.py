@@ -14,7 +14,7 @@ from pathlib import Path
 from unittest import mock
 
 import clrt
-from clrt.resources import kernel_folder
+from clrt.base.resources import kernel_folder
 from tests import watched
 
 # name: (file, the text that stands there once, what takes its place, what Oclgrind says of it)
@@ -111,7 +111,7 @@ def main() -> int:
             kernels = planted(Path(folder), number, file, good, bad)
             before = len(watched.findings())
             with (
-                mock.patch("clrt.driver.kernel_folder", lambda kernels=kernels: kernels),
+                mock.patch("clrt.device.driver.kernel_folder", lambda kernels=kernels: kernels),
                 suppress(Exception),
             ):
                 clrt.render(SCENE, settings=SMALL)  # what comes of a fault may also stop it

@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 
 import compare_samples as samples
-from clrt.resources import validation_module
+from clrt.base.resources import validation_module
 
 types = validation_module("types")
-compare = validation_module("compare")
+compare = validation_module("compare.oracle")
 SIZE = {"width": 160, "height": 120}
 LIMIT = dataclasses.replace(compare.limits(many_edges=True), mask=None)
 
 
 def edges(reference: Any) -> Any:
-    metrics = validation_module("compare_metrics")
+    metrics = validation_module("compare.metrics")
     moved = (samples.with_camera(shift=(0.05 * x, 0.05 * y)) for x, y in metrics.DIAGONAL)
     return metrics.edge_mask(reference.pixels, [samples.ours(scene, **SIZE).pixels for scene in moved])
 

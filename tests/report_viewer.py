@@ -9,7 +9,7 @@ import numpy as np
 
 import report_samples as samples
 from browser import Browser
-from clrt.imagefile import encode
+from clrt.images.file import encode
 
 WRONG = 2  # the case whose pictures differ
 VIEWER = f"document.querySelector('#case-{WRONG} .viewer')"

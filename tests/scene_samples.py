@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clrt.scene import (
+from clrt.scene.scene import (
     Box,
     Camera,
     Checker,

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from clrt.schema import schema_text
+from clrt.scene.schema import schema_text
 from tests import facing_layer, fuzz_term, patch_light, torus
 from tests.additions import camera_rays, changed, grown, render, run
 
@@ -131,7 +131,7 @@ def test_a_light_without_its_formula_does_not_build(copies: Any, tmp_path: Path)
 
 
 def test_a_light_is_in_the_schema(copies: Any) -> None:
-    done = run(copies(patch_light), "from clrt.schema import schema_text; print(schema_text())")
+    done = run(copies(patch_light), "from clrt.scene.schema import schema_text; print(schema_text())")
     assert '"PatchLight"' in done.stdout and '"PatchLight"' not in schema_text()
 
 

@@ -12,9 +12,10 @@ from pathlib import Path
 import pytest
 
 import clrt
-from clrt import intel, resources
-from clrt.errors import ClrtError
-from clrt.platforms import choose
+from clrt.base import resources
+from clrt.base.errors import ClrtError
+from clrt.device import intel
+from clrt.device.platforms import choose
 from clrt.version import __version__
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -73,7 +74,7 @@ def test_an_installed_wheel_renders_from_another_folder(wheel: Path, tmp_path: P
         return done.stdout
 
     folders = "r.PACKAGE, r.kernel_folder(), r.scene_folder(), r.validation_module('selftest').__file__"
-    where = python("-c", f"import clrt.resources as r; print({folders})")
+    where = python("-c", f"import clrt.base.resources as r; print({folders})")
     assert where.count(str(packages)) == 4 and str(ROOT) not in where
     line = python("-m", "clrt", "render", "showcase", "--width", "64", "-o", "a.exr")
     assert line.startswith(f"{elsewhere}/a.exr: 64 x 36, ")
@@ -104,7 +105,7 @@ def test_validation_is_found_in_a_checkout_from_anywhere(tmp_path: Path):
     """Bare: the folder alone is on the path, as for somebody who has installed nothing."""
     code = (
         "import sys; sys.path.append(sys.argv[1])\n"
-        "import clrt.resources as r; print(r.validation_module('selftest').__name__)"
+        "import clrt.base.resources as r; print(r.validation_module('selftest').__name__)"
     )
     command = [sys.executable, "-c", code, str(ROOT)]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)

@@ -12,11 +12,11 @@ import pytest
 
 import clrt
 from clrt import layout
+from clrt.base.errors import SceneError
+from clrt.base.resources import scene_folder, shipped_scenes
 from clrt.cli.scenes import headline
-from clrt.errors import SceneError
-from clrt.resources import scene_folder, shipped_scenes
-from clrt.scene import DirectionalLight, Mesh, Scene, Sphere
-from clrt.shipped import load_scene
+from clrt.formats.shipped import load_scene
+from clrt.scene.scene import DirectionalLight, Mesh, Scene, Sphere
 
 NAMES = sorted(shipped_scenes())
 SCRIPTS = [name for name, file in shipped_scenes().items() if file.suffix == ".py"]

@@ -16,9 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from clrt.device import Device
-from clrt.driver import Driver, Kernels
-from clrt.opencl import cl
+from clrt.device.device import Device
+from clrt.device.driver import Driver, Kernels
+from clrt.device.opencl import cl
 
 buffers: list[cl.Buffer] = []
 programs: dict[str, cl.Program] = {}
@@ -62,9 +62,9 @@ def findings() -> str:
 
 
 PATCHES = (
-    ("clrt.device.Device.buffer", buffer),
-    ("clrt.device.Device.fill", fill),
-    ("clrt.driver.Kernels.program", program),
-    ("clrt.driver.cl.Context", context),
-    ("clrt.driver.Driver.wait", Driver.guard),  # Oclgrind ends the process where another thread copies
+    ("clrt.device.device.Device.buffer", buffer),
+    ("clrt.device.device.Device.fill", fill),
+    ("clrt.device.driver.Kernels.program", program),
+    ("clrt.device.driver.cl.Context", context),
+    ("clrt.device.driver.Driver.wait", Driver.guard),  # Oclgrind ends the process where another thread copies
 )

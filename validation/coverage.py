@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, Final
 
-from clrt.scene import (
+from clrt.scene.scene import (
     Box,
     Checker,
     Cone,
@@ -24,7 +24,7 @@ from clrt.scene import (
     Spectrum,
     Sphere,
 )
-from clrt.transforms import is_similarity
+from clrt.scene.transforms import is_similarity
 
 from .types import CaseResult, CountResult
 

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Final
 
 import clrt
-from clrt.atomic import replacing
-from clrt.errors import MissingPackage
-from clrt.resources import shipped_scenes
-from clrt.shipped import load_scene
+from clrt.base.atomic import replacing
+from clrt.base.errors import MissingPackage
+from clrt.base.resources import shipped_scenes
+from clrt.formats.shipped import load_scene
 
 FILE: Final = Path(__file__).with_name("expected_hashes.json")
 WIDTH: Final = 24  # pixels

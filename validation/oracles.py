@@ -11,14 +11,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt.device import Device
-from clrt.errors import ClrtWarning
+from clrt.base.errors import ClrtWarning
+from clrt.device.device import Device
+from clrt.engine.tracer import Tracer
 from clrt.formats import load_dict
-from clrt.scene import Scene
-from clrt.tracer import Tracer
+from clrt.scene.scene import Scene
 
-from .compare_metrics import EDGE_CHANGE, EDGE_STEP
-from .compare_rays import FINE
+from .compare.metrics import EDGE_CHANGE, EDGE_STEP
+from .compare.rays import FINE
 from .oracle64 import edge_mask, render64
 from .oracle_mitsuba import Mitsuba
 from .oracle_mitsuba.modes import supports

@@ -6,16 +6,16 @@ import time
 
 import numpy as np
 
-from clrt.device import Device
-from clrt.film import Film, finished
-from clrt.flatten import flatten_camera
-from clrt.job import Job, halves
-from clrt.layers import TERMS
-from clrt.queues import Feelers, Lit
-from clrt.schedule import Work, interleaved
-from clrt.stage import Stage
-from clrt.tiles import tiles
-from clrt.tracer import Tracer
+from clrt.base.layers import TERMS
+from clrt.device.device import Device
+from clrt.engine.film import Film, finished
+from clrt.engine.job import Job, halves
+from clrt.engine.queues import Feelers, Lit
+from clrt.engine.schedule import Work, interleaved
+from clrt.engine.stage import Stage
+from clrt.engine.tiles import tiles
+from clrt.engine.tracer import Tracer
+from clrt.flatten.flatten import flatten_camera
 from clrt.version import __version__
 
 from .types import OracleImage

@@ -18,12 +18,13 @@ from typing import Any
 import numpy as np
 
 import clrt
-from clrt import layout, passes
-from clrt.device import Device
-from clrt.flatten import FlatScene, flatten
-from clrt.opencl import cl
-from clrt.queues import CAMERA, Queue, new_queue
-from clrt.world import World
+from clrt import layout
+from clrt.device.device import Device
+from clrt.device.opencl import cl
+from clrt.engine import passes
+from clrt.engine.queues import CAMERA, Queue, new_queue
+from clrt.engine.world import World
+from clrt.flatten.flatten import FlatScene, flatten
 
 SCALES = (1e-4, 1e-2, 1.0, 1e3, 1e6)
 DISTANCES = (0.0, 10.0, 1000.0)  # from the origin of the world, in sizes of the shape

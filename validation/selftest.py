@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 
 from clrt import layout
-from clrt.device import Device
-from clrt.flatten import FlatScene
-from clrt.opencl import cl
-from clrt.scene import Scene
+from clrt.device.device import Device
+from clrt.device.opencl import cl
+from clrt.flatten.flatten import FlatScene
+from clrt.scene.scene import Scene
 
 from . import expected
-from .twin_compare import compare_picture, compare_rays
-from .twin_scenes import difficult_rays, scenes
+from .twin.compare import compare_picture, compare_rays
+from .twin.scenes import difficult_rays, scenes
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ from typing import Any, Final
 import msgspec
 
 import clrt
-from clrt.device import Device
-from clrt.errors import ClrtError
+from clrt.base.errors import ClrtError
+from clrt.device.device import Device
 from clrt.formats import load_dict
-from clrt.scene import Scene
-from clrt.shipped import load_scene
+from clrt.formats.shipped import load_scene
+from clrt.scene.scene import Scene
 
 from .cases import quietly
 from .oracle64 import render64

@@ -12,8 +12,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from clrt.indices import Conductor
-from clrt.scene import Checker, Material, Scene
+from clrt.scene.scene import Checker, Material, Scene
+from clrt.spectra.indices import Conductor
 
 from .oracle64.camera import background_image
 from .oracle64.palette import Palette

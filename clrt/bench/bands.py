@@ -14,9 +14,9 @@ import numpy as np
 
 from clrt.bench import scenes
 from clrt.bench.timing import Case, Measurement, Tell, measure
-from clrt.scene import Scene
-from clrt.settings import Settings
-from clrt.tracer import Tracer
+from clrt.device.settings import Settings
+from clrt.engine.tracer import Tracer
+from clrt.scene.scene import Scene
 
 BANDS: Final = (None, 8, 24, 64)  # None: RGB
 MOST: Final = 64

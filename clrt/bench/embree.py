@@ -14,9 +14,9 @@ from typing import Final
 
 import numpy as np
 
+from clrt.base.errors import ClrtError
 from clrt.bench.timing import Case
-from clrt.errors import ClrtError
-from clrt.flatten import FlatScene
+from clrt.flatten.flatten import FlatScene
 
 _SOURCE: Final = Path(__file__).resolve().parents[2] / "tests" / "embree" / "yardstick.cpp"
 _FLAGS: Final = ("-O3", "-march=native", "-shared", "-fPIC")

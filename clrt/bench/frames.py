@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, replace
 
 from clrt.bench.recorder import TRACING
 from clrt.bench.timing import Case, Measurement, Tell, measure
-from clrt.scene import Scene
-from clrt.settings import Settings
-from clrt.tracer import Tracer
+from clrt.device.settings import Settings
+from clrt.engine.tracer import Tracer
+from clrt.scene.scene import Scene
 
 
 @dataclass

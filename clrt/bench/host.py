@@ -16,9 +16,9 @@ from typing import Any, Final
 import numpy as np
 
 from clrt.bench.timing import Case, Measurement, Tell, measured
-from clrt.device import Device
-from clrt.flatten import FlatScene
-from clrt.world import World
+from clrt.device.device import Device
+from clrt.engine.world import World
+from clrt.flatten.flatten import FlatScene
 
 _LAUNCHES: Final = 500
 _BUILDER: Final = ("split_top", "build_subtree", "collapse", "pack_triangles", "pack_spheres", "pack_others")

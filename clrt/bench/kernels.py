@@ -8,12 +8,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import passes
 from clrt.bench.recorder import CLASSES, TRACING, Recording, case, record
 from clrt.bench.timing import Case
 from clrt.bench.walk import Walk, count_visits, read_nodes
-from clrt.scene import Scene
-from clrt.settings import Settings
+from clrt.device.settings import Settings
+from clrt.engine import passes
+from clrt.scene.scene import Scene
 
 RAY_KINDS: Final = ("primary", "shadow", *CLASSES.values())
 _SAMPLE: Final = 512  # rays that are walked on the host

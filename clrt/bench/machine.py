@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from clrt.device import Device
+from clrt.device.device import Device
 from clrt.version import __version__
 
 

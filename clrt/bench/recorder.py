@@ -12,19 +12,20 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import layout, parameters
+from clrt import layout
 from clrt.bench.timing import Case
-from clrt.device import Device
-from clrt.flatten import flatten, flatten_camera
-from clrt.job import Job
-from clrt.opencl import cl
-from clrt.queues import AMBIENT, REFLECTION, TRANSMISSION, Feelers, Queue, tile_rays
-from clrt.scene import Scene
-from clrt.schedule import complete
-from clrt.settings import Settings
-from clrt.stage import Stage
-from clrt.tiles import tiles
-from clrt.world import World
+from clrt.device.device import Device
+from clrt.device.opencl import cl
+from clrt.device.settings import Settings
+from clrt.engine.job import Job
+from clrt.engine.queues import AMBIENT, REFLECTION, TRANSMISSION, Feelers, Queue, tile_rays
+from clrt.engine.schedule import complete
+from clrt.engine.stage import Stage
+from clrt.engine.tiles import tiles
+from clrt.engine.world import World
+from clrt.flatten.flatten import flatten, flatten_camera
+from clrt.layout import parameters
+from clrt.scene.scene import Scene
 
 CLASSES: Final = {REFLECTION: "reflection", TRANSMISSION: "refraction", AMBIENT: "incoherent"}
 TRACING: Final = ("closest", "occluded")

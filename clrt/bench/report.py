@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
-from clrt.atomic import replacing
+from clrt.base.atomic import replacing
+from clrt.base.errors import ClrtError, show
+from clrt.base.files import read_text_bytes
+from clrt.base.limits import Limits
 from clrt.bench import bands, roof
 from clrt.bench.frames import shares
 from clrt.bench.timing import Measurement
-from clrt.errors import ClrtError, show
-from clrt.files import read_text_bytes
-from clrt.limits import Limits
 
 if TYPE_CHECKING:
     from rich.table import Table

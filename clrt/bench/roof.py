@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 
 from clrt.bench.timing import Case, Measurement
-from clrt.device import Device
-from clrt.opencl import cl
+from clrt.device.device import Device
+from clrt.device.opencl import cl
 
 MEMORY, CACHE, ARITHMETIC = "copy, memory", "copy, cache", "arithmetic"
 _SIZES: Final = {MEMORY: 64 << 20, CACHE: 256 << 10}  # bytes read, and as many written

@@ -18,13 +18,13 @@ from pathlib import Path
 from statistics import median
 from typing import Any, Final
 
-from clrt.atomic import replacing
+from clrt.base.atomic import replacing
+from clrt.base.errors import ClrtError
 from clrt.bench import machine, scenes
-from clrt.device import Device
-from clrt.errors import ClrtError
-from clrt.scene import Scene
-from clrt.settings import Settings
-from clrt.tracer import Tracer
+from clrt.device.device import Device
+from clrt.device.settings import Settings
+from clrt.engine.tracer import Tracer
+from clrt.scene.scene import Scene
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +115,7 @@ def run(quick: bool = False, rounds: int = 5, device: int | str | None = None) -
 
 def chart(content: dict[str, Any], path: str | Path) -> Path:
     """Seconds (dots, left) and peak of memory (dashes, right) over what grows; a panel a series."""
-    from clrt.bench.chart import pyplot, save
+    from clrt.images.plotting import pyplot, save
 
     plt = pyplot()
     panels = content["series"]

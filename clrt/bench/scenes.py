@@ -12,9 +12,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from clrt.base.resources import scene_folder
 from clrt.formats import load_dict
-from clrt.resources import scene_folder
-from clrt.scene import Scene
+from clrt.scene.scene import Scene
 
 TRIANGLES: Final = 1_000_000
 BALLS: Final = 50

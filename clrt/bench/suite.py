@@ -12,10 +12,10 @@ from clrt.bench import bands, embree, host, kernels, machine, roof, scenes
 from clrt.bench.frames import frame_times
 from clrt.bench.report import Report
 from clrt.bench.timing import Measurement, Tell, measure
-from clrt.device import Device
-from clrt.flatten import flatten
-from clrt.scene import Scene
-from clrt.settings import Settings
+from clrt.device.device import Device
+from clrt.device.settings import Settings
+from clrt.flatten.flatten import flatten
+from clrt.scene.scene import Scene
 
 GROUPS: Final = ("kernels", "builder", "launch", "compile", "frames", "bands", "program")
 
@@ -113,7 +113,7 @@ def _builders(plan: Plan, library: Any, tell: Tell | None) -> list[Measurement]:
 
 def _frames(plan: Plan) -> dict[str, tuple[Scene, int]]:
     """The sphereflake at 1024 x 1024, the terrain as the kernels see it, and two scenes that ship."""
-    from clrt.shipped import load_scene
+    from clrt.formats.shipped import load_scene
 
     if plan.quick:
         return {"flake": (scenes.flake_frame(levels=2), 128)}

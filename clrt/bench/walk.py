@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 
 from clrt import layout
-from clrt.device import Device
-from clrt.world import World
+from clrt.device.device import Device
+from clrt.engine.world import World
 
 _NODE, _BLOCK = layout.dtype("WideNode").itemsize, layout.dtype("TriangleBlock").itemsize
 # operations for the eight boxes of a node (6 multiply-adds and 7 comparisons each), and for the eight

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, Final, NoReturn
 
-from clrt import hush, interrupts
+from clrt.base import hush, interrupts
+from clrt.base.errors import ClrtError, ClrtWarning, exhausted
 from clrt.cli import terminal
-from clrt.errors import ClrtError, ClrtWarning, exhausted, one_line
+from clrt.cli.terminal import FAULT, say
 
-FAULT, INTERRUPTED = 2, 130  # exit codes; 130 is what shells expect after Ctrl-C
 _SAVE: Final = ("render", "convert", "plot-spectrum")
 """Commands that have done what they should once their file is saved, whatever becomes of the terminal."""
 
@@ -71,13 +71,6 @@ def program() -> NoReturn:
         interrupts.sweep()
         os._exit(code)
     sys.exit(code)
-
-
-def say(text: str, code: int = 0) -> int:
-    """Put one line on stderr; return `code`."""
-    if sys.stderr is not None:  # print takes None for stdout
-        print(one_line(f"clrt: {text}"), file=sys.stderr, flush=True)
-    return code
 
 
 def interrupted(checkpoint: str | None = None) -> int:

@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clrt.atomic import check_replaceable
+from clrt.base.atomic import check_replaceable
+from clrt.base.errors import ClrtError
 from clrt.cli.outputs import check_apart
 from clrt.cli.terminal import console, marked
-from clrt.errors import ClrtError
 
 if TYPE_CHECKING:
     from clrt.bench.timing import Tell
@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _plan(options: argparse.Namespace) -> Any:
     from clrt.bench import suite
-    from clrt.shipped import load_scene
+    from clrt.formats.shipped import load_scene
 
     groups = options.only or suite.GROUPS
     for name in groups:
@@ -92,7 +92,7 @@ def _show(measured: Any) -> None:
 
 def _check_same_machine(old: Any, plan: Any) -> None:
     from clrt.bench.machine import facts
-    from clrt.device import Device
+    from clrt.device.device import Device
 
     new = {**facts(Device(plan.device)), "quick": plan.quick}
     differ = [name for name in ("processor", "device", "quick") if old.machine.get(name) != new[name]]

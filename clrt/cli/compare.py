@@ -4,32 +4,30 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
-import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clrt.cli.terminal import console, marked
-from clrt.errors import ClrtError
-from clrt.install import install_extra
-from clrt.resources import scene_file, validation_module
+from clrt.base.errors import ClrtError
+from clrt.base.install import install_extra
+from clrt.base.resources import validation_module
+from clrt.cli import compare_many
+from clrt.cli.judging import (
+    DIGITS,
+    PICTURES,
+    VERDICTS,
+    certainty,
+    judge,
+    plain,
+    read,
+    reporting,
+    scene_reference,
+)
+from clrt.cli.terminal import console
 
 if TYPE_CHECKING:
-    from clrt.scene import Scene
+    pass
 
-PICTURES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
 DIFFERS = 1  # exit code
-DIGITS = {
-    "PSNR": ".1f",
-    "largest, of 255": ".1f",
-    "mean, of 255": ".2f",
-    "brightness": ".4f",
-    "SSIM": ".5f",
-    "worst window": ".3f",
-    "FLIP": ".5f",
-}
 _MEANINGS = {
     "SSIM": "structure, 1 is equal",
     "FLIP": "what an eye sees, 0 is equal",
@@ -43,13 +41,6 @@ _MEANINGS = {
     "brightness": "mean radiance, A / B",
     "edges left out": "share of pixels",
 }
-VERDICTS = {
-    "identical": ("green", "the same pixels, bit for bit"),
-    "equal": ("green", "they differ by rounding only"),
-    "same picture": ("green", "they show the same; single pixels differ"),
-    "similar": ("yellow", "much is right, and something is not"),
-    "different": ("red", "they show different things"),
-}
 
 
 def run(options: argparse.Namespace) -> int:
@@ -57,10 +48,8 @@ def run(options: argparse.Namespace) -> int:
     if options.seconds is not None and not options.seconds >= 0:
         raise ClrtError(f"--seconds: {options.seconds} is not allowed; it must be a number >= 0")
     try:
-        pictures = validation_module("compare_pictures")
+        pictures = validation_module("compare.pictures")
         if options.more:
-            from clrt.cli import compare_many
-
             return compare_many.run(pictures, options)
         result = _compare(pictures, options)
     except ModuleNotFoundError as error:
@@ -75,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _compare(pictures: Any, options: argparse.Namespace) -> Any:
     """The comparison of A with B; a scene is always the reference, whichever of the two it is."""
-    from clrt.scene import Scene
+    from clrt.scene.scene import Scene
 
     picture, reference = read(options.a, options.spp), read(options.b, options.spp)
     with reporting(options.json) as report:
@@ -89,50 +78,6 @@ def _compare(pictures: Any, options: argparse.Namespace) -> Any:
             scene = scene_reference(pictures, reference, picture.shape[:2], options)
             reference = scene.render()
         return judge(pictures, picture, reference, scene, options, report)
-
-
-def judge(
-    pictures: Any, picture: Any, reference: Any, scene: Any, options: argparse.Namespace,
-    report: Callable[[str], None],
-) -> Any:
-    """The comparison of two pictures; `scene` made the reference, where there is one."""
-    seconds = pictures.SEARCH_SECONDS if options.seconds is None else options.seconds
-    return pictures.compare_pictures(picture, reference, options.mask, scene, report, seconds)
-
-
-def read(name: str, spp: int | None) -> Any:
-    """Linear pixels of a picture file, else a scene."""
-    if Path(name).suffix.lower() in PICTURES:
-        from clrt.imagefile import read_samples
-
-        return read_samples(name)
-    import clrt
-
-    scene = clrt.load(scene_file(name))
-    if scene.camera is None:
-        raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
-    return scene.override(spp=spp)
-
-
-def scene_reference(pictures: Any, scene: Scene, shape: Any, options: argparse.Namespace) -> Any:
-    """The scene to render: in the size of the picture, if that has the camera's aspect to within a pixel."""
-    from clrt.settings import Settings
-
-    assert scene.camera is not None
-    width, height = scene.camera.width, scene.camera.height
-    if shape and abs(shape[1] * height / width - shape[0]) <= 1:
-        height, width = shape
-    return pictures.SceneReference(scene, width, height, options.device, Settings(threads=options.threads))
-
-
-@contextmanager
-def reporting(quiet: bool) -> Iterator[Callable[[str], None]]:
-    """A function that says on a terminal's stderr what is being tried."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda name: None
-        return
-    with console(stderr=True).status("") as status:
-        yield lambda name: status.update(f"trying: {marked(name)}" if name != "rendering" else name)
 
 
 def _show(result: Any, options: argparse.Namespace) -> None:
@@ -178,31 +123,7 @@ def _table(result: Any) -> Any:
     return table
 
 
-def certainty(cause: Any) -> str:
-    return "cause" if cause.proven else "likely cause" if cause.certain and cause.likely else "possible cause"
-
-
 def _left(cause: Any) -> str:
     if not cause.certain:
         return f"{100 * cause.left:.2g} % of the error is elsewhere"
     return f"Undoing it leaves {100 * cause.left:.2g} % of the error."
-
-
-def plain(result: Any, a: str, b: str) -> dict[str, Any]:
-    """The comparison as JSON has it; what is infinite (the PSNR of equal pictures) becomes null."""
-
-    def finite(value: float) -> float | None:
-        return value if math.isfinite(value) else None
-
-    return {
-        "a": a,
-        "b": b,
-        "verdict": result.verdict,
-        "passed": result.passed,
-        "metrics": {name: finite(value) for name, value in result.metrics.items()},
-        "gates": [{"name": gate.name, "value": finite(gate.value), "limit": gate.limit, "passed": gate.passed,
-                   "better": gate.better, "detail": gate.detail} for gate in result.gates],
-        "causes": [{"name": cause.name, "text": cause.text, "error_left": cause.left, "proven": cause.proven}
-                   for cause in result.causes],
-        "notes": list(result.notes),
-    }  # fmt: skip

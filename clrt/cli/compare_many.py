@@ -7,9 +7,9 @@ import json
 import sys
 from typing import Any
 
-from clrt.cli.compare import DIGITS, VERDICTS, certainty, judge, plain, read, reporting, scene_reference
+from clrt.base.errors import ClrtError, one_line
+from clrt.cli.judging import DIGITS, VERDICTS, certainty, judge, plain, read, reporting, scene_reference
 from clrt.cli.terminal import console
-from clrt.errors import ClrtError, one_line
 
 SAME, DIFFERS, UNREADABLE = 0, 1, 2  # exit codes
 _FIGURES = ("SSIM", "FLIP", "PSNR")
@@ -17,7 +17,7 @@ _FIGURES = ("SSIM", "FLIP", "PSNR")
 
 def run(pictures: Any, options: argparse.Namespace) -> int:
     """Print a row a picture; 0 where all show the same, 1 where one does not, 2 where one cannot be read."""
-    from clrt.scene import Scene
+    from clrt.scene.scene import Scene
 
     names = [options.b, *options.more]
     reference = read(options.a, options.spp)

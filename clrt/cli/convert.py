@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from clrt.atomic import check_replaceable
+from clrt.base.atomic import check_replaceable
+from clrt.base.resources import scene_file
 from clrt.cli.outputs import check_apart, check_spares
-from clrt.resources import scene_file
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene of `options.input` to `options.output`. ClrtError leaves the output as it was."""
-    from clrt.shipped import load_scene
+    from clrt.formats.shipped import load_scene
 
     source = scene_file(options.input)
     check_replaceable(options.output)
@@ -20,8 +20,8 @@ def run(options: argparse.Namespace) -> int:
     scene = load_scene(source)
     check_spares({"OUT": options.output}, scene)
     if Path(options.output).suffix.lower() == ".xml":
-        from clrt.cli import say
-        from clrt.resources import validation_module
+        from clrt.base.resources import validation_module
+        from clrt.cli.terminal import say
 
         changed = validation_module("oracle_mitsuba.xml").write_xml(scene, options.output)
         if changed:

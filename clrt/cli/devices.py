@@ -14,8 +14,8 @@ def run(options: argparse.Namespace) -> int:
     A device that does not work says why: each is tried, once a driver and processor.
     Return 1 where none works.
     """
-    from clrt.platforms import choose, devices
-    from clrt.trial import verdict
+    from clrt.device.platforms import choose, devices
+    from clrt.device.trial import verdict
 
     found = devices()
     faults = {info.index: verdict(info)[0] for info in found}

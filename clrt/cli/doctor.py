@@ -11,7 +11,7 @@ MARKS = {"fine": "  ", "advice": "? ", "wrong": "! "}
 
 def run(options: argparse.Namespace) -> int:
     """Print every finding, and below those that are not fine what to do; return 1 when something is wrong."""
-    from clrt.doctor import examine
+    from clrt.diagnosis.doctor import examine
 
     findings = examine(options.device)
     wrong = sum(finding.state == "wrong" for finding in findings)

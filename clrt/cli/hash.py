@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from clrt.resources import scene_file
+from clrt.base.resources import scene_file
 
 
 def run(options: argparse.Namespace) -> int:
     """Print `HASH  NAME` for a rendered scene, or for the pixels that an .exr file holds."""
     if Path(options.scene).suffix.lower() == ".exr":
-        from clrt.image import pixel_hash
-        from clrt.imagefile import read_samples
+        from clrt.images.file import read_samples
+        from clrt.images.image import pixel_hash
 
         value = pixel_hash(read_samples(options.scene))
     else:

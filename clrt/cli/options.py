@@ -11,9 +11,9 @@ import sys
 from collections.abc import Sequence
 from typing import Any, Final, NoReturn
 
-from clrt.cli import FAULT, say
-from clrt.errors import ClrtError, show
-from clrt.layers import LAYERS
+from clrt.base.errors import ClrtError, show
+from clrt.base.layers import LAYERS
+from clrt.cli.terminal import FAULT, say
 from clrt.version import __version__
 
 MOST: Final = 2**31 - 1
@@ -36,7 +36,7 @@ def read(arguments: Sequence[str] | None) -> argparse.Namespace:
     made = parser()
     given = list(sys.argv[1:] if arguments is None else arguments)
     if given and given[0] not in made.commands and not given[0].startswith("-"):
-        from clrt.places import did_you_mean
+        from clrt.base.places import did_you_mean
 
         near = did_you_mean(given[0], made.commands)
         raise ClrtError(f"{show(given[0])} is no command{near} (commands: {', '.join(made.commands)})")
@@ -160,8 +160,8 @@ def _add_frame(parser: argparse.ArgumentParser) -> None:
 
 
 def _limit(text: str) -> tuple[str, int]:
-    """A limit as `clrt.limits.Limits` takes it."""
-    from clrt.limits import parse
+    """A limit as `clrt.base.limits.Limits` takes it."""
+    from clrt.base.limits import parse
 
     try:
         return parse(text)

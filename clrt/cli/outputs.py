@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from clrt.errors import ClrtError
+from clrt.base.errors import ClrtError
 
 if TYPE_CHECKING:
-    from clrt.scene import Scene
+    from clrt.scene.scene import Scene
 
 Name = str | os.PathLike[str]
 
@@ -26,7 +26,7 @@ def check_apart(outputs: Mapping[str, Name], inputs: Mapping[str, Name]) -> None
 
 def check_spares(outputs: Mapping[str, Name], scene: Scene) -> None:
     """ClrtError where an output would take the place of a picture or a mesh that the scene names."""
-    from clrt.meshes import Mesh
+    from clrt.scene.mesh import Mesh
 
     folder = scene.folder or Path()
     names = [scene.background_path] if scene.background_path else []

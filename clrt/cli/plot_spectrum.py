@@ -7,15 +7,15 @@ import re
 import tomllib
 from pathlib import Path
 
-from clrt.arguments import whole
-from clrt.atomic import check_replaceable
-from clrt.errors import ClrtError
-from clrt.indices import GLASSES
-from clrt.limits import Limits
-from clrt.places import At, listed
-from clrt.records import read
-from clrt.spectrum import LAMPS, METALS, REFLECTANCES, Spectrum
-from clrt.suggest import did_you_mean
+from clrt.base.arguments import whole
+from clrt.base.atomic import check_replaceable
+from clrt.base.errors import ClrtError
+from clrt.base.limits import Limits
+from clrt.base.places import At, listed
+from clrt.base.records import read
+from clrt.base.suggest import did_you_mean
+from clrt.spectra.indices import GLASSES
+from clrt.spectra.spectrum import LAMPS, METALS, REFLECTANCES, Spectrum
 
 GROUPS = ("matching", "rgb", "metals", "glasses")
 """Several curves in one plot: the observer's functions, the upsampling curves, all metals, all glasses."""
@@ -30,8 +30,8 @@ def run(options: argparse.Namespace) -> int:
         options.bands = whole("--bands", options.bands, 1, Limits().bands)
     path = Path(options.output or f"{stem}.png")
     check_replaceable(path)
-    from clrt.bench.chart import save  # with matplotlib: only where something is drawn
-    from clrt.spectrum_plot import draw
+    from clrt.images.plotting import save  # with matplotlib: only where something is drawn
+    from clrt.spectra.plot import draw
 
     print(save(draw(value, options.bands), path))
     return 0

@@ -23,7 +23,7 @@ def progress(name: str, quiet: bool) -> Iterator[Report | None]:
         return
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    from clrt import kernelcache
+    from clrt.device import kernelcache
 
     columns = (
         TextColumn("{task.description}"),

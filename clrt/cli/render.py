@@ -8,15 +8,15 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clrt.atomic import check_replaceable, replacing
+from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.errors import ClrtError
+from clrt.base.resources import scene_file
 from clrt.cli import interrupted
 from clrt.cli.outputs import check_apart, check_spares
-from clrt.errors import ClrtError
-from clrt.resources import scene_file
 
 if TYPE_CHECKING:
-    from clrt.image import Image
-    from clrt.scene import Scene
+    from clrt.images.image import Image
+    from clrt.scene.scene import Scene
 
 _DEEPEST = 1000  # generation whose layer's file is looked at beforehand: renders of more are refused, mostly
 
@@ -50,7 +50,7 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
     """The image of a scene file, with a progress bar on stderr where that is a terminal."""
     import clrt
     from clrt.cli.progress import progress
-    from clrt.shipped import load_scene
+    from clrt.formats.shipped import load_scene
 
     limits = clrt.Limits(**dict(options.limit))
     scene = load_scene(file, limits=limits)
@@ -89,7 +89,7 @@ def _outputs(options: argparse.Namespace) -> dict[str, str]:
 
 def _layer_files(options: argparse.Namespace) -> dict[str, Path]:
     """The files of the layers that are asked for by name, where the picture's own cannot hold them."""
-    from clrt.image import layer_file
+    from clrt.images.image import layer_file
 
     output = getattr(options, "output", None)
     if output is None or _holds_layers(output):
@@ -99,7 +99,7 @@ def _layer_files(options: argparse.Namespace) -> dict[str, Path]:
 
 def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None:
     """The rest of `_check_outputs`, once the scene says which pictures it reads, and which layers are all."""
-    from clrt.layers import check_layers, find
+    from clrt.base.layers import check_layers, find
 
     if "all" in getattr(options, "layers", ()):
         depth = scene.max_depth if options.max_depth is None else options.max_depth
@@ -113,8 +113,8 @@ def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None
 
 
 def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
-    from clrt.image import check_writable
-    from clrt.layers import find
+    from clrt.base.layers import find
+    from clrt.images.image import check_writable
 
     check_writable(options.output, options.exposure, options.bits)
     hidden = [name for name in options.layers if not find(name).is_shown]

@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from clrt.resources import scene_folder, shipped_scenes
+from clrt.base.resources import scene_folder, shipped_scenes
 
 
 def run(options: argparse.Namespace) -> int:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from clrt.cli import say
-from clrt.resources import validation_module
+from clrt.base.resources import validation_module
+from clrt.cli.terminal import say
 
 
 def run(options: argparse.Namespace) -> int:
     """Print a line for each check of `options.device`; return 1 when one of them failed."""
-    from clrt.platforms import choose
+    from clrt.device.platforms import choose
 
     selftest = validation_module("selftest")
     print(f"on {choose(options.device)[0].label}:", flush=True)

@@ -12,12 +12,23 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from clrt.errors import printable
+from clrt.base.errors import one_line, printable
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+
+FAULT: Final = 2
+"""The exit code where one line on stderr says what is wrong."""
+
+
+def say(text: str, code: int = 0) -> int:
+    """Put one line on stderr; return `code`."""
+    if sys.stderr is not None:  # print takes None for stdout
+        print(one_line(f"clrt: {text}"), file=sys.stderr, flush=True)
+    return code
 
 
 class Stream(io.TextIOBase):

@@ -10,11 +10,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from clrt.atomic import check_replaceable
+from clrt.base.atomic import check_replaceable
+from clrt.base.errors import ClrtError
+from clrt.base.install import install_extra
+from clrt.base.resources import validation_module
 from clrt.cli.terminal import console, marked
-from clrt.errors import ClrtError
-from clrt.install import install_extra
-from clrt.resources import validation_module
 
 FAILED = 1  # exit code
 _SHOWN = 40  # failures that are listed
@@ -27,11 +27,11 @@ def run(options: argparse.Namespace) -> int:
     if options.report:
         check_replaceable(options.report)
     try:
-        suite = validation_module("suite")
+        suite = validation_module("suite.run")
         if options.list:
             return _list(suite)
         if options.report:
-            validation_module("suite_files").check_beside(Path(options.report))
+            validation_module("suite.files").check_beside(Path(options.report))
         plan = _plan(suite, options)
         with _progress() as progress:
             result = suite.run(plan, progress)
@@ -69,8 +69,8 @@ def _plan(suite: Any, options: argparse.Namespace) -> Any:
 
 
 def _write(result: Any, report: Path) -> None:
-    page = validation_module("report").write_report(result, report)
-    xml, data = validation_module("suite_files").write_beside(result, report)
+    page = validation_module("suite.report").write_report(result, report)
+    xml, data = validation_module("suite.files").write_beside(result, report)
     print(f"report: {page}\nfor other programs: {xml.name} (JUnit), {data.name}")
 
 
@@ -147,7 +147,7 @@ def _rows(result: Any) -> Iterator[tuple[str, int, int, str]]:
 
 
 def _failures(result: Any) -> Iterator[str]:
-    suite_files = validation_module("suite_files")
+    suite_files = validation_module("suite.files")
     for group, name, _, failure, _ in suite_files.outcomes(result):
         if failure:
             yield f"{name} ({group}): {failure}"

@@ -9,16 +9,16 @@ from pathlib import Path
 from types import NoneType
 from typing import Any
 
-from clrt import arguments
-from clrt.errors import SceneError, fault, located, show
-from clrt.files import open_input
+from clrt.base import arguments
+from clrt.base.errors import SceneError, fault, located, show
+from clrt.base.files import open_input
+from clrt.base.limits import Limits
+from clrt.base.notices import bounded
+from clrt.base.places import listed
+from clrt.base.suggest import did_you_mean
 from clrt.formats import mesh, native, nff, thesis
-from clrt.limits import Limits
-from clrt.meshfile import MESH_SUFFIXES
-from clrt.notices import bounded
-from clrt.places import listed
-from clrt.scene import Scene, read_scene
-from clrt.suggest import did_you_mean
+from clrt.meshfiles.file import MESH_SUFFIXES
+from clrt.scene.scene import Scene, read_scene
 
 LOADERS: dict[str, Callable[..., Scene]] = {
     ".toml": native.load,

@@ -8,9 +8,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from clrt.errors import SceneError, located
-from clrt.limits import Limits
-from clrt.scene import Camera, Material, Mesh, PointLight, Scene
+from clrt.base.errors import SceneError, located
+from clrt.base.limits import Limits
+from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene
 
 _TOWARDS_CAMERA = np.array([0.5, 0.4, 1.0])
 _TOWARDS_LIGHT = np.array([-0.3, 1.0, 0.9])

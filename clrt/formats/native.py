@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 from pathlib import Path
 from typing import Any, NoReturn
 
 import tomli
-import tomli_w
 
-from clrt.atomic import replacing
-from clrt.collector import no_collections
-from clrt.errors import LimitError, SceneError, located, show
-from clrt.files import read_text_bytes
+from clrt.base.collector import no_collections
+from clrt.base.errors import LimitError, SceneError, located, show
+from clrt.base.files import read_text_bytes
+from clrt.base.limits import Limits
+from clrt.base.places import At, PlacedError
 from clrt.formats import toml_scan
 from clrt.formats.lines import json_line, toml_key, toml_line
-from clrt.limits import Limits
-from clrt.places import At, PlacedError
-from clrt.scene import Mesh, Scene, read_scene
+from clrt.scene.scene import Scene, read_scene
 
 
 def load(path: Path, limits: Limits) -> Scene:
@@ -48,46 +45,6 @@ def load(path: Path, limits: Limits) -> Scene:
         if line is None or error.at.source != source:
             raise
         raise PlacedError(At(f"{source}:{line}", error.at.path), error.text) from None
-
-
-def save(scene: Scene, path: Path) -> None:
-    """Write the scene as `Scene.save` promises."""
-    suffix = path.suffix.lower()
-    if suffix not in (".toml", ".json"):
-        text = "a scene is saved as .toml or .json (`clrt convert` writes Mitsuba's .xml, too)"
-        raise SceneError(located(str(path), "", text))
-    table = _moved(scene, path)
-    text = tomli_w.dumps(table) if suffix == ".toml" else json.dumps(table, indent=2) + "\n"
-    try:
-        data = text.encode("utf-8")
-    except UnicodeEncodeError as error:
-        what = f"{show(text[error.start : error.end])} is half a character; no file can hold it"
-        raise SceneError(located(str(path), "", what)) from None
-    with replacing(path) as temporary:
-        temporary.write_bytes(data)
-
-
-def _moved(scene: Scene, path: Path) -> dict[str, Any]:
-    """The scene's dict with the names of its files as seen from the folder of `path`."""
-    table = scene.to_dict()
-    old, new = (scene.folder or Path()).resolve(), Path(os.path.realpath(path)).parent
-    if old == new:
-        return table
-    if scene.background_path is not None:
-        if not scene.background_path.is_relative_to(new):
-            text = f"{scene.background!r} is not in {new}; copy the image there, or save the scene in {old}"
-            raise SceneError(located(str(path), "background", text))
-        table["background"] = scene.background_path.relative_to(new).as_posix()
-    for shape, entry in zip(scene.shapes, table.get("shapes", ()), strict=True):
-        if not isinstance(shape, Mesh) or shape.file is None:
-            continue
-        file = (old / shape.file).resolve()
-        if file.is_relative_to(new):
-            entry["file"] = file.relative_to(new).as_posix()
-        else:
-            del entry["file"]
-            entry |= shape.data().to_dict()
-    return table
 
 
 def _text(data: bytes, source: str) -> str:

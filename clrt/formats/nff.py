@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from clrt.collector import no_collections
-from clrt.errors import SceneError, located
+from clrt.base.collector import no_collections
+from clrt.base.errors import SceneError, located
+from clrt.base.limits import Limits
 from clrt.formats.tokens import Tokens, build
-from clrt.limits import Limits
-from clrt.planar import same_turn
-from clrt.scene import Scene
+from clrt.meshfiles.planar import same_turn
+from clrt.scene.scene import Scene
 
 _RAYS = 513
 """The published ray counts are of 513 x 513 rays through the pixel corners of a 512 x 512 picture."""

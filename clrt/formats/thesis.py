@@ -9,14 +9,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt import notices
-from clrt.collector import no_collections
-from clrt.errors import show
+from clrt.base import notices
+from clrt.base.collector import no_collections
+from clrt.base.errors import show
+from clrt.base.limits import Limits
+from clrt.base.places import At
 from clrt.formats.tokens import Tokens, build
-from clrt.limits import Limits
-from clrt.places import At
-from clrt.planar import same_turn
-from clrt.scene import Scene
+from clrt.meshfiles.planar import same_turn
+from clrt.scene.scene import Scene
 
 BANDS: Final = 380.0 + 18.0 * np.arange(20)
 """Lower ends of the program's bands in nm, each 18 nm wide."""

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from clrt.errors import SceneError, located, show
-from clrt.files import read_text_bytes
-from clrt.limits import Limits
-from clrt.scene import Scene, read_scene
+from clrt.base.errors import SceneError, located, show
+from clrt.base.files import read_text_bytes
+from clrt.base.limits import Limits
+from clrt.scene.scene import Scene, read_scene
 
 
 class Tokens:

@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from clrt.errors import SceneError, located, show
-from clrt.limits import Limits, written
+from clrt.base.errors import SceneError, located, show
+from clrt.base.limits import Limits, written
 
 # Strings and comments, closed or not: each match is final, so that no text is gone through twice.
 _LITERAL: Final = re.compile(

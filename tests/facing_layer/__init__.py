@@ -6,7 +6,7 @@ from typing import Final
 
 # file -> text that stands there once -> the same with the layer
 ENTRIES: Final[dict[str, dict[str, str]]] = {
-    "clrt/layers.py": {
+    "clrt/base/layers.py": {
         '    "bands": Layer(': '''\
     "facing": Layer(_HIT, "cosine between the ray and the normal, 0 on a miss", 1, "float", ("Z",)),
     "bands": Layer(''',

@@ -6,9 +6,9 @@ from typing import Final
 
 # file -> text that stands there once -> the same with the term
 ENTRIES: Final[dict[str, dict[str, str]]] = {
-    "clrt/layers.py": {'"diffuse", "highlight")': '"diffuse", "highlight", "fuzz")'},
-    "clrt/layout.py": {'"kd": "diffuse",': '"kd": "diffuse", "fuzz": "fuzz",'},
-    "clrt/materials.py": {
+    "clrt/base/layers.py": {'"diffuse", "highlight")': '"diffuse", "highlight", "fuzz")'},
+    "clrt/layout/__init__.py": {'"kd": "diffuse",': '"kd": "diffuse", "fuzz": "fuzz",'},
+    "clrt/scene/materials.py": {
         "    specular: Coefficient = 0.0\n": "    specular: Coefficient = 0.0\n    fuzz: Coefficient = 0.0\n",
     },
     "kernels/light.clh": {

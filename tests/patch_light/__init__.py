@@ -9,11 +9,11 @@ ENTRIES: Final[dict[str, dict[str, str]]] = {
     "kernels/light.clh": {
         '#include "light_point.clh"\n': '#include "light_point.clh"\n#include "light_patch.clh"\n'
     },
-    "clrt/layout.py": {
+    "clrt/layout/__init__.py": {
         '"DIRECTIONAL": 1}': '"DIRECTIONAL": 1, "PATCH": 2}',
         '        ("place", "float4"),\n': '        ("place", "float4"), ("axis", "float4"),\n',
     },
-    "clrt/lights.py": {
+    "clrt/scene/lights.py": {
         "Light = PointLight |": '''\
 class PatchLight(Colored, frozen=True, kw_only=True, tag="patch", tag_field="type"):
     """A small flat lamp at `position`, bright on the side of `normal`."""
@@ -37,7 +37,7 @@ class PatchLight(Colored, frozen=True, kw_only=True, tag="patch", tag_field="typ
 Light = PatchLight | PointLight |''',
         '    "point": PointLight,\n': '    "point": PointLight,\n    "patch": PatchLight,\n',
     },
-    "clrt/flatten_materials.py": {
+    "clrt/flatten/materials.py": {
         "import DirectionalLight, Light,": "import DirectionalLight, Light, PatchLight,",
         "def _directional(": '''\
 def _patch(record: np.void, source: PatchLight) -> None:

@@ -7,13 +7,13 @@ from typing import Final
 # file -> text that stands there once -> the same with the torus
 ENTRIES: Final[dict[str, dict[str, str]]] = {
     "kernels/generic.clh": {'#include "quadric.clh"\n': '#include "quadric.clh"\n#include "torus.clh"\n'},
-    "clrt/layout.py": {
+    "clrt/layout/__init__.py": {
         '    "Disk": ((': """    "Torus": (("center_ring", "float4"), ("axis_tube", "float4")),
     "Disk": ((""",
         '"QUADRIC": "quadrics",': '"QUADRIC": "quadrics", "TORUS": "tori",',
         '    "quadrics": "Quadric",\n': '    "quadrics": "Quadric",\n    "tori": "Torus",\n',
     },
-    "clrt/shapes.py": {
+    "clrt/scene/shapes.py": {
         "class Plane(Shape": '''class Torus(FiniteShape, frozen=True, kw_only=True, tag="torus"):
     center: Vector
     axis: Vector
@@ -23,13 +23,15 @@ ENTRIES: Final[dict[str, dict[str, str]]] = {
 
 class Plane(Shape''',
     },
-    "clrt/scene.py": {
+    "clrt/scene/scene.py": {
         "    Sphere,\n)\n": "    Sphere,\n    Torus,\n)\n",
         "AnyShape = Sphere |": "AnyShape = Torus | Sphere |",
         '    "sphere": Sphere,\n': '    "sphere": Sphere,\n    "torus": Torus,\n',
     },
-    "clrt/flatten.py": {"    quadrics: np.ndarray\n": "    quadrics: np.ndarray\n    tori: np.ndarray\n"},
-    "clrt/flatten_shapes.py": {
+    "clrt/flatten/flatten.py": {
+        "    quadrics: np.ndarray\n": "    quadrics: np.ndarray\n    tori: np.ndarray\n"
+    },
+    "clrt/flatten/shapes.py": {
         "def _plane(out": '''def _torus(
     out: Collected, shape: Torus, index: int, material: int, at: str
 ) -> None:
@@ -41,9 +43,10 @@ def _plane(out''',
         "    planes: list": """    tori: list[tuple[float, ...]] = field(default_factory=list)
     planes: list""",
         "    Sphere: _sphere,\n": "    Sphere: _sphere,\n    Torus: _torus,\n",
-        "from clrt.transforms import": "from clrt.shapes import Torus\nfrom clrt.transforms import",
+        "from clrt.scene.transforms import":
+            "from clrt.scene.shapes import Torus\nfrom clrt.scene.transforms import",
     },
-    "clrt/flatten_geometry.py": {
+    "clrt/flatten/geometry.py": {
         "    _check_kinds(collected, sections, boxes)\n": '''\
     sections["tori"], boxes["TORUS"] = _tori(collected)
     _check_kinds(collected, sections, boxes)

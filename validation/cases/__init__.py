@@ -22,14 +22,14 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import Any
 
-from clrt.errors import ClrtError, ClrtWarning
+from clrt.base.errors import ClrtError, ClrtWarning
+from clrt.base.resources import shipped_scenes
+from clrt.base.suggest import did_you_mean
 from clrt.formats import load_dict
-from clrt.resources import shipped_scenes
-from clrt.scene import Scene
-from clrt.shipped import load_scene
-from clrt.suggest import did_you_mean
+from clrt.formats.shipped import load_scene
+from clrt.scene.scene import Scene
 
-from ..compare import Limits, exact, limits
+from ..compare.oracle import Limits, exact, limits
 from ..coverage import features_of
 from ..types import Case
 from . import chance, found, matrix, media, spectral, stock, terms, views

@@ -7,8 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from clrt.resources import scene_folder
-from clrt.scene import Scene
+from clrt.base.resources import scene_folder
+from clrt.scene.scene import Scene
 
 from .parts import CAMERA, CLOSED, LIGHTS, Table, room, with_material
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import clrt
-from clrt.resources import PACKAGE
+from clrt.base.resources import PACKAGE
 
 from . import gates
 from .commands import Command, make

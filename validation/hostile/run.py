@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, Final
 
-from clrt.resources import PACKAGE
+from clrt.base.resources import PACKAGE
 
 from . import commands, gates, process
 from .mutate import make
@@ -33,7 +33,7 @@ TURNS: Final = 1000  # inputs a process; then a new one, so that no leak hides w
 COMMANDS: Final = 200  # of so many tasks one is a command, which costs as much as many inputs
 CORPUS: Final = Path(__file__).with_name("corpus")
 FOUND: Final = Path("out/hostile")
-_BOOT: Final = "from clrt.resources import validation_module as find; find('hostile.worker').main({!r})"
+_BOOT: Final = "from clrt.base.resources import validation_module as find; find('hostile.worker').main({!r})"
 _LOOK: Final = 0.05  # seconds between looks at a process' memory
 
 

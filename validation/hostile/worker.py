@@ -123,7 +123,7 @@ class _Builds:
 
     @classmethod
     def watch(cls) -> None:
-        from clrt.opencl import cl
+        from clrt.device.opencl import cl
 
         build = cl.Program.build
 

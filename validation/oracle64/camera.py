@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from clrt.image import read_image
-from clrt.scene import Camera, Scene
+from clrt.images.image import read_image
+from clrt.scene.scene import Camera, Scene
 
 from .palette import Palette
 from .surfaces import longitude_latitude

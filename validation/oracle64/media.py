@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clrt.scene import Disk, Polygon, Scene
+from clrt.scene.scene import Disk, Polygon, Scene
 
 from .batch import Batch
 from .curved import Quadrics, Spheres

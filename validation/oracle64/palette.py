@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.scene import IOR, Scene
+from clrt.scene.scene import IOR, Scene
 
 from . import spectra
 from .vectors import Array, Ints

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt import scene as clrt_scene
+from clrt.scene import scene as clrt_scene
 
 from .batch import Batch, merge
 from .curved import Quadrics, Spheres

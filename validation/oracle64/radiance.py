@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene import DirectionalLight, PointLight, Scene
+from clrt.scene.scene import DirectionalLight, PointLight, Scene
 
 from . import hashing, optics
 from .bounce import Spawned, bounce

@@ -10,7 +10,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from clrt.scene import Camera, Scene
+from clrt.scene.scene import Camera, Scene
 
 from . import hashing
 from .camera import Background, camera_rays

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from clrt.spectrum import LAMPS, METALS, Spectrum
-from clrt.tables import FOLDER
+from clrt.spectra.spectrum import LAMPS, METALS, Spectrum
+from clrt.spectra.tables import FOLDER
 
 from .vectors import Array
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.scene import Checker, Scene
+from clrt.scene.scene import Checker, Scene
 
 from .batch import Batch
 from .flat import Planes

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clrt.scene import Scene
+from clrt.scene.scene import Scene
 
 from .batch import Batch
 from .media import Media

@@ -20,15 +20,15 @@ from typing import Any, Final
 import numpy as np
 
 import clrt
-from clrt.install import install_extra, pip_install
-from clrt.scene import Scene
+from clrt.base.install import install_extra, pip_install
+from clrt.scene.scene import Scene
 
 from ..types import OracleImage
 from . import modes
 from .worker import HEADER, send
 
 START_SECONDS: Final = 120.0  # a first start compiles Mitsuba's Python files
-BOOT: Final = "from clrt.resources import validation_module as find; find('oracle_mitsuba.worker').main()"
+BOOT: Final = "from clrt.base.resources import validation_module as v; v('oracle_mitsuba.worker').main()"
 
 
 class MitsubaError(RuntimeError):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene import Box, Mesh
+from clrt.scene.scene import Box, Mesh
 
 from . import meshing
 from .forms import Array

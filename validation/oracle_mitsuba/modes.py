@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene import Checker, Mesh, Scene
+from clrt.scene.scene import Checker, Mesh, Scene
 
 from ..oracle64 import media_at
 from ..oracle64.camera import camera_rays

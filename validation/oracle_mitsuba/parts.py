@@ -13,8 +13,20 @@ from typing import Any, Literal
 
 import numpy as np
 
-from clrt import scene as scenes
-from clrt.scene import Box, Cone, Cylinder, Disk, Ellipsoid, Mesh, Paraboloid, Plane, Polygon, Quadric, Scene
+from clrt.scene import scene as scenes
+from clrt.scene.scene import (
+    Box,
+    Cone,
+    Cylinder,
+    Disk,
+    Ellipsoid,
+    Mesh,
+    Paraboloid,
+    Plane,
+    Polygon,
+    Quadric,
+    Scene,
+)
 
 from . import endless, faces, forms, meshing
 from .forms import Array, Form

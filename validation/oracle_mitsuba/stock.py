@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene import Ellipsoid, Material, PointLight, Quadric, Scene, Sphere, rgb
+from clrt.scene.scene import Ellipsoid, Material, PointLight, Quadric, Scene, Sphere, rgb
 
 from ..types import OracleImage
 from . import surfaces, textures

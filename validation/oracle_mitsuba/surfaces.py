@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene import Camera, Checker, Disk, Plane, Polygon, Scene, Sphere
+from clrt.scene.scene import Camera, Checker, Disk, Plane, Polygon, Scene, Sphere
 
 from ..oracle64.palette import Palette
 from .forms import Array

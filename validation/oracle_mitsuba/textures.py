@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene import Checker, Material, Scene, Sphere
+from clrt.scene.scene import Checker, Material, Scene, Sphere
 
 from .forms import Array
 from .meshing import Triangles

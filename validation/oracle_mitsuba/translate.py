@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene import Camera, Checker, Material, Scene, rgb
+from clrt.scene.scene import Camera, Checker, Material, Scene, rgb
 
 from . import skies, surfaces, textures
 from .forms import Array

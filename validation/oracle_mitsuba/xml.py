@@ -9,10 +9,10 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from clrt.atomic import check_replaceable, replacing
-from clrt.errors import ClrtError, located
-from clrt.install import install_extra
-from clrt.scene import Checker, Scene
+from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.errors import ClrtError, located
+from clrt.base.install import install_extra
+from clrt.scene.scene import Checker, Scene
 
 from .forms import Array
 from .plugins import Plugin

@@ -12,8 +12,8 @@ from typing import Any, Final
 
 from rich.progress import Progress
 
-from clrt.atomic import replacing
-from clrt.platforms import choose
+from clrt.base.atomic import replacing
+from clrt.device.platforms import choose
 from clrt.version import __version__
 
 from . import code

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from clrt.resources import PACKAGE, kernel_folder, scene_folder
+from clrt.base.resources import PACKAGE, kernel_folder, scene_folder
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 PROGRAM: Final = tuple(f"clrt.{path.stem}" for path in sorted(PACKAGE.glob("*.py"))) + tuple(
@@ -27,7 +27,7 @@ def digest(modules: tuple[str, ...]) -> str:
     for name, file in sorted(files.items()):
         held.update(f"{name}\n".encode() + file.read_bytes())
     data = [*kernel_folder().iterdir(), *(PACKAGE / "tables").glob("*.csv")]
-    data += scene_folder().iterdir() if "clrt.shipped" in files else []
+    data += scene_folder().iterdir() if "clrt.formats.shipped" in files else []
     for file in sorted(path for path in data if path.is_file()):
         held.update(f"{file.name}\n".encode() + file.read_bytes())
     return held.hexdigest()

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 import clrt
-from clrt import kernelcache
+from clrt.device import kernelcache
 
 from .figures import Figure, Tell, listed
 from .scene import write_scene

@@ -6,9 +6,9 @@ import time
 from typing import Final
 
 import clrt
-from clrt.platforms import devices
-from clrt.shipped import load_scene
-from clrt.trial import verdict
+from clrt.device.platforms import devices
+from clrt.device.trial import verdict
+from clrt.formats.shipped import load_scene
 
 from .figures import Figure, Tell
 

@@ -20,10 +20,10 @@ from typing import Any, Final
 from unittest import mock
 
 import clrt
-from clrt import driver as driver_module
-from clrt.errors import ClrtError, DeviceError, LimitError, SceneError
-from clrt.image import Image
-from clrt.tracks import Track
+from clrt.base.errors import ClrtError, DeviceError, LimitError, SceneError
+from clrt.device import driver as driver_module
+from clrt.device.tracks import Track
+from clrt.images.image import Image
 
 from .figures import Figure, Tell, listed
 from .injection import injected

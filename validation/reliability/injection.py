@@ -13,7 +13,7 @@ from unittest import mock
 import OpenImageIO as oiio
 from pyopencl import tools as cl_tools
 
-from clrt.opencl import cl
+from clrt.device.opencl import cl
 
 Fault = Callable[[], Any]  # raises, or gives what a call that failed gives
 
@@ -47,12 +47,12 @@ POINTS: Final[tuple[tuple[Any, str, str, Fault], ...]] = (
     (cl, "enqueue_fill_buffer", "fill", _driver),
     (cl.Event, "wait", "wait", _driver),
     (cl.CommandQueue, "finish", "wait", _driver),
-    ("clrt.atomic.os", "open", "write", _disk),
-    ("clrt.atomic.os", "fsync", "write", _disk),
-    ("clrt.atomic.os", "replace", "write", _disk),
+    ("clrt.base.atomic.os", "open", "write", _disk),
+    ("clrt.base.atomic.os", "fsync", "write", _disk),
+    ("clrt.base.atomic.os", "replace", "write", _disk),
     (oiio.ImageOutput, "create", "write", lambda: None),
     (oiio.ImageInput, "open", "read", lambda: None),
-    ("clrt.files", "open", "read", _reading),
+    ("clrt.base.files", "open", "read", _reading),
 )
 
 

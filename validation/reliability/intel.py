@@ -17,8 +17,8 @@ import time
 from pathlib import Path
 from typing import Final
 
-from clrt import intel, vendors
-from clrt.platforms import VARIABLE
+from clrt.device import intel, vendors
+from clrt.device.platforms import VARIABLE
 
 from .figures import Figure, Tell, listed
 

@@ -20,13 +20,13 @@ from pathlib import Path
 
 import numpy as np
 
-from clrt.atomic import replacing
-from clrt.checkpoint import Checkpoint
-from clrt.errors import ClrtError
-from clrt.image import Image
-from clrt.imagefile import read_samples
-from clrt.picture import Picture
-from clrt.wavefront import RayCounts
+from clrt.base.atomic import replacing
+from clrt.base.errors import ClrtError
+from clrt.engine.checkpoint import Checkpoint
+from clrt.engine.picture import Picture
+from clrt.engine.wavefront import RayCounts
+from clrt.images.file import read_samples
+from clrt.images.image import Image
 
 from .figures import Figure, Tell, listed
 

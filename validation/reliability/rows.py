@@ -7,11 +7,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from clrt.device import Device
+from clrt.device.device import Device
 
-from .. import proofs, twin_check
+from .. import proofs
 from ..hostile import gates
 from ..hostile import run as hostile
+from ..twin import check as twin_check
 from . import accuracy, beginnings, code, coldstarts, drivers, faults, intel, interrupts, kills, sameness
 from .figures import Figure, Tell
 
@@ -84,7 +85,7 @@ ROWS: Final = (
     Row("accuracy", "hits outside the error band of an analytic float64 oracle", 10**8, "rays", _accuracy,
         _here("accuracy")),
     Row("twin", "bits that differ from the float32 reference in numpy", 10**7, "rays", _twin,
-        ("validation.twin_check",)),
+        ("validation.twin.check",)),
     Row("leaks", "leaks through shared edges and corners of closed meshes", 10**9, "rays", _leaks,
         ("validation.proofs",)),
     Row("self-hits", "rays that meet the surface they leave", 10**8, "rays", _self_hits,

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 import clrt
-from clrt.platforms import devices
-from clrt.resources import shipped_scenes
-from clrt.shipped import load_scene
-from clrt.trial import verdict
+from clrt.base.resources import shipped_scenes
+from clrt.device.platforms import devices
+from clrt.device.trial import verdict
+from clrt.formats.shipped import load_scene
 
 from .figures import Figure, Tell
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from clrt.image import Image
+from clrt.images.image import Image
 
 TEXT = """
 max_depth = 3

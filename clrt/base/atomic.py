@@ -1,0 +1,96 @@
+"""Writing files so that a reader finds the old one or the complete new one, never half of one."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Final
+
+from clrt.base.errors import ClrtError
+from clrt.base.files import kind, reason
+from clrt.base.interrupts import note_saved, temporaries
+
+_SUFFIX: Final = 16
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a new, empty file beside `path` to write to; it takes the place of `path` when the block ends.
+
+    The new file has the suffix of `path`, is forced to the disk before the replacement, and is removed when
+    the block fails or is interrupted. ClrtError when `path` can be no file's name, is not a regular file's,
+    or its folder is missing or cannot be written to.
+    """
+    target = _target(path)
+    suffix = target.suffix if len(target.suffix) <= _SUFFIX else ""  # a name of 255 bytes may be all suffix
+    temporary = target.with_name(f".clrt-{secrets.token_hex(6)}{suffix}")
+    temporaries.add(temporary)
+    try:
+        try:
+            # Opened, not mkstemp: the file then gets the permissions that the user's umask asks for.
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        except (OSError, ValueError) as error:
+            raise ClrtError(f"{path}: cannot be written: {_reason(target, error)}") from None
+        yield temporary
+        _sync(temporary)
+        os.replace(temporary, target)
+        note_saved(target)
+        if os.name == "posix":
+            _sync(target.parent)
+    except OSError as error:
+        raise ClrtError(f"{path}: cannot be written: {error.strerror or error}") from None
+    finally:
+        with suppress(OSError, ValueError):  # it is not there any more, or never was
+            temporary.unlink()
+        temporaries.discard(temporary)
+
+
+def check_replaceable(path: str | os.PathLike[str]) -> None:
+    """Raise the ClrtError that `replacing(path)` would, without touching `path`."""
+    try:
+        with replacing(path):
+            raise _Untouched
+    except _Untouched:
+        pass
+
+
+def _target(path: str | os.PathLike[str]) -> Path:
+    """The file to replace: what `path` is, or leads to."""
+    try:
+        target = Path(os.path.realpath(path))
+        mode = target.lstat().st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return target
+    except (OSError, ValueError) as error:  # too long, a NUL inside
+        raise ClrtError(f"{path}: cannot be written: {reason(error)}") from None
+    if stat.S_ISDIR(mode):
+        raise ClrtError(f"{path}: is a folder; give the name of a file in it")
+    if stat.S_ISLNK(mode):  # `realpath` follows all links but these
+        raise ClrtError(f"{path}: is a link that leads to itself; give the name of a file to write")
+    if not stat.S_ISREG(mode):
+        raise ClrtError(f"{path}: is {kind(mode)}, not a file; give the name of a file to write")
+    return target
+
+
+class _Untouched(Exception):
+    """Leaves a `replacing` block before it replaces anything."""
+
+
+def _reason(target: Path, error: Exception) -> str:
+    if not target.parent.exists():
+        return f"there is no folder {target.parent}; make it first"
+    if not target.parent.is_dir():
+        return f"{target.parent} is not a folder"
+    return f"the folder {target.parent} refuses new files ({error})"
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY if path.is_dir() else os.O_RDWR)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

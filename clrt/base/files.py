@@ -1,0 +1,99 @@
+"""Files that are read: regular ones only, those of a scene only inside its folder, and only up to a limit."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO
+
+from clrt.base.errors import SceneError, located
+from clrt.base.limits import Limits
+from clrt.base.places import At
+
+_KINDS = (
+    (stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a named pipe"), (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"),
+)  # fmt: skip
+
+
+def resolve(name: str, folder: Path | None, at: At) -> Path:
+    """The existing regular file called `name` inside `folder` (None: the current folder)."""
+    try:
+        root = (folder or Path()).resolve()
+        path = (root / name).resolve()
+        if not path.is_relative_to(root):
+            raise at.error(name, f"a file must lie in the scene's folder, {root}")
+        if not path.is_file():
+            raise at.error(name, f"there is no such file in {root}")
+    except (OSError, ValueError, RuntimeError) as error:  # too long, a NUL inside, a loop of links
+        raise at.error(name, f"must be the path of a file: {reason(error)}") from None
+    return path
+
+
+def open_input(path: str | os.PathLike[str]) -> BinaryIO:
+    """A regular file, opened to be read. SceneError for all else that has this name, without waiting for it.
+
+    A pipe or a device may never answer, or never end, and opening it may already do something.
+    """
+    try:
+        _check_regular(path, os.stat(path).st_mode)
+        file = open(path, "rb", opener=_opened)  # noqa: SIM115 (the caller closes it)
+    except FileNotFoundError:
+        raise SceneError(located(os.fspath(path), "", "there is no such file")) from None
+    except (OSError, ValueError) as error:
+        raise SceneError(located(os.fspath(path), "", f"cannot be read: {reason(error)}")) from None
+    try:
+        _check_regular(path, os.fstat(file.fileno()).st_mode)
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str], limits: Limits, *names: str) -> Iterator[BinaryIO]:
+    """A regular file within each of the `names` of `limits` (none: `file_bytes`), open for reading."""
+    with open_input(path) as file:
+        for name in names or ("file_bytes",):
+            limits.check(name, os.fstat(file.fileno()).st_size, os.fspath(path))
+        try:
+            yield file
+        except OSError as error:
+            raise SceneError(located(os.fspath(path), "", f"cannot be read: {reason(error)}")) from None
+
+
+def read_text_bytes(path: str | os.PathLike[str], limits: Limits) -> bytes:
+    """The contents of a scene file of text, no larger than `limits.text_bytes` either."""
+    return read_bytes(path, limits, "file_bytes", "text_bytes")
+
+
+def read_bytes(path: str | os.PathLike[str], limits: Limits, *names: str) -> bytes:
+    """The contents of a regular file within each of the `names` of `limits`; none: `file_bytes`."""
+    names = names or ("file_bytes",)
+    with opened(path, limits, *names) as file:
+        data = file.read(min(getattr(limits, name) for name in names) + 1)
+    for name in names:  # it may have grown
+        limits.check(name, len(data), os.fspath(path))
+    return data
+
+
+def kind(mode: int) -> str:
+    """What a file is that is no regular one, by its mode: 'a folder', 'a named pipe' ..."""
+    return next(name for is_of, name in _KINDS if is_of(mode))
+
+
+def reason(error: Exception) -> str:
+    """Why the system, or Python before it, refused a file."""
+    return error.strerror or str(error) if isinstance(error, OSError) else str(error)
+
+
+def _opened(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # it may have become a pipe meanwhile
+
+
+def _check_regular(path: str | os.PathLike[str], mode: int) -> None:
+    if not stat.S_ISREG(mode):
+        raise SceneError(located(os.fspath(path), "", f"is {kind(mode)}, not a file"))

@@ -1,0 +1,103 @@
+"""What other renderers have and clrt has not, by the words that scenes use for it.
+
+A guess at a similar key would mislead there: `fog` is no misspelt key. docs/what-clrt-does-not-do.md has a
+row for each of FEATURES and says what to do instead.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from clrt.base.errors import show
+
+PAGE: Final = "docs/what-clrt-does-not-do.md"
+
+# what clrt has not -> words of scene files that ask for it, in lower case with _ for spaces and hyphens
+FEATURES: Final[dict[str, tuple[str, ...]]] = {
+    "textures from images": ("texture", "textures", "texture_map", "image_texture", "image_map", "bitmap",
+                             "albedo_map", "color_map", "uv", "uv_map", "pigment"),
+    "procedural textures": ("noise", "perlin", "turbulence", "marble", "wood", "procedural", "stripes",
+                            "color_ramp", "gradient_texture"),
+    "bump and normal maps": ("bump", "bump_map", "bumpmap", "normal_map", "normalmap", "displacement",
+                             "displacement_map", "bumpiness"),
+    "rough surfaces": ("roughness", "rough", "glossy", "glossiness", "microfacet", "ggx", "beckmann",
+                       "oren_nayar", "cook_torrance", "principled", "disney", "anisotropy", "anisotropic",
+                       "sheen", "clearcoat", "metallic", "metalness", "brdf", "bsdf"),
+    "subsurface scattering": ("subsurface", "sss", "bssrdf", "translucency"),
+    "fog and clouds": ("fog", "haze", "mist", "smoke", "cloud", "clouds", "volume", "volumetric",
+                       "scattering", "participating_medium", "phase_function"),
+    "area lights": ("area", "area_light", "rectangle_light", "rect_light", "quad_light", "sphere_light",
+                    "disk_light", "mesh_light", "soft_shadows", "light_samples", "emitter"),
+    "spot lights": ("spot", "spot_light", "spotlight", "cone_angle", "spot_angle", "penumbra", "ies"),
+    "environment lighting": ("environment_light", "envmap", "environment_map", "hdri", "sky_light",
+                             "skylight", "dome", "dome_light", "infinite_light"),
+    "global illumination": ("path_tracing", "path_tracer", "pathtracing", "global_illumination", "gi",
+                            "radiosity", "photon_map", "photons", "caustics", "bidirectional", "metropolis",
+                            "ambient_occlusion", "integrator"),
+    "depth of field": ("aperture", "aperture_radius", "focus", "focal_distance", "focus_distance",
+                       "focal_length", "lens", "lens_radius", "f_stop", "fstop", "dof", "depth_of_field",
+                       "bokeh", "thin_lens", "thinlens"),
+    "fisheye and panoramic cameras": ("fisheye", "panorama", "panoramic", "spherical", "equirectangular",
+                                      "omnidirectional", "stereo", "cylindrical"),
+    "motion blur": ("motion", "motion_blur", "shutter", "shutter_open", "shutter_close", "shutter_speed",
+                    "velocity", "exposure_time"),
+    "animation": ("animation", "animate", "keyframe", "keyframes", "frame", "frames", "timeline", "fps"),
+    "constructive solid geometry": ("csg", "union", "intersection", "difference", "merge", "boolean",
+                                    "subtract", "clipped_by"),
+    "instances and groups": ("instance", "instances", "instancing", "groups", "include", "object",
+                             "prototype", "reference"),
+    "curved shapes of higher order": ("torus", "nurbs", "bezier", "bezier_patch", "bilinear_patch", "patch",
+                                      "spline", "blob", "metaball", "isosurface", "julia", "quartic", "cubic",
+                                      "superellipsoid", "sdf", "fractal", "heightfield", "height_field",
+                                      "hair", "curve", "curves", "subdivision"),
+    "tone mapping": ("tonemap", "tone_map", "tone_mapping", "tonemapping", "reinhard", "aces", "filmic",
+                     "gamma", "bloom", "vignette"),
+    "denoising and pixel filters": ("denoise", "denoiser", "denoising", "filter", "pixel_filter",
+                                    "reconstruction_filter", "sampler"),
+}  # fmt: skip
+
+# other programs' word -> what clrt calls it
+OTHER_WORDS: Final[dict[str, str]] = {
+    "metal": "conductor",
+    "refraction": "transmission",
+    "refractive_index": "ior",
+    "index_of_refraction": "ior",
+    "look_at": "target",
+    "lookat": "target",
+    "look_from": "origin",
+    "eye": "origin",
+    "field_of_view": "fov",
+    "recursion_depth": "max_depth",
+    "max_recursion": "max_depth",
+    "samples_per_pixel": "spp",
+    "smooth_normals": "smooth",
+    "ka": "ambient",
+    "kd": "diffuse",
+    "ks": "specular",
+    "kr": "reflection",
+    "kt": "transmission",
+}
+
+# the keys of the scene itself, which a TOML file must have before its first table
+SCENE_KEYS: Final = frozenset({
+    "version", "max_depth", "min_weight", "depth_color", "background", "ambient", "ambient_samples",
+    "medium_ior", "one_sided", "shadow", "conformance",
+})  # fmt: skip
+
+_FEATURE: Final = {word: feature for feature, words in FEATURES.items() for word in words}
+
+
+def advice(word: object, known: list[str]) -> str:
+    """'; ...' on a key or name that is not among the `known` ones of its place; "" for an unknown word."""
+    plain = _plain(word)
+    if (other := OTHER_WORDS.get(plain)) in known:
+        return f"; clrt calls it {other!r}"
+    if plain in _FEATURE:
+        return f"; clrt has no {_FEATURE[plain]} ({PAGE})"
+    if plain in SCENE_KEYS:
+        return f"; {plain!r} is a key of the scene itself: top-level keys go before the first [table]"
+    return ""
+
+
+def _plain(word: object) -> str:
+    return (word if isinstance(word, str) else show(word))[:80].lower().replace("-", "_").replace(" ", "_")

@@ -1,0 +1,209 @@
+"""Plain data in, checked frozen records out.
+
+Every record of a scene, whether it came from a file, a dict or a Python object, passes through `read`: the
+one place that decides whether a value can be trusted. Types and ranges stand in the records' annotations
+(they also make the JSON schema); rules that join several values stand in each record's `check`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from ctypes import c_float
+from functools import cache
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+import numpy as np
+from msgspec import NODEFAULT, Meta
+
+from clrt.base.explain import REFUSALS, explain, field_types, leaves, metas, of_type, records_in, single
+from clrt.base.missing import advice
+from clrt.base.places import At, listed
+from clrt.base.suggest import did_you_mean
+
+_TINY, _HUGE = 1e-30, 1e30  # well within float32
+Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
+
+class Record(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table of a scene: frozen, keyword-only, no unknown keys."""
+
+    def check(self, at: At) -> None:
+        """Raise `SceneError` for what the annotations cannot say; subclasses add to it."""
+
+    @classmethod
+    def prepared(cls, table: dict[str, Any]) -> dict[str, Any]:
+        """`table` with short forms, of its own fields and of records in them, written out in full."""
+        kinds = _kinds(cls)
+        return {name: _prepared(value, kinds.get(name, ())) for name, value in table.items()}
+
+    def short(self) -> Any:
+        """What `table_of` says of this record where it stands in another."""
+        return table_of(self)
+
+    @property
+    def type(self) -> str:
+        """The table's `type`, such as "sphere"."""
+        return str(self.__struct_config__.tag)
+
+
+R = TypeVar("R", bound=Record)
+
+
+def read(cls: type[R], data: object, at: At) -> R:
+    """The checked record of class `cls` that `data` (a mapping or a record of that class) describes."""
+    simple = _read_simple(cls, data) if type(data) is dict and _rounds_safely(cls) else None
+    if simple is not None:
+        simple.check(at)
+        return simple
+    table = cls.prepared(plain(data, cls, at))
+    try:
+        record = msgspec.convert(table, cls)
+        msgspec.convert(single(table), cls)  # the ranges must hold for what the device will see, too
+    except REFUSALS:
+        explain(cls, table, at)
+    record.check(at)
+    return record
+
+
+def _read_simple(cls: type[R], table: dict[str, Any]) -> R | None:
+    """What `read` makes of a right table of built-in types, but without copies of it; None for any other.
+
+    Scenes have millions of such tables.
+    """
+    try:
+        if not _is_simple(table.values()):
+            return None
+        return msgspec.convert(table, cls)
+    except REFUSALS:
+        pass
+    try:
+        return msgspec.convert(cls.prepared(table), cls)
+    except REFUSALS:
+        return None
+
+
+def _is_simple(values: Iterable[Any]) -> bool:
+    """Whether values are built-in types with numbers that keep their sign, and stay finite, as float32."""
+    for value in values:
+        kind = type(value)
+        if kind is float:
+            if not (_TINY < value < _HUGE or value == 0.0 or -_HUGE < value < -_TINY):
+                return False
+        elif kind is list or kind is tuple:
+            if not _is_simple(value):
+                return False
+        elif kind is dict:
+            if not _is_simple(value.values()):
+                return False
+        elif kind is int:
+            if not -_HUGE < value < _HUGE:
+                return False
+        elif not (kind is str or kind is bool or value is None):
+            return False
+    return True
+
+
+@cache
+def _rounds_safely(cls: type[msgspec.Struct]) -> bool:
+    """Whether 0 is the only end of a range of its floats: then rounding cannot leave a range."""
+    hints = field_types(cls).values()
+    ends = [end for h in hints if float in leaves(h) for m in metas(h) for end in (m.gt, m.ge, m.lt, m.le)]
+    inner: list[type[msgspec.Struct]] = [record for h in hints for record in records_in(h)]
+    return not any(ends) and all(map(_rounds_safely, inner))
+
+
+@cache
+def _kinds(cls: type[Record]) -> dict[str, tuple[type[Record], ...]]:
+    """The records that each field may hold."""
+    return {name: records_in(hint) for name, hint in field_types(cls).items()}
+
+
+def _prepared(value: Any, kinds: tuple[type[Record], ...]) -> Any:
+    """A field's value, prepared where it is a table of one of `kinds` or a list of such."""
+    if isinstance(value, (list, tuple)) and kinds:
+        return [_prepared(item, kinds) for item in value]
+    kind = of_type(value, kinds) if isinstance(value, dict) else None
+    return kind.prepared(value) if kind else value
+
+
+def table_of(record: Record) -> dict[str, Any]:
+    """The plain dict that `read` makes an equal record of: no default values, tuples and arrays as lists."""
+    table = {"type": record.type} if record.__struct_config__.tag else {}
+    for name, default in _defaults(record.__class__).items():
+        value = getattr(record, name)
+        if value is not None and (isinstance(value, (list, np.ndarray)) or value != default):
+            table[name] = _as_builtin(value)
+    return table
+
+
+@cache
+def _defaults(cls: type[Record]) -> dict[str, Any]:
+    """The fields of a record and their defaults, what all shapes share last."""
+    fields = sorted(msgspec.structs.fields(cls), key=lambda field: field.name in ("material", "transform"))
+    made = {field.name: field.default_factory for field in fields if field.default_factory is not NODEFAULT}
+    return {field.name: made[field.name]() if field.name in made else field.default for field in fields}
+
+
+def _as_builtin(value: Any) -> Any:
+    if isinstance(value, Record):
+        return value.short()
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_as_builtin(item) for item in value]
+    if isinstance(value, dict):
+        return {key: _as_builtin(item) for key, item in value.items()}
+    return value
+
+
+def plain(data: object, cls: type, at: At) -> dict[str, Any]:
+    """`data` as a dict of built-in types: numpy arrays become lists, records become dicts."""
+    if not isinstance(data, (Mapping, cls)):
+        raise at.error(data, f"must be a table of keys or a {cls.__name__}")
+    try:
+        return msgspec.to_builtins(dict(data) if isinstance(data, Mapping) else data, enc_hook=_from_numpy)
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise at.says(str(error)) from None
+
+
+def tagged(kinds: Mapping[str, type[R]], data: object, at: At, noun: str) -> type[R]:
+    """The class among `kinds` that `data` is of, or says it is with its key `type`."""
+    if type(data) is dict:  # most are
+        known = data.get("type")
+        if type(known) is str and known in kinds:
+            return kinds[known]
+    for kind in kinds.values():
+        if type(data) is kind:
+            return kind
+    if not isinstance(data, Mapping):
+        raise at.error(data, f"a {noun} must be a table with a type ({listed(kinds)})")
+    name = data.get("type")
+    if name is None:
+        raise at.says(f"the key 'type' is missing; a {noun} is one of {listed(kinds)}")
+    if not isinstance(name, str) or name not in kinds:
+        hint = advice(name, [*kinds]) or did_you_mean(name, kinds)
+        raise at.key("type").error(name, f"a {noun} is one of {listed(kinds)}{hint}")
+    return kinds[name]
+
+
+def single_of(number: float) -> float:
+    """The number as the device will see it."""
+    return c_float(number).value
+
+
+def is_zero(vector: Iterable[float]) -> bool:
+    """Whether a vector has no direction once its components are rounded to float32."""
+    return not any(c_float(x).value for x in vector)
+
+
+def float32(values: Any) -> np.ndarray:
+    """The values as the device will see them, in float64 for the arithmetic of checks."""
+    return np.asarray(values, np.float32).astype(np.float64)
+
+
+def _from_numpy(value: object) -> object:
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"an object of class {type(value).__name__} cannot be part of a scene")

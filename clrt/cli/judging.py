@@ -1,0 +1,105 @@
+"""What `clrt compare` does with one picture and with many: read, judge, and say so in JSON."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from clrt.base.errors import ClrtError
+from clrt.base.resources import scene_file
+from clrt.cli.terminal import console, marked
+
+if TYPE_CHECKING:
+    from clrt.scene.scene import Scene
+
+PICTURES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
+DIGITS = {
+    "PSNR": ".1f",
+    "largest, of 255": ".1f",
+    "mean, of 255": ".2f",
+    "brightness": ".4f",
+    "SSIM": ".5f",
+    "worst window": ".3f",
+    "FLIP": ".5f",
+}
+VERDICTS = {
+    "identical": ("green", "the same pixels, bit for bit"),
+    "equal": ("green", "they differ by rounding only"),
+    "same picture": ("green", "they show the same; single pixels differ"),
+    "similar": ("yellow", "much is right, and something is not"),
+    "different": ("red", "they show different things"),
+}
+
+
+def judge(
+    pictures: Any, picture: Any, reference: Any, scene: Any, options: argparse.Namespace,
+    report: Callable[[str], None],
+) -> Any:
+    """The comparison of two pictures; `scene` made the reference, where there is one."""
+    seconds = pictures.SEARCH_SECONDS if options.seconds is None else options.seconds
+    return pictures.compare_pictures(picture, reference, options.mask, scene, report, seconds)
+
+
+def read(name: str, spp: int | None) -> Any:
+    """Linear pixels of a picture file, else a scene."""
+    if Path(name).suffix.lower() in PICTURES:
+        from clrt.images.file import read_samples
+
+        return read_samples(name)
+    import clrt
+
+    scene = clrt.load(scene_file(name))
+    if scene.camera is None:
+        raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
+    return scene.override(spp=spp)
+
+
+def scene_reference(pictures: Any, scene: Scene, shape: Any, options: argparse.Namespace) -> Any:
+    """The scene to render: in the size of the picture, if that has the camera's aspect to within a pixel."""
+    from clrt.device.settings import Settings
+
+    assert scene.camera is not None
+    width, height = scene.camera.width, scene.camera.height
+    if shape and abs(shape[1] * height / width - shape[0]) <= 1:
+        height, width = shape
+    return pictures.SceneReference(scene, width, height, options.device, Settings(threads=options.threads))
+
+
+@contextmanager
+def reporting(quiet: bool) -> Iterator[Callable[[str], None]]:
+    """A function that says on a terminal's stderr what is being tried."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda name: None
+        return
+    with console(stderr=True).status("") as status:
+        yield lambda name: status.update(f"trying: {marked(name)}" if name != "rendering" else name)
+
+
+def certainty(cause: Any) -> str:
+    return "cause" if cause.proven else "likely cause" if cause.certain and cause.likely else "possible cause"
+
+
+def plain(result: Any, a: str, b: str) -> dict[str, Any]:
+    """The comparison as JSON has it; what is infinite (the PSNR of equal pictures) becomes null."""
+
+    def finite(value: float) -> float | None:
+        return value if math.isfinite(value) else None
+
+    return {
+        "a": a,
+        "b": b,
+        "verdict": result.verdict,
+        "passed": result.passed,
+        "metrics": {name: finite(value) for name, value in result.metrics.items()},
+        "gates": [{"name": gate.name, "value": finite(gate.value), "limit": gate.limit, "passed": gate.passed,
+                   "better": gate.better, "detail": gate.detail} for gate in result.gates],
+        "causes": [{"name": cause.name, "text": cause.text, "error_left": cause.left, "proven": cause.proven}
+                   for cause in result.causes],
+        "notes": list(result.notes),
+    }  # fmt: skip
+

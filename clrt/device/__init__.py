@@ -1,0 +1,1 @@
+"""OpenCL: drivers, their choice, compiled kernels, and what passes run on."""

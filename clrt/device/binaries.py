@@ -1,0 +1,77 @@
+"""Compiled programs of drivers that keep none themselves: one file a program, in the folder of `kernelcache`.
+
+A file is its program's name in one line, the SHA-256 of what follows, and the driver's binary. The name is a
+digest of all that the binary depends on: driver and its version, device, processor, build options and source.
+What does not fit, is cut short or is refused by the driver is compiled again and written anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import warnings
+from contextlib import suppress
+from pathlib import Path
+from typing import Final
+
+from clrt.base.atomic import replacing
+from clrt.base.errors import ClrtError
+from clrt.device import kernelcache
+from clrt.device.opencl import cl
+from clrt.device.processor import signature
+
+_MOST: Final = 256 << 20  # bytes that are read of a file: programs take about 2 MB
+
+
+def built(context: cl.Context, source: str, options: list[str]) -> cl.Program:
+    """The program, from its binary where there is a good one, else compiled and kept. Raises cl.Error."""
+    device = context.devices[0]
+    file, name = _place(device, source, options)
+    binary = _read(file, name)
+    if binary:
+        with suppress(cl.Error):
+            return quietly(cl.Program(context, [device], [binary]), options)
+    with kernelcache.waiting("compiling kernels"):
+        program = quietly(cl.Program(context, source), options)
+    _write(file, name, program)
+    return program
+
+
+def _place(device: cl.Device, source: str, options: list[str]) -> tuple[Path, bytes]:
+    platform = device.platform
+    parts = (
+        platform.name, platform.version, device.name, device.driver_version, str(device.max_compute_units),
+        signature(), *options, source,
+    )  # fmt: skip
+    name = hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    return Path(os.environ[kernelcache.VARIABLE]) / "binaries" / name[:32], name.encode()
+
+
+def _read(file: Path, name: bytes) -> bytes:
+    """The binary that a file holds; b"" where there is none, or not this one, whole."""
+    try:
+        data = kernelcache.contents(file, _MOST)
+    except OSError:
+        return b""
+    head, binary = data[:130], data[130:]
+    return binary if head == _head(name, binary) else b""
+
+
+def _head(name: bytes, binary: bytes) -> bytes:
+    return name + b"\n" + hashlib.sha256(binary).hexdigest().encode() + b"\n"
+
+
+def _write(file: Path, name: bytes, program: cl.Program) -> None:
+    with suppress(OSError, ClrtError, cl.Error):  # only time is lost
+        binary: bytes = program.get_info(cl.program_info.BINARIES)[0]  # type: ignore[index]
+        if binary:
+            file.parent.mkdir(mode=0o700, exist_ok=True)
+            with replacing(file) as temporary:
+                temporary.write_bytes(_head(name, binary) + binary)
+
+
+def quietly(program: cl.Program, options: list[str]) -> cl.Program:
+    """Build; what a compiler has to say about a program that it took is nobody's business."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", cl.CompilerWarning)
+        return program.build(options)

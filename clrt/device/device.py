@@ -1,0 +1,197 @@
+"""What passes run on: kernels for one format of rays, on one track of a driver."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from clrt import layout
+from clrt.base.errors import DeviceError, MemoryLimitError
+from clrt.device import kernelcache
+from clrt.device.driver import TRACKS, Driver
+from clrt.device.opencl import cl
+from clrt.device.platforms import check_process, pocl_version
+from clrt.device.settings import Settings
+from clrt.device.tracks import Answer, kept
+from clrt.layout import ceilings, parameters
+
+__all__ = ["TRACKS", "Device"]
+
+_SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-items than 16 bits can count
+
+
+class Device:
+    """A driver with the kernels for rays that carry `rays`, and the track that launches and buffers are on.
+
+    wanted: as for `clrt.Tracer`; or a Driver, whose settings and kernels then hold. None of this changes: for
+    other rays, or on another track, there is another Device of the same driver.
+    """
+
+    def __init__(
+        self,
+        wanted: int | str | Driver | None = None,
+        settings: Settings | None = None,
+        rays: layout.Rays | None = None,
+        kernels: Path | None = None,
+        track: int = 0,
+    ) -> None:
+        driver = wanted if isinstance(wanted, Driver) else Driver(wanted, settings or Settings(), kernels)
+        self.driver, self.settings, self.info = driver, driver.settings, driver.info
+        self.rays, self.packet = rays or layout.Rays(), driver.packet
+        self.kernels = driver.kernels(self.rays)
+        self._number, self.track = track, driver.tracks[track]
+        self.queue, self.pool = self.track.queue, self.track.pool
+
+    def variant(self, rays: layout.Rays) -> Device:
+        """The same with kernels for rays that carry this."""
+        return self if rays == self.rays else Device(self.driver, rays=rays, track=self._number)
+
+    def for_queue(self, narrow: bool) -> Device:
+        """The same with the kernels for a queue of such rays."""
+        return self if narrow == self.rays.narrow else self.variant(replace(self.rays, narrow=narrow))
+
+    def on(self, track: int) -> Device:
+        """The same on the track of that number, 0 to TRACKS - 1."""
+        return self if track == self._number else Device(self.driver, rays=self.rays, track=track)
+
+    @property
+    def bands(self) -> int:
+        """Bands of the scene."""
+        return self.rays.bands
+
+    @property
+    def media(self) -> int:
+        """Places in a ray's list of media; 0: none."""
+        return self.rays.media
+
+    @property
+    def held_bytes(self) -> int:
+        """Bytes of device memory on all tracks, in use or kept for use."""
+        return self.driver.held_bytes
+
+    def launch(self, name: str, items: int, *arguments: Any, local_size: int | None = None) -> None:
+        """Run a kernel over `items` work-items, in work-groups of one size: that of the settings, at most
+        `local_size` and what the device takes for this kernel.
+
+        The last group is filled up with idle items, so kernels check their number. numpy scalars go by value.
+        TypeError where the kernel's signature is another.
+        """
+        self.kernels.check(name, arguments)
+        if items == 0:
+            return
+        check_process()
+        kernel = self.kernels.kernel(name, arguments)
+        most = local_size or max(1, ceilings.PRIVATE // (4 * self.bands))  # some add up a ray's bands
+        local = min(most, self.kernels.groups[name])
+        total = -(-items // local) * local
+
+        def enqueue() -> cl.Event:
+            kernel.set_args(*arguments)
+            return cl.enqueue_nd_range_kernel(self.queue, kernel, (total,), (local,))
+
+        sizes = (name, local, total < _SMALL_GRID)
+        if sizes in self.kernels.launched:
+            event = self.driver.guard(enqueue, f"kernel {name}")
+        else:
+            event = self._first_launch(enqueue, sizes)
+        self.track.launched(name, event)
+
+    def launch_packets(self, name: str, rays: int, *arguments: Any) -> None:
+        """Run a kernel whose work-items take a packet of `rays` each.
+
+        Unless the settings say how large, a work-group on a CPU is one work-item: PoCL gives each of a group
+        private arrays of its own, and those of many packets (a value a band and ray) leave the caches. Nor
+        may a group have more than `ceilings` allow: its arrays lie on a thread's stack.
+        """
+        alone = self.info.kind == "CPU" and self.settings.local_size is None
+        most = max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.rays.values * self.packet)))
+        self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else most)
+
+    def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
+        """A launch before which PoCL may compile the kernel for these sizes: one process at a time."""
+        if not pocl_version(self.info):  # others compile all there is to compile when they build the program
+            self.kernels.launched.add(sizes)
+            return self.driver.guard(enqueue, f"kernel {sizes[0]}")
+        with kernelcache.compiling("-".join(map(str, (self.kernels.key, *sizes)))) as known:
+            event = self.driver.guard(enqueue, f"kernel {sizes[0]}")
+            if not known:
+                self.driver.wait(event.wait, f"kernel {sizes[0]}")
+        self.kernels.launched.add(sizes)
+        return event
+
+    def buffer(self, nbytes: int, kind: str | None = None) -> Any:
+        """Uninitialised device memory from the pool; freed when no longer referenced.
+
+        `kind` is the C type of what it holds; kernels take no buffer of none.
+
+        MemoryLimitError where all buffers together would pass the limit `device_bytes` (drivers promise more
+        memory than there is, and fail when it is touched), and where the driver has no memory left.
+        """
+        check_process()
+        pool, limits = self.pool, self.settings.limits
+        size = max(nbytes, 4)
+        # an allocation at most doubles what was asked for: only near the limit does its exact size matter
+        if self.held_bytes + 2 * size > limits.device_bytes:
+            block = pool.alloc_size(pool.bin_number(size))
+            if self.held_bytes + block > limits.device_bytes:
+                for track in self.driver.tracks:
+                    track.pool.free_held()
+                limits.check("device_bytes", self.held_bytes + block)
+        try:
+            memory: Any = pool.allocate(size)
+        except cl.MemoryError as error:
+            raise MemoryLimitError(
+                f"{self.info.label}: no memory for {nbytes} bytes more ({error}); use a smaller scene"
+            ) from None
+        except cl.Error as error:
+            raise DeviceError(f"{self.info.label}: {nbytes} bytes: {error}") from None
+        memory.kind = kind
+        return memory
+
+    def upload(self, array: np.ndarray, wait: bool = True, kind: str | None = None) -> Any:
+        """A copy of an array on the device, as elements of that kind (None: those of the array).
+
+        Without `wait` the array must stay as it is until it is there.
+        """
+        array = np.ascontiguousarray(array)
+        target = self.buffer(array.nbytes, kind or parameters.element(array.dtype))
+        self.write(target, array, wait)
+        return target
+
+    def write(self, target: Any, array: np.ndarray, wait: bool = True) -> None:
+        """Copy an array to the start of a buffer; `wait` as for `upload`."""
+        if array.nbytes and wait:
+            self.driver.wait(lambda: cl.enqueue_copy(self.queue, target, array, is_blocking=True), "upload")
+        elif array.nbytes:
+            self.driver.guard(lambda: self.track.send(target, array), "upload")
+
+    def ask(self, source: Any, array: np.ndarray) -> Answer:
+        """Fill `array` from the start of a buffer, once all passes before it are done; does not wait."""
+        if not array.nbytes:
+            return Answer(array, None, self.driver.wait)
+        copied = self.driver.guard(
+            lambda: cl.enqueue_copy(self.queue, array, source, is_blocking=False), "read"
+        )
+        return Answer(array, kept(copied), self.driver.wait)
+
+    def read(self, source: Any, array: np.ndarray) -> np.ndarray:
+        """Fill `array` from the start of a buffer; waits for all passes before it."""
+        return self.ask(source, array).wait()
+
+    def fill(self, target: Any, nbytes: int, word: int = 0) -> None:
+        """Fill the start of a buffer with one 32-bit integer."""
+        if nbytes:
+            pattern = np.array([word], np.int32)
+            self.driver.guard(lambda: cl.enqueue_fill_buffer(self.queue, target, pattern, 0, nbytes), "fill")
+
+    def flush(self) -> None:
+        """See to it that everything launched begins."""
+        self.driver.guard(self.queue.flush, "flush")
+
+    def finish(self) -> None:
+        """Wait for everything launched on the track, and note the time of each pass."""
+        self.driver.finish(self.track)

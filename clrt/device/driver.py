@@ -1,0 +1,214 @@
+"""An OpenCL device that is open, and the kernels that are built for it.
+
+Nothing of a scene ever reaches the source or the build options, so the kernels compile once a machine: the
+driver's own cache finds them again. Every call of the driver goes through `Driver.guard`: a refusal is a
+DeviceError.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache, cached_property
+from pathlib import Path
+from types import CodeType
+from typing import Any, Final
+
+import numpy as np
+
+from clrt import layout
+from clrt.base.errors import DeviceError
+from clrt.base.resources import kernel_folder
+from clrt.device import binaries, kernelcache
+from clrt.device.opencl import cl
+from clrt.device.platforms import check_process, choose, command, pocl_version
+from clrt.device.settings import Settings
+from clrt.device.source import kernel_source
+from clrt.device.tracks import Track, seconds_by_name
+from clrt.device.trial import plain
+from clrt.layout import parameters
+
+TRACKS: Final = 2  # pieces of work that go on at the same time
+_GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
+# PoCL keeps what it compiled by itself; a checker like Oclgrind has to see every kernel being compiled
+_KEEPS_PROGRAMS: Final = ("Portable Computing Language", "Oclgrind")
+_waiting = ThreadPoolExecutor(1, "clrt-wait")
+
+
+# Contexts and programs are kept for the process: they hold no state of a scene, and looking a program up in
+# the driver's cache takes longer than a small picture.
+@cache
+def _context(device: cl.Device) -> cl.Context:
+    return cl.Context([device])
+
+
+@cache
+def _program(context: cl.Context, source: str) -> cl.Program:
+    device = context.devices[0]
+    options = ["-cl-std=CL1.2"]
+    if device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
+        options.append("-cl-fp32-correctly-rounded-divide-sqrt")
+    if device.platform.name.strip() in _KEEPS_PROGRAMS:
+        return binaries.quietly(cl.Program(context, source), options)
+    return binaries.built(context, source, options)
+
+
+@cache
+def _thread_limited(device: cl.Device, threads: int | None) -> cl.Device:
+    if threads is None or threads >= device.max_compute_units:
+        return device
+    by_counts = cl.device_partition_property.BY_COUNTS
+    try:
+        return device.create_sub_devices([by_counts, threads])[0]  # type: ignore[list-item]
+    except cl.Error as error:
+        raise DeviceError(
+            f"{device.name}: cannot be limited to {threads} of its {device.max_compute_units} "
+            f"compute units ({error}); leave out threads"
+        ) from None
+
+
+class Driver:
+    """The chosen device with its context, its tracks, and its kernels by what rays carry."""
+
+    def __init__(self, wanted: int | str | None, settings: Settings, folder: Path | None) -> None:
+        self.settings = settings
+        self._folder = folder
+        self.info, device = choose(wanted)
+        if (self.settings.local_size or 1) > device.max_work_group_size:
+            raise DeviceError(
+                f"{self.info.label}: local_size {self.settings.local_size} is above its "
+                f"{device.max_work_group_size}"
+            )
+        try:
+            self.device = _thread_limited(device, self.settings.threads)
+            self.context = _context(self.device)
+            self.tracks = [Track(self.context, self.device) for _ in range(TRACKS)]
+        except cl.Error as error:
+            raise DeviceError(f"{self.info.label}: {error}") from None
+        # PoCL 3.0's compiler hangs or aborts on float16; Oclgrind takes its upper half for uninitialised
+        narrow = "Oclgrind" in self.info.platform or (0,) < pocl_version(self.info) < (3, 1)
+        self.packet = 8 if narrow else self.settings.lanes
+        self._kernels: dict[layout.Rays, Kernels] = {}
+        self._spans: list[tuple[int, int, str]] = []
+
+    def kernels(self, rays: layout.Rays) -> Kernels:
+        """The kernels for rays that carry this."""
+        if rays not in self._kernels:
+            folder = self._folder or kernel_folder()
+            source = kernel_source(rays, self.settings.lanes, self.packet, folder)
+            self._kernels[rays] = Kernels(self, rays, source)
+        return self._kernels[rays]
+
+    def build(self, source: str) -> cl.Program:
+        """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
+        check_process()
+        digest = hashlib.sha256(f"{self.info.label} {self.info.driver} {source}".encode()).hexdigest()[:16]
+        # a folder of PoCL's is for one process at a time; other programs are files of their own
+        beside = self.device.platform.name.strip() not in _KEEPS_PROGRAMS
+        with kernelcache.compiling(f"program-{digest}", beside):
+            try:
+                return _program(self.context, source)
+            except cl.Error:
+                pass  # builds fail without a reason where a process outside clrt's lock compiles, too
+            try:
+                return _program(self.context, source)
+            except cl.Error as error:
+                raise DeviceError(
+                    f"{self.info.label}: the kernels do not build: {plain(str(error))}; what mends it says: "
+                    f"{command('doctor')}"
+                ) from None
+
+    @property
+    def held_bytes(self) -> int:
+        """Bytes of device memory in all pools, in use or kept for use."""
+        held: int = 0
+        for track in self.tracks:
+            held += track.pool.managed_bytes
+        return held
+
+    def finish(self, track: Track) -> None:
+        """Wait for everything launched on a track, and note the time of each pass."""
+        self.wait(track.queue.finish, "finish")
+        self._spans += track.take_spans()
+
+    def take_seconds(self) -> dict[str, float]:
+        """Seconds by kernel since the last call, on all tracks."""
+        for track in self.tracks:
+            self.finish(track)
+        spans, self._spans = self._spans, []
+        return seconds_by_name(spans)
+
+    def wait(self, action: Callable[[], Any], what: str) -> None:
+        """Do something that returns when the device is done; Ctrl-C ends the wait at once.
+
+        Python answers signals in its main thread, between two steps of it: so that one must not be in the
+        driver. What is waited for goes on, and keeps its buffers and arrays until it is done.
+        """
+        check_process()
+        if threading.current_thread() is threading.main_thread():
+            self.guard(_waiting.submit(action).result, what)
+        else:
+            self.guard(action, what)
+
+    def guard(self, action: Callable[[], Any], what: str) -> Any:
+        """What a call of the driver gives; DeviceError where it is refused."""
+        try:
+            return action()
+        except cl.Error as error:
+            raise DeviceError(f"{self.info.label}: {what}: {error}") from None
+
+
+class Kernels:
+    """The kernels of a driver for rays of one format, compiled when the first is asked for."""
+
+    def __init__(self, driver: Driver, rays: layout.Rays, source: str) -> None:
+        self._driver, self.rays, self.source = driver, rays, source
+        self.launched: set[tuple[str, int, bool]] = set()  # name, size of work-groups, is the grid small
+        self.groups: dict[str, int] = {}  # work-items of a kernel's work-group
+        self._kernels: dict[str, cl.Kernel] = {}
+        self._checked: set[tuple[str, CodeType, int]] = set()  # kernels, and lines of code that launch them
+
+    def check(self, name: str, arguments: tuple[Any, ...]) -> None:
+        """TypeError where the kernel takes other arguments than these.
+
+        A line of code hands on the same kinds each time: it is checked once (a small picture has hundreds of
+        launches, and looking at each argument would cost a twentieth of its time).
+        """
+        frame = sys._getframe(2)
+        if frame.f_code.co_name == "launch_packets" and frame.f_back is not None:
+            frame = frame.f_back
+        place = (name, frame.f_code, frame.f_lineno)
+        if place not in self._checked:
+            parameters.check(self.source, name, parameters.kinds(arguments))
+            self._checked.add(place)
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of the program's source."""
+        return hashlib.sha256(self.source.encode()).hexdigest()
+
+    @cached_property
+    def key(self) -> str:
+        """Another one for every source and device."""
+        return hashlib.sha256(f"{self._driver.info.label} {self.source}".encode()).hexdigest()[:16]
+
+    @cached_property
+    def program(self) -> cl.Program:
+        return self._driver.build(self.source)
+
+    def kernel(self, name: str, arguments: tuple[Any, ...]) -> cl.Kernel:
+        """A kernel object for arguments of these types, looked up once: a lookup costs more than a launch.
+
+        Told the types of its numbers beforehand, it takes them in a tenth of the time.
+        """
+        if name not in self._kernels:
+            kernel = self._driver.guard(lambda: cl.Kernel(self.program, name), f"kernel {name}")
+            kernel.set_scalar_arg_dtypes([a.dtype if isinstance(a, np.generic) else None for a in arguments])
+            self._kernels[name] = kernel
+            most = cl.kernel_work_group_info.WORK_GROUP_SIZE
+            wanted = self._driver.settings.local_size or _GROUP
+            self.groups[name] = min(wanted, kernel.get_work_group_info(most, self._driver.device))
+        return self._kernels[name]

@@ -1,0 +1,275 @@
+"""The folder of compiled kernels, PoCL's and clrt's own: private, undamaged, written to by one at a time.
+
+Measured with PoCL 3.0 and 3.1: where the folder cannot be written to, the driver shows no device; where the
+disk is full, or a file in there is cut short or overwritten, it ends the process (SIGABRT, SIGBUS); and
+24 processes that compile the same kernels at once take 175 s on 2 cores, and 44 s where one does it for all.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import os
+import shutil
+import stat
+import struct
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from filelock import FileLock, Timeout
+from platformdirs import user_cache_dir
+
+from clrt.base import notices
+from clrt.base.errors import DeviceError
+from clrt.base.resources import kernel_folder, kernel_text
+
+VARIABLE: Final = "POCL_CACHE_DIR"
+ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes about 4 MB
+PATIENCE: Final = 60.0  # seconds that a process waits for another one that compiles
+_KEPT: Final = 30 * 24 * 3600  # seconds that kernels of other versions are kept after their last use
+_own: list[Path] = []  # the folder that `prepare` chose, not the user
+_hurry: list[bool] = []  # holds something once waiting was in vain
+_SOON: Final = 0.5  # seconds of waiting that nobody need be told of
+watchers: list[Callable[[str], None]] = []  # each is told what a user waits for now, and "" when it is over
+
+
+def given() -> bool:
+    """Whether the user chose the folder."""
+    return bool(os.environ.get(VARIABLE)) and not _own
+
+
+def usual_folder() -> Path:
+    """Where kernels of this version are kept: what POCL_CACHE_DIR says, else in the user's cache folder."""
+    if given():
+        return Path(os.environ[VARIABLE])
+    digest = hashlib.sha256()
+    for file in sorted(kernel_folder().glob("*.cl*")):
+        digest.update(f"{file.name} {kernel_text(file)}".encode())
+    return Path(user_cache_dir("clrt", appauthor=False)) / "kernels" / digest.hexdigest()[:16]
+
+
+@cache
+def prepare() -> Path:
+    """Make the folder ready before the driver sees it, and tell the driver; once a process.
+
+    Where the usual one cannot be used, with a warning a private one, which goes when the process ends.
+    """
+    folder = usual_folder()
+    fault = problem(folder)
+    if fault:
+        folder = Path(tempfile.mkdtemp(prefix="clrt-kernels-"))
+        atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        notices.warn("", "", f"kernels are compiled anew in each run: {fault}")
+        worse = problem(folder)
+        if worse:
+            raise DeviceError(f"there is no place for compiled kernels: {fault}; {worse}")
+    elif not given():
+        _forget_others(folder)
+    if not given():
+        _own.append(folder)
+    os.environ[VARIABLE] = str(folder)
+    with lock(wait=False) as alone:
+        if alone:  # whoever holds the lock has looked, before it compiled
+            remove_damaged(folder)
+    return folder
+
+
+def problem(folder: Path) -> str:
+    """Why PoCL cannot keep kernels in a folder, and what mends it; '' where it can. Makes the folder."""
+    try:
+        _make(folder)
+        intruder = shared_with(folder)
+        if intruder:
+            return (
+                f"the kernel cache {folder} is not yours alone ({intruder}), so what it holds is not run; "
+                f"mend that, or set {VARIABLE} to another folder"
+            )
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+        free = shutil.disk_usage(folder).free
+    except OSError as error:
+        return (
+            f"the kernel cache {folder} cannot be written to ({error.strerror or error}); "
+            f"set {VARIABLE} to a folder that can"
+        )
+    if free < ROOM:
+        return f"the disk of the kernel cache {folder} is full ({free >> 20} MiB left); make room there"
+    return ""
+
+
+def _make(folder: Path) -> None:
+    """Make a folder and those above it, for nobody else to write to."""
+    if not folder.is_dir():
+        _make(folder.parent)
+        folder.mkdir(mode=0o700, exist_ok=True)
+
+
+def shared_with(folder: Path) -> str:
+    """Who else may change what is in a folder, or put another in its place; '' where nobody can.
+
+    Compiled kernels are programs. (Windows keeps a user's cache folder private by itself.)
+    """
+    if not hasattr(os, "geteuid"):
+        return ""
+    folder, user = folder.resolve(), os.geteuid()
+    for place in (folder, *folder.parents):
+        status = place.stat()
+        if status.st_uid not in (user, 0) or (place == folder and status.st_uid != user):
+            return f"{place} belongs to user {status.st_uid}"
+        foreign = status.st_mode & stat.S_IWOTH or (
+            status.st_mode & stat.S_IWGRP and (place == folder or status.st_gid not in (os.getegid(), 0))
+        )
+        if foreign and (place == folder or not status.st_mode & stat.S_ISVTX):
+            return f"others may write to {place}"
+    return ""
+
+
+def remove_damaged(folder: Path) -> list[Path]:
+    """Remove programs that hold a damaged file, to be compiled again; give their folders."""
+    programs = {
+        program
+        for pattern in ("*/*/program.bc", "*/*/*/*/*.so")
+        for file in folder.glob(pattern)
+        if not whole(file)
+        for program in [folder.joinpath(*file.relative_to(folder).parts[:2])]
+    }
+    for program in programs:
+        shutil.rmtree(program, ignore_errors=True)
+        shutil.rmtree(folder / "launched", ignore_errors=True)
+    return sorted(programs)
+
+
+def whole(file: Path) -> bool:
+    """Whether a compiled program (LLVM bitcode) or kernel (ELF) is as long as its own tables say."""
+    try:
+        status = file.lstat()
+        if not stat.S_ISREG(status.st_mode):
+            return False  # the driver makes no others, and may wait for them for ever
+        size = status.st_size
+        with file.open("rb") as opened:
+            head = opened.read(64)
+            if file.suffix == ".so":
+                if not head.startswith(b"\x7fELF\x02") or len(head) < 64:
+                    return False
+                sections, entry, count = struct.unpack_from("<40xQ10xHH", head)
+                return bool(sections + entry * count <= size)
+            # blocks follow each other: two words of head, the second of which is the length in words
+            place = 4 if head.startswith(b"BC\xc0\xde") and size > 4 else size + 1
+            while place < size:
+                opened.seek(place)
+                block = opened.read(8)
+                place += 8 + 4 * struct.unpack("<II", block)[1] if len(block) == 8 else size
+            return place == size
+    except OSError:
+        return True  # removed meanwhile
+
+
+@contextmanager
+def lock(wait: bool = True, name: str = "clrt") -> Iterator[bool]:
+    """Hold the folder alone; False where that was not to be had, without `wait` at once.
+
+    name: of the lock; another one holds one program, not the folder.
+
+    The lock of a process that died is free; one that is stuck is passed by. Without locks (some network
+    drives), or after PATIENCE seconds once, everybody goes on without.
+    """
+    folder = Path(os.environ[VARIABLE])
+    held, holder = FileLock(folder / f"{name}.lock"), folder / f"{name}.lock.holder"
+    got = False
+    # where there are no locks, everybody goes on without: as promised above
+    with suppress(OSError, NotImplementedError):
+        got = _acquired(held, PATIENCE if wait and not _hurry else 0.0, holder)
+    try:
+        if got:
+            _note(holder)
+        yield got
+    finally:
+        held.release()
+
+
+def _acquired(held: FileLock, patience: float, holder: Path) -> bool:
+    try:
+        held.acquire(timeout=min(_SOON, patience))
+        return True
+    except Timeout:
+        if not patience:
+            return False
+    with waiting(f"waiting for {_holder(holder)}, which compiles kernels"):
+        try:
+            held.acquire(timeout=max(patience - _SOON, 0.0))
+            return True
+        except Timeout:
+            _hurry.append(True)
+            return False
+
+
+@contextmanager
+def waiting(what: str) -> Iterator[None]:
+    """Tell the watchers what goes on; without a watcher, a warning says whom this process waits for."""
+    if not watchers and what.startswith("waiting"):
+        notices.warn("", "", what)
+    for watcher in watchers:
+        watcher(what)
+    try:
+        yield
+    finally:
+        for watcher in watchers:
+            watcher("")
+
+
+def _note(holder: Path) -> None:
+    with suppress(OSError):  # only a message knows less
+        if not holder.exists() or holder.is_file():  # a pipe would wait for a reader
+            holder.write_text(f"{os.getpid()}\n")
+
+
+def contents(file: Path, most: int = 1 << 20) -> bytes:
+    """What a small file of ours holds, at most so many bytes. OSError where there is no regular file."""
+    if not stat.S_ISREG(file.stat().st_mode):
+        raise OSError(f"{file} is not a regular file")  # reading a pipe would wait for ever
+    with file.open("rb") as opened:
+        return opened.read(most)
+
+
+def _holder(holder: Path) -> str:
+    with suppress(OSError):
+        text = contents(holder, 20).decode(errors="replace").strip()
+        if text.isdecimal():
+            return f"process {text}"
+    return "another process"
+
+
+@contextmanager
+def compiling(what: str, beside: bool = False) -> Iterator[bool]:
+    """Around a build, or a launch for which the driver may compile first: whether that has been done before.
+
+    The first process does it alone, so that the others find it in the folder; `what` names it. beside: while
+    others do something else there.
+    """
+    done = Path(os.environ[VARIABLE]) / "launched" / what
+    if done.exists():
+        yield True
+        return
+    with lock(name=what if beside else "clrt"):
+        known = done.exists()
+        with nullcontext() if known else waiting("compiling kernels"):
+            yield known
+        with suppress(OSError):  # only time is lost
+            done.parent.mkdir(exist_ok=True)
+            done.touch()
+
+
+def _forget_others(folder: Path) -> None:
+    """Remove kernels of other versions that nobody has used for a month."""
+    try:
+        os.utime(folder)
+        for other in folder.parent.iterdir():
+            if other != folder and other.stat().st_mtime < time.time() - _KEPT:
+                shutil.rmtree(other, ignore_errors=True)
+    except OSError:
+        pass

@@ -1,0 +1,177 @@
+"""The OpenCL devices of this machine, and the choice among them."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import sys
+from pathlib import Path
+from typing import Final
+
+from clrt.base import notices
+from clrt.base.errors import DeviceError
+from clrt.device import intel, kernelcache, trial
+from clrt.device.info import DeviceInfo
+from clrt.device.opencl import cl
+from clrt.device.vendors import VARIABLE as VENDORS
+from clrt.device.vendors import install_command, why_none
+
+VARIABLE: Final = "CLRT_DRIVER"
+_process: list[int] = []  # the one that first asked for platforms
+
+
+def listed() -> list[tuple[DeviceInfo, cl.Device]]:
+    """Every device with what is known of it. DeviceError when there is no driver."""
+    check_process()
+    kernelcache.prepare()  # PoCL looks at its folder once, now
+    found: list[tuple[DeviceInfo, cl.Device]] = []
+    for platform in _platforms():
+        version = _short_version(platform.version)
+        for device in _devices_of(platform):
+            info = DeviceInfo(
+                len(found), device.name.strip(), platform.name.strip(), version, _kind(device),
+                device.max_compute_units, device.global_mem_size, device.driver_version.strip(),
+            )  # fmt: skip
+            found.append((info, device))
+    return found
+
+
+def _platforms() -> list[cl.Platform]:
+    """The platforms that the loader finds, then Intel's beside clrt; of CLRT_DRIVER's driver only."""
+    wanted = os.environ.get(VARIABLE, "").strip().lower()
+    try:
+        found, error = cl.get_platforms(), ""
+    except cl.Error as refused:
+        found, error = [], f" ({refused})"
+    if not _process:
+        _process.append(os.getpid())
+    if _intel_wanted() and all(platform.name.strip() != intel.PLATFORM for platform in found):
+        found = [*found, *intel.platforms()]
+    if not found:
+        raise DeviceError(f"no OpenCL platform{error}: {why_none()}; install a driver: {mending()}")
+    names = [f"{platform.name.strip()} {_short_version(platform.version)}" for platform in found]
+    chosen = [one for one, name in zip(found, names, strict=True) if wanted in name.lower()]
+    if not chosen:
+        raise DeviceError(
+            f"{VARIABLE}={os.environ[VARIABLE]!r} is no driver here; there is {', '.join(names)}; unset it, "
+            "or give a part of one of these names"
+        )
+    return chosen
+
+
+def _intel_wanted() -> bool:
+    """Whoever names the drivers to load does not ask for another one, unless by its name."""
+    wanted = os.environ.get(VARIABLE, "").strip().lower()
+    return wanted in intel.PLATFORM.lower() if wanted else not os.environ.get(VENDORS)
+
+
+def _kind(device: cl.Device) -> str:
+    if device.type & cl.device_type.CPU:
+        return "CPU"
+    return "GPU" if device.type & cl.device_type.GPU else "other"
+
+
+def _devices_of(platform: cl.Platform) -> list[cl.Device]:
+    try:
+        return platform.get_devices()
+    except cl.Error:  # how some drivers say that they have none
+        return []
+
+
+def _short_version(version: str) -> str:
+    """'OpenCL 3.0 PoCL 3.1+debian  Linux, ...' -> 'PoCL 3.1+debian'; other drivers: the whole text."""
+    match = re.search(r"PoCL [\w.+-]+", version)
+    return match.group(0) if match else version.strip()
+
+
+def devices() -> list[DeviceInfo]:
+    """The OpenCL devices of this machine. DeviceError when there is no OpenCL platform."""
+    check_process()
+    kernelcache.prepare()
+    trial.check_listing()
+    return [info for info, _ in listed()]
+
+
+def check_process() -> None:
+    """DeviceError in a process that was forked after OpenCL was used: drivers wait there for ever."""
+    if _process and _process[0] != os.getpid():
+        raise DeviceError(
+            "this process was forked from one that had used OpenCL, which drivers do not survive; start it "
+            "afresh: multiprocessing.get_context('spawn'), or ProcessPoolExecutor(mp_context=...) with it"
+        )
+
+
+def pocl_version(info: DeviceInfo) -> tuple[int, ...]:
+    match = re.search(r"PoCL (\d+)\.(\d+)", info.version)
+    return tuple(int(part) for part in match.groups()) if match else ()
+
+
+def choose(wanted: int | str | None = None) -> tuple[DeviceInfo, cl.Device]:
+    """The device that `wanted` means: a number, a part of "platform version / name", or None.
+
+    None looks at the environment variable CLRT_DEVICE, then takes the newest PoCL, else the first device; one
+    that fails its trial (`clrt.device.trial`) is passed over with a warning. DeviceError lists what there is.
+    """
+    check_process()
+    kernelcache.prepare()  # where the trial's verdict is kept
+    trial.check_listing()
+    found = listed()
+    if wanted is None:
+        wanted = os.environ.get("CLRT_DEVICE") or None
+    if wanted is None:
+        return _default(found)
+    text = str(wanted).strip()
+    matches = [entry for entry in found if text == str(entry[0].index)]
+    matches = matches or [entry for entry in found if text.lower() in entry[0].label.lower()]
+    if not matches:
+        offered = "; ".join(f"{info.index}: {info.label}" for info, _ in found) or "nothing"
+        raise DeviceError(
+            f"device {text!r} is not here; this machine offers {offered}; choose with --device, device= or "
+            f"CLRT_DEVICE, or find out why it is not seen: {command('doctor')}"
+        )
+    _check_here(matches[0][0])
+    return matches[0]
+
+
+def _check_here(info: DeviceInfo) -> None:
+    """DeviceError where the driver of a device ends a process like this one, which asks for the unusual."""
+    if trial.circumstances():
+        fault = trial.verdict(info)[0]
+        if trial.ended(fault):
+            raise DeviceError(trial.broken(f"{info.label}: {fault}"))
+
+
+def _default(found: list[tuple[DeviceInfo, cl.Device]]) -> tuple[DeviceInfo, cl.Device]:
+    ranked = sorted(found, key=lambda entry: (pocl_version(entry[0]), -entry[0].index), reverse=True)
+    if not ranked:
+        advice = f"install a driver: {mending()}"
+        raise DeviceError(f"no OpenCL device, though there is a platform; {advice}")
+    if len(ranked) == 1:  # there is nothing to choose; what is wrong with it comes out when it builds kernels
+        _check_here(ranked[0][0])
+        return ranked[0]
+    faults = []
+    for info, device in ranked:
+        fault, tried = trial.verdict(info)
+        if not fault:
+            return info, device
+        faults.append(f"{info.label}: {fault}")
+        if tried:
+            notices.warn("", "", f"{faults[-1]}; another driver is used")
+    raise DeviceError(
+        f"no driver works here: {'; '.join(faults)}; what mends it: {mending(faults[0])}"
+    )
+
+
+def mending(fault: str = "") -> str:
+    """What to type for a driver that works here, given what is wrong with those that are listed."""
+    if fault and not _intel_wanted() and intel.library():
+        return f"export {VARIABLE}=intel   (Intel's runtime is installed, and kept out)"
+    return install_command(fault)
+
+
+def command(name: str) -> str:
+    """How a command of clrt is typed here: its script may not be on the PATH."""
+    script = shutil.which("clrt")
+    here = script and Path(script).absolute().parent == Path(sys.executable).absolute().parent
+    return f"clrt {name}" if here else f"{sys.executable or 'python'} -m clrt {name}"

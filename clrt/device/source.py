@@ -1,0 +1,62 @@
+"""The kernels' source: one text of all files, the same for every scene."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from clrt import layout
+from clrt.base.resources import kernel_folder, kernel_text
+
+KERNEL_FILES: Final = (
+    "generate.cl",
+    "trace.cl",
+    "surface.cl",
+    "boundaries.cl",
+    "light.cl",
+    "bounce.cl",
+    "ambient.cl",
+    "compact.cl",
+    "film.cl",
+    "tree.cl",
+    "crossings.cl",
+)
+_ONCE: Final = "#pragma once"
+_INCLUDE: Final = re.compile(r'^#include "([\w.]+)"$')
+
+
+def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
+    """One source of all files: each include in place, with #line so that messages name file and line.
+
+    A file that says `#pragma once` stands there once; what is written for any number of lanes, at each width.
+    (Real -I paths break on folders with a space in their name.)
+    """
+    seen: set[str] = set()
+    out: list[str] = []
+
+    def add(name: str) -> None:
+        lines = kernel_text(folder / name).splitlines()
+        if name in seen and _ONCE in lines:
+            return
+        seen.add(name)
+        out.append(f'#line 1 "{name}"')
+        for number, line in enumerate(lines, 1):
+            match = _INCLUDE.match(line)
+            if match:
+                add(match.group(1))
+                out.append(f'#line {number + 1} "{name}"')
+            else:
+                out.append("" if line == _ONCE else line)
+
+    for name in files:
+        add(name)
+    return "\n".join(out) + "\n"
+
+
+def kernel_source(
+    rays: layout.Rays | None = None, lanes: int = 16, packet: int = 16, folder: Path | None = None
+) -> str:
+    """The program: the layout's declarations and every kernel file."""
+    declarations = layout.c_declarations(rays, lanes, packet)
+    return declarations + flatten_includes(KERNEL_FILES, folder or kernel_folder())

@@ -1,0 +1,165 @@
+"""Does a driver work here? One small kernel tells, in a process of its own, once a driver and processor.
+
+A driver may list a device and build nothing for it (PoCL 3.0 on processors that its LLVM does not know), end
+the process or hang: so it is tried in `clrt.device.attempt`, and its verdict is kept beside the
+compiled kernels, under the driver, the processor and what this process has that may break it
+(`circumstances`). A refusal holds for a day, what may have been a bad moment for ten minutes: a machine that
+was busy or out of memory.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from clrt.base.atomic import replacing
+from clrt.base.errors import ClrtError, DeviceError, one_line
+from clrt.device import kernelcache
+from clrt.device.info import DeviceInfo
+from clrt.device.processor import signature
+
+PATIENCE: Final = 120.0  # seconds: a busy machine takes 5
+_DAY: Final = 24 * 3600
+_MOMENT: Final = 600
+LISTING: Final = "listing"  # a trial of the drivers' start alone
+# limit of a process -> option of `ulimit` and its unit, what is plenty, what is the least. With 0.6 GB of
+# addresses or 6 files PoCL 3.1 ends the process, with 0.8 GB some of its builds fail.
+_LIMITS: Final = {
+    "RLIMIT_AS": ("-v", 1 << 10, 4 << 30, 1 << 30),
+    "RLIMIT_NOFILE": ("-n", 1, 64, 8),
+    "RLIMIT_STACK": ("-s", 1 << 10, 1 << 20, 0),
+}
+_UNKNOWN_PROCESSOR: Final = "unknown target CPU"
+_ENDS: Final = "it ends the process"
+_HANGS: Final = "a kernel of one line is not done"
+_LONGEST: Final = 300  # characters of a driver's log that a message shows
+
+
+def circumstances() -> list[str]:
+    """What this process has that may break a driver which works elsewhere: its variables, narrow limits."""
+    found = sorted(
+        f"{name}={value}" for name, value in os.environ.items()
+        if name.startswith("POCL_") and name != kernelcache.VARIABLE
+    )  # fmt: skip
+    for name, (option, unit, plenty, _) in _LIMITS.items():
+        limit = _limit(name)
+        if limit < plenty:
+            found.append(f"ulimit {option} {limit // unit:.0f}")
+    return found
+
+
+def _limit(name: str) -> float:
+    """A limit of this process, infinity where there is none."""
+    try:
+        import resource
+
+        limit = resource.getrlimit(getattr(resource, name))[0]
+    except (ImportError, AttributeError):  # Windows has no such limits
+        return float("inf")
+    return limit if limit >= 0 else float("inf")
+
+
+@cache
+def check_listing() -> None:
+    """DeviceError where drivers end a process like this one, many as soon as they are asked for devices.
+
+    Once a process, and only where `circumstances` make that likely: it takes half a second.
+    """
+    for name, (option, unit, _, least) in _LIMITS.items():
+        if _limit(name) < least:
+            raise DeviceError(
+                f"ulimit {option} {_limit(name) // unit:.0f}: OpenCL drivers end a process that may have so "
+                f"little; allow at least {least // unit}"
+            )
+    if circumstances():
+        fault = _verdict(LISTING, LISTING, lambda: _run(LISTING), anew=False)[0]
+        if fault:
+            raise DeviceError(broken(f"the OpenCL driver: {fault}"))
+
+
+def broken(fault: str) -> str:
+    """What to say of a driver that breaks under the circumstances of this process."""
+    return f"{fault}; it may be due to {', '.join(circumstances())}: run without"
+
+
+def verdict(info: DeviceInfo, anew: bool = False) -> tuple[str, bool]:
+    """What is wrong with a device ('' where nothing is), and whether it was tried just now.
+
+    anew: try it whatever is known.
+    """
+    return _verdict(f"{info.label}\0{info.driver}", info.label, lambda: _tried(info), anew)
+
+
+def _verdict(key: str, label: str, tried: Callable[[], str], anew: bool) -> tuple[str, bool]:
+    """The verdict that is kept under a key, or that of a new trial."""
+    file = _file(key)
+    if not anew:
+        with suppress(OSError, ValueError, TypeError, KeyError, RecursionError):
+            age = time.time() - file.stat().st_mtime
+            known = str(json.loads(kernelcache.contents(file))["fault"])
+            if not known or 0 <= age < (_MOMENT if ended(known) else _DAY):
+                return known, False
+    fault = tried()
+    with suppress(OSError, ClrtError):  # it is tried again next time
+        file.parent.mkdir(mode=0o700, exist_ok=True)
+        with replacing(file) as temporary:
+            temporary.write_text(json.dumps({"device": label, "fault": fault}), encoding="utf-8")
+    return fault, True
+
+
+def ended(fault: str) -> bool:
+    """Whether a driver ended or held up its trial, and did not just refuse: it may not do so again."""
+    return fault.startswith((_ENDS, _HANGS))
+
+
+def plain(text: str) -> str:
+    """Why a driver builds nothing, in plain words, from what it said."""
+    if _UNKNOWN_PROCESSOR in text:
+        return f"its compiler is older than this processor and builds nothing for it ({_UNKNOWN_PROCESSOR})"
+    lines = [" ".join(line.split()) for line in text.splitlines() if line.strip()]
+    telling = [line for line in lines if "error" in line.lower()] or lines[-1:] or ["it does not say why"]
+    return telling[0][:_LONGEST]
+
+
+def _file(key: str) -> Path:
+    parts = "\0".join((key, signature(), *circumstances()))
+    name = hashlib.sha256(os.fsencode(parts)).hexdigest()[:32]
+    return Path(os.environ[kernelcache.VARIABLE]) / "verdicts" / f"{name}.json"
+
+
+def _tried(info: DeviceInfo) -> str:
+    return _run(str(info.index))
+
+
+def _run(what: str) -> str:
+    if not sys.executable:  # embedded in another program: nothing can be started
+        return ""
+    root = str(Path(__file__).resolve().parents[2])  # a checkout need not be installed
+    paths = os.pathsep.join(part for part in (root, os.environ.get("PYTHONPATH")) if part)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "clrt.device.attempt", what],
+            capture_output=True, timeout=PATIENCE, check=False, stdin=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONPATH": paths},
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return f"{_HANGS} after {PATIENCE:.0f} s"
+    except OSError:  # no process can be started here
+        return ""
+    said = done.stdout.decode(errors="replace")
+    if done.returncode == 0:
+        return ""
+    if done.returncode == 1 and said.strip():
+        return said.strip()
+    last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
+    why = f": {one_line(last[0])[-_LONGEST:]}" if last else ""
+    return f"{_ENDS} (exit code {done.returncode}{why})"

@@ -1,0 +1,224 @@
+"""What this machine offers for rendering, what is wrong with it, and the command that mends it.
+
+Each check gives findings in plain words. What a driver does happens in a process of its own
+(`clrt.diagnosis.probe`): a broken one may end it, or never come back.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import json
+import os
+import platform
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal
+
+from clrt.base.errors import ClrtError, one_line
+from clrt.base.install import install_extra, pip_install
+from clrt.base.limits import Limits
+from clrt.base.resources import validation_module
+from clrt.device import kernelcache, vendors
+from clrt.version import __version__
+
+State = Literal["fine", "advice", "wrong"]
+PROBE_SECONDS: Final = 300.0  # kernels compile in half a minute where nothing is cached
+_PACKAGES: Final = ("numpy", "pyopencl", "OpenImageIO", "msgspec", "rich", "trimesh", "mitsuba")
+_GIB: Final = 1 << 30
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One fact. `mend` is what to type, or to do, where it is not fine."""
+
+    topic: str
+    state: State
+    text: str
+    mend: str = ""
+
+
+def examine(device: int | str | None = None) -> list[Finding]:
+    """All findings about this machine, and about one device: a number, a part of a name, or the default."""
+    checks: tuple[Callable[[], Iterator[Finding]], ...] = (
+        _versions,
+        _drivers,
+        lambda: _device(device),
+        _cache,
+        _memory,
+        _oracle,
+    )
+    return [finding for check in checks for finding in check()]
+
+
+def _versions() -> Iterator[Finding]:
+    python = f"clrt {__version__}, Python {platform.python_version()}, {platform.platform(terse=True)}"
+    yield Finding("version", "fine", f"{python}, {platform.machine()}")
+    installed = []
+    for name in _PACKAGES:
+        try:
+            installed.append(f"{name} {importlib.metadata.version(name)}")
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    yield Finding("packages", "fine", ", ".join(installed))
+
+
+def _drivers() -> Iterator[Finding]:
+    """The loader and the files that announce drivers; Linux has these only."""
+    if sys.platform != "linux":
+        return
+    try:
+        import pyopencl  # noqa: F401 - brings its loader
+    except ImportError as error:
+        yield Finding("OpenCL loader", "wrong", f"pyopencl does not load: {error}", pip_install("pyopencl"))
+        return
+    yield Finding("OpenCL loader", "fine", ", ".join(vendors.loaders()) or "none that has a name")
+    wanted = os.environ.get(vendors.VARIABLE)
+    if wanted and not os.path.exists(wanted):
+        text = f"{vendors.VARIABLE} names {wanted}, which is not there: no driver is found"
+        yield Finding("driver files", "wrong", text, f"unset {vendors.VARIABLE}")
+        return
+    found = vendors.vendors()
+    if not found:
+        yield Finding("driver files", "wrong", vendors.why_none(), vendors.install_command())
+    yield from _intel()
+    for vendor in found:
+        if vendor.fault:
+            text = f"{vendor.file} names {vendor.library or 'nothing'}: {vendor.fault}"
+            # another driver may do: then this one is only in the way
+            yield Finding("driver files", "advice", text, f"install that driver again, or: rm {vendor.file}")
+        else:
+            yield Finding("driver files", "fine", f"{vendor.file} names {vendor.library}")
+
+
+def _intel() -> Iterator[Finding]:
+    """Intel's runtime from PyPI, which no file announces."""
+    from clrt.device import intel  # brings pyopencl
+
+    file = intel.library()
+    if file is None:
+        return
+    if intel.platforms():
+        yield Finding("driver files", "fine", f"Intel's runtime: {file}")
+    else:
+        fault = vendors.load_fault(str(file)) or "it has no platform"
+        again = vendors.install_command(fault)
+        yield Finding("driver files", "advice", f"Intel's runtime: {file}: {fault}", again)
+
+
+def _device(wanted: int | str | None) -> Iterator[Finding]:
+    """What a small render on the device says."""
+    command = [sys.executable, "-m", "clrt.diagnosis.probe", *([] if wanted is None else [str(wanted)])]
+    root = str(Path(__file__).resolve().parents[2])  # a checkout need not be installed
+    paths = os.pathsep.join(part for part in (root, os.environ.get("PYTHONPATH")) if part)
+    clean = f"rm -r {kernelcache.usual_folder()}"
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False,
+            env={**os.environ, "PYTHONPATH": paths},
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        text = f"a small picture is not done after {PROBE_SECONDS:.0f} s"
+        yield Finding("small render", "wrong", text, f"{clean}   (then again: clrt doctor)")
+        return
+    try:
+        told: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    except (ValueError, IndexError):
+        ended = _ending(done.returncode)
+        text = f"the driver ended the process ({ended}): {one_line(done.stderr)[-300:] or 'without a word'}"
+        yield Finding("small render", "wrong", text, f"{clean}   (the usual cause is a damaged kernel cache)")
+        return
+    yield from _probed(told)
+
+
+def _ending(code: int) -> str:
+    try:
+        return signal.Signals(-code).name
+    except ValueError:
+        return f"exit code {code}"
+
+
+def _probed(told: dict[str, Any]) -> Iterator[Finding]:
+    from clrt.device.platforms import mending
+
+    for device in told.get("devices", []):
+        mark = ", used" if device["used"] else ""
+        memory = f"{device['memory'] / _GIB:.1f} GiB"
+        kind = f"{device['kind']}, {device['units']} units, {memory}{mark}"
+        text = f"{device['index']}: {device['label']} ({kind})"
+        if not device["fault"]:
+            yield Finding("devices", "fine", text)
+        else:  # in the way only where no other device works
+            mend = "clrt takes another device by itself" if told["works"] else mending(text)
+            state: State = "advice" if told["works"] else "wrong"
+            yield Finding("devices", state, f"{text} does not work: {device['fault']}", mend)
+    if "error" in told:
+        mend = mending(told["error"] if told.get("devices") else "")
+        yield Finding("devices", "wrong", told["error"], mend)
+        return
+    for check in told["checks"]:
+        if check["passed"]:
+            yield Finding(check["name"], "fine", check["detail"])
+        else:
+            mend = "clrt devices   (and use another one: --device)"
+            yield Finding(check["name"], "wrong", check["detail"], mend)
+    text = f"{told['pixels']} pixels in {told['seconds']:.2f} s, hash {told['hash'][:16]}"
+    yield Finding("small render", "fine", text)
+    if told["old_pocl"]:
+        yield Finding("speed", "advice", told["old_pocl"], "apt-get install pocl-opencl-icd   (Debian: 3.1)")
+
+
+def _cache() -> Iterator[Finding]:
+    folder = kernelcache.usual_folder()
+    said = f" ({kernelcache.VARIABLE} says so)" if kernelcache.given() else ""
+    fault = kernelcache.problem(folder)
+    if fault:
+        mend = f"export {kernelcache.VARIABLE}=FOLDER   (one that can be written to; or mend that one)"
+        yield Finding("kernel cache", "wrong", f"{fault}: kernels are compiled anew in each run", mend)
+        return
+    # all versions' kernels, which stand side by side in clrt's own folder
+    top = folder if kernelcache.given() else folder.parent
+    sizes = [file.stat().st_size for file in top.rglob("*") if file.is_file()]
+    text = f"{folder}{said}: {sum(sizes) / 1e6:.1f} MB in {len(sizes)} files"
+    yield Finding("kernel cache", "fine", text)
+
+
+def _memory() -> Iterator[Finding]:
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    yield Finding("processors", "fine", f"{cores} usable of {os.cpu_count()}")
+    if "SC_AVPHYS_PAGES" in os.sysconf_names:
+        page = os.sysconf("SC_PAGE_SIZE")
+        free, total = page * os.sysconf("SC_AVPHYS_PAGES"), page * os.sysconf("SC_PHYS_PAGES")
+        text = f"{total / _GIB:.1f} GiB, {free / _GIB:.1f} GiB of it unused"
+        least = Limits().device_bytes
+        if total < least:
+            mend = "allow less: Settings(limits=Limits(device_bytes=...))"
+            yield Finding("memory", "advice", f"{text}; a render may take {least / _GIB:.0f} GiB", mend)
+        else:
+            yield Finding("memory", "fine", text)
+    free = shutil.disk_usage(Path.cwd()).free
+    text = f"{free / _GIB:.1f} GiB free in {Path.cwd()}"
+    if free > kernelcache.ROOM:
+        yield Finding("disk", "fine", text)
+    else:
+        yield Finding("disk", "wrong", text, "make room, or save pictures elsewhere")
+
+
+def _oracle() -> Iterator[Finding]:
+    """Mitsuba and its LLVM, which `clrt validate` needs, and nothing else."""
+    try:
+        client = validation_module("oracle_mitsuba.client")
+        with client.Mitsuba() as mitsuba:
+            reason = mitsuba.available()
+            found = None if reason else mitsuba.versions()
+    except (ClrtError, ImportError) as error:
+        reason, found = one_line(str(error)), None
+    if found is None:
+        text = f"{reason}; only `clrt validate` needs it"
+        yield Finding("Mitsuba", "advice", text, install_extra("validation"))
+    else:
+        yield Finding("Mitsuba", "fine", ", ".join(f"{name} {version}" for name, version in found.items()))

@@ -1,0 +1,87 @@
+"""The film of a tile: the picture and its layers as planes of sums on the device."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, TypeVar
+
+import numpy as np
+
+from clrt import layout
+from clrt.base.layers import Rays, Term, comes_from, find
+from clrt.device.device import Device
+from clrt.device.tracks import Answer
+from clrt.engine import passes
+from clrt.engine.queues import Hits, Lit, Queue
+from clrt.engine.world import World
+from clrt.spectra.colorimetry import thesis_finish
+
+Kind = TypeVar("Kind", Rays, Term)
+
+def finished(values: np.ndarray) -> np.ndarray:
+    """Linear colours (..., 3) float32 of what a response gives, which is RGB or the thesis program's own."""
+    if values.shape[-1] == 3:
+        return values
+    return np.minimum(thesis_finish(values), layout.BRIGHTEST).astype(np.float32)
+
+
+class Film:
+    """Planes of (pixels, bands) sums on the device: the picture, then a plane a layer of radiance."""
+
+    def __init__(self, device: Device, pixels: int, names: tuple[str, ...]) -> None:
+        self.device = device
+        self.pixels = pixels
+        self.planes = ("image", *(name for name in names if comes_from(name, Rays, Term)))
+        self.sources = ((Rays(),), *(find(name).sources for name in self.planes[1:]))
+        self.nbytes = 4 * len(self.planes) * pixels * device.bands
+        self.sums: Any = device.buffer(self.nbytes, "float")
+        device.fill(self.sums, self.nbytes)
+
+    def add(self, queue: Queue, lit: Lit, generation: int) -> None:
+        """Add what a queue brings to its pixels, to the picture and to every layer it belongs to."""
+        for plane, source in self._sources(Rays):
+            if source.generation in (None, generation):
+                mask = layout.PATH.get(source.mask, 0)
+                value = mask if source.value is None else source.value
+                passes.gather(self.device, queue, lit, self.sums, plane, self.pixels, mask, value)
+
+    def add_terms(self, world: World, queue: Queue, hits: Hits, last: bool) -> None:
+        """For layers of one term of generation 0: the passes of local light again, with that term only."""
+        for plane, source in self._sources(Term):
+            term = layout.TERMS[source.name]
+            lit = passes.light(self.device, world, queue, hits, last, term)
+            feelers = passes.feelers(self.device, world, queue, hits, lit)
+            passes.illuminate(self.device, world, queue, hits, lit, feelers, term)
+            passes.gather(self.device, queue, lit, self.sums, plane, self.pixels)
+
+    def _sources(self, kind: type[Kind]) -> Iterator[tuple[int, Kind]]:
+        """Of each plane that has such a source, the number and the source."""
+        for plane, sources in enumerate(self.sources):
+            yield from ((plane, source) for source in sources if isinstance(source, kind))
+
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """`sums`, (planes, bands, pixels); means once it is developed."""
+        size = len(self.planes), self.pixels, self.device.bands
+        sums = self.device.read(self.sums, np.empty(size, np.float32))
+        return {"sums": np.ascontiguousarray(sums.transpose(0, 2, 1))}
+
+    def developing(self, samples: int, response: np.ndarray | None = None) -> Answer:
+        """Turn the sums into means over the samples of each pixel, once; what `reading` gives of them."""
+        values = len(self.planes) * self.pixels * self.device.bands
+        self.device.launch("resolve", values, np.uint32(values), np.float32(samples), self.sums)
+        return self.reading(response)
+
+    def reading(self, response: np.ndarray | None = None, planes: int | None = None) -> Answer:
+        """The first `planes` planes (None: all), float32 (planes, pixels, rows of `response`).
+
+        `response` (rows, bands) float32 is applied on the device, so that the host sees few values a pixel
+        however many bands there are; without it the rows are the bands.
+        """
+        planes = len(self.planes) if planes is None else planes
+        source, rows, n = self.sums, self.device.bands, planes * self.pixels
+        if response is not None:
+            rows = len(response)
+            source = self.device.buffer(4 * n * rows, "float")
+            matrix = self.device.upload(response, wait=False)
+            self.device.launch_packets("develop", n, self.sums, np.uint32(n), matrix, np.uint32(rows), source)
+        return self.device.ask(source, np.empty((planes, self.pixels, rows), np.float32))

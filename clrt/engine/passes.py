@@ -1,0 +1,237 @@
+"""One function a kernel pass. Each takes queues, launches, and gives back what the next pass needs.
+
+Nothing here decides what the picture is; the kernels do.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from clrt import layout
+from clrt.base.layers import GEOMETRY
+from clrt.device.device import Device
+from clrt.engine.queues import (
+    AMBIENT,
+    CAMERA,
+    REFLECTION,
+    TRANSMISSION,
+    Feelers,
+    Hits,
+    Lit,
+    Queue,
+    block_bytes,
+    chunks,
+    new_queue,
+)
+from clrt.engine.world import World
+from clrt.layout.parameters import element
+
+_STREAM = {name: number for number, name in enumerate(layout.STREAMS)}
+_SPAWNING = {
+    REFLECTION: ("reflect", "REFLECTION"),
+    TRANSMISSION: ("transmit", "TRANSMISSION"),
+    AMBIENT: ("gather_ambient", "AMBIENT"),
+}
+
+
+def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> tuple[Queue, Any]:
+    """Camera rays of a tile: `samples` a pixel number. Also a buffer with the work-group size it ran with."""
+    queue = new_queue(device, CAMERA, len(pixels) * samples)
+    local_size = device.buffer(4, "uint")
+    numbers = device.upload(pixels, wait=False)
+    device.launch_packets("generate", queue.n, camera, numbers, *queue.arguments, local_size)
+    return queue, local_size
+
+
+def adopt(
+    device: Device, origins: np.ndarray, directions: np.ndarray, t_max: np.ndarray, numbers: np.ndarray
+) -> Queue:
+    """A queue of the caller's rays: (n, 3), (n, 3), (n,) float32; the rays' numbers, (n,) uint32.
+
+    Directions are normalised. Numbers stand for the pixels of camera rays: what looks random depends on them.
+    """
+    queue = new_queue(device, CAMERA, len(origins))
+    given = (device.upload(array, wait=False) for array in (origins, directions, t_max, numbers))
+    device.launch("adopt", queue.n, *given, *queue.arguments)
+    return queue
+
+
+def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -> Hits:
+    """Nearest hit of every ray, and what the surface is there.
+
+    `crossing`: rays that carry lists of media go on through boundaries that they do not see, and their
+    weights are what the media leave of them. To be done once.
+    """
+    n, fields = queue.n, layout.surface_fields(device.media)
+    hits = Hits(
+        device.buffer(4 * n, "float"),
+        device.buffer(4 * n, "int"),
+        device.buffer(block_bytes(n, fields, device.settings.lanes), "float"),
+        device.buffer(4 * n, "int"),
+    )
+    arguments = (*world.arguments, *queue.arguments, *hits.arguments)
+    device.launch_packets("closest", n, *arguments)
+    device.launch_packets("surface", n, *arguments)
+    if crossing and world.flat.media is not None:
+        device.for_queue(queue.narrow).launch_packets("cross_boundaries", n, *arguments, world.overflow)
+    return hits
+
+
+def light(
+    device: Device, world: World, queue: Queue, hits: Hits, last: bool, terms: int = layout.TERMS["TERM_ALL"]
+) -> Lit:
+    """Local light of every hit, and the count of what each will spawn."""
+    kernels = device.for_queue(queue.narrow)
+    local = device.buffer(block_bytes(queue.n, kernels.rays.values, device.settings.lanes), "float")
+    spawn = device.buffer(4 * queue.n, "uint")
+    how = (np.uint32(queue.kind == AMBIENT), np.uint32(last), np.uint32(terms))
+    arguments = (*world.arguments, *queue.arguments, *hits.arguments, local, spawn, *how)
+    kernels.launch_packets("light", queue.n, *arguments)
+    streams = len(layout.streams(device.rays.group))
+    offsets = device.buffer(4 * chunks(queue.n) * streams, "uint")
+    totals = device.buffer(8 * streams, "ulong")
+    sizes = (np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks(queue.n)))
+    device.launch("count", chunks(queue.n), spawn, *sizes, offsets)
+    device.launch("offsets", 1, np.uint32(chunks(queue.n)), offsets, totals, local_size=1)
+    return Lit(local, spawn, offsets, device.ask(totals, np.zeros(streams, np.uint64)))
+
+
+def _first_places(device: Device, world: World, queue: Queue, lit: Lit, stream: str) -> Any:
+    """Each ray's first place in a stream: a buffer of uint."""
+    first = device.buffer(4 * queue.n, "uint")
+    sizes = (np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks(queue.n)))
+    device.launch("scan", chunks(queue.n), lit.spawn, *sizes, lit.offsets, np.uint32(_STREAM[stream]), first)
+    return first
+
+
+def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit) -> Feelers:
+    """Emit one shadow feeler for each light above each hit, and find which arrive."""
+    n, lanes = lit.totals["FEELERS"], device.settings.lanes
+    kernels = device.for_queue(queue.narrow)
+    found = Feelers(
+        n,
+        _first_places(device, world, queue, lit, "FEELERS"),
+        device.buffer(4 * n, "uint"),
+        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes), "float"),
+        device.buffer(4 * n, "uint"),
+        device.buffer(block_bytes(n if world.tinted else 0, kernels.rays.values, lanes), "float"),
+        world.tinted,
+    )
+    if n:
+        groups = (*queue.arguments, *hits.arguments, *lit.arguments, *found.arguments)
+        kernels.launch_packets("feelers", queue.n, *world.arguments, *groups)
+        arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
+        if world.tinted:
+            kernels.launch_packets("occluded_tinted", n, *arguments, found.filter)
+        else:
+            device.launch_packets("occluded", n, *arguments)
+    return found
+
+
+def illuminate(
+    device: Device,
+    world: World,
+    queue: Queue,
+    hits: Hits,
+    lit: Lit,
+    feelers: Feelers,
+    terms: int = layout.TERMS["TERM_ALL"],
+) -> None:
+    """Add what comes from the lights that the feelers have reached to the local light. To be done once."""
+    if feelers.n:
+        groups = (*queue.arguments, *hits.arguments, *lit.arguments, *feelers.arguments)
+        kernels = device.for_queue(queue.narrow)
+        kernels.launch_packets("illuminate", queue.n, *world.arguments, *groups, np.uint32(terms))
+
+
+def any_hit(device: Device, world: World, queue: Queue) -> Any:
+    """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
+    seen = device.buffer(4 * queue.n, "uint")
+    device.launch_packets("occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen)
+    return seen
+
+
+def next_hit(device: Device, world: World, queue: Queue, hits: Hits) -> None:
+    """Every ray's next hit, in the order of (t, primitive), in place of the one in `hits`; misses stay."""
+    device.launch("next_hit", queue.n, *world.arguments, *queue.arguments, *hits.arguments)
+
+
+def gather(
+    device: Device,
+    queue: Queue,
+    lit: Lit,
+    film: Any,
+    plane: int,
+    pixels: int,
+    path_mask: int = 0,
+    path_value: int = 0,
+) -> None:
+    """Add what the rays bring to their pixels; only rays with path & path_mask == path_value."""
+    where = (np.uint32(path_mask), np.uint32(path_value), np.uint32(plane), np.uint32(pixels))
+    kernels = device.for_queue(queue.narrow)
+    kernels.launch("gather", queue.n, *queue.arguments, *lit.arguments, *where, film)
+
+
+def _sources(
+    kind: str, narrow: bool, parents: list[tuple[Queue, Hits, Lit]]
+) -> list[tuple[str, str, Queue, Hits, Lit]]:
+    """The kernel and the stream by which each queue spawns rays of a kind, for those that do."""
+    found = []
+    for queue, hits, lit in parents:
+        kernel, stream = _SPAWNING[kind]
+        if queue.narrow != narrow:
+            if queue.narrow or kind != TRANSMISSION:
+                continue
+            kernel, stream = "disperse", "GROUPS"
+        if lit.totals[stream]:
+            found.append((kernel, stream, queue, hits, lit))
+    return found
+
+
+def spawn(
+    device: Device,
+    world: World,
+    kind: str,
+    generation: int,
+    parents: list[tuple[Queue, Hits, Lit]],
+    narrow: bool = False,
+) -> Queue | None:
+    """The next generation's queue of one kind, from all queues of this generation; None if it is empty.
+
+    A ray's place is the number of children that stand before it: those of its own queue (`scan`), and those
+    of the others with a smaller pixel, or the same pixel and an earlier queue (`rank`). `narrow`: the queue
+    whose rays carry one dispersion group each.
+    """
+    sources = _sources(kind, narrow, parents)
+    if not sources:
+        return None
+    firsts = [_first_places(device, world, queue, lit, stream) for _, stream, queue, _, lit in sources]
+    total = sum(lit.totals[stream] for _, stream, _, _, lit in sources)
+    child = new_queue(device.for_queue(narrow), kind, total)
+    for i, (kernel, stream, queue, hits, lit) in enumerate(sources):
+        slots = firsts[i] if len(sources) == 1 else _first_places(device, world, queue, lit, stream)
+        for j, (_, other_stream, other, _, other_lit) in enumerate(sources):
+            if i != j:
+                sizes = (np.uint32(other_lit.totals[other_stream]), np.uint32(j < i))
+                numbers = (other.pixel_of, firsts[j], np.uint32(other.n), *sizes)
+                device.launch("rank", chunks(queue.n), queue.pixel_of, np.uint32(queue.n), *numbers, slots)
+        groups = (*queue.arguments, *hits.arguments, *lit.arguments, slots, *child.written)
+        kernels = device.for_queue(queue.narrow)
+        launch = kernels.launch if kind == AMBIENT else kernels.launch_packets
+        launch(kernel, queue.n, *world.arguments, *groups, np.uint32(generation))
+    return child
+
+
+def geometry(device: Device, world: World, queue: Queue, hits: Hits, samples: int) -> dict[str, np.ndarray]:
+    """What `layers.GEOMETRY` lists of the first of every `samples` rays: by name, (n,) or (n, values)."""
+    n = queue.n // samples
+    out = {
+        name: np.empty(n if layer.values == 1 else (n, layer.values), layout.dtype(layer.kind))
+        for name, layer in GEOMETRY.items()
+    }
+    buffers = {name: device.buffer(array.nbytes, element(array.dtype)) for name, array in out.items()}
+    groups = (*world.arguments, *queue.arguments, *hits.arguments)
+    device.launch("geometry", n, *groups, np.uint32(samples), *buffers.values())
+    return {name: device.read(buffers[name], array) for name, array in out.items()}

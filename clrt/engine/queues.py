@@ -1,0 +1,221 @@
+"""Queues: buffers and a count. What the passes hand to each other, and how many bytes it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from operator import attrgetter
+from typing import Any, ClassVar, Final
+
+import numpy as np
+
+from clrt import layout
+from clrt.device.device import Device
+from clrt.device.tracks import Answer
+
+CAMERA: Final = "camera"
+REFLECTION: Final = "reflection"
+TRANSMISSION: Final = "transmission"
+AMBIENT: Final = "ambient"
+_WORDS: Final = 2 + 3 + 1 + 4  # of a ray: pixel and path; hit and code; spawn; places in four streams
+
+
+class _Parameters:
+    """What kernels take as one of the groups of parameters in `clrt.layout`."""
+
+    _fields: ClassVar[attrgetter[tuple[Any, ...]]]
+
+    @cached_property
+    def arguments(self) -> tuple[Any, ...]:
+        """What the group's kernel parameters take, in their order."""
+        return type(self)._fields(self)
+
+
+@dataclass(frozen=True)
+class Queue(_Parameters):
+    """Rays of one kind and generation, in the order of their pixels."""
+
+    kind: str
+    n: int
+    rays: Any  # blocks of layout.RAY_FIELDS
+    pixel_of: Any  # uint: place of the pixel in the tile
+    path: Any  # uint: layout.PATH
+    weight: Any  # blocks of layout.Rays.values
+    media: Any  # blocks of layout.MEDIA numbers of materials, where rays carry them
+    device: Device  # whose kernels know what these rays carry
+
+    _fields = attrgetter(*layout.CHILD)
+
+    @property
+    def written(self) -> tuple[Any, ...]:
+        """What CHILD_PARAMETERS take."""
+        return Queue._fields(self)
+
+    @cached_property
+    def arguments(self) -> tuple[Any, ...]:
+        """What QUEUE_PARAMETERS take."""
+        return (*self.written, np.uint32(self.n))
+
+    @property
+    def narrow(self) -> bool:
+        """Does each ray carry one dispersion group of bands?"""
+        return self.device.rays.narrow
+
+    def words(self, buffer: Any, kind: type[np.generic] = np.uint32, n: int | None = None) -> np.ndarray:
+        """(n,) of a buffer with a word a ray, or for `n` other items."""
+        return self.device.read(buffer, np.empty(self.n if n is None else n, kind))
+
+    def blocks(self, buffer: Any, fields: int, n: int | None = None) -> np.ndarray:
+        """(fields, n) float32 of a buffer of blocks (`kernels/ray.clh`), of rays or `n` other items."""
+        n, lanes = self.n if n is None else n, self.device.settings.lanes
+        blocks = self.device.read(buffer, np.empty((-(-n // lanes), fields, lanes), np.float32))
+        return np.ascontiguousarray(blocks.transpose(1, 0, 2).reshape(fields, -1)[:, :n])
+
+    def bands(self, buffer: Any, n: int | None = None) -> np.ndarray:
+        """(layout.Rays.values, n) of a buffer of weight or light."""
+        return self.blocks(buffer, self.device.rays.values, n)
+
+    def lines(self, buffer: Any, n: int | None = None) -> dict[str, np.ndarray]:
+        """`origin`, `direction` (3, n) and `t_max` (n,) of a buffer of rays."""
+        fields = self.blocks(buffer, len(layout.RAY_FIELDS), n)
+        return {"origin": fields[:3], "direction": fields[3:6], "t_max": fields[6]}
+
+    def lists(self) -> dict[str, np.ndarray]:
+        """`media` (layout.MEDIA, n) int32, -1 from the first empty place on, where rays carry them."""
+        if not self.device.media:
+            return {}
+        media = self.blocks(self.media, self.device.media).view(np.int32)
+        return {"media": np.where(np.logical_or.accumulate(media < 0, axis=0), np.int32(-1), media)}
+
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """The rays themselves."""
+        words = {"pixel_of": self.words(self.pixel_of), "path": self.words(self.path)}
+        return words | self.lines(self.rays) | {"weight": self.bands(self.weight)} | self.lists()
+
+
+@dataclass(frozen=True)
+class Hits(_Parameters):
+    t: Any  # float
+    primitive: Any  # int, -1 on a miss
+    surfaces: Any  # blocks of layout.surface_fields
+    code: Any  # int: layout.SURFACE and the material, -1 on a miss
+    _fields = attrgetter(*layout.HITS)
+
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """Distances, primitives and surfaces; with lists of media also what crossing boundaries changed."""
+        fields = queue.blocks(self.surfaces, layout.surface_fields(queue.device.media))
+        values = {
+            "t": queue.words(self.t, np.float32),
+            "primitive": queue.words(self.primitive, np.int32),
+            "point": fields[:3],
+            "n": fields[3:6],
+            "ns": fields[6:9],
+            "offset": fields[9],
+            "code": queue.words(self.code, np.int32),
+        }
+        if not queue.device.media:
+            return values
+        before, after = fields[10:].view(np.int32)
+        tops = {"before": before, "after": after, "weight": queue.bands(queue.weight)}
+        return values | queue.lists() | tops
+
+
+@dataclass(frozen=True)
+class Lit(_Parameters):
+    """What the pass `light` found for a queue."""
+
+    local: Any  # blocks of one value a band: radiance that needs no further ray
+    spawn: Any  # uint: layout.SPAWN
+    offsets: Any  # uint: for each stream, the first place of each chunk's rays in it
+    counted: Answer  # uint64: the items of each stream
+    _fields = attrgetter(*layout.LIT)
+
+    @cached_property
+    def totals(self) -> dict[str, int]:
+        """The items of each stream, by its name; waits until they are counted."""
+        return dict(zip(layout.STREAMS, map(int, self.counted.wait()), strict=False))
+
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """`spawn`, and `local`: 0 where the word of a ray says that there is no light."""
+        spawn, local = queue.words(self.spawn), queue.bands(self.local)
+        local[: queue.device.rays.carried, spawn & layout.SPAWN["SPAWN_LOCAL"] == 0] = 0
+        return {"spawn": spawn, "local": local}
+
+
+@dataclass(frozen=True)
+class Feelers(_Parameters):
+    """Shadow feelers of a queue: packet after packet of its rays, in each light after light."""
+
+    n: int
+    first: Any  # uint: how many belong to rays before this one, so a packet's first
+    owner: Any  # uint: the ray that each belongs to
+    rays: Any  # blocks of layout.RAY_FIELDS
+    seen: Any  # uint: 1 where nothing blocks the light
+    filter: Any  # where shadows are tinted, blocks of layout.Rays.values: what comes through of each band
+    tinted: bool
+    _fields = attrgetter(*layout.FEELERS)
+
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """The feelers: `owner` is the number of each one's ray."""
+        words = {"owner": queue.words(self.owner, n=self.n), "seen": queue.words(self.seen, n=self.n)}
+        tint = {"filter": queue.bands(self.filter, self.n)} if self.tinted else {}
+        return words | queue.lines(self.rays, self.n) | tint
+
+
+def chunks(n: int) -> int:
+    """Work-items for n rays, a chunk of the compaction each."""
+    return -(-n // layout.CHUNK)
+
+
+def block_bytes(n: int, fields: int, lanes: int) -> int:
+    """Bytes of a queue of `n` items with `fields` floats each, in whole blocks."""
+    return -(-n // lanes) * lanes * fields * 4
+
+
+def queue_bytes(n: int, rays: layout.Rays, lanes: int) -> int:
+    """Bytes of a Queue with its hits, local light, counts and places."""
+    return block_bytes(n, _fields(rays), lanes) + 4 * n * _WORDS
+
+
+def _fields(rays: layout.Rays) -> int:
+    return len(layout.RAY_FIELDS) + layout.surface_fields(rays.media) + 2 * rays.values + rays.media
+
+
+def tile_rays(rays: layout.Rays) -> int:
+    """Rays of generation 0 to trace at a time: in RGB 131 072, with more bands half the bytes of these.
+
+    More of them would pass by the caches, fewer would wait for the host, whose part is small with many bands.
+    """
+    number = 1 << 17 if rays.bands <= layout.BANDS else 1 << 16
+    return number * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
+
+
+def picture_tile(rays: int, tile: int) -> int:
+    """Rays of a tile of a picture of so many rays, where `tile` would do for a large one.
+
+    A small one is cut in two: while one half waits for the host the other goes on, and what the host does for
+    a tile, which a small picture waits for, is done twice only.
+    """
+    return -(-rays // 2) if tile // 2 < rays <= 4 * tile else tile
+
+
+def feeler_bytes(n: int, rays: layout.Rays, lanes: int, tinted: bool) -> int:
+    """Bytes of the Feelers."""
+    fields = len(layout.RAY_FIELDS) + (rays.values if tinted else 0)
+    return block_bytes(n, fields, lanes) + 4 * n * 2  # owner, seen
+
+
+def new_queue(device: Device, kind: str, n: int) -> Queue:
+    """Memory for rays of what the device's kernels know rays to carry."""
+    lanes = device.settings.lanes
+    media = device.buffer(block_bytes(n, device.media, lanes), "int") if device.media else None
+    return Queue(
+        kind,
+        n,
+        device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes), "float"),
+        device.buffer(4 * n, "uint"),
+        device.buffer(4 * n, "uint"),
+        device.buffer(block_bytes(n, device.rays.values, lanes), "float"),
+        media,
+        device,
+    )

@@ -1,0 +1,205 @@
+"""Ray queries on a trimesh mesh, with trimesh's own interface.
+
+    mesh.ray = RayMeshIntersector(mesh)
+
+and everything in trimesh that asks `mesh.ray` (`mesh.contains`, `trimesh.proximity` ...) is answered by clrt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.base import arguments
+from clrt.base.arguments import public
+from clrt.base.errors import ClrtError, show
+from clrt.device.settings import Settings
+from clrt.engine import passes
+from clrt.engine.queues import Queue
+from clrt.engine.tracer import Tracer
+from clrt.formats import load_dict
+
+# Hits of a ray closer together than this share of the mesh's size are in one place: the device's vertices are
+# rounded to float32, and so is the decision which side of an edge a ray passes.
+_SAME_PLACE: Final = 1e-6
+_STEEP: Final = 1e-3  # |cosine| from which on a face's plane gives a better distance than float32 does
+
+
+class RayMeshIntersector:
+    """Answers for one mesh; made ready at the first question, and again when the mesh has changed.
+
+    geometry: a `trimesh.Trimesh`. device, settings: as for `clrt.Tracer`. Rays are (n, 3) origins and
+    directions of any length; directions that are zero or not finite miss. ClrtError for arrays of another
+    shape or of anything but real numbers, and for a geometry that is no mesh.
+    """
+
+    def __init__(
+        self, geometry: Any, device: int | str | None = None, settings: Settings | None = None
+    ) -> None:
+        if not all(hasattr(geometry, name) for name in ("vertices", "faces", "bounds", "triangles")):
+            raise ClrtError(f"geometry: {show(geometry)} is not allowed; it must be a trimesh.Trimesh")
+        self.mesh = geometry
+        self._device = arguments.device("device", device)
+        self._settings = arguments.optional_instance("settings", settings, Settings)
+        self._state: _Faces | None = None
+
+    @public
+    def intersects_first(self, ray_origins: Any, ray_directions: Any) -> np.ndarray:
+        """(n,) int64: the number of the first face that each ray hits, -1 for none."""
+        return self._faces.first(*_rays(ray_origins, ray_directions))
+
+    @public
+    def intersects_any(self, ray_origins: Any, ray_directions: Any) -> np.ndarray:
+        """(n,) bool: whether each ray hits anything."""
+        return self._faces.any(*_rays(ray_origins, ray_directions))
+
+    @public
+    def intersects_id(
+        self,
+        ray_origins: Any,
+        ray_directions: Any,
+        multiple_hits: bool = True,
+        max_hits: int | None = None,
+        return_locations: bool = False,
+    ) -> tuple[np.ndarray, ...]:
+        """Faces and rays of all hits, (m,) int64 each, ray by ray and along each ray.
+
+        multiple_hits = False: each ray's first only; max_hits: at most so many of a ray (0: none). A ray
+        through a common edge hits both its faces. return_locations: also the points, (m, 3) float64; faces
+        that a ray crosses in one place and in one sense, inwards or outwards, then count once: on a closed
+        mesh a ray's hits alternate.
+        """
+        origins, directions = _rays(ray_origins, ray_directions)
+        most = arguments.optional("max_hits", max_hits)
+        if not arguments.flag("multiple_hits", multiple_hits):
+            most = 1
+        arguments.flag("return_locations", return_locations)
+        rays, faces, t = self._faces.every(origins, directions, most)
+        if not return_locations:
+            return faces, rays
+        normals, corners = self.mesh.face_normals[faces], self.mesh.triangles[faces, 0]
+        cosine = np.einsum("ij,ij->i", normals, directions[rays])
+        above = np.einsum("ij,ij->i", normals, corners - origins[rays])
+        t = np.where(np.abs(cosine) > _STEEP, above / np.where(cosine == 0, 1, cosine), t)
+        kept = _places(rays, t, cosine < 0, _SAME_PLACE * float(self.mesh.scale))
+        locations = origins[rays[kept]] + directions[rays[kept]] * t[kept, None]
+        return faces[kept], rays[kept], locations
+
+    @public
+    def intersects_location(
+        self, ray_origins: Any, ray_directions: Any, multiple_hits: bool = True, max_hits: int | None = None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Points (m, 3) float64 of the hits, their rays and their faces (m,) int64: see `intersects_id`."""
+        faces, rays, locations = self.intersects_id(
+            ray_origins, ray_directions, multiple_hits, max_hits, return_locations=True
+        )
+        return locations, rays, faces
+
+    @public
+    def contains_points(self, points: Any) -> np.ndarray:
+        """(n,) bool: which points are inside a closed mesh; those on its surface may be either."""
+        from trimesh.ray.ray_util import contains_points
+
+        return np.asarray(contains_points(self, arguments.vectors("points", points, np.float64)))
+
+    @property
+    def _faces(self) -> _Faces:
+        version = hash(self.mesh)
+        if self._state is None or self._state.version != version:
+            self._state = _Faces(self.mesh, version, self._device, self._settings)
+        return self._state
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Copies and pickles make the device's side anew."""
+        return {**self.__dict__, "_state": None}
+
+
+class _Faces:
+    """One version of a mesh on the device, moved to the origin of coordinates, where float32 is finest."""
+
+    def __init__(self, mesh: Any, version: int, device: int | str | None, settings: Settings) -> None:
+        self.version = version
+        vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces)
+        low, high = (mesh.bounds if len(faces) else np.zeros((2, 3))).astype(np.float64)
+        self.center = (low + high) / 2
+        self.radius = float(np.linalg.norm(high - low)) / 2
+        shapes = [{"type": "mesh", "vertices": vertices - self.center, "faces": faces}] if len(faces) else []
+        self.tracer = Tracer(load_dict({"shapes": shapes}), device, settings)
+
+    def first(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        out = np.full(len(origins), -1, np.int64)
+        for part, queue, _ in self._queues(origins, directions):
+            hits = passes.closest(self.tracer.device, self.tracer.world, queue, crossing=False)
+            out[part] = queue.words(hits.primitive, np.int32)
+        return out
+
+    def any(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        out = np.zeros(len(origins), bool)
+        for part, queue, _ in self._queues(origins, directions):
+            seen = passes.any_hit(self.tracer.device, self.tracer.world, queue)
+            out[part] = queue.words(seen) == 0
+        return out
+
+    def every(
+        self, origins: np.ndarray, directions: np.ndarray, most: int | None
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Rays, faces (m,) int64 and distances (m,) float64 of all hits, or the first `most` of each ray."""
+        found = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
+        device, world = self.tracer.device, self.tracer.world
+        for part, queue, ahead in self._queues(origins, directions):
+            hits = passes.closest(device, world, queue, crossing=False)
+            turn = 0
+            while most is None or turn < most:
+                face = queue.words(hits.primitive, np.int32)
+                (ray,) = np.nonzero(face >= 0)
+                if not len(ray):
+                    break
+                t = queue.words(hits.t, np.float32)[ray] + ahead[ray]
+                found.append((ray + part.start, face[ray].astype(np.int64), t))
+                passes.next_hit(device, world, queue, hits)
+                turn += 1
+        rays, faces, t = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
+        order = np.argsort(rays, kind="stable")
+        return rays[order], faces[order], t[order]
+
+    def _queues(
+        self, origins: np.ndarray, directions: np.ndarray
+    ) -> Iterator[tuple[slice, Queue, np.ndarray]]:
+        """The rays in tiles: which, their queue, and how far each has been moved on to the mesh (float64)."""
+        step = self.tracer.tile
+        for start in range(0, len(origins), step):
+            part = slice(start, min(start + step, len(origins)))
+            local, d = origins[part] - self.center, directions[part]
+            # rounding a far origin to float32 would bend the ray's way through the mesh
+            ahead = -np.einsum("ij,ij->i", local, d) - 1.01 * self.radius
+            ahead = np.where((ahead > 0) & (ahead < np.inf), ahead, 0.0)
+            with np.errstate(over="ignore", invalid="ignore"):  # what is not finite misses
+                near = (local + d * ahead[:, None]).astype(np.float32)
+            n = len(near)
+            arrays = (
+                near,
+                d.astype(np.float32),
+                np.full(n, np.inf, np.float32),
+                np.arange(n, dtype=np.uint32),
+            )
+            yield part, passes.adopt(self.tracer.device, *arrays), ahead
+            self.tracer.device.finish()
+
+
+def _rays(origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Origins and unit directions, (n, 3) float64; a zero direction stays 0."""
+    o, d = arguments.rays(origins, directions, np.float64, prefix="ray_")
+    with np.errstate(over="ignore", invalid="ignore"):
+        length = np.linalg.norm(d, axis=1, keepdims=True)
+        return o, d / np.where(length > 0, length, 1.0)
+
+
+def _places(rays: np.ndarray, t: np.ndarray, inwards: np.ndarray, tolerance: float) -> np.ndarray:
+    """Which hits to keep: of those of a ray that lie in one place, the first of each sense."""
+    if not len(rays):
+        return np.zeros(0, np.int64)
+    apart = (np.diff(rays) != 0) | (np.abs(np.diff(t)) > tolerance)
+    place = np.concatenate([[0], np.cumsum(apart)])
+    return np.sort(np.unique(2 * place + inwards, return_index=True)[1])

@@ -1,0 +1,299 @@
+"""The public API: a scene compiled to a device, rendered or asked about rays."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import asdict
+from functools import wraps
+from typing import Any, TypeVar
+
+import numpy as np
+
+from clrt import layout
+from clrt.base import arguments
+from clrt.base.arguments import public
+from clrt.base.errors import ClrtError, SceneError
+from clrt.base.layers import check_layers
+from clrt.base.limits import Branching
+from clrt.device.device import Device
+from clrt.device.platforms import check_process
+from clrt.device.settings import Settings
+from clrt.engine import passes
+from clrt.engine.checkpoint import Checkpoint
+from clrt.engine.job import Job
+from clrt.engine.picture import Picture, check_crop, picture_bytes
+from clrt.engine.queues import Queue, picture_tile, tile_rays
+from clrt.engine.rayinput import HIT_BYTES, LIGHT_BYTES, SEEN_BYTES, Hits, ray_chunks
+from clrt.engine.tiles import tiles
+from clrt.engine.wavefront import RayCounts
+from clrt.engine.world import World
+from clrt.flatten.flatten import bands_of, check_ceilings, flatten, flatten_camera
+from clrt.formats.shipped import as_scene
+from clrt.images.image import Image
+from clrt.layout import ceilings
+from clrt.scene.scene import Scene
+from clrt.version import __version__
+
+Progress = Callable[[int, int, int], None]
+Method = TypeVar("Method", bound=Callable[..., Any])
+
+
+def _one_at_a_time(method: Method) -> Method:
+    """Let threads wait for each other; a process that was forked learns why it cannot go on."""
+
+    @wraps(method)
+    def locked(self: Tracer, *arguments: Any, **named: Any) -> Any:
+        check_process()  # first: a lock that was held when the process was forked stays held
+        with self._lock:
+            return method(self, *arguments, **named)
+
+    return locked  # type: ignore[return-value]
+
+
+class Tracer:
+    """A scene compiled to a device: reusable for pictures and ray queries.
+
+    Threads may share it: one at a time is served. A forked process may not: it gets a DeviceError.
+
+    scene: a Scene, a dict as `clrt.load_dict` takes it, or a file or shipped scene's name as `clrt.load`
+    takes it. device: a number from `clrt.devices()`, a part of "platform version / name", or None
+    (CLRT_DEVICE, else the newest PoCL); or a `Device` of `clrt.device`, which then serves one thread and
+    whose settings hold. settings: how to run, None for the usual. Raises DeviceError, SceneError,
+    LimitError, and ClrtError for arguments of another kind. Neither scene nor settings can be replaced.
+    """
+
+    @public
+    def __init__(
+        self,
+        scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
+        device: int | str | Device | None = None,
+        settings: Settings | None = None,
+    ) -> None:
+        opened = device.driver if isinstance(device, Device) else arguments.device("device", device)
+        settings = arguments.optional_instance("settings", settings, Settings)
+        self._settings = device.settings if isinstance(device, Device) else settings
+        self._scene = as_scene(scene, self._settings.limits)
+        self._lock = threading.RLock()
+        self.flat = flatten(self._scene)
+        check_ceilings(self.flat, self._scene.source)
+        self.device = Device(opened, self.settings, self.flat.rays)
+        self.world = World(self.device, self.flat)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that was compiled. It cannot be replaced: make a new Tracer for another one."""
+        return self._scene
+
+    @scene.setter
+    def scene(self, other: object) -> None:
+        raise ClrtError("tracer.scene: it is compiled to the device; for another scene make Tracer(scene)")
+
+    @property
+    def settings(self) -> Settings:
+        """How it runs. They cannot be replaced: make a new Tracer for others."""
+        return self._settings
+
+    @settings.setter
+    def settings(self, other: object) -> None:
+        text = "the device was set up with these; for others make Tracer(scene, settings=...)"
+        raise ClrtError(f"tracer.settings: {text}")
+
+    @property
+    def tile(self) -> int:
+        """Rays that are traced at once: the setting, or what suits the scene's number of bands."""
+        return min(self.settings.tile or tile_rays(self.flat.rays), ceilings.RAYS)
+
+    @public
+    @_one_at_a_time
+    def render(
+        self,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+        layers: Sequence[str] = (),
+        progress: Progress | None = None,
+        crop: tuple[int, int, int, int] | None = None,
+        checkpoint: str | os.PathLike[str] | None = None,
+    ) -> Image:
+        """The picture that the scene's camera sees.
+
+        width, height (pixels, >= 1), spp (a square >= 1), max_depth (>= 0): in place of the scene's; width or
+        height alone keeps the aspect. layers: names as in docs/layers.md (`direct`, `generation_1`, `depth`,
+        ...), or "all". progress: called with (pixels done, pixels in all, rays traced) after every tile.
+        crop: (x, y, width, height) in pixels, the part of the picture to render, with the same bits as in the
+        whole. checkpoint: a file that keeps what is finished; a render that finds it goes on from there. It
+        is kept at the end, for you to remove. Raises SceneError without a camera, LimitError, DeviceError,
+        and ClrtError for arguments of another kind or range.
+        """
+        width, height = arguments.optional("width", width, 1), arguments.optional("height", height, 1)
+        spp, progress = arguments.optional("spp", spp, 1), arguments.function("progress", progress)
+        layers = arguments.names("layers", layers)
+        if checkpoint is not None:
+            checkpoint = arguments.path("checkpoint", checkpoint)
+        if self.scene.camera is None:
+            raise SceneError(f"{self.scene.source or 'scene'}: camera: missing; a picture needs a [camera]")
+        camera = flatten_camera(self.scene.camera, width, height, spp)
+        full = int(camera["width"][0]), int(camera["height"][0])
+        samples = int(camera["grid"][0]) ** 2
+        depth = self._depth(max_depth)
+        names = check_layers(layers, depth, self.flat.response is not None)
+        window = check_crop(crop, *full)
+        self._check_limits(full[0] * full[1], samples, depth)
+        held = picture_bytes(window, names, self.flat.bands)
+        self.settings.limits.check("host_bytes", held)
+
+        task = Job(self.flat, depth, camera, names, self.settings)
+        picture = Picture(window, full[0], names, self.flat.bands)
+        counts, local_size, total = RayCounts(), 0, window[2] * window[3]
+        self.device.driver.take_seconds()
+        saved = None
+        size = self.tile if self.settings.tile else picture_tile(window[2] * window[3] * samples, self.tile)
+        pieces = list(tiles(*full, window, max(1, size // samples)))[::-1]
+        if checkpoint is not None:
+            saved = Checkpoint(checkpoint, task.identity(window), picture, counts)
+            pieces = saved.unfinished(pieces)
+        done = total - sum(map(len, pieces))
+        with saved or nullcontext():
+            for pixels, tile in task.tiles(self.device, self.world, pieces):
+                picture.put(pixels, tile.layers)
+                counts.merge(tile.rays)
+                if saved:
+                    saved.add(pixels)
+                local_size = tile.local_size
+                done += len(pixels)
+                if progress:
+                    progress(done, total, counts.traced)
+        stats = self._stats(counts, local_size)
+        bands = bands_of(self.scene)
+        wavelengths = () if bands is None else tuple(bands.midpoints.tolist())
+        return Image(picture.pixels, picture.layers, stats, self._metadata(), wavelengths)
+
+    @public
+    @_one_at_a_time
+    def intersect(
+        self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
+    ) -> Hits:
+        """Nearest hits of n rays: origins, directions (n, 3); t_max a number or (n,).
+
+        Only hits with 0 < t < t_max count. Directions need not have unit length; t is a distance. A zero or
+        non-finite direction misses. ClrtError for other shapes, and for anything but real numbers.
+        """
+        parts = []
+        for queue in self._adopted(origins, directions, t_max, HIT_BYTES):
+            hits = passes.closest(self.device, self.world, queue, crossing=False)
+            parts.append(passes.geometry(self.device, self.world, queue, hits, 1))
+            self.device.finish()
+        found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        u, v = found["uv"].T
+        return Hits(found["depth"], found["primitive"], found["shape"], found["normal"], u, v)
+
+    @public
+    @_one_at_a_time
+    def occluded(
+        self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
+    ) -> np.ndarray:
+        """(n,) bool: does anything stand within 0 < t < t_max. Rays and errors as for `intersect`."""
+        parts = []
+        for queue in self._adopted(origins, directions, t_max, SEEN_BYTES):
+            seen = passes.any_hit(self.device, self.world, queue)
+            parts.append(queue.words(seen) == 0)
+        return np.concatenate(parts)
+
+    @public
+    @_one_at_a_time
+    def radiance(
+        self, origins: np.ndarray, directions: np.ndarray, max_depth: int | None = None
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Radiance along n rays, (n, 3) float32 linear Rec.709, and ray counts as in Image.stats.
+
+        origins, directions: (n, 3), as for `intersect`; max_depth (>= 0): in place of the scene's. Each ray
+        starts in the media that its origin lies in. Raises LimitError, and ClrtError as `intersect`.
+        """
+        task = Job(self.flat, self._depth(max_depth), settings=self.settings)
+        counts = RayCounts()
+        limits = self.settings.limits
+        pieces = list(ray_chunks(origins, directions, np.inf, self.tile, limits, LIGHT_BYTES))[::-1]
+        found = np.empty((sum(len(chunk[0]) for chunk in pieces), 3), np.float32)
+        for (_, _, _, numbers), tile in task.tiles(self.device, self.world, pieces):
+            found[numbers] = tile.layers["image"]
+            counts.merge(tile.rays)
+        return found, dict(counts.table())
+
+    def _adopted(
+        self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray, answer: int
+    ) -> Iterator[Queue]:
+        limits = self.settings.limits
+        for chunk in ray_chunks(origins, directions, t_max, self.tile, limits, answer):
+            yield passes.adopt(self.device, *chunk)
+
+    def _depth(self, max_depth: int | None) -> int:
+        depth = self.scene.max_depth if max_depth is None else max_depth
+        depth = arguments.whole("max_depth", depth)
+        self.settings.limits.check("depth", depth)
+        ceilings.check_depth(depth)
+        return depth
+
+    def _check_limits(self, pixels: int, samples: int, depth: int) -> None:
+        limits = self.settings.limits
+        limits.check("pixels", pixels)
+        limits.check("samples", samples)
+        ceilings.check_picture(pixels, samples)
+        group = self.flat.group
+        parts = -(-self.flat.bands // group) if group and depth else 1  # rays that dispersion makes of one
+        limits.check_work(pixels * samples * parts, self.world.lights, self._branching(depth))
+
+    def _branching(self, depth: int) -> Branching:
+        info, materials = self.flat.scene[0], self.flat.materials
+        doubling = bool(np.any((materials["kr"] > 0) & (materials["kt"] > 0)))
+        if info["spd"]:  # counts every reflection, whatever its weight
+            return Branching(depth, bool(np.any(materials["kt"] > 0)))
+        tint = np.maximum(materials["mirror"].max(axis=1), materials["fresnel"] == layout.FRESNEL["SCHLICK"])
+        # total internal reflection takes both shares
+        share = materials["kr"] * tint + materials["kt"] * materials["tint"].max(axis=1)
+        least, ambient = float(info["min_weight"]), int(info["ambient_samples"])
+        return Branching(depth, doubling, float(share.max()), least, ambient)
+
+    def _stats(self, counts: RayCounts, local_size: int) -> dict[str, Any]:
+        seconds = self.device.driver.take_seconds()
+        return {
+            **counts.table(),
+            "seconds": seconds,
+            "traced": counts.traced,
+            "device": self.device.info.label,
+            "local_size": local_size,
+        }
+
+    def _metadata(self) -> dict[str, str]:
+        settings = {name: value for name, value in asdict(self.settings).items() if name != "limits"}
+        return {
+            "scene_hash": self.flat.hash,
+            "kernel_hash": self.device.kernels.hash,
+            "device": self.device.info.label,
+            "version": __version__,
+            "settings": ", ".join(f"{name}={value}" for name, value in settings.items()),
+        }
+
+
+def render(
+    scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
+    width: int | None = None,
+    height: int | None = None,
+    spp: int | None = None,
+    max_depth: int | None = None,
+    device: int | str | None = None,
+    layers: Sequence[str] = (),
+    progress: Progress | None = None,
+    settings: Settings | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+    checkpoint: str | os.PathLike[str] | None = None,
+) -> Image:
+    """The picture of a scene, a dict, a scene file or a shipped scene's name.
+
+    `Tracer(scene, device, settings).render(...)`, which see for what each argument may be and what is raised.
+    """
+    tracer = Tracer(scene, device, settings)
+    return tracer.render(width, height, spp, max_depth, layers, progress, crop, checkpoint)

@@ -1,0 +1,156 @@
+"""The algorithm: generations of queues of rays, one kernel pass after another (thesis 1.3, in breadth)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from clrt.device.device import Device
+from clrt.engine import passes
+from clrt.engine.film import Film
+from clrt.engine.queues import (
+    AMBIENT,
+    CAMERA,
+    REFLECTION,
+    TRANSMISSION,
+    Hits,
+    Lit,
+    Queue,
+    feeler_bytes,
+    queue_bytes,
+)
+from clrt.engine.schedule import TooLarge, Work
+from clrt.engine.stage import Observer, tell
+from clrt.engine.world import World
+from clrt.flatten.media import too_deep
+
+_NARROW_RAYS: Final = 1 << 17  # that dispersion makes of a tile at a time: as many as a tile in RGB has
+
+
+@dataclass
+class RayCounts:
+    """Rays by generation and kind, as `Image.stats` gives them."""
+
+    generations: list[Counter[str]] = field(default_factory=list)
+
+    def add(self, generation: int, queue: Queue, lit: Lit) -> None:
+        while len(self.generations) <= generation:
+            self.generations.append(Counter())
+        self.generations[generation] += Counter(
+            {
+                queue.kind: queue.n,
+                "hits": lit.totals["HIT"],
+                f"{queue.kind}_hits": lit.totals["HIT"] if queue.kind == CAMERA else 0,
+                "total_internal_reflection": lit.totals["TOTAL_INTERNAL"],
+                "feelers": lit.totals["FEELERS"],
+            }
+        )
+
+    def merge(self, other: RayCounts) -> None:
+        for generation, counts in enumerate(other.generations):
+            while len(self.generations) <= generation:
+                self.generations.append(Counter())
+            self.generations[generation] += counts
+
+    def table(self) -> dict[str, dict[str, int] | list[dict[str, int]]]:
+        """{"rays": totals by kind, "generations": the same for each generation}."""
+        kinds = (
+            "camera",
+            "camera_hits",
+            "reflection",
+            "transmission",
+            "ambient",
+            "total_internal_reflection",
+            "feelers",
+            "hits",
+        )
+        rows = [{kind: counts[kind] for kind in kinds} for counts in self.generations]
+        return {"rays": {kind: sum(row[kind] for row in rows) for kind in kinds}, "generations": rows}
+
+    @property
+    def traced(self) -> int:
+        """All rays: those of every queue, and the shadow feelers."""
+        return sum(
+            sum(counts[kind] for kind in ("camera", REFLECTION, TRANSMISSION, AMBIENT, "feelers"))
+            for counts in self.generations
+        )
+
+
+def trace(
+    device: Device,
+    world: World,
+    queue: Queue,
+    hits: Hits,
+    film: Film,
+    max_depth: int,
+    budget: int | None = None,
+    observers: Sequence[Observer] = (),
+) -> Work[RayCounts]:
+    """Trace a queue of generation 0, whose hits are known, and all its descendants onto the film.
+
+    `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated, and before
+    dispersion makes more rays of several pixels than caches are good for. `observers` are told of each pass.
+    """
+    counts = RayCounts()
+    film.add_terms(world, queue, hits, last=max_depth == 0)
+    queues = [(queue, hits)]
+    for generation in range(max_depth + 1):
+        parents: list[tuple[Queue, Hits, Lit]] = []
+        for queue, hits in queues:
+            lit = passes.light(device, world, queue, hits, last=generation == max_depth)
+            parents.append((queue, hits, lit))
+            tell(observers, "light", generation, queue, lit)
+        yield parents[-1][2].counted
+        if budget is not None:
+            _check_size(device, world, parents, film.pixels, budget)
+        for queue, hits, lit in parents:
+            feelers = passes.feelers(device, world, queue, hits, lit)
+            tell(observers, "feelers", generation, queue, feelers)
+            passes.illuminate(device, world, queue, hits, lit, feelers)
+            tell(observers, "illuminate", generation, queue, lit)
+            film.add(queue, lit, generation)
+            tell(observers, "gather", generation, queue, film)
+            counts.add(generation, queue, lit)
+        queues = []
+        for kind, narrow in spawned_kinds(device):
+            child = passes.spawn(device, world, kind, generation, parents, narrow)
+            if child:
+                tell(observers, "spawn", generation + 1, child, child)
+                queues.append((child, passes.closest(device, world, child)))
+                tell(observers, "closest", generation + 1, *queues[-1])
+        if not queues:
+            break
+    if world.flat.media is not None:
+        overflow = device.ask(world.overflow, np.empty(1, np.uint32))
+        yield overflow
+        if overflow.wait()[0]:
+            device.fill(world.overflow, 4)
+            raise too_deep(world.flat.media.scene)
+    return counts
+
+
+def _check_size(
+    device: Device, world: World, parents: list[tuple[Queue, Hits, Lit]], pixels: int, budget: int
+) -> None:
+    lanes = device.settings.lanes
+    need = most_feelers = narrow = 0
+    for queue, _, lit in parents:
+        rays = queue.device.rays
+        children = sum(lit.totals[stream] for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT"))
+        need += queue_bytes(queue.n, rays, lanes) + queue_bytes(children, rays, lanes)
+        if lit.totals.get("GROUPS"):
+            narrow += lit.totals["GROUPS"]
+            need += queue_bytes(lit.totals["GROUPS"], device.for_queue(True).rays, lanes)
+        most_feelers = max(most_feelers, feeler_bytes(lit.totals["FEELERS"], rays, lanes, world.tinted))
+    if need + most_feelers > budget or (narrow > _NARROW_RAYS and pixels > 1):
+        raise TooLarge
+
+
+def spawned_kinds(device: Device) -> list[tuple[str, bool]]:
+    """The queues of a generation, in their order: kind, and whether its rays carry one dispersion group."""
+    kinds = (REFLECTION, TRANSMISSION, AMBIENT)
+    return [(kind, narrow) for narrow in ((False, True) if device.rays.group else (False,)) for kind in kinds]

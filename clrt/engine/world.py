@@ -1,0 +1,115 @@
+"""The scene on the device: the flattened arrays as buffers, and the tree built over them there."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from clrt import layout
+from clrt.device import hugepages
+from clrt.device.device import Device
+from clrt.flatten.flatten import FlatScene
+
+_SUBTREES: Final = 32  # parts of the tree that cores build side by side
+_SHARED_SUBTREE: Final = 4096  # a part of fewer primitives is not split further for the sake of sharing
+
+
+class World:
+    """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take.
+
+    The device's kernels must be those for the scene's rays: `device.variant(flat.rays)`.
+    """
+
+    def __init__(self, device: Device, flat: FlatScene) -> None:
+        if device.rays != flat.rays:
+            raise ValueError(f"kernels for {device.rays}; the scene has {flat.rays}")
+        self.flat = flat
+        self.overflow = device.upload(np.zeros(1, np.uint32))  # 1 once a list of media was too short
+        made = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
+        buffers: dict[str, Any] = {
+            name: device.upload(getattr(flat, name), kind=kind)
+            for name, kind in layout.WORLD.items()
+            if name not in made
+        }
+        buffers |= _build_tree(device, flat, buffers)
+        info = flat.scene.copy()
+        info["nodes"] = buffers.pop("count")
+        buffers["scene"] = device.upload(info)
+        self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
+        self.lights = int(info["lights"][0])
+        self.tinted = bool(info["tinted"][0])
+        self.ambient_samples = int(info["ambient_samples"][0])
+
+
+def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[str, Any]:
+    """The tree over the finite primitives: the sections that the builder writes, and `count`, its nodes."""
+    n = len(flat.finite)
+    size = {
+        name: layout.dtype(layout.WORLD[name]).itemsize
+        for name in ("nodes", "triangle_blocks", "sphere_blocks")
+    }
+    if n == 0:
+        empty = {name: device.buffer(nbytes, layout.WORLD[name]) for name, nbytes in size.items()}
+        return {"count": 0, "order": device.buffer(32, "int"), **empty}
+    kinds = flat.primitives["kind"][flat.finite]
+    block_kinds = np.full(n, layout.BLOCKS["BLOCK_OTHER"], np.uint8)
+    block_kinds[kinds == layout.KINDS["TRIANGLE"]] = layout.BLOCKS["BLOCK_TRIANGLE"]
+    block_kinds[kinds == layout.KINDS["SPHERE"]] = layout.BLOCKS["BLOCK_SPHERE"]
+    boxes, kind_buffer, finite = (
+        device.upload(flat.boxes),
+        device.upload(block_kinds),
+        device.upload(flat.finite),
+    )
+    item = device.upload(np.arange(n, dtype=np.int32))
+    binary = device.buffer((2 * n + 2 * _SUBTREES) * layout.dtype("BuildNode").itemsize, "BuildNode")
+    tasks, counts = device.buffer(16 * _SUBTREES, "int4"), device.buffer(16, "int")
+    device.launch(
+        "split_top",
+        1,
+        boxes,
+        kind_buffer,
+        np.int32(n),
+        np.int32(_SUBTREES),
+        np.int32(_SHARED_SUBTREE),
+        item,
+        binary,
+        tasks,
+        counts,
+        local_size=1,
+    )
+    device.launch("build_subtree", _SUBTREES, boxes, kind_buffer, tasks, counts, item, binary, local_size=1)
+
+    nodes, leaves = device.buffer(n * size["nodes"], "WideNode"), device.buffer(3 * (n + 1) * 8, "int2")
+    hugepages.ask(device.queue, nodes, n * size["nodes"])
+    device.launch("collapse", 1, binary, nodes, np.int32(n + 1), leaves, counts, local_size=1)
+    used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
+    out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32, "int")}
+    host_leaves = device.read(leaves, np.empty((3, n + 1, 2), np.int32))
+    for kind, (name, packer, source) in enumerate(
+        (("triangle_blocks", "pack_triangles", "triangles"), ("sphere_blocks", "pack_spheres", "spheres"))
+    ):
+        out[name] = device.buffer(max(blocks[kind], 1) * size[name], layout.WORLD[name])
+        hugepages.ask(device.queue, out[name], blocks[kind] * size[name])
+        device.launch(
+            packer,
+            blocks[kind],
+            device.upload(host_leaves[kind], kind="int2"),
+            np.int32(blocks[kind]),
+            item,
+            finite,
+            world["primitives"],
+            world[source],
+            out[name],
+        )
+    device.launch(
+        "pack_others",
+        blocks[2],
+        device.upload(host_leaves[2], kind="int2"),
+        np.int32(blocks[2]),
+        item,
+        finite,
+        out["order"],
+    )
+    device.finish()
+    return out

@@ -1,0 +1,180 @@
+"""A scene as the arrays that go to the device. Knows no OpenCL; all is computed in float64 and rounded once.
+
+Sections and records are those of `clrt.layout`; the tree over the boxes is built on the device.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, fields
+from functools import cached_property
+
+import numpy as np
+
+from clrt import layout
+from clrt.base.errors import SceneError, located
+from clrt.flatten.camera import flatten_camera
+from clrt.flatten.geometry import geometry
+from clrt.flatten.hidden import warn_of_hidden_view
+from clrt.flatten.materials import MaterialTable, flatten_lights
+from clrt.flatten.media import Media, media_of, needs_lists, shape_boxes
+from clrt.flatten.overlaps import warn_of_overlaps
+from clrt.flatten.shapes import collect
+from clrt.images.file import read_image
+from clrt.layout import ceilings
+from clrt.scene.scene import Scene
+from clrt.spectra.bands import Bands, light
+from clrt.spectra.colorimetry import rgb_matrix, thesis_matrix, xyz_matrix
+
+__all__ = ["FlatScene", "flatten", "flatten_camera"]
+
+
+@dataclass(frozen=True, eq=False)
+class FlatScene:
+    """One array for each section of the world, with at least one element (how many count is in `scene`).
+
+    `finite` are the numbers of the primitives that have a box, ascending, `boxes` their boxes (w is 0), wide
+    enough that they contain every hit the kernels may find. `n_shapes` is the number of shapes of the scene.
+    `group` is how many bands dispersion bends together, 0 where nothing disperses.
+    `response` (rows, bands) float32 turns a pixel's bands into its colour (by `film.finished`),
+    `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
+    `media` tells in which media rays start; None where rays need no lists of them.
+    """
+
+    scene: np.ndarray
+    primitives: np.ndarray
+    spheres: np.ndarray
+    planes: np.ndarray
+    disks: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+    polygons: np.ndarray
+    vertices: np.ndarray
+    quadrics: np.ndarray
+    unbounded: np.ndarray
+    materials: np.ndarray
+    lights: np.ndarray
+    background: np.ndarray
+    boxes: np.ndarray
+    finite: np.ndarray
+    n_shapes: int
+    media: Media | None
+    group: int = 0
+    response: np.ndarray | None = None
+    xyz: np.ndarray | None = None
+
+    @property
+    def bands(self) -> int:
+        """How many values of light a ray carries: 3 in RGB mode."""
+        return int(self.scene["ambient"].shape[-1])
+
+    @property
+    def rays(self) -> layout.Rays:
+        """What rays carry through this scene."""
+        return layout.Rays(self.bands, self.media_places, self.group)
+
+    @property
+    def media_places(self) -> int:
+        """Places in the list of media that each ray carries; 0 where it needs none."""
+        return 0 if self.media is None else layout.MEDIA
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 (hexadecimal) of all arrays: scenes of one hash give one picture from a camera."""
+        digest = hashlib.sha256()
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if isinstance(value, np.ndarray):
+                digest.update(f"{entry.name} {value.dtype.descr} {value.shape}\n".encode())
+                digest.update(np.ascontiguousarray(value).view(np.uint8).data)
+        return digest.hexdigest()
+
+
+@np.errstate(all="ignore")  # coordinates that overflow are found and named; light that does is infinite
+def flatten(scene: Scene) -> FlatScene:
+    """The scene without its camera, for rays of the scene's bands (RGB mode: red, green, blue).
+
+    Raises `SceneError` with the place of a shape that its transform makes one that there is no primitive for,
+    or whose coordinates leave the range of float32, and for a background that cannot be read.
+    """
+    bands = bands_of(scene)
+    materials = MaterialTable(scene, bands)
+    sections = geometry(collect(scene, materials), scene)
+    sections["materials"] = materials.records()
+    sections["lights"] = flatten_lights(scene, bands)
+    path = scene.background_path
+    image = np.zeros((0, 0, 3), np.float32) if path is None else read_image(path, scene.limits)
+    sections["background"] = np.ascontiguousarray(image, np.float32).reshape(-1)
+    sections["scene"] = _scene_info(scene, sections, image.shape, bands)
+    media = media_of(scene, sections) if needs_lists(scene, sections) else None
+    if media is not None:
+        warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
+    warn_of_hidden_view(scene, *shape_boxes(len(scene.shapes), sections))
+    boxes, finite = sections.pop("boxes"), sections.pop("finite")
+    kept = {
+        name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)
+        for name, array in sections.items()
+    }
+    response, xyz = _responses(scene, bands)
+    return FlatScene(
+        **kept,
+        boxes=boxes,
+        finite=finite,
+        n_shapes=len(scene.shapes),
+        media=media,
+        group=scene.spectrum.group if scene.spectrum and sections["materials"]["dispersive"].any() else 0,
+        response=response,
+        xyz=xyz,
+    )
+
+
+def _responses(scene: Scene, bands: Bands | None) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """`response` and `xyz` of a scene with a spectrum."""
+    spectrum = scene.spectrum
+    if spectrum is None or bands is None:
+        return None, None
+    if spectrum.faults:
+        text = "faults are for validation/thesis2011/pictures.py; clrt itself has none of them to switch on"
+        raise SceneError(located(scene.source, "spectrum.faults", text))
+    response = thesis_matrix(bands) if spectrum.response == "thesis-2011" else rgb_matrix(bands, spectrum)
+    return response.astype(np.float32), xyz_matrix(bands).astype(np.float32)
+
+
+def bands_of(scene: Scene) -> Bands | None:
+    """The bands of the scene's spectrum; None in RGB mode."""
+    spectrum = scene.spectrum
+    return None if spectrum is None else Bands(spectrum.bands, *spectrum.range)
+
+
+def _scene_info(
+    scene: Scene, sections: dict[str, np.ndarray], image: tuple[int, ...], bands: Bands | None
+) -> np.ndarray:
+    """The record SceneInfo, shape (1,); `nodes` is left to who builds the tree."""
+    out = np.zeros(1, layout.dtype("SceneInfo", layout.BANDS if bands is None else bands.n))
+    info = out[0]
+    for name in ("primitives", "unbounded", "lights"):
+        info[name] = len(sections[name])
+    info["ambient_samples"] = scene.ambient_samples
+    info["tinted"] = scene.shadow == "tinted"
+    info["spd"] = scene.conformance == "spd"
+    info["one_sided"] = sections["materials"]["one_sided"].any()
+    info["medium_ior"], info["min_weight"] = scene.medium_ior, scene.min_weight
+    info["background_height"], info["background_width"] = image[:2]
+    info["ambient"], info["depth_color"] = light(scene.ambient, bands), light(scene.depth_color, bands)
+    if scene.background_path is None:
+        info["background"] = light(scene.background, bands)
+    for name, primary in (("sky_red", (1, 0, 0)), ("sky_green", (0, 1, 0)), ("sky_blue", (0, 0, 1))):
+        info[name] = light(primary, bands)
+    return out
+
+
+def check_ceilings(flat: FlatScene, source: str = "") -> None:
+    """Raise LimitError for a scene that the kernels cannot number or count."""
+    info = flat.scene[0]
+    ceilings.check("lights", int(info["lights"]), ceilings.LIGHTS, source)
+    ceilings.check("ambient_samples", int(info["ambient_samples"]), ceilings.AMBIENT, source)
+    ceilings.check("primitives", int(info["primitives"]), ceilings.PRIMITIVES, source)
+    ceilings.check("materials", len(flat.materials), ceilings.MATERIALS, source)
+    ceilings.check("bands", flat.bands, ceilings.BANDS, source)
+    if flat.group:
+        ceilings.check("dispersion groups", -(-flat.bands // flat.group), ceilings.GROUPS, source)

@@ -1,0 +1,186 @@
+"""The sections of a world that hold its geometry, and the padded boxes that the tree is built over."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clrt import layout
+from clrt.base import notices
+from clrt.base.errors import SceneError, located
+from clrt.flatten import mesh as flatten_mesh
+from clrt.flatten import quadric as flatten_quadric
+from clrt.flatten.shapes import Collected, concatenated
+from clrt.scene.scene import Mesh, Scene
+
+_CHUNK = 1 << 15  # boxes treated at once: what fits the cache
+_LARGEST = 1e15  # |coordinate|, and 1 / it a scene's least size: float32 loses products beyond
+_TOO_LARGE = f"its coordinates are beyond {_LARGEST:g}, whose products float32 cannot hold; make it smaller"
+_LOWEST, _HIGHEST = np.float32(-np.inf), np.float32(np.inf)
+
+
+@dataclass(frozen=True)
+class Boxes:
+    """Boxes of all primitives of a kind, (n, 3) float32, rounded outwards; infinite where there is none."""
+
+    low: np.ndarray
+    high: np.ndarray
+    bounded: np.ndarray  # (n,) bool
+
+
+def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:
+    """All sections from `primitives` to `unbounded`, and `boxes` and `finite` as FlatScene has them.
+
+    Raises `SceneError` where coordinates leave the range of float32 or a shape shrinks to nothing in it.
+    """
+    primitives = collected.primitives()
+    sections: dict[str, np.ndarray] = {"primitives": primitives}
+    boxes: dict[str, Boxes] = {}
+    sections["spheres"], boxes["SPHERE"] = _spheres(collected)
+    sections["planes"], boxes["PLANE"] = _planes(collected)
+    sections["disks"], boxes["DISK"] = _disks(collected)
+    sections["triangles"], boxes["TRIANGLE"] = _triangles(collected)
+    sections["normals"] = concatenated(collected.corner_normals, np.zeros((0, 4), np.float32))
+    sections["polygons"], sections["vertices"], boxes["POLYGON"] = _polygons(collected)
+    sections["quadrics"], boxes["QUADRIC"] = _quadrics(collected)
+    _check_kinds(collected, sections, boxes)
+    _check(scene, sections, boxes)
+    _gather(sections, boxes)
+    _warn_of_smallness(scene, sections)
+    return sections
+
+
+def _check_kinds(collected: Collected, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
+    """Every primitive has a record and a box: the kernels look neither up with care."""
+    for kind, section in layout.SECTIONS.items():
+        found = {len(sections[section]), len(boxes[kind].low)}
+        if found != {collected.counts[kind]}:
+            raise AssertionError(f"{collected.counts[kind]} primitives {kind}, but {found} records and boxes")
+    if sum(collected.counts.values()) != len(sections["primitives"]):
+        raise AssertionError("primitives of a kind that is not in layout.SECTIONS")
+
+
+def padded(low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray | float = 0.0) -> Boxes:
+    """Boxes (n, 3), computed in float64, wider by `pad` times their largest |coordinate| and by `extra`."""
+    out = Boxes(np.empty_like(low, np.float32), np.empty_like(low, np.float32), np.empty(len(low), bool))
+    extra = np.broadcast_to(extra, len(low))
+    for start in range(0, len(low), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        least, most = low[part].astype(np.float64), high[part].astype(np.float64)
+        margin = (pad * np.maximum(-least, most).max(axis=1) + extra[part])[:, None]
+        least, most = least - margin, most + margin
+        least32, most32 = least.astype(np.float32), most.astype(np.float32)
+        out.low[part] = np.where(least32 > least, np.nextafter(least32, _LOWEST), least32)
+        out.high[part] = np.where(most32 < most, np.nextafter(most32, _HIGHEST), most32)
+        out.bounded[part] = np.isfinite(out.high[part] * 0.5 - out.low[part] * 0.5).all(axis=1)
+    return out
+
+
+def _spheres(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out = np.zeros(len(collected.spheres), layout.dtype("Sphere"))
+    out["center_radius"] = np.reshape(collected.spheres, (-1, 4))
+    center, radius = np.split(out["center_radius"].astype(np.float64), [3], axis=1)
+    return out, padded(center - radius, center + radius, layout.PAD)
+
+
+def _planes(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out = np.zeros(len(collected.planes), layout.dtype("Plane"))
+    rows = np.reshape(collected.planes, (-1, 6))
+    out["point"][:, :3], out["normal"][:, :3] = rows[:, :3], rows[:, 3:]
+    everywhere = np.full((len(out), 3), np.inf, np.float32)
+    return out, Boxes(-everywhere, everywhere, np.zeros(len(out), bool))
+
+
+def _disks(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out = np.zeros(len(collected.disks), layout.dtype("Disk"))
+    rows = np.reshape(collected.disks, (-1, 7))
+    out["center_radius"], out["normal"][:, :3] = rows[:, :4], rows[:, 4:]
+    center, radius = np.split(out["center_radius"].astype(np.float64), [3], axis=1)
+    square = np.square(out["normal"][:, :3].astype(np.float64))
+    half = radius * np.sqrt(
+        square[:, [1, 2, 0]] + square[:, [2, 0, 1]]
+    )  # sqrt(1 - n_i^2) without cancellation
+    return out, padded(center - half, center + half, layout.PAD)
+
+
+def _triangles(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out = concatenated(collected.triangles, np.zeros(0, layout.dtype("Triangle")))
+    return out, padded(*flatten_mesh.triangle_boxes(out), layout.PAD)
+
+
+def _polygons(collected: Collected) -> tuple[np.ndarray, np.ndarray, Boxes]:
+    out, vertices, low, high, off = flatten_mesh.polygons(collected.corners, collected.corner_counts)
+    return out, vertices, padded(low, high, layout.PAD, 2 * off)
+
+
+def _quadrics(collected: Collected) -> tuple[np.ndarray, Boxes]:
+    out, low, high = flatten_quadric.records(collected.forms)
+    return out, padded(low, high, layout.QUADRIC_PAD)
+
+
+def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
+    """Raise for the first shape that float32 cannot hold."""
+    for kind in ("SPHERE", "DISK", "TRIANGLE", "POLYGON"):
+        reach = np.maximum(-boxes[kind].low, boxes[kind].high).max(axis=1)
+        _refuse(scene, sections, kind, ~(reach <= _LARGEST), _TOO_LARGE)
+    quadrics = sections["quadrics"]
+    fields = ("center", "diagonal", "mixed", "gradient", "reach")
+    finite = [np.isfinite(quadrics[name]).all(axis=1) for name in fields]
+    solid = (
+        (quadrics["diagonal"][:, :3] != 0).any(1)
+        | (quadrics["mixed"] != 0).any(1)
+        | (quadrics["gradient"] != 0).any(1)
+    )
+    _refuse(scene, sections, "QUADRIC", ~np.all(finite, axis=0), _TOO_LARGE)
+    _refuse(scene, sections, "QUADRIC", ~solid, "its form vanishes in float32; make it larger or smaller")
+    for kind, section in (("SPHERE", "spheres"), ("DISK", "disks")):
+        _refuse(
+            scene,
+            sections,
+            kind,
+            sections[section]["center_radius"][:, 3] == 0,
+            "its radius vanishes in float32",
+        )
+    empty = ~(sections["polygons"]["normal"][:, :3] != 0).any(axis=1)
+    right = "it spans no area in float32; make it larger or move it towards the origin"
+    _refuse(scene, sections, "POLYGON", empty, right, meshes=False)  # a face without area is just never hit
+
+
+def _refuse(
+    scene: Scene, sections: dict[str, np.ndarray], kind: str, bad: np.ndarray, text: str, meshes: bool = True
+) -> None:
+    """`bad` tells of each primitive of a kind whether it is at fault."""
+    if not bad.any():
+        return
+    primitives = sections["primitives"]
+    shapes = primitives["shape"][primitives["kind"] == layout.KINDS[kind]]
+    for shape in np.unique(shapes[bad]):
+        if meshes or not isinstance(scene.shapes[shape], Mesh):
+            raise SceneError(located(scene.source, f"shapes[{shape}]", text))
+
+
+def _warn_of_smallness(scene: Scene, sections: dict[str, np.ndarray]) -> None:
+    """Warn of a scene that float32 takes for a point: no ray would meet anything in it."""
+    boxes = sections["boxes"]
+    if len(boxes) == 0 or len(sections["unbounded"]):
+        return
+    size = float((boxes["high"] - boxes["low"])[:, :3].max())
+    if size < 1 / _LARGEST:
+        text = f"all shapes are below {1 / _LARGEST:g}, whose products float32 loses; scale the scene up"
+        notices.warn(scene.source, "shapes", text)
+
+
+def _gather(sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
+    """Add `unbounded`, `finite` and `boxes`: from the order of the kinds to that of the primitives."""
+    primitives = sections["primitives"]
+    out = np.zeros(len(primitives), layout.dtype("Box"))
+    bounded = np.zeros(len(primitives), bool)
+    for kind, of_kind in boxes.items():
+        # a kind's primitives are numbered in the order of its section
+        which = primitives["kind"] == layout.KINDS[kind]
+        bounded[which] = of_kind.bounded
+        out["low"][which, :3], out["high"][which, :3] = of_kind.low, of_kind.high
+    sections["finite"] = np.flatnonzero(bounded).astype(np.int32)
+    sections["unbounded"] = np.flatnonzero(~bounded).astype(np.int32)
+    sections["boxes"] = out[bounded]

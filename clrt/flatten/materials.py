@@ -1,0 +1,127 @@
+"""Materials and lights as the device reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+
+from clrt import layout
+from clrt.scene.lights import DirectionalLight, Light, PointLight
+from clrt.scene.scene import Checker, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
+from clrt.spectra.bands import Bands, conductor, curve, index, light, reflectance
+
+_FLAT = (Plane, Polygon, Disk)
+_FRESNEL = {False: "CONSTANT", True: "FRESNEL", "schlick": "SCHLICK"}
+_FALLOFF = {"none": "FALLOFF_NONE", "inverse-square": "INVERSE_SQUARE"}
+
+
+class MaterialTable:
+    """The distinct materials of a scene, numbered as they come up."""
+
+    def __init__(self, scene: Scene, bands: Bands | None) -> None:
+        self._scene = scene
+        self._bands = bands
+        self._group = 1 if scene.spectrum is None else scene.spectrum.group
+        self._by_identity: dict[
+            tuple[int, str], int
+        ] = {}  # the scene keeps its materials alive, so an id lasts
+        self._by_value: dict[bytes, int] = {}
+
+    def number(self, shape: Shape) -> int:
+        """The number of this shape's material; equal materials share one."""
+        material = self._scene.material_of(shape)
+        checker = "PLAIN"
+        if isinstance(material.color, Checker):
+            checker = "CHECKER_SPHERE" if isinstance(shape, Sphere) else "CHECKER_FLAT"
+            assert isinstance(shape, (Sphere, *_FLAT)), "the scene refuses other checkered shapes"
+        key = id(material), checker
+        if key not in self._by_identity:
+            one_sided = self._scene.one_sided == "opaque" and material.kt == 0
+            record = _material(material, checker, one_sided, self._bands, self._group).tobytes()
+            self._by_identity[key] = self._by_value.setdefault(record, len(self._by_value))
+        return self._by_identity[key]
+
+    def records(self) -> np.ndarray:
+        """All of them in the order of their numbers, dtype Material."""
+        out = np.frombuffer(b"".join(self._by_value), layout.dtype("Material", _count(self._bands))).copy()
+        plain = out.copy()  # a checker is laid out by shape, but makes no other medium
+        plain["checker"], plain["checker_size"] = 0, 0
+        first: dict[bytes, int] = {}
+        for number in np.flatnonzero((out["kt"] > 0) & (out["thin"] == 0)):
+            out["medium"][number] = first.setdefault(plain[number].tobytes(), int(number))
+        return out
+
+
+def _material(
+    material: Material, checker: str, one_sided: bool, bands: Bands | None, group: int
+) -> np.ndarray:
+    out = np.zeros(1, layout.dtype("Material", _count(bands)))
+    record = out[0]
+    for field, name in layout.COEFFICIENTS.items():
+        record[field] = getattr(material, name)
+    record["ior"] = material.eta
+    record["fresnel"] = layout.FRESNEL[_FRESNEL[material.fresnel]]
+    record["thin"] = material.thin
+    record["one_sided"] = one_sided
+    record["checker"] = layout.CHECKER[checker]
+    record["medium"], record["priority"] = -1, material.priority
+    first = second = material.color
+    if isinstance(material.color, Checker):
+        first, second = material.color.colors
+        record["checker_size"] = (
+            material.color.divisions if checker == "CHECKER_SPHERE" else material.color.size
+        )
+    assert not isinstance(first, Checker) and not isinstance(second, Checker)
+    record["color"], record["color2"] = reflectance(first, bands), reflectance(second, bands)
+    record["highlight"] = reflectance(material.highlight_color, bands)
+    record["mirror"] = reflectance(material.reflection_color, bands)
+    record["tint"] = reflectance(material.transmission_color, bands)
+    record["emission"] = light(material.emission, bands)
+    record["absorption"] = curve(material.absorption, bands)
+    if material.conductor is not None:
+        record["fresnel"] = layout.FRESNEL["CONDUCTOR"]
+        record["eta"], record["k"] = conductor(material.conductor, bands)
+    record["dispersive"] = bands is not None and material.dispersive
+    record["index"] = material.eta if bands is None else _index(material, bands, group)
+    return out
+
+
+def _index(material: Material, bands: Bands, group: int) -> np.ndarray:
+    """For each band the index of refraction in the middle of its dispersion group."""
+    first = np.arange(bands.n) // group * group
+    centers = (bands.edges[first] + bands.edges[np.minimum(first + group, bands.n)]) / 2
+    return index(material.ior, centers)
+
+
+def _count(bands: Bands | None) -> int:
+    return layout.BANDS if bands is None else bands.n
+
+
+def flatten_lights(scene: Scene, bands: Bands | None) -> np.ndarray:
+    """One record for each light of the scene, dtype Light."""
+    out = np.zeros(len(scene.lights), layout.dtype("Light", _count(bands)))
+    for record, source in zip(out, scene.lights, strict=True):
+        kind, fill = _LIGHTS[type(source)]
+        record["kind"] = layout.LIGHT_KINDS[kind]
+        record["intensity"] = light(source.intensity, bands)
+        fill(record, source)
+    return out
+
+
+def _point(record: np.void, source: PointLight) -> None:
+    record["place"][:3] = source.position
+    record["falloff"] = layout.FALLOFF[_FALLOFF[source.falloff]]
+
+
+def _directional(record: np.void, source: DirectionalLight) -> None:
+    direction = np.asarray(source.direction, np.float64)
+    record["place"][:3] = -direction / np.linalg.norm(direction)
+
+
+# class of a scene's lights -> the kernels' kind, and what fills in a record's other fields
+_LIGHTS: Final[dict[type[Light], tuple[str, Callable[[np.void, Any], None]]]] = {
+    PointLight: ("POINT", _point),
+    DirectionalLight: ("DIRECTIONAL", _directional),
+}

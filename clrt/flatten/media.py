@@ -1,0 +1,152 @@
+"""Media: which shapes enclose one, in which of them a point lies, and whether rays need lists of them.
+
+The rules are those of docs/model.md, "Media". Rays pass surfaces on the device; only where they start is
+decided here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from clrt import layout
+from clrt.base.errors import LimitError, located
+from clrt.flatten.inside import count_inside
+from clrt.scene.scene import Box, Cone, Cylinder, Ellipsoid, Plane, Scene, Shape, Sphere
+
+_CONVEX: Final = (Sphere, Ellipsoid, Box, Cylinder, Cone)
+_MOST_PAIRED: Final = 4096  # shapes beyond which nobody asks whether all of them stand apart
+
+
+@dataclass(frozen=True, eq=False)
+class Media:
+    """The shapes of a scene that enclose media, those of larger boxes first.
+
+    `shapes` are their numbers, `numbers` (n,) int32 their media (of the record Material), `low`, `high`
+    (n, 3) float64 their boxes, infinite where a shape has none.
+    """
+
+    scene: Scene
+    shapes: np.ndarray
+    numbers: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    def lists(self, points: np.ndarray) -> np.ndarray:
+        """The media that rays from the points (n, 3) start in: (n, layout.MEDIA) int32, -1 where empty.
+
+        LimitError where a point lies in more than fit.
+        """
+        out = np.full((len(points), layout.MEDIA), -1, np.int32)
+        points = np.asarray(points, np.float64)
+        finite = np.isfinite(points).all(axis=1)
+        if not finite.any():
+            return out
+        low, high = points[finite].min(axis=0), points[finite].max(axis=0)
+        if (low == high).all():
+            out[finite] = self._lists(points[finite][:1], low, high)
+        else:
+            out[finite] = self._lists(points[finite], low, high)
+        return out
+
+    def near(self, points: np.ndarray) -> bool:
+        """Whether a shape's box meets that of the points (n, 3), enlarged by more than float32 rounds."""
+        margin = 1e-5 * np.abs(points).max()
+        low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
+        return bool(((self.low <= high) & (self.high >= low)).all(axis=1).any())
+
+    def _lists(self, points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """The same for finite points between the corners `low` and `high`."""
+        out, size = np.full((len(points), layout.MEDIA), -1, np.int32), np.zeros(len(points), np.int64)
+        axis = int(np.argmax(high - low))
+        order = np.argsort(points[:, axis], kind="stable")
+        along = points[order, axis]
+        for k in np.flatnonzero(((self.low <= high) & (self.high >= low)).all(axis=1)):
+            start = np.searchsorted(along, self.low[k, axis], "left")
+            near = order[start : np.searchsorted(along, self.high[k, axis], "right")]
+            if len(near) == 0:
+                continue
+            count = count_inside(self.scene.shapes[self.shapes[k]], points[near])
+            for more in range(int(count.max())):
+                which = near[count > more]
+                if (size[which] == layout.MEDIA).any():
+                    raise too_deep(self.scene)
+                out[which, size[which]] = self.numbers[k]
+                size[which] += 1
+        return out
+
+
+def too_deep(scene: Scene) -> LimitError:
+    """What is raised where a ray would be in too many media at a time."""
+    text = f"rays enter more than {layout.MEDIA} media that lie in one another; nest fewer"
+    return LimitError(located(scene.source, "shapes", text))
+
+
+def media_of(scene: Scene, sections: dict[str, np.ndarray]) -> Media:
+    """The media of a scene whose arrays, by section and with `boxes` and `finite`, are known."""
+    low, high = shape_boxes(len(scene.shapes), sections)
+    primitives = sections["primitives"]
+    number = np.full(len(scene.shapes), -1, np.int32)
+    number[primitives["shape"]] = sections["materials"]["medium"][primitives["material"]]
+    (shapes,) = np.nonzero(number >= 0)
+    with np.errstate(over="ignore", invalid="ignore"):  # a plane's box is endless
+        largest_first = np.argsort(-np.prod(high - low, axis=1)[shapes], kind="stable")
+    shapes = shapes[largest_first]
+    return Media(scene, shapes, number[shapes], low[shapes], high[shapes])
+
+
+def needs_lists(scene: Scene, sections: dict[str, np.ndarray]) -> bool:
+    """Whether rays must carry lists of media for the picture to be right.
+
+    Not where every medium is clear, convex and stands apart from all else that asks for an index: then a
+    surface's own side tells what lies behind it. Nor where rays are counted.
+    """
+    materials = sections["materials"]
+    if scene.conformance == "spd" or not (materials["medium"] >= 0).any():
+        return False
+    if (materials["absorption"][materials["medium"] >= 0] > 0).any():
+        return True
+    asking = [k for k, shape in enumerate(scene.shapes) if _asks_for_index(scene, shape)]
+    if len(asking) > _MOST_PAIRED:
+        return True
+    low, high = shape_boxes(len(scene.shapes), sections)
+    planes = [shape for shape in map(scene.shapes.__getitem__, asking) if isinstance(shape, Plane)]
+    solid = np.array([k for k in asking if not isinstance(scene.shapes[k], Plane)], np.int64)
+    for k in asking:
+        shape = scene.shapes[k]
+        if not scene.material_of(shape).is_medium:
+            continue
+        if not isinstance(shape, _CONVEX) or shape.is_open:
+            return True
+        meets = ((low[k] <= high[solid]) & (high[k] >= low[solid])).all(axis=1)
+        if meets.sum() > 1 or not all(_beside(plane, low[k], high[k]) for plane in planes):
+            return True
+    return False
+
+
+def _asks_for_index(scene: Scene, shape: Shape) -> bool:
+    material = scene.material_of(shape)
+    return material.is_medium or material.fresnel is True or material.conductor is not None
+
+
+def _beside(plane: Plane, low: np.ndarray, high: np.ndarray) -> bool:
+    """Whether a box lies on one side of a plane."""
+    normal = np.asarray(plane.normal, np.float64)
+    away = (0.5 * (low + high) - plane.point) @ normal
+    return bool(abs(away) > np.abs(normal) @ (0.5 * (high - low)) * (1 + 1e-6))
+
+
+def shape_boxes(n: int, sections: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Boxes low, high (n, 3) float64 of shapes, from those of their primitives."""
+    shape, boxes = sections["primitives"]["shape"], sections["boxes"]
+    low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
+    owner = shape[sections["finite"]]  # ascending
+    if len(owner):
+        first = np.flatnonzero(np.diff(owner, prepend=-1))
+        low[owner[first]] = np.minimum.reduceat(boxes["low"][:, :3], first)
+        high[owner[first]] = np.maximum.reduceat(boxes["high"][:, :3], first)
+    endless = shape[sections["unbounded"]]
+    low[endless], high[endless] = -np.inf, np.inf
+    return low, high

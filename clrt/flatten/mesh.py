@@ -1,0 +1,119 @@
+"""Meshes and polygons as the device reads them, all faces of a mesh (or all polygons of a scene) at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from clrt import layout
+from clrt.scene.mesh import MeshData
+
+
+def world_points(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Points (n, 3) through a (4, 4) matrix, in float64."""
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def world_normals(normals: np.ndarray, matrix: np.ndarray) -> np.ndarray:
+    """Unit normals (n, 3), through the inverse transpose: outside stays outside in mirrors; 0 stays 0."""
+    turned = normals @ np.linalg.inv(matrix[:3, :3])
+    length = np.linalg.norm(turned, axis=1, keepdims=True)
+    return turned / np.where(length > 0, length, 1.0)
+
+
+def unit(vector: Sequence[float] | np.ndarray) -> np.ndarray:
+    """The vector scaled to length 1, float64."""
+    return np.asarray(vector, np.float64) / np.linalg.norm(vector)
+
+
+def mirrors(matrix: np.ndarray) -> bool:
+    """Whether the matrix turns counter-clockwise corners clockwise."""
+    return bool(np.linalg.det(matrix[:3, :3]) < 0)
+
+
+def joined(faces: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """The vertex numbers of all faces in a row, and how many each face has."""
+    if isinstance(faces, np.ndarray):
+        return faces.reshape(-1), np.full(len(faces), faces.shape[1])
+    sizes = np.fromiter(map(len, faces), np.int64, len(faces))
+    return (np.concatenate(faces) if faces else np.zeros(0, np.int32)), sizes
+
+
+def fans(indices: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """Every face as a fan of triangles about its first corner, (m, 3)."""
+    first = starts(sizes)
+    count = sizes - 2
+    apex = np.repeat(first, count)
+    step = np.arange(count.sum()) - np.repeat(starts(count), count)
+    return np.stack([indices[apex], indices[apex + step + 1], indices[apex + step + 2]], axis=1)
+
+
+def starts(sizes: np.ndarray) -> np.ndarray:
+    """Where each of consecutive runs of these sizes begins."""
+    return np.cumsum(sizes) - sizes
+
+
+def reversed_runs(sizes: np.ndarray) -> np.ndarray:
+    """The order that turns each run of corners around and leaves its first corner first."""
+    first, size = np.repeat(starts(sizes), sizes), np.repeat(sizes, sizes)
+    place = np.arange(sizes.sum()) - first
+    return first + np.where(place == 0, 0, size - place)
+
+
+def mesh_triangles(
+    data: MeshData, matrix: np.ndarray, triangles: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """The triangles (m, 3) of a mesh: records (dtype Triangle), float32 corner normals (3 m, 4) if smooth.
+
+    The records' `normals` count from 0; flat ones have -1.
+    """
+    order = (0, 2, 1) if mirrors(matrix) else (0, 1, 2)
+    vertices = world_points(data.vertices, matrix).astype(np.float32)
+    out = np.zeros(len(triangles), layout.dtype("Triangle"))
+    for name, corner in zip(("v0", "v1", "v2"), order, strict=True):
+        out[name][:, :3] = vertices[triangles[:, corner]]
+    if data.normals is None:
+        out["normals"] = -1
+        return out, np.zeros((0, 4), np.float32)
+    out["normals"] = 3 * np.arange(len(triangles))
+    normals = np.zeros((len(triangles), 3, 4), np.float32)
+    normals[:, :, :3] = world_normals(data.normals, matrix).astype(np.float32)[triangles[:, order]]
+    return out, normals.reshape(-1, 4)
+
+
+def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Boxes low, high (n, 3) float64 of triangle records."""
+    a, b, c = (triangles[name][:, :3] for name in ("v0", "v1", "v2"))
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    return low.astype(np.float64), high.astype(np.float64)
+
+
+def polygons(corners: Sequence[np.ndarray], sizes: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    """Polygons from chunks of world corners (k, 3) and their numbers of corners.
+
+    Returns records (dtype Polygon), vertices (n, 4) float32, boxes low and high (float64, not padded), and
+    how far each polygon's corners lie off its plane. The normal is Newell's, of the corners as float32 holds
+    them; it is 0 where these span no area.
+    """
+    size = np.concatenate([*sizes, np.zeros(0, np.int64)]).astype(np.int64)
+    first = starts(size)
+    vertices = np.zeros((int(size.sum()), 4), np.float32)
+    out = np.zeros(len(size), layout.dtype("Polygon"))
+    if not len(size):
+        return out, vertices, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+    vertices[:, :3] = np.concatenate(corners)
+    points = vertices[:, :3].astype(np.float64)
+    owner = np.repeat(np.arange(len(size)), size)
+    local = points - points[first[owner]]
+    following = np.arange(len(points)) + 1
+    following[first + size - 1] = first
+    normal = np.add.reduceat(np.cross(local, local[following]), first)
+    length = np.linalg.norm(normal, axis=1)
+    normal /= np.where(length > 0, length, 1.0)[:, None]
+    off = np.maximum.reduceat(np.abs(np.einsum("ni,ni->n", local, normal[owner])), first)
+    low, high = np.minimum.reduceat(points, first), np.maximum.reduceat(points, first)
+    out["normal"][:, :3] = normal
+    out["normal"][:, 3] = np.maximum(np.abs(low), np.abs(high)).max(axis=1)
+    out["first"], out["count"] = first, size
+    return out, vertices, low, high, off

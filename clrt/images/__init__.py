@@ -1,0 +1,1 @@
+"""Pictures: what a render gives, and files of pictures."""

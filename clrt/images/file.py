@@ -1,0 +1,283 @@
+"""Picture files through OpenImageIO: what each suffix holds, writing whole files, reading linear pixels.
+
+The display encoding is computed here, in float64, and handed over as integers, so that a picture's bytes
+depend on its pixels alone and not on a library's idea of colour.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+import OpenImageIO as oiio
+
+from clrt.base import notices
+from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.errors import ClrtError, SceneError
+from clrt.base.files import opened
+from clrt.base.hush import hushed
+from clrt.base.limits import Limits
+from clrt.images.header import Window, check_meaning, find_picture, foreign_colours
+from clrt.images.jpeg import check_jpeg
+
+# suffix -> bit depths that it can hold, the default first; 32 is linear float, 8 and 16 are sRGB integers
+DEPTHS = {
+    ".exr": (32,), ".png": (8, 16), ".tif": (8, 16), ".tiff": (8, 16),
+    ".jpg": (8,), ".jpeg": (8,), ".bmp": (8,),
+}  # fmt: skip
+
+# first bytes -> the OpenImageIO reader that gets the file: a name's suffix proves nothing
+MAGIC = {
+    b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg", b"v/1\x01": "openexr", b"BM": "bmp", b"#?": "hdr",
+    b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
+}  # fmt: skip
+_OPEN = "/proc/self/fd/{}"
+_unfinished: list[oiio.ImageOutput] = []
+BLOCK = 1 << 20  # bytes read at a time, where 64 rows have fewer
+ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
+
+
+def check_writable(path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None) -> int:
+    """Check, before any work is done, that a picture can be saved at `path`; return its bits per sample.
+
+    ClrtError when the suffix is unknown, `bits` or `exposure` do not suit it, or the file cannot be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in DEPTHS:
+        known = ", ".join(DEPTHS)
+        raise ClrtError(f"{path}: unknown suffix {suffix!r} of a picture; use one of {known}")
+    depths = DEPTHS[suffix]
+    if bits is not None and bits not in depths:
+        raise ClrtError(f"{path}: {suffix} cannot hold {bits} bits; use {' or '.join(map(str, depths))}")
+    if not np.isfinite(exposure) or abs(exposure) > 100:
+        raise ClrtError(f"{path}: exposure = {exposure} stops; use a number from -100 to 100")
+    if exposure != 0 and depths == (32,):
+        raise ClrtError(f"{path}: exposure = {exposure}, but {suffix} holds the radiance itself; use 0")
+    check_replaceable(path)
+    return bits or depths[0]
+
+
+def encode(pixels: np.ndarray, exposure: float = 0.0, bits: int = 8) -> np.ndarray:
+    """Linear float32 (h, w, 3) -> sRGB uint8 or uint16: clip to [0, 1], sRGB curve, floor(max v + 1/2).
+
+    `exposure` is in stops: 1 doubles the light. NaN becomes 0. Curve: IEC 61966-2-1.
+    """
+    encoded = np.empty(pixels.shape, np.uint8 if bits == 8 else np.uint16)
+    top = (1 << bits) - 1
+
+    def encode_rows(row: int) -> None:
+        linear = pixels[row : row + ROWS].astype(np.float64) * 2.0**exposure
+        linear = np.fmin(np.fmax(linear, 0.0), 1.0)  # unlike clip, these drop a NaN
+        curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+        encoded[row : row + ROWS] = np.floor(top * curve + 0.5)
+
+    rows = range(0, len(pixels), ROWS)
+    try:
+        with ThreadPoolExecutor(min(os.cpu_count() or 1, 4)) as threads:  # numpy lets them work together
+            list(threads.map(encode_rows, rows))
+    except RuntimeError:  # there is no room for another thread
+        for row in rows:
+            encode_rows(row)
+    return encoded
+
+
+def uncurved(values: np.ndarray) -> np.ndarray:
+    """Linear float32 of values in [0, 1] that a file shall hold as they are: `encode` undone."""
+    linear = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return linear.astype(np.float32)
+
+
+def decode(encoded: np.ndarray) -> np.ndarray:
+    """sRGB uint8 or uint16 -> linear float32 of the same shape (the inverse curve of `encode`)."""
+    value = np.arange(np.iinfo(encoded.dtype).max + 1, dtype=np.float64) / np.iinfo(encoded.dtype).max
+    return uncurved(value)[encoded]
+
+
+def write(
+    path: str | os.PathLike[str],
+    parts: Sequence[np.ndarray],
+    channels: tuple[str, ...] = ("R", "G", "B"),
+    metadata: Mapping[str, str] | None = None,
+) -> None:
+    """Write arrays (h, w, any number of channels) side by side, as they are; replace `path` as a whole.
+
+    The first one is uint8, uint16 or float32, and so are the samples. `channels` names them all; `metadata`
+    becomes text attributes where the format has such (EXR, PNG).
+    """
+    height, width, _ = parts[0].shape
+    sample_type = "float" if parts[0].dtype == np.float32 else parts[0].dtype.name
+    spec = oiio.ImageSpec(width, height, len(channels), sample_type)
+    spec.channelnames = channels
+    spec.attribute("DateTime", "")  # else EXR and TIFF get the time of day, and no two files would be equal
+    if sample_type != "float":
+        spec.attribute("oiio:ColorSpace", "sRGB")
+    if Path(path).suffix.lower() in (".jpg", ".jpeg"):
+        spec.attribute("Compression", "jpeg:95")
+        spec.attribute("jpeg:subsampling", "4:4:4")
+    spec.attribute("png:compressionLevel", 4)  # of 9: two thirds of the usual time, for 6 % more bytes
+    for key, text in (metadata or {}).items():
+        spec.attribute(key, text)
+    with replacing(path) as temporary, _surely(temporary) as scratch, hushed():
+        output = oiio.ImageOutput.create(Path(path).suffix.lower().removeprefix("."))
+        if output is None:
+            raise ClrtError(f"{path}: {_words(oiio)}")
+        try:
+            done = output.open(scratch, spec)
+            for row in range(0, height if done else 0, ROWS):
+                block = np.concatenate([p[row : row + ROWS].astype(parts[0].dtype) for p in parts], axis=2)
+                done = done and output.write_scanlines(row, row + len(block), 0, block)
+            done = output.close() and done
+        except KeyboardInterrupt:
+            _unfinished[:] = [output]  # libpng complains where it is given up: not before the end
+            raise
+        if not done:
+            raise ClrtError(f"{path}: cannot be written: {_words(output)}")
+
+
+@contextmanager
+def _surely(file: Path) -> Iterator[str]:
+    """A name for OpenImageIO to write to; what it wrote is whole in `file` when the block ends, or OSError.
+
+    On a full disk its PNG writer says nothing, EXR and TIFF nothing about the last bytes, and JPEG ends the
+    process. So it writes to memory, and we to the disk; where there are no files in memory, we read what it
+    wrote.
+    """
+    if hasattr(os, "memfd_create"):
+        with open(os.memfd_create("clrt"), "w+b") as memory, file.open("wb") as target:
+            yield f"/proc/self/fd/{memory.fileno()}"
+            shutil.copyfileobj(memory, target, 1 << 20)
+        return
+    yield str(file)
+    try:
+        read_samples(file)
+    except ClrtError as error:
+        raise OSError(str(error)) from None
+
+
+def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
+    """As `clrt.images.image.read_image`, which checks its arguments first."""
+    linear = read_samples(path, limits)
+    for row in range(0, len(linear), ROWS):
+        bad = np.argwhere(~np.isfinite(linear[row : row + ROWS]))
+        if len(bad):
+            y, x, channel = (int(index) for index in bad[0])
+            value = linear[row + y, x, channel]
+            raise SceneError(f"{path}: pixel ({x}, {row + y}) is {value}; a scene needs finite numbers")
+    return linear
+
+
+def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
+    """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash."""
+    limits = limits or Limits()
+    name = os.fspath(path)
+    with _open(path, limits) as (source, file):
+        channels = find_picture(source, name)
+        spec = source.spec()
+        check_meaning(spec, name)
+        window = Window.of(spec, source.format_name(), name, file)
+        pixels = max(window.width * window.height, spec.width * spec.height)
+        limits.check("image_pixels", pixels, name)
+        limits.check("image_bytes", _bytes_to_read(spec, source.format_name()), name)
+        integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
+        if not integer and spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
+            raise SceneError(f"{path}: samples of type {spec.format}; 8 or 16 bits or floats are read")
+        linear = window.picture()
+        for row, samples in _row_blocks(source, spec, channels):
+            if samples is None:
+                raise SceneError(f"{path}: cannot be read: {_words(source)}")
+            window.put(linear, row, decode(samples) if integer else samples)
+        foreign = foreign_colours(spec, file)
+    if foreign:  # not before: what is written to standard error within is dropped
+        notices.warn(name, "", foreign)
+    return linear
+
+
+def _row_blocks(source: Any, spec: oiio.ImageSpec, channels: tuple[int, int]) -> Iterator[tuple[int, Any]]:
+    """These channels of some rows at a time, after the number of the first; None where reading fails."""
+    first, last = channels
+    top, left = spec.y, spec.x  # of what is stored: an EXR may store a part of its picture, or more
+    step = _rows_at_a_time(spec)
+    for row in range(0, spec.height, step):
+        rows = top + row, top + min(row + step, spec.height)
+        if spec.tile_width:
+            yield row, source.read_tiles(left, left + spec.width, *rows, 0, 1, first, last, spec.format)
+        else:
+            yield row, source.read_scanlines(*rows, 0, first, last, spec.format)
+
+
+def _rows_at_a_time(spec: oiio.ImageSpec) -> int:
+    """Whole tiles, and so many rows that narrow pictures do not take millions of calls."""
+    least = max(ROWS, BLOCK // (spec.width * spec.nchannels * spec.channel_bytes()))
+    tile = spec.tile_height or 1
+    return -(-least // tile) * tile
+
+
+def _bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
+    """What reading takes: the pixels as float32, and what the decoder unpacks at a time, all channels of it.
+
+    That is some rows of tiles, a TIFF's strip, at most 256 rows of an EXR or HDR; others may need all rows
+    at once (an interlaced PNG, a progressive JPEG).
+    """
+    rows, width = spec.height, spec.width
+    pixels = rows * width
+    if reader == "openexr":  # its display window is the picture
+        pixels = max(pixels, spec.full_width * spec.full_height)
+    if spec.tile_width:  # OpenImageIO joins the tiles, then cuts out the channels
+        rows, width = 2 * _rows_at_a_time(spec), -(-width // spec.tile_width) * spec.tile_width
+    elif reader in ("openexr", "hdr"):
+        rows = min(rows, max(256, _rows_at_a_time(spec)))
+    elif reader == "tiff":
+        rows = min(rows, _rows_at_a_time(spec) + spec.get_int_attribute("tiff:RowsPerStrip", rows))
+    return 12 * pixels + width * rows * spec.nchannels * spec.channel_bytes()
+
+
+@contextmanager
+def _open(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple[oiio.ImageInput, BinaryIO]]:
+    """OpenImageIO's reader of a picture, closed in the end, and the file itself."""
+    with hushed(), opened(path, limits) as file:
+        head = file.read(8)
+        reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
+        if reader is None:
+            raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
+        if reader == "jpeg":
+            check_jpeg(file, os.fspath(path))
+        keep_alpha_apart = oiio.ImageSpec()
+        keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
+        source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)
+        if source is None or source.format_name() != reader:
+            raise SceneError(f"{path}: cannot be read: {_words(oiio)}")
+        try:
+            yield source, file
+        finally:
+            source.close()
+
+
+def _name(path: str | os.PathLike[str], file: BinaryIO) -> str:
+    """A name for OpenImageIO, which opens files anew: that of the open file, where the system has such.
+
+    What has been looked at is then what is read, even if another file, or a pipe, takes its name meanwhile.
+    """
+    name = _OPEN.format(file.fileno())
+    if os.path.exists(name):
+        return name
+    name = os.fspath(path)
+    try:
+        name.encode("utf-8")
+    except UnicodeEncodeError:
+        raise SceneError(f"{path}: its name is not UTF-8, which the picture library needs") from None
+    return name
+
+
+def _words(library: Any) -> str:
+    """What OpenImageIO or its reader says went wrong, quotes of broken text cut short."""
+    try:
+        return re.sub(_OPEN.format(r"\d+"), "the file", str(library.geterror()))[:300]
+    except UnicodeDecodeError:
+        return "its contents are broken"

@@ -1,0 +1,208 @@
+"""What a picture file says of its own samples: which part is the picture, which way up, in which colours.
+
+Whoever wrote the file relies on it, and viewers follow it: a reader that did not would show another picture
+without a word. What the samples mean is followed, or refused; colours that are read as others are told of.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any, BinaryIO, Final
+
+import numpy as np
+import OpenImageIO as oiio
+
+from clrt.base.errors import SceneError, show
+
+MOST_PARTS: Final = 100
+"""Parts of an EXR, or pages of a TIFF, among which the picture is looked for."""
+
+_TURNED: Final = (5, 6, 7, 8)  # orientations; what is in none of these is upright
+_ROWS_BACK: Final = (3, 4, 6, 7)
+_COLUMNS_BACK: Final = (2, 3, 7, 8)
+_REDUCED: Final = 1  # bit of TIFF's NewSubfileType: a smaller copy of another page
+_PHOTOMETRIC: Final = "tiff:PhotometricInterpretation"
+_WHITE_IS_ZERO: Final = 0
+_KNOWN: Final = (1, 2, 3, 5, 6)  # grey, RGB, palette, CMYK, YCbCr: the library makes RGB of them
+_REC709: Final = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+_NEAR: Final = 0.03  # of a chromaticity: Radiance's own primaries, with the white E, are as near
+_SRGB: Final = re.compile(r"(?i)srgb_rec709|srgb(_tx|_texture)?$|g22_rec709|gamma2\.2")  # 2.2: sRGB to 0.01
+_LINEAR: Final = re.compile(r"(?i)lin_rec709|lin_srgb|linear|scene_linear")
+_SRGB_PROFILE: Final = re.compile(r"(?i)srgb|^c2$|gray gamma 2\.2|sgray")  # c2: a short sRGB of the web
+_RADIANCE: Final = re.compile(rb"^(EXPOSURE|COLORCORR|GAMMA|PRIMARIES)[ \t]*=[ \t]*([^\r\n]*)", re.MULTILINE)
+_AXES: Final = re.compile(rb"([+-][XY])[ \t]+\d+[ \t]+([+-][XY])")
+# what a row and a step within it lead along, from orientation 1 on; the Y of Radiance points up
+_WAYS: Final = (b"-Y+X", b"-Y-X", b"+Y-X", b"+Y+X", b"+X-Y", b"-X-Y", b"-X+Y", b"+X+Y")
+_HEAD: Final = 1 << 16  # bytes in which a Radiance header ends
+
+
+def find_picture(source: Any, name: str) -> tuple[int, int]:
+    """Go to the part of an open file that is its picture; the range of the channels with its colours.
+
+    That is an EXR's first part with R, G and B, a TIFF's first page that is no reduced copy, else the first
+    part. SceneError where that has neither these colours nor one channel alone, a grey.
+    """
+    reader, chosen = source.format_name(), 0
+    for part in range(MOST_PARTS if reader in ("openexr", "tiff") else 1):
+        if part and not source.seek_subimage(part, 0):
+            source.geterror()  # there are no more: not an error
+            break
+        spec = source.spec()
+        if reader == "openexr":
+            fits = len(range(*_colour_channels(spec.channelnames))) == 3
+        else:
+            fits = not spec.get_int_attribute("tiff:subfiletype") & _REDUCED
+        if fits:
+            chosen = part
+            break
+    if source.current_subimage() != chosen:
+        source.seek_subimage(chosen, 0)
+    names = source.spec().channelnames
+    channels = _colour_channels(names)
+    if not range(*channels):
+        told = show(", ".join(names[:9]))
+        raise SceneError(f"{name}: its channels are {told}; R, G and B are read, or a grey one alone")
+    return channels
+
+
+def check_meaning(spec: oiio.ImageSpec, name: str) -> None:
+    """Raise SceneError for samples that are not colours of a flat picture."""
+    if max(spec.depth, spec.tile_depth) > 1:
+        layers = max(spec.depth, spec.tile_depth)
+        raise SceneError(f"{name}: {layers} layers of pixels; flat pictures are read")
+    meaning = spec.get_int_attribute(_PHOTOMETRIC, _KNOWN[0])
+    # the library turns white and black round in samples of 8 bits, and in no others
+    if meaning not in _KNOWN and (meaning != _WHITE_IS_ZERO or spec.format.basetype != oiio.UINT8):
+        said = f"{meaning}, white is 0" if meaning == _WHITE_IS_ZERO else str(meaning)
+        raise SceneError(f"{name}: its PhotometricInterpretation is {said}; save it as RGB")
+
+
+@dataclass(frozen=True)
+class Window:
+    """Where the samples of a file stand in its picture of `width` x `height`, both as they are stored.
+
+    The first sample stands at (left, top). What the file does not store is black, what it stores beyond the
+    edges is left out: an EXR's display window is the picture. `orientation` as EXIF and TIFF number it.
+    """
+
+    left: int
+    top: int
+    width: int
+    height: int
+    orientation: int
+
+    @staticmethod
+    def of(spec: oiio.ImageSpec, reader: str, name: str, file: BinaryIO) -> Window:
+        """The window of a file, open for reading; SceneError where it stores nothing of its picture."""
+        orientation = spec.get_int_attribute("Orientation", 1)
+        if reader == "hdr":  # the library takes two of the eight ways for each other
+            orientation = _orientation(file)
+        if reader != "openexr":  # others know no more than what they store
+            return Window(0, 0, spec.width, spec.height, orientation)
+        left, top = spec.x - spec.full_x, spec.y - spec.full_y
+        beyond = left >= spec.full_width or top >= spec.full_height
+        if beyond or left + spec.width <= 0 or top + spec.height <= 0:
+            raise SceneError(f"{name}: its data window lies outside of its display window")
+        return Window(left, top, spec.full_width, spec.full_height, orientation)
+
+    def picture(self) -> np.ndarray:
+        """Float32 (height, width, 3), or turned; black, to be filled."""
+        turned = self.orientation in _TURNED
+        size = (self.width, self.height) if turned else (self.height, self.width)
+        return np.zeros((*size, 3), np.float32)
+
+    def put(self, picture: np.ndarray, row: int, samples: np.ndarray) -> None:
+        """Place samples (rows, width, 3 or 1), `row` rows below the first one that is stored."""
+        top, left = self.top + row, self.left
+        rows = range(max(top, 0), min(top + samples.shape[0], self.height))
+        columns = range(max(left, 0), min(left + samples.shape[1], self.width))
+        if rows:
+            inside = samples[rows[0] - top : rows[-1] + 1 - top, columns[0] - left : columns[-1] + 1 - left]
+            stored = _as_stored(picture, self.orientation)
+            stored[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = inside
+
+
+def foreign_colours(spec: oiio.ImageSpec, file: BinaryIO) -> str:
+    """What a file, open for reading, declares of its colours that reading does not follow; '' for nothing.
+
+    Integers are read as sRGB, floating samples as linear Rec.709.
+    """
+    integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
+    how = "they are read as sRGB" if integer else "they are read as linear Rec.709"
+    profile = _text(spec, "ICCProfile:profile_description")
+    if spec.getattribute("ICCProfile") is not None and not _SRGB_PROFILE.search(profile):
+        return f"its colours are those of the profile {show(profile)}; {how}"
+    space = _text(spec, "oiio:ColorSpace")
+    if space and not (_SRGB if integer else _LINEAR).match(space):
+        return f"its colours are declared as {show(space)}; {how}"
+    primaries = spec.getattribute("chromaticities")
+    if primaries is not None and not _near(primaries):
+        return f"its primaries are {', '.join(f'{value:.4g}' for value in primaries)}; {how}"
+    for key, value in _radiance(file):
+        said = f"{key}={value.decode('latin-1')}"
+        return f"its header says {show(said)}, of which no account is taken"
+    return ""
+
+
+def _orientation(file: BinaryIO) -> int:
+    """The way up of a Radiance file, as EXIF numbers it."""
+    file.seek(0)
+    axes = _AXES.match(file.read(_HEAD).partition(b"\n\n")[2])
+    return 1 if axes is None else _WAYS.index(axes[1] + axes[2]) + 1
+
+
+def _radiance(file: BinaryIO) -> list[tuple[str, bytes]]:
+    """Lines of a Radiance file's header that change its numbers."""
+    file.seek(0)
+    head = file.read(_HEAD).partition(b"\n\n")[0]
+    if not head.startswith(b"#?"):
+        return []
+    found = [(match[1].decode(), match[2]) for match in _RADIANCE.finditer(head)]
+    return [(key, value) for key, value in found if not _plain(key, value)]
+
+
+def _plain(key: str, value: bytes) -> bool:
+    """Whether a line of the header leaves all as it is."""
+    try:
+        numbers = [float(word) for word in value.split()]
+    except ValueError:
+        return False
+    if key == "PRIMARIES":
+        return not any(numbers) or _near(numbers)
+    return all(number == 1 for number in numbers)
+
+
+def _near(primaries: Any) -> bool:
+    """Whether they are those of Rec.709."""
+    numbers = np.ravel(primaries)
+    return numbers.shape == (8,) and bool((np.abs(numbers - _REC709) <= _NEAR).all())
+
+
+def _as_stored(picture: np.ndarray, orientation: int) -> np.ndarray:
+    """A view of an upright picture with the rows and columns of its file."""
+    if orientation in _TURNED:
+        picture = picture.swapaxes(0, 1)
+    if orientation in _ROWS_BACK:
+        picture = picture[::-1]
+    return picture[:, ::-1] if orientation in _COLUMNS_BACK else picture
+
+
+def _text(spec: oiio.ImageSpec, key: str) -> str:
+    """A text of the file, bytes that are not UTF-8 as halves of characters; '' where it has none."""
+    value = spec.getattribute(key)
+    return "" if value is None else str(value)
+
+
+def _colour_channels(names: tuple[str, ...]) -> tuple[int, int]:
+    """Range of the colour channels: R, G, B, or grey alone, which is Y or any; else an empty one."""
+    upper = [name.upper() for name in names]
+    for first in range(len(upper) - 2):
+        if upper[first : first + 3] in (["R", "G", "B"], ["RED", "GREEN", "BLUE"]):
+            return first, first + 3
+    others = [number for number, name in enumerate(upper) if name not in ("A", "ALPHA")] or [0]
+    if len(others) == 1:
+        return others[0], others[0] + 1
+    if "Y" in upper and not {"RY", "BY", "X"} & set(upper):
+        return upper.index("Y"), upper.index("Y") + 1
+    return 0, 0

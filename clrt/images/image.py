@@ -1,0 +1,251 @@
+"""A rendered picture: linear pixels, layers, statistics; saving, showing and hashing it."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clrt.base import arguments
+from clrt.base.arguments import public
+from clrt.base.errors import ClrtError, show
+from clrt.base.layers import find
+from clrt.base.limits import Limits
+from clrt.images import file as imagefile
+from clrt.images.file import check_writable, encode, write
+from clrt.images.layerpicture import layer_pixels
+from clrt.version import __version__
+
+__all__ = ["Image", "check_writable", "pixel_hash", "read_image"]
+
+_SPECTRAL_LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "relative"}  # see _channels
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """What a render gives. Arrays are owned and read-only; `np.array(image)` is a copy to change.
+
+    pixels: float32 (height, width, 3), linear Rec.709 radiance, unclamped, the top row first.
+    layers: name -> array (height, width) or (height, width, 3) of the same size, as asked for; `bands` is
+    (height, width, n). wavelengths: the middles of these n bands in nm; none in RGB mode.
+    stats: rays by generation and kind, seconds by pass, device; plain numbers, texts, lists and dicts.
+    metadata: what made the picture (scene hash, kernel hash, device, settings), as texts.
+    ClrtError when an array has another shape or kind of number.
+    """
+
+    pixels: np.ndarray
+    layers: Mapping[str, np.ndarray] = field(default_factory=dict)
+    stats: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    wavelengths: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        pixels = _array("pixels", self.pixels)
+        arguments.mapping("layers", self.layers)
+        arguments.mapping("stats", self.stats)
+        arguments.mapping("metadata", self.metadata)
+        if not isinstance(self.wavelengths, (tuple, list)):
+            raise ClrtError(f"wavelengths: {show(self.wavelengths)} is not allowed; it must be a tuple of nm")
+        wavelengths = tuple(arguments.number("wavelengths", nm) for nm in self.wavelengths)
+        if pixels.dtype != np.float32 or pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
+            hint = "; image.layer(name) makes a picture of a layer" if pixels.ndim == 2 else ""
+            raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3){hint}")
+        layers = {name: _array(f"layers[{name!r}]", layer) for name, layer in self.layers.items()}
+        for name, layer in layers.items():
+            values = {3, find(name).values} if find(name).values else {len(wavelengths)}
+            fits = [(*pixels.shape[:2], number) for number in values]
+            if layer.shape not in (*fits, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
+                form = f"{layer.dtype} {layer.shape}"
+                raise ClrtError(f"layers[{name!r}]: {form} does not fit pixels {pixels.shape}")
+        object.__setattr__(self, "pixels", _read_only(pixels))
+        object.__setattr__(self, "wavelengths", wavelengths)
+        object.__setattr__(self, "layers", {name: _read_only(layer) for name, layer in layers.items()})
+
+    @property
+    def height(self) -> int:
+        """Rows of pixels."""
+        return int(self.pixels.shape[0])
+
+    @property
+    def width(self) -> int:
+        """Columns of pixels."""
+        return int(self.pixels.shape[1])
+
+    @cached_property
+    def hash(self) -> str:
+        """`pixel_hash` of the pixels: equal for pictures that are equal bit for bit."""
+        return pixel_hash(self.pixels)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.array(self.pixels, dtype=dtype, copy=copy)
+
+    def __repr__(self) -> str:
+        layers = f", layers {', '.join(self.layers)}" if self.layers else ""
+        return f"<clrt.Image {self.width} x {self.height}{layers}, hash {self.hash[:12]}>"
+
+    @public
+    def save(self, path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None) -> Path:
+        """Write the picture; `path` is then the complete new file, or, after any error, what it was before.
+
+        The suffix decides. `.exr`: the linear radiance and all layers as float32 (`direct.R`, `depth.Z`,
+        `normal.X`, `shape.ID`, ...; bands by wavelength: `S0.395,500000nm`), with the metadata as attributes
+        `clrt:...`; `.png`, `.tif`: sRGB of `bits` = 8 (default) or 16; `.jpg`, `.bmp`: sRGB of 8 bits, all
+        clipped to [0, 1], colours out of gamut as well. `exposure`, -100 to 100 stops, brightens sRGB
+        pictures. Returns the absolute path. ClrtError as `check_writable`, for arguments of another kind, and
+        when the disk refuses.
+        """
+        path = arguments.path("path", path)
+        exposure = arguments.number("exposure", exposure)
+        bits = arguments.optional("bits", bits, 1, 32)
+        bits = check_writable(path, exposure, bits)
+        if bits == 32:
+            groups = [_channels(name, layer, self.wavelengths) for name, layer in self.layers.items()]
+            names = ("R", "G", "B", *(name for group, _ in groups for name in group))
+            write(path, [self.pixels, *(layer for _, layer in groups)], names, self._attributes())
+        else:
+            write(path, [encode(self.pixels, exposure, bits)], metadata=self._attributes())
+        return Path(path).resolve()
+
+    @public
+    def layer(self, name: str) -> Image:
+        """A layer as a picture to look at, to show or to save: docs/layers.md says what stands for what.
+
+        ClrtError where the image has no such layer, and for `bands`, which only an .exr holds.
+        """
+        name = arguments.text("name", name)
+        if name not in self.layers:
+            known = f"it has {', '.join(self.layers)}" if self.layers else "it was rendered without layers"
+            raise ClrtError(f"layers: {show(name)} is not in this image; {known}")
+        return Image(layer_pixels(name, self.layers[name]), metadata={**self.metadata, "layer": name})
+
+    @public
+    def save_layers(
+        self, path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None
+    ) -> list[Path]:
+        """Write every layer but `bands` beside the picture `path`: `x.png` makes `x.depth.png` ...
+
+        As `save`; `exposure` is for light alone. An .exr holds its layers itself. Returns absolute paths.
+        """
+        path = arguments.path("path", path)
+        shown = [name for name in self.layers if find(name).is_shown]
+        files = [layer_file(path, name) for name in shown]
+        for file in files:
+            check_writable(file, exposure, bits)
+        saved = []
+        for name, file in zip(shown, files, strict=True):
+            saved.append(self.layer(name).save(file, exposure if find(name).is_light else 0.0, bits))
+        return saved
+
+    @public
+    def show(self, exposure: float = 0.0) -> None:
+        """Show the picture below a notebook's cell, else in the desktop's viewer; ClrtError without one.
+
+        exposure: as for `save`.
+        """
+        exposure = arguments.number("exposure", exposure)
+        if "ipykernel" in sys.modules:
+            from IPython.display import Image as Picture
+            from IPython.display import display
+
+            display(Picture(data=self._png(exposure)))
+            return
+        viewer = _viewer()
+        file = Path(tempfile.mkdtemp(prefix="clrt-")) / f"{self.hash[:12]}.png"
+        self.save(file, exposure)
+        subprocess.run([*viewer, str(file)], check=False)
+
+    def _repr_png_(self) -> bytes:
+        return self._png(0.0)
+
+    def _png(self, exposure: float) -> bytes:
+        with tempfile.TemporaryDirectory(prefix="clrt-") as folder:
+            return self.save(Path(folder) / "image.png", exposure).read_bytes()
+
+    def _attributes(self) -> dict[str, str]:
+        attributes = {"version": __version__, "image_hash": self.hash, **self.metadata}
+        named = {f"clrt:{key}": text for key, text in attributes.items()}
+        return named | (_SPECTRAL_LAYOUT if "bands" in self.layers else {})
+
+
+def layer_file(path: str | os.PathLike[str], name: str) -> Path:
+    """Where `save_layers` puts a layer: `x.depth.png` for depth beside `x.png`. ClrtError beside an .exr."""
+    path = Path(path)
+    if path.suffix.lower() == ".exr":
+        raise ClrtError(f"{path}: an .exr holds its layers itself; or name a .png")
+    if Path(name).name != name:
+        raise ClrtError(f"layers: {name!r} cannot be a part of a file's name")
+    return path.with_name(f"{path.stem}.{name}{path.suffix}")
+
+
+@public
+def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
+    """A picture file as linear Rec.709 float32 (height, width, 3), the top row first.
+
+    Integer samples are decoded from sRGB, floating ones are taken as linear; a ClrtWarning says so where the
+    file declares other colours. Grey becomes three equal channels, alpha is dropped. The picture is turned as
+    the file says (EXIF's orientation), and is all of an EXR's display window, black where nothing is stored.
+    Formats: EXR, Radiance HDR, PNG, JPEG, TIFF, BMP, told by their first bytes.
+    SceneError when the file is missing, of another kind, damaged, or holds NaN or infinity; LimitError when
+    it has more bytes or pixels than `limits` (default `Limits()`) allow; ClrtError for arguments of another
+    kind.
+    """
+    limits = arguments.optional_instance("limits", limits, Limits)
+    return imagefile.read_image(arguments.path("path", path), limits)
+
+
+def pixel_hash(pixels: np.ndarray) -> str:
+    """SHA-256, in hex, of the shape as little-endian int32 and then the pixels as little-endian float32."""
+    digest = hashlib.sha256(np.asarray(pixels.shape, "<i4").tobytes())
+    digest.update(np.ascontiguousarray(pixels, "<f4").data)
+    return digest.hexdigest()
+
+
+def _array(name: str, value: object) -> np.ndarray:
+    """`value` as an array; ClrtError for rows of different lengths."""
+    try:
+        return np.ascontiguousarray(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ClrtError(f"{name}: {show(value)} is not allowed; it must be an array of numbers") from None
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _channels(
+    name: str, layer: np.ndarray, wavelengths: tuple[float, ...]
+) -> tuple[tuple[str, ...], np.ndarray]:
+    """Names of the channels, as compositing programs expect them, and the layer as (height, width, channels).
+
+    Numbers of shapes are exact in float32: there are at most 2^24 of them. Bands are named as in Fichet,
+    Pacanowski and Wilkie 2021, "An OpenEXR layout for spectral images": S0 is radiance, a comma the point.
+    """
+    known, layer = find(name), np.atleast_3d(layer)
+    if not known.values:
+        return tuple(f"S0.{nm:.6f}nm".replace(".", ",").replace(",", ".", 1) for nm in wavelengths), layer
+    channels = known.channels
+    if len(channels) != layer.shape[2]:  # of the caller's own
+        channels = {"f": ("Z",)}.get(layer.dtype.kind, ("ID",)) if layer.shape[2] == 1 else ("R", "G", "B")
+    return tuple(f"{name}.{channel}" for channel in channels), layer
+
+
+def _viewer() -> list[str]:
+    if sys.platform == "darwin":
+        return ["open"]
+    if sys.platform == "win32":
+        return ["cmd", "/c", "start", ""]
+    if (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")) and shutil.which("xdg-open"):
+        return ["xdg-open"]
+    raise ClrtError("no desktop to show a picture on; save it with image.save('picture.png')")

@@ -1,0 +1,367 @@
+"""The one table of record layouts: what the host packs and the kernels read.
+
+Every record that crosses from Python to OpenCL is described here once. `dtype(name)` gives the numpy
+side, `c_declarations(...)` the C side, so the two cannot drift apart. Only `float4`, `float`, `int` and
+`uint` occur (a `float3` would bring hidden padding), the wide fields come first, and a record that holds a
+`float4` is a multiple of 16 bytes, so that every OpenCL device agrees on the layout; a test asks each device.
+
+Three kinds of data:
+
+* RECORDS: C structs, one array of them per section of the world (`Sphere spheres[]`, ...).
+* WORLD: the sections, in the order in which every kernel that sees the scene receives them.
+* BLOCKS: what travels in queues. Rays move in blocks of LANES (16 or 8): inside a block each field is a
+  run of LANES floats, so that neighbouring work-items touch neighbouring memory.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Final
+
+import numpy as np
+
+from clrt.base import layers
+
+BANDS: Final = 3  # bands of light a ray carries in RGB mode; a compile-time constant of the kernels
+# Places in a ray's list of media, oldest first, -1 where empty; a compile-time constant of the kernels, 0 for
+# scenes that need no lists
+MEDIA: Final = 8
+
+# field of the record Material -> of the scene's
+COEFFICIENTS: Final = {
+    "ka": "ka", "kd": "diffuse", "ks": "specular", "shininess": "shininess", "kr": "kr", "kt": "kt",
+}  # fmt: skip
+
+# fmt: off
+# name -> ((field, C type), ...); "@BANDS" after a type makes an array of one value a band
+RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
+    # --- geometry -----------------------------------------------------------------------------------------
+    # One per primitive, in scene order: the number of a primitive is its index here. `index` is the place in
+    # the section of its kind (KINDS).
+    "Primitive": (("kind", "int"), ("index", "int"), ("shape", "int"), ("material", "int")),
+    "Sphere": (("center_radius", "float4"),),  # xyz, w = radius
+    # `point` = any point of the plane; `normal` = outward unit normal
+    "Plane": (("point", "float4"), ("normal", "float4")),
+    "Disk": (("center_radius", "float4"), ("normal", "float4")),
+    # corners in winding order; `normals` = index of three corner normals in section `normals`, or -1 (flat)
+    "Triangle": (
+        ("v0", "float4"), ("v1", "float4"), ("v2", "float4"),
+        ("normals", "int"), ("pad0", "int"), ("pad1", "int"), ("pad2", "int"),
+    ),
+    # `normal`.xyz = outward unit Newell normal, .w = largest |coordinate| of the corners; corners are
+    # vertices[first : first + count] of section `vertices`
+    "Polygon": (("normal", "float4"), ("first", "int"), ("count", "int"), ("pad0", "int"), ("pad1", "int")),
+    # F(p) = p.Qp + 2 g.p + J about `center` (world axes, float32-exact centre); Q symmetric:
+    # `diagonal` = Qxx Qyy Qzz, .w = J;  `mixed` = Qxy Qyz Qxz;  `gradient` = g.
+    # clip coordinate i of a local point p is clip_i.xyz . p, which must lie in [clip_i.w, clip_high[i]]
+    # (-inf, inf without a clip). `reach` = largest |x|, |y|, |z| of the clipped surface's box, 0 if unbounded
+    "Quadric": (
+        ("center", "float4"), ("diagonal", "float4"), ("mixed", "float4"), ("gradient", "float4"),
+        ("clip_x", "float4"), ("clip_y", "float4"), ("clip_z", "float4"), ("clip_high", "float4"),
+        ("reach", "float4"),
+    ),
+    # Node of the tree: the boxes of eight children, plane by plane (low x, high x, low y, high y, low z,
+    # high z), and what each box holds: a node (>= 0) or a leaf ~(block * 4 + kind of block). An empty place
+    # is an inverted box. 256 bytes, four cache lines.
+    "WideNode": (("planes", "float@48"), ("child", "int@8"), ("pad", "int@8")),
+    # Leaves: up to eight primitives of a kind, by coordinate: v0.x of all, v0.y, ..., v2.z; centre x, y, z,
+    # radius. An empty place has NaN and primitive -1.
+    "TriangleBlock": (("corners", "float@72"), ("primitive", "int@8")),
+    "SphereBlock": (("places", "float@32"), ("primitive", "int@8")),
+    # binary node of the builder: children `first`, `first + 1` (count = 0), or items first .. first + count
+    "BuildNode": (
+        ("low", "float4"), ("high", "float4"),
+        ("first", "int"), ("count", "int"), ("kind", "int"), ("pad0", "int"),
+    ),
+    # padded box of a finite primitive, as the builder reads it
+    "Box": (("low", "float4"), ("high", "float4")),
+    # --- light and materials ------------------------------------------------------------------------------
+    # checker = 0: plain; 1: flat (side of a square `checker_size`); 2: sphere (squares round the equator)
+    "Material": (
+        *((field, "float") for field in COEFFICIENTS), ("ior", "float"), ("checker_size", "float"),
+        ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
+        # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
+        ("medium", "int"), ("priority", "int"), ("dispersive", "int"),
+        ("color", "float@BANDS"), ("color2", "float@BANDS"), ("highlight", "float@BANDS"),
+        ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
+        ("absorption", "float@BANDS"),
+        ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
+        ("index", "float@BANDS"),  # of refraction, for each band that of its dispersion group
+    ),
+    # POINT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it
+    "Light": (
+        ("place", "float4"),
+        ("kind", "int"), ("falloff", "int"), ("pad0", "int"), ("pad1", "int"),
+        ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
+    ),
+    # What holds for the whole scene; section `scene` has exactly one
+    "SceneInfo": (
+        ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
+        ("ambient_samples", "int"), ("tinted", "int"), ("spd", "int"), ("one_sided", "int"),
+        ("medium_ior", "float"), ("min_weight", "float"),
+        ("background_width", "int"), ("background_height", "int"),
+        ("ambient", "float@BANDS"), ("background", "float@BANDS"), ("depth_color", "float@BANDS"),
+        # the light that red, green and blue 1 of the background image stand for
+        ("sky_red", "float@BANDS"), ("sky_green", "float@BANDS"), ("sky_blue", "float@BANDS"),
+    ),
+    # --- camera: everything the pass `generate` needs; vectors are unit, `half` = tan(fov/2) or size/2 ------
+    "Camera": (
+        ("origin", "float4"), ("forward", "float4"), ("right", "float4"), ("up", "float4"),
+        ("half_width", "float"), ("half_height", "float"), ("shift_x", "float"), ("shift_y", "float"),
+        ("near", "float"), ("orthographic", "int"), ("width", "int"), ("height", "int"),
+        ("grid", "int"), ("jitter", "int"), ("seed", "uint"), ("pad0", "int"),
+    ),
+}
+
+# fmt: on
+
+# kind of primitive -> the section of WORLD that its records are in; the kernels know it by its place here
+SECTIONS: Final = {
+    "SPHERE": "spheres", "PLANE": "planes", "DISK": "disks", "TRIANGLE": "triangles", "POLYGON": "polygons",
+    "QUADRIC": "quadrics",
+}  # fmt: skip
+KINDS: Final = {kind: number for number, kind in enumerate(SECTIONS)}
+LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1}  # in kernels LIGHT_POINT, sampled by `light_point`
+FALLOFF: Final = {"FALLOFF_NONE": 0, "INVERSE_SQUARE": 1}
+FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
+BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
+CHECKER: Final = {"PLAIN": 0, "CHECKER_FLAT": 1, "CHECKER_SPHERE": 2}
+
+# section name -> element type, in the order of the kernels' parameters
+WORLD: Final[dict[str, str]] = {
+    "scene": "SceneInfo",
+    "primitives": "Primitive",
+    "spheres": "Sphere",
+    "planes": "Plane",
+    "disks": "Disk",
+    "triangles": "Triangle",
+    "normals": "float4",  # corner normals of smooth triangles, three a triangle
+    "polygons": "Polygon",
+    "vertices": "float4",  # corners of polygons
+    "quadrics": "Quadric",
+    "unbounded": "int",  # primitive numbers of planes and unbounded quadrics: tested for every ray
+    # the tree over the others and its leaves; written by the builder on the device
+    "nodes": "WideNode",
+    "triangle_blocks": "TriangleBlock",
+    "sphere_blocks": "SphereBlock",
+    "order": "int",  # primitive numbers of the leaves of other kinds, eight a leaf, filled up with -1
+    "materials": "Material",
+    "lights": "Light",
+    "background": "float",  # lat-long image, rows from the top, red, green and blue of a pixel
+}
+
+# What travels between the passes, as parameters of the kernels: field of the Python object
+# (`clrt.engine.queues`) -> type and name of the parameter
+QUEUE: Final = {
+    "rays": "float *rays",
+    "pixel_of": "uint *pixel_of",
+    "path": "uint *path",
+    "weight": "float *weights",
+    "media": "int *media",
+    "n": "uint n",
+}
+HITS: Final = {
+    "t": "float *hit_t",
+    "primitive": "int *hit_primitive",
+    "surfaces": "float *surfaces",
+    "code": "int *surface_code",
+}
+LIT: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
+FEELERS: Final = {
+    "first": "uint *first_feeler",
+    "owner": "uint *owner",
+    "rays": "float *feeler_rays",
+    "seen": "uint *seen",
+    "filter": "float *filter",
+}
+# a queue that is written while another is read: all but the number of rays, the last parameter of a queue
+CHILD: Final = {field: text.replace("*", "*child_") for field, text in QUEUE.items() if "*" in text}
+
+RAY_FIELDS: Final = ("ORIGIN_X", "ORIGIN_Y", "ORIGIN_Z", "DIRECTION_X", "DIRECTION_Y", "DIRECTION_Z", "T_MAX")
+
+# What the pass `surface` finds at a hit: the point moved back onto its primitive, the geometric normal turned
+# to the side the ray came from, the shading normal, and how far spawned rays start off the surface. With it
+# goes a word: material * SURFACE_MATERIAL + SURFACE_SECOND_COLOR + SURFACE_INSIDE, or -1 on a miss.
+SURFACE_FIELDS: Final = (
+    "POINT_X", "POINT_Y", "POINT_Z", "NORMAL_X", "NORMAL_Y", "NORMAL_Z",
+    "SHADING_X", "SHADING_Y", "SHADING_Z", "LEAVE_BY",
+)
+# With lists of media also the materials (as integers, -1: medium_ior) whose indices meet there
+TOP_FIELDS: Final = ("TOP_BEFORE", "TOP_AFTER")
+SURFACE: Final = {"SURFACE_INSIDE": 1, "SURFACE_SECOND_COLOR": 2, "SURFACE_MATERIAL": 4}
+
+# A ray's `path` word: upper 28 bits a key that other paths of the picture share only by chance, lower 4 flags
+PATH: Final = {
+    "PATH_ROUTE": 3,  # 0 direct, 1 reflection, 2 transmission: the first such bounce
+    "PATH_GATHERED": 4,  # descends from an ambient ray
+    "PATH_GATHERED_FIRST": 8,  # ... that left from generation 0
+    "PATH_FLAGS": 15,
+}
+
+# What the pass `light` finds that a ray will spawn, packed into one word; streams are what is counted from it
+SPAWN: Final = {
+    "SPAWN_FEELERS": 0xFFFF,  # number of shadow feelers
+    "SPAWN_REFLECTION": 1 << 16,
+    "SPAWN_TRANSMISSION": 1 << 17,
+    "SPAWN_AMBIENT": 1 << 18,  # `ambient_samples` rays
+    "SPAWN_HIT": 1 << 19,
+    "SPAWN_TOTAL_INTERNAL": 1 << 20,
+    "SPAWN_GROUP": 1 << 21,  # times the number of narrow transmission rays
+    "SPAWN_GROUPS": 127 << 21,
+    "SPAWN_LOCAL": 1 << 28,  # there is local light: not all bands are 0
+}
+STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TOTAL_INTERNAL", "GROUPS")
+
+TERMS: Final = {f"TERM_{name.upper()}": 1 << number for number, name in enumerate(layers.TERMS)} | {
+    "TERM_ALL": (1 << len(layers.TERMS)) - 1
+}
+
+CHUNK: Final = 256  # rays that one work-item of the compaction counts
+
+# A ray's box test and every primitive's box are widened by this times the largest |coordinate|: more than
+# what a hit may lie before the box by (triangle.clh), so that the tree never rejects what brute force accepts
+PAD: Final = 32 * 2.0**-24
+QUADRIC_PAD: Final = 64 * 2.0**-24  # roots of a quadratic form carry more rounding
+OFFSET: Final = 4 * 2.0**-23  # distance by which spawned rays leave a surface, times the largest |coordinate|
+BRIGHTEST: Final = 1e30  # of a band of a pixel: room for the sums over bands that make it a colour
+
+_NUMPY: Final[dict[str, tuple[type[np.generic], tuple[int, ...]]]] = {
+    "float4": (np.float32, (4,)),
+    "float": (np.float32, ()),
+    "int": (np.int32, ()),
+    "uint": (np.uint32, ()),
+}
+
+
+def _field_length(kind: str, bands: int) -> tuple[str, int]:
+    """C type and array length of a field; `@-BANDS` pads a band array to a multiple of 4."""
+    base, _, count = kind.partition("@")
+    if not count:
+        return base, 0
+    if count.isdigit():
+        return base, int(count)
+    return base, bands if count == "BANDS" else -bands % 4
+
+
+@cache
+def dtype(name: str, bands: int = BANDS) -> np.dtype:
+    """The numpy dtype of a record of RECORDS, or of an element type such as "float4" (shape (4,))."""
+    if name not in RECORDS:
+        element, shape = _NUMPY[name]
+        return np.dtype((element, shape))
+    fields: list[tuple[str, type[np.generic], tuple[int, ...]]] = []
+    for field, kind in RECORDS[name]:
+        base, length = _field_length(kind, bands)
+        scalar, shape = _NUMPY[base]
+        if length:
+            fields.append((field, scalar, (length,)))
+        elif "@" not in kind:
+            fields.append((field, scalar, shape))
+    return np.dtype(fields)
+
+
+def _c_struct(name: str, bands: int) -> str:
+    lines = []
+    for field, kind in RECORDS[name]:
+        base, length = _field_length(kind, bands)
+        if length:
+            lines.append(f"    {base} {field}[{length}];")
+        elif "@" not in kind:
+            lines.append(f"    {base} {field};")
+    return "typedef struct {\n" + "\n".join(lines) + f"\n}} {name};\n"
+
+
+def surface_fields(media: int) -> int:
+    """How many fields a surface has, with so many places in the lists of media."""
+    return len(SURFACE_FIELDS) + (len(TOP_FIELDS) if media else 0)
+
+
+def streams(group: int = 0) -> tuple[str, ...]:
+    """The streams that are counted; the last one where there are dispersion groups of `group` bands."""
+    return STREAMS if group else STREAMS[:-1]
+
+
+@dataclass(frozen=True)
+class Rays:
+    """What rays carry: the compile-time constants of the kernels.
+
+    bands: of the scene. media: places in the list of media, 0 where there are none. group: bands that
+    dispersion bends together, 0 without it. narrow: the rays of a queue have one such group each.
+    """
+
+    bands: int = BANDS
+    media: int = 0
+    group: int = 0
+    narrow: bool = False
+
+    @property
+    def carried(self) -> int:
+        """Bands that a ray of a queue carries."""
+        return self.group if self.narrow else self.bands
+
+    @property
+    def values(self) -> int:
+        """Words of a ray's weight, light or contribution: its bands, and which a narrow ray's first is."""
+        return self.carried + self.narrow
+
+
+def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) -> str:
+    """The C side of this table: constants, structs, and groups of kernel parameters.
+
+    Of each group, such as the world's buffers: `WORLD_PARAMETERS` is the list of them in a signature, `World`
+    the struct that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
+    """
+    rays = rays or Rays()
+    constants: dict[str, int] = {
+        "BANDS": rays.bands,
+        "RAY_BANDS": rays.carried,
+        "VALUES": rays.values,
+        "GROUP": rays.group,
+        "NARROW": int(rays.narrow),
+        "MEDIA": rays.media,
+        "LANES": lanes,
+        "PACKET": packet,
+        "CHUNK": CHUNK,
+        "STREAMS": len(streams(rays.group)),
+        "RAY_FIELDS": len(RAY_FIELDS),
+        "SURFACE_FIELDS": surface_fields(rays.media),
+    }
+    constants |= KINDS | BLOCKS | FALLOFF | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
+    constants |= {f"LIGHT_{kind}": number for kind, number in LIGHT_KINDS.items()}
+    constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
+    for fields in (RAY_FIELDS, SURFACE_FIELDS + TOP_FIELDS):
+        constants |= {name: number for number, name in enumerate(fields)}
+    out = [f"#define {name} {value}" for name, value in constants.items()]
+    for name, kinds in (("PRIMITIVE_KINDS", KINDS), ("LIGHT_KINDS", LIGHT_KINDS)):
+        out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
+    floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
+    out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
+    out += [_c_struct(name, rays.bands) for name in RECORDS]
+    world = {name: f"const {kind} *{name}" for name, kind in WORLD.items()}
+    geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
+    groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Lit": LIT, "Feelers": FEELERS, "Child": CHILD}
+    groups["Geometry"] = geometry
+    out += [_c_group(name, list(group.values())) for name, group in groups.items()]
+    return "\n".join(out)
+
+
+def _c_group(name: str, parameters: list[str]) -> str:
+    parameters = [_c_type(text) + _c_name(text) for text in parameters]
+    start = f"#define {name.upper()}"
+    return (
+        "typedef struct {\n" + "".join(f"    {parameter};\n" for parameter in parameters) + f"}} {name};\n"
+        f"{start}_PARAMETERS {', '.join(parameters)}\n"
+        f"{start}_OF_PARAMETERS {{{', '.join(map(_c_name, parameters))}}}\n"
+    )
+
+
+def _c_name(parameter: str) -> str:
+    return re.split(r"[ *]", parameter)[-1]
+
+
+def _c_type(text: str) -> str:
+    """The type of a parameter `type name`, so that a name can follow."""
+    kind, star, _ = text.partition("*")
+    return f"__global {kind}*" if star else kind.split()[0] + " "

@@ -1,0 +1,184 @@
+"""Meshes from OBJ, PLY, glTF and STL files; all but glTF through trimesh (the optional `clrt[mesh]`)."""
+
+from __future__ import annotations
+
+import io
+import logging
+import re
+import warnings
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+
+from clrt.base import notices
+from clrt.base.errors import MissingPackage
+from clrt.base.files import read_bytes, resolve
+from clrt.base.install import pip_install
+from clrt.base.limits import Limits
+from clrt.base.places import At
+from clrt.meshfiles.gltf import read_gltf
+from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.obj import plain_obj
+from clrt.meshfiles.parts import Arrays, Part, Placed
+
+MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
+_MOST_GROUPS = 64  # for which trimesh's time, groups x vertices or groups squared, is of no account
+_MATERIALS = re.compile(rb'^[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)  # \s: each empty line anew
+
+
+def read_mesh_file(
+    path: Path, at: At, limits: Limits, smooth: bool | None, vertices: int = 0, primitives: int = 0
+) -> Arrays:
+    """Vertices (n, 3) float64, triangles (m, 3) int and vertex normals (n, 3) or None for a flat mesh.
+
+    All nodes are joined in world space. `smooth` None follows the file: its own normals where it has some,
+    else flat; True computes normals that the file lacks, over all vertices at one position (files split
+    them at seams). Materials and textures are left out, with a warning. `vertices` and `primitives` are what
+    the scene has already: LimitError when it would have too many with those that the file declares.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in MESH_SUFFIXES:
+        raise at.error(path.name, f"a mesh file must end in one of {', '.join(MESH_SUFFIXES)}")
+    data = read_bytes(path, limits)
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
+            placed = _placed(data, path, at, limits, primitives)
+            if not len(placed.which):
+                raise at.says(f"{path.name} has no faces")
+            more = placed.sizes(smooth)
+            limits.check("primitives", primitives + more[1], at.source, at.path)
+            limits.check("vertices", vertices + more[0], at.source, at.path)
+            arrays = placed.joined(smooth)
+    except BrokenMesh as error:
+        raise at.says(f"{path.name} cannot be read as a mesh: {error}"[:300]) from None
+    if _MATERIALS.search(data) or any(part.colored for part in placed.parts):
+        text = f"{path.name}: its materials and colours are ignored; the shape's material holds for all of it"
+        notices.warn(at.source, at.path, text)
+    return arrays
+
+
+def _placed(data: bytes, path: Path, at: At, limits: Limits, primitives: int) -> Placed:
+    """The file's parts that have faces."""
+    suffix = path.suffix.lower()
+    if suffix not in (".glb", ".gltf"):
+        return _parse(data, path, at)
+    contents: dict[Path, bytes] = {}
+
+    def fetch(uri: str) -> bytes:
+        file = resolve(unquote(uri), path.parent, at)
+        if file not in contents:
+            contents[file] = read_bytes(file, limits)
+            limits.check("file_bytes", sum(map(len, contents.values())), at.source, at.path)
+        return contents[file]
+
+    def check(faces: int) -> None:
+        limits.check("primitives", primitives + faces, at.source, at.path)
+
+    return read_gltf(data, suffix == ".glb", fetch, check)
+
+
+def _parse(data: bytes, path: Path, at: At) -> Placed:
+    """The meshes that trimesh finds in the file."""
+    try:
+        import trimesh
+    except ImportError:
+        needs = at.says(f"reading {path.name} needs trimesh; install it with: {pip_install('trimesh')}")
+        raise MissingPackage(str(needs)) from None
+
+    class Nothing(trimesh.resolvers.Resolver):
+        """Finds no other files: an OBJ's materials and a PLY's textures are not read."""
+
+        def __init__(self) -> None: ...
+
+        def get(self, name: str) -> bytes:
+            raise at.error(name, "reading a mesh reads no other files")
+
+        def write(self, name: str, data: Any) -> None:
+            raise at.error(name, "reading a mesh writes nothing")
+
+        def namespaced(self, namespace: str) -> Nothing:
+            return self
+
+        def keys(self) -> list[str]:
+            return []
+
+    log = logging.getLogger("trimesh")  # prints tracebacks of its own for broken files
+    loudness = log.level
+    try:
+        log.setLevel(logging.CRITICAL + 1)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            scene = trimesh.load_scene(
+                io.BytesIO(_prepared(data, path.suffix.lower())),
+                path.suffix[1:].lower(),
+                resolver=Nothing(),
+                process=False,
+                skip_materials=True,
+            )
+            placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
+            found = [(scene.geometry[name], matrix) for matrix, name in placed]
+            meshes = [(mesh, matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
+            for mesh, _ in meshes:
+                _check_lists(mesh.metadata.get("_ply_raw", {}))
+            pairs = [(_part(mesh), matrix) for mesh, matrix in meshes]
+    except BrokenMesh:
+        raise
+    except Exception as error:  # a broken file can fail anywhere inside a parser
+        # the parser's own words help where it raises on purpose; elsewhere it stumbled over what is broken
+        why = str(error) if isinstance(error, ValueError) and str(error) else "its contents are broken"
+        raise BrokenMesh(f"{why} ({type(error).__name__})") from None
+    finally:
+        log.setLevel(loudness)
+    pairs = [(part, matrix) for part, matrix in pairs if part.faces]
+    numbers = np.arange(len(pairs))
+    matrices = np.array([matrix for _, matrix in pairs], np.float64).reshape(-1, 4, 4)
+    return Placed([part for part, _ in pairs], numbers, numbers, matrices)
+
+
+def _prepared(data: bytes, suffix: str) -> bytes:
+    """The file's data as trimesh understands it.
+
+    All faces are in one group where there are many of them: an OBJ's materials, an STL's solids.
+    """
+    if suffix == ".obj":
+        data = plain_obj(data)
+        return re.sub(rb"usemtl[^\n]*", b"", data) if data.count(b"usemtl") > _MOST_GROUPS else data
+    binary = len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
+    if suffix == ".stl" and not binary and data.lower().count(b"endsolid") > _MOST_GROUPS:
+        return b"solid\n" + re.sub(rb"(?i)(end)?solid[^\n]*", b"", data) + b"\nendsolid"
+    return data
+
+
+def _part(mesh: Any) -> Part:
+    """A trimesh.Trimesh as plain arrays; ValueError where they do not fit together (trimesh may not look)."""
+    vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
+    # Only what the file gave is in trimesh's cache before anyone has asked for normals.
+    given = "vertex_normals" in mesh._cache.cache
+    normals = np.array(mesh.vertex_normals, np.float64) if given else None
+    if (
+        vertices.ndim != 2
+        or vertices.shape[1] != 3
+        or (normals is not None and normals.shape != vertices.shape)
+    ):
+        raise ValueError("vertices must be 3 numbers each")
+    if faces.size and (faces.ndim != 2 or faces.shape[1] != 3):
+        raise ValueError("faces must be triangles")
+    if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
+        raise ValueError(f"a face names a vertex that is not among the {len(vertices)} of its part")
+    colored = bool(mesh.visual.defined)
+    return Part(len(vertices), len(faces), given, colored, lambda: (vertices, faces, normals))
+
+
+def _check_lists(elements: dict[str, Any]) -> None:
+    """Raise BrokenMesh where lists of a binary PLY differ in length: trimesh takes the first one's for all.
+
+    It refuses a file of another length, but a triangle and a pentagon are as long as two quadrilaterals.
+    """
+    for name, element in elements.items():
+        rows = element.get("data")
+        for field in (rows.dtype.names or ()) if isinstance(rows, np.ndarray) else ():
+            lists = rows[field]
+            if lists.dtype.names and lists.size and (lists["f0"] != lists["f0"][0]).any():
+                raise BrokenMesh(f"its lists of a {name} differ in length; save it as text, or in triangles")

@@ -1,0 +1,241 @@
+"""Triangles of glTF files: what the nodes of its scene place where.
+
+The sizes that accessors declare are summed over all nodes before an array is made of any; the numbers of an
+accessor are then a view of the file's bytes.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Final, TypeVar
+
+import numpy as np
+
+from clrt.meshfiles.gltf_document import Accessor, Attributes, BrokenMesh, Document, Node, Primitive, parse
+from clrt.meshfiles.parts import Arrays, Part, Placed
+
+Fetch = Callable[[str], bytes]
+T = TypeVar("T")
+
+_TYPES: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+_WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+
+
+def read_gltf(data: bytes, binary: bool, fetch: Fetch, check: Callable[[int], None]) -> Placed:
+    """The triangles in a .gltf, or, if `binary`, a .glb.
+
+    `fetch` gives the contents of a file beside it, `check` raises where there are too many triangles.
+    BrokenMesh where the file contradicts itself. Points, lines and morph targets are left out; animations,
+    skins and materials are not read.
+    """
+    document, chunk = parse(data, binary)
+    return _Reader(document, chunk, fetch).placed(check)
+
+
+@dataclass(eq=False)
+class _Reader:
+    document: Document
+    chunk: memoryview | None
+    fetch: Fetch
+
+    def __post_init__(self) -> None:
+        self.buffers: dict[int, memoryview] = {}
+        self.numbers: dict[tuple[Any, ...], int | None] = {}  # what a primitive shows -> number of its part
+        self.parts: list[Part] = []
+
+    def placed(self, check: Callable[[int], None]) -> Placed:
+        """What the nodes of the scene show, in the order of a walk that takes the last child first."""
+        shown: dict[int, np.ndarray] = {}  # mesh -> the numbers of its parts
+        matrices, meshes = self._nodes()
+        faces: dict[int, int] = {}
+        for mesh in meshes:
+            if mesh not in shown:
+                primitives = _item(self.document.meshes, mesh, "meshes").primitives
+                numbers = [self._number(primitive) for primitive in primitives]
+                shown[mesh] = np.array([n for n in numbers if n is not None], np.int32)
+                faces[mesh] = sum(self.parts[n].faces for n in shown[mesh])
+        check(sum(faces[mesh] for mesh in meshes))
+        rows = [shown[mesh] for mesh in meshes]
+        sizes = [len(row) for row in rows]
+        which = np.concatenate([np.zeros(0, np.int32), *rows])
+        return Placed(self.parts, which, np.repeat(np.arange(len(rows), dtype=np.int32), sizes), matrices)
+
+    def _nodes(self) -> tuple[np.ndarray, list[int]]:
+        """Matrices to the world (n, 4, 4) of the scene's nodes that have a mesh, and the meshes' numbers."""
+        nodes = self.document.nodes
+        scene = _item(self.document.scenes, self.document.scene, "scenes")
+        seen = bytearray(len(nodes))
+        matrices: list[np.ndarray] = []
+        meshes: list[int] = []
+        root = np.eye(4)
+        left = [(number, root) for number in scene.nodes]
+        while left:
+            number, above = left.pop()
+            node = _item(nodes, number, "nodes")
+            if seen[number]:
+                raise BrokenMesh(f"nodes[{number}] is below two nodes, or below itself")
+            seen[number] = 1
+            matrix = _matrix(node, above)
+            left += [(child, matrix) for child in node.children]
+            if node.mesh is not None:
+                matrices.append(matrix)
+                meshes.append(node.mesh)
+        return np.array(matrices).reshape(-1, 4, 4), meshes
+
+    def _number(self, primitive: Primitive) -> int | None:
+        """The number of the part that a primitive shows; None where it has no triangles."""
+        attributes, mode = primitive.attributes, primitive.mode
+        if mode not in (_TRIANGLES, _STRIP, _FAN) or attributes.POSITION is None:
+            return None
+        key = (attributes.POSITION, attributes.NORMAL, attributes.COLOR_0 is None, primitive.indices, mode)
+        if key not in self.numbers:
+            if primitive.extensions and primitive.extensions.KHR_draco_mesh_compression is not None:
+                raise BrokenMesh("it is compressed (KHR_draco_mesh_compression); save it without compression")
+            part = self._part(attributes, primitive.indices, mode)
+            self.numbers[key] = len(self.parts) if part.faces else None
+            self.parts += [part] if part.faces else []
+        return self.numbers[key]
+
+    def _part(self, attributes: Attributes, indices: int | None, mode: int) -> Part:
+        assert attributes.POSITION is not None
+        vertices = self._accessor(attributes.POSITION, "VEC3").count
+        corners = vertices if indices is None else self._accessor(indices, "SCALAR").count
+        if mode == _TRIANGLES and corners % 3:
+            raise BrokenMesh(f"a primitive has {corners} corners, which make no triangles")
+        faces = corners // 3 if mode == _TRIANGLES else max(corners - 2, 0)
+        normals = attributes.NORMAL
+        if normals is not None and self._accessor(normals, "VEC3").count != vertices:
+            raise BrokenMesh(f"accessors[{normals}] has not one normal for each of {vertices} vertices")
+        read = partial(self._arrays, attributes, indices, mode)
+        return Part(vertices, faces, normals is not None, attributes.COLOR_0 is not None, read)
+
+    def _arrays(self, attributes: Attributes, indices: int | None, mode: int) -> Arrays:
+        assert attributes.POSITION is not None
+        vertices = self._numbers(attributes.POSITION)
+        if indices is None:
+            corners = np.arange(len(vertices))
+        else:
+            if self._accessor(indices, "SCALAR").componentType not in (5121, 5123, 5125):
+                raise BrokenMesh(f"accessors[{indices}] must hold whole numbers to be indices")
+            corners = self._plain(indices).reshape(-1).astype(np.int64)
+            if corners.max() >= len(vertices):
+                raise BrokenMesh(f"a face names vertex {corners.max()} of a part that has {len(vertices)}")
+        normals = None if attributes.NORMAL is None else self._numbers(attributes.NORMAL)
+        return vertices, _triangles(corners, mode), normals
+
+    def _accessor(self, number: int, kind: str) -> Accessor:
+        accessor = _item(self.document.accessors, number, "accessors")
+        if accessor.type != kind:
+            raise BrokenMesh(f"accessors[{number}] is of type {accessor.type}; {kind} is needed here")
+        return accessor
+
+    def _numbers(self, number: int) -> np.ndarray:
+        """The numbers of an accessor as float64, whole ones scaled where the file says so."""
+        plain, normalized = self._plain(number), self.document.accessors[number].normalized
+        if plain.dtype.kind == "f" or not normalized:
+            return plain.astype(np.float64)
+        return np.maximum(plain / np.iinfo(plain.dtype).max, -1.0)
+
+    def _plain(self, number: int) -> np.ndarray:
+        """The (count, width) numbers of an accessor as they are stored."""
+        accessor = self.document.accessors[number]
+        where = f"accessors[{number}]"
+        kind, width = np.dtype(_TYPES[accessor.componentType]), _WIDTHS[accessor.type]
+        if accessor.bufferView is None and accessor.sparse is None:
+            raise BrokenMesh(f"{where} has no bufferView, so no numbers")
+        if accessor.bufferView is None:
+            plain = np.zeros((accessor.count, width), kind)
+        else:
+            plain = self._stored(accessor.bufferView, accessor.byteOffset, accessor.count, width, kind, where)
+        if accessor.sparse is not None:
+            other, count = accessor.sparse, accessor.sparse.count
+            at, values = other.indices, other.values
+            whole = np.dtype(_TYPES[at.componentType])
+            places = self._stored(at.bufferView, at.byteOffset, count, 1, whole, where)
+            if count and not 0 <= places.min() <= places.max() < accessor.count:
+                raise BrokenMesh(f"{where} replaces numbers that it does not have")
+            plain = plain.copy()
+            stored = self._stored(values.bufferView, values.byteOffset, count, width, kind, where)
+            plain[places[:, 0].astype(np.int64)] = stored
+        return plain
+
+    def _stored(
+        self, view: int, offset: int, count: int, width: int, kind: np.dtype, where: str
+    ) -> np.ndarray:
+        """A view (count, width) of a buffer; BrokenMesh where it would reach beyond."""
+        found = _item(self.document.bufferViews, view, "bufferViews")
+        data = self._buffer(found.buffer)
+        item = width * kind.itemsize
+        stride = item if found.byteStride is None else found.byteStride
+        end = offset + (stride * (count - 1) + item if count else 0)
+        if found.byteOffset + found.byteLength > len(data) or end > found.byteLength:
+            raise BrokenMesh(f"{where} reaches beyond the {len(data)} bytes of its buffer, or of its view")
+        if stride < item:
+            raise BrokenMesh(f"bufferViews[{view}].byteStride is {stride}; what {where} holds takes {item}")
+        return np.ndarray((count, width), kind, data, found.byteOffset + offset, (stride, kind.itemsize))
+
+    def _buffer(self, number: int) -> memoryview:
+        if number not in self.buffers:
+            uri = _item(self.document.buffers, number, "buffers").uri
+            if uri is None:
+                if number or self.chunk is None:
+                    raise BrokenMesh(f"buffers[{number}] has no data")
+                self.buffers[number] = self.chunk
+            elif uri.startswith("data:"):
+                try:
+                    self.buffers[number] = memoryview(base64.b64decode(uri.partition("base64,")[2]))
+                except (binascii.Error, ValueError):
+                    raise BrokenMesh(f"buffers[{number}] is not in base64") from None
+            else:
+                self.buffers[number] = memoryview(self.fetch(uri))
+        return self.buffers[number]
+
+
+def _item(items: tuple[T, ...], number: int, name: str) -> T:
+    if number >= len(items):
+        raise BrokenMesh(f"there is no {name}[{number}], which it speaks of")
+    return items[number]
+
+
+def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:
+    """The triangles (m, 3) of corners in a row, one side out."""
+    if mode == _TRIANGLES:
+        return corners.reshape(-1, 3)
+    if mode == _FAN:
+        return np.stack([np.broadcast_to(corners[0], len(corners) - 2), corners[1:-1], corners[2:]], axis=1)
+    faces = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    faces[1::2] = faces[1::2, ::-1]
+    return faces
+
+
+def _matrix(node: Node, above: np.ndarray) -> np.ndarray:
+    """The node's matrix to the world, given that of the node above it."""
+    if node.matrix is not None:
+        above = above @ np.array(node.matrix).reshape(4, 4).T
+    if node.translation is None and node.rotation is None and node.scale is None:
+        return above
+    own = np.eye(4)
+    own[:3, :3] = _rotation(node.rotation or (0.0, 0.0, 0.0, 1.0)) * (node.scale or (1.0, 1.0, 1.0))
+    own[:3, 3] = node.translation or (0.0, 0.0, 0.0)
+    with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
+        return above @ own
+
+
+def _rotation(quaternion: tuple[float, float, float, float]) -> np.ndarray:
+    """The rotation (3, 3) of a quaternion x, y, z, w of any length."""
+    with np.errstate(all="ignore"):
+        q = np.array(quaternion)
+        square = float(q @ q)
+        if not square > 0:
+            return np.eye(3)
+        x, y, z, w = q * np.sqrt(2.0 / square)
+        return np.array([
+            [1.0 - y * y - z * z, x * y - z * w, x * z + y * w],
+            [x * y + z * w, 1.0 - x * x - z * z, y * z - x * w],
+            [x * z - y * w, y * z + x * w, 1.0 - x * x - y * y],
+        ])  # fmt: skip

@@ -1,0 +1,64 @@
+"""OBJ files as trimesh understands them: it counts back from the file's end, and sees only plain lines.
+
+A vertex number below 0 counts back from the line where it stands, and that is where most files with such
+numbers differ: faces stand among the vertices. Lines that are indented, have tabs or a comment behind them,
+or end as on old Macintoshes would be passed over without a word.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from clrt.base.errors import show
+from clrt.meshfiles.gltf_document import BrokenMesh
+
+_ODD: Final = re.compile(
+    rb"^[ \t]++[a-z]"  # indented
+    rb"|^[a-z]++\t"  # a tab behind the keyword
+    rb"|^[a-z][^\n#]*+#"  # a comment behind
+    rb"|^f[^\n]*?[ \t/][-+0]"  # a number that counts back, or is none
+    rb"|\r(?!\n)",
+    re.MULTILINE,
+)
+_COUNTED: Final = (b"v", b"vt", b"vn")
+
+
+def plain_obj(data: bytes) -> bytes:
+    """The file's data with plain lines and faces that count from the file's start, from 1.
+
+    BrokenMesh for a vertex number that is 0, or counts back beyond the start.
+    """
+    if not _ODD.search(data):
+        return data
+    lines: list[bytes] = []
+    counts = dict.fromkeys(_COUNTED, 0)
+    for line in re.sub(rb"\\\r?\n", b" ", data).splitlines():
+        words = line.partition(b"#")[0].split()
+        if not words:
+            continue
+        if words[0] in counts:
+            counts[words[0]] += 1
+        elif words[0] == b"f":
+            words[1:] = [_from_start(corner, counts) for corner in words[1:]]
+        lines.append(b" ".join(words))
+    return b"\n".join(lines) + b"\n"
+
+
+def _from_start(corner: bytes, counts: dict[bytes, int]) -> bytes:
+    """A corner such as `-1//-1` with numbers that count from the start."""
+    numbers = corner.split(b"/")
+    for place, kind in zip(range(len(numbers)), _COUNTED, strict=False):
+        if not numbers[place]:
+            continue
+        try:
+            number = int(numbers[place])
+        except ValueError:
+            name = numbers[place].decode("latin-1")
+            raise BrokenMesh(f"a face names {show(name)}, which is no number") from None
+        found = number if number >= 0 else counts[kind] + number + 1
+        if found < 1:
+            what = f"{kind.decode()} {number}"
+            raise BrokenMesh(f"a face names {what} after {counts[kind]} of them; the first is 1, the last -1")
+        numbers[place] = b"%d" % found
+    return b"/".join(numbers)

@@ -1,0 +1,1 @@
+"""The scene as the user means it: cameras, lights, materials and shapes, checked."""

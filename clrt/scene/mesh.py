@@ -1,0 +1,304 @@
+"""The mesh shape: vertices and faces given in place or by a file."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import chain
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+from msgspec import Meta
+
+from clrt.base.explain import FLOAT32_MAX, REFUSALS
+from clrt.base.files import resolve
+from clrt.base.limits import Limits
+from clrt.base.places import At, known_keys
+from clrt.base.records import read
+from clrt.meshfiles.file import read_mesh_file
+from clrt.meshfiles.parts import vertex_normals
+from clrt.meshfiles.planar import flaws, is_sound
+from clrt.scene.shapes import FiniteShape
+
+Points = Annotated[
+    np.ndarray,
+    Meta(
+        description="must be an array of 3 numbers each",
+        extra_json_schema={
+            "type": "array",
+            "items": {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+        },
+    ),
+]
+Faces = Annotated[
+    np.ndarray,
+    Meta(
+        description="faces must be an array of 3 or more vertex numbers each, counted from 0",
+        extra_json_schema={
+            "type": "array",
+            "items": {"type": "array", "items": {"type": "integer", "minimum": 0}, "minItems": 3},
+        },
+    ),
+]
+_FEW = 8  # faces for which numpy takes far longer than Python
+_ROWS = 1 << 16  # looked at at a time
+_ARRAYS = ("vertices", "faces", "normals")
+
+
+@dataclass(frozen=True, eq=False)
+class MeshData:
+    """A mesh ready for use.
+
+    `vertices` (n, 3) float64, `faces` (m, 3) int32 or a list of int32 arrays of 3 or more indices,
+    `normals` None (flat) or (n, 3) float64 as given, of any length but 0.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray | list[np.ndarray]
+    normals: np.ndarray | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The keys of a mesh in place that has this data."""
+        faces = (
+            self.faces.tolist() if isinstance(self.faces, np.ndarray) else [f.tolist() for f in self.faces]
+        )
+        normals = {} if self.normals is None else {"normals": self.normals.tolist()}
+        return {"vertices": self.vertices.tolist(), "faces": faces, **normals}
+
+
+class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mesh"):
+    """Triangles or n-gons that share vertices.
+
+    Either `vertices` (n, 3) and `faces`, with optional vertex `normals` (n, 3), or a `file`. Vertex normals
+    make the mesh smooth; `smooth = True` computes them, weighted by area, where they are not given.
+    `smooth` left out (None) follows the file: its normals if it has some, else flat.
+    """
+
+    vertices: Points | None = None
+    faces: Faces | None = None
+    normals: Points | None = None
+    file: Annotated[str, Meta(min_length=1, description="file must be the path of a mesh file")] | None = None
+    smooth: bool | None = None
+
+    @property
+    def primitives(self) -> int:
+        """Faces of a flat mesh, triangles of a smooth one."""
+        data = self.data()
+        if data.normals is None or isinstance(data.faces, np.ndarray):
+            return len(data.faces)
+        return sum(len(face) - 2 for face in data.faces)
+
+    def data(self) -> MeshData:
+        """The arrays, read from the file and with normals computed where need be."""
+        if "_data" not in self.__dict__:
+            checked = read_mesh(self, At(path=self.name or "mesh"), None, Limits())
+            self.__dict__["_data"] = checked.__dict__["_data"]
+        data: MeshData = self.__dict__["_data"]
+        return data
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Mesh):
+            return NotImplemented
+        return all(_same(getattr(self, name), getattr(other, name)) for name in self.__struct_fields__)
+
+    def __ne__(self, other: object) -> bool:  # the base class has one that only looks at identity
+        return not self == other
+
+    __hash__ = None  # type: ignore[assignment]  # arrays are compared by value
+
+
+@dataclass
+class Meshes:
+    """What a scene has come to so far: mesh files read, vertices of meshes, primitives of all shapes.
+
+    A file is read once, however many shapes name it.
+    """
+
+    files: dict[tuple[str, bool | None], tuple[Path, MeshData]] = field(default_factory=dict)
+    vertices: int = 0
+    primitives: int = 0
+
+
+def read_mesh(
+    data: object, at: At, folder: Path | None, limits: Limits, others: Meshes | None = None
+) -> Mesh:
+    """The checked mesh that `data` (a mapping or a Mesh) describes, its file read from below `folder`.
+
+    `others` are the scene's meshes before this one, which is added to them; LimitError when all of them have
+    too many vertices, or the file too many faces beside the other shapes' primitives.
+    """
+    others = others or Meshes()
+    mesh = _read_mesh(data, at, folder, limits, others)
+    others.vertices += len(mesh.data().vertices)
+    place = at.key("vertices" if mesh.file is None else "file")
+    limits.check("vertices", others.vertices, place.source, place.path)
+    return mesh
+
+
+def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others: Meshes) -> Mesh:
+    given: dict[str, Any]
+    if isinstance(data, Mesh):
+        given = {name: getattr(data, name) for name in Mesh.__struct_fields__}
+    else:
+        given = dict(data)  # type: ignore[call-overload]
+        known_keys(given, [*Mesh.__struct_fields__, "type"], at)
+    rest = {name: value for name, value in given.items() if name not in _ARRAYS}
+    mesh = read(Mesh, rest, at)
+    arrays = {name: given[name] for name in _ARRAYS if given.get(name) is not None}
+    if mesh.file is not None:
+        if arrays:
+            raise at.says(f"file and {', '.join(arrays)} exclude each other; give one or the other")
+        place = at.key("file")
+        key = mesh.file, mesh.smooth
+        if key in others.files:
+            mesh.__dict__["_path"], mesh.__dict__["_data"] = others.files[key]
+            return mesh
+        path = resolve(mesh.file, folder, place)
+        mesh.__dict__["_path"] = path
+        if isinstance(data, Mesh) and data.__dict__.get("_path") == path:  # read before, for another scene
+            mesh.__dict__["_data"] = data.data()
+            return mesh
+        found = read_mesh_file(path, place, limits, mesh.smooth, others.vertices, others.primitives)
+        loaded = dict(zip(_ARRAYS, found, strict=True))
+        present = {name: array for name, array in loaded.items() if array is not None}
+        checked = _read_arrays(present, place, own=True)
+        mesh.__dict__["_data"] = MeshData(checked["vertices"], checked["faces"], checked.get("normals"))
+        others.files[key] = path, mesh.__dict__["_data"]
+        return mesh
+    for name in ("vertices", "faces"):
+        if name not in arrays:
+            raise at.says(f"the key {name!r} is missing; a mesh has vertices and faces, or a file")
+    checked = _read_arrays(arrays, at)
+    mesh = msgspec.structs.replace(mesh, **checked)
+    vertices, faces, normals = checked["vertices"], checked["faces"], checked.get("normals")
+    if normals is None and mesh.smooth:
+        normals = vertex_normals(vertices, faces if isinstance(faces, np.ndarray) else _fan(faces))
+    if normals is None:
+        _check_flat(vertices, faces, at.key("faces"))
+    mesh.__dict__["_data"] = MeshData(vertices, faces, normals)
+    return mesh
+
+
+def _fan(faces: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate([np.c_[np.full(len(f) - 2, f[0]), f[1:-1], f[2:]] for f in faces]).astype(np.int32)
+
+
+def _read_arrays(arrays: dict[str, Any], at: At, own: bool = False) -> dict[str, Any]:
+    vertices = _points(arrays["vertices"], at.key("vertices"), "vertices", own)
+    checked: dict[str, Any] = {
+        "vertices": vertices,
+        "faces": _faces(arrays["faces"], len(vertices), at.key("faces"), own),
+    }
+    if "normals" in arrays:
+        normals = _points(arrays["normals"], at.key("normals"), "normals", own)
+        if len(normals) != len(vertices):
+            raise at.key("normals").says(
+                f"{len(normals)} normals for {len(vertices)} vertices; give one each"
+            )
+        zero = np.flatnonzero(~(np.linalg.norm(normals.astype(np.float32), axis=1) > 0))
+        if zero.size:
+            raise (
+                at.key("normals")
+                .item(int(zero[0]))
+                .error(normals[zero[0]].tolist(), "a normal must not be zero")
+            )
+        checked["normals"] = normals
+    return checked
+
+
+def _points(value: object, at: At, noun: str, own: bool) -> np.ndarray:
+    """(n, 3) float64, read-only; every number finite in float32. own: an array need not be copied."""
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind not in "fiu" or value.ndim != 2 or value.shape[1] != 3:
+            raise at.says(
+                f"an array of {value.dtype} {value.shape} is not allowed; {noun} must be numbers (n, 3)"
+            )
+        points = value.astype(np.float64, copy=not own)
+    else:
+        rows = _rows(value, list[tuple[float, float, float]], at, f"{noun} must be 3 numbers each")
+        points = np.array(rows, np.float64).reshape(-1, 3)
+    for start in range(0, len(points), _ROWS):
+        bad = np.flatnonzero(~(np.abs(points[start : start + _ROWS]) <= FLOAT32_MAX).all(axis=1))
+        if bad.size:
+            row = start + int(bad[0])
+            raise at.item(row).error(points[row].tolist(), f"{noun} must be finite in float32")
+    points.flags.writeable = False
+    return points
+
+
+def _faces(value: object, vertices: int, at: At, own: bool) -> np.ndarray | list[np.ndarray]:
+    """(m, 3) int32 where all are triangles, else a list of int32 arrays; every index below `vertices`."""
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        if value.dtype.kind not in "iu" or value.ndim != 2:
+            raise at.says(
+                f"an array of {value.dtype} {value.shape} is not allowed; faces must be integers (m, 3)"
+            )
+        flat, lengths = value.reshape(-1), np.full(len(value), value.shape[1])
+    else:
+        if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str):
+            value = [face.tolist() if isinstance(face, np.ndarray) else face for face in value]
+        rows = _rows(value, list[list[int]], at, "faces must be 3 or more vertex numbers each")
+        lengths = np.fromiter(map(len, rows), np.int64, len(rows))
+        try:
+            flat = np.fromiter(chain.from_iterable(rows), np.int64, int(lengths.sum()))
+        except OverflowError:
+            raise at.says("a vertex number does not fit 64 bits") from None
+    starts = np.concatenate(([0], np.cumsum(lengths)))
+    short = np.flatnonzero(lengths < 3)
+    if short.size:
+        face = flat[starts[short[0]] : starts[short[0] + 1]].tolist()
+        raise at.item(int(short[0])).error(face, "a face must have 3 or more vertices")
+    wrong = np.flatnonzero((flat < 0) | (flat >= vertices))
+    if wrong.size:
+        face_number = int(np.searchsorted(starts, wrong[0], side="right")) - 1
+        place = at.item(face_number).item(int(wrong[0] - starts[face_number]))
+        right = (
+            f"a vertex number must be from 0 to {vertices - 1}" if vertices else "the mesh has no vertices"
+        )
+        raise place.error(int(flat[wrong[0]]), right)
+    flat = flat.astype(np.int32, copy=not own)
+    flat.flags.writeable = False
+    if (lengths == 3).all():
+        return flat.reshape(-1, 3)
+    return np.split(flat, starts[1:-1])
+
+
+def _rows(value: object, kind: Any, at: At, right: str) -> Any:
+    try:
+        return msgspec.convert(msgspec.to_builtins(value, enc_hook=lambda item: item.tolist()), kind)
+    except (*REFUSALS, TypeError, AttributeError) as error:
+        path = str(error).rpartition("`$")[2].rstrip("`") if "`$" in str(error) else ""
+        raise at.inner(path).says(f"not allowed ({str(error).partition(' - at ')[0]}); {right}") from None
+
+
+def _check_flat(vertices: np.ndarray, faces: np.ndarray | list[np.ndarray], at: At) -> None:
+    """Raise for the first face of more than 3 corners that is not plane or spans no area."""
+    if isinstance(faces, np.ndarray):
+        return  # a triangle is plane; one without area is never hit
+    if len(faces) <= _FEW and all(len(face) == 3 or is_sound(vertices[face].tolist()) for face in faces):
+        return
+    lengths = np.array([len(face) for face in faces])
+    rounded = vertices.astype(np.float32).astype(np.float64)
+    worst: list[tuple[int, str]] = []
+    for length in np.unique(lengths[lengths > 3]):
+        numbers = np.flatnonzero(lengths == length)
+        collinear, bent = flaws(rounded[np.stack([faces[n] for n in numbers])])
+        worst += [(int(numbers[i]), "must span an area") for i in np.flatnonzero(collinear)[:1]]
+        worst += [
+            (int(numbers[i]), "must lie in one plane, or smooth be true") for i in np.flatnonzero(bent)[:1]
+        ]
+    if worst:
+        number, right = min(worst)
+        raise at.item(number).error(faces[number].tolist(), f"the corners of a face {right}")
+
+
+def _same(mine: Any, other: Any) -> bool:
+    if isinstance(mine, list) or isinstance(other, list):
+        if not (isinstance(mine, list) and isinstance(other, list)) or len(mine) != len(other):
+            return False
+        return all(map(np.array_equal, mine, other))
+    if isinstance(mine, np.ndarray) or isinstance(other, np.ndarray):
+        return mine is not None and other is not None and np.array_equal(mine, other)
+    return bool(mine == other)

@@ -1,0 +1,288 @@
+"""The scene as the user means it: from files, dicts or Python objects alike, checked in one place."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import msgspec
+from msgspec import Meta
+
+from clrt.base import arguments
+from clrt.base.collector import no_collections
+from clrt.base.files import resolve
+from clrt.base.limits import Limits
+from clrt.base.places import At, known_keys, listed
+from clrt.base.records import float32, read, table_of, tagged
+from clrt.base.suggest import did_you_mean
+from clrt.scene.advice import check_lines, warn
+from clrt.scene.camera import Camera
+from clrt.scene.lights import LIGHTS, DirectionalLight, Light, PointLight
+from clrt.scene.materials import IOR, Checker, Material, rgb
+from clrt.scene.mesh import Mesh, MeshData, Meshes, read_mesh
+from clrt.scene.save import save
+from clrt.scene.shapes import (
+    Box,
+    Cone,
+    Cylinder,
+    Disk,
+    Ellipsoid,
+    Paraboloid,
+    Plane,
+    Polygon,
+    Quadric,
+    Shape,
+    Sphere,
+)
+from clrt.scene.transforms import Step, is_similarity
+from clrt.spectra.colors import Background, Colored, LightColor
+from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
+
+__all__ = [
+    "IOR", "SHAPES", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk",
+    "Ellipsoid", "Light", "Material", "Mesh", "MeshData", "Paraboloid", "Plane", "PointLight",
+    "Polygon", "Quadric", "Scene", "Shape", "Spectral", "Spectrum", "Sphere", "Step", "read_scene", "rgb",
+]  # fmt: skip
+
+AnyShape = Sphere | Plane | Polygon | Mesh | Quadric | Ellipsoid | Cylinder | Cone | Paraboloid | Disk | Box
+SHAPES: dict[str, type[Shape]] = {
+    "sphere": Sphere,
+    "plane": Plane,
+    "polygon": Polygon,
+    "mesh": Mesh,
+    "quadric": Quadric,
+    "ellipsoid": Ellipsoid,
+    "cylinder": Cylinder,
+    "cone": Cone,
+    "paraboloid": Paraboloid,
+    "disk": Disk,
+    "box": Box,
+}
+_CHECKERED = (Sphere, Plane, Polygon, Disk)
+_DEFAULT_MATERIAL = Material()
+
+
+class _Settings(Colored, frozen=True, kw_only=True):
+    """The scene's own values, without the tables below it."""
+
+    version: Annotated[Literal[1], Meta(description="version must be 1")] = 1
+    max_depth: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number >= 0")] = 5
+    min_weight: Annotated[float, Meta(ge=0, description="must be a number >= 0")] = 0.0
+    depth_color: LightColor = 0.0
+    background: Background = 0.0
+    ambient: LightColor = 0.0
+    ambient_samples: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number >= 0")] = 0
+    medium_ior: Annotated[float, Meta(gt=0, description="must be a number > 0")] = 1.0
+    one_sided: Annotated[
+        Literal["none", "opaque"], Meta(description="one_sided must be 'none' or 'opaque'")
+    ] = "none"
+    shadow: Annotated[
+        Literal["opaque", "tinted"], Meta(description="shadow must be 'opaque' or 'tinted'")
+    ] = "opaque"
+    conformance: Annotated[
+        Literal["none", "spd"], Meta(description="conformance must be 'none' or 'spd'")
+    ] = "none"
+    spectrum: Spectral | None = None
+
+
+class Document(_Settings, frozen=True, kw_only=True):
+    """What a scene file can say."""
+
+    camera: Camera | None = None
+    materials: dict[str, Material] = msgspec.field(default_factory=dict)
+    lights: tuple[Light, ...] = ()
+    shapes: tuple[AnyShape, ...] = ()
+
+
+class Scene(Document, frozen=True, kw_only=True, eq=False):
+    """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here.
+
+    `folder` is where relative files are looked up (None: the current folder), `source` the name that
+    messages start with, `limits` what reading may cost; the three are neither saved nor compared.
+
+    Raises `SceneError` where the scene cannot be rendered, `LimitError` where it is too large, and ClrtError
+    where one of the last three is of another kind.
+    """
+
+    folder: Path | None = None
+    source: str = ""
+    limits: Limits = Limits()
+
+    def __post_init__(self) -> None:
+        at = At(arguments.text("source", self.source))
+        arguments.instance("limits", self.limits, Limits)
+        if self.folder is not None:
+            msgspec.structs.force_setattr(self, "folder", arguments.path("folder", self.folder))
+        names = _Settings.__struct_fields__
+        values: dict[str, Any] = {name: getattr(self, name) for name in names}
+        values = msgspec.structs.asdict(read(_Settings, values, at))
+        if values["spectrum"] is not None:
+            values["spectrum"].check(at.key("spectrum"))
+            self.limits.check("bands", values["spectrum"].bands, at.source, "spectrum.bands")
+        if isinstance(values["background"], str) and values["background"] not in LAMPS:
+            resolve(values["background"], self.folder, at.key("background"))
+        if self.camera is not None:
+            values["camera"] = read(Camera, self.camera, at.key("camera")).upright()
+        # what reads mesh files leaves cycles behind
+        with no_collections(paused=not _names_files(self.shapes)):
+            values["materials"] = _read_materials(self.materials, at.key("materials"))
+            values["lights"] = _read_lights(self.lights, at.key("lights"), self.limits)
+            values["shapes"] = self._read_shapes(values["materials"], at.key("shapes"))
+        for name, value in values.items():
+            msgspec.structs.force_setattr(self, name, value)
+        check_lines(self)
+        warn(self)
+
+    def _read_shapes(self, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
+        shapes: list[Shape] = []
+        checkered = {name for name, material in materials.items() if isinstance(material.color, Checker)}
+        meshes = Meshes()
+        for index, data in enumerate(_listing(self.shapes, at, "shapes")):
+            place = at.item(index)
+            kind = tagged(SHAPES, data, place, "shape")
+            if kind is Plane and type(data) is not Plane and "transform" in data:
+                raise place.key("transform").says(
+                    "a plane is infinite and takes no transform; move point and normal"
+                )
+            shape = (
+                read_mesh(data, place, self.folder, self.limits, meshes)
+                if kind is Mesh
+                else read(kind, data, place)
+            )
+            assert isinstance(shape, Shape)
+            name = shape.material
+            if not (name is None or (type(name) is str and name in materials and name not in checkered)):
+                _check_material(shape, materials, place)
+            shapes.append(shape)
+            meshes.primitives += shape.primitives
+            self.limits.check("primitives", meshes.primitives, at.source, at.path)
+        return tuple(shapes)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Scene):
+            return NotImplemented
+        return all(getattr(self, name) == getattr(other, name) for name in Document.__struct_fields__)
+
+    def __ne__(self, other: object) -> bool:  # the base class has one that only looks at identity
+        return not self == other
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def material_of(self, shape: Shape) -> Material:
+        """The material of one of this scene's shapes; the default one where it names none."""
+        if isinstance(shape.material, str):
+            return self.materials[shape.material]
+        return shape.material or _DEFAULT_MATERIAL
+
+    def to_dict(self) -> dict[str, Any]:
+        """The scene as `clrt.load_dict` takes it: built-in types only, default values left out."""
+        return {key: value for key, value in table_of(self).items() if key in Document.__struct_fields__}
+
+    def save(self, path: str | Path) -> None:
+        """Write the scene to a .toml or .json file, whole or not at all; loading it gives an equal scene.
+
+        Mesh files outside the new file's folder are written into it as vertices and faces. ClrtError where
+        the file cannot be written, or the background image is not in its folder.
+        """
+        save(self, arguments.path("path", path))
+
+    def override(
+        self,
+        *,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+    ) -> Scene:
+        """This scene with other picture settings (None keeps one), without checking its shapes again."""
+        given = {"width": width, "height": height, "spp": spp}
+        changes = {name: value for name, value in given.items() if value is not None}
+        at = At(self.source)
+        other = copy.copy(self)
+        if max_depth is not None:
+            read(_Settings, {"max_depth": max_depth}, at)
+            msgspec.structs.force_setattr(other, "max_depth", max_depth)
+        if changes:
+            if self.camera is None:
+                raise at.key("camera").says(f"there is no camera whose {listed(changes)} could be set")
+            camera = read(Camera, table_of(self.camera) | changes, at.key("camera")).upright()
+            msgspec.structs.force_setattr(other, "camera", camera)
+        return other
+
+    @property
+    def background_path(self) -> Path | None:
+        """The lat-long image's file, or None where the background is a colour."""
+        if not isinstance(self.background, str) or self.background in LAMPS:
+            return None
+        return resolve(self.background, self.folder, At(self.source, "background"))
+
+    @property
+    def branching(self) -> bool:
+        """Whether some surface both reflects and transmits, so that rays can double at every generation."""
+        used = {id(m): m for m in map(self.material_of, self.shapes)}.values()
+        return any(m.kt > 0 and (m.kr > 0 or self.conformance == "spd") for m in used)
+
+
+def read_scene(
+    data: object, *, folder: Path | None = None, source: str = "", limits: Limits | None = None
+) -> Scene:
+    """The scene that a dict in the structure of the scene files describes."""
+    at = At(source)
+    if not isinstance(data, Mapping):
+        raise at.error(data, "a scene must be a table of keys")
+    data = {
+        key: value for key, value in data.items() if key != "$schema"
+    }  # where JSON files name their schema
+    known_keys(data, Document.__struct_fields__, at)
+    return Scene(**data, folder=folder, source=source, limits=limits or Limits())
+
+
+def _read_materials(data: object, at: At) -> dict[str, Material]:
+    if not isinstance(data, Mapping):
+        raise at.error(data, "materials must be a table of named materials")
+    for name in data:
+        if not isinstance(name, str):
+            raise at.error(name, "a material's name must be a text")
+    return {name: read(Material, value, at.key(name)) for name, value in data.items()}
+
+
+def _read_lights(data: object, at: At, limits: Limits) -> tuple[Light, ...]:
+    lights = _listing(data, at, "lights")
+    limits.check("lights", len(lights), at.source, at.path)
+    return tuple(
+        read(tagged(LIGHTS, light, at.item(i), "light"), light, at.item(i)) for i, light in enumerate(lights)
+    )
+
+
+def _names_files(shapes: object) -> bool:
+    if not isinstance(shapes, (list, tuple)):
+        return False
+    return any(isinstance(s, Mesh) or (isinstance(s, Mapping) and "file" in s) for s in shapes)
+
+
+def _listing(data: object, at: At, noun: str) -> list[Any] | tuple[Any, ...]:
+    if isinstance(data, Mapping):
+        raise at.error(data, f"{noun} must be a list of tables; in TOML each is a [[{noun}]]: two brackets")
+    if not isinstance(data, (list, tuple)):
+        raise at.error(data, f"{noun} must be a list of tables")
+    return data
+
+
+def _check_material(shape: Shape, materials: Mapping[str, Material], at: At) -> None:
+    material: object = shape.material
+    if isinstance(material, str):
+        if material not in materials:
+            known = f"the materials are {listed(materials)}{did_you_mean(material, materials)}"
+            raise at.key("material").error(material, known if materials else "the scene has no materials")
+        material = materials[material]
+    if isinstance(material, Material) and isinstance(material.color, Checker):
+        if not isinstance(shape, _CHECKERED):
+            raise at.key("material").says(
+                f"a checker is for spheres, planes, polygons and disks, not a {shape.type}"
+            )
+        if isinstance(shape, Sphere) and not is_similarity(float32(shape.matrix)):
+            raise at.key("transform").says(
+                "a sphere with a checker must stay round; use one scale for all axes"
+            )

@@ -1,0 +1,102 @@
+"""Fields of records that hold colours or spectra: how they are written, read and checked."""
+
+from __future__ import annotations
+
+import typing
+from functools import cache
+from types import UnionType
+from typing import Annotated, Any, Union
+
+import msgspec
+from msgspec import Meta
+
+from clrt.base.explain import field_types
+from clrt.base.places import At, listed
+from clrt.base.records import Record
+from clrt.base.suggest import did_you_mean
+from clrt.spectra.spectrum import LAMPS, REFLECTANCES, Spectrum
+
+Grey = Annotated[float, Meta(ge=0)]
+RGB = tuple[Grey, Grey, Grey]
+_RULES = {
+    "reflectance": "a colour must be a number >= 0 or 3 numbers >= 0, a reflectance's name or a spectrum",
+    "light": "a colour must be a number >= 0 or 3 numbers >= 0, a light's name or a spectrum",
+    "background": "background must be a colour, a light's name, a spectrum or the path of a lat-long image",
+    "curve": "must be a number >= 0 or 3 numbers >= 0 or a spectrum without a name",
+}
+_NAMES = {"reflectance": REFLECTANCES, "light": LAMPS, "background": LAMPS, "curve": ()}
+# A range on the single number would belong here, but msgspec 0.22 crashes on a ranged float beside a tuple
+# of fixed length; `check_color` holds the rule instead. The rule tells fields of colours from others.
+Color = Annotated[float | RGB | str | Spectrum, Meta(description=_RULES["reflectance"])]
+Background = Annotated[float | RGB | str | Spectrum, Meta(description=_RULES["background"])]
+LightColor = Annotated[float | RGB | str | Spectrum, Meta(description=_RULES["light"])]
+CurveColor = Annotated[float | RGB | Spectrum, Meta(description=_RULES["curve"])]
+
+
+class Colored(Record, frozen=True, kw_only=True):
+    """A record with fields of the types above."""
+
+    @classmethod
+    def prepared(cls, table: dict[str, Any]) -> dict[str, Any]:
+        """`table` with every spectrum in its full form."""
+        named = {name: full(table[name]) for name in color_fields(cls) if name in table}
+        return super().prepared(table | named)
+
+    def check(self, at: At) -> None:
+        """Raise for what a colour's annotation cannot say."""
+        for name, kind in color_fields(self.__class__).items():
+            color = getattr(self, name)
+            right = color >= 0 if type(color) is float else type(color) is tuple  # which most are
+            if not right:
+                check_color(color, kind, at.key(name))
+
+
+@cache
+def color_fields(cls: type[msgspec.Struct]) -> dict[str, str]:
+    """The fields that hold colours, each with its kind: "reflectance", "light" or "curve" (a plain one)."""
+    kinds = {name: _kind(hint) for name, hint in field_types(cls).items()}
+    return {name: kind for name, kind in kinds.items() if kind}
+
+
+def _kind(hint: Any) -> str:
+    if typing.get_origin(hint) is Annotated:
+        rules = [meta.description for meta in hint.__metadata__ if isinstance(meta, Meta)]
+        found = next((kind for kind, rule in _RULES.items() if rule in rules), "")
+        return found or _kind(hint.__origin__)
+    if typing.get_origin(hint) in (Union, UnionType):
+        return next(filter(None, map(_kind, typing.get_args(hint))), "")
+    return ""
+
+
+def full(value: Any) -> Any:
+    """A spectrum's table with its type; (nm, value) pairs as such a table."""
+    if isinstance(value, dict):
+        return value if "type" in value else {"type": "spectrum", **value}
+    if isinstance(value, (list, tuple)) and value and all(isinstance(pair, (list, tuple)) for pair in value):
+        return {"type": "spectrum", "samples": value}
+    return value
+
+
+def check_color(color: object, kind: str, at: At) -> None:
+    """Raise for a grey below 0 (3 numbers are checked by their annotation), a wrong name or spectrum."""
+    if isinstance(color, (int, float)) and not color >= 0:
+        raise at.error(color, "a colour must be a number >= 0 or 3 numbers >= 0")
+    if isinstance(color, Spectrum):
+        color.check(at)
+        color, at = color.name, at.key("name")
+    elif kind == "background":
+        return  # an unknown name is a file's
+    if isinstance(color, str) and color not in _NAMES[kind]:
+        raise at.error(color, _right_name(color, kind))
+
+
+def _right_name(name: str, kind: str) -> str:
+    known = _NAMES[kind]
+    if not known:
+        return "a plain curve has no name; give a number, 3 numbers, or [nm, value] pairs"
+    other = next((k for k, names in _NAMES.items() if k != kind and name in names), None)
+    is_other = f"this is a {other}, and here stands a {kind}, which" if other else f"a {kind}'s name"
+    shown = listed([n for n in known if not n.startswith("patch-")]) + (
+        ", patch-1 to patch-24" if kind == "reflectance" else ""
+    )
+    return f"{is_other} is one of {shown}{did_you_mean(name, known)}"

@@ -1,0 +1,81 @@
+"""Indices of refraction as a scene states them: numbers, names, curves and formulas; metals' complex ones."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from clrt.base.places import At, listed
+from clrt.base.records import Record
+from clrt.base.suggest import did_you_mean
+from clrt.spectra.spectrum import METALS, Points, check_points
+
+IOR = {"air": 1.0, "water": 1.333, "ice": 1.31, "glass": 1.5, "diamond": 2.419}
+"""Indices of refraction by name (at the sodium line)."""
+GLASSES = ("BK7", "SF10", "SF11", "silica", "water-dispersive", "diamond-dispersive")
+"""Glasses whose index depends on the wavelength."""
+LEAST = 1e-3
+"""The least index of refraction."""
+
+
+class Sellmeier(Record, frozen=True, kw_only=True):
+    """n^2 = 1 + sum B_i l^2 / (l^2 - C_i), l in um, C in um^2."""
+
+    B: Annotated[tuple[float, ...], Meta(description="B must be 1 to 6 numbers")]
+    C: Annotated[tuple[float, ...], Meta(description="C must be as many numbers (um^2) as B has")]
+
+    def check(self, at: At) -> None:
+        if not 1 <= len(self.B) <= 6:
+            raise at.key("B").error(self.B, "B must be 1 to 6 numbers")
+        if len(self.C) != len(self.B):
+            raise at.key("C").error(self.C, "C must be as many numbers (um^2) as B has")
+
+
+class Dispersion(Record, frozen=True, kw_only=True):
+    """An index of refraction over the wavelength, by Sellmeier's or Cauchy's formula."""
+
+    sellmeier: Sellmeier | None = None
+    cauchy: Annotated[
+        tuple[float, ...] | None, Meta(description="cauchy must be 1 to 6 numbers A, B (um^2), C (um^4) ...")
+    ] = None
+
+    def check(self, at: At) -> None:
+        if (self.sellmeier is None) == (self.cauchy is None):
+            raise at.says("an index's formula has one of sellmeier, cauchy")
+        if self.sellmeier is not None:
+            self.sellmeier.check(at.key("sellmeier"))
+        if self.cauchy is not None and not 1 <= len(self.cauchy) <= 6:
+            raise at.key("cauchy").error(self.cauchy, "cauchy must be 1 to 6 numbers")
+
+
+class Conductor(Record, frozen=True, kw_only=True):
+    """Complex index eta + i k of a metal, each a number or (nm, value) pairs."""
+
+    eta: Annotated[float | Points, Meta(description="eta must be a number or [nm, value] pairs")]
+    k: Annotated[float | Points, Meta(description="k must be a number or [nm, value] pairs")]
+
+    def check(self, at: At) -> None:
+        for name, least in (("eta", 1e-3), ("k", 0.0)):
+            value = getattr(self, name)
+            if isinstance(value, tuple):
+                check_points(value, at.key(name), least)
+            elif not least <= value:
+                raise at.key(name).error(value, f"{name} must be >= {least:g}")
+
+
+Index = Annotated[
+    float | str | Points | Dispersion,
+    Meta(description="ior must be a number >= 0.001, a name, [nm, index] pairs, or a formula's table"),
+]
+Metal = Annotated[
+    str | Conductor, Meta(description="conductor must be a metal's name or {eta = ..., k = ...}")
+]
+
+
+def check_conductor(conductor: Metal, at: At) -> None:
+    """Raise for an unknown name or a complex index that is none."""
+    if isinstance(conductor, Conductor):
+        conductor.check(at)
+    elif conductor not in METALS:
+        raise at.error(conductor, f"a metal is one of {listed(METALS)}{did_you_mean(conductor, METALS)}")

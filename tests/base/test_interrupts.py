@@ -1,0 +1,176 @@
+"""Ctrl-C, SIGTERM and SIGHUP at any moment: one line, the exit code of shells, and no file left."""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.cli.test_terminal import SCENE
+from validation.reliability import beginnings
+
+# the command `clrt scenes`, which does something else; a job in the background ignores SIGINT
+PROGRAM = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+sys.path.insert(0, sys.argv[1])
+sys.argv = ["clrt", "scenes"]
+from clrt.cli import program, scenes, say
+import task
+scenes.run = task.run
+program()
+"""
+
+
+@contextmanager
+def started(folder: Path, task: str) -> Iterator[subprocess.Popen[str]]:
+    """A process that runs `task` as a command, once it has said that it is ready."""
+    (folder / "task.py").write_text(task)
+    command = [sys.executable, "-B", "-c", PROGRAM, str(folder)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, cwd=folder, text=True, **pipes) as process:  # type: ignore[call-overload]
+        try:
+            assert process.stdout.readline() == "ready\n"
+            yield process
+        finally:
+            process.kill()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_a_command_that_begins_can_be_interrupted(sent: signal.Signals) -> None:
+    """A short form of the row `beginnings` of docs/reliability.md."""
+
+    def one(number: int) -> tuple[str, str]:
+        command = beginnings.COMMANDS[number % len(beginnings.COMMANDS)]
+        return beginnings.interrupt(command, random.Random(number).uniform(0, 0.8), sent)
+
+    with ThreadPoolExecutor(4) as threads:
+        found = list(threads.map(one, range(40 if sent == signal.SIGINT else 12)))
+    assert [wrong for _, wrong in found if wrong] == []
+    assert Counter(how for how, _ in found)["interrupted"] >= len(found) / 2
+
+
+WRITING = """
+import time
+from pathlib import Path
+from clrt.base.atomic import replacing
+
+def run(options):
+    with replacing("a.ck") as temporary:
+        temporary.write_text("half")
+        print("ready", flush=True)
+        time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize(
+    ("sent", "line"),
+    [
+        (signal.SIGINT, "clrt: interrupted; nothing was saved\n"),
+        (signal.SIGTERM, "clrt: interrupted by SIGTERM; nothing was saved\n"),
+        (signal.SIGHUP, "clrt: interrupted by SIGHUP; nothing was saved\n"),
+    ],
+)
+def test_a_file_that_is_being_written_is_removed(tmp_path: Path, sent: signal.Signals, line: str) -> None:
+    with started(tmp_path, WRITING) as process:
+        process.send_signal(sent)
+        assert process.communicate(timeout=30) == ("", line)
+        assert process.returncode == 128 + sent
+    assert [file.name for file in tmp_path.iterdir()] == ["task.py"]
+
+
+def test_what_was_saved_is_told(tmp_path: Path) -> None:
+    text = WRITING.replace('    with', '    with replacing("b.ck"):\n        pass\n    with')
+    with started(tmp_path, text) as process:
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=30) == ("", f"clrt: interrupted; saved: {tmp_path / 'b.ck'}\n")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["b.ck", "task.py"]
+
+
+IMPORTING = """
+def run(options):
+    import heavy
+    import time
+    time.sleep(60)
+"""
+HEAVY = """
+import time
+print("ready", flush=True)
+begin = time.monotonic()
+try:
+    while time.monotonic() - begin < 0.3:
+        pass
+except BaseException:
+    print("broken off", flush=True)
+    raise
+print("whole", flush=True)
+"""
+
+
+def test_an_import_is_not_broken_off(tmp_path: Path) -> None:
+    """A library's start in C++ would abort the process."""
+    (tmp_path / "heavy.py").write_text(HEAVY)
+    with started(tmp_path, IMPORTING) as process:
+        process.send_signal(signal.SIGINT)
+        assert process.communicate(timeout=30) == ("whole\n", "clrt: interrupted; nothing was saved\n")
+        assert process.returncode == 130
+
+
+STUBBORN = """
+import time
+from clrt.base.atomic import replacing
+
+def run(options):
+    with replacing("a.ck") as temporary:
+        try:
+            print("ready", flush=True)
+            time.sleep(60)
+        finally:
+            print("tidying", flush=True)
+            time.sleep(60)
+"""
+
+
+def test_a_second_signal_ends_what_takes_long_to_end(tmp_path: Path) -> None:
+    with started(tmp_path, STUBBORN) as process:
+        process.send_signal(signal.SIGINT)
+        assert process.stdout is not None and process.stdout.readline() == "tidying\n"
+        process.send_signal(signal.SIGTERM)
+        assert process.communicate(timeout=30) == ("", "clrt: interrupted\n")
+        assert process.returncode == 130
+    assert [file.name for file in tmp_path.iterdir()] == ["task.py"]
+
+
+@pytest.mark.parametrize("begin", ["import clrt.cli; clrt.cli.main(['scenes'])", "import clrt"])
+def test_a_program_that_imports_clrt_keeps_its_handlers(begin: str) -> None:
+    code = (
+        "import signal, sys; names = ('SIGINT', 'SIGTERM', 'SIGHUP', 'SIGALRM')\n"
+        "before = [signal.getsignal(getattr(signal, name)) for name in names]\n"
+        f"{begin}\nassert [signal.getsignal(getattr(signal, name)) for name in names] == before\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_a_signal_that_is_ignored_stays_so(tmp_path: Path) -> None:
+    """`nohup clrt render ...`, and jobs in the background."""
+    scene = tmp_path / "ball.toml"
+    scene.write_text(SCENE)
+    code = (
+        "import signal, sys, os; ignored = (signal.SIGINT, signal.SIGHUP)\n"
+        "for number in ignored: signal.signal(number, signal.SIG_IGN)\n"
+        "sys.argv[0] = 'clrt'; from clrt.cli import program\n"
+        "for number in ignored: os.kill(os.getpid(), number)\n"
+        "program()"
+    )
+    out = tmp_path / "a.toml"
+    done = subprocess.run([sys.executable, "-c", code, "convert", scene, out], capture_output=True, text=True)
+    assert done.returncode == 0 and out.exists() and done.stderr.count("\n") == 1  # the scene's own warning

@@ -1,0 +1,302 @@
+"""Reading takes time and memory in proportion to the file, whatever the file says."""
+
+from __future__ import annotations
+
+import gc
+import itertools
+import json
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base.suggest import nearest
+from clrt.flatten.flatten import flatten
+from clrt.flatten.inside import count_inside
+from clrt.formats import load_dict
+from clrt.scene.mesh import Mesh
+
+MOST = 6.0
+"""How much longer four times as much may take: 4 where the time is linear, 16 where it is its square."""
+
+
+def seconds(work: Callable[[], object]) -> float:
+    """Processor time, the least of two runs."""
+    times = []
+    for _ in range(2):
+        gc.collect()
+        gc.disable()
+        try:
+            start = time.process_time()
+            work()
+            times.append(time.process_time() - start)
+        finally:
+            gc.enable()
+    return min(times)
+
+
+def check_growth(make: Callable[[int], Callable[[], object]], n: int) -> None:
+    """`make(n)` prepares a work of size n. The least times count: a busy machine only ever adds to them.
+
+    Where the small one fits into a cache and the large one does not, both are doubled: only the square stays.
+    Python's collector rests meanwhile: now and then it walks through all that this process holds beside.
+    """
+    ratios = []
+    for scale in (1, 2):
+        small, large = make(scale * n), make(4 * scale * n)
+        least = [float("inf")] * 2
+        for _ in range(6):
+            least = [min(known, seconds(work)) for known, work in zip(least, (small, large), strict=True)]
+            if least[1] <= MOST * max(least[0], 1e-3):
+                return
+        ratios.append(round(least[1] / least[0], 1))
+    pytest.fail(f"four times as much takes {ratios} times as long")
+
+
+def names(count: int) -> list[str]:
+    letters = itertools.product("abcdefghijklmnopqrstuvwxyz", repeat=4)
+    return ["".join(name) for name in itertools.islice(letters, count)]
+
+
+def toml_spheres(n: int) -> str:
+    return "".join(
+        f'[[shapes]]\ntype = "sphere"\ncenter = [{i}, 0.5, 1.5]\nradius = 0.5\n' for i in range(n)
+    )
+
+
+def toml_materials(n: int) -> str:
+    return "".join(f"[materials.{name}]\ncolor = [0.1, 0.2, 0.3]\n" for name in names(n))
+
+
+def json_shapes(n: int, **shape: object) -> str:
+    return json.dumps({"shapes": [shape] * n})
+
+
+def json_mesh(n: int) -> str:
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    faces = [[4 * i + k for k in range(4)] for i in range(n)]
+    mesh = {"type": "mesh", "vertices": corners * n, "faces": faces}
+    return json.dumps({"shapes": [mesh]})
+
+
+def json_faces(n: int) -> str:
+    faces = ",".join(["[0,1,2,3]"] * n)
+    return f'{{"shapes":[{{"type":"mesh","vertices":[[0,0,0],[1,0,0],[1,1,0],[0,1,0]],"faces":[{faces}]}}]}}'
+
+
+def json_twice(n: int) -> str:
+    return "{" + "".join(f'"{name}":1,' for name in names(n)) + '"zzzz":1,"zzzz":1}'
+
+
+def nff_fills(n: int) -> str:
+    return "".join(f"f .1 .2 .3 1 0 0 0 {1 + i / n}\ns 0 0 0 1\n" for i in range(n))
+
+
+def toml_within(n: int) -> str:
+    return f"a = {{{','.join(f'{name}.b=1' for name in names(n))}}}"
+
+
+SPHERE = {"type": "sphere", "center": [0.5, 1, 2], "radius": 1}
+FILES: dict[str, tuple[str, Callable[[int], str], int]] = {
+    "toml spheres": ("a.toml", toml_spheres, 4000),
+    "toml materials": ("a.toml", toml_materials, 4000),
+    "toml numbers": ("a.toml", lambda n: f"background = [{'1,' * n}]", 25000),
+    "toml dotted key": ("a.toml", lambda n: "a." * n + "b = 1", 150_000),
+    "toml dotted keys": ("a.toml", lambda n: "".join(f"{name}.b = 1\n" for name in names(n)), 20000),
+    "toml dotted keys within": ("a.toml", toml_within, 20000),
+    "toml headers": ("a.toml", lambda n: "".join(f"[{name}]\n" for name in names(n)), 15000),
+    "toml brackets": ("a.toml", lambda n: "a = " + "[" * n, 500_000),
+    "toml quotes": ("a.toml", lambda n: 'a = """' + '\\"""' * n, 100_000),
+    "json spheres": ("a.json", lambda n: json_shapes(n, **SPHERE), 6000),
+    "json transforms": ("a.json", lambda n: json_shapes(n, **SPHERE, transform=[{"scale": 2}]), 1500),
+    "json steps": ("a.json", lambda n: json_shapes(1, **SPHERE, transform=[{"scale": 1}] * n), 5000),
+    "json own materials": ("a.json", lambda n: json_shapes(n, **SPHERE, material={}), 4000),
+    "json materials": ("a.json", lambda n: json.dumps({"materials": {k: {} for k in names(n)}}), 8000),
+    "json curves": ("a.json", lambda n: json.dumps({"ambient": [[400 + i / n, 1] for i in range(n)]}), 20000),
+    "json mesh": ("a.json", json_mesh, 4000),
+    "json key twice": ("a.json", json_twice, 40000),
+    "json unknown material": (
+        "a.json",
+        lambda n: json.dumps(
+            {"materials": {k: {} for k in names(n)}, "shapes": [{**SPHERE, "material": "aabbcc"}]}
+        ),
+        8000,
+    ),
+    "json unknown key": ("a.json", lambda n: json.dumps({"x" * n: 1}), 4_000_000),
+    "json brackets": ("a.json", lambda n: '{"a": ' + "[" * n, 4_000_000),
+    "nff spheres": ("a.nff", lambda n: "s 0 0 0 1\n" * n, 6000),
+    "nff fills": ("a.nff", nff_fills, 3000),
+    "nff polygons": ("a.nff", lambda n: "p 4\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n" * n, 3000),
+    "nff long line": ("a.nff", lambda n: "s 0 0 0 1 " * n, 6000),
+    "thesis surfaces": (
+        "a.txt",
+        lambda n: "".join(
+            f"Sphere Point {i} 0 0 Radius 1\nSurface Spectrum 400 700 Constants .1 .2 .3 {1 + i / n} 0\n"
+            for i in range(n)
+        ),
+        1000,
+    ),
+    "thesis words": ("a.txt", lambda n: "word\n" * n, 60000),
+    "obj": ("a.obj", lambda n: "".join(f"v {i} 0 0\nv {i} 1 0\nv {i} 0 1\n" for i in range(n))
+            + "".join(f"f {3 * i + 1} {3 * i + 2} {3 * i + 3}\n" for i in range(n)), 4000),
+    "stl": ("a.stl", lambda n: "solid a\n" + "".join(
+        f"facet normal 0 0 1\nouter loop\nvertex {i} 0 0\nvertex {i} 1 0\nvertex 0 {i} 1\nendloop\nendfacet\n"
+        for i in range(n)) + "endsolid a\n", 6000),
+    "ply": ("a.ply", lambda n: "ply\nformat ascii 1.0\n" + f"element vertex {3 * n}\n"
+            + "property float x\nproperty float y\nproperty float z\n" + f"element face {n}\n"
+            + "property list uchar int vertex_indices\nend_header\n"
+            + "".join(f"{i} 0 0\n{i} 1 0\n{i} 0 1\n" for i in range(n))
+            + "".join(f"3 {3 * i} {3 * i + 1} {3 * i + 2}\n" for i in range(n)), 4000),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_files(case: str, tmp_path: Path) -> None:
+    name, text, n = FILES[case]
+
+    def make(size: int) -> Callable[[], object]:
+        folder = tmp_path / str(size)
+        folder.mkdir()
+        (folder / name).write_text(text(size))
+
+        def load() -> None:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                try:
+                    clrt.load(folder / name)
+                except clrt.ClrtError as error:
+                    assert len(str(error)) < 3000
+
+        return load
+
+    check_growth(make, n)
+
+
+def glass(n: int, nested: bool, kinds: int) -> clrt.Scene:
+    materials = {f"g{k}": {"transmission": 1, "ior": 1.1 + k / 10, "absorption": 0.1} for k in range(kinds)}
+    shapes = []
+    for i in range(n):
+        center = [0, 0, 0] if nested else [3 * (i % 20), 3 * (i // 20), 0]
+        radius = 1 + i / n if nested else 1
+        shapes.append({"type": "sphere", "center": center, "radius": radius, "material": f"g{i % kinds}"})
+    return load_dict({"materials": materials, "shapes": shapes})
+
+
+@pytest.mark.parametrize(("nested", "kinds"), [(False, 2), (True, 2), (True, 1)])
+@pytest.mark.filterwarnings("ignore")
+def test_media_and_their_overlaps(nested: bool, kinds: int) -> None:
+    check_growth(lambda n: partial(flatten, glass(n, nested, kinds)), 4000)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_rays_into_more_media_than_fit() -> None:
+    """The first ninth is enough to refuse the picture: a ray need not find all others."""
+    camera = clrt.scene.scene.Camera(origin=(0, 0, 9), target=(0, 0, 0), width=8, height=8)
+
+    def make(n: int) -> Callable[[], object]:
+        scene = clrt.Scene(
+            materials={"glass": {"transmission": 1, "absorption": 0.1}},
+            shapes=[
+                {"type": "sphere", "center": (0, 0, 0), "radius": 1 + i / n, "material": "glass"}
+                for i in range(n)
+            ],
+            camera=camera,
+        )
+
+        def render() -> None:
+            with pytest.raises(clrt.LimitError, match="more than 8 media"):
+                clrt.render(scene)
+
+        return render
+
+    check_growth(make, 3000)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_media_that_rays_start_in() -> None:
+    def make(n: int) -> Callable[[], object]:
+        media = flatten(glass(n, False, 2)).media
+        assert media is not None
+        points = np.random.default_rng(1).uniform(0, (60, 3 * n / 20, 1), (n, 3))
+        return lambda: media.lists(points)
+
+    check_growth(make, 2000)
+
+
+def test_what_a_mesh_encloses() -> None:
+    """Points times faces: either may grow."""
+
+    def mesh(faces: int) -> Mesh:
+        points = np.random.default_rng(1).normal(size=(3 * faces, 3))
+        scene = load_dict(
+            {"shapes": [{"type": "mesh", "vertices": points, "faces": np.arange(3 * faces).reshape(-1, 3)}]}
+        )
+        shape = scene.shapes[0]
+        assert isinstance(shape, Mesh)
+        return shape
+
+    points = np.random.default_rng(2).normal(size=(800, 3))
+    check_growth(lambda n: partial(count_inside, mesh(n), points[:100]), 2000)
+    check_growth(lambda n: partial(count_inside, mesh(2000), points[:n]), 100)
+
+
+def test_suggestions() -> None:
+    many = [f"material_{i}" for i in range(80_000)]
+    check_growth(lambda n: lambda: nearest("materail_199", many[:n]), 20_000)
+    long = ["m" * 1_000_000 + str(i) for i in range(20)]
+    check_growth(lambda n: lambda: [nearest("m" * n, long) for _ in range(20)], 250_000)
+
+
+def test_the_nearest_of_many_is_found() -> None:
+    many = [f"material_{i}" for i in range(20_000)]
+    assert nearest("materail_12345", many) == "material_12345"
+    assert nearest("Material_777", many) == "material_777"
+    assert nearest("sphre", ["plane", "sphere"]) == "sphere"
+    assert nearest("xyz", ["plane"], cutoff=0.6) is None and nearest("x", []) is None
+
+
+HOSTILE: dict[str, tuple[str, Callable[[int], str]]] = {
+    "toml lists": ("a.toml", lambda n: f"a=[{'[],' * (n // 3)}]"),
+    "toml headers": ("a.toml", lambda n: "".join(f"[{name}]\n" for name in names(n // 7))),
+    "toml dotted keys": ("a.toml", lambda n: "a." * (n // 2) + "b=1"),
+    "json lists": ("a.json", lambda n: '{"a":[' + ",".join(["[]"] * (n // 3)) + "]}"),
+    "json materials": ("a.json", lambda n: json.dumps({"materials": {k: {} for k in names(n // 11)}})),
+    "json faces": ("a.json", lambda n: json_faces(n // 10)),
+    "nff spheres": ("a.nff", lambda n: "s 0 0 0 1\n" * (n // 10)),
+    "thesis spheres": ("a.txt", lambda n: "Sphere\nPoint 0 0 0\nRadius 1\nSurface None\n" * (n // 43)),
+}  # fmt: skip
+_PROBE = """
+import resource, sys, time, warnings
+import clrt
+warnings.simplefilter("ignore")
+clrt.load_dict({"shapes": []})
+def peak(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss << 10
+before, start = peak(), time.process_time()
+try:
+    clrt.load(sys.argv[1])
+except clrt.ClrtError:
+    pass
+print(peak() - before, time.process_time() - start)
+"""
+
+
+@pytest.mark.parametrize("case", HOSTILE)
+def test_a_file_costs_no_more_than_its_size_allows(case: str, tmp_path: Path) -> None:
+    """At most 100 MiB + 60 bytes for each byte of the file, and 1 s + 1 s for each million bytes."""
+    name, text = HOSTILE[case]
+    file = tmp_path / name
+    file.write_text(text(1_500_000))
+    size = file.stat().st_size
+    done = subprocess.run(
+        [sys.executable, "-c", _PROBE, str(file)], capture_output=True, text=True, timeout=120, check=True
+    )
+    memory, spent = map(float, done.stdout.split())
+    assert memory <= (100 << 20) + 60 * size
+    assert spent <= 1 + size / 1e6

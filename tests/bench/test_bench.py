@@ -1,0 +1,373 @@
+"""The benchmarks measure what they say: the right rays, the right work; and report it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base.errors import ClrtError
+from clrt.bench import kernels, report, roof, scaling, scenes, timing, walk
+from clrt.bench.frames import Frame, frame_times, shares
+from clrt.bench.machine import one_core
+from clrt.bench.recorder import Recording, case
+from clrt.bench.timing import Case, Measurement, measured
+from clrt.cli import bench as bench_command
+from clrt.cli import main
+from clrt.device.device import Device
+from tests.bench_samples import measurement
+
+WIDTH = 40
+
+
+@pytest.fixture(scope="module")
+def scene() -> clrt.Scene:
+    return scenes.flake(levels=1)
+
+
+@pytest.fixture(scope="module")
+def recording(scene: clrt.Scene) -> Recording:
+    """Of two tiles."""
+    return kernels.recorded(scene, WIDTH, None, clrt.Settings(tile=WIDTH * WIDTH // 2))
+
+
+# --- what is recorded
+# -------------------------------------------------------------------------------------------
+
+
+def test_the_recorded_rays_are_those_of_a_render(scene: clrt.Scene, recording: Recording):
+    rays = clrt.render(scene, WIDTH, WIDTH, max_depth=1).stats["generations"]
+    cases = {(c.name, c.queue): c for c in kernels.cases(recording, "flake")}
+    assert cases["generate", "primary"].items == cases["closest", "primary"].items == WIDTH * WIDTH
+    assert cases["occluded", "shadow"].items == rays[0]["feelers"] > 0
+    for kind, name in (
+        ("reflection", "reflection"),
+        ("transmission", "refraction"),
+        ("ambient", "incoherent"),
+    ):
+        assert cases["closest", name].items == rays[1][kind] > 0
+    assert {c.name for c in cases.values()} >= {
+        "cross_boundaries",  # the glass of these scenes is nested, so their rays carry lists of media
+        "light",
+        "feelers",
+        "gather",
+        "count",
+        "scan",
+        "rank",
+    }
+    assert len(recording.launches["closest", "primary"]) == 2  # a launch a tile
+
+
+def test_traffic_is_that_of_the_queues(recording: Recording):
+    """A generated ray is written once: 7 floats, 3 bands of weight, pixel and path; a number is read."""
+    made = case(recording, "generate", "primary", "flake")
+    assert made.nbytes == pytest.approx(made.items * 4 * (7 + 3 + 2 + 1), rel=0.01)
+
+
+def test_launches_can_be_repeated_without_changing_the_queues(recording: Recording):
+    before = {kind: kernels.hits_of(recording, kind) for kind in recording.rays}
+    slots = recording.launches["rank", "generation 2"][0].arguments[-1]
+    contents = recording.device.read(slots, np.empty(100, np.uint32))
+    cases = kernels.cases(recording, "flake")
+    assert {c.name for c in cases if c.reset} == {"rank", "illuminate", "gather", "resolve"}
+    for made in cases:
+        for _ in range(2):
+            if made.reset:
+                made.reset()
+            made.run()
+    for made in cases:
+        if made.reset:
+            made.reset()
+    assert np.array_equal(recording.device.read(slots, np.empty(100, np.uint32)), contents)
+    for kind, hits in before.items():
+        assert np.array_equal(kernels.hits_of(recording, kind), hits)
+
+
+def test_rays_come_back_as_they_were_made(scene: clrt.Scene, recording: Recording):
+    rays = kernels.rays_of(recording, "primary")
+    assert rays.shape == (7, WIDTH * WIDTH) and np.isinf(rays[6]).all()
+    assert scene.camera is not None
+    assert np.allclose(rays[:3].T, np.float32(scene.camera.origin))
+    assert np.linalg.norm(rays[3:6], axis=0) == pytest.approx(1, abs=1e-6)
+    hits = clrt.Tracer(scene).intersect(rays[:3].T, rays[3:6].T)
+    assert np.array_equal(hits.primitive, kernels.hits_of(recording, "primary"))
+
+
+# --- what a walk cannot avoid
+# -----------------------------------------------------------------------------------
+
+
+def visits_one_by_one(
+    nodes: np.ndarray, origin: np.ndarray, direction: np.ndarray, t: float
+) -> tuple[int, int]:
+    """Nodes and blocks, by recursion over one ray."""
+
+    def visit(number: int) -> tuple[int, int]:
+        visited, blocks = 1, 0
+        low, high = nodes[number]["planes"].reshape(3, 2, 8).transpose(1, 2, 0)
+        for k, child in enumerate(nodes[number]["child"]):
+            a, b = (low[k] - origin) / direction, (high[k] - origin) / direction
+            if (low[k] > high[k]).any() or max(np.minimum(a, b).max(), 0) > min(np.maximum(a, b).min(), t):
+                continue
+            if child < 0:
+                blocks += 1
+            else:
+                more = visit(child)
+                visited, blocks = visited + more[0], blocks + more[1]
+        return visited, blocks
+
+    return visit(0)
+
+
+def test_visits_are_counted_as_by_recursion(recording: Recording):
+    nodes = walk.read_nodes(recording.device, recording.world)
+    rng = np.random.default_rng(1)
+    origins = rng.normal(size=(60, 3)) * 3
+    directions = -origins + rng.normal(size=(60, 3)) * 0.5
+    t = np.where(rng.random(60) < 0.5, np.inf, 0.7)
+    found = walk.count_visits(nodes, origins, directions, t)
+    wanted = [visits_one_by_one(nodes, *ray) for ray in zip(origins, directions, t, strict=True)]
+    assert found.nodes == pytest.approx(np.mean([nodes for nodes, _ in wanted]))
+    assert found.blocks == pytest.approx(np.mean([blocks for _, blocks in wanted])) and found.blocks > 0.3
+    assert found.nbytes(1) < found.nbytes(2) and found.nbytes(10**9) == found.tree_bytes
+
+
+# --- how times are taken
+# ----------------------------------------------------------------------------------------
+
+
+def test_cases_are_interleaved_warmed_up_and_repeated(monkeypatch: pytest.MonkeyPatch):
+    order: list[str] = []
+    clock = {"seconds": 0.0}
+
+    def runner(name: str, cost: float) -> Case:
+        def run() -> None:
+            order.append(name)
+            clock["seconds"] += cost
+
+        return Case(group="g", name=name, run=run, clock="cpu")
+
+    monkeypatch.setitem(timing.CLOCKS, "cpu", lambda: clock["seconds"])
+    slow, fast = timing.measure([runner("slow", 1.0), runner("fast", timing.SHORTEST / 3.5)], rounds=3)
+    assert order == ["slow"] * 2 + ["fast"] * 2 + (["slow"] + ["fast"] * 4) * 3
+    assert slow.seconds == pytest.approx((1.0,) * 3)
+    assert fast.seconds == pytest.approx((timing.SHORTEST / 3.5,) * 3) and fast.spread == pytest.approx(
+        0, abs=1e-9
+    )
+
+
+def test_a_case_is_readied_outside_the_time_and_may_time_itself(monkeypatch: pytest.MonkeyPatch):
+    clock = {"seconds": 0.0}
+
+    def spend(seconds: float) -> None:
+        clock["seconds"] += seconds
+
+    monkeypatch.setitem(timing.CLOCKS, "cpu", lambda: clock["seconds"])
+    readied = Case(group="g", name="a", run=lambda: spend(1e-6), reset=lambda: spend(5.0))
+    own = Case(group="g", name="b", run=lambda: 0.25)
+    a, b = timing.measure([readied, own], rounds=2)
+    assert a.seconds == pytest.approx((1e-6,) * 2) and b.seconds == (0.25, 0.25)
+
+
+def test_median_and_spread():
+    m = measurement((1.0, 2.0, 3.0, 4.0, 100.0), items=2)
+    assert m.median == 3.0 and m.ns == 1.5e9
+    assert m.spread == pytest.approx((4 - 2) / 2 / 3)
+
+
+def test_the_roof_is_that_of_a_processor():
+    with one_core():
+        found = timing.measure(roof.cases(Device(settings=clrt.Settings(threads=1)), threads=1), rounds=3)
+    best = roof.roof_of(found)
+    assert 5e8 < best.memory < 1e12 and best.memory < best.cache < 1e13 and 1e9 < best.arithmetic < 1e12
+    m = measurement((1.0,))
+    assert best.least_seconds(m) == max(200 / best.memory, 3000 / best.arithmetic)
+
+
+# --- reports
+# ----------------------------------------------------------------------------------------------------
+
+
+def test_reports_are_saved_and_read(tmp_path: Path):
+    made = report.Report({"processor": "x"}, (measurement((1.0, 2.0)),))
+    made.save(tmp_path / "a.json")
+    assert report.load(tmp_path / "a.json") == made
+    for text in (
+        "{",
+        "[]",
+        '{"format": 1}',
+        '{"format": 7}',
+        '{"format": 1, "measurements": [{}], "machine": {}}',
+    ):
+        (tmp_path / "b.json").write_text(text)
+        with pytest.raises(ClrtError, match=r"b\.json"):
+            report.load(tmp_path / "b.json")
+    with pytest.raises(ClrtError, match="there is no such file"):
+        report.load(tmp_path / "c.json")
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"group": ["a"]}, {"threads": {}}, {"items": "1"}, {"items": 10**400}, {"seconds": []},
+        {"seconds": ["1"]}, {"seconds": [0.0]}, {"seconds": [-1.0]}, {"seconds": [float("nan")]},
+        {"seconds": [5e-324]}, {"seconds": 1.0}, {"extra": 1},
+    ],
+)  # fmt: skip
+def test_what_a_report_holds_is_checked_before_an_hour_of_measuring(tmp_path: Path, changed: dict[str, Any]):
+    row = measurement((1.0,)).to_dict()
+    content = {"format": 1, "machine": {"processor": "x"}, "measurements": [row | changed]}
+    (tmp_path / "b.json").write_text(json.dumps(content))
+    with pytest.raises(ClrtError, match=r"b\.json: not a report of `clrt bench --json`"):
+        report.load(tmp_path / "b.json")
+    (tmp_path / "b.json").write_text(json.dumps(content | {"machine": ["x"], "measurements": [row]}))
+    with pytest.raises(ClrtError, match=r"b\.json: not a report of `clrt bench --json`"):
+        report.load(tmp_path / "b.json")
+
+
+def test_ratios_take_the_best_call_of_each_mode():
+    def embree(name: str, seconds: float) -> Measurement:
+        return replace(measurement((seconds,)), group="embree", name=name, extra={"disagree": 0.0})
+
+    calls = [embree("default 1", 4.0), embree("default 8 coherent", 3.0), embree("robust 1", 6.0)]
+    calls += [replace(embree("default 1", 0.1), queue="shadow"), embree("default tree", 0.1)]
+    (row,) = report.ratios(report.Report({}, (measurement((2.0,)), *calls)))
+    assert (row["default"], row["default_single"], row["robust"], row["robust_single"]) == (
+        1.5,
+        2.0,
+        3.0,
+        3.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--only", "launch", "--chart", "a.svg"], "a roofline chart needs the kernels' measurements"),
+        (["--only", "kernels", "--chart", "a.bmp"], "no chart is drawn as .bmp; use one of "),
+        (["--json", "a.svg", "--chart", "a.svg"], "a.svg: is the file of --json; give --chart a file of its"),
+    ],
+)
+def test_charts_are_refused_before_anything_is_measured(
+    options: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    from clrt.bench import suite
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(suite, "run", lambda *_: pytest.fail("it measures"))
+    assert main(["bench", "--quick", *options]) == 2
+    assert says in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_the_command_measures_compares_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    old, new, chart = tmp_path / "old.json", tmp_path / "new.json", tmp_path / "roof.svg"
+    quick = ["bench", "--quick", "--only", "kernels,frames,builder,launch,bands", "--rounds", "3"]
+    assert main([*quick, "--json", str(old), "--chart", str(chart)]) == 0
+    text = capsys.readouterr().out
+    assert all(
+        word in text for word in ("of the roof", "Mpixel/s", "builder: tree", "launch: queued", "times RGB")
+    )
+    assert "<svg" in chart.read_text()
+    groups = {row["group"] for row in json.loads(old.read_text())["measurements"]}
+    assert groups == {"roof", "tracing", "shading", "compaction", "frame", "builder", "launch", "bands"}
+
+    # an old report a hundred times as fast: everything is slower now, on a busy machine too
+    table = json.loads(old.read_text())
+    for row in table["measurements"]:
+        row["seconds"] = [seconds / 100 for seconds in row["seconds"]]
+    old.write_text(json.dumps(table))
+    launches = ["bench", "--quick", "--only", "launch", "--rounds", "5"]
+    assert main([*launches, "--compare", str(old), "--json", str(new)]) == 1
+    assert "0 same, 0 faster, 2 slower, 0 unclear" in capsys.readouterr().out
+    table["machine"]["processor"] = "another"
+    old.write_text(json.dumps(table))
+    assert main([*quick, "--compare", str(old)]) == 2
+    assert "'another'" in capsys.readouterr().err
+
+
+def test_faults_come_before_measuring(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    for options, word in (
+        (["--only", "kernls"], "kernls"),
+        (["--rounds", "0"], "--rounds"),
+        (["--compare", str(tmp_path / "x.json")], "x.json"),
+        (["--json", str(tmp_path / "no" / "x.json")], "no/x.json"),
+        (["--device", "Cray"], "Cray"),
+    ):
+        assert main(["bench", "--quick", *options]) == 2
+        text, errors = capsys.readouterr()
+        assert text == "" and word in errors and errors.count("\n") == 1
+
+
+def test_scaling_measures_each_point_in_a_process_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    points = [(n, scaling.Point(primitives=n, width=32, lights=1, depth=1, tile=256)) for n in (200, 20_000)]
+    monkeypatch.setattr(scaling, "series", lambda quick: {"primitives": points})
+    assert scaling.main([str(tmp_path / "a.json"), str(tmp_path / "a.svg"), "--quick"]) == 0
+    assert "<svg" in (tmp_path / "a.svg").read_text()
+    few, many = json.loads((tmp_path / "a.json").read_text())["series"]["primitives"]
+    assert (few["x"], many["x"]) == (200, 20_000) and len(few["seconds"]) == 5 and few["rays"] > 32 * 32
+    assert few["device_bytes"] < many["device_bytes"] < many["peak_bytes"]
+
+
+def test_every_series_has_a_label_and_grows():
+    for quick in (False, True):
+        for name, points in scaling.series(quick).items():
+            x = [where for where, _ in points]
+            assert name in scaling.LABELS and x == sorted(set(x)) and len(x) >= 2
+
+
+@pytest.mark.embree
+def test_embree_sees_what_we_see(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    out = tmp_path / "a.json"
+    command = ["bench", "--quick", "--only", "kernels,builder", "--against", "embree", "--rounds", "1"]
+    assert main([*command, "--json", str(out)]) == 0
+    assert "our speed over Embree's" in capsys.readouterr().out
+    rows = report.ratios(report.load(out))
+    rays = [row for row in rows if row["queue"] != "tree"]
+    assert len(rays) == 15 and len(rows) > len(rays)
+    # edges and silhouettes are a matter of rounding
+    assert all(row["disagree"] < 1e-3 for row in rays)
+
+
+def test_one_round_has_no_spread_and_shares_are_of_one_run(capsys: pytest.CaptureFixture[str]):
+    scene = clrt.load_dict(
+        {"camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 64, "height": 64},
+         "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}]}
+    )  # fmt: skip
+    found = frame_times({"ball": (scene, 64)}, (1,), 1, None, clrt.Settings())
+    (share,) = map(shares, found)
+    assert min(share.values()) >= 0 and sum(share.values()) == pytest.approx(1)
+    from rich.console import Console
+
+    made = report.Report({}, tuple(found))
+    for table in report.tables(made):
+        Console(width=160).print(table)
+    text = capsys.readouterr().out
+    assert "nan" not in text and "-%" not in text and " - " in text
+
+
+def test_the_run_of_the_median_time_stands_for_a_frame():
+    frame = object.__new__(Frame)
+    spent = [(9.0, 8.0), (3.0, 2.9), (1.0, 0.2), (2.0, 1.0)]  # the first run compiles
+    frame.runs = [(whole, {"closest": tracing}) for whole, tracing in spent]
+    assert frame.middle() == (2.0, {"closest": 1.0})
+    frame.runs = frame.runs[:2]
+    assert frame.middle() == (3.0, {"closest": 2.9})
+    case = Case(group="frame", name="picture", run=lambda: None)
+    old = measured(case, [1.0], passes={"closest": 0.5, "light": 0.75})  # as older reports had it
+    assert shares(old) == pytest.approx({"tracing": 0.4, "passes": 0.6, "host": 0.0})
+
+
+def test_a_pipe_gets_a_line_now_and_then(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    clock = iter([0.0, 1.0, 4.9, 5.0, 9.0])
+    monkeypatch.setattr(bench_command.time, "monotonic", lambda: next(clock))
+    with bench_command._reporting() as tell:
+        for text in "abcde":
+            tell(text)
+    assert capsys.readouterr().err == "clrt: bench: a\nclrt: bench: d\n"

@@ -1,0 +1,378 @@
+"""The command line: what it prints, where, with which exit code, and what it leaves on the disk."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+import clrt
+from clrt.base.resources import scene_file, shipped_scenes, validation_module
+from clrt.cli import main
+from clrt.device.vendors import install_command
+from clrt.images.file import read_samples
+from clrt.images.image import pixel_hash, read_image
+
+SCENE = """
+max_depth = 2
+background = [0.1, 0.2, 0.3]
+[camera]
+origin = [0, 0, 4]
+target = [0, 0, 0]
+width = 24
+height = 16
+[[lights]]
+type = "point"
+position = [3, 4, 5]
+[[shapes]]
+type = "sphere"
+center = [0.2, 0.1, 0]
+radius = 1
+material = { reflection = 0.3, diffuse = 0.6 }
+"""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    path = tmp_path / "ball.toml"
+    path.write_text(SCENE)
+    return path
+
+
+def run(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "clrt", *map(str, arguments)]
+    return subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True)
+
+
+def fault(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
+    """Run a command that must fail: exit code 2, one line on stderr, nothing on stdout. Returns the line."""
+    try:
+        code: Any = main([str(argument) for argument in arguments])
+    except SystemExit as leaving:
+        code = leaving.code
+    out, err = capsys.readouterr()
+    assert (code, out, err.count("\n")) == (2, "", 1), (code, out, err)
+    assert err.startswith("clrt: error: ")
+    return err
+
+
+def test_render_writes_the_picture_of_the_api_and_one_line(scene: Path, capsys: pytest.CaptureFixture[str]):
+    out = scene.with_name("a.exr")
+    assert main(["render", str(scene), "-o", str(out)]) == 0
+    text, errors = capsys.readouterr()
+    assert errors == ""
+    assert text.count("\n") == 1 and text.startswith(f"{out}: 24 x 16, ")
+    image = clrt.render(clrt.load(scene))
+    assert " s, " in text and text.endswith(f" Mrays/s on {image.stats['device']}\n")
+    assert pixel_hash(read_samples(out)) == image.hash
+
+
+def test_every_option_reaches_the_render(scene: Path, monkeypatch: pytest.MonkeyPatch):
+    seen: dict[str, Any] = {}
+
+    def render(scene: Any, **options: Any) -> clrt.Image:
+        seen.update(options)
+        layer = np.zeros((3, 4, 3), np.float32)
+        return clrt.Image(layer, {"direct": layer}, {"traced": 7, "device": "fake", "rays": {"camera": 7}})
+
+    monkeypatch.setattr(clrt, "render", render)
+    out, stats = scene.with_name("a.exr"), scene.with_name("a.json")
+    size = ["--width", "40", "--height", "30", "--crop", "1", "2", "4", "3", "--spp", "9", "--max-depth", "6"]
+    where = ["--device", "PoCL", "--threads", "1", "--layers", "direct, depth", "--stats", str(stats)]
+    assert main(["render", str(scene), "-o", str(out), *size, *where, "--quiet"]) == 0
+    assert seen.pop("settings") == clrt.Settings(threads=1)
+    assert seen == {
+        "width": 40, "height": 30, "crop": (1, 2, 4, 3), "spp": 9, "max_depth": 6, "device": "PoCL",
+        "layers": ("direct", "depth"), "progress": None, "checkpoint": None,
+    }  # fmt: skip
+    assert json.loads(stats.read_text()) == {"traced": 7, "device": "fake", "rays": {"camera": 7}}
+    assert main(["render", str(scene), "-o", str(out), "--device", "1"]) == 0
+    assert seen["device"] == 1
+
+
+def test_crop_layers_exposure_and_stats_for_real(scene: Path, capsys: pytest.CaptureFixture[str]):
+    out, stats = scene.with_name("a.exr"), scene.with_name("a.json")
+    options = ["--crop", "3", "2", "10", "8", "--layers", "depth,direct,shape", "--stats", str(stats)]
+    assert main(["render", str(scene), "-o", str(out), *options, "--quiet"]) == 0
+    assert capsys.readouterr() == ("", "")
+    spec = oiio.ImageInput.open(str(out)).spec()
+    assert (spec.width, spec.height) == (10, 8)
+    assert {"depth.Z", "direct.G", "shape.ID"} <= set(spec.channelnames)
+    whole = clrt.render(clrt.load(scene)).pixels
+    assert np.array_equal(read_image(out), whole[2:10, 3:13])
+    assert json.loads(stats.read_text())["rays"]["camera"] == 80
+    assert main(["render", str(scene), "-o", str(scene.with_name("a.png")), "--exposure", "2"]) == 0
+    clrt.Image(whole).save(scene.with_name("b.png"), exposure=2)
+    assert np.array_equal(read_image(scene.with_name("a.png")), read_image(scene.with_name("b.png")))
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("max_depth = ", "wrong syntax"),
+        ("[camera]\norigin = [0, 0, 4]\ntarget = [0, 0, 0]\nfov = nan", "camera.fov"),
+        ("[camera]\norigin = [0, 0, 4]\ntarget = [0, 0, inf]", "camera.target"),
+        ("max_depth = 3", "camera"),
+        (SCENE + "radii = 3\n", "shapes[0]"),
+        (SCENE.replace("radius = 1", "radius = 0"), "shapes[0].radius"),
+        (SCENE.replace("width = 24", "width = 0"), "camera.width"),
+        (SCENE.replace("width = 24", "width = 2000000000"), "camera.width"),
+        (SCENE.replace("{ reflection = 0.3, diffuse = 0.6 }", '"gold"'), "gold"),
+    ],
+)
+def test_a_wrong_scene_is_one_line_and_no_picture(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, says: str
+):
+    (tmp_path / "bad.toml").write_text(text)
+    line = fault(capsys, "render", tmp_path / "bad.toml", "-o", tmp_path / "a.png")
+    assert "bad.toml" in line and says in line
+    assert [file.name for file in tmp_path.iterdir()] == ["bad.toml"]
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["-o", "{}/a.gif"], ".png"),
+        (["-o", "{}/none/a.png"], "no folder"),
+        (["-o", "{}/a.png", "--bits", "12"], "--bits"),
+        (["-o", "{}/a.jpg", "--bits", "16"], "use 8"),
+        (["-o", "{}/a.exr", "--exposure", "1"], "exposure"),
+        (["-o", "{}/a.png", "--exposure", "inf"], "exposure"),
+        (["-o", "{}/a.png", "--layers", "bands"], ".exr"),
+        (["-o", "{}/a.exr", "--layers", "colour"], "colour"),
+        (["-o", "{}/a.png", "--stats", "{}/none/a.json"], "no folder"),
+        (["-o", "{}/a.png", "--stats", "{}/a.png"], "--stats"),
+        (["-o", "{}/a.png", "--width", "0"], "width"),
+        (["-o", "{}/a.png", "--height", "-3"], "height"),
+        (["-o", "{}/a.png", "--width", "2000000", "--height", "2000000"], "pixels"),
+        (["-o", "{}/a.png", "--width", "ten"], "ten"),
+        (["-o", "{}/a.png", "--spp", "5"], "spp"),
+        (["-o", "{}/a.png", "--max-depth", "-1"], "max_depth"),
+        (["-o", "{}/a.png", "--max-depth", "100000"], "depth"),
+        (["-o", "{}/a.png", "--threads", "0"], "threads"),
+        (["-o", "{}/a.png", "--crop", "20", "0", "10", "3"], "crop"),
+        (["-o", "{}/a.png", "--device", "Voodoo 2"], "Voodoo 2"),
+        (["-o", "{}/a.png", "--device", "99"], "99"),
+        ([], "--output"),
+    ],
+)
+def test_wrong_options_are_one_line_and_no_picture(
+    scene: Path, capsys: pytest.CaptureFixture[str], options: list[str], says: str
+):
+    before = sorted(scene.parent.iterdir())
+    assert says in fault(capsys, "render", scene, *(option.format(scene.parent) for option in options))
+    assert sorted(scene.parent.iterdir()) == before
+
+
+def test_missing_files_and_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]):
+    out = tmp_path / "a.png"
+    missing = fault(capsys, "render", tmp_path / "nothing.toml", "-o", out)
+    assert "nothing.toml: there is no such file" in missing
+    assert "did you mean 'showcase'" in fault(capsys, "render", "shoowcase", "-o", out)
+    assert "clrt scenes" in fault(capsys, "render", "xyzzy", "-o", out)
+    assert "rendr" in fault(capsys, "rendr")
+    assert "COMMAND" in fault(capsys)
+    assert not list(tmp_path.iterdir())
+
+
+def test_shipped_scenes_have_names(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    assert main(["scenes"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[:-1]] == list(shipped_scenes())
+    assert Path(lines[-1].removeprefix("in ")).is_dir()
+    assert scene_file("showcase") == shipped_scenes()["showcase"]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "showcase").write_text("a file of that name comes first")
+    assert scene_file("showcase") == Path("showcase")
+
+
+def test_a_scene_script_is_run_only_if_it_ships(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    script = shipped_scenes()["tetrahedron"]
+    monkeypatch.chdir(script.parent)
+    for name in ("tetrahedron", str(script), script.name):
+        assert main(["hash", name, "--width", "16"]) == 0
+    assert len({line.split()[0] for line in capsys.readouterr().out.splitlines()}) == 1
+    trap = f"open({str(tmp_path / 'trapped')!r}, 'w')\n"
+    (tmp_path / "tetrahedron.py").write_text(trap + script.read_text())
+    assert "suffix '.py'" in fault(capsys, "hash", tmp_path / "tetrahedron.py")
+    assert not (tmp_path / "trapped").exists()
+
+
+def test_devices_are_listed_with_the_default_marked(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    offered = clrt.devices()
+    for number in range(len(offered)):
+        monkeypatch.setenv("CLRT_DEVICE", str(number))
+        assert main(["devices"]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert [line.startswith("*") for line in lines] == [index == number for index in range(len(offered))]
+        for line, info in zip(lines, offered, strict=True):
+            assert line[2:].split()[0] == str(info.index) and info.name in line and info.version in line
+    monkeypatch.setenv("CLRT_DEVICE", "Voodoo 2")
+    assert "Voodoo 2" in fault(capsys, "devices")
+
+
+def test_hash_is_the_one_of_the_picture(scene: Path, capsys: pytest.CaptureFixture[str]):
+    image = clrt.render(clrt.load(scene), width=12)
+    assert main(["hash", str(scene), "--width", "12"]) == 0
+    assert capsys.readouterr().out == f"{image.hash}  {scene}\n"
+    image.save(scene.with_name("a.exr"))
+    assert main(["hash", str(scene.with_name("a.exr"))]) == 0
+    assert capsys.readouterr().out == f"{image.hash}  {scene.with_name('a.exr')}\n"
+
+
+def test_convert_keeps_the_picture(scene: Path, capsys: pytest.CaptureFixture[str]):
+    first = clrt.render(clrt.load(scene)).hash
+    for name in ("a.json", "b.toml"):
+        out = scene.with_name(name)
+        assert main(["convert", str(scene), str(out)]) == 0
+        assert clrt.render(clrt.load(out)).hash == first
+    assert capsys.readouterr() == ("", "")
+    assert ".toml" in fault(capsys, "convert", scene, scene.with_name("a.obj"))
+    assert not scene.with_name("a.obj").exists()
+
+
+def test_selftest_reports_each_check_and_fails_with_one(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    selftest = validation_module("selftest")
+    for passed, code, last in ((True, 0, "all 2 checks passed"), (False, 1, "1 of 2 checks failed")):
+        checks = (("spheres", True, "all"), ("meshes", passed, "here"))
+        results = [selftest.Result(*check, 0.1) for check in checks]
+        monkeypatch.setattr(selftest, "run_selftest", lambda *_, results=results: iter(results))
+        monkeypatch.setattr(selftest, "names", lambda quick, checks=checks: [name for name, *_ in checks])
+        assert main(["selftest", "--device", "0"]) == code
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[0] == f"on {clrt.devices()[0].label}:" and lines[-1] == last
+        assert lines[1].startswith("same ") and lines[2].startswith("same " if passed else "DIFFERENT ")
+        assert "meshes" in lines[2] and "here" in lines[2]
+
+
+def test_selftest_passes_on_the_default_device(capsys: pytest.CaptureFixture[str]):
+    assert main(["selftest"]) == 0, capsys.readouterr().out
+
+
+def test_a_quick_selftest_needs_no_optional_package(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    assert main(["selftest", "--quick"]) == 0
+    printed = capsys.readouterr()
+    last = printed.out.splitlines()[-2]
+    assert last.startswith("same ") and "not run, for they need clrt's extra [mesh] (trimesh): mesh" in last
+    assert "dispersion" not in printed.out and "half a minute" in printed.err
+
+
+def test_warnings_are_one_line(scene: Path, capsys: pytest.CaptureFixture[str]):
+    scene.write_text(SCENE.replace("diffuse = 0.6", "diffuse = 0.9"))
+    assert main(["render", str(scene), "-o", str(scene.with_name("a.png")), "--quiet"]) == 0
+    out, err = capsys.readouterr()
+    assert out == "" and err.startswith("clrt: warning: ball.toml: shapes[0]") and err.count("\n") == 1
+
+
+def test_help_is_fast_and_imports_nothing_heavy():
+    code = (
+        "import sys, contextlib, clrt.cli\n"
+        "with contextlib.suppress(SystemExit): clrt.cli.main(['--help'])\n"
+        "print(sorted({'numpy', 'pyopencl', 'OpenImageIO', 'rich', 'msgspec'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("[]\n") and "render" in done.stdout
+    seconds = []
+    for _ in range(3):
+        before = os.times()
+        assert run("--help").returncode == 0
+        after = os.times()  # what others do on the machine counts for nothing
+        seconds.append(after[2] + after[3] - before[2] - before[3])
+    assert min(seconds) < 0.2
+
+
+def test_rendering_imports_only_what_it_uses(scene: Path):
+    code = (
+        "import sys, clrt.cli\n"
+        "clrt.cli.main(['render', sys.argv[1], '-o', sys.argv[1] + '.png', '--quiet'])\n"
+        "print(sorted({'rich', 'trimesh', 'scipy', 'skimage', 'clrt_validation'} & set(sys.modules)))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code, scene], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_no_opencl_platform_is_one_line(scene: Path):
+    nowhere = {"OCL_ICD_VENDORS": str(scene.with_name("nothing")), "CLRT_DRIVER": ""}
+    done = run("render", scene, "-o", scene.with_name("a.png"), **nowhere)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("clrt: error: no OpenCL platform") and done.stderr.count("\n") == 1
+    assert install_command() in done.stderr
+    assert not scene.with_name("a.png").exists()
+
+
+def test_a_closed_pipe_is_no_error():
+    reading, writing = os.pipe()
+    os.close(reading)
+    with os.fdopen(writing, "wb") as broken:
+        done = subprocess.run([sys.executable, "-m", "clrt", "scenes"], stdout=broken, stderr=subprocess.PIPE)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_ctrl_c_while_saving_says_what_was_saved(
+    scene: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+):
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("clrt.cli.render._save_stats", interrupted)
+    out = scene.with_name("a.png")
+    code = main(["render", str(scene), "-o", str(out), "--stats", str(scene.with_name("a.json"))])
+    assert (code, capsys.readouterr()) == (130, ("", f"clrt: interrupted; saved: {out}\n"))
+    assert read_image(out).shape == (16, 24, 3)
+
+
+def test_ctrl_c_ends_a_long_render_and_leaves_nothing(scene: Path):
+    """On a terminal, where the progress bar shows rays per second; Ctrl-C ends the render soon."""
+    options = ["--width", "3000", "--height", "3000", "--spp", "64"]
+    controller, terminal = pty.openpty()
+    command = [sys.executable, "-m", "clrt", "render", scene, "-o", scene.with_name("a.png"), *options]
+    wide = {**os.environ, "COLUMNS": "120", "TERM": "xterm"}
+    ignored = signal.signal(signal.SIGINT, signal.default_int_handler)  # as in a background job: inherited
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=terminal, env=wide)
+    signal.signal(signal.SIGINT, ignored)
+    try:
+        os.close(terminal)
+        shown = _read_until(controller, b"%", 60)  # appears after the first tile
+        process.send_signal(signal.SIGINT)
+        start = time.perf_counter()
+        shown += _read_until(controller, b"saved", 30)
+        output, _ = process.communicate(timeout=30)
+        assert (process.returncode, output) == (130, b"")
+        assert time.perf_counter() - start < 10
+    finally:
+        process.kill()
+        process.communicate()
+        os.close(controller)
+    assert b" Mrays/s" in shown and b"clrt: interrupted; nothing was saved" in shown
+    assert [file.name for file in scene.parent.iterdir()] == ["ball.toml"]
+
+
+def _read_until(descriptor: int, wanted: bytes, seconds: float) -> bytes:
+    shown, end = b"", time.perf_counter() + seconds
+    while wanted not in shown and time.perf_counter() < end:
+        try:
+            shown += os.read(descriptor, 4096)
+        except OSError:  # how a pseudo-terminal says that the other side has closed
+            break
+    return shown

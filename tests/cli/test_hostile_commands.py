@@ -1,0 +1,138 @@
+"""Hostile command lines: what is wrong with how a process ended is noticed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from clrt.base.resources import validation_module
+
+ERROR = "sys.stderr.write('clrt: error: x\\n'); sys.exit(2)"
+PICTURE = "import shutil; shutil.copy('good.png', 'out.png')"
+
+
+@pytest.fixture(scope="module")
+def process() -> ModuleType:
+    return validation_module("hostile.process")
+
+
+@pytest.fixture(scope="module")
+def commands() -> ModuleType:
+    return validation_module("hostile.commands")
+
+
+def faults(
+    process: ModuleType,
+    commands: ModuleType,
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    program: str,
+    **how: object,
+) -> list[str]:
+    """What is found wrong with a program that was asked to render."""
+    monkeypatch.setattr(process, "PROGRAM", (b"-c", f"import os, sys, time; {program}".encode()))
+    files = {b"scene.toml": commands.SCENE, b"good.png": validation_module("hostile.seeds").images()[".png"]}
+    arguments = [b"render", b"scene.toml", b"-o", b"out.png"]
+    command = commands.Command(arguments, [b"out.png"], files, **how)
+    command.prepare(folder / "run")
+    for beside in ("home", "tmp"):
+        (folder / beside).mkdir()
+    before = process.contents(folder / "run")
+    ended = process.run(command, folder / "run")
+    return list(process.judged(command, ended, before, folder / "run"))
+
+
+@pytest.mark.parametrize(
+    ("program", "said"),
+    [
+        (PICTURE, ""),
+        (ERROR, ""),
+        ("sys.exit(3)", "exit code 3"),
+        ("os.abort()", "exit code -6"),
+        ("sys.exit(2)", "exit code 2 with 0 lines"),
+        (f"sys.stderr.write('clrt: error: y\\n'); {ERROR}", "2 lines of errors"),
+        (f"sys.stderr.write('clrt: error: y\\n'); {PICTURE}", "exit code 0 with 1 lines"),
+        (f"print('Traceback (most recent call last):'); {ERROR}", "a traceback"),
+        (f"print('\\x1b[31m'); {ERROR}", "a raw '\\x1b'"),
+        (f"print('\\u202e'); {ERROR}", "a raw '\\u202e'"),
+        (f"sys.stderr.write('libpng error\\n'); {ERROR}", "a line that is not ours"),
+        (f"sys.stderr.write('clrt: ' + 'x' * 99999 + '\\n'); {ERROR}", "bytes on stderr"),
+        (f"open('.clrt-1.png', 'w'); {ERROR}", ".clrt-1.png is left"),
+        (f"open('scene.toml', 'w'); {ERROR}", "scene.toml is changed"),
+        (f"open('out.png', 'w').write('half'); {ERROR}", "out.png is not whole"),
+        (f"open(os.environ['TMPDIR'] + '/x', 'w'); {ERROR}", "left in TMPDIR"),
+        ("pass", "no new picture"),
+    ],
+)
+def test_what_ends_badly_is_noticed(
+    process: ModuleType,
+    commands: ModuleType,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    program: str,
+    said: str,
+) -> None:
+    found = faults(process, commands, tmp_path, monkeypatch, program)
+    assert [text for text in found if said in text] if said else not found, found
+
+
+@pytest.mark.parametrize(
+    ("program", "status"),
+    [
+        (f"{PICTURE}; time.sleep(60)", "hangs"),
+        (f"{PICTURE}\nwhile time.process_time() < 0.5: pass", "slow"),
+        (f"{PICTURE}; held = b'x' * (200 << 20); time.sleep(0.2)", "large"),
+        ("sys.exit(3)", "ended badly"),
+        (ERROR, "ended well"),
+    ],
+)
+def test_each_status_of_a_command(
+    process: ModuleType, commands: ModuleType, monkeypatch: pytest.MonkeyPatch, program: str, status: str
+) -> None:
+    good = {b"good.png": validation_module("hostile.seeds").images()[".png"]}
+    made = commands.Command([b"render", b"x.toml", b"-o", b"out.png"], [b"out.png"], good)
+    monkeypatch.setattr(process, "make", lambda seed, index: made)
+    monkeypatch.setattr(process, "PROGRAM", (b"-c", f"import os, sys, time; {program}".encode()))
+    monkeypatch.setattr(process, "PATIENCE", 3.0)
+    gates = validation_module("hostile.gates")
+    monkeypatch.setattr(gates, "COMMAND_SECONDS", 0.4)
+    monkeypatch.setattr(gates, "COMMAND_MEMORY", 150 << 20)
+    answer = process.attempt({"seed": 1, "index": 2})
+    assert answer["status"] == status, answer
+    assert answer["command"]["arguments"] == ["render", "x.toml", "-o", "out.png"]
+
+
+@pytest.mark.parametrize("kind", ["closed", "full", "broken", "unread", "terminal"])
+def test_descriptors_are_as_said(
+    process: ModuleType, commands: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    """The program says by its exit code what it saw; an odd one is the only fault then."""
+    tell = (
+        "code = 50\ntry: code += 10 * os.isatty(1) + (os.write(1, b'x') == 1)\n"
+        "except OSError as error: code = error.errno\nos._exit(code)"
+    )
+    expected = {"closed": 9, "full": 28, "broken": 32, "unread": 51, "terminal": 61}[kind]
+    found = faults(process, commands, tmp_path, monkeypatch, tell, stdout=kind)
+    assert found == [f"exit code {expected}"]
+
+
+def test_surroundings_are_as_said(
+    process: ModuleType, commands: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tell = "import resource; assert resource.getrlimit(resource.RLIMIT_NOFILE)[0] == 32; "
+    tell += "assert os.environb[b'TERM'] == b'\\xff' and 'TZ' not in os.environ; sys.exit(7)"
+    how = {"environment": {b"TERM": b"\xff", b"TZ": None}, "limits": {"n": 32}}
+    assert faults(process, commands, tmp_path, monkeypatch, tell, **how) == ["exit code 7"]
+
+
+def test_everything_that_a_seed_draws_can_be_made(commands: ModuleType, tmp_path: Path) -> None:
+    kinds = set()
+    for index in range(300):
+        made = commands.make(1, index)
+        made.prepare(tmp_path / str(index))
+        kinds |= {(what if isinstance(what, str) else "file") for what in made.files.values()}
+        kinds |= set(made.environment) | set(made.limits) | {made.stdout}
+    assert kinds >= {"fifo", "folder", "loop", "socket", "world", "spoiled", "n", "f", "v", "full", "closed"}
+    assert kinds >= {b"HOME", b"LC_ALL", b"TMPDIR", b"XDG_CACHE_HOME", b"CLRT_DEVICE", b"OCL_ICD_VENDORS"}

@@ -1,0 +1,240 @@
+"""Compiled kernels: who may have written them, who waits for whom, and clrt's own files of them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+import clrt
+from clrt.device import binaries, kernelcache, platforms, trial
+from clrt.device import driver as driver_module
+from clrt.device.opencl import cl
+
+SCENE = clrt.load_dict(
+    {
+        "camera": {"origin": [0, 1, 4], "target": [0, 0, 0], "width": 16, "height": 12},
+        "lights": [{"type": "point", "position": [3, 5, 4]}],
+        "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
+    }
+)
+SOURCE = "__kernel void twice(__global float *x) { x[get_global_id(0)] *= 2.0f; }"
+
+
+def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path) -> None:
+    good = tmp_path / "good"
+    assert kernelcache.problem(good) == ""
+    assert good.stat().st_mode & 0o777 == 0o700
+    for mode in (0o777, 0o770, 0o1777, 0o702):
+        good.chmod(mode)
+        assert "is not yours alone" in kernelcache.problem(good), oct(mode)
+    good.chmod(0o755)
+    assert kernelcache.problem(good) == ""
+    above = tmp_path / "above"
+    above.mkdir()
+    above.chmod(0o777)  # anybody could put another folder in its place
+    assert f"others may write to {above}" in kernelcache.problem(above / "folder")
+    above.chmod(0o1777)  # as /tmp: nobody can
+    assert kernelcache.problem(above / "folder") == ""
+    (tmp_path / "link").symlink_to(good)
+    good.chmod(0o777)
+    assert "is not yours alone" in kernelcache.problem(tmp_path / "link")
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can give files away")
+def test_a_folder_of_somebody_else_is_not_used(tmp_path: Path) -> None:
+    os.chown(tmp_path, 12345, -1)
+    assert "belongs to user 12345" in kernelcache.problem(tmp_path)
+
+
+def test_such_a_folder_is_passed_over_with_a_warning(tmp_path: Path) -> None:
+    tmp_path.chmod(0o777)
+    code = "from clrt.device import kernelcache; print(kernelcache.prepare())"
+    done = subprocess.run(
+        [sys.executable, "-W", "always", "-c", code], env={**os.environ, "POCL_CACHE_DIR": str(tmp_path)},
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert Path(done.stdout.strip()).name.startswith("clrt-kernels-") and str(tmp_path) not in done.stdout
+    assert "is not yours alone" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_commands_that_read_do_not_wait_and_others_say_for_whom(tmp_path: Path) -> None:
+    hold = (
+        "import os, time; from clrt.device import kernelcache; kernelcache.prepare()\n"
+        "with kernelcache.lock(): print(os.getpid(), flush=True); time.sleep(60)"
+    )
+    environment = {**os.environ, "POCL_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", hold]
+    holder = subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+    try:
+        assert holder.stdout
+        number = int(holder.stdout.readline())
+        start = time.perf_counter()
+        run = {"env": environment, "capture_output": True, "text": True}
+        done = subprocess.run([sys.executable, "-m", "clrt", "devices"], **run, check=True)
+        assert time.perf_counter() - start < 30 and "waiting" not in done.stderr
+        waits = "import clrt; from clrt.device import kernelcache as k; clrt.devices()\nwith k.lock(): pass"
+        command = [sys.executable, "-c", waits]
+        waiting = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+        assert waiting.stderr
+        assert f"waiting for process {number}, which compiles kernels" in waiting.stderr.readline()
+    finally:
+        holder.kill()
+        holder.wait()
+    assert waiting.wait(60) == 0  # the lock of a process that died is free
+    waiting.stderr.close()
+
+
+def test_programs_of_their_own_are_compiled_side_by_side(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    kernelcache.prepare()
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    told: list[str] = []
+    monkeypatch.setattr(kernelcache, "watchers", [told.append])
+    with kernelcache.compiling("one", beside=True), kernelcache.compiling("another", beside=True) as known:
+        assert not known
+    assert not [text for text in told if text.startswith("waiting")]
+    with kernelcache.compiling("one", beside=True) as known:
+        assert known
+
+
+def test_watchers_are_told_what_goes_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    kernelcache.prepare()
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    told: list[str] = []
+    monkeypatch.setattr(kernelcache, "watchers", [told.append])
+    with kernelcache.compiling("a kernel"):
+        assert told == ["compiling kernels"]
+    assert told == ["compiling kernels", ""]
+    with kernelcache.compiling("a kernel") as known:
+        assert known and len(told) == 2
+
+
+def test_no_pickles_are_written_or_read(tmp_path: Path) -> None:
+    """pyopencl would keep its own beside clrt's: whoever may write there could run code here."""
+    code = "import clrt, sys; clrt.render(clrt.load(sys.argv[1])); print('rendered')"
+    scene = tmp_path / "scene.json"
+    clrt_scene = '{"camera": {"origin": [0, 0, 4], "target": [0, 0, 0], "width": 4, "height": 4}}'
+    scene.write_text(clrt_scene)
+    for before in ("", "import pyopencl; "):
+        cache = tmp_path / f"cache{len(before)}"
+        done = subprocess.run(
+            [sys.executable, "-c", before + code, str(scene)], capture_output=True, text=True, check=True,
+            env={**os.environ, "XDG_CACHE_HOME": str(cache)},
+        )  # fmt: skip
+        assert done.stdout == "rendered\n"
+        others = [file for file in cache.rglob("*") if file.is_file() and "clrt" not in file.parts]
+        assert not others, others
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(scene)], capture_output=True, text=True, check=True,
+        env={**os.environ, "XDG_CACHE_HOME": "/proc"},
+    )  # fmt: skip
+    assert done.stdout == "rendered\n" and "Traceback" not in done.stderr
+
+
+def test_nothing_else_imports_pyopencl() -> None:
+    root = Path(__file__).resolve().parents[2]
+    for folder in ("clrt", "validation"):
+        for file in (root / folder).rglob("*.py"):
+            if file.name != "opencl.py":
+                assert "import pyopencl as" not in file.read_text(), file
+
+
+@pytest.fixture
+def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Every driver treated as one that keeps no programs; the folder of clrt's own."""
+    kernelcache.prepare()
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(driver_module, "_KEEPS_PROGRAMS", ())
+    return tmp_path / "binaries"
+
+
+def build(source: str = SOURCE) -> tuple[list[str], list[str]]:
+    """Build anew, as in a new process: what watchers were told, and the kernels' names."""
+    context, told = driver_module.Driver(None, clrt.Settings(), None).context, []
+    kernelcache.watchers.append(told.append)
+    try:
+        program = driver_module._program.__wrapped__(context, source)
+    finally:
+        kernelcache.watchers.clear()
+    return [what for what in told if what], [kernel.function_name for kernel in program.all_kernels()]
+
+
+def test_a_program_is_compiled_once_and_damage_is_found(kept: Path) -> None:
+    compiled, ready = (["compiling kernels"], ["twice"]), ([], ["twice"])
+    assert build() == compiled and build() == ready
+    (file,) = kept.iterdir()
+    good = file.read_bytes()
+    for bad in (b"", good[:-1], good + b"x", good[:200], good[:130], good[: len(good) // 2] + b"\xff" * 99):
+        file.write_bytes(bad)
+        assert build() == compiled and file.read_bytes()[:65] == good[:65] and build() == ready
+    assert build(SOURCE.replace("2.0f", "3.0f")) == compiled
+    first, second = kept.iterdir()
+    data = {file: file.read_bytes() for file in (first, second)}
+    first.write_bytes(data[second])  # whole, but another program
+    assert build() == compiled or build(SOURCE.replace("2.0f", "3.0f")) == compiled
+    assert [file.stat().st_mode & 0o077 for file in [kept]] == [0]
+
+
+def test_a_binary_that_the_driver_refuses_is_compiled_again(kept: Path) -> None:
+    assert build()[0] == ["compiling kernels"]
+    (file,) = kept.iterdir()
+    name = file.read_bytes()[:64]
+    file.write_bytes(binaries._head(name, b"no binary") + b"no binary")
+    assert build() == (["compiling kernels"], ["twice"])
+
+
+def test_a_full_disk_costs_time_only(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept.write_text("a file where the folder should be")
+    assert build() == (["compiling kernels"], ["twice"])
+
+
+def test_pictures_of_kept_kernels_are_the_same(kept: Path) -> None:
+    expected = clrt.render(SCENE).hash
+    for turn in range(2):
+        driver_module._program.cache_clear()
+        assert clrt.render(SCENE).hash == expected, turn
+    assert len(list(kept.iterdir())) == 1 and issubclass(cl.Program, object)
+
+
+def folder_instead(file: Path) -> None:
+    file.mkdir()
+
+
+def link_to_itself(file: Path) -> None:
+    file.symlink_to(file)
+
+
+ODD = (folder_instead, link_to_itself, os.mkfifo) if hasattr(os, "mkfifo") else (folder_instead,)
+
+
+@pytest.mark.parametrize("make", ODD)
+def test_what_is_no_file_is_damage_and_nobody_waits_for_it(
+    make: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Found in a cache folder, these end the driver's process, or are read for ever."""
+    for name in ("split.so", "program.bc"):
+        make(tmp_path / name)
+        assert not kernelcache.whole(tmp_path / name)
+        with pytest.raises(OSError, match=r"regular|symbolic"):
+            kernelcache.contents(tmp_path / name)
+    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    make(tmp_path / "clrt.lock.holder")
+    with kernelcache.lock() as got:
+        assert got and kernelcache._holder(tmp_path / "clrt.lock.holder") == "another process"
+    monkeypatch.setattr(trial, "_tried", lambda info: "")
+    info = platforms.DeviceInfo(0, "name", "platform", "1.0", "CPU", 2, 1 << 30, "7")
+    trial.verdict(info)
+    (verdict,) = (tmp_path / "verdicts").iterdir()
+    verdict.unlink()
+    make(verdict)
+    assert trial.verdict(info) == ("", True)
+    make(tmp_path / "binary")
+    assert binaries._read(tmp_path / "binary", b"name") == b""

@@ -1,0 +1,61 @@
+"""What a render may cost: the bound on its work is known before it starts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import clrt
+from clrt.base.limits import Branching
+
+BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
+CAMERA = {"origin": [0, 0, 5], "target": [0, 0, 0]}
+
+
+def test_limits_of_a_render() -> None:
+    limits = clrt.Limits()
+    limits.check("pixels", 8192 * 8192)
+    limits.check("samples", 4096)
+    limits.check("depth", 64)
+    limits.check("lights", 65535)
+    limits.check("primitives", 10**6)
+    more = r"--limit pixels=N or Settings\(limits=Limits\(pixels=N\)\)"
+    with pytest.raises(clrt.LimitError, match=rf"pixels: 4 294 967 296 .*{more}"):
+        limits.check("pixels", 2**32)
+
+
+def test_work_grows_with_two_to_the_depth_only_where_rays_branch() -> None:
+    limits = clrt.Limits(work=1000)
+    limits.check_work(10, 3, Branching(4, True))  # 10 x 3 x 16
+    limits.check_work(10, 0, Branching(5, True))
+    with pytest.raises(clrt.LimitError, match="work: 1 920 is above"):
+        limits.check_work(10, 3, Branching(6, True))
+    limits.check_work(10, 3, Branching(32, False))  # 10 x 3 x 33
+    with pytest.raises(clrt.LimitError, match="work: 1 020 is above"):
+        limits.check_work(10, 3, Branching(33, False))
+    with pytest.raises(clrt.LimitError, match=r"work: > 1e300 is above"):
+        limits.check_work(10, 3, Branching(65536, True))
+    clrt.Limits().check_work(8192 * 8192 * 4096, 1, Branching(64, False))
+
+
+def test_a_weight_cut_off_ends_families_early() -> None:
+    assert Branching(64, True, share=0.5, min_weight=0.1).rays == 1 << 4  # 0.5^4 < 0.1
+    assert Branching(64, True, share=1.0, min_weight=0.1).rays == 1 << 64
+    assert Branching(64, True, share=0.0, min_weight=0.1).rays == 1 << 1
+    assert Branching(3, False, share=0.9, min_weight=0.1).rays == 4
+
+
+def test_ambient_rays_are_work() -> None:
+    assert Branching(3, False, ambient=10).rays == 4 * (1 + 10 * 4)
+    assert Branching(0, False, ambient=10).rays == 1
+
+
+@pytest.mark.parametrize("more", [{"ambient_samples": 60_000}, {"max_depth": 40}])
+def test_a_render_that_would_not_end_is_refused(more: dict[str, Any]) -> None:
+    glass = {"diffuse": 0.3, "fresnel": True, "reflection": 1, "transmission": 1}
+    lights = [{"type": "point", "position": [0, 5, 0]}]
+    table = {"lights": lights, "shapes": [{**BALL, "material": glass}], "camera": CAMERA, **more}
+    settings = clrt.Settings(limits=clrt.Limits(work=10**12))
+    with pytest.raises(clrt.LimitError, match=r"work: .* is above the limit"):
+        clrt.render(clrt.load_dict(table), settings=settings)

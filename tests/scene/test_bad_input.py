@@ -1,0 +1,393 @@
+"""Bad scenes: each is one `ClrtError` of one line that names file, place, value and what would be right."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene, Sphere
+
+BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
+CAMERA = {"origin": [0, 0, 5], "target": [0, 0, 0]}
+QUAD = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+
+
+def ball(**keys: Any) -> dict[str, Any]:
+    return {"shapes": [BALL, {**BALL, **keys}]}
+
+
+def shape(kind: str, **keys: Any) -> dict[str, Any]:
+    return {"shapes": [{"type": kind, **keys}]}
+
+
+def mesh(**keys: Any) -> dict[str, Any]:
+    return shape("mesh", **{"vertices": QUAD, "faces": [[0, 1, 2]], **keys})
+
+
+def camera(**keys: Any) -> dict[str, Any]:
+    return {"camera": {**CAMERA, **keys}}
+
+
+def material(**keys: Any) -> dict[str, Any]:
+    return {"materials": {"m": keys}}
+
+
+# (scene, parts of the message that must stand in this order)
+BAD: list[tuple[dict[str, Any], list[str]]] = [
+    # keys and types
+    ({"max_dept": 3}, ["unknown key 'max_dept'", "did you mean 'max_depth'"]),
+    ({"folder": "/"}, ["unknown key 'folder'"]),
+    (ball(radus=2), ["shapes[1]", "unknown key 'radus'", "did you mean 'radius'"]),
+    (material(colour=1), ["materials.m", "unknown key 'colour'", "did you mean 'color'"]),
+    (camera(fow=40), ["camera", "unknown key 'fow'", "did you mean 'fov'"]),
+    (shape("spere"), ["shapes[0].type", "'spere'", "sphere, plane", "did you mean 'sphere'"]),
+    (shape(["sphere"]), ["shapes[0].type", "['sphere']"]),
+    ({"shapes": [{"center": [0, 0, 0]}]}, ["shapes[0]", "'type' is missing", "sphere"]),
+    ({"shapes": [3]}, ["shapes[0]", "3 is not allowed", "a table with a type"]),
+    ({"shapes": {}}, ["shapes", "{}", "must be a list"]),
+    ({"lights": "sun"}, ["lights", "'sun'", "must be a list"]),
+    ({"lights": [{"type": "spot"}]}, ["lights[0].type", "'spot'", "clrt has no spot lights"]),
+    ({"lights": [{"type": "point"}]}, ["lights[0]", "'position' is missing", "3 numbers"]),
+    ({"materials": []}, ["materials", "[]", "named materials"]),
+    ({"camera": 5}, ["camera", "5 is not allowed"]),
+    ({"version": 2}, ["version", "2", "must be 1"]),
+    (shape("sphere", center=[0, 0, 0]), ["shapes[0]", "'radius' is missing", "> 0"]),
+    (ball(radius="big"), ["shapes[1].radius", "'big'", "a radius must be > 0"]),
+    (ball(radius=True), ["shapes[1].radius", "True", "a radius must be > 0"]),
+    (ball(center=[0, 0]), ["shapes[1].center", "[0, 0]", "3 numbers"]),
+    (ball(center=[0, None, 0]), ["shapes[1].center[1]", "None", "3 numbers"]),
+    (ball(name=3), ["shapes[1].name", "3", "a text"]),
+    (ball(material=3), ["shapes[1].material", "3", "the name of a material or a table"]),
+    (ball(name=Path("m")), ["shapes[1]", "cannot be part of a scene"]),
+    ({"max_depth": 2.5}, ["max_depth", "2.5", "a whole number >= 0"]),
+    ({"max_depth": -1}, ["max_depth", "-1", ">= 0"]),
+    ({"shadow": "soft"}, ["shadow", "'soft'", "'opaque' or 'tinted'"]),
+    ({"one_sided": True}, ["one_sided", "True", "'none' or 'opaque'"]),
+    ({"ambient_samples": -4}, ["ambient_samples", "-4"]),
+    # numbers
+    (ball(radius=-1.0), ["shapes[1].radius", "-1.0", "a radius must be > 0"]),
+    (ball(radius=0), ["shapes[1].radius", "0", "a radius must be > 0"]),
+    (ball(radius=1e-50), ["shapes[1].radius", "1e-50", "a radius must be > 0", "float32"]),
+    (ball(radius=1e39), ["shapes[1].radius", "1e+39", "at most 3.4e+38"]),
+    (ball(radius=10**400), ["shapes[1].radius", "1000000", "at most 3.4e+38"]),
+    (ball(radius=math.nan), ["shapes[1].radius", "nan", "finite"]),
+    (ball(center=[0, math.inf, 0]), ["shapes[1].center[1]", "inf", "finite"]),
+    (ball(center=(0, math.inf, 0)), ["shapes[1].center[1]", "inf", "finite"]),
+    (ball(center=(0, 0, 1e39)), ["shapes[1].center[2]", "1e+39", "at most 3.4e+38"]),
+    (ball(transform=({"translate": (0, math.nan, 0)},)), ["shapes[1].transform[0].translate[1]", "nan"]),
+    (ball(center=np.array([0, 0, np.nan])), ["shapes[1].center[2]", "nan", "finite"]),
+    ({"ambient": -0.5}, ["ambient", "-0.5", "a colour must be a number >= 0"]),
+    ({"ambient": [0, -1, 0]}, ["ambient[1]", "-1", "a colour"]),
+    ({"background": [1, 2]}, ["background", "[1, 2]", "a colour, a light's name, a spectrum or the path"]),
+    ({"medium_ior": 0}, ["medium_ior", "0", "> 0"]),
+    ({"lights": [{"type": "point", "position": [0, 0, 0], "intensity": -1}]}, ["lights[0].intensity", "-1"]),
+    ({"lights": [{"type": "directional", "direction": [0, 0, 0]}]}, ["lights[0].direction", "not be zero"]),
+    (material(ior="glas"), ["materials.m.ior", "'glas'", "air, water", "did you mean 'glass'"]),
+    (material(ior=-1.5), ["materials.m.ior", "-1.5", ">= 0.001"]),
+    (material(fresnel="yes"), ["materials.m.fresnel", "'yes'", "'schlick'"]),
+    (material(color=-1), ["materials.m.color", "-1", "number >= 0"]),
+    (material(emission=[1, 1, 1e39]), ["materials.m.emission[2]", "1e+39"]),
+    (material(priority=1.5), ["materials.m.priority", "1.5", "whole number"]),
+    (material(priority=40000), ["materials.m.priority", "40000", "from -32768 to 32767"]),
+    (material(absorption=-0.1), ["materials.m.absorption", "-0.1", ">= 0"]),
+    (material(absorption=[0, float("nan"), 0]), ["materials.m.absorption[1]", "nan"]),
+    (material(ior=float("nan")), ["materials.m.ior", "nan"]),
+    ({"medium_ior": float("nan")}, ["medium_ior", "nan"]),
+    (material(color={"type": "cheker"}), ["materials.m.color.type", "'cheker'", "'checker'"]),
+    (material(color={"type": "checker", "size": 0}), ["materials.m.color.size", "0", "> 0"]),
+    (material(color={"type": "checker", "siz": 1}), ["materials.m.color", "'siz'", "'size'"]),
+    (material(color={"type": "checker", "colors": [1, -1]}), ["materials.m.color.colors[1]", "-1"]),
+    # materials by name, checkers
+    (ball(material="glass"), ["shapes[1].material", "'glass'", "no materials"]),
+    (
+        {**ball(material="glas"), "materials": {"glass": {}, "red": {}}},
+        ["shapes[1].material", "'glas'", "glass, red", "did you mean 'glass'"],
+    ),
+    (ball(material={"shine": 3}), ["shapes[1].material", "'shine'", "'shininess'"]),
+    (
+        shape("box", min=[0, 0, 0], max=[1, 1, 1], material={"color": {"type": "checker"}}),
+        ["shapes[0].material", "a checker is for spheres", "not a box"],
+    ),
+    (
+        ball(material={"color": {"type": "checker"}}, transform=[{"scale": [1, 2, 1]}]),
+        ["shapes[1].transform", "must stay round"],
+    ),
+    # shapes
+    (shape("plane", point=[0, 0, 0], normal=[0, 0, 0]), ["shapes[0].normal", "must not be zero"]),
+    (
+        shape("plane", point=[0, 0, 0], normal=[1e-50, 0, 0]),
+        ["shapes[0].normal", "1e-50", "must not be zero"],
+    ),
+    (shape("plane", point=[0, 0, 0], normal=[0, 1, 0], transform=[]), ["shapes[0].transform", "infinite"]),
+    (shape("polygon", points=QUAD[:2]), ["shapes[0].points", "3 or more"]),
+    (shape("polygon", points=[[0, 0, 0], [1, 1, 1], [2, 2, 2]]), ["shapes[0].points", "not lie on a line"]),
+    (shape("polygon", points=[[1, 1, 1]] * 3), ["shapes[0].points", "span an area"]),
+    (shape("polygon", points=[*QUAD[:3], [0, 1, 0.01]]), ["shapes[0].points", "one plane", "0.0001"]),
+    (shape("quadric", coefficients=[0] * 9 + [1]), ["shapes[0].coefficients", "must not be 0"]),
+    (shape("quadric", coefficients=[1] * 9), ["shapes[0].coefficients", "10 numbers"]),
+    (
+        shape("quadric", coefficients=[1] * 10, clip=[[0, 0, 0], [1, -1, 1]]),
+        ["shapes[0].clip", "above the first on every axis", "y is not"],
+    ),
+    (shape("ellipsoid", center=[0, 0, 0], radii=[1, 0, 1]), ["shapes[0].radii[1]", "0", "> 0"]),
+    (shape("cylinder", p0=[1, 1, 1], p1=[1, 1, 1], radius=1), ["shapes[0].p1", "must not be at p0"]),
+    (shape("cylinder", p0=[1e9, 0, 0], p1=[1e9 + 1, 0, 0], radius=1), ["shapes[0].p1", "must not be at p0"]),
+    (shape("cone", p0=[0, 0, 0], p1=[0, 0, 1], r0=0, r1=0), ["shapes[0].r1", "one of the radii"]),
+    (shape("cone", p0=[0, 0, 0], p1=[0, 0, 1], r0=-1, r1=1), ["shapes[0].r0", "-1", ">= 0"]),
+    (shape("paraboloid", apex=[0, 0, 0], axis=[0, 0, 0], focal=1, height=1), ["shapes[0].axis", "zero"]),
+    (shape("paraboloid", apex=[0, 0, 0], axis=[0, 1, 0], focal=0, height=1), ["shapes[0].focal", "> 0"]),
+    (shape("disk", center=[0, 0, 0], normal=[0, 0, 0], radius=1), ["shapes[0].normal", "zero"]),
+    (shape("box", min=[0, 0, 0], max=[1, 1, 0]), ["shapes[0].max", "every axis", "z is not"]),
+    # transforms
+    (ball(transform=[{"translte": [1, 0, 0]}]), ["shapes[1].transform[0]", "'translte'", "'translate'"]),
+    (ball(transform=[{"scale": 0}]), ["shapes[1].transform", "singular"]),
+    (ball(transform=[{"scale": [1, 1, 0]}]), ["shapes[1].transform", "singular"]),
+    (ball(transform=[{"scale": 1, "translate": [0, 0, 0]}]), ["shapes[1].transform[0]", "exactly one of"]),
+    (ball(transform=[{}]), ["shapes[1].transform[0]", "exactly one of"]),
+    (ball(transform=[{"rotate": [[0, 0, 0], 30]}]), ["shapes[1].transform[0].rotate", "zero"]),
+    (ball(transform=[{"rotate": ["w", 30]}]), ["shapes[1].transform[0].rotate[0]", "'w'", "'x', 'y', 'z'"]),
+    (ball(transform=[{"rotate": 30}]), ["shapes[1].transform[0].rotate", "30", "[axis, degrees]"]),
+    (ball(transform=[{"scale": 1e30}, {"scale": 1e30}]), ["shapes[1].transform", "overflows"]),
+    (ball(transform=np.eye(3).tolist()), ["shapes[1].transform", "4x4"]),
+    (ball(transform=np.eye(4)[:3].tolist()), ["shapes[1].transform", "4 rows"]),
+    (ball(transform=np.zeros((4, 4))), ["shapes[1].transform[3]", "[0, 0, 0, 1]"]),
+    (ball(transform=[[1, 1, 0, 0], [2, 2, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]), ["transform", "singular"]),
+    (ball(transform=[[1, 0, 0, 0], {"scale": 2}]), ["shapes[1].transform[0]", "a step must be"]),
+    # meshes
+    (shape("mesh"), ["shapes[0]", "'vertices' is missing", "a file"]),
+    (shape("mesh", vertices=QUAD), ["shapes[0]", "'faces' is missing"]),
+    (mesh(vertexes=[]), ["shapes[0]", "unknown key 'vertexes'", "'vertices'"]),
+    (mesh(file="a.obj"), ["shapes[0]", "file and vertices, faces exclude each other"]),
+    (mesh(faces=[[0, 1, 4]]), ["shapes[0].faces[0][2]", "4", "from 0 to 3"]),
+    (mesh(faces=[[0, 1, 2], [0, 1, 2, -1]]), ["shapes[0].faces[1][3]", "-1", "from 0 to 3"]),
+    (mesh(faces=[[0, 1, 2], [0, 1]]), ["shapes[0].faces[1]", "[0, 1]", "3 or more"]),
+    (mesh(faces=[[0, 1, 2.5]]), ["shapes[0].faces[0][2]", "vertex numbers"]),
+    (mesh(faces=[[0, 1, 10**30]]), ["shapes[0].faces", "vertex number"]),
+    (mesh(faces=3), ["shapes[0].faces", "vertex numbers"]),
+    (mesh(faces=np.array([[0.0, 1.0, 2.0]])), ["shapes[0].faces", "float64", "integers"]),
+    (mesh(vertices=[[0, 0, 0], [1, 0, "x"], [0, 1, 0]]), ["shapes[0].vertices[1][2]", "3 numbers"]),
+    (mesh(vertices=[[0, 0, 0], [1, 0], [0, 1, 0]]), ["shapes[0].vertices[1]", "3 numbers"]),
+    (mesh(vertices=[[0, 0, 0], [1, 0, math.nan], [0, 1, 0]]), ["shapes[0].vertices[1]", "nan", "finite"]),
+    (mesh(vertices=np.full((3, 3), 1e39)), ["shapes[0].vertices[0]", "1e+39", "finite"]),
+    (mesh(vertices=np.zeros((3, 2))), ["shapes[0].vertices", "(3, 2)", "(n, 3)"]),
+    (mesh(vertices=np.array(["a", "b"])), ["shapes[0].vertices", "(n, 3)"]),
+    (mesh(vertices=[], faces=[[0, 1, 2]]), ["shapes[0].faces[0][0]", "no vertices"]),
+    (mesh(normals=[[0, 0, 1]]), ["shapes[0].normals", "1 normals for 4 vertices"]),
+    (mesh(normals=[[0, 0, 1]] * 3 + [[0, 0, 0]]), ["shapes[0].normals[3]", "must not be zero"]),
+    (
+        mesh(vertices=[*QUAD[:3], [0, 1, 0.1]], faces=[[0, 1, 2], [0, 1, 2, 3]]),
+        ["shapes[0].faces[1]", "one plane, or smooth"],
+    ),
+    (mesh(faces=[[0, 1, 0, 1]]), ["shapes[0].faces[0]", "span an area"]),
+    # cameras
+    ({"camera": {"origin": [0, 0, 0]}}, ["camera", "'target' is missing"]),
+    (camera(target=[0, 0, 5]), ["camera.target", "must not be at the camera's origin"]),
+    (camera(up=[0, 0, 3]), ["camera.up", "must not be parallel"]),
+    (camera(up=[0, 0, 0]), ["camera.up", "must not be zero"]),
+    (camera(fov=180), ["camera.fov", "180", "between 0 and 180"]),
+    (camera(fov=0), ["camera.fov", "0", "between 0 and 180"]),
+    (camera(type="fisheye"), ["camera.type", "'fisheye'", "'perspective' or 'orthographic'"]),
+    (camera(width=0), ["camera.width", "0", "from 1 to 65536"]),
+    (camera(height=2**31 - 1), ["camera.height", "2147483647", "from 1 to 65536"]),
+    (camera(width=10**30), ["camera.width", "1000000", "from 1 to 65536"]),
+    (camera(spp=3), ["camera.spp", "3", "1 or 4"]),
+    (camera(spp=0), ["camera.spp", "0", "square number"]),
+    (camera(jitter=-1), ["camera.jitter", "-1", "a seed"]),
+    (camera(size=0), ["camera.size", "0", "> 0"]),
+    (camera(near=-1), ["camera.near", "-1", ">= 0"]),
+    # files
+    ({"background": "sky.exr"}, ["background", "'sky.exr'", "no such file"]),
+    ({"background": "../../etc/hostname"}, ["background", "'../../etc/hostname'", "in the scene's folder"]),
+    ({"background": "/etc/hostname"}, ["background", "'/etc/hostname'", "in the scene's folder"]),
+    ({"background": "a\0b"}, ["background", "a file"]),
+    ({"background": ""}, ["background", "''", "no such file"]),
+    (shape("mesh", file="no.obj"), ["shapes[0].file", "'no.obj'", "no such file"]),
+    (shape("mesh", file=""), ["shapes[0].file", "''", "the path of a mesh file"]),
+    (shape("mesh", file="scene.xyz"), ["shapes[0].file", "'scene.xyz'", ".obj, .ply"]),
+    (shape("mesh", file="../outside.obj"), ["shapes[0].file", "in the scene's folder"]),
+    (shape("mesh", file="link.obj"), ["shapes[0].file", "in the scene's folder"]),
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with some files in it, and one beside it that no scene in it may read."""
+    top = tmp_path_factory.mktemp("top")
+    inside = top / "inside"
+    inside.mkdir()
+    (inside / "scene.xyz").write_text("1 2 3\n")
+    (top / "outside.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (inside / "link.obj").symlink_to(top / "outside.obj")
+    return inside
+
+
+def check_message(message: str, parts: list[str]) -> None:
+    assert "\n" not in message and len(message) < 500
+    at = 0
+    for part in parts:
+        found = message.find(part, at)
+        assert found >= 0, f"{part!r} is not in {message!r} (from {at})"
+        at = found + len(part)
+
+
+@pytest.mark.parametrize(
+    ("table", "parts"), BAD, ids=lambda value: value[0] if isinstance(value, list) else ""
+)
+def test_bad_scene(table: dict[str, Any], parts: list[str], folder: Path) -> None:
+    with pytest.raises(clrt.SceneError) as caught:
+        clrt.load_dict(table, folder=folder, source="room.toml")
+    check_message(str(caught.value), ["room.toml: ", *parts])
+
+
+OBJECTS: list[tuple[Any, list[str]]] = [
+    (lambda: Scene(shapes=[Sphere(center=(0, 0, 0), radius=-1)]), ["shapes[0].radius", "-1", "> 0"]),
+    (lambda: Scene(shapes=[Sphere(center="abc", radius=1)]), ["shapes[0].center", "'abc'", "3 numbers"]),
+    (lambda: Scene(shapes=[Sphere(center=object(), radius=1)]), ["shapes[0]", "class object"]),
+    (lambda: Scene(shapes=[Material()]), ["shapes[0]", "Material", "a shape must be"]),
+    (lambda: Scene(lights=[Sphere(center=(0, 0, 0), radius=1)]), ["lights[0]", "a light must be"]),
+    (lambda: Scene(lights=[PointLight(position=(0, 0, math.nan))]), ["lights[0].position[2]", "nan"]),
+    (lambda: Scene(materials={"m": Material(diffuse=-1)}), ["materials.m.diffuse", "-1", ">= 0"]),
+    (lambda: Scene(materials={3: Material()}), ["materials", "3", "a text"]),
+    (lambda: Scene(materials={"m": PointLight(position=(0, 0, 0))}), ["materials.m", "a Material"]),
+    (lambda: Scene(camera=Camera(origin=(0, 0, 0), target=(0, 0, 1), spp=5)), ["camera.spp", "5", "4 or 9"]),
+    (lambda: Scene(camera=Material()), ["camera", "a Camera"]),
+    (lambda: Scene(max_depth="deep"), ["max_depth", "'deep'"]),
+    (lambda: Scene(shapes=None), ["shapes", "None", "a list"]),
+    (lambda: Scene(shapes=[Mesh(vertices=np.zeros((3, 3)))]), ["shapes[0]", "'faces' is missing"]),
+    (lambda: Mesh(name="m", vertices=QUAD, faces=[[0, 1, 9]]).data(), ["m.faces[0][2]", "9", "0 to 3"]),
+    (lambda: clrt.load_dict([]), ["[]", "a table of keys"]),
+    (lambda: clrt.load_dict(None), ["None", "a table of keys"]),
+]
+
+
+@pytest.mark.parametrize(("make", "parts"), OBJECTS)
+def test_objects_are_checked_as_strictly(make: Any, parts: list[str]) -> None:
+    with pytest.raises(clrt.SceneError) as caught:
+        make()
+    check_message(str(caught.value), parts)
+
+
+def test_an_object_that_contains_itself_is_an_error() -> None:
+    center: list[Any] = [0, 0]
+    center.append(center)
+    with pytest.raises(clrt.SceneError, match=r"shapes\[0\]"):
+        clrt.load_dict({"shapes": [{"type": "sphere", "center": center, "radius": 1}]})
+
+
+# (file name, contents, parts of the message)
+FILES: list[tuple[str, bytes, list[str]]] = [
+    ("a.toml", b"max_depth = 3\nambient = = 2\n", ["a.toml", "wrong syntax", "line 2"]),
+    ("a.toml", b"max_depth = 3\nmax_depth = 4\n", ["a.toml", "wrong syntax", "line 2"]),
+    ("a.toml", b"ambient = nan\n", ["a.toml", "ambient", "nan", "finite"]),
+    ("a.toml", b"ambient = 1979-05-27\n", ["a.toml", "ambient", "1979-05-27"]),
+    ("a.toml", b"max_depth = 3\nambient = '\xff'\n", ["a.toml", "line 2", "UTF-8"]),
+    (
+        "a.toml",
+        b"[[shapes]]\ntype = 'sphere'\ncenter = [0,0,0]\nradius = -1.0\n",
+        ["a.toml", "shapes[0].radius"],
+    ),
+    ("a.json", b'{"max_depth": 3,\n "ambient": }', ["a.json", "wrong syntax", "line 2"]),
+    ("a.json", b'{"ambient": 1, "ambient": 2}', ["a.json", "'ambient' stands twice"]),
+    ("a.json", b'{"ambient": NaN}', ["a.json", "NaN", "finite"]),
+    ("a.json", b'{"ambient": 1e999}', ["a.json", "ambient", "inf", "finite"]),
+    ("a.json", b'{"ambient": ' + b"9" * 5000 + b"}", ["a.json", "digits"]),
+    ("a.json", b"[1, 2]", ["a.json", "[1, 2]", "a table of keys"]),
+    ("a.json", b"", ["a.json", "wrong syntax", "line 1"]),
+    ("a.json", b'{"materials": {"a\\nb": {"ior": 0}}}', ["a.json", "materials.'a\\nb'.ior", "0"]),
+    ("a.json", b'{"materials": {"\\ud800": {"ior": 0}}}', ["a.json", "materials.'\\ud800'.ior", "0"]),
+    ("a.json", b'{"ambient": ' + b"[" * 100_000 + b"]" * 100_000 + b"}", ["a.json", "nesting"]),
+    ("a.toml", b"ambient = " + b"[" * 80 + b"]" * 80, ["a.toml", "nesting"]),
+    ("a.toml", b"ambient = " + b"[" * 5000 + b"]" * 5000, ["a.toml", "nesting"]),
+    ("a.xml", b"<scene/>", ["a.xml", "suffix '.xml'", ".toml, .json, .nff, .txt, .obj"]),
+    ("a", b"", ["suffix ''", ".toml"]),
+    ("a.obj", b"this is no mesh\n", ["a.obj"]),
+    ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", ["a.obj"]),
+    ("a.obj", b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", ["a.obj", "vertices[0]", "nan", "finite"]),
+    ("a.obj", b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", ["a.obj", "at one point"]),
+    ("a.ply", b"ply\nformat ascii 1.0\n", ["a.ply", "cannot be read as a mesh"]),
+    ("a.glb", b"glTF\0\0\0", ["a.glb", "cannot be read as a mesh"]),
+    ("a.stl", b"solid", ["a.stl"]),
+    ("a.gltf", b'{"buffers": [{"uri": "../x.bin", "byteLength": 4}]}', ["a.gltf"]),
+]
+
+
+def test_a_folder_is_no_scene(tmp_path: Path) -> None:
+    with pytest.raises(clrt.ClrtError) as caught:
+        clrt.load(tmp_path)
+    check_message(str(caught.value), ["this is a folder", ".toml"])
+
+
+@pytest.mark.parametrize(("name", "contents", "parts"), FILES)
+def test_bad_file(name: str, contents: bytes, parts: list[str], tmp_path: Path) -> None:
+    if Path(name).suffix in (".obj", ".ply", ".glb", ".stl", ".gltf"):
+        pytest.importorskip("trimesh", reason="needs the optional dependency clrt[mesh]")
+    (tmp_path / name).write_bytes(contents)
+    with pytest.raises(clrt.ClrtError) as caught:
+        clrt.load(tmp_path / name)
+    check_message(str(caught.value), parts)
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    for path in (tmp_path / "no.toml", tmp_path / "no" / "no.toml", tmp_path / ("x" * 300 + ".toml")):
+        with pytest.raises(clrt.SceneError, match=r"\.toml: (there is no such file|cannot be read)"):
+            clrt.load(path)
+    (tmp_path / "folder.toml").mkdir()
+    os.mkfifo(tmp_path / "pipe.toml")  # reading it would wait for ever
+    for name in ("folder.toml", "pipe.toml"):
+        with pytest.raises(clrt.SceneError, match="not a file"):
+            clrt.load(tmp_path / name)
+
+
+def test_options_are_those_of_the_format(tmp_path: Path) -> None:
+    (tmp_path / "a.toml").write_text("")
+    (tmp_path / "a.nff").write_text("")
+    with pytest.raises(clrt.SceneError, match=r"no option 'conformance' for \.toml files"):
+        clrt.load(tmp_path / "a.toml", conformance="spd")
+    with pytest.raises(clrt.SceneError, match=r"no option 'conformanc' .*did you mean 'conformance'"):
+        clrt.load(tmp_path / "a.nff", conformanc="spd")
+    with pytest.raises(clrt.SceneError, match="conformance: 'sdp' is not allowed"):
+        clrt.load(tmp_path / "a.nff", conformance="sdp")
+
+
+def test_a_missing_trimesh_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
+    with pytest.raises(clrt.SceneError, match=r"pip install trimesh"):
+        clrt.load(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize("name", ["a.txt", "a.png", "a"])
+def test_saving_under_a_foreign_suffix_is_an_error(name: str, tmp_path: Path) -> None:
+    with pytest.raises(clrt.SceneError, match=r"saved as \.toml or \.json"):
+        Scene().save(tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_saving_where_nothing_can_be_written(tmp_path: Path) -> None:
+    (tmp_path / "folder.toml").mkdir()
+    for path in (tmp_path / "no" / "a.toml", tmp_path / "folder.toml"):
+        with pytest.raises(clrt.ClrtError, match=str(path)):
+            Scene().save(path)
+
+
+def test_limits_say_what_to_change(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    three = {"shapes": [BALL] * 3, "lights": [{"type": "point", "position": [0, 0, 0]}] * 3}
+    path.write_text(json.dumps(three))
+    for name, value in (("file_bytes", 100), ("nesting", 3), ("primitives", 2), ("lights", 2)):
+        with pytest.raises(clrt.LimitError) as caught:
+            clrt.load(path, limits=clrt.Limits(**{name: value}))
+        more = [f"--limit {name}=N", f"limits=Limits({name}=N)"]
+        check_message(str(caught.value), ["a.json", name, f"limit of {value}", *more])
+    assert len(clrt.load(path, limits=clrt.Limits(primitives=3, lights=3)).shapes) == 3
+    with pytest.raises(clrt.LimitError, match=r"shapes\[0\]\.vertices: vertices: 4 is above the limit of 3"):
+        clrt.load_dict(mesh(), limits=clrt.Limits(vertices=3))
+    with pytest.raises(clrt.LimitError, match="primitives: 2 is above the limit of 1"):
+        clrt.load_dict(mesh(faces=[[0, 1, 2]] * 2), limits=clrt.Limits(primitives=1))

@@ -1,0 +1,122 @@
+"""Files that once took far more time or memory than they have bytes, and pictures that were read in part."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+import clrt
+from clrt.base.errors import SceneError
+from clrt.base.resources import validation_module
+from clrt.images.file import read_samples
+from clrt.images.jpeg import MOST_SCANS
+from tests.cost import bounded
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+
+def file(folder: Path, name: str, text: str | bytes) -> Path:
+    path = folder / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def test_empty_lines_of_a_mesh(tmp_path: Path) -> None:
+    pytest.importorskip("trimesh", reason="needs the optional dependency clrt[mesh]")
+    assert bounded("load", file(tmp_path, "lines.obj", TRIANGLE + "\n" * 300_000)).error == ""
+    gltf = json.dumps({"asset": {"version": "2.0"}, "scenes": [{}]}) + "\n" * 300_000
+    assert "has no faces" in bounded("load", file(tmp_path, "lines.gltf", gltf)).error
+
+
+def test_materials_of_a_mesh_are_still_found(tmp_path: Path) -> None:
+    pytest.importorskip("trimesh", reason="needs the optional dependency clrt[mesh]")
+    text = TRIANGLE.replace("f ", "\n \tusemtl a\nf ")
+    assert "materials and colours" in bounded("load", file(tmp_path, "a.obj", text)).warnings[0]
+
+
+@pytest.mark.parametrize("start", ["", "-0.", "0x", "1e"])
+def test_a_number_of_many_digits(tmp_path: Path, start: str) -> None:
+    found = bounded("load", file(tmp_path, "a.toml", f"max_depth = {start}{'1' * 4_000_000}"))
+    assert f"is a number of {(4_000_000 + len(start)):,} characters".replace(",", " ") in found.error
+
+
+def test_numbers_of_no_more_digits_than_are_read(tmp_path: Path) -> None:
+    text = f"min_weight = 0.{'1' * 4000}\n[materials.{'a' * 5000}]\n[materials.'{'1' * 9000}']"
+    assert bounded("load", file(tmp_path, "a.toml", text)).error == ""
+
+
+@pytest.mark.parametrize("character", ["#", "\\u0041", "\\\\"])
+def test_a_long_text_beside_an_error(tmp_path: Path, character: str) -> None:
+    text = f'a = "{character * (4_000_000 // len(character))}" # "\nmax_depth = -1\n'
+    assert "a.toml:1: unknown key 'a'" in bounded("load", file(tmp_path, "a.toml", text)).error
+
+
+def test_many_small_meshes(tmp_path: Path) -> None:
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    smooth = {"type": "mesh", "smooth": True, "vertices": corners[:3], "faces": [[0, 1, 2]]}
+    assert bounded("load", file(tmp_path, "a.json", json.dumps({"shapes": [smooth] * 20_000}))).error == ""
+    plane = {"type": "mesh", "vertices": corners, "faces": [[0, 1, 2, 3]]}
+    assert bounded("load", file(tmp_path, "a.json", json.dumps({"shapes": [plane] * 8_000}))).error == ""
+
+
+def test_one_mesh_at_many_places(tmp_path: Path) -> None:
+    corpus = validation_module("hostile.run").CORPUS
+    text = (corpus / "many_places.gltf").read_bytes()
+    assert bounded("read", file(tmp_path, "a.gltf", text)).error == ""
+
+
+def test_flaws_of_small_meshes_are_found() -> None:
+    corners = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [3, 0, 0], [0, 1, 1]]
+    for faces, says in (
+        ([[0, 1, 2], [0, 1, 2, 3], [0, 1, 4, 5]], r"faces\[2\]: .* must span an area"),
+        ([[0, 1, 2, 3], [0, 1, 2, 6]], r"faces\[1\]: .* must lie in one plane"),
+    ):
+        with pytest.raises(SceneError, match=says):
+            clrt.load_dict({"shapes": [{"type": "mesh", "vertices": corners, "faces": faces}]})
+
+
+@pytest.fixture
+def jpeg(tmp_path: Path) -> bytes:
+    spec = oiio.ImageSpec(64, 64, 3, "uint8")
+    output = oiio.ImageOutput.create("jpg")
+    path = str(tmp_path / "made.jpg")
+    assert output.open(path, spec) and output.write_image(np.full((64, 64, 3), 0.25, np.float32))
+    output.close()
+    return Path(path).read_bytes()
+
+
+def test_a_jpeg_that_ends_early(tmp_path: Path, jpeg: bytes) -> None:
+    whole = read_samples(file(tmp_path, "a.jpg", jpeg))
+    again = read_samples(file(tmp_path, "a.jpg", jpeg + b"\xff\xd8 a film"))
+    assert whole.tobytes() == again.tobytes()
+    for end in range(4, len(jpeg)):
+        with pytest.raises(SceneError, match=r"a\.jpg: cannot be read"):
+            read_samples(file(tmp_path, "a.jpg", jpeg[:end]))
+
+
+def test_a_jpeg_with_many_scans(tmp_path: Path, jpeg: bytes) -> None:
+    scan = jpeg[jpeg.rindex(b"\xff\xda") : -2]
+    end = jpeg[-2:]
+    read_samples(file(tmp_path, "a.jpg", jpeg))
+    with pytest.raises(SceneError, match=rf"a\.jpg: has more than {MOST_SCANS} scans; save it"):
+        read_samples(file(tmp_path, "a.jpg", jpeg[:-2] + scan * MOST_SCANS + end))
+
+
+def test_a_jpeg_of_too_few_bytes_for_its_size(tmp_path: Path, jpeg: bytes) -> None:
+    frame = jpeg.index(b"\xff\xc0") + 5
+    wide = jpeg[:frame] + bytes([0x1F, 0xFF] * 2) + jpeg[frame + 4 :]
+    found = bounded("picture", file(tmp_path, "a.jpg", wide))
+    assert "are not a whole picture of 8191 x 8191 pixels" in found.error
+    with pytest.raises(SceneError, match=r"a\.jpg: cannot be read: its \d+ bytes are not a whole picture"):
+        read_samples(tmp_path / "a.jpg")
+
+
+def test_markers_of_a_jpeg_that_stand_alone_or_after_fill_bytes(tmp_path: Path, jpeg: bytes) -> None:
+    whole = read_samples(file(tmp_path, "a.jpg", jpeg))
+    comment = b"\xff\xff\xff\xfe\x00\x06\xff\xda\xff\xd9"
+    again = read_samples(file(tmp_path, "a.jpg", jpeg[:2] + comment + jpeg[2:]))
+    assert whole.tobytes() == again.tobytes()

@@ -1,0 +1,141 @@
+"""The folders of `clrt` stand one on the other, as docs/design.md lists them: imports go one way."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+ROOMS = (
+    "base", "layout", "images", "spectra", "meshfiles", "scene", "formats", "flatten", "device", "engine",
+    "diagnosis", "bench", "cli",
+)  # fmt: skip
+"""From the ground up."""
+# The public names of `clrt`, each imported when it is first asked for, stand above all rooms.
+ABOVE = ("clrt", "clrt.__main__")
+# Where the command line and the diagnosis reach what is above them, within a function: it may be missing.
+VALIDATION = {
+    "clrt/base/resources.py", "clrt/cli/compare.py", "clrt/cli/convert.py", "clrt/cli/selftest.py",
+    "clrt/cli/validate.py", "clrt/diagnosis/doctor.py", "clrt/diagnosis/probe.py",
+}  # fmt: skip
+
+
+def modules(root: Path) -> dict[str, Path]:
+    found = {}
+    for path in sorted((root / "clrt").rglob("*.py")):
+        name = ".".join(path.relative_to(root).with_suffix("").parts)
+        found[name.removesuffix(".__init__")] = path
+    return found
+
+
+def typing_only(tree: ast.Module) -> set[ast.AST]:
+    blocks = [node for node in ast.walk(tree) if isinstance(node, ast.If)]
+    guarded = [node for node in blocks if "TYPE_CHECKING" in ast.unparse(node.test)]
+    return {inner for node in guarded for statement in node.body for inner in ast.walk(statement)}
+
+
+def imported(path: Path, known: dict[str, Path]) -> Iterator[tuple[str, bool]]:
+    """Each module of clrt that a file imports, wherever in it, and whether that is for types alone."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    guarded = typing_only(tree)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "clrt":
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield inner if inner in known else str(node.module), node in guarded
+        elif isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.name.split(".")[0] == "clrt":
+                    yield alias.name, node in guarded
+
+
+def room(module: str) -> str:
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 else ""
+
+
+def climbing(root: Path) -> list[str]:
+    """What imports from a room above its own, for types alone or not."""
+    known = modules(root)
+    return [
+        f"{name} imports {target}"
+        for name, path in known.items() if room(name) in ROOMS
+        for target, _ in imported(path, known)
+        if room(target) in ROOMS and ROOMS.index(room(target)) > ROOMS.index(room(name))
+    ]  # fmt: skip
+
+
+def circles(root: Path) -> list[str]:
+    """Files that import each other, one after the other, but for types alone."""
+    known = modules(root)
+    graph = {
+        name: {target for target, types in imported(path, known) if not types and target != "clrt"}
+        for name, path in known.items()
+    }
+
+    def reached(start: str) -> set[str]:
+        seen: set[str] = set()
+        todo = list(graph.get(start, ()))
+        while todo:
+            module = todo.pop()
+            if module not in seen:
+                seen.add(module)
+                todo += graph.get(module, ())
+        return seen
+
+    return [name for name in graph if name in reached(name)]
+
+
+def test_every_file_is_in_a_room() -> None:
+    apart = {name for name in modules(ROOT) if room(name) not in ROOMS}
+    assert apart == {"clrt", "clrt.__main__", "clrt.version"}
+
+
+def test_imports_go_down() -> None:
+    assert climbing(ROOT) == []
+
+
+def test_no_files_import_each_other() -> None:
+    assert circles(ROOT) == []
+
+
+@pytest.mark.parametrize("find", [climbing, circles])
+def test_a_step_up_is_seen(find: object, tmp_path: Path) -> None:
+    """Planted: a limit that asks the scene, which asks the limits."""
+    for name, path in modules(ROOT).items():
+        copy = tmp_path / path.relative_to(ROOT)
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        more = "\ndef odd():\n    from clrt.scene.scene import Scene\n" if name == "clrt.base.limits" else ""
+        copy.write_text(path.read_text(encoding="utf-8") + more, encoding="utf-8")
+    assert any("clrt.base.limits" in found for found in find(tmp_path))  # type: ignore[operator]
+
+
+def test_only_named_places_reach_validation() -> None:
+    pattern = re.compile(r"validation_module\(|clrt_validation|from validation|import validation")
+    files = {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for path in modules(ROOT).values()}
+    found = {name for name, text in files.items() if pattern.search(text)}
+    assert found == VALIDATION
+    for path in (ROOT / name for name in VALIDATION):
+        outside = [node for node in ast.parse(path.read_text()).body if not isinstance(node, ast.FunctionDef)]
+        called = [node for top in outside for node in ast.walk(top) if isinstance(node, ast.Call)]
+        assert not any("validation_module" in ast.unparse(node.func) for node in called), path
+
+
+def test_the_map_is_that_of_the_code() -> None:
+    """docs/design.md lists the rooms in this order, and every file that it names is there."""
+    page = (ROOT / "docs" / "design.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| `clrt/(\w+)/` \|", page, re.M)
+    assert listed == list(ROOMS)
+    named = set(re.findall(r"`((?:clrt|kernels|validation|tests)/[\w./-]+\.\w+)`", page))
+    assert len(named) > 30
+    assert [name for name in sorted(named) if not (ROOT / name).is_file()] == []
+    places = re.findall(r"^\| .* \| .*?`((?:clrt|kernels)/[\w./]+)`, ((?:`[\w.]+`(?: and )?)+)", page, re.M)
+    assert len(places) >= 5
+    for file, names in places:
+        text = (ROOT / file).read_text(encoding="utf-8")
+        for name in re.findall(r"\w+(?=`)", names):
+            assert re.search(rf"(def|void|floatP) {name}\(", text), f"{file} has no {name}"

@@ -1,0 +1,90 @@
+"""Scenes as Mitsuba's XML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base.errors import ClrtError
+from clrt.cli import main
+from tests.mitsuba_rooms import CHECKER, GREY, HEIGHT, MATTE, NEAR, SCENES, WIDTH, off, ours, room, stock_room
+from validation.oracle_mitsuba import meshing
+from validation.oracle_mitsuba.modes import plan
+from validation.oracle_mitsuba.xml import to_xml, write_xml
+
+
+def test_xml_is_the_scene(mitsuba: Any, tmp_path: Path) -> None:
+    """The file, read by Mitsuba, gives the picture that the scene gives."""
+    materials = {"floor": CHECKER, "a": CHECKER, "b": MATTE, "c": GREY, "d": MATTE}
+    scene = stock_room(materials, {"lights": [NEAR], "background": 0.0})
+    file = tmp_path / "room.xml"
+    write_xml(scene, file)
+    assert len(list((tmp_path / "room_meshes").iterdir())) == 3  # box, cone and ellipsoid
+    (render,) = plan(scene, WIDTH, HEIGHT, "stock-S1", 1, None, None).job["renders"]
+    assert scene.camera is not None
+    job = {
+        **render,
+        "scene": {"type": "file", "path": str(file)},
+        "owners": {},
+        "eye": np.array(scene.camera.origin),
+    }
+    (answer,) = mitsuba.request("stock", {"renders": [job]})
+    assert (
+        off(answer["mean"].reshape(HEIGHT, WIDTH, 3), ours(scene).pixels, 1e-3) <= 2e-3
+    )  # meshes are coarser in files
+
+
+def test_xml_says_what_it_changes() -> None:
+    scene = room(SCENES["schlick, thin, emission"]["materials"], background="sky.exr")
+    text = to_xml(scene)
+    tree = ElementTree.fromstring(text)
+    kinds = {element.get("type") for element in tree.iter()}
+    assert {"perspective", "rectangle", "sphere", "ply", "point", "directional", "envmap", "area"} <= kinds
+    assert {"blendbsdf", "thindielectric"} <= kinds
+    for note in ("ambient", "specular", "falloff", "emission", "fresnel"):
+        assert note in text.split("<integrator")[0]
+
+
+def test_convert_writes_xml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "gallery.xml"
+    assert main(["convert", "gallery", str(out)]) == 0
+    tree = ElementTree.parse(out)
+    names = [element.get("value") for element in tree.iter("string") if element.get("name") == "filename"]
+    assert names and all((tmp_path / str(name)).is_file() for name in names)
+    assert "Mitsuba lacks" in capsys.readouterr().err
+    (tmp_path / "sky_meshes").write_text("in the way")
+    assert main(["convert", "gallery", str(tmp_path / "sky.xml")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1 and not (tmp_path / "sky.xml").exists()
+    assert main(["convert", "gallery", str(tmp_path / "nowhere" / "sky.xml")]) == 2
+
+
+def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(name: str) -> None:
+        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+    monkeypatch.setattr(meshing, "import_module", missing)
+    with pytest.raises(ClrtError, match=r"need mapbox_earcut; .* 'clrt\[validation\]'|need shapely"):
+        write_xml(stock_room({"a": MATTE, "b": MATTE, "c": MATTE, "d": MATTE}, {}), tmp_path / "room.xml")
+
+
+@pytest.mark.parametrize(
+    ("more", "place"),
+    [
+        ({"spectrum": {"bands": 8}}, "spectrum"),
+        ({"ambient": {"blackbody": 4000}}, "ambient"),
+        ({"background": "D65"}, "background"),
+        ({"lights": [{"type": "point", "position": [0, 5, 0], "intensity": "A"}]}, r"lights\[0\]\.intensity"),
+        ({"materials": {"m": {"conductor": "gold"}}}, r"shapes\[0\]\.material\.conductor"),
+        ({"materials": {"m": {"color": "patch-3"}}}, r"shapes\[0\]\.material\.color"),
+    ],
+)
+def test_spectra_are_refused(more: dict[str, Any], place: str) -> None:
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "m"}
+    scene = clrt.load_dict({"shapes": [ball], "materials": {"m": {}}, **more})
+    with pytest.raises(clrt.ClrtError, match=rf"^{place}: .* red, green and blue only"):
+        to_xml(scene)

@@ -1,0 +1,1 @@
+"""Pictures compared: with oracles, with other pictures, with scenes; and why they differ."""

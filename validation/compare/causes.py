@@ -1,0 +1,89 @@
+"""What is said of why two pictures differ, and how it is tested.
+
+Nothing is guessed from the look of a picture. A cause is something that can be undone in the picture, or
+done to the scene, and then the error must vanish: `compare_undo` (turns, channels, curves, factors),
+`compare_curves` (JPEG, tone curves), `compare_moves` (shifts, sizes), `compare_scene` (lights, shadows,
+depth, materials, objects).
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .metrics import Array, encoded
+
+VANISHED = 0.1  # a cause is proven when undoing it leaves no more of the error
+LIKELY = 0.5  # ... and likely when it leaves no more than this
+BYTE = 1.5 / 255  # tolerance for pictures of 8 bits, in encoded values; rounding, and curves that magnify it
+FLOAT = 1e-4  # tolerance for pictures of floats
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A mistake that would explain a picture."""
+
+    name: str  # "vertical flip"; combinations joined by " and "
+    text: str  # what was done wrong, for the picture's author
+    left: float  # share of the error that is left when it is undone: 0 explains all
+    undone: Array | None = None  # the picture with the mistake undone
+    certain: bool = True  # False: what was tested must hold for this cause, but could hold for others
+    hinted: bool = False  # likely for another reason than `left`
+
+    @property
+    def proven(self) -> bool:
+        return self.certain and self.left <= VANISHED
+
+    @property
+    def likely(self) -> bool:
+        return self.left <= LIKELY or self.hinted
+
+
+@dataclass
+class Budget:
+    """Seconds of processor time that a search for causes may take; whoever asks `over` stops when it is."""
+
+    seconds: float
+    start: float = field(default_factory=time.process_time)
+    stopped: bool = False
+
+    def over(self) -> bool:
+        """Whether the time is spent."""
+        self.stopped = self.stopped or time.process_time() - self.start >= self.seconds
+        return self.stopped
+
+
+def tolerance_of(*pictures: Array) -> float:
+    """BYTE where a picture looks as if it came from a file of 8 bits, else FLOAT."""
+    for picture in pictures:
+        steps = encoded(picture) * 255
+        if np.abs(steps - np.round(steps)).max(initial=0.0) < 1e-3 and picture.max(initial=0.0) <= 1:
+            return BYTE
+    return FLOAT
+
+
+def disagreement(picture: Array, reference: Array, tolerance: float) -> float:
+    """Mean difference of encoded values beyond the tolerance: 0 for pictures that agree."""
+    return float(np.mean(np.maximum(np.abs(encoded(picture) - encoded(reference)) - tolerance, 0.0)))
+
+
+def ranked(causes: list[Cause]) -> list[Cause]:
+    """Each name once, proven ones first, then by how much they explain."""
+    causes = sorted(causes, key=lambda cause: (not cause.proven, cause.left))
+    best: dict[str, Cause] = {}
+    for cause in causes:
+        best.setdefault(cause.name, cause)
+    return list(best.values())
+
+
+def remaining(undone: Array, reference: Array, before: float, tolerance: float) -> float:
+    """Share of the error `before` that is left."""
+    return disagreement(undone, reference, tolerance) / before if before else 1.0
+
+
+def error_of(picture: Array, reference: Array, tolerance: float) -> float:
+    """The error that a cause has to explain; of pictures that do not fit, that of a mean grey."""
+    fits = picture.shape == reference.shape
+    return disagreement(picture if fits else np.full_like(reference, reference.mean()), reference, tolerance)

@@ -1,0 +1,90 @@
+"""Causes in how a picture was stored or shown: compression as a JPEG, a tone curve of its own."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+
+import numpy as np
+
+from clrt.images.file import decode, encode
+
+from .causes import VANISHED, Cause, disagreement, error_of
+from .metrics import Array, decoded, encoded
+
+_QUALITIES = (95, 90, 80, 70, 60, 50, 40, 30, 20, 10)
+_SUBSAMPLINGS = (2, 0)  # of colour, as Pillow counts: halved both ways (what most programs do), not at all
+_SEARCHED = 256  # pixels a side that qualities are tried on, in whole blocks of 16
+_BINS = 256
+_SHOWN = (0.25, 0.5, 0.75)  # encoded values whose place on a curve is told
+
+
+def compressed(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
+    """The reference as a JPEG of the quality that comes nearest to the picture."""
+    if picture.shape != reference.shape or min(picture.shape[:2]) < 16:
+        return
+    before = error_of(picture, reference, tolerance)
+    bytes_, where = encode(reference), _middle(reference)
+    errors: dict[tuple[int, int], float] = {}
+
+    def try_(quality: int, subsampling: int) -> None:
+        if (quality, subsampling) not in errors:
+            stored = _as_jpeg(bytes_[where], quality, subsampling)
+            errors[quality, subsampling] = disagreement(picture[where], stored, tolerance)
+
+    for subsampling in _SUBSAMPLINGS:
+        for quality in _QUALITIES:
+            try_(quality, subsampling)
+    for step in (4, 2, 1):
+        best, subsampling = min(errors, key=lambda entry: errors[entry])
+        for quality in (best - step, best + step):
+            if 1 <= quality <= 100:
+                try_(quality, subsampling)
+    quality, subsampling = min(errors, key=lambda entry: errors[entry])
+    left = disagreement(picture, _as_jpeg(bytes_, quality, subsampling), tolerance) / (before or 1.0)
+    text = f"the picture was stored as a JPEG of quality {quality} or so; PNG and EXR lose nothing"
+    yield Cause("JPEG compression", text, left)
+
+
+def _middle(pixels: Array) -> tuple[slice, slice]:
+    """The middle of a picture, beginning with a whole block."""
+    sides = []
+    for side in pixels.shape[:2]:
+        start = max(0, (side - _SEARCHED) // 2 // 16 * 16)
+        sides.append(slice(start, start + _SEARCHED if start else None))
+    return sides[0], sides[1]
+
+
+def _as_jpeg(bytes_: Array, quality: int, subsampling: int) -> Array:
+    """8-bit pixels (h, w, 3) through a JPEG, as linear radiance."""
+    from PIL import Image
+
+    file = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(bytes_)).save(file, "JPEG", quality=quality, subsampling=subsampling)
+    return decode(np.asarray(Image.open(file))).astype(np.float64)
+
+
+def recurved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
+    """One rising curve for all channels, fitted; told only where it explains nearly all.
+
+    Whatever lacks light is darker, too, so that a curve explains a part of many other mistakes.
+    """
+    from scipy.optimize import isotonic_regression
+
+    if picture.shape != reference.shape:
+        return
+    before = error_of(picture, reference, tolerance)
+    shown, wanted = encoded(picture).ravel(), encoded(reference).ravel()
+    bins = np.minimum((shown * _BINS).astype(int), _BINS - 1)
+    counts = np.bincount(bins, minlength=_BINS)
+    used = counts > 0
+    at = np.bincount(bins, shown, _BINS)[used] / counts[used]
+    means = np.bincount(bins, wanted, _BINS)[used] / counts[used]
+    curve = isotonic_regression(means, weights=counts[used].astype(float)).x
+    undone = decoded(np.interp(shown, at, curve)).reshape(picture.shape)
+    left = disagreement(undone, reference, tolerance) / (before or 1.0)
+    if left <= VANISHED and used.sum() > 2:
+        found = np.interp(_SHOWN, curve, at)
+        told = ", ".join(f"{value:g} is {place:.2f}" for value, place in zip(_SHOWN, found, strict=True))
+        text = f"values pass through another curve (of encoded values from 0 to 1, {told})"
+        yield Cause("another tone curve", text, left, undone)

@@ -1,0 +1,136 @@
+"""How far two pictures are apart: the figures of the field, each a function of two linear pictures.
+
+Pictures are float (h, w, 3), linear Rec.709 radiance, finite. What looks at them as an eye does (SSIM, FLIP,
+PSNR) works on `encoded` pictures: sRGB values in [0, 1] as floats, never rounded to bytes.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from clrt.base.hush import hushed
+from clrt.base.install import pip_install
+
+EDGE_CHANGE = 2e-3  # a pixel that moves by more under a shift of EDGE_STEP is on an edge
+EDGE_STEP = 0.05  # pixel, for one sample in each
+DIAGONAL = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
+_WINDOW = 11  # of SSIM: 2 * int(3.5 * 1.5 + 0.5) + 1 pixels
+
+Array = np.ndarray
+
+
+def encoded(linear: Array) -> Array:
+    """sRGB values in [0, 1], float64, of linear ones; what is beyond is clipped (IEC 61966-2-1)."""
+    linear = np.clip(np.asarray(linear, np.float64), 0.0, 1.0)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+def decoded(values: Array) -> Array:
+    """The inverse of `encoded`."""
+    values = np.clip(np.asarray(values, np.float64), 0.0, 1.0)
+    return np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+
+
+def ssim(ours: Array, reference: Array) -> tuple[float, Array]:
+    """Mean structural similarity (Wang et al. 2004) of encoded pictures, and its map (h, w, 3).
+
+    Gaussian windows of sigma 1.5. Pictures smaller than a window are reflected at their borders.
+    """
+    from skimage.metrics import structural_similarity
+
+    height, width = reference.shape[:2]
+    missing = [(0, max(0, _WINDOW - side)) for side in (height, width)]
+    if any(after for _, after in missing):
+        padding = (*missing, (0, 0))
+        ours, reference = (np.pad(image, padding, mode="symmetric") for image in (ours, reference))
+    mean, map_ = structural_similarity(
+        ours, reference, data_range=1, channel_axis=-1, gaussian_weights=True, sigma=1.5,
+        use_sample_covariance=False, full=True,
+    )  # fmt: skip
+    return float(mean), map_[:height, :width]
+
+
+def without_flip() -> str:
+    """A note where FLIP's package is not installed; "" where it is. Not every Python has wheels of it."""
+    if importlib.util.find_spec("flip_evaluator") is not None:
+        return ""
+    return (
+        "FLIP was not run, the other gates decide: install it, where this Python has wheels of it (3.13 and "
+        f"older): {pip_install('flip-evaluator')}"
+    )
+
+
+def flip(ours: Array, reference: Array) -> tuple[float, Array] | None:
+    """Mean LDR-FLIP error (Andersson et al. 2020) of encoded pictures, and its map (h, w).
+
+    None where its package is not installed; `without_flip` says so.
+    """
+    if without_flip():
+        return None
+    _bound_threads()
+    with hushed():  # OpenMP complains of its other variables
+        import flip_evaluator
+
+    pictures = (np.ascontiguousarray(image, dtype=np.float32) for image in (reference, ours))
+    map_, mean, _ = flip_evaluator.evaluate(*pictures, "LDR", inputsRGB=True, applyMagma=False)
+    return float(mean), np.asarray(map_, np.float64).reshape(reference.shape[:2])
+
+
+def _bound_threads() -> None:
+    """No more threads than cores, and stacks of the usual size: FLIP's OpenMP ends the process at too many.
+
+    OpenMP reads its variables when its library is loaded.
+    """
+    cores, asked = os.cpu_count() or 1, os.environ.get("OMP_NUM_THREADS")
+    if asked is not None and not (re.fullmatch("[0-9]{1,6}", asked) and 0 < int(asked) <= cores):
+        os.environ["OMP_NUM_THREADS"] = str(cores)
+    for name in ("OMP_STACKSIZE", "GOMP_STACKSIZE", "OMP_THREAD_LIMIT"):
+        os.environ.pop(name, None)
+
+
+def psnr(ours: Array, reference: Array) -> float:
+    """Peak signal to noise ratio of encoded pictures in dB; inf where they are equal."""
+    error = float(np.mean((ours - reference) ** 2))
+    return float(-10 * np.log10(error)) if error > 0 else float("inf")
+
+
+def largest(difference: Array) -> Array:
+    """Of a difference (h, w, 3), each pixel's largest channel without its sign: (h, w)."""
+    return np.abs(difference).max(axis=-1)
+
+
+def share(flags: Any) -> float:
+    """The share of True; 0 of nothing."""
+    return float(np.mean(flags)) if np.size(flags) else 0.0
+
+
+def edge_mask(reference: Array, moved: Iterable[Array]) -> Array:
+    """Pixels (h, w) where the reference differs by more than EDGE_CHANGE from one of its moved pictures.
+
+    The pictures are the oracle's own, its samples moved by EDGE_STEP pixel towards each of DIAGONAL.
+    """
+    mask = np.zeros(reference.shape[:2], bool)
+    for picture in moved:
+        mask |= largest(picture - reference) > EDGE_CHANGE
+    return mask
+
+
+def steep(reference: Array) -> Array:
+    """An edge mask (h, w) from a picture alone: its neighbours say how fast it changes.
+
+    For pictures that nobody can render again; wider than `edge_mask`: an edge lies between two pixels.
+    """
+    change = np.zeros(reference.shape[:2])
+    for axis in (0, 1):
+        step = largest(np.diff(reference, axis=axis))
+        first, last = [slice(None)] * 2, [slice(None)] * 2
+        first[axis], last[axis] = slice(0, -1), slice(1, None)
+        change[tuple(first)] = np.maximum(change[tuple(first)], step)
+        change[tuple(last)] = np.maximum(change[tuple(last)], step)
+    return change * EDGE_STEP > EDGE_CHANGE

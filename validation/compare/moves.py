@@ -1,0 +1,100 @@
+"""Causes that move pixels: a shift by whole or half pixels, another size, a part of the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .causes import Cause, disagreement, error_of, remaining
+from .metrics import Array, encoded
+
+
+def moved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
+    """A shift by whole or half pixels, found by phase correlation."""
+    if picture.shape != reference.shape or min(picture.shape[:2]) < 8:
+        return
+    from skimage.registration import phase_cross_correlation
+
+    grey = [encoded(image).mean(axis=-1) for image in (reference, picture)]
+    estimate = phase_cross_correlation(*grey, upsample_factor=10)[0]
+    near = {tuple(np.round(2 * estimate) / 2)} | {tuple(np.round(estimate))}
+    steps = (-0.5, 0.0, 0.5)
+    candidates = {(y, x) for y in steps for x in steps} | {(float(-y), float(-x)) for y, x in near}
+    largest = max(picture.shape[:2]) / 4
+    errors: dict[tuple[float, float], tuple[float, float]] = {}
+    for shift in candidates - {(0.0, 0.0)}:
+        if max(map(abs, shift)) <= largest:
+            errors[shift] = _shift_errors(picture, reference, shift, tolerance)
+    shares = {shift: after / before for shift, (before, after) in sorted(errors.items()) if before}
+    if shares:
+        y, x = min(shares, key=lambda shift: shares[shift])
+        left = shares[y, x]
+        words = [
+            f"{abs(v):g} pixel{'s' if abs(v) > 1 else ''} {way[v > 0]}"
+            for v, way in ((x, ("left", "right")), (y, ("up", "down")))
+            if v
+        ]
+        whole = all(v == int(v) for v in (x, y))
+        text = "the picture is moved" if whole else "samples are not at the pixels' centres"
+        # hard edges let no half pixel vanish; but only a shift is better one way and worse the other
+        hinted = left < 1 and (-y, -x) in errors and errors[y, x][1] < 0.6 * errors[-y, -x][1]
+        yield Cause(f"shift by {' and '.join(words)}", text, left, hinted=hinted)
+
+
+def _shift_errors(
+    picture: Array, reference: Array, shift: tuple[float, float], tolerance: float
+) -> tuple[float, float]:
+    """Errors before and after `picture`, moved by `shift` = (y, x), is moved back, where both have pixels.
+
+    Half a pixel is a mean of two; the other picture is blurred the same way, and for "before" both are.
+    """
+    a, b = np.asarray(picture, np.float64), np.asarray(reference, np.float64)
+    still_a, still_b = a, b
+    for axis, distance in enumerate(shift):
+        whole, half = int(np.floor(abs(distance))), abs(distance) % 1 > 0
+        if half:  # a[i] is b between i and i - 1: means of a's and b's neighbours meet a quarter off each
+            a, still_a = _quarter(a, axis, distance > 0), _quarter(still_a, axis, distance > 0)
+            b, still_b = _quarter(b, axis, distance < 0), _quarter(still_b, axis, distance > 0)
+        if whole:
+            ahead, behind = _cut(a, axis, whole, None), _cut(b, axis, 0, -whole)
+            if distance < 0:
+                ahead, behind = _cut(a, axis, 0, -whole), _cut(b, axis, whole, None)
+            a, b = ahead, behind
+    return disagreement(still_a, still_b, tolerance), disagreement(a, b, tolerance)
+
+
+def _quarter(image: Array, axis: int, forwards: bool) -> Array:
+    """The image sampled a quarter pixel further (or less far) along an axis; a pixel shorter at each end."""
+    middle, ahead, behind = _cut(image, axis, 1, -1), _cut(image, axis, 2, None), _cut(image, axis, 0, -2)
+    return 0.75 * middle + 0.25 * (ahead if forwards else behind)
+
+
+def _cut(image: Array, axis: int, start: int, stop: int | None) -> Array:
+    where = [slice(None)] * image.ndim
+    where[axis] = slice(start, stop)
+    return image[tuple(where)]
+
+
+def resized(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
+    """Another size: the same view in other pixels, or a part of the reference (or the reverse)."""
+    if picture.shape == reference.shape:
+        return
+    from skimage.transform import resize
+
+    before = error_of(picture, reference, tolerance)
+    sizes = f"{picture.shape[1]} x {picture.shape[0]} in place of {reference.shape[1]} x {reference.shape[0]}"
+    scaled = resize(picture, reference.shape, order=1, anti_aliasing=True)
+    left = remaining(scaled, reference, before, tolerance)
+    yield Cause("another size", f"the same view in {sizes} pixels", left, scaled)
+    small, large = sorted((picture, reference), key=lambda image: image.shape[0])
+    if small.shape[0] <= large.shape[0] and small.shape[1] <= large.shape[1] and min(small.shape[:2]) >= 8:
+        from skimage.feature import match_template
+
+        score = match_template(encoded(large).mean(axis=-1), encoded(small).mean(axis=-1))
+        y, x = (int(v) for v in np.unravel_index(np.argmax(score), score.shape))
+        part = large[y : y + small.shape[0], x : x + small.shape[1]]
+        left = disagreement(small, part, tolerance) / before if before else 1.0
+        name = "cropped" if small is picture else "larger view"
+        part_of = ("the picture", "the reference") if small is picture else ("the reference", "the picture")
+        yield Cause(name, f"{part_of[0]} is a part of {part_of[1]}, from pixel ({x}, {y}) on: {sizes}", left)

@@ -1,0 +1,276 @@
+"""Any two pictures, or a picture and the scene it should show: figures, a verdict and the likely cause.
+
+What `clrt compare` prints. Where one picture comes from a file of 8 bits, both are taken as such files hold
+them, so that rounding alone is no difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from msgspec import structs
+
+from clrt.device.settings import Settings
+from clrt.engine.tracer import Tracer
+from clrt.images.file import decode, encode
+from clrt.scene.scene import Scene
+
+from ..ours import render_ours
+from ..types import Gate
+from .causes import BYTE, Budget, Cause, disagreement, ranked, tolerance_of
+from .curves import compressed, recurved
+from .metrics import (
+    DIAGONAL,
+    EDGE_STEP,
+    Array,
+    edge_mask,
+    encoded,
+    flip,
+    largest,
+    psnr,
+    share,
+    ssim,
+    steep,
+    without_flip,
+)
+from .moves import moved, resized
+from .oracle import gate, limits, size
+from .scene import explain_by_scene
+from .undo import undoable
+
+SEARCH_SECONDS = 30.0  # of processor time, then the search for causes ends
+SIMILAR = 0.95  # SSIM from which pictures count as similar
+_ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no more
+_FINAL = ("JPEG compression", "another tone curve")  # no scene is to be searched for what they explain
+_LARGEST_PLACES = 0.95  # of the picture; what differs everywhere is no region
+
+
+@dataclass(frozen=True)
+class PictureComparison:
+    """What is to say about a picture and its reference."""
+
+    verdict: str  # "identical", "equal", "same picture", "similar", "different"
+    metrics: dict[str, float]
+    gates: tuple[Gate, ...]  # of the verdict "same picture"
+    causes: tuple[Cause, ...]  # the best first; () where the pictures agree, or nothing helps
+    notes: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether they show the same, as far as an eye and the gates can tell."""
+        return self.verdict in ("identical", "equal", "same picture")
+
+
+def compare_pictures(
+    picture: Array,
+    reference: Array,
+    masked: bool = False,
+    scene: SceneReference | None = None,
+    report: Callable[[str], None] | None = None,
+    seconds: float = SEARCH_SECONDS,
+) -> PictureComparison:
+    """Compare two linear pictures (h, w, 3) of any sizes.
+
+    masked: leave edges out of differences and causes. scene: what made `reference`, to look for causes in it.
+    report: gets the name of each cause before it is tried. seconds: of processor time, after which no further
+    cause is looked for in the scene.
+    """
+    notes = tuple(
+        f"{count} pixels of {name} are NaN or infinite; they count as 0"
+        for name, image in (("the picture", picture), ("the reference", reference))
+        if (count := int(np.count_nonzero(~np.isfinite(image).all(axis=-1))))
+    )
+    a, b = (
+        np.nan_to_num(image.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
+        for image in (picture, reference)
+    )
+    tolerance, exact = tolerance_of(a, b), b
+    if tolerance == BYTE:
+        a, b = (decode(encode(image)).astype(np.float64) for image in (a, b))
+    if a.shape != b.shape:
+        gates: tuple[Gate, ...] = (Gate("size", 1.0, 0.0, False, "low", f"{size(a)} in place of {size(b)}"),)
+        return PictureComparison("different", {}, gates, tuple(explain(a, b, tolerance)), notes)
+    mask = np.zeros(b.shape[:2], bool)
+    if masked:
+        mask = scene.edges(b) if scene else steep(b)
+    metrics, gates = _measured(a, b, mask, tolerance)
+    if notes:
+        gates = (*gates, gate("not finite", 1, 0, "low", "pictures with NaN or infinity"))
+    notes += tuple(filter(None, [without_flip()]))
+    verdict = _verdict(np.array_equal(picture, reference), metrics, gates, tolerance)
+    if verdict in ("identical", "equal"):
+        return PictureComparison(verdict, metrics, gates, (), notes)
+    budget = Budget(seconds)
+    causes = explain(a, b, tolerance)
+    if scene and not any(cause.left <= _ALL or (cause.proven and cause.name in _FINAL) for cause in causes):
+        causes = _causes_of_scene(causes, (a, exact), ~mask, tolerance, scene, report, budget)
+    if budget.stopped:
+        notes += (f"the search for causes stopped after {seconds:g} s; --seconds N lets it take N",)
+    if not any(cause.proven for cause in causes):
+        causes += regions(a, b, tolerance)
+    return PictureComparison(verdict, metrics, gates, tuple(causes), notes)
+
+
+@dataclass(frozen=True)
+class SceneReference:
+    """A scene as the reference: rendered, changed and rendered again, in one size."""
+
+    scene: Scene
+    width: int
+    height: int
+    device: int | str | None = None
+    settings: Settings | None = None
+
+    def render(self, scene: Scene | None = None, shadows: bool = True) -> Array:
+        """The linear picture of the scene, or of a changed one."""
+        tracer = Tracer(scene or self.scene, self.device, self.settings)
+        if shadows:
+            return tracer.render(self.width, self.height).pixels
+        return render_ours(tracer, self.width, self.height, shadows=False).pixels
+
+    def edges(self, reference: Array) -> Array:
+        """Pixels (h, w) where the picture jumps: see `edge_mask`."""
+        camera = self.scene.camera
+        assert camera is not None
+        shifted = []
+        for x, y in DIAGONAL:
+            shift = camera.shift[0] + EDGE_STEP * x, camera.shift[1] + EDGE_STEP * y
+            changed = structs.replace(self.scene, camera=structs.replace(camera, shift=shift))
+            shifted.append(self.render(changed))
+        return edge_mask(reference, shifted)
+
+
+def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[str, float], tuple[Gate, ...]]:
+    """Figures and gates of two finite pictures of one size."""
+    shown_a, shown_b = encoded(a), encoded(b)
+    out = ~mask
+    off, shown_off = largest(a - b)[out], largest(shown_a - shown_b)[out]
+    similarity, windows = ssim(shown_a, shown_b)
+    perceived = flip(shown_a, shown_b)
+    metrics = {
+        "SSIM": similarity,
+        **({"FLIP": perceived[0]} if perceived else {}),
+        "PSNR": psnr(shown_a, shown_b),
+        "worst window": float(windows.min()),
+        "largest difference": float(off.max(initial=0.0)),
+        "mean difference": float(off.mean()) if off.size else 0.0,
+        "largest, of 255": 255 * float(shown_off.max(initial=0.0)),
+        "mean, of 255": 255 * float(shown_off.mean()) if off.size else 0.0,
+        "pixels that differ": share(shown_off > tolerance),
+        "brightness": float(np.mean(a[out]) / max(float(np.mean(b[out])), 1e-30)) if off.size else 1.0,
+        "edges left out": share(mask),
+    }
+    limit = limits()
+    assert limit.ssim and limit.flip and limit.psnr
+    gates = [
+        gate("SSIM", metrics["SSIM"], limit.ssim, "high", "structural similarity, 1 is equal"),
+        gate("PSNR", metrics["PSNR"], limit.psnr, "high", "signal to noise in dB, inf is equal"),
+    ]
+    if perceived:
+        seen = "difference that an eye sees, 0 is equal"
+        gates.insert(1, gate("FLIP", perceived[0], limit.flip, "low", seen))
+    if mask.any():
+        bound = 0.001 if tolerance < BYTE else 0.01
+        gates.append(gate("pixels that differ", metrics["pixels that differ"], bound, "low", "outside edges"))
+    return metrics, tuple(gates)
+
+
+def _verdict(identical: bool, metrics: dict[str, float], gates: tuple[Gate, ...], tolerance: float) -> str:
+    if identical:
+        return "identical"
+    if all(gate.passed for gate in gates):
+        return "equal" if metrics["largest, of 255"] <= 255 * tolerance else "same picture"
+    return "similar" if metrics["SSIM"] >= SIMILAR else "different"
+
+
+def explain(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
+    """Causes that two linear pictures (h, w, 3) of any sizes tell by themselves, the best first.
+
+    [] where they agree within the tolerance or nothing helps.
+    """
+    if picture.shape == reference.shape and disagreement(picture, reference, tolerance) == 0:
+        return []
+    tried: tuple[Cause, ...] = (
+        *undoable(picture, reference, tolerance),
+        *moved(picture, reference, tolerance),
+        *resized(picture, reference, tolerance),
+    )
+    if not any(cause.proven for cause in tried):
+        tried += tuple(compressed(picture, reference, tolerance))
+    if not any(cause.proven for cause in tried):
+        tried += tuple(recurved(picture, reference, tolerance))
+    return ranked([cause for cause in tried if cause.likely or picture.shape != reference.shape])
+
+
+def _causes_of_scene(
+    causes: list[Cause],
+    pictures: tuple[Array, Array],
+    kept: Array,
+    tolerance: float,
+    scene: SceneReference,
+    report: Callable[[str], None] | None,
+    budget: Budget,
+) -> list[Cause]:
+    """`causes` and those found in the scene, in the picture as it is or with what is likely undone.
+
+    Only the pixels in `kept` (h, w) count.
+    """
+
+    def search(picture: Array) -> list[Cause]:
+        def render(changed: Scene, shadows: bool = True) -> Array:
+            return scene.render(changed, shadows)[kept]
+
+        pixels = picture[kept], scene.scene, reference[kept]
+        return explain_by_scene(*pixels, render, tolerance, report, budget)
+
+    picture, reference = pictures
+    found = [] if any(cause.proven for cause in causes) else search(picture)
+    for cause in undoable(picture, reference, tolerance):
+        if budget.over():
+            break
+        if cause.undone is not None and cause.left < 0.9 and not any(other.proven for other in found):
+            further = search(cause.undone)
+            found += [
+                replace(
+                    more,
+                    name=f"{cause.name} and {more.name}",
+                    text=f"{cause.text}; {more.text}",
+                    left=more.left * cause.left,
+                )
+                for more in further
+                if more.proven
+            ]
+    return ranked([*causes, *found])
+
+
+def regions(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
+    """What can be said of pictures that agree except in places: a missing shadow, light or object.
+
+    Not certain: what is tested is that the pictures agree elsewhere and that all the places differ one way.
+    """
+    from scipy import ndimage
+
+    difference = (encoded(picture) - encoded(reference)).mean(axis=-1)
+    # what is less than two pixels wide is an edge that two correct programs draw differently
+    places = ndimage.binary_opening(np.abs(difference) > 4 * tolerance, np.ones((2, 2)))
+    labels, count = ndimage.label(places)
+    brighter = share(difference[places] > 0)
+    one_way = not 0.03 <= brighter <= 0.97
+    if not count or share(places) > (_LARGEST_PLACES if one_way else 0.5):
+        return []
+    elsewhere = float(np.abs(difference[~places]).sum() / np.abs(difference).sum())
+    sizes = ndimage.sum_labels(places, labels, range(1, count + 1))
+    rows, columns = ndimage.find_objects(labels)[int(np.argmax(sizes))]
+    box = f"{columns.stop - columns.start} x {rows.stop - rows.start}"
+    box = f"{box} pixels at ({columns.start}, {rows.start})"
+    name, way = "an object that differs", "differs"
+    if one_way and brighter > 0.5:
+        name, way = "a missing shadow, or light that should not be", "is brighter"
+    elif one_way:
+        name, way = "a missing light, or a shadow that should not be", "is darker"
+    where = f"{count} place{'s' if count > 1 else ''}, the largest {box}, {100 * share(places):.1f} % in all,"
+    text = f"it {way} in {where} and agrees elsewhere; compare with the scene to be sure"
+    cause = Cause(name, text, elsewhere, certain=False)
+    return [cause] if cause.likely else []

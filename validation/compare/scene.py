@@ -1,0 +1,262 @@
+"""Why a picture differs from its scene: the scene is misread, as an author might have, and rendered again.
+
+Light adds up: a picture with less of one light, of the ambient light or of the highlights is a mixture of the
+picture with and without it. So for these the share that is present is fitted, and 0 means missing. All else
+(depth, indices, camera, objects) is rendered with the change and compared.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from clrt.base.errors import ClrtError, ClrtWarning
+from clrt.scene.scene import Material, Scene
+
+from .causes import Budget, Cause, disagreement, ranked, remaining
+from .metrics import Array
+
+_OfMaterial = Callable[[Material], dict[str, Any]]
+Render = Callable[..., Array]  # (scene, shadows=True) -> linear picture, the pixels to compare
+_MOST_SHAPES = 24  # that are left out one by one
+_MOST_LIGHTS = 8
+_SAME, _NONE = 0.02, 0.03  # a share nearer to 1 is all of it, nearer to 0 nothing
+
+
+@dataclass(frozen=True)
+class _Component:
+    """Something that adds light, or takes it away, in proportion."""
+
+    name: str
+    absent: Callable[[], Array]  # the picture without it
+    independent: bool = True  # False: a sum of others
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A scene as someone might have misread it."""
+
+    name: str
+    text: str
+    scene: Scene
+
+
+def explain_by_scene(
+    picture: Array,
+    scene: Scene,
+    reference: Array,
+    render: Render,
+    tolerance: float,
+    report: Callable[[str], None] | None = None,
+    budget: Budget | None = None,
+) -> list[Cause]:
+    """Causes for the difference of a picture and `reference`, which `render(scene)` gave, the best first.
+
+    Pictures are (h, w, 3), or (n, 3) of the same n pixels. Stops at the first that is proven, or when
+    `budget` is spent. `report` gets the name of each cause before it is tried.
+    """
+    before = disagreement(picture, reference, tolerance)
+    if before == 0:
+        return []
+    say, budget = report or (lambda name: None), budget or Budget(math.inf)
+    causes: list[Cause] = []
+    parts: dict[str, Array] = {}  # of what is independent: several may be wrong at once
+    for component in _components(scene, reference, render):
+        if budget.over():
+            break
+        say(component.name)
+        part = reference - _quietly(component.absent, reference)
+        if np.abs(part).max(initial=0.0) < 1e-6:
+            continue
+        if component.independent:
+            parts[component.name] = part
+        causes.append(_mixed(picture, reference, [component.name], [part], before, tolerance))
+        if causes[-1].proven:
+            return [causes[-1]]
+    causes.append(_mixed(picture, reference, list(parts), list(parts.values()), before, tolerance))
+    causes = [cause for cause in causes if cause.name]
+    for change in _changes(scene) if not any(cause.proven for cause in causes) else ():
+        if budget.over():
+            break
+        say(change.name)
+        changed = _quietly(partial(render, change.scene), reference)
+        causes.append(Cause(change.name, change.text, remaining(picture, changed, before, tolerance)))
+        if causes[-1].proven:
+            break
+    return ranked([cause for cause in causes if cause.likely])
+
+
+def _quietly(render: Callable[[], Array], otherwise: Array) -> Array:
+    """A rendering without warnings; `otherwise` where the changed scene cannot be rendered."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ClrtWarning)
+        try:
+            return render()
+        except ClrtError:
+            return otherwise
+
+
+def _mixed(
+    picture: Array,
+    reference: Array,
+    names: Sequence[str],
+    parts: Sequence[Array],
+    before: float,
+    tolerance: float,
+) -> Cause:
+    """How much of each part the picture has, at least nothing: least squares where nothing is clipped."""
+    from scipy.optimize import lsq_linear
+
+    open_ = (picture < 0.95) & (reference < 0.95)
+    mixed, shares = reference.astype(np.float64), np.ones(len(parts))
+    if parts and open_.any():
+        matrix = np.stack([part[open_] for part in parts], axis=1).astype(np.float64)
+        lacking = (reference.astype(np.float64) - picture)[open_]
+        lost = np.linalg.lstsq(matrix, lacking, rcond=1e-6)[0]
+        if (lost > 1).any():  # less than nothing is left: there is no light below 0
+            orthogonal, triangular = np.linalg.qr(matrix)
+            right = orthogonal.T @ lacking
+            lost = lsq_linear(triangular, right, bounds=(-np.inf, 1.0), method="bvls").x
+        shares = 1 - lost
+        shares[np.abs(shares - 1) < _SAME] = 1
+        for share, part in zip(shares, parts, strict=True):
+            mixed = mixed - (1 - share) * part
+    said, texts = [], []
+    for name, share in zip(names, shares, strict=True):
+        if abs(share) < _NONE:
+            said.append(f"{name} missing")
+            texts.append(f"there is nothing of {name}")
+        elif share != 1:
+            said.append(f"{name} times {share:.2g}")
+            texts.append(f"{name} is {share:.3g} times as strong as it should be")
+    return Cause(" and ".join(said), "; ".join(texts), remaining(picture, mixed, before, tolerance))
+
+
+def _components(scene: Scene, reference: Array, render: Render) -> Iterator[_Component]:
+    def without(**changes: Any) -> Callable[[], Array]:
+        return lambda: render(replace(scene, **changes))
+
+    def plain(change: _OfMaterial) -> Callable[[], Array]:
+        return lambda: render(_with_materials(scene, change))
+
+    def no_shadow_of(light: Any) -> Array:
+        alone = replace(scene, lights=(light,))
+        return reference + render(alone, shadows=False) - render(alone)
+
+    lights = scene.lights[:_MOST_LIGHTS]
+    for index, light in enumerate(lights):
+        name = f"light {index + 1} of {len(scene.lights)} ({_place(light)})"
+        yield _Component(name, without(lights=(*scene.lights[:index], *scene.lights[index + 1 :])))
+    if lights and scene.shadow == "opaque":
+        yield _Component("shadows", lambda: render(scene, shadows=False), independent=len(lights) == 1)
+        for index, light in enumerate(lights if len(lights) > 1 else ()):
+            yield _Component(f"shadow of light {index + 1}", partial(no_shadow_of, light))
+    yield _Component("ambient light", without(ambient=0.0))
+    yield _Component("background", without(background=0.0))
+    yield _Component("highlights", plain(lambda m: {"specular": 0.0}))
+    yield _Component("emission", plain(lambda m: {"emission": 0.0}))
+    yield _Component("diffuse light", plain(lambda m: {"diffuse": 0.0, "ambient": m.ka}), independent=False)
+
+
+def _place(light: Any) -> str:
+    *place, near = light.place
+    vector = ", ".join(f"{value:g}" for value in (place if near else light.direction))
+    return f"point at {vector}" if near else f"direction {vector}"
+
+
+def _changes(scene: Scene) -> Iterator[_Change]:
+    yield from _of_camera(scene)
+    for depth in range(scene.max_depth + 3):
+        if depth != scene.max_depth:
+            text = f"rays are followed for {depth} generations in place of {scene.max_depth}"
+            yield _Change(f"max_depth {depth}", text, replace(scene, max_depth=depth))
+    for name, text, change in _OF_MATERIALS:
+        yield _Change(name, text, _with_materials(scene, change))
+    points = [light for light in scene.lights if "falloff" in light.__struct_fields__]
+    if points:
+        other = {"none": "inverse-square", "inverse-square": "none"}
+        lights = tuple(
+            replace(light, falloff=other[light.falloff]) if light in points else light
+            for light in scene.lights
+        )
+        text = "point lights fade with the distance, or do not"
+        yield _Change("falloff of lights", text, replace(scene, lights=lights))
+    shadow = {"opaque": "tinted", "tinted": "opaque"}[scene.shadow]
+    text = f"shadows are {shadow}, not {scene.shadow}"
+    yield _Change(f"{shadow} shadows", text, replace(scene, shadow=shadow))
+    for index, shape in enumerate(scene.shapes[:_MOST_SHAPES]):
+        name = f"shape {index} ({shape.name or shape.type})"
+        rest = (*scene.shapes[:index], *scene.shapes[index + 1 :])
+        yield _Change(f"{name} missing", f"{name} is not in the picture", replace(scene, shapes=rest))
+
+
+def _of_camera(scene: Scene) -> Iterator[_Change]:
+    camera = scene.camera
+    assert camera is not None
+
+    def seen(name: str, text: str, **changes: Any) -> _Change:
+        return _Change(name, text, replace(scene, camera=replace(camera, **changes)))
+
+    half = (-0.5, 0.0, 0.5)
+    for x, y in ((x, y) for x in half for y in half if x or y):
+        ways = ((x, ("left", "right")), (y, ("up", "down")))
+        words = [f"{abs(value):g} pixel {way[value < 0]}" for value, way in ways if value]
+        shift = camera.shift[0] + x, camera.shift[1] + y
+        text = "samples are taken at the pixels' corners or borders, not at their centres"
+        yield seen(f"shift by {' and '.join(words)}", text, shift=shift)
+    axis = {"horizontal": "vertical", "vertical": "horizontal"}[camera.fov_axis]
+    yield seen("fov axis", f"the field of view is the {axis} one, not the {camera.fov_axis}", fov_axis=axis)
+    if camera.fov < 90:
+        yield seen(
+            "fov doubled",
+            f"the field of view is {2 * camera.fov:g} degrees, not {camera.fov:g}",
+            fov=2 * camera.fov,
+        )
+    yield seen(
+        "fov halved",
+        f"the field of view is {camera.fov / 2:g} degrees, not {camera.fov:g}",
+        fov=camera.fov / 2,
+    )
+    spp = 16 if camera.spp == 1 else 1
+    yield seen(f"{spp} samples a pixel", f"{spp} samples a pixel in place of {camera.spp}", spp=spp)
+
+
+_OF_MATERIALS: tuple[tuple[str, str, _OfMaterial], ...] = (
+    ("reflections missing", "nothing is reflected", lambda m: {"reflection": 0.0}),
+    ("transmission missing", "nothing is transmitted", lambda m: {"transmission": 0.0}),
+    ("no refraction", "light goes straight through, as if ior were 1", lambda m: {"ior": 1.0}),
+    ("ior inverted", "the indices of both sides are swapped", lambda m: {"ior": 1 / m.eta}),
+    (
+        "Fresnel",
+        "reflection by Fresnel's equations where the scene has constants, or the reverse",
+        lambda m: {"fresnel": not m.fresnel, "reflection": m.kr, "transmission": m.kt},
+    ),
+    ("shininess 2 times", "highlights are too small", lambda m: {"shininess": 2 * m.shininess}),
+    (
+        "shininess 4 times",
+        "highlights are too small: Blinn's half vector needs 4 times Phong's exponent",
+        lambda m: {"shininess": 4 * m.shininess},
+    ),
+    ("shininess halved", "highlights are too large", lambda m: {"shininess": m.shininess / 2}),
+    (
+        "shininess a quarter",
+        "highlights are too large: Phong's exponent with Blinn's half vector",
+        lambda m: {"shininess": m.shininess / 4},
+    ),
+)
+
+
+def _with_materials(scene: Scene, change: _OfMaterial) -> Scene:
+    """The scene with the changes to every material that `change` gives for it."""
+    shapes = []
+    for shape in scene.shapes:
+        material = scene.material_of(shape)
+        shapes.append(replace(shape, material=replace(material, **change(material))))
+    return replace(scene, shapes=tuple(shapes))

@@ -1,0 +1,1 @@
+"""Deliberate faults, and whether validation notices them."""

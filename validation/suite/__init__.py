@@ -1,0 +1,1 @@
+"""The whole of validation in one call, and its report."""

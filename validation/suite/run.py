@@ -1,0 +1,217 @@
+"""The whole of validation in one call: cases under their oracles, ray counts, mutants, coverage.
+
+Cases go to a few processes, each with a device and a Mitsuba of its own. Quick: the float64 oracle on every
+matrix case, and Mitsuba on as few of them as have all features. Least: only these few, and Mitsuba's own
+plugins. Full: every oracle that can express a case, the scenes that ship and random scenes.
+"""
+
+from __future__ import annotations
+
+import datetime
+import os
+import platform
+import time
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from importlib.metadata import PackageNotFoundError, version
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, Final
+
+from clrt.base.errors import ClrtError
+from clrt.base.resources import validation_module
+from clrt.device.device import Device
+from clrt.device.platforms import choose
+from clrt.scene.scene import Scene
+from clrt.version import __version__
+
+from ..cases import case_named, matrix_cases, random_cases, shipped_cases
+from ..compare.metrics import without_flip
+from ..coverage import coverage, fewest_cases
+from ..mutants.run import MUTANTS, run_mutant
+from ..oracles import ORACLE64, able, scene_of
+from ..spd import KNOWN, PUBLISHED, check_folder
+from ..types import CaseResult, SuiteResult
+from .worker import Task, count_known, count_published, run_case, run_twin
+
+Progress = Callable[[int, int, str], None]
+RANDOM_SEED: Final = 1
+FULL_RANDOM: Final = 100  # scenes
+_MOST_PROCESSES: Final = 4  # each has a Mitsuba, which takes memory
+_PACKAGES: Final = ("numpy", "pyopencl", "scikit-image", "flip-evaluator", "mitsuba", "drjit",
+                    "karellen-llvm-core")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a run consists of.
+
+    least: no more cases than show every feature to two oracles. seed: of the random scenes. pictures: keep
+    them for a report.
+    """
+
+    quick: bool = True
+    least: bool = False
+    random: int = 0
+    seed: int = RANDOM_SEED
+    spd: Path | None = None
+    mutants: bool = False
+    cases: tuple[str, ...] = ()  # only these
+    device: int | str | None = None
+    pictures: bool = False
+    command: str = ""
+    processes: int = field(default_factory=lambda: min(os.cpu_count() or 1, _MOST_PROCESSES))
+
+
+def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
+    """Run what the plan says. ClrtError, before anything runs, for a case or folder that is not there."""
+    start, started = time.perf_counter(), datetime.datetime.now().astimezone().isoformat(timespec="seconds")
+    label = choose(plan.device)[0].label
+    tasks, mutants = tasks_of(plan), tuple(MUTANTS) if plan.mutants else ()
+    jobs: dict[str, tuple[Any, ...]] = {}
+    if plan.spd is not None:
+        check_folder(plan.spd)
+        jobs |= {f"published counts: {name}": (count_published, name, plan.spd,
+                                               plan.device) for name in PUBLISHED}
+    if not plan.cases:
+        jobs |= {f"counts: {name}": (count_known, name, plan.device) for name in KNOWN}
+    if not plan.quick:
+        jobs["float32 twin"] = (run_twin, plan.device)
+    counting = [name for name in jobs if "counts: " in name]
+    # the longest first, so that no process is left alone with one of them
+    jobs |= {task.name: (run_case, task) for task in sorted(tasks, key=lambda task: -task.rays)}
+    jobs |= {f"mutant: {name}": (run_mutant, name, plan.device) for name in mutants}
+    Device(plan.device).kernels.program  # noqa: B018 - compiled once, then all processes find it in the driver's cache
+    found = dict(_completed(jobs, plan.processes, progress))
+
+    cases: list[CaseResult] = [found[task.name] for task in tasks]
+    counts = [count for name in counting for count in found[name]]
+    # a few cases are to prove no more than themselves
+    table = {} if plan.cases else coverage(cases, counts)
+    return SuiteResult(
+        cases,
+        [found[f"mutant: {name}"] for name in mutants],
+        counts,
+        table,
+        versions(),
+        label,
+        time.perf_counter() - start,
+        plan.seed if plan.random else None,
+        plan.command,
+        started,
+        tuple(notes(plan, cases)),
+        (found["float32 twin"],) if "float32 twin" in found else (),
+        len({*matrix_cases(), *shipped_cases(), *(task.name for task in tasks)}),
+    )
+
+
+def case_rows() -> Iterator[tuple[str, str]]:
+    """Name and features of each case that `--case` takes, but for random ones."""
+    for name in (*matrix_cases(), *shipped_cases()):
+        yield name, ", ".join(sorted(case_named(name).features))
+
+
+def tasks_of(plan: Plan) -> list[Task]:
+    """The cases to run, and for each the oracles that can express it."""
+    matrix = matrix_cases()
+    some = fewest_cases({name: c.features for name, c in matrix.items() if "mitsuba-table" in c.oracles})
+    if plan.cases:
+        names = [name for name in plan.cases if case_named(name)]
+    elif plan.least:
+        names = [*some, *(name for name, case in matrix.items() if "mitsuba-table" not in case.oracles)]
+    else:
+        names = [*matrix, *([] if plan.quick else shipped_cases()), *random_cases(plan.random, plan.seed)]
+    tasks = []
+    for name in names:
+        case = case_named(name)
+        oracles = list(case.oracles)
+        if plan.quick and not plan.cases and name not in some:
+            oracles = [oracle for oracle in oracles if oracle == ORACLE64 or oracle.startswith("stock")]
+        if plan.quick and not plan.cases:
+            oracles = [oracle for oracle in oracles if oracle != "mitsuba-bsdf"]
+        scene = scene_of(case)
+        able_ones = tuple(oracle for oracle in oracles if able(oracle, scene))
+        tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene)))
+    return tasks
+
+
+def rays_of(scene: Scene) -> int:
+    """About how many rays a scene's picture takes, as far as its size and samples tell."""
+    assert scene.camera is not None
+    bands = scene.spectrum.bands if scene.spectrum is not None else 3
+    samples = scene.camera.width * scene.camera.height * scene.camera.spp
+    return samples * (1 + scene.ambient_samples) * bands
+
+
+def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:
+    """What a reader should know: what was left out, and why."""
+    unproven = [(result.case.name, oracle, why) for result in cases for oracle,
+                why in result.unproven.items()]
+    for why in dict.fromkeys(why for _, _, why in unproven):
+        names = [f"{name} ({oracle})" for name, oracle, reason in unproven if reason == why]
+        shown = ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")
+        yield f"NOT PROVEN, {len(names)} comparisons: {shown}: {why}"
+    if missing := without_flip():
+        yield missing
+    if plan.cases:
+        yield "only the cases asked for; no ray counts"
+    elif plan.least:
+        yield "least: no more cases than show every feature; the rest is left to a run without it"
+    elif plan.quick:
+        yield "quick: Mitsuba on a selection of the cases; stock plugins, scenes that ship left to --full"
+    if plan.spd is None and not plan.cases:
+        yield "published ray counts were not compared: --spd FOLDER"
+    if not plan.mutants:
+        yield "no mutants: --mutants"
+
+
+def versions() -> dict[str, str]:
+    """Of everything that a figure may depend on."""
+    found = {"clrt": __version__, "python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found
+
+
+def _completed(jobs: dict[str, tuple[Any, ...]], processes: int,
+               progress: Progress | None) -> Iterator[tuple[str, Any]]:  # fmt: skip
+    """Names and results of jobs (function, arguments), as they are done.
+
+    Where a process dies, the jobs that may have ended it run once more, each alone: a faulty kernel may have
+    harmed one that came after it. ClrtError names a job that dies again.
+    """
+    left = dict(jobs)
+
+    def taken(name: str, result: Any) -> tuple[str, Any]:
+        del left[name]
+        if progress:
+            progress(len(jobs) - len(left), len(jobs), name)
+        return name, result
+
+    while left:
+        try:
+            for name, result in _parallel(left, processes):
+                yield taken(name, result)
+        except BrokenProcessPool:
+            for name in list(left)[:processes]:  # jobs start in order, so these were running
+                try:
+                    ((_, result),) = _parallel({name: left[name]}, 1)
+                except BrokenProcessPool:
+                    raise ClrtError(f"validation: {name}: ended the process that ran it, twice") from None
+                yield taken(name, result)
+
+
+def _parallel(jobs: dict[str, tuple[Any, ...]], processes: int) -> Iterator[tuple[str, Any]]:
+    # the initializer makes this package known under its own name, also in a checkout
+    pool = ProcessPoolExecutor(processes, get_context("spawn"), validation_module, ("suite.worker",))
+    try:
+        waiting: dict[Future[Any], str] = {pool.submit(*job): name for name, job in jobs.items()}
+        for future in as_completed(waiting):
+            yield waiting[future], future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)

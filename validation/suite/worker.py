@@ -1,0 +1,125 @@
+"""What one process of the suite does: render cases and compare them. It keeps its device and its Mitsuba."""
+
+from __future__ import annotations
+
+import atexit
+import dataclasses
+import time
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from clrt.device.device import Device
+
+from .. import spd
+from ..cases import case_named, limits_of
+from ..compare.oracle import Limits, compare, gate, statistical
+from ..oracle_mitsuba import MitsubaError
+from ..oracles import ORACLE64, Oracles, edges64, our_picture, picture64, scene_of, stand_in_of
+from ..twin.check import twin_check
+from ..types import Case, CaseResult, CheckResult, Comparison, CountResult, OracleImage
+
+_FAR_SIGMA, _FAR_SHARE = 4.5, 1e-2  # of values that may be so many standard errors from a random oracle's
+_NOISY_PSNR = 40.0  # dB: what a random oracle's own noise leaves
+
+
+@dataclass(frozen=True)
+class Task:
+    """A case to run. pictures: return them, too. rays: how many it takes, about."""
+
+    name: str
+    oracles: tuple[str, ...]
+    device: int | str | None = None
+    pictures: bool = False
+    rays: int = 0
+
+
+@cache
+def device_of(wanted: int | str | None) -> Device:
+    """This process' device, its kernels built once."""
+    return Device(wanted)
+
+
+@cache
+def oracles() -> Oracles:
+    """This process' oracles."""
+    opened = Oracles()
+    atexit.register(opened.mitsuba.close)
+    return opened
+
+
+def run_case(task: Task) -> CaseResult:
+    """Render a case by the kernels and by its oracles, and compare."""
+    start = time.perf_counter()
+    case = case_named(task.name)
+    scene = scene_of(case)
+    ours = our_picture(scene, device_of(task.device))
+    reference = picture64(scene)
+    edges: np.ndarray | None = None
+    results: dict[str, tuple[OracleImage, Comparison]] = {}
+    unproven: dict[str, str] = {}
+    for oracle in task.oracles:
+        try:
+            other = scene if case.stand_in is None or oracle == ORACLE64 else stand_in_of(case)
+            reason = oracles().unable(oracle, other)
+            picture = reference if oracle == ORACLE64 else None if reason else oracles().render(oracle, other)
+        except MitsubaError as error:
+            picture, reason = None, " ".join(str(error).split())
+        if picture is None:
+            unproven[oracle] = reason or ""
+            continue
+        limit = limits_of(case, oracle)
+        comparison = judge(ours, picture, edges, case, limit)
+        if not comparison.passed and edges is None:
+            # correct programs differ at edges only, so these are looked for where there are differences; a
+            # picture that passes without leaving anything out has proved more
+            edges = edges64(scene, reference)
+            comparison = judge(ours, picture, edges, case, limit)
+        results[oracle] = picture, comparison
+    passed = all(comparison.passed for _, comparison in results.values())
+    kept = task.pictures and (not passed or not task.name.startswith("random"))
+    results = {o: (_lean(image, kept), _lean_maps(found, kept)) for o, (image, found) in results.items()}
+    ours = _lean(ours, kept)
+    return CaseResult(case, ours, results, unproven, time.perf_counter() - start)
+
+
+def count_published(name: str, folder: Path, device: int | str | None) -> list[CountResult]:
+    """Ray counts of a published scene."""
+    return spd.published_counts(name, folder, device_of(device))
+
+
+def count_known(name: str, device: int | str | None) -> list[CountResult]:
+    """Ray counts of a scene whose counts an oracle, or arithmetic, knows."""
+    return spd.known_counts(name, device_of(device))
+
+
+def run_twin(device: int | str | None) -> CheckResult:
+    """The float32 twin's million rays."""
+    return twin_check(device_of(device))
+
+
+def judge(ours: OracleImage, picture: OracleImage, edges: np.ndarray | None, case: Case,
+          limit: Limits) -> Comparison:
+    """Compare; a picture from random paths is also asked whether what differs is within its own noise."""
+    error = getattr(picture, "error", None)
+    if error is None:
+        return compare(ours, picture, edges, case.spp, limit)
+    found = compare(ours, picture, edges, case.spp, dataclasses.replace(statistical(limit), psnr=_NOISY_PSNR))
+    outside = np.ones(error.shape[:2], bool) if edges is None else ~edges
+    sigma = np.abs(ours.pixels - picture.pixels)[outside] / np.maximum(error[outside], 1e-4)
+    far = gate("beyond noise", float(np.mean(sigma > _FAR_SIGMA)), _FAR_SHARE, "low",
+               f"share of values more than {_FAR_SIGMA} standard errors off")  # fmt: skip
+    return dataclasses.replace(found, gates=(*found.gates, far))
+
+
+def _lean(image: OracleImage, kept: bool) -> OracleImage:
+    """What a report needs of a picture: the picture, or only its name and time."""
+    pixels = image.pixels.astype(np.float32) if kept else np.zeros((0, 0, 3), np.float32)
+    return OracleImage(pixels, {}, None, None, image.name, image.seconds)
+
+
+def _lean_maps(comparison: Comparison, kept: bool) -> Comparison:
+    maps = {name: values.astype(np.float32) for name, values in comparison.maps.items()} if kept else {}
+    return dataclasses.replace(comparison, maps=maps)

@@ -1,0 +1,1 @@
+"""The thesis program's pictures, computed anew, with or without its faults."""

@@ -1,0 +1,1 @@
+"""The float32 twin: what the kernels compute, in numpy, bit for bit."""

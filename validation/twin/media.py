@@ -1,0 +1,137 @@
+"""The float32 twin's lists of media: where rays start, which boundaries they see, what is absorbed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from clrt import layout
+from clrt.flatten.flatten import FlatScene
+from clrt.flatten.media import too_deep
+
+from .geometry import NO_PRIMITIVE, Hits, nearest_hit, primitives_of
+from .math import Array, exponential
+from .queues import Queue
+from .surface import Surface, bands, surface_at
+
+_NONE = -1
+
+
+@dataclass(frozen=True)
+class Crossed:
+    """A queue after its way through all boundaries that it does not see, and its hits.
+
+    before, after: (n,) int32, the materials whose indices meet at the hits; None where rays carry no lists.
+    """
+
+    queue: Queue
+    hits: Hits
+    before: Array | None = None
+    after: Array | None = None
+
+    def indices(
+        self, flat: FlatScene, s: Surface, which: Array, band: Array | int | None = None
+    ) -> tuple[Array, Array]:
+        """On the rays' side and behind the surfaces `s` that the rays `which` hit, in a band of each."""
+        around = flat.scene["medium_ior"][0]
+        if self.before is None or self.after is None:
+            metal = s.material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
+            enters = (s.material["thin"] != 0) | ~s.inside | metal
+            own = s.material["ior"] if band is None else s.material["index"][np.arange(len(which)), band]
+            return np.where(enters, around, own), np.where(enters, own, around)
+        before, after = self.before[which], self.after[which]
+        if band is None:
+            ior = np.append(flat.materials["ior"], around)  # _NONE is the last
+            return ior[before], ior[after]
+        index = np.append(flat.materials["index"], np.full((1, flat.bands), around), axis=0)
+        return index[before, band], index[after, band]
+
+
+def immersed(flat: FlatScene, queue: Queue) -> Queue:
+    """The queue with the media in which its rays' origins lie."""
+    if flat.media is None:
+        return queue
+    return replace(queue, media=flat.media.lists(queue.rays.origin.T).T.copy())
+
+
+def crossed(flat: FlatScene, queue: Queue, hits: Hits) -> Crossed:
+    """Through boundaries that leave the top of a ray's list unchanged, to the first that does not."""
+    if queue.media is None:
+        return Crossed(queue, hits)
+    lists, t, primitive = queue.media.copy(), hits.t.copy(), hits.primitive.copy()
+    before = top(flat, lists)
+    after = before.copy()
+    going = np.flatnonzero(primitive != NO_PRIMITIVE)
+    while len(going):
+        rays = queue.rays[going]
+        s = surface_at(flat, rays, Hits(t[going], primitive[going]))
+        own = primitives_of(flat)["material"][primitive[going]].astype(np.int32)
+        lists[:, going], following = _next_lists(flat, lists[:, going], s)
+        old, new = top(flat, lists[:, going]), top(flat, following)
+        solid = s.material["medium"] == _NONE
+        metal = s.material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
+        behind = solid & s.inside & (s.material["thin"] == 0) & ~metal
+        before[going] = np.where(behind, own, old)
+        after[going] = np.where(behind, old, np.where(solid, own, new))
+        unseen = ~solid & (old == new)
+        lists[:, going[unseen]] = following[:, unseen]
+        going = going[unseen]
+        further = nearest_hit(flat, queue.rays[going], Hits(t[going], primitive[going]))
+        t[going], primitive[going] = further.t, further.primitive
+        going = going[further.primitive != NO_PRIMITIVE]
+    weight = queue.weight * transmittance(flat, top(flat, lists), t)
+    return Crossed(replace(queue, media=lists, weight=weight), Hits(t, primitive), before, after)
+
+
+def first_seen(flat: FlatScene, queue: Queue) -> Hits:
+    """The hits of rays of generation 0, past all boundaries that they do not see."""
+    return crossed(flat, immersed(flat, queue), nearest_hit(flat, queue.rays)).hits
+
+
+def top(flat: FlatScene, lists: Array) -> Array:
+    """Of lists (places, n), the material of the highest priority, the last one among equals; (n,) int32."""
+    priority = np.append(flat.materials["priority"], np.int32(-(2**31)))[lists]
+    last = len(lists) - 1 - priority[::-1].argmax(axis=0)
+    return np.where(lists[0] == _NONE, _NONE, lists[last, np.arange(lists.shape[1])]).astype(np.int32)
+
+
+def transmittance(flat: FlatScene, medium: Array, t: Array) -> Array:
+    """exp(-sigma t) in each medium, 1 where nothing absorbs: (bands, n)."""
+    absorption = bands(flat.materials["absorption"])[:, medium]
+    absorbs = (medium != _NONE) & (absorption > 0.0)
+    return np.where(absorbs, exponential(-absorption * t), np.float32(1.0))
+
+
+def _next_lists(flat: FlatScene, lists: Array, s: Surface) -> tuple[Array, Array]:
+    """The lists on this side of surfaces and those behind them."""
+    medium = s.material["medium"]
+    is_medium = medium != _NONE
+    listed = ((lists == medium) & is_medium).any(axis=0)
+    here = _entered(flat, lists, medium, is_medium & s.inside & ~listed)
+    behind = _entered(flat, here, medium, is_medium & ~s.inside)
+    return here, _left(behind, medium, is_medium & s.inside)
+
+
+def handed_on(flat: FlatScene, lists: Array, s: Surface) -> Array:
+    """The lists of rays that go on behind the surfaces."""
+    return _next_lists(flat, lists, s)[1]
+
+
+def _entered(flat: FlatScene, lists: Array, medium: Array, where: Array) -> Array:
+    out = lists.copy()
+    size = (lists != _NONE).sum(axis=0)
+    if (size[where] == layout.MEDIA).any():
+        assert flat.media is not None
+        raise too_deep(flat.media.scene)
+    (ray,) = np.nonzero(where)
+    out[size[ray], ray] = medium[ray]
+    return out
+
+
+def _left(lists: Array, medium: Array, where: Array) -> Array:
+    out = lists.copy()
+    for ray in np.flatnonzero(where):
+        at = np.flatnonzero(lists[:, ray] == medium[ray])[-1]
+        out[:, ray] = np.append(np.delete(lists[:, ray], at), _NONE)
+    return out

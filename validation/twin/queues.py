@@ -1,0 +1,119 @@
+"""The float32 twin's queues of rays: camera rays, rays of the caller, and the merging of children."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clrt import layout
+
+from .geometry import Rays
+from .math import Array, combine, dot, mix_bits, unit, unit_interval
+
+FLAGS = np.uint32(layout.PATH["PATH_FLAGS"])
+
+
+@dataclass(frozen=True)
+class Queue:
+    """n rays of one kind and generation, those of a pixel next to each other; weight is (bands, n).
+
+    media: (places, n) int32, numbers of materials, where rays carry lists of them. band: (n,) int32, the
+    first band of each, where the rays are narrow.
+    """
+
+    kind: str
+    rays: Rays
+    pixel_of: Array
+    path: Array
+    weight: Array
+    media: Array | None = None
+    band: Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.rays)
+
+
+def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
+    """Camera rays (docs/model.md, Camera and pixels): all samples of each of the pixel numbers."""
+    c = camera[0]
+    grid, width, height = (np.uint32(c[name]) for name in ("grid", "width", "height"))
+    sample = np.tile(np.arange(grid * grid, dtype=np.uint32), len(pixels))
+    place = np.repeat(np.arange(len(pixels), dtype=np.uint32), grid * grid)
+    pixel = pixels.astype(np.uint32)[place]
+    key = combine(combine(np.full_like(pixel, c["seed"]), pixel), sample)
+    sub_x = sub_y = np.full(len(pixel), 0.5, np.float32)
+    if c["jitter"]:
+        sub_x, sub_y = (unit_interval(mix_bits(key + np.uint32(i))) for i in (1, 2))
+
+    def position(cell: Array, shift: np.float32, part: Array, sub: Array) -> Array:
+        return cell.astype(np.float32) + shift + (part.astype(np.float32) + sub) / np.float32(grid)
+
+    x = position(pixel % width, c["shift_x"], sample % grid, sub_x)
+    y = position(pixel // width, c["shift_y"], sample // grid, sub_y)
+    across = (2.0 * x / np.float32(width) - 1.0) * c["half_width"]
+    above = (1.0 - 2.0 * y / np.float32(height)) * c["half_height"]
+    origin, forward, right, up = (c[name][:3, None] for name in ("origin", "forward", "right", "up"))
+    in_view = right * across + up * above
+    if c["orthographic"]:
+        origin = origin + in_view + forward * c["near"]
+        direction = np.repeat(forward, len(pixel), axis=1)
+    else:
+        direction = unit(forward + in_view)
+        origin = origin + direction * (c["near"] / dot(direction, forward))
+    return new_queue("camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)))
+
+
+def adopt(
+    origins: Array, directions: Array, t_max: Array, numbers: Array, bands: int = layout.BANDS
+) -> Queue:
+    """A queue of the caller's rays: (n, 3), (n, 3) of any length, (n,) float32; their numbers (n,) uint32."""
+    path = combine(combine(np.zeros_like(numbers), numbers), np.zeros_like(numbers)) & ~FLAGS
+    place = np.arange(len(numbers), dtype=np.uint32)
+    weight = ones(bands, len(numbers))
+    return new_queue("camera", origins.T, unit(directions.T), place, path, weight, t_max)
+
+
+def ones(bands: int, n: int) -> Array:
+    """The weights of rays that start."""
+    return np.ones((bands, n), np.float32)
+
+
+def new_queue(
+    kind: str,
+    origin: Array,
+    direction: Array,
+    pixel_of: Array,
+    path: Array,
+    weight: Array,
+    t_max: Array | None = None,
+    media: Array | None = None,
+    band: Array | None = None,
+) -> Queue:
+    """t_max defaults to infinity; `origin` may be one for all."""
+    n = len(pixel_of)
+    rays = Rays(
+        np.ascontiguousarray(np.broadcast_to(origin, (3, n))),
+        np.ascontiguousarray(direction),
+        np.full(n, np.inf, np.float32) if t_max is None else t_max,
+    )
+    return Queue(kind, rays, pixel_of, path, weight, media, band)
+
+
+def merged(queues: list[Queue]) -> Queue:
+    """One queue, by pixel; rays of a pixel in the order of the queues."""
+    order = np.argsort(np.concatenate([queue.pixel_of for queue in queues]), kind="stable")
+
+    def join(parts: list[Array]) -> Array:
+        return np.concatenate(parts, axis=-1)[..., order]
+
+    rays = Rays(
+        *(join([getattr(queue.rays, name) for queue in queues]) for name in ("origin", "direction", "t_max"))
+    )
+    lists = [queue.media for queue in queues if queue.media is not None]
+    band = [queue.band for queue in queues if queue.band is not None]
+    pixel_of, path, weight = (
+        join([getattr(queue, name) for queue in queues]) for name in ("pixel_of", "path", "weight")
+    )
+    of_narrow = join(band) if band else None
+    return Queue(queues[0].kind, rays, pixel_of, path, weight, join(lists) if lists else None, of_narrow)

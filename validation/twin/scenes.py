@@ -1,0 +1,284 @@
+"""Small scenes that together hold every primitive and every term of the image model, and rays for them."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from clrt import layout
+from clrt.base.errors import ClrtWarning
+from clrt.flatten.flatten import FlatScene, flatten
+from clrt.formats import load_dict
+from clrt.scene.scene import Scene
+
+from .media_scenes import media, media_within
+from .spectral_scenes import dispersion, dispersion_within, metals
+
+Table = dict[str, Any]
+
+_GLASS: Table = {
+    "diffuse": 0.05, "specular": 0.4, "shininess": 80, "fresnel": True, "transmission_color": [0.9, 1, 0.8],
+}
+_PLAIN_GLASS: Table = {"diffuse": 0.1, "reflection": 0.2, "transmission": 0.7, "ior": "diamond"}
+_MIRROR: Table = {
+    "color": [0.2, 0.3, 0.1], "specular": 0.6, "reflection": 0.7, "reflection_color": [1, 0.8, 0.5],
+}
+_SCHLICK: Table = {
+    "diffuse": 0.1, "specular": 0.8, "highlight_color": [0.9, 0.6, 0.3], "shininess": 12.5,
+    "reflection": 0.9, "reflection_color": [0.95, 0.6, 0.2], "fresnel": "schlick",
+}
+_MATT: Table = {"color": [0.7, 0.5, 0.3], "ambient": 0.8, "emission": [0.01, 0.02, 0.05]}
+_CHECKER: Table = {
+    "color": {"type": "checker", "colors": [[0.9, 0.8, 0.1], 0.2], "size": 0.37}, "specular": 0.2,
+}
+_THIN: Table = {"diffuse": 0.1, "fresnel": True, "thin": True, "transmission_color": [0.5, 0.9, 0.6]}
+_FLOOR: Table = {"type": "plane", "point": [0, -1.2, 0], "normal": [0.02, 1, 0.01], "material": _CHECKER}
+_LIGHTS: list[Table] = [
+    {"type": "point", "position": [3, 4, 5], "intensity": [30, 28, 25], "falloff": "inverse-square"},
+    {"type": "directional", "direction": [1, -2, -0.7], "intensity": 0.4},
+    {"type": "point", "position": [-4, 1, 2], "intensity": [0.1, 0.2, 0.4]},
+]
+_CAMERA: Table = {"origin": [0.3, 0.6, 4.2], "target": [0, -0.1, 0], "width": 36, "height": 27}
+
+
+def _quadrics() -> Table:
+    bent = [{"rotate": [[1, 0, 0], 30]}, {"translate": [0.4, 1, -0.5]}]
+    saddle = {
+        "coefficients": [1, -1, 1, 0.1, 0, 0.05, 0, 0, 0, -0.08], "clip": [[-1, -0.5, -1], [1, 0.5, 1]],
+    }
+    unbounded = [0.1, 0.1, 0, 0, 0, 0, 0, 0, 0.5, 3]
+    rod = {"p0": [-1.3, -1, 0.2], "p1": [-1, 0.1, 0.4], "radius": 0.3, "caps": True}
+    spike = {"p0": [0, -1.1, 0.4], "r0": 0.5, "p1": [0.1, 0.6, 0.3], "r1": 0}
+    stump = {"p0": [1, -1, 1], "r0": 0.3, "p1": [1.1, -0.6, 1], "r1": 0.1, "caps": True}
+    dish = {"apex": [1.2, -0.4, 0], "axis": [0.1, 1, 0.2], "focal": 0.15, "height": 0.8}
+    return {"shapes": [
+        {"type": "ellipsoid", "center": [-1.5, 0.7, 0], "radii": [0.5, 0.3, 0.6], "material": _GLASS},
+        {"type": "cylinder", **rod, "material": _MATT},
+        {"type": "cone", **spike, "material": _SCHLICK},
+        {"type": "cone", **stump, "material": _GLASS},
+        {"type": "paraboloid", **dish, "material": _MIRROR},
+        {"type": "quadric", **saddle, "transform": bent, "material": _MATT},
+        {"type": "quadric", "coefficients": unbounded, "material": _MATT},
+    ]}
+
+
+def _flat() -> Table:
+    arrow = [[-1.2, -0.6, 0.3], [-0.2, -0.7, 0.3], [-0.1, 0.9, 0.3], [-0.6, -0.1, 0.3], [-1.1, 0.8, 0.3]]
+    sheet = [[-0.4, -1, 1.4], [1.2, -1, 1.2], [1.1, 0.7, 1.1]]
+    disk = {"type": "disk", "center": [1, 0.4, -0.6], "normal": [-4, 1, 10], "radius": 0.7}
+    return {"shapes": [
+        _FLOOR, {"type": "polygon", "points": arrow, "material": _SCHLICK},
+        {"type": "polygon", "points": sheet, "material": _THIN},
+        {**disk, "material": _CHECKER},
+        {"type": "box", "min": [-0.3, -1.1, -0.8], "max": [0.7, 0.1, 0.2], "material": _PLAIN_GLASS,
+         "transform": [{"rotate": [[0.2, 1, 0], 25]}, {"scale": [1.1, 0.9, -1]}]},
+        {"type": "plane", "point": [0, 0, -3], "normal": [0, 0.1, 1], "material": _MIRROR},
+    ]}
+
+
+def _spheres() -> Table:
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": _GLASS}
+    globe = {**_CHECKER, "color": {"type": "checker", "divisions": 7}}
+    return {"shapes": [
+        ball, {**ball, "center": [0, 0, 0.1], "radius": 0.6, "material": {**_PLAIN_GLASS, "ior": 1.0}},
+        {"type": "sphere", "center": [1, 0.6, -1.5], "radius": 0.8, "material": globe},
+        {"type": "sphere", "center": [0.3, 0.1, 0], "radius": 0.4, "material": _SCHLICK,
+         "transform": [{"rotate": [[0, 1, 0], 40]}, {"scale": [2, 2, 2]}, {"translate": [-1.9, 0.2, -0.5]}]},
+        {"type": "sphere", "center": [0, 0, 0], "radius": 0.5, "material": _MATT,
+         "transform": [{"scale": [0.4, 1.5, 0.7]}, {"translate": [1.3, -0.3, 0.6]}]},
+        {"type": "sphere", "center": [-0.9, -0.8, 0.9], "radius": 0.35, "material": _MIRROR}, _FLOOR,
+    ]}
+
+
+def _rings(rows: int, columns: int) -> Table:
+    """A sphere of quads and triangles, coarse enough that shading normals and faces disagree much."""
+    angle = [(math.pi * i / rows, 2 * math.pi * j / columns) for i in range(1, rows) for j in range(columns)]
+    points = [[math.sin(a) * math.cos(b), math.cos(a), math.sin(a) * math.sin(b)] for a, b in angle]
+    top, bottom = len(points), len(points) + 1
+    faces: list[list[int]] = []
+    for j in range(columns):
+        k = (j + 1) % columns
+        faces += [[top, k, j], [bottom, top - columns + j, top - columns + k]]
+        starts = [row * columns for row in range(rows - 2)]
+        faces += [[at + j, at + k, at + columns + k, at + columns + j] for at in starts]
+    return {"type": "mesh", "vertices": [*points, [0, 1, 0], [0, -1, 0]], "faces": faces}
+
+
+def _meshes() -> Table:
+    def at(x: float, y: float, scale: float) -> list[Table]:
+        return [{"scale": [scale] * 3}, {"translate": [x, y, 0]}]
+
+    return {"shapes": [
+        _FLOOR, {**_rings(4, 5), "smooth": True, "material": _GLASS, "transform": at(-0.9, -0.1, 0.8)},
+        {**_rings(5, 6), "material": _PLAIN_GLASS, "transform": at(0.8, 0.4, 0.7)},
+        {**_rings(3, 3), "smooth": True, "material": _MIRROR, "transform": at(0.6, -0.9, 0.4)},
+        {**_rings(3, 4), "smooth": True, "material": _SCHLICK, "transform": [{"scale": [-0.4, 0.5, 0.4]}]},
+    ]}
+
+
+def _inside_glass() -> Table:
+    """Under water with bubbles, below the surface: total internal reflection, with and without Fresnel."""
+    air = {**_GLASS, "ior": "air"}
+    nested = {"type": "sphere", "center": [0.9, 0, 0.2]}
+    return {
+        "medium_ior": 1.333, "depth_color": [0.3, 0.1, 0.2], "max_depth": 3, "min_weight": 0.02,
+        "camera": {**_CAMERA, "spp": 4, "jitter": 5},
+        "shapes": [
+            {"type": "sphere", "center": [-0.7, 0, 0], "radius": 0.8, "material": air},
+            {**nested, "radius": 0.7, "material": {**_PLAIN_GLASS, "ior": 1.0}},
+            {**nested, "radius": 0.5, "material": {**_PLAIN_GLASS, "reflection": 0}},
+            {"type": "plane", "point": [0, 1.4, 0], "normal": [0, -1, 0], "material": air},
+            _FLOOR,
+        ],
+    }
+
+
+def _tinted() -> Table:
+    panes = [
+        {
+            "type": "disk", "center": [0.1 * i, 0.5 + 0.3 * i, 0.4], "normal": [0.3, 1, 0.2], "radius": 1.2,
+            "material": {**_THIN, "transmission_color": [0.9, 1 - 0.3 * i, 0.2 + 0.3 * i]},
+        }
+        for i in range(3)
+    ]
+    return {"shadow": "tinted", "shapes": [
+        *panes, _FLOOR, {"type": "sphere", "center": [0.7, 0, 0], "radius": 0.6, "material": _GLASS},
+        {"type": "sphere", "center": [-0.9, 0.2, 0], "radius": 0.5, "material": _MATT},
+    ]}
+
+
+def _ambient() -> Table:
+    camera = {**_CAMERA, "width": 20, "height": 15, "jitter": 11}
+    mirror, glass = {**_MIRROR, "diffuse": 0.5}, {**_PLAIN_GLASS, "ambient": 0.5}
+    return {"ambient_samples": 5, "max_depth": 3, "camera": camera, "shapes": [
+        _FLOOR, {"type": "sphere", "center": [-0.7, 0, 0], "radius": 0.8, "material": mirror},
+        {"type": "sphere", "center": [0.8, -0.2, 0.3], "radius": 0.6, "material": glass},
+    ]}
+
+
+def _one_sided() -> Table:
+    flat, meshes = _flat()["shapes"][1:4], _meshes()["shapes"][2:]
+    return {"one_sided": "opaque", "shapes": [*_quadrics()["shapes"], *flat, *meshes]}
+
+
+def _counted() -> Table:
+    return {**_spheres(), "conformance": "spd", "one_sided": "opaque", "max_depth": 3}
+
+
+def _orthographic() -> Table:
+    view = {"type": "orthographic", "size": 4, "near": 0.5, "mirror": True, "shift": [-0.5, 0.25]}
+    camera = {**_CAMERA, **view}
+    return {**_spheres(), "camera": camera}
+
+
+def _sky() -> Table:
+    camera = {**_CAMERA, "near": 1.0, "fov": 110, "fov_axis": "vertical", "mirror": True}
+    return {"camera": camera, "shapes": [
+        {"type": "sphere", "center": [0, 0, 1], "radius": 1, "material": {**_MIRROR, "reflection": 0.9}},
+        {"type": "ellipsoid", "center": [-2, 0, 0.5], "radii": [1, 0.3, 0.5], "material": _GLASS}]}
+
+
+def _empty() -> Table:
+    return {"lights": [], "shapes": []}
+
+
+_SCENES = {
+    "spheres": _spheres, "flat shapes": _flat, "quadrics": _quadrics, "meshes": _meshes,
+    "inside glass": _inside_glass, "media": media, "media from within": media_within,
+    "tinted shadows": _tinted, "ambient samples": _ambient,
+    "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
+    "nothing": _empty,
+    "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,
+}  # fmt: skip
+
+
+def scenes() -> dict[str, tuple[Scene, FlatScene]]:
+    """Name -> the scene and its arrays (those of the sky hold an image that the scene does not name)."""
+    light = {"ambient": [0.2, 0.25, 0.3], "background": [0.1, 0.2, 0.4], "lights": _LIGHTS}
+    common = {**light, "max_depth": 4, "camera": _CAMERA}
+    out = {}
+    for name, table in _SCENES.items():
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ClrtWarning)  # glass that makes light and overlaps is right here
+            scene = load_dict({**common, **table()})
+            flat = flatten(scene)
+        out[name] = scene, with_sky(flat) if name == "sky image" else flat
+    return out
+
+
+def with_sky(flat: FlatScene) -> FlatScene:
+    """The same scene with a lat-long image of 13 x 6 pixels around it."""
+    height, width = 6, 13
+    info = flat.scene.copy()
+    info["background_width"], info["background_height"] = width, height
+    return replace(flat, scene=info, background=_numbers(height * width * 3))
+
+
+def in_bands(flat: FlatScene, n: int) -> FlatScene:
+    """The same scene with n bands, each of whose values is an RGB value times a number from 0 to 1.25.
+
+    What Schlick's approximation reflects is a conductor there.
+    """
+    sections: Table = {
+        name: _in_bands(getattr(flat, name), record, n)
+        for name, record in (("scene", "SceneInfo"), ("materials", "Material"), ("lights", "Light"))
+    }
+    materials = sections["materials"]
+    metal = materials["fresnel"] == layout.FRESNEL["SCHLICK"]
+    materials["fresnel"][metal] = layout.FRESNEL["CONDUCTOR"]
+    materials["eta"][metal] = 0.1 + 2 * _numbers(n)
+    materials["k"][metal] = 5 * _numbers(2 * n)[n:]
+    matrix = _numbers(4 * n).reshape(4, n) - np.float32(0.25)
+    return replace(flat, **sections, response=matrix[:3], xyz=matrix[1:])
+
+
+def _in_bands(records: np.ndarray, name: str, n: int) -> np.ndarray:
+    out = np.zeros(records.shape, layout.dtype(name, n))
+    for field, kind in layout.RECORDS[name]:
+        if kind == "float@BANDS":
+            factor = 1.25 * _numbers(len(records) * n).reshape(-1, n)
+            out[field] = records[field][:, np.arange(n) % 3] * factor.astype(np.float32)
+        elif "@" not in kind:
+            out[field] = records[field]
+    return out
+
+
+def _numbers(n: int) -> np.ndarray:
+    """n numbers in [0, 1), float32."""
+    value = np.arange(n, dtype=np.uint32) * np.uint32(2654435761) >> np.uint32(8)
+    return value.astype(np.float32) * np.float32(2.0**-24)
+
+
+def difficult_rays(n: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Origins, directions (n, 3) and t_max (n,) float32 that meet the scenes in every way.
+
+    From outside, inside and far away; parallel to axes and in planes; of any length; with numbers that are
+    zero, infinite or NaN. Half of them go side by side, so that packets hold rays of one kind and of all.
+    """
+    generator = np.random.default_rng(seed)
+
+    def some(share: float) -> np.ndarray:
+        return generator.random(n) < share
+
+    origins = generator.normal(size=(n, 3)) * generator.choice([0.3, 1.5, 5.0, 2e3], (n, 1))
+    together = some(0.5)
+    origins[together] = origins[0] / np.linalg.norm(origins[0]) * 5
+    directions = generator.normal(size=(n, 3)) * 0.7 - origins
+    grid = some(0.15)
+    origins[grid] = np.round(origins[grid] * 4) / 4
+    axes = some(0.15)
+    directions[axes] = generator.integers(-1, 2, (np.count_nonzero(axes), 3))
+    directions *= generator.choice([1.0, 1e-12, 1e12], (n, 1), p=[0.9, 0.05, 0.05])
+    t_max = np.where(some(0.2), np.linalg.norm(origins, axis=1) * generator.random(n), np.inf)
+    for value in (np.nan, np.inf, 0.0, -1.0, 1e30, 3e38):
+        for numbers in (origins, directions):
+            rows = np.flatnonzero(some(0.001))
+            numbers[rows, generator.integers(0, 3, len(rows))] = value
+        t_max[some(0.001)] = value
+    order = np.argsort(~together, kind="stable")
+    o, d, limit = (numbers[order].astype(np.float32) for numbers in (origins, directions, t_max))
+    return o, d, limit

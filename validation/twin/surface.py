@@ -1,0 +1,223 @@
+"""The float32 twin's surfaces: the point, the normals and the colour at a hit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from clrt import layout
+from clrt.flatten.flatten import FlatScene
+
+from .geometry import KINDS, Hits, Rays, frame_of, primitives_of, quadric_times, triangle_hit, triangle_normal
+from .math import ONE, Array, arccos, arctan2, cross, dot, larger, largest_coordinate, unit, vector, xyz
+
+_OFFSET = np.float32(layout.OFFSET)
+_ULP = np.float32(2.0**-23)
+
+
+@dataclass
+class Surface:
+    """What n rays hit; vectors are (3, n).
+
+    point: the hit, moved back onto its primitive. outward: geometric unit normal; n: the same, turned to the
+    side the ray came from; ns: the shading normal, on that side too, from `smooth`, which is 0 but on smooth
+    meshes. center: the surface's own origin (for the checker). uv: barycentric weights (2, n). offset: how
+    far spawned rays start off the surface. material: records.
+    """
+
+    point: Array
+    outward: Array
+    smooth: Array
+    center: Array
+    uv: Array
+    offset: Array
+    material: Array
+    n: Array
+    ns: Array
+    inside: Array
+
+    @property
+    def relative(self) -> Array:
+        return self.point - self.center
+
+    def leave(self, side: Array) -> Array:
+        """Where a ray that leaves towards the side of `side` starts."""
+        return self.point + side * self.offset
+
+    def __getitem__(self, index: Array) -> Surface:
+        return Surface(*(getattr(self, field.name)[..., index] for field in fields(self)))
+
+
+def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
+    """The surfaces that n rays hit; all of them must hit."""
+    records = primitives_of(flat)[hits.primitive]
+    zero = np.zeros((3, len(records)), np.float32)
+    s = Surface(
+        point=rays.origin + rays.direction * hits.t,
+        outward=zero.copy(),
+        smooth=zero.copy(),
+        center=zero.copy(),
+        uv=zero[:2].copy(),
+        offset=zero[0].copy(),
+        material=flat.materials[records["material"]],
+        n=zero,
+        ns=zero,
+        inside=zero[0],
+    )
+    for kind, place in _PLACE.items():
+        which = np.flatnonzero(records["kind"] == KINDS[kind])
+        if len(which):
+            place(flat, records["index"][which], rays[which], s, which)
+    s.inside = dot(s.outward, rays.direction) > 0.0
+    s.n = np.where(s.inside, -s.outward, s.outward)
+    s.ns = np.where(dot(s.smooth, s.n) < 0.0, -s.smooth, s.smooth)
+    # also where the mesh is flat (0) or its normals cancelled (NaN)
+    s.ns = np.where(dot(s.ns, rays.direction) < 0.0, s.ns, s.n)
+    return s
+
+
+# Each of these fills in surface entries `at` of one kind, of rays that hit primitives `index` of that kind.
+
+
+def _on_sphere(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
+    center, radius = xyz(flat.spheres["center_radius"][index]), flat.spheres["center_radius"][index, 3]
+    outward = unit(s.point[:, at] - center)
+    s.outward[:, at] = outward
+    s.point[:, at] = center + outward * radius
+    s.offset[at] = _OFFSET * (largest_coordinate(center) + radius)
+
+
+def _on_plane(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
+    _flat_surface(s, at, xyz(flat.planes["point"][index]), xyz(flat.planes["normal"][index]))
+
+
+def _on_disk(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
+    _flat_surface(s, at, xyz(flat.disks["center_radius"][index]), xyz(flat.disks["normal"][index]))
+
+
+def _on_polygon(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
+    polygon = flat.polygons[index]
+    size = polygon["normal"][:, 3]
+    _flat_surface(s, at, xyz(flat.vertices[polygon["first"]]), xyz(polygon["normal"]), size)
+
+
+def _flat_surface(s: Surface, at: Array, origin: Array, normal: Array, size: Array | None = None) -> None:
+    point = s.point[:, at]
+    point = point - normal * dot(normal, point - origin)
+    s.point[:, at], s.outward[:, at], s.center[:, at] = point, normal, origin
+    s.offset[at] = _OFFSET * larger(
+        largest_coordinate(point), largest_coordinate(origin) if size is None else size
+    )
+
+
+def _on_triangle(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
+    triangle = flat.triangles[index]
+    v0, v1, v2 = corners = [xyz(triangle[name]) for name in ("v0", "v1", "v2")]
+    _, u, v = triangle_hit(v0, v1, v2, rays, frame_of(rays.direction))
+    s.uv[:, at] = u, v
+    s.point[:, at] = v0 + ((v1 - v0) * u + (v2 - v0) * v)
+    s.outward[:, at] = unit(triangle_normal(v0, v1, v2))
+    reach = [largest_coordinate(corner) for corner in corners]
+    s.offset[at] = _OFFSET * larger(larger(reach[0], reach[1]), reach[2])
+    first = triangle["normals"]
+    n0, n1, n2 = (xyz(flat.normals[np.where(first < 0, 0, first + i)]) for i in range(3))
+    s.smooth[:, at] = np.where(first < 0, np.float32(0.0), unit(n0 * (1.0 - u - v) + n1 * u + n2 * v))
+
+
+def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
+    """Two Newton steps onto F = 0 about the centre; the gradient is the normal, or -u where it vanishes."""
+    q = flat.quadrics[index]
+    diagonal, mixed, g, center = (xyz(q[name]) for name in ("diagonal", "mixed", "gradient", "center"))
+    constant = q["diagonal"][:, 3]
+
+    local = s.point[:, at] - center
+    for _ in range(2):
+        gradient = (quadric_times(diagonal, mixed, local) + g) * 2.0
+        slope = dot(gradient, gradient)
+        value = dot(local, quadric_times(diagonal, mixed, local) + g * 2.0) + constant
+        local = np.where(slope > 0.0, local - gradient * (value / slope), local)
+    point = center + local
+    gradient = (quadric_times(diagonal, mixed, local) + g) * 2.0
+    length = np.sqrt(dot(gradient, gradient))
+    n = gradient * (ONE / length)
+    reach = larger(xyz(q["reach"]), np.abs(point))
+    # F with every term made positive: what its rounding error scales with
+    size = np.abs(local)
+    times = quadric_times(np.abs(diagonal), np.abs(mixed), size)
+    magnitude = dot(size, times + np.abs(g) * 2.0) + np.abs(constant)
+    offset = _ULP * (magnitude / length + 2.0 * dot(np.abs(n), reach))
+
+    sloped = length > 0.0
+    outward = np.where(sloped, n, np.float32(0.0))
+    s.point[:, at] = point
+    s.offset[at] = np.where(sloped, offset, _OFFSET * largest_coordinate(reach))
+    s.outward[:, at] = np.where(dot(outward, outward) == 0.0, -rays.direction, outward)
+
+
+_PLACE = {
+    "SPHERE": _on_sphere,
+    "PLANE": _on_plane,
+    "DISK": _on_disk,
+    "TRIANGLE": _on_triangle,
+    "POLYGON": _on_polygon,
+    "QUADRIC": _on_quadric,
+}
+
+
+def bands(values: Array) -> Array:
+    """Values a band in a field of records (..., bands), bands first."""
+    return np.ascontiguousarray(np.moveaxis(values, -1, 0))
+
+
+def lat_long(d: Array) -> tuple[Array, Array]:
+    """Longitude and latitude of directions as u, v in [0, 1]: u = .5 looks along -z, v = 0 straight up."""
+    return 0.5 + arctan2(d[0], -d[2]) * 0.159154943, arccos(d[1]) * 0.318309886
+
+
+def in_plane(n: Array, p: Array) -> tuple[Array, Array]:
+    """Coordinates along the axes in a plane: u along the coordinate axis closest to it, v = n x u."""
+    ax, ay, az = np.abs(n)
+    lowest = np.where((ax <= ay) & (ax <= az), 0, np.where(ay <= az, 1, 2))
+    axis = vector(*((lowest == k).astype(np.float32) for k in range(3)))
+    u = unit(axis - n * dot(axis, n))
+    return dot(p, u), dot(p, cross(n, u))
+
+
+def second_color(s: Surface) -> Array:
+    """Does the second colour of the checker show."""
+    material = s.material
+    around, flat = lat_long(s.outward), in_plane(s.outward, s.relative)
+    on_sphere = material["checker"] == layout.CHECKER["CHECKER_SPHERE"]
+    size = material["checker_size"]
+    column = np.where(on_sphere, around[0] * size, flat[0] * (ONE / size))
+    row = np.where(on_sphere, around[1] * (size * 0.5), flat[1] * (ONE / size))
+    cell = np.floor(column) + np.floor(row)
+    return (material["checker"] != layout.CHECKER["PLAIN"]) & (cell - 2.0 * np.floor(cell * 0.5) != 0.0)
+
+
+def color_of(s: Surface) -> Array:
+    """F of the model, a value a band."""
+    return np.where(second_color(s), bands(s.material["color2"]), bands(s.material["color"]))
+
+
+def background_of(flat: FlatScene, direction: Array) -> Array:
+    """What rays that leave the scene see, a value a band: bilinear in the image, which wraps around in u."""
+    info = flat.scene[0]
+    width, height = int(info["background_width"]), int(info["background_height"])
+    plain = np.repeat(info["background"][:, None], direction.shape[1], axis=1)
+    if width == 0:
+        return plain
+    seen = dot(direction, direction) > 0.0
+    u, v = lat_long(np.where(seen, direction, np.float32(0.0)))
+    x, y = u * np.float32(width) - 0.5, v * np.float32(height) - 0.5
+    x0, y0 = np.floor(x), np.floor(y)
+    fx, fy = x - x0, y - y0
+    left, top = (x0.astype(np.int32) + width) % width, np.clip(y0.astype(np.int32), 0, height - 1)
+    right, bottom = (left + 1) % width, np.clip(y0.astype(np.int32) + 1, 0, height - 1)
+    image = bands(flat.background.reshape(height, width, 3))
+    above = image[:, top, left] * (1.0 - fx) + image[:, top, right] * fx
+    below = image[:, bottom, left] * (1.0 - fx) + image[:, bottom, right] * fx
+    red, green, blue = above * (1.0 - fy) + below * fy
+    sky = [info[name][:, None] for name in ("sky_red", "sky_green", "sky_blue")]
+    return np.where(seen, red * sky[0] + green * sky[1] + blue * sky[2], plain)
