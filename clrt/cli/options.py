@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any, Final, NoReturn
 
 from clrt.base.errors import ClrtError, show
+from clrt.base.layers import LAYERS
 from clrt.cli.terminal import FAULT, say
 from clrt.version import __version__
 
@@ -65,7 +66,8 @@ def parser() -> _Parser:
     _add_scene(render)
     render.add_argument("-o", "--output", metavar="OUT", required=True, help=".exr .png .tif .jpg .bmp")
     _add_frame(render)
-    render.add_argument("--layers", type=_names, default=(), metavar="A,B", help="layers, or all of them")
+    names = ", ".join((*LAYERS, "generation_0 ..."))
+    render.add_argument("--layers", type=_names, default=(), metavar="A,B", help=f"all, or some of {names}")
     render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
     render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
     render.add_argument("--bits", type=whole, choices=(8, 16), help="bits per sample of .png and .tif (8)")

@@ -16,6 +16,7 @@ from clrt import layout
 from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, SceneError
+from clrt.base.layers import check_layers
 from clrt.base.limits import Branching
 from clrt.base.places import At
 from clrt.device.device import Device
@@ -23,7 +24,6 @@ from clrt.device.platforms import check_process
 from clrt.device.settings import Settings
 from clrt.engine import passes
 from clrt.engine.checkpoint import Checkpoint
-from clrt.engine.film import check_layers
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture, check_crop, picture_bytes
 from clrt.engine.queues import Queue, picture_tile, tile_rays

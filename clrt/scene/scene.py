@@ -94,7 +94,7 @@ class Document(_Settings, frozen=True, kw_only=True):
 
     camera: Camera | None = None
     materials: dict[str, Material] = msgspec.field(default_factory=dict)
-    lights: tuple[PointLight | DirectionalLight, ...] = ()
+    lights: tuple[Light, ...] = ()
     shapes: tuple[AnyShape, ...] = ()
 
 
