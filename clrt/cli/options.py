@@ -82,6 +82,7 @@ def parser() -> _Parser:
     convert = command("convert", "Read a scene in any known format; write it as .toml, .json or .xml.")
     convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
     convert.add_argument("output", metavar="OUT", help="file to write: .toml, .json, or .xml (for Mitsuba)")
+    _add_set(convert)
 
     compare = command("compare", "Say how far a picture is from another one, or from its scene, and why.")
     compare.add_argument("a", metavar="A", help="picture (or scene) to judge")
@@ -156,7 +157,12 @@ def _add_frame(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--max-depth", type=whole, metavar="N", help="generations after the camera's")
     _add_device(parser)
     parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
+    _add_set(parser)
     parser.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
+
+
+def _add_set(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--set", type=_setting, action="append", default=[], metavar="KEY=VALUE", help=_SET)
 
 
 def _limit(text: str) -> tuple[str, int]:
@@ -170,6 +176,17 @@ def _limit(text: str) -> tuple[str, int]:
 
 
 _LIMIT = "what the render may cost at most: depth=99; may be repeated"
+
+
+def _setting(text: str) -> tuple[str, str]:
+    """KEY=VALUE: a place in the scene, and what is to stand there."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise argparse.ArgumentTypeError(f"{show(text)} is not KEY=VALUE, such as camera.fov=30")
+    return key.strip(), value.strip()
+
+
+_SET = "another value at a place of the scene: camera.fov=30, materials.glass.ior=1.4; may be repeated"
 
 
 def _names(text: str) -> tuple[str, ...]:

@@ -50,10 +50,11 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
     """The image of a scene file, with a progress bar on stderr where that is a terminal."""
     import clrt
     from clrt.cli.progress import progress
+    from clrt.formats.native import with_values
     from clrt.formats.shipped import load_scene
 
     limits = clrt.Limits(**dict(options.limit))
-    scene = load_scene(file, limits=limits)
+    scene = with_values(load_scene(file, limits=limits), options.set)
     _check_layers(options, file, scene)
     with progress(file.stem, getattr(options, "quiet", False)) as report:
         return clrt.render(

@@ -48,7 +48,9 @@ CHANGES: dict[str, tuple[dict[str, Any], Any]] = {
         {"materials.blue": {"color": [0, 0, 1]}, "shapes[0].material": "blue"},
         lambda t: (t["materials"].update(blue={"color": [0, 0, 1]}), t["shapes"][0].update(material="blue")),
     ),
-    "own material": ({"shapes[3].material.diffuse": 1}, lambda t: t["shapes"][3]["material"].update(diffuse=1)),
+    "own material": (
+        {"shapes[3].material.diffuse": 1}, lambda t: t["shapes"][3]["material"].update(diffuse=1)
+    ),
     "whole table": ({"camera": {"origin": [0, 0, 9], "target": [0, 0, 0]}},
                     lambda t: t.update(camera={"origin": [0, 0, 9], "target": [0, 0, 0]})),
     "whole list": ({"lights": []}, lambda t: t.update(lights=[])),
@@ -60,14 +62,18 @@ CHANGES: dict[str, tuple[dict[str, Any], Any]] = {
                    lambda t: t["lights"][0].update(intensity=2, falloff="inverse-square")),
     "setting": ({"max_depth": 0, "ambient": 0.2}, lambda t: t.update(max_depth=0, ambient=0.2)),
     "spectrum": ({"spectrum": {"bands": 4}}, lambda t: t.update(spectrum={"bands": 4})),
-    "vertices": ({"shapes.sail.vertices": np.eye(3)}, lambda t: t["shapes"][2].update(vertices=np.eye(3).tolist())),
+    "vertices": (
+        {"shapes.sail.vertices": np.eye(3)}, lambda t: t["shapes"][2].update(vertices=np.eye(3).tolist())
+    ),
     "vertices and faces": (
         {"shapes[2].vertices": np.eye(4)[:, :3], "shapes[2].faces": [[0, 1, 2], [1, 2, 3]]},
         lambda t: t["shapes"][2].update(vertices=np.eye(4)[:, :3].tolist(), faces=[[0, 1, 2], [1, 2, 3]]),
     ),
     "one corner": ({"shapes[2].vertices[1]": [2, 0, 0]},
                    lambda t: t["shapes"][2].update(vertices=[[0, 0, 0], [2, 0, 0], [0, 1, 0]])),
-    "transform": ({"shapes[0].transform": [{"scale": 2}]}, lambda t: t["shapes"][0].update(transform=[{"scale": 2}])),
+    "transform": (
+        {"shapes[0].transform": [{"scale": 2}]}, lambda t: t["shapes"][0].update(transform=[{"scale": 2}])
+    ),
 }  # fmt: skip
 
 
@@ -103,7 +109,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "nan": ({"shapes[0].center[0]": float("nan")}, "shapes[0].center[0]: nan"),
     "no part": ({"camera.fov.x": 3}, "camera.fov: 45.0 has no part 'x'"),
     "none": ({"spectrum.bands": 3}, "spectrum: there is none whose 'bands' could be set; give it whole"),
-    "form": ({"shapes[x].radius": 3}, "'shapes[x].radius' names no place; a place in a scene is written like"),
+    "form": ({"shapes[x].radius": 3}, "'shapes[x].radius' names no place; a place in a scene is written"),
     "empty": ({"": 3}, "'' names no place"),
     "vertices": ({"shapes[2].vertices": np.zeros((4, 3))}, "4 in place of 3; give as many, or faces as well"),
     "faces": ({"shapes[2].faces": [[0, 1, 3]]}, "shapes[2].faces[0][2]: 3 is not allowed"),
@@ -128,7 +134,7 @@ def test_what_is_wrong_names_the_place(name: str, scene: clrt.Scene) -> None:
 
 @pytest.mark.parametrize("changes", [None, 3, {3: 4}, [("camera.fov", 3)]])
 def test_changes_are_a_dict(changes: Any, scene: clrt.Scene) -> None:
-    with pytest.raises(clrt.ClrtError, match="changes: .* it must be a dict whose keys are texts"):
+    with pytest.raises(clrt.ClrtError, match=r"changes: .* it must be a dict whose keys are texts"):
         scene.replace(changes)
 
 
@@ -143,15 +149,16 @@ def test_limits_hold(scene: clrt.Scene) -> None:
 
 PATHS = st.one_of(
     st.text(max_size=20),
-    st.lists(st.sampled_from(["camera", "fov", "shapes", "[0]", "[99]", ".", '"', "center", "materials", "red",
-                              "lights", "[1]", "color", "vertices", "[", "]", "spectrum"]),
+    st.lists(st.sampled_from(["camera", "fov", "shapes", "[0]", "[99]", ".", '"', "center", "materials",
+                              "red", "lights", "[1]", "color", "vertices", "[", "]", "spectrum"]),
              max_size=6).map("".join),
     st.lists(st.sampled_from(["camera", "fov", "shapes", "materials", "red", "lights", "origin"]),
              min_size=1, max_size=3).map(".".join),
 )  # fmt: skip
 VALUES = st.one_of(
-    st.none(), st.booleans(), st.floats(), st.integers(), st.text(max_size=5), st.just([0, 1, 2]), st.just({}),
-    st.just([[0, 0, 0]]), st.dictionaries(st.sampled_from(["type", "origin", "x"]), st.floats(), max_size=2),
+    st.none(), st.booleans(), st.floats(), st.integers(), st.text(max_size=5), st.just([0, 1, 2]),
+    st.just({}), st.just([[0, 0, 0]]),
+    st.dictionaries(st.sampled_from(["type", "origin", "x"]), st.floats(), max_size=2),
 )  # fmt: skip
 
 
