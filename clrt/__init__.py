@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from clrt.device.platforms import devices
     from clrt.device.settings import Settings
     from clrt.engine.raymesh import RayMeshIntersector
+    from clrt.engine.sweep import camera_path, sweep, turntable
     from clrt.engine.tracer import Hits, Tracer, render
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
@@ -37,6 +38,7 @@ _HOMES = {
     "clrt.device.info": ("DeviceInfo",),
     "clrt.device.platforms": ("devices",),
     "clrt.engine.raymesh": ("RayMeshIntersector",),
+    "clrt.engine.sweep": ("camera_path", "sweep", "turntable"),
     "clrt.scene.camera": ("Camera",),
     "clrt.scene.scene": ("Scene",),
     "clrt.device.settings": ("Settings",),
@@ -47,8 +49,8 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Camera", "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError",
-    "Limits", "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "__version__", "devices",
-    "load", "load_dict", "read_image", "render",
+    "Limits", "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "__version__", "camera_path",
+    "devices", "load", "load_dict", "read_image", "render", "sweep", "turntable",
 ]  # fmt: skip
 
 

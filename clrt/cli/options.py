@@ -82,7 +82,20 @@ def parser() -> _Parser:
     convert = command("convert", "Read a scene in any known format; write it as .toml, .json or .xml.")
     convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
     convert.add_argument("output", metavar="OUT", help="file to write: .toml, .json, or .xml (for Mitsuba)")
-    _add_set(convert)
+    _add_set(convert, _SET)
+
+    sweep = command("sweep", "Render a scene for every combination of some values, to files or a video.")
+    _add_scene(sweep)
+    sweep.add_argument("-o", "--output", metavar="OUT", required=True, help=_FRAMES)
+    _add_frame(sweep, many=True)
+    _add_series(sweep)
+
+    turntable = command("turntable", "Render a scene from all around, to files or a video.")
+    _add_scene(turntable)
+    turntable.add_argument("-o", "--output", metavar="OUT", required=True, help=_FRAMES)
+    turntable.add_argument("--frames", type=whole, default=120, metavar="N", help="cameras around (120)")
+    _add_frame(turntable)
+    _add_series(turntable)
 
     compare = command("compare", "Say how far a picture is from another one, or from its scene, and why.")
     compare.add_argument("a", metavar="A", help="picture (or scene) to judge")
@@ -148,7 +161,19 @@ def _add_device(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--device", type=device, metavar="D", help="number or part of a name: `clrt devices`")
 
 
-def _add_frame(parser: argparse.ArgumentParser) -> None:
+_FRAMES = ".mp4 .webm .mkv (lossless), or pictures: 'out/{index:03}_{camera.fov}.png'"
+_SWEPT = "values at a place: camera.fov=20:60:5 (5 from 20 to 60), materials.glass.ior=1.3,1.5"
+
+
+def _add_series(parser: argparse.ArgumentParser) -> None:
+    """What a series of pictures has beside each of them."""
+    parser.add_argument("--manifest", metavar="FILE.csv", help="values, hashes (frames.csv beside them)")
+    parser.add_argument("--fps", type=float, default=25.0, metavar="N", help="frames a second (25)")
+    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
+    parser.add_argument("--quiet", action="store_true", help="neither progress nor a closing line")
+
+
+def _add_frame(parser: argparse.ArgumentParser, many: bool = False) -> None:
     """What the picture is, and where it is computed; by default as the scene says."""
     parser.add_argument("--width", type=whole, metavar="N", help="pixels in a row; alone, keeps the aspect")
     parser.add_argument("--height", type=whole, metavar="N", help="rows of pixels; alone, keeps the aspect")
@@ -157,12 +182,12 @@ def _add_frame(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--max-depth", type=whole, metavar="N", help="generations after the camera's")
     _add_device(parser)
     parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
-    _add_set(parser)
+    _add_set(parser, _SWEPT if many else _SET)
     parser.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
 
 
-def _add_set(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--set", type=_setting, action="append", default=[], metavar="KEY=VALUE", help=_SET)
+def _add_set(parser: argparse.ArgumentParser, text: str) -> None:
+    parser.add_argument("--set", type=_setting, action="append", default=[], metavar="KEY=VALUE", help=text)
 
 
 def _limit(text: str) -> tuple[str, int]:

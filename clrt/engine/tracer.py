@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -181,23 +182,12 @@ class Tracer:
         is kept at the end, for you to remove. Raises SceneError without a camera, LimitError, DeviceError,
         and ClrtError for arguments of another kind or range.
         """
-        width, height = arguments.optional("width", width, 1), arguments.optional("height", height, 1)
-        spp, progress = arguments.optional("spp", spp, 1), arguments.function("progress", progress)
-        layers = arguments.names("layers", layers)
+        progress = arguments.function("progress", progress)
         if checkpoint is not None:
             checkpoint = arguments.path("checkpoint", checkpoint)
-        view = flatten_camera(self._camera(camera), width, height, spp)
-        full = int(view["width"][0]), int(view["height"][0])
-        samples = int(view["grid"][0]) ** 2
-        depth = self._depth(max_depth)
-        names = check_layers(layers, depth, self.flat.response is not None)
-        window = check_crop(crop, *full)
-        self._check_limits(full[0] * full[1], samples, depth)
-        held = picture_bytes(window, names, self.flat.bands)
-        self.settings.limits.check("host_bytes", held)
-
-        task = Job(self.flat, depth, view, names, self.settings)
-        picture = Picture(window, full[0], names, self.flat.bands)
+        task, full, window = self._task(width, height, spp, max_depth, layers, crop, camera)
+        samples = task.samples
+        picture = Picture(window, full[0], task.layers, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
         self.device.driver.take_seconds()
         saved = None
@@ -221,6 +211,48 @@ class Tracer:
         bands = bands_of(self.scene)
         wavelengths = () if bands is None else tuple(bands.midpoints.tolist())
         return Image(picture.pixels, picture.layers, stats, self._metadata(), wavelengths)
+
+    @public
+    @_one_at_a_time
+    def identity(
+        self,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+        layers: Sequence[str] = (),
+        crop: tuple[int, int, int, int] | None = None,
+        camera: Camera | Mapping[str, Any] | None = None,
+    ) -> str:
+        """SHA-256 (hexadecimal) of all that decides the picture that `render` would give for these arguments.
+
+        Equal for equal pictures' scenes, cameras, sizes, layers and kernels, known without rendering. Raises
+        what `render` does.
+        """
+        task, _, window = self._task(width, height, spp, max_depth, layers, crop, camera)
+        return hashlib.sha256(repr(task.identity(window)).encode()).hexdigest()
+
+    def _task(
+        self,
+        width: int | None,
+        height: int | None,
+        spp: int | None,
+        max_depth: int | None,
+        layers: Sequence[str],
+        crop: tuple[int, int, int, int] | None,
+        camera: Camera | Mapping[str, Any] | None,
+    ) -> tuple[Job, tuple[int, int], tuple[int, int, int, int]]:
+        """What is to be rendered, the size of the whole picture, and the window of it; checked."""
+        width, height = arguments.optional("width", width, 1), arguments.optional("height", height, 1)
+        spp, layers = arguments.optional("spp", spp, 1), arguments.names("layers", layers)
+        view = flatten_camera(self._camera(camera), width, height, spp)
+        full = int(view["width"][0]), int(view["height"][0])
+        depth = self._depth(max_depth)
+        names = check_layers(layers, depth, self.flat.response is not None)
+        window = check_crop(crop, *full)
+        self._check_limits(full[0] * full[1], int(view["grid"][0]) ** 2, depth)
+        self.settings.limits.check("host_bytes", picture_bytes(window, names, self.flat.bands))
+        return Job(self.flat, depth, view, names, self.settings), full, window
 
     def _camera(self, given: Camera | Mapping[str, Any] | None) -> Camera:
         """The camera that is given, else the scene's."""

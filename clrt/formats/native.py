@@ -54,6 +54,22 @@ def with_values(scene: Scene, given: Iterable[tuple[str, str]]) -> Scene:
     return scene.replace(changes) if changes else scene
 
 
+def value_list(text: str, limits: Limits, source: str) -> list[Any]:
+    """Several values: `20:60:5` (5 from 20 to 60), or as TOML writes them with commas between, else texts."""
+    number = r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
+    found = re.fullmatch(rf"{number}:{number}:\s*(\d{{1,6}})\s*", text)
+    if found:
+        first, last, count = float(found[1]), float(found[2]), int(found[3])
+        if count < 1:
+            raise SceneError(located(source, "", f"{show(text)} asks for no value; FIRST:LAST:COUNT"))
+        step = (last - first) / max(count - 1, 1)
+        return [first + step * k for k in range(count)]
+    values = _value(f"[{text}]", limits, source)
+    if isinstance(values, list) and values:
+        return values
+    return [_value(part.strip(), limits, source) for part in text.split(",")]
+
+
 def _value(text: str, limits: Limits, source: str) -> Any:
     """One value: 30, [0, 1, 0], true, {color = 0.5}, "glass", glass."""
     line = f"x = {text}"
