@@ -10,6 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
+from clrt.base import inputs
 from clrt.base.errors import ClrtError
 from clrt.base.files import kind, reason
 from clrt.base.interrupts import note_saved, temporaries
@@ -23,7 +24,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     The new file has the suffix of `path`, is forced to the disk before the replacement, and is removed when
     the block fails or is interrupted. ClrtError when `path` can be no file's name, is not a regular file's,
-    or its folder is missing or cannot be written to.
+    is a file that the command has read, or its folder is missing or cannot be written to.
     """
     target = _target(path)
     suffix = target.suffix if len(target.suffix) <= _SUFFIX else ""  # a name of 255 bytes may be all suffix
@@ -62,17 +63,20 @@ def _target(path: str | os.PathLike[str]) -> Path:
     """The file to replace: what `path` is, or leads to."""
     try:
         target = Path(os.path.realpath(path))
-        mode = target.lstat().st_mode
+        status = target.lstat()
     except (FileNotFoundError, NotADirectoryError):
         return target
     except (OSError, ValueError) as error:  # too long, a NUL inside
         raise ClrtError(f"{path}: cannot be written: {reason(error)}") from None
+    mode, read = status.st_mode, inputs.noted().get((status.st_dev, status.st_ino))
     if stat.S_ISDIR(mode):
         raise ClrtError(f"{path}: is a folder; give the name of a file in it")
     if stat.S_ISLNK(mode):  # `realpath` follows all links but these
         raise ClrtError(f"{path}: is a link that leads to itself; give the name of a file to write")
     if not stat.S_ISREG(mode):
         raise ClrtError(f"{path}: is {kind(mode)}, not a file; give the name of a file to write")
+    if read is not None:
+        raise ClrtError(f"{path}: is {read}, which is read; give the name of another file to write")
     return target
 
 

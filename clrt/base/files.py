@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+from clrt.base import inputs
 from clrt.base.errors import SceneError, located
 from clrt.base.limits import Limits
 from clrt.base.places import At
@@ -47,6 +48,7 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
         raise SceneError(located(os.fspath(path), "", f"cannot be read: {reason(error)}")) from None
     try:
         _check_regular(path, os.fstat(file.fileno()).st_mode)
+        inputs.note(file.fileno(), path)
     except BaseException:
         file.close()
         raise

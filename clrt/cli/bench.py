@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from clrt.base.atomic import check_replaceable
 from clrt.base.errors import ClrtError
-from clrt.cli.outputs import check_apart
+from clrt.base.resources import scene_file
+from clrt.cli.outputs import check_apart, check_spares
 from clrt.cli.terminal import console, marked
 
 if TYPE_CHECKING:
@@ -29,10 +30,13 @@ def run(options: argparse.Namespace) -> int:
 
     old = report.load(options.compare) if options.compare else None
     outputs = {"--json": options.json, "--chart": options.chart}
-    check_apart({option: path for option, path in outputs.items() if path}, {})
+    scenes = {f"the scene {name}": scene_file(name) for name in options.scene or ()}
+    check_apart(outputs, {"the report of --compare": options.compare, **scenes})
     for path in filter(None, outputs.values()):
         check_replaceable(path)
     plan = _plan(options)
+    for scene in plan.extra.values():
+        check_spares(outputs, scene)
     if old:
         _check_same_machine(old, plan)
     with _reporting() as tell:

@@ -14,6 +14,7 @@ from clrt.base.atomic import check_replaceable
 from clrt.base.errors import ClrtError
 from clrt.base.install import install_extra
 from clrt.base.resources import validation_module
+from clrt.cli.outputs import check_apart
 from clrt.cli.terminal import console, marked
 
 FAILED = 1  # exit code
@@ -32,6 +33,7 @@ def run(options: argparse.Namespace) -> int:
             return _list(suite)
         if options.report:
             validation_module("suite.files").check_beside(Path(options.report))
+            _check_spares(Path(options.report), options.spd)
         plan = _plan(suite, options)
         with _progress() as progress:
             result = suite.run(plan, progress)
@@ -42,6 +44,14 @@ def run(options: argparse.Namespace) -> int:
         raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
     _show(result)
     return 0 if result.passed else FAILED
+
+
+def _check_spares(report: Path, spd: str | None) -> None:
+    """ClrtError where the report would take the place of a scene whose rays are counted."""
+    names = validation_module("spd").PUBLISHED if spd else ()
+    scenes = [Path(spd or "", f"{name}.nff") for name in names]
+    outputs = {f"--report ({file.suffix})": file for file in map(report.with_suffix, (".xml", ".json"))}
+    check_apart({"--report": report, **outputs}, {f"{scene}, which is read": scene for scene in scenes})
 
 
 def _list(suite: Any) -> int:

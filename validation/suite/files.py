@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
 
+from clrt.base import inputs
 from clrt.base.atomic import check_replaceable, replacing
 from clrt.base.errors import ClrtError
 from clrt.base.files import read_bytes
@@ -34,7 +35,11 @@ def check_beside(report: Path) -> None:
     """ClrtError where `write_beside` could not write, or would replace a file that is not an older run's."""
     for path, is_ours in zip(_beside(report), (_is_junit, _is_run), strict=True):
         check_replaceable(path)
-        if path.exists() and not is_ours(read_bytes(path, Limits())):
+        if not path.exists():
+            continue
+        with inputs.watched(False):  # it may be replaced
+            old = read_bytes(path, Limits())
+        if not is_ours(old):
             what = "stands where the run's own file would, and is not an older run's"
             raise ClrtError(f"{path}: {what}; give the report another name, or move this file")
 
