@@ -3,11 +3,26 @@
 from __future__ import annotations
 
 import errno
+from typing import Any
 
 WORD, LINE = 200, 2000  # characters of a message's longest word (a name, mostly) and of all of it
 
 
-class ClrtError(Exception):
+class Portable(Exception):
+    """An exception that can be copied and pickled, whatever its class asks for when it is made.
+
+    Python makes it again from `args` alone; another process' pool waits for ever where that fails.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args), self.__dict__ or None
+
+
+def _again(kind: type[Portable], arguments: tuple[Any, ...]) -> Portable:
+    return kind.__new__(kind, *arguments)
+
+
+class ClrtError(Portable):
     """A fault of the user's making; the command line prints it in one line and exits with 2."""
 
     def __init__(self, message: str) -> None:
@@ -34,7 +49,7 @@ class MemoryLimitError(LimitError):
     """There is no room on the device for one buffer more; with smaller tiles there may be."""
 
 
-class ClrtWarning(UserWarning):
+class ClrtWarning(Portable, UserWarning):
     """Something that is allowed but probably not meant."""
 
     def __init__(self, message: str) -> None:
