@@ -24,6 +24,7 @@ from clrt.bench import machine, scenes
 from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.engine.tracer import Tracer
+from clrt.images.plotting import drawing, save, subplots
 from clrt.scene.scene import Scene
 
 
@@ -113,13 +114,12 @@ def run(quick: bool = False, rounds: int = 5, device: int | str | None = None) -
     return {"machine": {**machine.facts(Device(device)), "load_before": before}, "series": found}
 
 
+@drawing()
 def chart(content: dict[str, Any], path: str | Path) -> Path:
     """Seconds (dots, left) and peak of memory (dashes, right) over what grows; a panel a series."""
-    from clrt.images.plotting import pyplot, save
-
-    plt = pyplot()
     panels = content["series"]
-    figure, grid = plt.subplots(2, -(-len(panels) // 2), figsize=(3.6 * -(-len(panels) // 2), 6.4))
+    columns = -(-len(panels) // 2)
+    figure, grid = subplots(2, columns, figsize=(3.6 * columns, 6.4))
     for axes, (name, rows) in zip(grid.flat, panels.items(), strict=False):
         x = [row["x"] for row in rows]
         axes.plot(x, [median(row["seconds"]) for row in rows], "o-", color="C0", label="picture")
