@@ -66,6 +66,11 @@ def catching() -> None:
     _main = sys._getframe(1)
 
 
+def running() -> bool:
+    """Whether this process is one of a command of clrt, as far as it has begun."""
+    return _main is not None
+
+
 def finished() -> None:
     """All is done: what comes now changes nothing any more."""
     for number in _installed:

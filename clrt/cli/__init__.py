@@ -58,6 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def program() -> NoReturn:
     """`main` as a process. After Ctrl-C it ends at once: Python would wait for what the device still does."""
+    os.environ["PYTHONSAFEPATH"] = "1"  # processes that are started import nothing from the current folder
     interrupts.install()
     terminal.hold_closed()
     hush.take()

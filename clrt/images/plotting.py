@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from clrt.base.atomic import replacing
+from clrt.base.elsewhere import within
 from clrt.base.errors import ClrtError
 from clrt.base.install import pip_install
 
@@ -70,23 +71,9 @@ def _imported() -> Any:
         found = importlib.util.find_spec("matplotlib")
         if found is None or found.origin is None:
             raise ClrtError(f"charts need matplotlib; install it with: {pip_install('matplotlib')}")
-        with _within(Path(found.origin).with_name("mpl-data")), _without("MPLBACKEND"):
+        with within(Path(found.origin).with_name("mpl-data")), _without("MPLBACKEND"):
             importlib.import_module("matplotlib")
     return importlib.import_module("matplotlib")
-
-
-@contextmanager
-def _within(folder: Path) -> Iterator[None]:
-    """Make `folder` the current one for a moment."""
-    # a descriptor, where there are such of folders: its name may lead nowhere any more
-    here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY)) if os.chdir in os.supports_fd else os.getcwd()
-    try:
-        os.chdir(folder)
-        yield
-    finally:
-        os.chdir(here)
-        if isinstance(here, int):
-            os.close(here)
 
 
 @contextmanager

@@ -208,7 +208,7 @@ def _completed(jobs: dict[str, tuple[Any, ...]], processes: int,
 
 def _parallel(jobs: dict[str, tuple[Any, ...]], processes: int) -> Iterator[tuple[str, Any]]:
     # the initializer makes this package known under its own name, also in a checkout
-    pool = ProcessPoolExecutor(processes, get_context("spawn"), validation_module, ("worker",))
+    pool = ProcessPoolExecutor(processes, get_context("spawn"), validation_module, ("suite.worker",))
     try:
         waiting: dict[Future[Any], str] = {pool.submit(*job): name for name, job in jobs.items()}
         for future in as_completed(waiting):

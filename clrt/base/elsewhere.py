@@ -1,0 +1,41 @@
+"""Libraries that look into the current folder as they begin, where anybody may have put something for them.
+
+matplotlib obeys a `matplotlibrc` there, Intel's OpenCL runtime a `cl.cfg`, and its list of folders with
+libraries has empty entries, each of which stands for the current folder: a `librt.so.1` there was run.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from clrt.base import interrupts
+
+
+@contextmanager
+def within(folder: Path) -> Iterator[None]:
+    """Make `folder`, which is nobody else's to write to, the current one for a moment.
+
+    Not where a program has other threads, since they have the same current folder.
+    """
+    if not interrupts.running() and threading.active_count() > 1:
+        yield
+        return
+    # a descriptor, where there are such of folders: its name may lead nowhere any more
+    here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY)) if os.chdir in os.supports_fd else os.getcwd()
+    try:
+        os.chdir(folder)
+        yield
+    finally:
+        os.chdir(here)
+        if isinstance(here, int):
+            os.close(here)
+
+
+def relative(*names: str) -> bool:
+    """Whether one of these variables names a file or a folder from the current one: the user wants that."""
+    places = [place for name in names for place in os.environ.get(name, "").split(os.pathsep)]
+    return any(place and not os.path.isabs(place) for place in places)
