@@ -18,7 +18,8 @@ from clrt.version import __version__
 if TYPE_CHECKING:
     from clrt.base.errors import ClrtError, ClrtWarning, DeviceError, LimitError, SceneError
     from clrt.base.limits import Limits
-    from clrt.device.platforms import DeviceInfo, devices
+    from clrt.device.info import DeviceInfo
+    from clrt.device.platforms import devices
     from clrt.device.settings import Settings
     from clrt.engine.raymesh import RayMeshIntersector
     from clrt.engine.tracer import Hits, Tracer, render
@@ -32,7 +33,8 @@ _HOMES = {
     "clrt.formats": ("load_dict",),
     "clrt.images.image": ("Image", "read_image"),
     "clrt.base.limits": ("Limits",),
-    "clrt.device.platforms": ("DeviceInfo", "devices"),
+    "clrt.device.info": ("DeviceInfo",),
+    "clrt.device.platforms": ("devices",),
     "clrt.engine.raymesh": ("RayMeshIntersector",),
     "clrt.scene.scene": ("Scene",),
     "clrt.device.settings": ("Settings",),

@@ -7,7 +7,6 @@ import re
 import shutil
 import sys
 from contextlib import nullcontext
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -16,6 +15,7 @@ from clrt.base.elsewhere import relative, within
 from clrt.base.errors import DeviceError
 from clrt.base.resources import PACKAGE
 from clrt.device import intel, kernelcache, trial
+from clrt.device.info import DeviceInfo
 from clrt.device.opencl import cl
 from clrt.device.vendors import VARIABLE as VENDORS
 from clrt.device.vendors import install_command, why_none
@@ -23,25 +23,6 @@ from clrt.device.vendors import install_command, why_none
 VARIABLE: Final = "CLRT_DRIVER"
 _PLACES: Final = (VENDORS, "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES", "LD_LIBRARY_PATH", kernelcache.VARIABLE)
 _process: list[int] = []  # the one that first asked for platforms
-
-
-@dataclass(frozen=True)
-class DeviceInfo:
-    """One OpenCL device, as `clrt devices` lists it. `memory` is in bytes, `units` counts compute units."""
-
-    index: int
-    name: str
-    platform: str
-    version: str
-    kind: str
-    units: int
-    memory: int
-    driver: str = ""
-    """The driver's own version, beside that of the OpenCL it speaks."""
-
-    @property
-    def label(self) -> str:
-        return f"{self.platform} {self.version} / {self.name}"
 
 
 def listed() -> list[tuple[DeviceInfo, cl.Device]]:

@@ -19,7 +19,7 @@ SCHEMA_FILE = Path(__file__).with_name("scene.schema.json")
 
 
 def schema() -> dict[str, Any]:
-    """The JSON schema of scene files; `clrt/scene.schema.json` is this."""
+    """The JSON schema of scene files; `clrt/scene/scene.schema.json` is this."""
     made = msgspec.json.schema(Document, schema_hook=lambda kind: {})
     head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "A clrt scene"}
     document = made["$defs"].pop("Document")

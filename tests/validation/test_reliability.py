@@ -16,7 +16,7 @@ import pytest
 import clrt
 from clrt.base.resources import shipped_scenes, validation_module
 from clrt.cli import main
-from clrt.device.platforms import DeviceInfo
+from clrt.device.info import DeviceInfo
 from clrt.formats.shipped import load_scene
 from validation.reliability import __main__ as page
 from validation.reliability import accuracy, code, drivers, intel, sameness
@@ -118,7 +118,7 @@ def test_what_broke_it_once_has_a_test_that_exists() -> None:
     expected = [f"{kind}{n}" for kind, most in kinds.items() for n in range(1, most + 1)]
     assert [row.split("|")[1].strip() for row in rows] == expected
     for row in rows:
-        named = re.findall(r"`(tests/\w+\.py)(?:::(\w+))?`", row.split("|")[-2])
+        named = re.findall(r"`(tests/[\w/]+\.py)(?:::(\w+))?`", row.split("|")[-2])
         assert named and len(named) == row.split("|")[-2].count("tests/"), row
         for file, name in named:
             text = (DOCS.parent / file).read_text()

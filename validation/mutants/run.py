@@ -39,7 +39,7 @@ from .spectral import SPECTRAL_FAULTS
 MUTANTS: Final = {mutant.name: mutant for mutant in (*KERNEL_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS)}
 _SECONDS = 120  # that a patched package may take for its pictures
 _BESIDE = ("kernels", "scenes", "validation")  # what a checkout has beside the package
-_CHILD = "from clrt.base.resources import validation_module as find; find('mutants').render_for_parent()"
+_CHILD = "from clrt.base.resources import validation_module as find; find('mutants.run').render_for_parent()"
 
 
 def run_mutant(name: str, device: int | str | None = None) -> MutantResult:
