@@ -154,15 +154,16 @@ class Tracer:
         size = self.tile if self.settings.tile else picture_tile(window[2] * window[3] * samples, self.tile)
         pieces = list(tiles(*full, window, max(1, size // samples)))[::-1]
         if checkpoint is not None:
-            saved = Checkpoint(checkpoint, task.identity(window), picture, counts)
+            saved = Checkpoint(checkpoint, task.identity(window), picture, counts, task.ranges())
             pieces = saved.unfinished(pieces)
         done = total - sum(map(len, pieces))
         with saved or nullcontext():
             for pixels, tile in task.tiles(self.device, self.world, pieces):
                 picture.put(pixels, tile.layers)
-                counts.merge(tile.rays)
                 if saved:
-                    saved.add(pixels)
+                    saved.add(pixels, tile.rays)
+                else:
+                    counts.merge(tile.rays)
                 local_size = tile.local_size
                 done += len(pixels)
                 if progress:
