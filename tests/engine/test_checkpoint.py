@@ -207,7 +207,7 @@ def test_ctrl_c_says_where_the_finished_part_is(
 ) -> None:
     path = scene.with_name("a.checkpoint")
 
-    def interrupted(_: object, pixels: np.ndarray) -> None:
+    def interrupted(*_: object) -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr("clrt.engine.checkpoint.Checkpoint.add", interrupted)
