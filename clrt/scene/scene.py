@@ -13,6 +13,7 @@ from msgspec import Meta
 from clrt.base import arguments
 from clrt.base.collector import no_collections
 from clrt.base.files import resolve
+from clrt.base.frozen import FrozenDict
 from clrt.base.limits import Limits
 from clrt.base.places import At, known_keys, listed
 from clrt.base.records import float32, read, table_of, tagged
@@ -97,7 +98,8 @@ class Document(_Settings, frozen=True, kw_only=True):
 
 
 class Scene(Document, frozen=True, kw_only=True, eq=False):
-    """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here.
+    """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here,
+    and stays as it is: to change a scene, make another one (`override`, or `to_dict` and `clrt.load_dict`).
 
     `folder` is where relative files are looked up (None: the current folder), `source` the name that
     messages start with, `limits` what reading may cost; the three are neither saved nor compared.
@@ -245,7 +247,7 @@ def _read_materials(data: object, at: At) -> dict[str, Material]:
     for name in data:
         if not isinstance(name, str):
             raise at.error(name, "a material's name must be a text")
-    return {name: read(Material, value, at.key(name)) for name, value in data.items()}
+    return FrozenDict({name: read(Material, value, at.key(name)) for name, value in data.items()})
 
 
 def _read_lights(data: object, at: At, limits: Limits) -> tuple[Light, ...]:
