@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from clrt.base import inputs
-from clrt.base.errors import ClrtError
+from clrt.base.errors import ClrtError, exhausted, legible
 from clrt.base.files import kind, reason
 from clrt.base.interrupts import note_saved, temporaries
 
@@ -50,6 +51,25 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         temporaries.discard(temporary)
 
 
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Replace a file of text; what no file of text can hold is escaped. ClrtError as `replacing`."""
+    with replacing(path) as temporary:
+        temporary.write_text(legible(text), encoding="utf-8")
+
+
+def write_json(path: str | os.PathLike[str], value: Any, indent: int = 1, finite: bool = False) -> None:
+    """Replace a file of JSON: of built-in types, and numpy's numbers and arrays. ClrtError as `replacing`.
+
+    finite: ValueError for NaN and infinity, which JSON does not have.
+    """
+    write_text(path, json.dumps(legible(value), indent=indent, allow_nan=not finite, default=_plain) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    """A numpy number or array as JSON has it."""
+    return value.tolist()
+
+
 def check_replaceable(path: str | os.PathLike[str]) -> None:
     """Raise the ClrtError that `replacing(path)` would, without touching `path`."""
     try:
@@ -63,6 +83,9 @@ def _target(path: str | os.PathLike[str]) -> Path:
     """The file to replace: what `path` is, or leads to."""
     try:
         target = Path(os.path.realpath(path))
+    except (OSError, ValueError) as error:  # the current folder was removed; a NUL inside
+        raise ClrtError(f"{path}: cannot be written: {exhausted(error) or reason(error)}") from None
+    try:
         status = target.lstat()
     except (FileNotFoundError, NotADirectoryError):
         return target

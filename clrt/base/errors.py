@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import errno
+import os
+import re
+from collections.abc import Mapping
 from typing import Any
 
 WORD, LINE = 200, 2000  # characters of a message's longest word (a name, mostly) and of all of it
@@ -58,6 +61,10 @@ class ClrtWarning(Portable, UserWarning):
 
 NO_MEMORY = "this machine has no memory left for it; use a smaller scene or picture, or fewer layers"
 
+_UNSEEN = re.compile(
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]"
+)
+
 _SPENT = {
     errno.EMFILE: "this process may not open more files (ulimit -n)",
     errno.ENFILE: "this machine has no more open files",
@@ -76,12 +83,23 @@ def exhausted(error: BaseException) -> str:
     """What of the machine ran out, where an exception says that, in whatever words; '' of another one."""
     if isinstance(error, MemoryError):
         return NO_MEMORY
+    if isinstance(error, FileNotFoundError) and error.filename is None and _is_nowhere():
+        return "the current folder was removed; change to another one"
     if isinstance(error, OSError):
         return _SPENT.get(error.errno or 0, "")
     if isinstance(error, (RuntimeError, ImportError)):
         said = str(error).lower()
         return next((_SPENT[number] for words, number in _WORDS.items() if words in said), "")
     return ""
+
+
+def _is_nowhere() -> bool:
+    """Whether the current folder is not there any more."""
+    try:
+        os.getcwd()
+    except OSError:
+        return True
+    return False
 
 
 def one_line(text: str) -> str:
@@ -102,6 +120,19 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def legible(value: Any) -> Any:
+    r"""A text, or all texts in lists and dicts, as files for people and other programs hold them.
+
+    What XML and UTF-8 cannot hold, what steers a terminal, and what turns the direction of writing is
+    written as `\x1b`, `\udcff`, ...; line breaks and tabs stay.
+    """
+    if isinstance(value, str):
+        return _UNSEEN.sub(lambda found: found.group().encode("unicode_escape").decode(), value)
+    if isinstance(value, Mapping):
+        return {legible(key): legible(item) for key, item in value.items()}
+    return [legible(item) for item in value] if isinstance(value, (list, tuple)) else value
 
 
 def show(value: object, width: int = 60) -> str:

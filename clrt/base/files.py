@@ -88,7 +88,7 @@ def read_bytes(path: str | os.PathLike[str], limits: Limits, *names: str) -> byt
 
 
 def _read(file: BinaryIO, size: int, most: int) -> bytes:
-    """Up to `most` bytes of a file of that size, or, if it has grown, more; memory for no more than there is."""
+    """Up to `most` bytes of a file of that size, or, if it has grown, more, in the memory that it needs."""
     parts = [file.read(min(size + 1, most))]
     while parts[-1] and sum(map(len, parts)) < most:
         parts.append(file.read(min(_BLOCK, most - sum(map(len, parts)))))

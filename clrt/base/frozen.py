@@ -17,10 +17,10 @@ class FrozenDict(dict[K, V]):
     """
 
     def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise ClrtError("this dict stays as it is; dict(...) makes a copy to change, for a new scene or image")
+        raise ClrtError("this dict stays as it is; dict(...) makes a copy to change, for a new scene")
 
-    __setitem__ = __delitem__ = __ior__ = _refuse  # type: ignore[assignment]
-    clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
+    __setitem__ = __delitem__ = __ior__ = _refuse
+    clear = pop = popitem = setdefault = update = _refuse
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (dict(self),)

@@ -18,7 +18,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any, Final
 
-from clrt.base.atomic import replacing
+from clrt.base.atomic import write_json
 from clrt.base.errors import ClrtError
 from clrt.bench import machine, scenes
 from clrt.device.device import Device
@@ -167,8 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not options.json:
         parser.error("say which file to write")
     content = run(options.quick)
-    with replacing(options.json) as temporary:
-        temporary.write_text(json.dumps(content, indent=1) + "\n")
+    write_json(options.json, content)
     if options.chart:
         chart(content, options.chart)
     return 0

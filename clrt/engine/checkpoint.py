@@ -57,7 +57,7 @@ class Checkpoint:
     ) -> None:
         self.path, self.task, self.picture, self.counts = Path(path), task, picture, counts
         self.ranges = ranges
-        self._adding: tuple[np.ndarray, list[Counter[str]]] | None = None  # pixels, and the counts before them
+        self._adding: tuple[np.ndarray, list[Counter[str]]] | None = None  # pixels, and counts before
         self.done = np.zeros(picture.pixels.shape[:2], bool)
         self._unsaved = False
         self._took, self._last = 0.0, time.monotonic()
@@ -200,11 +200,11 @@ def _counts(rows: Any, most: int) -> list[Counter[str]]:
             raise ValueError("not counts")
         if not row.keys() <= set(KINDS):
             raise ValueError("of other kinds")
-    counts = [Counter(row) for row in rows]
+    counts: list[Counter[str]] = [Counter(row) for row in rows]
     hits = 0
     for generation, row in enumerate(counts):
         children = row[REFLECTION] + row[TRANSMISSION] + row[AMBIENT]
-        if row["camera"] and generation or children > hits * _CHILDREN:
+        if (row["camera"] and generation) or children > hits * _CHILDREN:
             raise ValueError("rays from nowhere")
         if row["camera_hits"] != (0 if generation else row["hits"]) or row["hits"] > row["camera"] + children:
             raise ValueError("hits of no rays")

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict
 from functools import wraps
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
@@ -100,6 +100,9 @@ class Tracer:
     def settings(self, other: object) -> None:
         text = "the device was set up with these; for others make Tracer(scene, settings=...)"
         raise ClrtError(f"tracer.settings: {text}")
+
+    def __reduce__(self) -> NoReturn:
+        raise ClrtError("a Tracer holds a device and cannot be copied or pickled; its scene and settings can")
 
     @property
     def tile(self) -> int:

@@ -32,7 +32,8 @@ _NARROW_RAYS: Final = 1 << 17  # that dispersion makes of a tile at a time: as m
 
 
 KINDS: Final = (
-    "camera", "camera_hits", "reflection", "transmission", "ambient", "total_internal_reflection", "feelers", "hits",
+    "camera", "camera_hits", "reflection", "transmission", "ambient", "total_internal_reflection", "feelers",
+    "hits",
 )  # fmt: skip
 
 

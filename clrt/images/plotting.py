@@ -17,9 +17,10 @@ from typing import Any, Final
 
 from clrt.base.atomic import replacing
 from clrt.base.elsewhere import within
-from clrt.base.errors import ClrtError
+from clrt.base.errors import ClrtError, fault
 from clrt.base.install import pip_install
 
+_DATE: Final = "SOURCE_DATE_EPOCH"  # of files whose date is to be always the same
 _STYLE: Final = {"svg.hashsalt": "clrt", "axes.spines.top": False, "axes.spines.right": False}
 
 
@@ -56,7 +57,9 @@ def known_formats() -> set[str]:
 @drawing()
 def save(figure: Any, path: str | Path) -> Path:
     """Write a figure as what its name ends with (.png, .svg, .pdf); whole or not at all."""
-    target = Path(path)
+    target, date = Path(path), os.environ.get(_DATE, "")
+    if date and not (date.isascii() and date.isdecimal() and len(date) <= 11):
+        raise ClrtError(fault("", _DATE, date, "it must be a whole number of seconds since 1970; unset it"))
     try:
         with replacing(target) as temporary:
             figure.savefig(temporary, format=target.suffix.lstrip(".") or "png", dpi=120, bbox_inches="tight")

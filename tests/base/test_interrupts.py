@@ -130,7 +130,8 @@ ENDLESS = {
     "busy": "while True:\n    pass\n",
     "a pipe": "import os\nos.mkfifo('pipe')\nopen('pipe')\n",
     "asleep": "import time\ntime.sleep(60)\n",
-    "deaf": "import time\nwhile True:\n    try:\n        time.sleep(60)\n    except BaseException:\n        pass\n",
+    "deaf": "# no exception ends it\n"
+    "while True:\n    try:\n        while True:\n            pass\n    except BaseException:\n        pass\n",
 }
 
 

@@ -53,7 +53,7 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
                 (["convert", "{scene}", "{out}"], ".xml")],
     "bench": [
         (["bench", "--scene", "{scene}", "--quick", "--rounds", "1", "--json", "{out}"], ""),
-        (["bench", "--scene", "ball.toml", "{scene}", "--quick", "--rounds", "1", "--chart", "{out}"], ".svg"),
+        (["bench", "--scene", "ball.toml", "{scene}", "--quick", "--chart", "{out}"], ".svg"),
     ],
     "validate": [], "plot-spectrum": [],  # which read no scene of the user's; see below
     "hash": [], "compare": [], "devices": [], "doctor": [], "scenes": [], "selftest": [],  # write nothing
@@ -181,7 +181,7 @@ def test_what_was_read_is_never_replaced(folder: Path) -> None:
     with inputs.watched():
         read_bytes("mesh.obj", Limits())
         for name in spelled("mesh.obj", ".obj"):
-            with pytest.raises(clrt.ClrtError, match="is mesh.obj, which is read"), replacing(name):
+            with pytest.raises(clrt.ClrtError, match=r"is mesh\.obj, which is read"), replacing(name):
                 pass
         with inputs.watched(False):
             read_bytes("room.toml", Limits())

@@ -128,7 +128,8 @@ DAMAGED: dict[str, Callable[[Parts], Parts]] = {
     **{
         f"{name} of {value}": spoiled(name, value)
         for name, values in {
-            "pixels": (np.nan, np.inf, -np.inf, -1e-30, 1.1e30, -1e38), "layer depth": (np.nan, -1.0, -np.inf),
+            "pixels": (np.nan, np.inf, -np.inf, -1e-30, 1.1e30, -1e38),
+            "layer depth": (np.nan, -1.0, -np.inf),
             "layer shape": (-2, 7, 2**31 - 1),
         }.items()
         for value in values

@@ -316,9 +316,9 @@ def test_texts_that_no_file_can_hold_are_refused(text: Any, tmp_path: Path) -> N
     with pytest.raises(ClrtError, match=r"metadata\['a'\]: .* it must be a text that UTF-8 can hold"):
         Image(pixels, metadata={"a": text})
     if isinstance(text, str):
-        with pytest.raises(ClrtError, match="metadata: .* it must be a text that UTF-8 can hold"):
+        with pytest.raises(ClrtError, match=r"metadata: .* it must be a text that UTF-8 can hold"):
             Image(pixels, metadata={text: "a"})
-        with pytest.raises(ClrtError, match="layers: .* it must be a text that UTF-8 can hold"):
+        with pytest.raises(ClrtError, match=r"layers: .* it must be a text that UTF-8 can hold"):
             Image(pixels, {text: pixels})
 
 

@@ -1,4 +1,4 @@
-"""Charts are the same for everybody, whatever stands in the current folder, the user's own, or the environment."""
+"""Charts are the same for everybody, whatever stands in folders of settings or the environment."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ FILES: dict[str, Callable[[Path], Any]] = {
 def test_files_of_settings_are_not_read(what: str, place: str, tmp_path: Path, usual: bytes) -> None:
     (tmp_path / place).mkdir(parents=True, exist_ok=True)
     FILES[what](tmp_path / place / "matplotlibrc")
-    told = {"given": {"MATPLOTLIBRC": str(tmp_path / "given")}, "config": {"MATPLOTLIBRC": "config/matplotlibrc"}}
-    assert _plotted(tmp_path, **told.get(place, {})) == usual
+    named = {"given": str(tmp_path / "given"), "config": "config/matplotlibrc"}
+    assert _plotted(tmp_path, MATPLOTLIBRC=named.get(place, "")) == usual
 
 
 def test_styles_of_the_user_are_not_read(tmp_path: Path, usual: bytes) -> None:
@@ -92,7 +92,7 @@ def test_folder_and_environment_are_put_back(tmp_path: Path) -> None:
     environment = {**os.environ, "MPLBACKEND": "xyz"}
     subprocess.run([sys.executable, "-c", RESTORED], cwd=tmp_path, check=True, timeout=60, env=environment)
     begin, end = RESTORED.index("before ="), RESTORED.index("os.mkdir")
-    gone = RESTORED[:begin] + RESTORED[end:] + "known_formats()\nassert os.stat('.').st_nlink == 0  # the folder that is gone\n"
+    gone = RESTORED[:begin] + RESTORED[end:] + "known_formats()\nassert os.stat('.').st_nlink == 0\n"
     subprocess.run([sys.executable, "-c", gone], cwd=tmp_path, check=True, timeout=60, env=environment)
 
 

@@ -239,10 +239,11 @@ def test_colours_warn_once_for_all_shapes_of_a_file(tmp_path: Path) -> None:
         ({"nodes": [{"mesh": 0, "skin": 0, "translation": [100, 0, 0]}]}, "skins"),
         ({"nodes": [{"mesh": 0, "weights": [0, 0.5]}]}, "morph targets"),
         ({"meshes": [{"primitives": [SHOWN], "weights": [1]}]}, "morph targets"),
-        ({"nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {}}}}]}, "instances"),
+        ({"nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {}}}]}, "instances"),
         ({"nodes": [{"mesh": 0, "skin": 0, "weights": [1]}]}, "skins and morph targets"),
         ({"nodes": [{"mesh": 0, "extensions": {"EXT_other": {}}}]}, ""),
-        ({"nodes": [{"mesh": 0, "weights": [0]}], "meshes": [{"primitives": [SHOWN], "weights": [1]}]}, ""),  # the node's
+        # the node's own weights come first
+        ({"nodes": [{"mesh": 0, "weights": [0]}], "meshes": [{"primitives": [SHOWN], "weights": [1]}]}, ""),
         ({"nodes": [{"mesh": 0, "weights": [0]}, {"skin": 0}], "skins": [{"joints": [1]}]}, ""),
     ],
 )
@@ -346,6 +347,7 @@ def test_a_byte_order_mark_is_passed_over(tmp_path: Path) -> None:
          "is compressed"),
         ({"asset": {"version": "1.0"}}, "only glTF of version 2"),
         ({"asset": {"version": "2.0", "minVersion": "2.9"}}, r"it needs glTF of version 2\.9"),
+        ({"nodes": [{"mesh": 0, "matrix": [1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}]}, "last row"),
         ({"extensionsRequired": ["FOO_bar"]}, "it needs the extension FOO_bar, which is not read"),
         ({"extensionsRequired": ["KHR_materials_ior", "EXT_mesh_gpu_instancing"]}, "EXT_mesh_gpu_instancing"),
         ({"extensionsRequired": ["EXT_meshopt_compression"]}, "EXT_meshopt_compression"),
@@ -359,3 +361,13 @@ def test_files_that_contradict_themselves(tmp_path: Path, changes: dict[str, Any
     with pytest.raises(SceneError, match=rf"a\.gltf .*{says}") as caught:
         read(write(tmp_path, document(**changes)))
     assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize("begin", ["data:application/octet-stream,", "DATA:,", "Data:;x=y,"])
+def test_data_in_percent_signs(tmp_path: Path, begin: str) -> None:
+    data = np.array(TRIANGLE, "<f4").tobytes()
+    text = begin + "".join(f"%{byte:02x}" for byte in data)
+    found = read(write(tmp_path, document(buffers=[{"uri": text, "byteLength": 36}])))
+    assert found[0].tolist() == [list(corner) for corner in TRIANGLE]
+    upper = data_uri(data).replace("data:", "DATA:")
+    assert len(read(write(tmp_path, document(buffers=[{"uri": upper, "byteLength": 36}])))[1]) == 1

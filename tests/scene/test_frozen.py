@@ -123,13 +123,14 @@ MASKED: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("name", MASKED)
 def test_masked_meshes_are_refused(name: str) -> None:
     mesh = {"type": "mesh", "vertices": CORNERS, "faces": [[0, 1, 2]], **MASKED[name]}
-    with pytest.raises(clrt.SceneError, match="masked|not allowed"):
+    with pytest.raises(clrt.SceneError, match=r"masked|not allowed"):
         clrt.load_dict({"shapes": [mesh]})
 
 
 def test_masks_that_hide_nothing_and_matrices_are_arrays() -> None:
     plain = {"type": "mesh", "vertices": CORNERS, "faces": [[0, 1, 2]]}
-    whole = {"type": "mesh", "vertices": np.ma.masked_array(CORNERS), "faces": np.ma.masked_array([[0, 1, 2]])}
+    arrays = {"vertices": np.ma.masked_array(CORNERS), "faces": np.ma.masked_array([[0, 1, 2]])}
+    whole = {"type": "mesh", **arrays}
     with pytest.warns(PendingDeprecationWarning):
         flat = {"type": "mesh", "vertices": np.matrix(CORNERS), "faces": np.matrix([[0, 1, 2]])}
     scenes = [clrt.load_dict({"shapes": [mesh]}) for mesh in (plain, whole, flat)]
