@@ -22,9 +22,8 @@ from collections.abc import Callable
 from functools import cache, partial
 from typing import Any
 
-from clrt.base.errors import ClrtError, ClrtWarning
+from clrt.base.errors import ClrtError, ClrtWarning, show
 from clrt.base.resources import shipped_scenes
-from clrt.base.errors import show
 from clrt.base.suggest import did_you_mean
 from clrt.formats import load_dict
 from clrt.formats.shipped import load_scene
