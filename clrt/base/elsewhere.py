@@ -24,8 +24,7 @@ def within(folder: Path) -> Iterator[None]:
     if not interrupts.running() and threading.active_count() > 1:
         yield
         return
-    # a descriptor, where there are such of folders: its name may lead nowhere any more
-    here = os.open(".", getattr(os, "O_PATH", os.O_RDONLY)) if os.chdir in os.supports_fd else os.getcwd()
+    here = _here()
     try:
         os.chdir(folder)
         yield
@@ -33,6 +32,20 @@ def within(folder: Path) -> Iterator[None]:
         os.chdir(here)
         if isinstance(here, int):
             os.close(here)
+
+
+def _here() -> str | int:
+    """The current folder: its name, or, where that leads to it no more, a descriptor.
+
+    No descriptor else: a driver that is loaded with few of them left ends the process.
+    """
+    try:
+        name = os.getcwd()
+        if os.path.samefile(name, "."):
+            return name
+    except OSError:  # it was removed, or what it lies in must not be looked into
+        pass
+    return os.open(".", getattr(os, "O_PATH", os.O_RDONLY))
 
 
 def relative(*names: str) -> bool:

@@ -40,10 +40,17 @@ def test_one_is_elsewhere_for_a_moment(tmp_path: Path, alone: None, monkeypatch:
     monkeypatch.setattr(interrupts, "_main", sys._getframe())
     with within(PACKAGE):
         assert Path.cwd() == PACKAGE
-    monkeypatch.setattr(os, "supports_fd", set())
-    with within(PACKAGE):
-        assert Path.cwd() == PACKAGE
     assert Path.cwd() == tmp_path
+    for moved in (lambda: "/", _nowhere):  # its name leads elsewhere, or nowhere
+        with monkeypatch.context() as patched:
+            patched.setattr(os, "getcwd", moved)
+            with within(PACKAGE):
+                assert os.path.samefile(".", PACKAGE)
+        assert Path.cwd() == tmp_path
+
+
+def _nowhere() -> str:
+    raise FileNotFoundError(2, "No such file or directory")
 
 
 def test_drivers_are_loaded_elsewhere(tmp_path: Path, alone: None, monkeypatch: pytest.MonkeyPatch) -> None:

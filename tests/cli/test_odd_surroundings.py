@@ -46,8 +46,8 @@ def test_a_run_told_by_any_name_is_reported(tmp_path: Path) -> None:
     types, files = validation_module("types"), validation_module("suite.files")
     check = types.CheckResult(ODD, False, ODD, 1.0)
     result = types.SuiteResult(
-        cases=[], mutants=[], counts=[], coverage={}, versions={"a": ODD}, device=ODD, seconds=1.0, seed=None, command=ODD,
-        started="now", notes=(ODD,), checks=(check,),
+        cases=[], mutants=[], counts=[], coverage={}, versions={"a": ODD}, device=ODD, seconds=1.0,
+        seed=None, command=ODD, started="now", notes=(ODD,), checks=(check,),
     )  # fmt: skip
     page = tmp_path / "a.html"
     validation_module("suite.report").write_report(result, page)
@@ -83,7 +83,8 @@ def gone(tmp_path: Path) -> Iterator[Path]:
 @pytest.mark.parametrize(
     "command",
     [["render", "{}/ball.toml", "-o", "o.png"], ["convert", "{}/ball.toml", "o.toml"],
-     ["plot-spectrum", "D65"], ["plot-spectrum", "D65", "-o", "o.svg"], ["bench", "--json", "o.json"], ["doctor"],
+     ["plot-spectrum", "D65"],
+     ["plot-spectrum", "D65", "-o", "o.svg"], ["bench", "--json", "o.json"], ["doctor"],
      ["validate", "--case", "ambient", "--report", "o.html"]],
 )  # fmt: skip
 def test_where_the_current_folder_was_removed(
