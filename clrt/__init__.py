@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
     from clrt.images.image import Image, read_image
+    from clrt.scene.camera import Camera
     from clrt.scene.scene import Scene
 
 _HOMES = {
@@ -36,6 +37,7 @@ _HOMES = {
     "clrt.device.info": ("DeviceInfo",),
     "clrt.device.platforms": ("devices",),
     "clrt.engine.raymesh": ("RayMeshIntersector",),
+    "clrt.scene.camera": ("Camera",),
     "clrt.scene.scene": ("Scene",),
     "clrt.device.settings": ("Settings",),
     "clrt.formats.shipped": ("load",),
@@ -44,9 +46,9 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError", "Limits",
-    "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "__version__", "devices", "load",
-    "load_dict", "read_image", "render",
+    "Camera", "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError",
+    "Limits", "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "__version__", "devices",
+    "load", "load_dict", "read_image", "render",
 ]  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any, Final, NoReturn
 
 from clrt.base.errors import ClrtError, show
+from clrt.base.layers import LAYERS
 from clrt.cli.terminal import FAULT, say
 from clrt.version import __version__
 
@@ -65,7 +66,8 @@ def parser() -> _Parser:
     _add_scene(render)
     render.add_argument("-o", "--output", metavar="OUT", required=True, help=".exr .png .tif .jpg .bmp")
     _add_frame(render)
-    render.add_argument("--layers", type=_names, default=(), metavar="A,B", help="layers, or all of them")
+    names = ", ".join((*LAYERS, "generation_0 ..."))
+    render.add_argument("--layers", type=_names, default=(), metavar="A,B", help=f"all, or some of {names}")
     render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
     render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
     render.add_argument("--bits", type=whole, choices=(8, 16), help="bits per sample of .png and .tif (8)")
@@ -80,6 +82,7 @@ def parser() -> _Parser:
     convert = command("convert", "Read a scene in any known format; write it as .toml, .json or .xml.")
     convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
     convert.add_argument("output", metavar="OUT", help="file to write: .toml, .json, or .xml (for Mitsuba)")
+    _add_set(convert)
 
     compare = command("compare", "Say how far a picture is from another one, or from its scene, and why.")
     compare.add_argument("a", metavar="A", help="picture (or scene) to judge")
@@ -154,7 +157,12 @@ def _add_frame(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--max-depth", type=whole, metavar="N", help="generations after the camera's")
     _add_device(parser)
     parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
+    _add_set(parser)
     parser.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
+
+
+def _add_set(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--set", type=_setting, action="append", default=[], metavar="KEY=VALUE", help=_SET)
 
 
 def _limit(text: str) -> tuple[str, int]:
@@ -168,6 +176,17 @@ def _limit(text: str) -> tuple[str, int]:
 
 
 _LIMIT = "what the render may cost at most: depth=99; may be repeated"
+
+
+def _setting(text: str) -> tuple[str, str]:
+    """KEY=VALUE: a place in the scene, and what is to stand there."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise argparse.ArgumentTypeError(f"{show(text)} is not KEY=VALUE, such as camera.fov=30")
+    return key.strip(), value.strip()
+
+
+_SET = "another value at a place of the scene: camera.fov=30, materials.glass.ior=1.4; may be repeated"
 
 
 def _names(text: str) -> tuple[str, ...]:

@@ -51,10 +51,11 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
     """The image of a scene file, with a progress bar on stderr where that is a terminal."""
     import clrt
     from clrt.cli.progress import progress
+    from clrt.formats.native import with_values
     from clrt.formats.shipped import load_scene
 
     limits = clrt.Limits(**dict(options.limit))
-    scene = load_scene(file, limits=limits)
+    scene = with_values(load_scene(file, limits=limits), options.set)
     _check_layers(options, file, scene)
     with progress(file.stem, getattr(options, "quiet", False)) as report:
         return clrt.render(
@@ -100,12 +101,12 @@ def _layer_files(options: argparse.Namespace) -> dict[str, Path]:
 
 def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None:
     """The rest of `_check_outputs`, once the scene says which pictures it reads, and which layers are all."""
-    from clrt.engine.film import check_layers
+    from clrt.base.layers import check_layers, find
 
     if "all" in getattr(options, "layers", ()):
         depth = scene.max_depth if options.max_depth is None else options.max_depth
         names = check_layers("all", min(depth, _DEEPEST), spectral=True)
-        shown = [name for name in names if name != "bands"]
+        shown = [name for name in names if find(name).is_shown]
         options = argparse.Namespace(**{**vars(options), "layers": shown})
         check_apart(_outputs(options), {"the scene": file})
         for layer in _layer_files(options).values():
@@ -114,11 +115,13 @@ def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None
 
 
 def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
+    from clrt.base.layers import find
     from clrt.images.image import check_writable
 
     check_writable(options.output, options.exposure, options.bits)
-    if "bands" in options.layers and not _holds_layers(options.output):
-        raise ClrtError(f"{options.output}: --layers bands needs an .exr, which alone holds them")
+    hidden = [name for name in options.layers if not find(name).is_shown]
+    if hidden and not _holds_layers(options.output):
+        raise ClrtError(f"{options.output}: --layers {hidden[0]} needs an .exr, which alone holds them")
     check_apart(_outputs(options), {"the scene": scene})
     for file in _layer_files(options).values():
         check_replaceable(file)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from clrt import layout
+from clrt.base.layers import GEOMETRY
 from clrt.device.device import Device
 from clrt.engine.queues import (
     AMBIENT,
@@ -224,15 +225,11 @@ def spawn(
 
 
 def geometry(device: Device, world: World, queue: Queue, hits: Hits, samples: int) -> dict[str, np.ndarray]:
-    """Distance, position, normal, uv, primitive and shape of the first of every `samples` rays."""
+    """What `layers.GEOMETRY` lists of the first of every `samples` rays: by name, (n,) or (n, values)."""
     n = queue.n // samples
     out = {
-        "depth": np.empty(n, np.float32),
-        "position": np.empty((n, 3), np.float32),
-        "normal": np.empty((n, 3), np.float32),
-        "uv": np.empty((n, 2), np.float32),
-        "primitive": np.empty(n, np.int32),
-        "shape": np.empty(n, np.int32),
+        name: np.empty(n if layer.values == 1 else (n, layer.values), layout.dtype(layer.kind))
+        for name, layer in GEOMETRY.items()
     }
     buffers = {name: device.buffer(array.nbytes, element(array.dtype)) for name, array in out.items()}
     groups = (*world.arguments, *queue.arguments, *hits.arguments)

@@ -15,31 +15,71 @@ _SUBTREES: Final = 32  # parts of the tree that cores build side by side
 _SHARED_SUBTREE: Final = 4096  # a part of fewer primitives is not split further for the sake of sharing
 
 
+# what the builder writes, and the record that counts it
+_MADE: Final = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
+_TABLES: Final = {name: kind for name, kind in layout.WORLD.items() if name not in _MADE}
+_TREE: Final = ("boxes", "finite", "triangles", "spheres")  # what the tree is made of, besides kinds
+
+
 class World:
     """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take.
 
     The device's kernels must be those for the scene's rays: `device.variant(flat.rays)`.
     """
 
+    flat: FlatScene
+    _buffers: dict[str, Any]  # the sections by name, and `count`, the nodes of the tree
+
     def __init__(self, device: Device, flat: FlatScene) -> None:
         if device.rays != flat.rays:
             raise ValueError(f"kernels for {device.rays}; the scene has {flat.rays}")
-        self.flat = flat
         self.overflow = device.upload(np.zeros(1, np.uint32))  # 1 once a list of media was too short
-        made = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
         buffers: dict[str, Any] = {
-            name: device.upload(getattr(flat, name), kind=kind)
-            for name, kind in layout.WORLD.items()
-            if name not in made
+            name: device.upload(getattr(flat, name), kind=kind) for name, kind in _TABLES.items()
         }
-        buffers |= _build_tree(device, flat, buffers)
+        self._take(device, flat, buffers | _build_tree(device, flat, buffers))
+
+    def update(self, device: Device, flat: FlatScene) -> str:
+        """Hold another scene, for rays of the same format, at the least cost, and say which.
+
+        "nothing" where all arrays are equal; "tables" where some were sent; "rebuild" where the tree was
+        built anew.
+        """
+        changed = [name for name in _TABLES if not _same(getattr(self.flat, name), getattr(flat, name))]
+        buffers = self._buffers.copy()
+        for name in changed:
+            buffers[name] = device.upload(getattr(flat, name), kind=_TABLES[name])
+        grown = not all(_same(getattr(self.flat, name), getattr(flat, name)) for name in _TREE)
+        kinds = self.flat.primitives[["kind", "index"]], flat.primitives[["kind", "index"]]
+        if grown or ("primitives" in changed and not np.array_equal(*kinds)):
+            buffers |= _build_tree(device, flat, buffers)
+            changed.append("tree")
+        elif not changed and _same(self.flat.scene, flat.scene):
+            self.flat = flat
+            return "nothing"
+        self._take(device, flat, buffers)
+        return "rebuild" if "tree" in changed else "tables"
+
+    def _take(self, device: Device, flat: FlatScene, buffers: dict[str, Any]) -> None:
+        """Hold a scene whose sections are on the device, all but its own record."""
         info = flat.scene.copy()
-        info["nodes"] = buffers.pop("count")
+        info["nodes"] = buffers["count"]
         buffers["scene"] = device.upload(info)
+        self.flat, self._buffers = flat, buffers
         self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
         self.lights = int(info["lights"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two arrays hold the same bits; the same array is not looked at."""
+    if one is other:
+        return True
+    if one.dtype != other.dtype or one.shape != other.shape:
+        return False
+    first, second = (np.ascontiguousarray(array).view(np.uint8) for array in (one, other))
+    return bool(np.array_equal(first, second))
 
 
 def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[str, Any]:

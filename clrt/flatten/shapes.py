@@ -15,7 +15,6 @@ import numpy as np
 from clrt import layout
 from clrt.base.errors import SceneError
 from clrt.flatten import quadric
-from clrt.flatten.materials import MaterialTable
 from clrt.flatten.mesh import (
     fans,
     joined,
@@ -104,12 +103,14 @@ def concatenated(chunks: list[np.ndarray], empty: np.ndarray) -> np.ndarray:
     return chunks[0] if len(chunks) == 1 else np.concatenate([empty, *chunks])
 
 
-def collect(scene: Scene, materials: MaterialTable) -> Collected:
-    """All shapes of the scene. Raises `SceneError` for a transform that leaves no primitive to be."""
+def collect(scene: Scene, materials: Sequence[int]) -> Collected:
+    """All shapes of the scene, of materials of these numbers.
+
+    Raises `SceneError` for a transform that leaves no primitive to be.
+    """
     out = Collected()
-    for index, shape in enumerate(scene.shapes):
-        add = _ADD[type(shape)]
-        add(out, shape, index, materials.number(shape), _at(scene, index))
+    for index, (shape, material) in enumerate(zip(scene.shapes, materials, strict=True)):
+        _ADD[type(shape)](out, shape, index, material, _at(scene, index))
     return out
 
 

@@ -20,10 +20,11 @@ from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, fault, show
 from clrt.base.frozen import FrozenDict
+from clrt.base.layers import find
 from clrt.base.limits import Limits
 from clrt.images import file as imagefile
 from clrt.images.file import check_writable, encode, write
-from clrt.images.layerpicture import is_light, layer_pixels
+from clrt.images.layerpicture import layer_pixels
 from clrt.version import __version__
 
 __all__ = ["Image", "check_writable", "pixel_hash", "read_image"]
@@ -66,8 +67,9 @@ class Image:
         layers = {name: _array(f"layers[{name!r}]", layer) for name, layer in self.layers.items()}
         for name, layer in layers.items():
             _check_text("layers", name)
-            fits = (*pixels.shape[:2], len(wavelengths)) if name == "bands" else pixels.shape
-            if layer.shape not in (fits, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
+            values = {3, find(name).values} if find(name).values else {len(wavelengths)}
+            fits = [(*pixels.shape[:2], number) for number in values]
+            if layer.shape not in (*fits, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
                 form = f"{layer.dtype} {layer.shape}"
                 raise ClrtError(f"layers[{name!r}]: {form} does not fit pixels {pixels.shape}")
         object.__setattr__(self, "pixels", _read_only(pixels))
@@ -143,13 +145,13 @@ class Image:
         As `save`; `exposure` is for light alone. An .exr holds its layers itself. Returns absolute paths.
         """
         path = arguments.path("path", path)
-        shown = [name for name in self.layers if name != "bands"]
+        shown = [name for name in self.layers if find(name).is_shown]
         files = [layer_file(path, name) for name in shown]
         for file in files:
             check_writable(file, exposure, bits)
         saved = []
         for name, file in zip(shown, files, strict=True):
-            saved.append(self.layer(name).save(file, exposure if is_light(name) else 0.0, bits))
+            saved.append(self.layer(name).save(file, exposure if find(name).is_light else 0.0, bits))
         return saved
 
     @public
@@ -250,12 +252,13 @@ def _channels(
     Numbers of shapes are exact in float32: there are at most 2^24 of them. Bands are named as in Fichet,
     Pacanowski and Wilkie 2021, "An OpenEXR layout for spectral images": S0 is radiance, a comma the point.
     """
-    if name == "bands":
+    known, layer = find(name), np.atleast_3d(layer)
+    if not known.values:
         return tuple(f"S0.{nm:.6f}nm".replace(".", ",").replace(",", ".", 1) for nm in wavelengths), layer
-    if layer.ndim == 2:
-        return (f"{name}.{'Z' if layer.dtype.kind == 'f' else 'ID'}",), layer[:, :, None]
-    axes = "XYZ" if name in ("position", "normal", "xyz") else "RGB"
-    return tuple(f"{name}.{axis}" for axis in axes), layer
+    channels = known.channels
+    if len(channels) != layer.shape[2]:  # of the caller's own
+        channels = {"f": ("Z",)}.get(layer.dtype.kind, ("ID",)) if layer.shape[2] == 1 else ("R", "G", "B")
+    return tuple(f"{name}.{channel}" for channel in channels), layer
 
 
 def _viewer() -> list[str]:

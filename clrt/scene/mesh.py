@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -180,6 +180,23 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
         _check_flat(vertices, faces, at.key("faces"))
     mesh.__dict__["_data"] = MeshData(vertices, faces, normals)
     return mesh
+
+
+def edited_mesh(before: Mesh, table: Mapping[str, Any], at: At, folder: Path | None, limits: Limits) -> Mesh:
+    """The checked mesh of a table made of `before`; arrays that are still its own are not read again."""
+    own = [name for name in (*_ARRAYS, "file", "smooth") if table.get(name) is getattr(before, name)]
+    if table.get("type") == "mesh" and len(own) == len(_ARRAYS) + 2:
+        rest = {name: value for name, value in table.items() if name not in _ARRAYS}
+        mesh = msgspec.structs.replace(read(Mesh, rest, at), **{name: table[name] for name in _ARRAYS})
+        mesh.__dict__.update(before.__dict__)
+        return mesh
+    if "vertices" not in own and "faces" in own and before.vertices is not None:
+        vertices = table.get("vertices")
+        count = len(vertices) if isinstance(vertices, (Sequence, np.ndarray)) else len(before.vertices)
+        if count != len(before.vertices):
+            text = f"{count} in place of {len(before.vertices)}; give as many, or faces as well"
+            raise at.key("vertices").says(text)
+    return read_mesh(dict(table), at, folder, limits)
 
 
 def _fan(faces: tuple[np.ndarray, ...]) -> np.ndarray:

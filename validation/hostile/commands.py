@@ -95,7 +95,9 @@ def _buffers(draw: random.Random) -> Command:
     buffer = draw.choice((b"out.png", b"tree.bin"))
     text = json.dumps({**TREE, "buffers": [{"uri": buffer.decode(), "byteLength": 36}]}).encode()
     files: dict[bytes, bytes | str] = {b"tree.gltf": text, buffer: bytes(12) + TRIANGLE}
-    more = ([], [b"--stats", buffer], [b"--stats", buffer + b"/"], [b"--checkpoint", b"./" + buffer])
+    more: tuple[list[bytes], ...] = (
+        [], [b"--stats", buffer], [b"--stats", buffer + b"/"], [b"--checkpoint", b"./" + buffer],
+    )  # fmt: skip
     arguments = [b"render", b"tree.gltf", b"-o", b"out.png", b"--width", b"8", *draw.choice(more)]
     return Command(arguments, [] if buffer == b"out.png" else [b"out.png"], files)
 
