@@ -34,6 +34,9 @@ class At:
     def __init__(self, source: str = "", path: str | int = "", above: At | None = None) -> None:
         self.source, self._part, self._above = source, path, above
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return At, (self.source, self._part, self._above)
+
     @property
     def path(self) -> str:
         if self._above is None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
+import os
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.atomic import check_replaceable, write_json
 from clrt.base.errors import ClrtError
 from clrt.base.resources import scene_file
 from clrt.cli import interrupted
@@ -34,9 +34,10 @@ def run(options: argparse.Namespace) -> int:
         if image.layers and not _holds_layers(options.output):
             beside = image.save_layers(options.output, options.exposure, options.bits)
         if options.stats:
-            _save_stats(image, options.stats)
+            write_json(options.stats, image.stats, indent=2)
         if options.checkpoint:
-            Path(options.checkpoint).unlink(missing_ok=True)  # not before: it is needed if saving fails
+            # not before: it is needed if saving fails; what a link leads to, as that was written
+            Path(os.path.realpath(options.checkpoint)).unlink(missing_ok=True)
         if not options.quiet:
             print(summary(image, saved, seconds))
             if beside:
@@ -130,13 +131,3 @@ def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
 
 def _holds_layers(output: str) -> bool:
     return Path(output).suffix.lower() == ".exr"
-
-
-def _save_stats(image: Image, path: str) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(dict(image.stats), indent=2, default=_plain) + "\n")
-
-
-def _plain(value: Any) -> Any:
-    """A numpy number or array as JSON has it."""
-    return value.tolist()

@@ -6,11 +6,14 @@ import os
 import re
 import shutil
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Final
 
 from clrt.base import notices
+from clrt.base.elsewhere import relative, within
 from clrt.base.errors import DeviceError
+from clrt.base.resources import PACKAGE
 from clrt.device import intel, kernelcache, trial
 from clrt.device.info import DeviceInfo
 from clrt.device.opencl import cl
@@ -18,6 +21,7 @@ from clrt.device.vendors import VARIABLE as VENDORS
 from clrt.device.vendors import install_command, why_none
 
 VARIABLE: Final = "CLRT_DRIVER"
+_PLACES: Final = (VENDORS, "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES", "LD_LIBRARY_PATH", kernelcache.VARIABLE)
 _process: list[int] = []  # the one that first asked for platforms
 
 
@@ -40,14 +44,15 @@ def listed() -> list[tuple[DeviceInfo, cl.Device]]:
 def _platforms() -> list[cl.Platform]:
     """The platforms that the loader finds, then Intel's beside clrt; of CLRT_DRIVER's driver only."""
     wanted = os.environ.get(VARIABLE, "").strip().lower()
-    try:
-        found, error = cl.get_platforms(), ""
-    except cl.Error as refused:
-        found, error = [], f" ({refused})"
-    if not _process:
-        _process.append(os.getpid())
-    if _intel_wanted() and all(platform.name.strip() != intel.PLATFORM for platform in found):
-        found = [*found, *intel.platforms()]
+    with nullcontext() if relative(*_PLACES) else within(PACKAGE):
+        try:
+            found, error = cl.get_platforms(), ""
+        except cl.Error as refused:
+            found, error = [], f" ({refused})"
+        if not _process:
+            _process.append(os.getpid())
+        if _intel_wanted() and all(platform.name.strip() != intel.PLATFORM for platform in found):
+            found = [*found, *intel.platforms()]
     if not found:
         raise DeviceError(f"no OpenCL platform{error}: {why_none()}; install a driver: {mending()}")
     names = [f"{platform.name.strip()} {_short_version(platform.version)}" for platform in found]

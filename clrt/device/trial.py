@@ -147,7 +147,7 @@ def _run(what: str) -> str:
     paths = os.pathsep.join(part for part in (root, os.environ.get("PYTHONPATH")) if part)
     try:
         done = subprocess.run(
-            [sys.executable, "-m", "clrt.device.attempt", what],
+            [sys.executable, "-P", "-m", "clrt.device.attempt", what],
             capture_output=True, timeout=PATIENCE, check=False, stdin=subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": paths},
         )  # fmt: skip

@@ -10,6 +10,7 @@ from typing import Final, TypeVar
 
 import numpy as np
 
+from clrt import layout
 from clrt.base.errors import LimitError
 from clrt.base.layers import Geometry, Spectral, comes_from, find
 from clrt.device.device import Device
@@ -27,6 +28,8 @@ from clrt.flatten.camera import near_corners
 from clrt.flatten.flatten import FlatScene
 
 TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
+
+_FINITE: Final = float(np.finfo(np.float32).max)
 
 Rays = tuple[np.ndarray, ...]  # as `rayinput.ray_chunks` gives them
 Piece = TypeVar("Piece", np.ndarray, Rays)  # numbers of pixels, (n,) uint32; or a caller's rays
@@ -127,6 +130,25 @@ class Job:
             "camera": hashlib.sha256(self.camera.tobytes()).hexdigest(),
             "kernels": hashlib.sha256(kernel_source(self.flat.rays).encode()).hexdigest(),
         }
+
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """The least and the most that a number of the picture ("image") and of each layer can be."""
+        flat, brightest = self.flat, float(np.float32(layout.BRIGHTEST))
+
+        def seen(response: np.ndarray | None) -> tuple[float, float]:
+            if response is None:  # radiance is never negative
+                return 0.0, brightest
+            if len(response) == 3:  # but colours beyond what red, green and blue show are; rounded sums
+                most = 1.001 * brightest * float(np.abs(response).sum(axis=1).max())
+                return -most, most
+            return -_FINITE, brightest  # `film.finished` bounds it above
+
+        special = {
+            "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
+            "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes - 1.0),
+        }  # fmt: skip
+        light = seen(flat.response)
+        return {"image": light, **{name: special.get(name, light) for name in self.layers}}
 
     @cached_property
     def _camera(self) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict
 from functools import wraps
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
@@ -152,6 +152,9 @@ class Tracer:
         text = "the device was set up with these; for others make Tracer(scene, settings=...)"
         raise ClrtError(f"tracer.settings: {text}")
 
+    def __reduce__(self) -> NoReturn:
+        raise ClrtError("a Tracer holds a device and cannot be copied or pickled; its scene and settings can")
+
     @property
     def tile(self) -> int:
         """Rays that are traced at once: the setting, or what suits the scene's number of bands."""
@@ -194,15 +197,16 @@ class Tracer:
         size = self.tile if self.settings.tile else picture_tile(window[2] * window[3] * samples, self.tile)
         pieces = list(tiles(*full, window, max(1, size // samples)))[::-1]
         if checkpoint is not None:
-            saved = Checkpoint(checkpoint, task.identity(window), picture, counts)
+            saved = Checkpoint(checkpoint, task.identity(window), picture, counts, task.ranges())
             pieces = saved.unfinished(pieces)
         done = total - sum(map(len, pieces))
         with saved or nullcontext():
             for pixels, tile in task.tiles(self.device, self.world, pieces):
                 picture.put(pixels, tile.layers)
-                counts.merge(tile.rays)
                 if saved:
-                    saved.add(pixels)
+                    saved.add(pixels, tile.rays)
+                else:
+                    counts.merge(tile.rays)
                 local_size = tile.local_size
                 done += len(pixels)
                 if progress:

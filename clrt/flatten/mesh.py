@@ -32,7 +32,7 @@ def mirrors(matrix: np.ndarray) -> bool:
     return bool(np.linalg.det(matrix[:3, :3]) < 0)
 
 
-def joined(faces: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def joined(faces: np.ndarray | tuple[np.ndarray, ...]) -> tuple[np.ndarray, np.ndarray]:
     """The vertex numbers of all faces in a row, and how many each face has."""
     if isinstance(faces, np.ndarray):
         return faces.reshape(-1), np.full(len(faces), faces.shape[1])

@@ -18,7 +18,8 @@ import numpy as np
 
 from clrt.base import arguments
 from clrt.base.arguments import public
-from clrt.base.errors import ClrtError, show
+from clrt.base.errors import ClrtError, fault, show
+from clrt.base.frozen import FrozenDict
 from clrt.base.layers import find
 from clrt.base.limits import Limits
 from clrt.images import file as imagefile
@@ -54,6 +55,9 @@ class Image:
         arguments.mapping("layers", self.layers)
         arguments.mapping("stats", self.stats)
         arguments.mapping("metadata", self.metadata)
+        for name, text in self.metadata.items():
+            _check_text("metadata", name)
+            _check_text(f"metadata[{name!r}]", text)
         if not isinstance(self.wavelengths, (tuple, list)):
             raise ClrtError(f"wavelengths: {show(self.wavelengths)} is not allowed; it must be a tuple of nm")
         wavelengths = tuple(arguments.number("wavelengths", nm) for nm in self.wavelengths)
@@ -62,6 +66,7 @@ class Image:
             raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3){hint}")
         layers = {name: _array(f"layers[{name!r}]", layer) for name, layer in self.layers.items()}
         for name, layer in layers.items():
+            _check_text("layers", name)
             values = {3, find(name).values} if find(name).values else {len(wavelengths)}
             fits = [(*pixels.shape[:2], number) for number in values]
             if layer.shape not in (*fits, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
@@ -69,7 +74,10 @@ class Image:
                 raise ClrtError(f"layers[{name!r}]: {form} does not fit pixels {pixels.shape}")
         object.__setattr__(self, "pixels", _read_only(pixels))
         object.__setattr__(self, "wavelengths", wavelengths)
-        object.__setattr__(self, "layers", {name: _read_only(layer) for name, layer in layers.items()})
+        frozen = {"layers": {name: _read_only(layer) for name, layer in layers.items()},
+                  "stats": self.stats, "metadata": self.metadata}  # fmt: skip
+        for name, table in frozen.items():
+            object.__setattr__(self, name, FrozenDict(table))
 
     @property
     def height(self) -> int:
@@ -212,10 +220,22 @@ def pixel_hash(pixels: np.ndarray) -> str:
 
 def _array(name: str, value: object) -> np.ndarray:
     """`value` as an array; ClrtError for rows of different lengths."""
+    if np.ma.is_masked(value):
+        raise ClrtError(f"{name}: {np.ma.count_masked(value)} of its numbers are masked; fill them in")
     try:
         return np.ascontiguousarray(value)
     except (TypeError, ValueError, OverflowError):
         raise ClrtError(f"{name}: {show(value)} is not allowed; it must be an array of numbers") from None
+
+
+def _check_text(name: str, value: object) -> None:
+    """ClrtError for what no picture file can hold as a text."""
+    try:
+        good = isinstance(value, str) and "\0" not in value and value.encode() is not None
+    except UnicodeEncodeError:
+        good = False
+    if not good:
+        raise ClrtError(fault("", name, value, r"it must be a text that UTF-8 can hold, without \x00"))
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:

@@ -33,13 +33,14 @@ class Placed:
     """The parts of a file, and where they stand.
 
     Place i of p, in the file's order, has the part `which[i]` and the (4, 4) matrix to the world
-    `matrices[where[i]]`.
+    `matrices[where[i]]`. `left_out` is what of the file is not read and would change where they stand.
     """
 
     parts: Sequence[Part]
     which: np.ndarray
     where: np.ndarray
     matrices: np.ndarray
+    left_out: tuple[str, ...] = ()
 
     def sizes(self, smooth: bool | None) -> tuple[int, int]:
         """Vertices and triangles of all places, as `joined` makes them."""

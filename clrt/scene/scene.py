@@ -14,6 +14,7 @@ from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.collector import no_collections
 from clrt.base.files import resolve
+from clrt.base.frozen import FrozenDict
 from clrt.base.limits import Limits
 from clrt.base.places import At, known_keys, listed
 from clrt.base.records import float32, read, table_of, tagged
@@ -99,7 +100,8 @@ class Document(_Settings, frozen=True, kw_only=True):
 
 
 class Scene(Document, frozen=True, kw_only=True, eq=False):
-    """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here.
+    """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here,
+    and stays as it is: to change a scene, make another one (`override`, or `to_dict` and `clrt.load_dict`).
 
     `folder` is where relative files are looked up (None: the current folder), `source` the name that
     messages start with, `limits` what reading may cost; the three are neither saved nor compared.
@@ -182,6 +184,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         """The scene as `clrt.load_dict` takes it: built-in types only, default values left out."""
         return {key: value for key, value in table_of(self).items() if key in Document.__struct_fields__}
 
+    @arguments.public
     def save(self, path: str | Path) -> None:
         """Write the scene to a .toml or .json file, whole or not at all; loading it gives an equal scene.
 
@@ -319,7 +322,7 @@ def _read_materials(data: object, at: At) -> dict[str, Material]:
     for name in data:
         if not isinstance(name, str):
             raise at.error(name, "a material's name must be a text")
-    return {name: read(Material, value, at.key(name)) for name, value in data.items()}
+    return FrozenDict({name: read(Material, value, at.key(name)) for name, value in data.items()})
 
 
 def _read_lights(data: object, at: At, limits: Limits) -> tuple[Light, ...]:

@@ -332,10 +332,10 @@ def test_a_closed_pipe_is_no_error():
 def test_ctrl_c_while_saving_says_what_was_saved(
     scene: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
-    def interrupted(*_: object) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("clrt.cli.render._save_stats", interrupted)
+    monkeypatch.setattr("clrt.cli.render.write_json", interrupted)
     out = scene.with_name("a.png")
     code = main(["render", str(scene), "-o", str(out), "--stats", str(scene.with_name("a.json"))])
     assert (code, capsys.readouterr()) == (130, ("", f"clrt: interrupted; saved: {out}\n"))
