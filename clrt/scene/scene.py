@@ -253,10 +253,10 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         if touched is None:
             materials = _read_materials(materials, at)
         else:
-            materials = {
+            materials = FrozenDict({
                 name: read(Material, value, at.key(name)) if name in touched else value
                 for name, value in materials.items()
-            }
+            })  # fmt: skip
         place = At(self.source, "shapes")
         for index, shape in enumerate(self.shapes if "shapes" not in draft.values else ()):
             if isinstance(shape.material, str) and (touched is None or shape.material in touched):

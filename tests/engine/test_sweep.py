@@ -17,9 +17,10 @@ SCENE: dict[str, Any] = {
     "background": 0.2,
     "shapes": [
         {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "glass"},
-        {"type": "disk", "center": [0.3, -1, 0], "normal": [0, 1, 0], "radius": 1.1},
+        {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0],
+         "material": {"color": {"type": "checker", "colors": [0.1, 0.9], "size": 0.5}}},
     ],
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
