@@ -49,11 +49,8 @@ class At:
 
     @property
     def name(self) -> str:
-        """The last key of the path; cheap, unlike the path."""
-        at = self
-        while isinstance(at._part, int) and at._above is not None:
-            at = at._above
-        return str(at._part)
+        """The last key or number of the path; cheap, unlike the path."""
+        return str(self._part)
 
     def key(self, name: str) -> At:
         return At(self.source, name, self)

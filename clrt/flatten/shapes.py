@@ -16,6 +16,7 @@ from clrt import layout
 from clrt.base.errors import SceneError
 from clrt.flatten import quadric
 from clrt.flatten.mesh import (
+    IDENTITY,
     fans,
     joined,
     mesh_triangles,
@@ -45,7 +46,6 @@ from clrt.scene.transforms import is_similarity
 
 Point = Sequence[float] | np.ndarray
 
-_IDENTITY = np.eye(4)
 # corner i of a box is at its maximum on x, y, z where bit 0, 1, 2 of i is set; counter-clockwise from outside
 _BOX_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)])
 _BOX_FACES = np.array([[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]])
@@ -80,11 +80,11 @@ class Collected:
         self._close_rows()
         chunk = np.zeros(len(kinds), layout.dtype("Primitive"))
         chunk["kind"], chunk["shape"], chunk["material"] = kinds, shape, material
-        for name, kind in layout.KINDS.items():
-            which = kinds == kind
-            count = int(np.count_nonzero(which))
-            chunk["index"][which] = self.counts[name] + np.arange(count)
-            self.counts[name] += count
+        found = np.bincount(kinds, minlength=len(layout.KINDS)).tolist()
+        for (name, kind), count in zip(layout.KINDS.items(), found, strict=True):
+            if count:
+                chunk["index"][kinds == kind] = self.counts[name] + np.arange(count)
+                self.counts[name] += count
         self.chunks.append(chunk)
 
     def primitives(self) -> np.ndarray:
@@ -119,7 +119,7 @@ def _at(scene: Scene, index: int) -> str:
 
 
 def _matrix(shape: Any) -> np.ndarray:
-    return shape.matrix if shape.transform else _IDENTITY
+    return shape.matrix if shape.transform else IDENTITY
 
 
 def _sphere(out: Collected, shape: Sphere, index: int, material: int, at: str) -> None:
@@ -155,7 +155,7 @@ def _add_disk(
     material: int,
     at: str,
 ) -> None:
-    if matrix is not _IDENTITY:
+    if matrix is not IDENTITY:
         if not is_similarity(matrix):
             raise SceneError(
                 f"{at}.transform: would make a disk (or cap) an ellipse; use one scale for all axes"

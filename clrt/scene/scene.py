@@ -157,7 +157,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
 
     def _read_shape(self, data: Any, at: At, meshes: Meshes) -> Shape:
         kind = tagged(SHAPES, data, at, "shape")
-        if kind is Plane and type(data) is not Plane and data.get("transform"):
+        if kind is Plane and type(data) is not Plane and data.get("transform") is not None:
             text = "a plane is infinite and takes no transform; move point and normal"
             raise at.key("transform").says(text)
         if kind is Mesh:

@@ -300,7 +300,8 @@ def _numbers() -> list[Any]:
 NUMBERS = _numbers()
 ARGUMENTS = {
     "render": ["room", "-o", "a.png"], "hash": ["room"], "compare": ["room", "room"], "validate": [],
-    "bench": ["--only", "none"], "plot-spectrum": ["D65"],
+    "bench": ["--only", "none"], "plot-spectrum": ["D65"], "sweep": ["room", "-o", "{index}.png"],
+    "turntable": ["room", "-o", "{index}.png"],
 }  # fmt: skip
 
 
