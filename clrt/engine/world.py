@@ -64,6 +64,7 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
     item = device.upload(np.arange(n, dtype=np.int32))
     binary = device.buffer((2 * n + 2 * _SUBTREES) * layout.dtype("BuildNode").itemsize, "BuildNode")
     tasks, counts = device.buffer(16 * _SUBTREES, "int4"), device.buffer(16, "int")
+    ways = device.buffer(layout.dtype("Ways").itemsize * _SUBTREES, "Ways")
     device.launch(
         "split_top",
         1,
@@ -78,11 +79,12 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
         counts,
         local_size=1,
     )
-    device.launch("build_subtree", _SUBTREES, boxes, kind_buffer, tasks, counts, item, binary, local_size=1)
+    parts = (boxes, kind_buffer, tasks, counts, item, binary, ways)
+    device.launch("build_subtree", _SUBTREES, *parts, local_size=1)
 
     nodes, leaves = device.buffer(n * size["nodes"], "WideNode"), device.buffer(3 * (n + 1) * 8, "int2")
     hugepages.ask(device.queue, nodes, n * size["nodes"])
-    device.launch("collapse", 1, binary, nodes, np.int32(n + 1), leaves, counts, local_size=1)
+    device.launch("collapse", 1, binary, ways, nodes, np.int32(n + 1), leaves, counts, local_size=1)
     used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
     out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32, "int")}
     host_leaves = device.read(leaves, np.empty((3, n + 1, 2), np.int32))

@@ -63,11 +63,17 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # radius. An empty place has NaN and primitive -1.
     "TriangleBlock": (("corners", "float@72"), ("primitive", "int@8")),
     "SphereBlock": (("places", "float@32"), ("primitive", "int@8")),
-    # binary node of the builder: children `first`, `first + 1` (count = 0), or items first .. first + count
+    # Binary node of the builder: children `first`, `first + 1` (count = 0), or items first .. first + count.
+    # `part`: number from 1 of the subtree whose root it is, 0 of none; `shares` = how it collapses, 4 bits for
+    # each number of places (collapse.clh)
     "BuildNode": (
         ("low", "float4"), ("high", "float4"),
-        ("first", "int"), ("count", "int"), ("kind", "int"), ("pad0", "int"),
+        ("first", "int"), ("count", "int"), ("kind", "int"), ("part", "int"),
+        ("shares", "uint@2"), ("pad0", "int"), ("pad1", "int"),
     ),
+    # What collapsing costs below a binary node: cost[k] if its boxes take at most k places of a wide node, from
+    # 1 up; from `most` places on it is the same
+    "Ways": (("cost", "float@8"), ("most", "int")),
     # padded box of a finite primitive, as the builder reads it
     "Box": (("low", "float4"), ("high", "float4")),
     # --- light and materials ------------------------------------------------------------------------------
@@ -208,6 +214,7 @@ STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TO
 
 TERMS: Final = {"TERM_EMISSION": 1, "TERM_AMBIENT": 2, "TERM_DIFFUSE": 4, "TERM_HIGHLIGHT": 8, "TERM_ALL": 15}
 
+WIDE: Final = 8  # boxes of a node of the tree
 CHUNK: Final = 256  # rays that one work-item of the compaction counts
 
 # A ray's box test and every primitive's box are widened by this times the largest |coordinate|: more than
@@ -313,6 +320,7 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
         "MEDIA": rays.media,
         "LANES": lanes,
         "PACKET": packet,
+        "WIDE": WIDE,
         "CHUNK": CHUNK,
         "STREAMS": len(streams(rays.group)),
         "RAY_FIELDS": len(RAY_FIELDS),
