@@ -4,9 +4,9 @@
 //
 // The picture does not depend on the tree, only the time does. Two phases make the binary tree: `split_top` splits
 // the whole set until there are enough ranges to share out, `build_subtree` finishes each range on a core of its
-// own, and weighs how it collapses. The larger half of a split goes on the stack first, so a stack stays below log2(n) entries; below DEEP levels
-// sets are halved, so that no distribution makes the tree deeper than the traversal's stack allows.
-#include "intersect.clh"
+// own, and weighs how it collapses. The larger half of a split goes on the stack first, so a stack stays below log2(n)
+// entries; below DEEP levels sets are halved, so that no distribution makes the tree deeper than the traversal's stack
+// allows.
 #include "collapse.clh"
 
 #define BINS 16
@@ -177,12 +177,13 @@ __kernel void split_top(__global const Box *boxes, __global const uchar *kinds, 
 }
 
 // Finishes subtree k of split_top in nodes of its own: 2 * start + used is free for it, since the m items before
-// it need at most 2 m nodes. ways[k]: how it may collapse.
+// it need at most 2 m nodes. ways[k]: how it may collapse; nothing where there is no such subtree.
 __kernel void build_subtree(__global const Box *boxes, __global const uchar *kinds, __global const int4 *tasks,
                             __global const int *counts, __global int *item, __global BuildNode *nodes,
                             __global Ways *ways)
 {
     const int k = get_global_id(0);
+    ways[k].inner = 0;
     if (k >= counts[0]) return;
     Task stack[STACK];
     int size = 1, used = counts[1] + 2 * tasks[k].y;
@@ -241,7 +242,6 @@ __kernel void collapse(__global BuildNode *binary, __global const Ways *ways, __
             node->planes[4 * WIDE + k] = low.z;
             node->planes[5 * WIDE + k] = high.z;
             node->child[k] = reference;
-            node->pad[k] = 0;
         }
     }
     counts[0] = used;

@@ -82,12 +82,15 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
     parts = (boxes, kind_buffer, tasks, counts, item, binary, ways)
     device.launch("build_subtree", _SUBTREES, *parts, local_size=1)
 
-    nodes, leaves = device.buffer(n * size["nodes"], "WideNode"), device.buffer(3 * (n + 1) * 8, "int2")
-    hugepages.ask(device.queue, nodes, n * size["nodes"])
-    device.launch("collapse", 1, binary, ways, nodes, np.int32(n + 1), leaves, counts, local_size=1)
+    # binary nodes that are no leaves, of which wide ones are made: few of the 2 n that there might be
+    inner = _SUBTREES + int(device.read(ways, np.empty(_SUBTREES, layout.dtype("Ways")))["inner"].sum())
+    most = inner + 2  # leaves, and the empty one
+    nodes, leaves = device.buffer(inner * size["nodes"], "WideNode"), device.buffer(3 * most * 8, "int2")
+    hugepages.ask(device.queue, nodes, inner * size["nodes"])
+    device.launch("collapse", 1, binary, ways, nodes, np.int32(most), leaves, counts, local_size=1)
     used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
     out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32, "int")}
-    host_leaves = device.read(leaves, np.empty((3, n + 1, 2), np.int32))
+    host_leaves = device.read(leaves, np.empty((3, most, 2), np.int32))
     for kind, (name, packer, source) in enumerate(
         (("triangle_blocks", "pack_triangles", "triangles"), ("sphere_blocks", "pack_spheres", "spheres"))
     ):
