@@ -14,9 +14,12 @@ from clrt.flatten.flatten import FlatScene
 _SUBTREES: Final = 32  # parts of the tree that cores build side by side
 _SHARED_SUBTREE: Final = 4096  # a part of fewer primitives is not split further for the sake of sharing
 
+_SMALL: Final = 1024  # nodes: they and what their leaves hold stay in a core's own caches
+
 
 class World:
-    """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take.
+    """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take; `small`:
+    the tree is.
 
     The device's kernels must be those for the scene's rays: `device.variant(flat.rays)`.
     """
@@ -37,6 +40,7 @@ class World:
         info["nodes"] = buffers.pop("count")
         buffers["scene"] = device.upload(info)
         self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
+        self.small = int(info["nodes"][0]) < _SMALL
         self.lights = int(info["lights"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])

@@ -215,6 +215,7 @@ STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TO
 TERMS: Final = {"TERM_EMISSION": 1, "TERM_AMBIENT": 2, "TERM_DIFFUSE": 4, "TERM_HIGHLIGHT": 8, "TERM_ALL": 15}
 
 WIDE: Final = 16  # boxes of a node of the tree
+ARRANGED: Final = 16384  # rays that one work-item puts in order
 CHUNK: Final = 256  # rays that one work-item of the compaction counts
 
 # A ray's box test and every primitive's box are widened by this times the largest |coordinate|: more than
@@ -322,6 +323,7 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
         "PACKET": packet,
         "WIDE": WIDE,
         "CHUNK": CHUNK,
+        "ARRANGED": ARRANGED,
         "STREAMS": len(streams(rays.group)),
         "RAY_FIELDS": len(RAY_FIELDS),
         "SURFACE_FIELDS": surface_fields(rays.media),
