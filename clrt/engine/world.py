@@ -14,6 +14,8 @@ from clrt.flatten.flatten import FlatScene
 _SUBTREES: Final = 32  # parts of the tree that cores build side by side
 _SHARED_SUBTREE: Final = 4096  # a part of fewer primitives is not split further for the sake of sharing
 
+_SMALL: Final = 1024  # nodes: they and what their leaves hold stay in a core's own caches
+
 
 # what the builder writes, and the record that counts it
 _MADE: Final = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
@@ -22,7 +24,8 @@ _TREE: Final = ("boxes", "finite", "triangles", "spheres")  # what the tree is m
 
 
 class World:
-    """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take.
+    """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take; `small`:
+    the tree is.
 
     The device's kernels must be those for the scene's rays: `device.variant(flat.rays)`.
     """
@@ -67,6 +70,7 @@ class World:
         buffers["scene"] = device.upload(info)
         self.flat, self._buffers = flat, buffers
         self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
+        self.small = int(info["nodes"][0]) < _SMALL
         self.lights = int(info["lights"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])
@@ -104,6 +108,7 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
     item = device.upload(np.arange(n, dtype=np.int32))
     binary = device.buffer((2 * n + 2 * _SUBTREES) * layout.dtype("BuildNode").itemsize, "BuildNode")
     tasks, counts = device.buffer(16 * _SUBTREES, "int4"), device.buffer(16, "int")
+    ways = device.buffer(layout.dtype("Ways").itemsize * _SUBTREES, "Ways")
     device.launch(
         "split_top",
         1,
@@ -118,14 +123,18 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
         counts,
         local_size=1,
     )
-    device.launch("build_subtree", _SUBTREES, boxes, kind_buffer, tasks, counts, item, binary, local_size=1)
+    parts = (boxes, kind_buffer, tasks, counts, item, binary, ways)
+    device.launch("build_subtree", _SUBTREES, *parts, local_size=1)
 
-    nodes, leaves = device.buffer(n * size["nodes"], "WideNode"), device.buffer(3 * (n + 1) * 8, "int2")
-    hugepages.ask(device.queue, nodes, n * size["nodes"])
-    device.launch("collapse", 1, binary, nodes, np.int32(n + 1), leaves, counts, local_size=1)
+    # binary nodes that are no leaves, of which wide ones are made: few of the 2 n that there might be
+    inner = _SUBTREES + int(device.read(ways, np.empty(_SUBTREES, layout.dtype("Ways")))["inner"].sum())
+    most = inner + 2  # leaves, and the empty one
+    nodes, leaves = device.buffer(inner * size["nodes"], "WideNode"), device.buffer(3 * most * 8, "int2")
+    hugepages.ask(device.queue, nodes, inner * size["nodes"])
+    device.launch("collapse", 1, binary, ways, nodes, np.int32(most), leaves, counts, local_size=1)
     used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
     out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32, "int")}
-    host_leaves = device.read(leaves, np.empty((3, n + 1, 2), np.int32))
+    host_leaves = device.read(leaves, np.empty((3, most, 2), np.int32))
     for kind, (name, packer, source) in enumerate(
         (("triangle_blocks", "pack_triangles", "triangles"), ("sphere_blocks", "pack_spheres", "spheres"))
     ):

@@ -62,19 +62,25 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("clip_x", "float4"), ("clip_y", "float4"), ("clip_z", "float4"), ("clip_high", "float4"),
         ("reach", "float4"),
     ),
-    # Node of the tree: the boxes of eight children, plane by plane (low x, high x, low y, high y, low z,
+    # Node of the tree: the boxes of WIDE children, plane by plane (low x, high x, low y, high y, low z,
     # high z), and what each box holds: a node (>= 0) or a leaf ~(block * 4 + kind of block). An empty place
-    # is an inverted box. 256 bytes, four cache lines.
-    "WideNode": (("planes", "float@48"), ("child", "int@8"), ("pad", "int@8")),
+    # is an inverted box. 448 bytes, seven cache lines.
+    "WideNode": (("planes", "float@96"), ("child", "int@16")),
     # Leaves: up to eight primitives of a kind, by coordinate: v0.x of all, v0.y, ..., v2.z; centre x, y, z,
     # radius. An empty place has NaN and primitive -1.
     "TriangleBlock": (("corners", "float@72"), ("primitive", "int@8")),
     "SphereBlock": (("places", "float@32"), ("primitive", "int@8")),
-    # binary node of the builder: children `first`, `first + 1` (count = 0), or items first .. first + count
+    # Binary node of the builder: children `first`, `first + 1` (count = 0), or items first .. first + count.
+    # `part`: number from 1 of the subtree whose root it is, 0 of none; `shares` = how it collapses, 4 bits
+    # for each number of places (collapse.clh)
     "BuildNode": (
         ("low", "float4"), ("high", "float4"),
-        ("first", "int"), ("count", "int"), ("kind", "int"), ("pad0", "int"),
+        ("first", "int"), ("count", "int"), ("kind", "int"), ("part", "int"),
+        ("shares", "uint@2"), ("pad0", "int"), ("pad1", "int"),
     ),
+    # What collapsing costs below a binary node: cost[k] if its boxes take at most k places of a wide node, k
+    # from 1 up; from `most` places on it is the same. `inner` = nodes that are no leaves, itself with them
+    "Ways": (("cost", "float@16"), ("most", "int"), ("inner", "int")),
     # padded box of a finite primitive, as the builder reads it
     "Box": (("low", "float4"), ("high", "float4")),
     # --- light and materials ------------------------------------------------------------------------------
@@ -218,6 +224,8 @@ TERMS: Final = {f"TERM_{name.upper()}": 1 << number for number, name in enumerat
     "TERM_ALL": (1 << len(layers.TERMS)) - 1
 }
 
+WIDE: Final = 16  # boxes of a node of the tree
+ARRANGED: Final = 16384  # rays that one work-item puts in order
 CHUNK: Final = 256  # rays that one work-item of the compaction counts
 
 # A ray's box test and every primitive's box are widened by this times the largest |coordinate|: more than
@@ -323,7 +331,9 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
         "MEDIA": rays.media,
         "LANES": lanes,
         "PACKET": packet,
+        "WIDE": WIDE,
         "CHUNK": CHUNK,
+        "ARRANGED": ARRANGED,
         "STREAMS": len(streams(rays.group)),
         "RAY_FIELDS": len(RAY_FIELDS),
         "SURFACE_FIELDS": surface_fields(rays.media),
