@@ -80,8 +80,9 @@ class Collected:
         self._close_rows()
         chunk = np.zeros(len(kinds), layout.dtype("Primitive"))
         chunk["kind"], chunk["shape"], chunk["material"] = kinds, shape, material
-        found = np.bincount(kinds, minlength=len(layout.KINDS)).tolist()
-        for (name, kind), count in zip(layout.KINDS.items(), found, strict=True):
+        found = np.bincount(kinds, minlength=len(layout.KINDS))
+        for name, kind in layout.KINDS.items():
+            count = int(found[kind])
             if count:
                 chunk["index"][kinds == kind] = self.counts[name] + np.arange(count)
                 self.counts[name] += count
