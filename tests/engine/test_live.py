@@ -78,7 +78,7 @@ def test_the_least_is_done_and_said(changes: dict[str, Any], cost: str, scene: c
 
 
 def test_a_scene_that_cannot_be_held_leaves_the_one_before(scene: clrt.Scene) -> None:
-    tracer = clrt.Tracer(scene, settings=clrt.Settings(limits=clrt.Limits(device_bytes=64 << 20)))
+    tracer = clrt.Tracer(scene, settings=clrt.Settings(limits=clrt.Limits(device_bytes=8 << 20)))
     before = tracer.render().hash
     n = 400_000
     corners = np.random.default_rng(1).random((n, 3))
