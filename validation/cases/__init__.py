@@ -23,7 +23,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from clrt.base.errors import ClrtError, ClrtWarning
+from clrt.base.errors import ClrtError, ClrtWarning, show
 from clrt.base.resources import scene_file, shipped_scenes
 from clrt.base.suggest import did_you_mean
 from clrt.formats import load_dict
@@ -90,7 +90,7 @@ _OWN: dict[str, tuple[dict[str, float], str]] = {
     "shipped straw at 16 samples (mitsuba-table)": ({"psnr": 58}, _ONE_SAMPLE),
     "shipped rainbow (oracle64)": ({"fine": 0.99, "rays": 0.99, "coarse": 0.9995}, _CAUSTIC),
 }  # fmt: skip
-_RANDOM = re.compile(r"random (\d+)/(\d+)( at 16 samples)?")
+_RANDOM = re.compile(r"random ([0-9]{1,18})/([0-9]{1,18})( at 16 samples)?")
 _FILE = "file "  # before the path of somebody's own scene
 _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 
@@ -131,7 +131,7 @@ def case_named(name: str) -> Case:
         return _of_scene(name, partial(quietly, partial(load_scene, file)), None, False)
     known = [*matrix_cases(), *shipped_cases()]
     near = did_you_mean(name, known)
-    raise ClrtError(f"case: {name!r} is not a case{near}; a random one is 'random SEED/NUMBER'")
+    raise ClrtError(f"case: {show(name)} is not a case{near}; a random one is 'random SEED/NUMBER'")
 
 
 def own_case(name: str) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from clrt.base.errors import ClrtError, ClrtWarning
-from clrt.scene.scene import Material, PointLight, Scene
+from clrt.scene.scene import Material, Scene
 
 from .causes import Budget, Cause, disagreement, ranked, remaining
 from .metrics import Array
@@ -195,14 +195,14 @@ def _unlit(scene: Scene, kind: str, render: Render) -> Array:
 
 
 def _place(light: Any) -> str:
-    point = isinstance(light, PointLight)
-    vector = ", ".join(f"{value:g}" for value in (light.position if point else light.direction))
-    return f"point at {vector}" if point else f"direction {vector}"
+    *place, near = light.place
+    vector = ", ".join(f"{value:g}" for value in (place if near else light.direction))
+    return f"point at {vector}" if near else f"direction {vector}"
 
 
 def _falloffs(scene: Scene, reference: Array, render: Render) -> Iterator[_Change]:
     """Other powers of the distance, seen from the first hits: what a mirror shows is left as it is."""
-    points = [light for light in scene.lights[:_MOST_LIGHTS] if isinstance(light, PointLight)]
+    points = [light for light in scene.lights[:_MOST_LIGHTS] if "falloff" in light.__struct_fields__]
     squared = [light for light in points if light.falloff == "inverse-square"]
 
     def powered(power: float) -> Array:
@@ -210,7 +210,7 @@ def _falloffs(scene: Scene, reference: Array, render: Render) -> Iterator[_Chang
         changed = reference.astype(np.float64)
         for light in squared:
             rest = tuple(other for other in scene.lights if other is not light)
-            distance = np.linalg.norm(position - light.position, axis=-1, keepdims=True)
+            distance = np.linalg.norm(position - light.place[:3], axis=-1, keepdims=True)
             part = reference - render(replace(scene, lights=rest))
             changed = changed + part * (distance ** (2 - power) - 1)
         return changed

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import Camera, Checker, Disk, Plane, PointLight, Polygon, Scene, Sphere
+from clrt.scene.scene import Camera, Checker, Disk, Plane, Polygon, Scene, Sphere
 
 from ..oracle64.palette import Palette
 from .forms import Array
@@ -104,14 +104,13 @@ def lights(scene: Scene) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     palette = Palette.of(scene)
     for light in scene.lights:
-        point = isinstance(light, PointLight)
-        at = np.asarray(light.position if isinstance(light, PointLight) else light.direction, float)
+        *at, is_near = light.place
         found.append(
             {
                 "type": light.type,
-                "at": at if point else -at / np.linalg.norm(at),
+                "at": np.array(at) / (1.0 if is_near else np.linalg.norm(at)),
                 "intensity": palette.light(light.intensity),
-                "falloff": isinstance(light, PointLight) and light.falloff == "inverse-square",
+                "falloff": light.falloff == "inverse-square",
             }
         )
     return found
