@@ -34,7 +34,8 @@ def test_a_scene_in_another_format_and_one_that_ships(tmp_path: Path, capsys: Pr
     nff = tmp_path / "ball.nff"
     nff.write_text(
         "b 0.1 0.2 0.4\nv\nfrom 0 -5 1\nat 0 0 0\nup 0 0 1\nangle 40\nhither 1\nresolution 64 48\n"
-        "l 3 -4 5\nf 0.8 0.4 0.2 0.7 0.2 20 0 1\np 3\n-1 0 -1\n1 0 -0.8\n0 0.4 0.9\np 4\n-3 -3 -1.3\n3 -3 -1.3\n3 3 -1.3\n-3 3 -1.3\n"
+        "l 3 -4 5\nf 0.8 0.4 0.2 0.7 0.2 20 0 1\np 3\n-1 0 -1\n1 0 -0.8\n0 0.4 0.9\n"
+        "p 4\n-3 -3 -1.3\n3 -3 -1.3\n3 3 -1.3\n-3 3 -1.3\n"
     )
     code, out, _ = validate(capsys, str(nff), "tetrahedron")
     assert code == 0 and "pictures, oracle64 2 2 ok" in " ".join(out.split()), out
