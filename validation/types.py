@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -11,11 +11,6 @@ import numpy as np
 Better = Literal["low", "high"]
 COUNT_TOLERANCE = 0.005  # of published ray counts
 FEWEST_ORACLES = 2  # that share no code, for every feature
-
-
-def family(oracle: str) -> str:
-    """What an oracle shares its code with: "mitsuba-table" and "mitsuba-bsdf" have one recursion."""
-    return oracle.split("-")[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +58,8 @@ class Case:
     """A picture to render and the oracles that must agree with it."""
 
     name: str
-    scene: dict[str, Any] | Callable[[], Any]  # what clrt.load_dict takes, or gives a clrt.Scene
+    # a scene's tables, or the file of a scene that ships (a script describes its tables)
+    scene: dict[str, Any] | Path
     features: frozenset[str]
     oracles: tuple[str, ...]  # "oracle64", "mitsuba-table", "mitsuba-bsdf", "stock-S1", ...
     width: int
@@ -149,6 +145,8 @@ class SuiteResult:
     @property
     def thin(self) -> list[str]:
         """Features under fewer than FEWEST_ORACLES oracles that share no code."""
+        from .independence import family
+
         families = {name: {family(oracle) for oracle in oracles} for name, oracles in self.coverage.items()}
         return sorted(name for name, of in families.items() if len(of) < FEWEST_ORACLES)
 

@@ -98,7 +98,7 @@ def test_what_could_not_run_is_not_proven(tmp_path: Path) -> None:
 def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     client = validation_module("oracle_mitsuba.client")
     oracles = validation_module("oracles")
-    scene = oracles.scene_of(validation_module("cases").case_named("diffuse"))
+    scene = oracles.source_of(validation_module("cases").case_named("diffuse"))
     monkeypatch.setattr(client, "find_llvm", lambda: None)
     with oracles.Oracles() as opened:
         assert opened.unable("mitsuba-table", scene) == (

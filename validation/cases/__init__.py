@@ -17,13 +17,16 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import runpy
+import tomllib
 import warnings
 from collections.abc import Callable
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 from clrt.base.errors import ClrtError, ClrtWarning
-from clrt.base.resources import shipped_scenes
+from clrt.base.resources import scene_folder, shipped_scenes
 from clrt.base.suggest import did_you_mean
 from clrt.formats import load_dict
 from clrt.formats.shipped import load_scene
@@ -120,10 +123,9 @@ def case_named(name: str) -> Case:
     drawn, shipped = _RANDOM.fullmatch(name), _SHIPPED.fullmatch(name)
     if drawn:
         scene = chance.scene(int(drawn.group(1)), int(drawn.group(2)))
-        return _of_scene(name, partial(quietly, partial(load_dict, scene)), (112, 84), bool(drawn.group(3)))
+        return _of_scene(name, scene, (112, 84), bool(drawn.group(3)))
     if shipped and shipped.group(1) in shipped_scenes():
-        return _of_scene(name, partial(quietly, partial(load_scene, shipped.group(1))), None,
-                         bool(shipped.group(2)))
+        return _of_scene(name, shipped_scenes()[shipped.group(1)], None, bool(shipped.group(2)))
     known = [*matrix_cases(), *shipped_cases()]
     near = did_you_mean(name, known)
     raise ClrtError(f"case: {name!r} is not a case{near}; a random one is 'random SEED/NUMBER'")
@@ -153,22 +155,37 @@ def quietly(load: Callable[[], Scene]) -> Scene:
         return load()
 
 
-def _case(name: str, scene: dict[str, Any] | Callable[[], Scene], tags: set[str],
-          oracles: tuple[str, ...] = ORACLES) -> Case:
-    load: Callable[[], Scene] = scene if callable(scene) else partial(load_dict, scene)
-    loaded = quietly(load)
-    assert loaded.camera is not None
-    spp = loaded.camera.spp
+def loaded(scene: dict[str, Any] | Path) -> Scene:
+    """A case's scene as the renderer reads it, without the warnings that are due."""
+    if isinstance(scene, Path):
+        return quietly(partial(load_scene, scene))
+    return quietly(partial(load_dict, scene, folder=scene_folder()))
+
+
+def tables(scene: dict[str, Any] | Path) -> dict[str, Any]:
+    """A case's scene as the tables that stand in its file: what oracles get that read it themselves."""
+    if not isinstance(scene, Path):
+        return scene
+    if scene.suffix == ".py":
+        found: dict[str, Any] = runpy.run_path(str(scene), run_name="clrt_scene")["scene"]()
+        return found
+    return tomllib.loads(scene.read_text("utf-8"))
+
+
+def _case(name: str, table: dict[str, Any], tags: set[str], oracles: tuple[str, ...] = ORACLES) -> Case:
+    scene = loaded(table)
+    assert scene.camera is not None
+    spp = scene.camera.spp
     size = _SIZES.get(spp, (WIDTH, HEIGHT))
-    return Case(name, scene, frozenset(features_of(loaded) | tags), oracles, *size, spp)
+    return Case(name, table, frozenset(features_of(scene) | tags), oracles, *size, spp)
 
 
-def _of_scene(name: str, load: Callable[[], Scene], size: tuple[int, int] | None, many: bool) -> Case:
-    scene = load()
+def _of_scene(name: str, source: dict[str, Any] | Path, size: tuple[int, int] | None, many: bool) -> Case:
+    scene = loaded(source)
     assert scene.camera is not None
     width = _WIDTHS.get(name, _WIDTH_AT_16 if many else WIDTH)
     width, height = size or (width, round(width * scene.camera.height / scene.camera.width))
     if many and size:
         width, height = size[0] * 2 // 3, size[1] * 2 // 3
     features, note = frozenset(features_of(scene)), _OWN.get(name, ({}, ""))[1]
-    return Case(name, load, features, ORACLES, width, height, 16 if many else 1, note=note)
+    return Case(name, source, features, ORACLES, width, height, 16 if many else 1, note=note)

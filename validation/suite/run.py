@@ -31,7 +31,7 @@ from ..cases import case_named, matrix_cases, random_cases, shipped_cases
 from ..compare.metrics import without_flip
 from ..coverage import coverage, fewest_cases
 from ..mutants.run import MUTANTS, run_mutant
-from ..oracles import ORACLE64, able, scene_of
+from ..oracles import ORACLE64, able, scene_of, source_of
 from ..spd import KNOWN, PUBLISHED, check_folder
 from ..types import CaseResult, SuiteResult
 from .worker import Task, count_known, count_published, run_case, run_twin
@@ -131,9 +131,9 @@ def tasks_of(plan: Plan) -> list[Task]:
             oracles = [oracle for oracle in oracles if oracle == ORACLE64 or oracle.startswith("stock")]
         if plan.quick and not plan.cases:
             oracles = [oracle for oracle in oracles if oracle != "mitsuba-bsdf"]
-        scene = scene_of(case)
-        able_ones = tuple(oracle for oracle in oracles if able(oracle, scene))
-        tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene)))
+        source = source_of(case)
+        able_ones = tuple(oracle for oracle in oracles if able(oracle, source))
+        tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene_of(case))))
     return tasks
 
 

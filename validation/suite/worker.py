@@ -17,7 +17,7 @@ from .. import spd
 from ..cases import case_named, limits_of
 from ..compare.oracle import Limits, compare, gate, statistical
 from ..oracle_mitsuba import MitsubaError
-from ..oracles import ORACLE64, Oracles, edges64, our_picture, picture64, scene_of, stand_in_of
+from ..oracles import ORACLE64, Oracles, edges64, our_picture, picture64, scene_of, source_of
 from ..twin.check import twin_check
 from ..types import Case, CaseResult, CheckResult, Comparison, CountResult, OracleImage
 
@@ -56,15 +56,16 @@ def run_case(task: Task) -> CaseResult:
     case = case_named(task.name)
     scene = scene_of(case)
     ours = our_picture(scene, device_of(task.device))
-    reference = picture64(scene)
+    reference, source = picture64(scene), source_of(case)
     edges: np.ndarray | None = None
     results: dict[str, tuple[OracleImage, Comparison]] = {}
     unproven: dict[str, str] = {}
     for oracle in task.oracles:
         try:
-            other = scene if case.stand_in is None or oracle == ORACLE64 else stand_in_of(case)
-            reason = oracles().unable(oracle, other)
-            picture = reference if oracle == ORACLE64 else None if reason else oracles().render(oracle, other)
+            reason = oracles().unable(oracle, source)
+            picture: OracleImage | None = reference if oracle == ORACLE64 else None
+            if picture is None and not reason:
+                picture = oracles().render(oracle, source)
         except MitsubaError as error:
             picture, reason = None, " ".join(str(error).split())
         if picture is None:
