@@ -113,7 +113,8 @@ def means(value: Spectrum, edges: Array) -> Array:
     jumps["line"] = (said - 0.5, said + 0.5) if value.kind == "line" else ()
     shape, found = curve(value), []
     for low, high in pairwise(edges):
-        cuts = np.unique([*np.linspace(low, high, 2001), *(nm for nm in jumps.get(value.kind, ()) if low < nm < high)])
+        steps = [nm for nm in jumps.get(value.kind, ()) if low < nm < high]
+        cuts = np.unique([*np.linspace(low, high, 2001), *steps])
         found.append(shape((cuts[1:] + cuts[:-1]) / 2) @ np.diff(cuts) / (high - low))
     return np.array(found)
 
