@@ -22,6 +22,7 @@ from typing import Any, Final
 import numpy as np
 
 import clrt
+from clrt.engine.tripwire import NotFinite
 
 from . import seeds
 from .memory import Cost, measured
@@ -38,7 +39,8 @@ _RAW: Final = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u
 def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None) -> dict[str, Any]:
     """What becomes of a scene file: {"status": "rendered" | "refused" | "foreign" | "not finite", "text"}.
 
-    "read" and "render" are what reading it (with its pictures and meshes) and rendering it cost.
+    "read" and "render" are what reading it (with its pictures and meshes) and rendering it cost. What was
+    rendered is rendered once more with the tripwire, which costs nobody anything: the film hides a NaN.
     """
     read, render = Cost(), Cost()
     try:
@@ -51,6 +53,11 @@ def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None
             "status": "not finite" if broken else "rendered",
             "text": f"{broken} values" if broken else "",
         }
+        how = frame(scene)
+        settings = clrt.Settings(limits=how.pop("settings").limits, check=True)
+        clrt.render(scene, device=device, settings=settings, **how)
+    except NotFinite as error:
+        said = {"status": "not finite", "text": str(error)}
     except clrt.ClrtError as error:
         text = str(error)
         fine = text and len(text) < 2000 and not _RAW.search(text)
