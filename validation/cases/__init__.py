@@ -8,6 +8,7 @@
     spectral light in bands, metals and dispersion
     chance   scenes drawn from a seed
     stock    what Mitsuba's own plugins can express
+    crossed  features that meet in one ray
     found    scenes on which something once failed
 
 A case is known by its name, so that a run can be repeated and shared out to processes.
@@ -35,7 +36,7 @@ from clrt.scene.scene import Scene
 from ..compare.oracle import Limits, exact, limits
 from ..coverage import features_of
 from ..types import Case
-from . import chance, found, matrix, media, spectral, stock, terms, views
+from . import chance, crossed, found, matrix, media, spectral, stock, terms, views
 from .parts import HEIGHT, WIDTH
 
 ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf", "mitsuba-spectral")  # that express whole scenes
@@ -98,7 +99,7 @@ _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 @cache
 def matrix_cases() -> dict[str, Case]:
     """The small scenes that were made to test something, by name."""
-    modules = (terms, views, media, spectral, matrix, found)
+    modules = (terms, views, media, spectral, crossed, matrix, found)
     cases = [_case(name, scene, tags) for module in modules for name, scene, tags in module.scenes()]
     cases += [_case(name, scene, set(), ("oracle64", f"stock-{mode}")) for name, scene,
               mode in stock.scenes()]

@@ -30,7 +30,7 @@ from clrt.version import __version__
 from ..cases import case_named, matrix_cases, random_cases, shipped_cases
 from ..compare.metrics import without_flip
 from ..coverage import coverage, fewest_cases
-from ..mutants.run import MUTANTS, run_mutant
+from ..mutants.run import MUTANTS, judged_by_mitsuba, run_mutant
 from ..oracles import ORACLE64, able, scene_of, source_of
 from ..spd import KNOWN, PUBLISHED, check_folder
 from ..types import CaseResult, SuiteResult
@@ -117,6 +117,8 @@ def tasks_of(plan: Plan) -> list[Task]:
     """The cases to run, and for each the oracles that can express it."""
     matrix = matrix_cases()
     some = fewest_cases({name: c.features for name, c in matrix.items() if "mitsuba-table" in c.oracles})
+    if not plan.least:
+        some = list(dict.fromkeys([*some, *judged_by_mitsuba()]))
     if plan.cases:
         names = [name for name in plan.cases if case_named(name)]
     elif plan.least:
