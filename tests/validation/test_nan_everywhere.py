@@ -87,3 +87,16 @@ def test_sound_kernels_pass_all_three(tmp_path: Path) -> None:
     assert np.isfinite(tracer(SHAPES["sphere"]).radiance(*hard_rays(1.0))[0]).all()
     result = worker.run_case(worker.Task("diffuse", ("oracle64",)))
     assert result.passed and "tripwire" not in {gate.name for gate in result.results["oracle64"][1].gates}
+
+
+def test_light_that_overflows_is_not_a_nan(tmp_path: Path) -> None:
+    """It counts as the brightest there is; where nothing is above 1 nothing trips."""
+    bright = [3e38, [3e38, 1, 1], {"name": "D65", "scale": 3e38}, {"samples": [[400, 3e38], [700, 3e38]]}]
+    for number, intensity in enumerate(bright):
+        lights = [{**SCENE["lights"][0], "intensity": intensity}]
+        shapes = [{**SCENE["shapes"][0], "material": {"specular": 3e38, "highlight_color": [2, 2, 2]}}]
+        file = tmp_path / f"{number}.json"
+        file.write_text(json.dumps({**SCENE, "lights": lights, "shapes": shapes}))
+        with pytest.raises(NotFinite):
+            clrt.render(clrt.load(file), settings=Settings(check=True))
+        assert hostile.attempt(file, None)["status"] == "rendered"
