@@ -94,7 +94,7 @@ class MutantResult:
     name: str
     file: str
     description: str
-    caught_by: tuple[str, ...]  # oracles that share no code with the kernels
+    caught_by: tuple[str, ...]  # oracles that do not reach the module with the fault
     survived: bool
     where: str = ""  # what the comparison blamed, such as "generation 1, reflection"
 

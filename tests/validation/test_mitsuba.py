@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import clrt
 from tests.mitsuba_rooms import (
     CAMERA,
     FLOOR,
@@ -27,6 +29,7 @@ from tests.mitsuba_rooms import (
 from validation.oracle64 import render64
 from validation.oracle_mitsuba import MODES
 from validation.oracle_mitsuba.parts import CROWD
+from validation.oracles import handed_on
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -150,3 +153,21 @@ def test_many_spheres_are_one_mesh(mitsuba: Any) -> None:
     theirs, mine = mitsuba.render(scene), ours(scene)
     assert np.mean(theirs.shape != mine.layers["shape"]) <= 1e-3
     assert off(theirs.pixels, mine.pixels, 1e-3) <= 0.02  # mirrors at the edges of mirrors
+
+
+def test_a_scene_that_exists_only_as_read_is_handed_on(mitsuba: Any, tmp_path: Path) -> None:
+    """Say from an NFF file: its tables are what the renderer read, the defaults are Mitsuba's side's own."""
+    text = """b 0.1 0.2 0.3
+v from 3 2 6 at 0 0 0 up 0 1 0 angle 40 hither 1 resolution 80 60
+l 5 6 7
+l -4 5 6
+f 0.8 0.5 0.3 0.7 0.3 20 0 0
+s 0 0 0 1
+c 1.5 -1 0 0.5 1.5 1 0 0.2
+f 0.5 0.6 0.7 0.9 0 1 0 0
+p 4 -5 -1 5 5 -1 5 5 -1 -5 -5 -1 -5
+"""
+    (tmp_path / "a.nff").write_text(text)
+    scene = clrt.load(tmp_path / "a.nff")
+    theirs, mine = mitsuba.render(handed_on(scene)), clrt.render(scene)
+    assert off(theirs.pixels, mine.pixels) <= 2e-3 and np.ptp(mine.pixels) > 0.5
