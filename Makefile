@@ -84,7 +84,7 @@ $(VENV)/demo-ready: pyproject.toml $(VENV)/made
 
 $(VENV)/test-ready: pyproject.toml $(VENV)/demo-ready
 	@echo "installing clrt and its tools into $(VENV) ..."
-	@$(INSTALL) --editable '.[mesh,validation,bench,dev]'
+	@$(INSTALL) --editable '.[mesh,validation,bench,video,dev]'
 	@touch $@
 
 $(VENV)/made:

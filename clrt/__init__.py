@@ -18,13 +18,16 @@ from clrt.version import __version__
 if TYPE_CHECKING:
     from clrt.base.errors import ClrtError, ClrtWarning, DeviceError, LimitError, SceneError
     from clrt.base.limits import Limits
-    from clrt.device.platforms import DeviceInfo, devices
+    from clrt.device.info import DeviceInfo
+    from clrt.device.platforms import devices
     from clrt.device.settings import Settings
     from clrt.engine.raymesh import RayMeshIntersector
+    from clrt.engine.sweep import camera_path, sweep, turntable
     from clrt.engine.tracer import Hits, Tracer, render
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
     from clrt.images.image import Image, read_image
+    from clrt.scene.camera import Camera
     from clrt.scene.scene import Scene
 
 _HOMES = {
@@ -32,8 +35,11 @@ _HOMES = {
     "clrt.formats": ("load_dict",),
     "clrt.images.image": ("Image", "read_image"),
     "clrt.base.limits": ("Limits",),
-    "clrt.device.platforms": ("DeviceInfo", "devices"),
+    "clrt.device.info": ("DeviceInfo",),
+    "clrt.device.platforms": ("devices",),
     "clrt.engine.raymesh": ("RayMeshIntersector",),
+    "clrt.engine.sweep": ("camera_path", "sweep", "turntable"),
+    "clrt.scene.camera": ("Camera",),
     "clrt.scene.scene": ("Scene",),
     "clrt.device.settings": ("Settings",),
     "clrt.formats.shipped": ("load",),
@@ -42,9 +48,9 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError", "Limits",
-    "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "__version__", "devices", "load",
-    "load_dict", "read_image", "render",
+    "Camera", "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError",
+    "Limits", "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "__version__", "camera_path",
+    "devices", "load", "load_dict", "read_image", "render", "sweep", "turntable",
 ]  # fmt: skip
 
 

@@ -20,7 +20,7 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # of colour-science's optional parts
     import colour as science
 
-from clrt.images.plotting import pyplot, save  # noqa: E402
+from clrt.images.plotting import drawing, save, subplots  # noqa: E402
 from clrt.spectra.bands import Bands, light, reflectance  # noqa: E402
 from clrt.spectra.colorimetry import XYZ_OF_RGB, lamp_xyz, matching, xyz_matrix  # noqa: E402
 from clrt.spectra.curves import curve_of  # noqa: E402
@@ -69,10 +69,10 @@ def table(worst: dict[str, list[float]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
+@drawing()
 def plot(worst: dict[str, list[float]]) -> Any:
     """Light, surface and observer, and the accuracy."""
-    plt = pyplot()
-    figure, ((lamp, surface), (observer, accuracy)) = plt.subplots(2, 2, figsize=(10, 6.4))
+    figure, ((lamp, surface), (observer, accuracy)) = subplots(2, 2, figsize=(10, 6.4))
     bands = Bands(24)
     fine = curve_of("F11").at(SHOWN)
     steps = light("F11", bands)

@@ -58,28 +58,30 @@ __kernel void develop(__global const float *film, uint n, __global const float *
     }
 }
 
-// What the first of every `samples` rays hit: distance, point, outward normal, barycentric weights, primitive and
-// shape. The layers of geometry, and the answer to a ray query.
-__kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, uint samples,
-                       __global float *distance, __global float *position, __global float *normal,
-                       __global float *uv, __global int *primitive, __global int *shape)
+inline void put3(__global float *out, uint i, Vec v)
+{
+    out[3 * i] = v.x;
+    out[3 * i + 1] = v.y;
+    out[3 * i + 2] = v.z;
+}
+
+// What is known of where the first of every `samples` rays hit (layers.GEOMETRY): the layers of geometry, and the
+// answer to a ray query. On a miss `at` is 0.
+__kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, uint samples, GEOMETRY_PARAMETERS)
 {
     const uint i = get_global_id(0);
     if (i >= n / samples) return;
     const World world = WORLD_OF_PARAMETERS;
-    const uint ray_number = i * samples;
-    const int number = hit_primitive[ray_number], hit = number >= 0;
+    const uint number = i * samples;
+    const int primitive = hit_primitive[number], hit = primitive >= 0;
+    const Ray ray = load_ray(rays, number);
     int material;
-    const Local at = surface_at(world, load_ray(rays, ray_number), hit, number, hit_t[ray_number], &material);
-    primitive[i] = number;
-    shape[i] = hit ? world.primitives[number].shape : -1;
-    distance[i] = hit ? hit_t[ray_number] : INFINITY;
-    position[3 * i] = at.point.x;
-    position[3 * i + 1] = at.point.y;
-    position[3 * i + 2] = at.point.z;
-    normal[3 * i] = at.outward.x;
-    normal[3 * i + 1] = at.outward.y;
-    normal[3 * i + 2] = at.outward.z;
-    uv[2 * i] = at.u;
-    uv[2 * i + 1] = at.v;
+    const Local at = surface_at(world, ray, hit, primitive, hit_t[number], &material);
+    out_depth[i] = hit ? hit_t[number] : INFINITY;
+    put3(out_position, i, at.point);
+    put3(out_normal, i, at.outward);
+    out_shape[i] = hit ? world.primitives[primitive].shape : -1;
+    out_uv[2 * i] = at.u;
+    out_uv[2 * i + 1] = at.v;
+    out_primitive[i] = primitive;
 }

@@ -37,9 +37,9 @@ __kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PAR
     intP todo = ~missed, mine;
     while (any_of(todo)) {
         __global const Material *material = next_material(world, s, &todo, &mine);
-        if (terms & (TERM_DIFFUSE | TERM_HIGHLIGHT) && (material->kd > 0.0f || material->ks > 0.0f))
+        if (scatters(material, terms))
             for (int l = 0; l < world.scene->lights; l++)
-                found += lit(s, towards(world.lights + l, start)) & mine & 1;
+                found += lit(s, light_sample(world.lights + l, start)) & mine & 1;
 
         intP gathers = (intP)(0);
         if (world.scene->ambient_samples > 0 && !last && terms & TERM_AMBIENT) {
@@ -121,7 +121,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_P
     uint at = first_feeler[first];
     const uint lanes = min((uint)PACKET, n - first);
     for (int l = 0; l < world.scene->lights; l++) {
-        const Towards to = towards(world.lights + l, start);
+        const LightSample to = light_sample(world.lights + l, start);
         const intP launch = counted & lit(s, to);
         if (!any_of(launch)) continue;
         *(floatP *)dx = to.direction.x;
@@ -188,7 +188,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LI
     intP lighter = (intP)(0);
     for (int l = 0; l < world.scene->lights; l++) {
         __global const Light *light = world.lights + l;
-        const Towards to = towards(light, start);
+        const LightSample to = light_sample(light, start);
         const intP launch = counted & lit(s, to);
         if (!any_of(launch)) continue;
         intP todo = arrivals(launch, lanes, seen, &at, place), mine;

@@ -4,36 +4,53 @@
 // crosses, in the order of (t, primitive), so that the product of their tints is the same on every device.
 #include "walk.clh"
 
-__kernel void closest(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS)
+// words of rays `first` to `first + PACKET` of an order
+INLINED void store_ordered(__global int *words, __global const uint *sequence, uint first, intP value)
+{
+    if (!sequence) {
+        *(__global intP *)(words + first) = value;
+        return;
+    }
+    int lane[PACKET];
+    *(intP *)lane = value;
+    for (uint k = 0; k < PACKET; k++) words[sequence[first + k]] = lane[k];
+}
+
+// `sequence` (arrange.cl): in which rays are taken; null: as they stand
+__kernel void closest(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, __global const uint *sequence)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, rays, first, false);
-        *(__global floatP *)(hit_t + first) = hits.t;
-        *(__global intP *)(hit_primitive + first) = hits.primitive;
+        const PacketHit hits = packet_hits(world, rays, sequence, first, false);
+        store_ordered((__global int *)hit_t, sequence, first, as_intP(hits.t));
+        store_ordered(hit_primitive, sequence, first, hits.primitive);
         return;
     }
     for (uint i = first; i < n; i++) {
-        const Hit hit = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, false);
-        hit_t[i] = hit.t;
-        hit_primitive[i] = hit.primitive;
+        const uint place = place_in(sequence, i);
+        const Hit hit = nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, false);
+        hit_t[place] = hit.t;
+        hit_primitive[place] = hit.primitive;
     }
 }
 
-__kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen)
+__kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,
+                       __global const uint *sequence)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, rays, first, true);
-        *(__global intP *)(seen + first) = (hits.primitive < 0) & 1;
+        const PacketHit hits = packet_hits(world, rays, sequence, first, true);
+        store_ordered((__global int *)seen, sequence, first, (hits.primitive < 0) & 1);
         return;
     }
-    for (uint i = first; i < n; i++)
-        seen[i] = nearest_hit(world, load_ray(rays, i), 0.0f, BEFORE_ALL, true).primitive < 0;
+    for (uint i = first; i < n; i++) {
+        const uint place = place_in(sequence, i);
+        seen[place] = nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, true).primitive < 0;
+    }
 }
 
 // Follows feeler i from its first hit through all it crosses, or until an opaque surface: is it seen, and what share of
@@ -65,7 +82,7 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
     if (first + PACKET <= n) {
         float t[PACKET];
         int primitive[PACKET];
-        const PacketHit hits = packet_hits(world, rays, first, false);
+        const PacketHit hits = packet_hits(world, rays, 0, first, false);
         *(floatP *)t = hits.t;
         *(intP *)primitive = hits.primitive;
         for (int lane = 0; lane < PACKET; lane++) {

@@ -1,12 +1,13 @@
 // The tree over the finite primitives: binned surface-area heuristic (Wald 2007, "On fast construction of
-// SAH-based bounding volume hierarchies"), binary first, then collapsed to eight-wide nodes whose leaves are blocks
-// of up to eight primitives of one kind.
+// SAH-based bounding volume hierarchies"), binary first, then collapsed to wide nodes (collapse.clh) whose leaves are
+// blocks of up to eight primitives of one kind.
 //
 // The picture does not depend on the tree, only the time does. Two phases make the binary tree: `split_top` splits
 // the whole set until there are enough ranges to share out, `build_subtree` finishes each range on a core of its
-// own. The larger half of a split goes on the stack first, so a stack stays below log2(n) entries; below DEEP levels
-// sets are halved, so that no distribution makes the tree deeper than the traversal's stack allows.
-#include "intersect.clh"
+// own, and weighs how it collapses. The larger half of a split goes on the stack first, so a stack stays below log2(n)
+// entries; below DEEP levels sets are halved, so that no distribution makes the tree deeper than the traversal's stack
+// allows.
+#include "collapse.clh"
 
 #define BINS 16
 #define BLOCK 8
@@ -15,11 +16,6 @@
 
 inline float4 lower4(float4 a, float4 b) { return select(b, a, a < b); }
 inline float4 upper4(float4 a, float4 b) { return select(b, a, a > b); }
-inline float half_area(float4 low, float4 high)
-{
-    const float4 d = high - low;
-    return d.x < 0.0f ? 0.0f : d.x * d.y + d.y * d.z + d.z * d.x;
-}
 
 // what testing a set of primitives costs, in lanes of blocks, and in blocks
 inline int lanes_for(uchar kind) { return kind == BLOCK_OTHER ? ALONE_COSTS : 1; }
@@ -102,7 +98,8 @@ inline int split_node(__global const Box *boxes, __global const uchar *kinds, __
     node->first = start;
     node->count = end - start;
     node->kind = kinds[item[start]];
-    node->pad0 = 0;
+    node->part = node->pad0 = node->pad1 = 0;
+    node->shares[0] = node->shares[1] = 0;
     const int count = end - start;
     Split split = {-1, 0, INFINITY};
     const float4 extent = middle_high - middle_low;
@@ -180,11 +177,13 @@ __kernel void split_top(__global const Box *boxes, __global const uchar *kinds, 
 }
 
 // Finishes subtree k of split_top in nodes of its own: 2 * start + used is free for it, since the m items before
-// it need at most 2 m nodes.
+// it need at most 2 m nodes. ways[k]: how it may collapse; nothing where there is no such subtree.
 __kernel void build_subtree(__global const Box *boxes, __global const uchar *kinds, __global const int4 *tasks,
-                            __global const int *counts, __global int *item, __global BuildNode *nodes)
+                            __global const int *counts, __global int *item, __global BuildNode *nodes,
+                            __global Ways *ways)
 {
     const int k = get_global_id(0);
+    ways[k].inner = 0;
     if (k >= counts[0]) return;
     Task stack[STACK];
     int size = 1, used = counts[1] + 2 * tasks[k].y;
@@ -199,41 +198,28 @@ __kernel void build_subtree(__global const Box *boxes, __global const uchar *kin
         push_halves(stack, &size, task, middle, used);
         used += 2;
     }
+    ways[k] = weigh(nodes, whole.node, 0);
+    nodes[whole.node].part = k + 1;
 }
 
-// Eight-wide nodes from binary ones: a node takes in the largest of its children's boxes until it has eight.
+// Wide nodes from binary ones, whose subtrees are weighed.
 // leaves[kind][block] = first item, count; counts = nodes, triangle blocks, sphere blocks, other blocks. The first
 // block of the other kinds is empty: the unused lanes of a node lead there, since the box test of a ray from very
 // far away may overflow and accept them.
-__kernel void collapse(__global const BuildNode *binary, __global WideNode *nodes, int most_blocks,
+__kernel void collapse(__global BuildNode *binary, __global const Ways *ways, __global WideNode *nodes, int most_blocks,
                        __global int2 *leaves, __global int *counts)
 {
     int2 stack[STACK];  // binary node, wide node
     int size = 1, used = 1, blocks[3] = {0, 0, 0};
     leaves[BLOCK_OTHER * most_blocks + blocks[BLOCK_OTHER]++] = (int2)(0, 0);
     stack[0] = (int2)(0, 0);
+    weigh(binary, 0, ways);
     while (size > 0) {
         const int2 top = stack[--size];
-        int child[8], children = 1;
-        child[0] = top.x;
-        while (children < 8) {
-            int largest = -1;
-            float area = -1.0f;
-            for (int k = 0; k < children; k++) {
-                if (binary[child[k]].count > 0) continue;
-                const float a = half_area(binary[child[k]].low, binary[child[k]].high);
-                if (a > area) {
-                    area = a;
-                    largest = k;
-                }
-            }
-            if (largest < 0) break;
-            const int first = binary[child[largest]].first;
-            child[largest] = first;
-            child[children++] = first + 1;
-        }
+        int child[WIDE];
+        const int children = children_of(binary, top.x, child);
         __global WideNode *node = nodes + top.y;
-        for (int k = 0; k < 8; k++) {
+        for (int k = 0; k < WIDE; k++) {
             float4 low = (float4)(INFINITY), high = (float4)(-INFINITY);
             int reference = ~BLOCK_OTHER;
             if (k < children) {
@@ -250,13 +236,12 @@ __kernel void collapse(__global const BuildNode *binary, __global WideNode *node
                 }
             }
             node->planes[k] = low.x;
-            node->planes[8 + k] = high.x;
-            node->planes[16 + k] = low.y;
-            node->planes[24 + k] = high.y;
-            node->planes[32 + k] = low.z;
-            node->planes[40 + k] = high.z;
+            node->planes[WIDE + k] = high.x;
+            node->planes[2 * WIDE + k] = low.y;
+            node->planes[3 * WIDE + k] = high.y;
+            node->planes[4 * WIDE + k] = low.z;
+            node->planes[5 * WIDE + k] = high.z;
             node->child[k] = reference;
-            node->pad[k] = 0;
         }
     }
     counts[0] = used;

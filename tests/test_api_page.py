@@ -67,7 +67,13 @@ def test_the_page_s_code_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     space: dict[str, Any] = {}
     blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    assert len(blocks) == 4
+    assert len(blocks) == 5
     for block in blocks:
         exec(block, space)
     assert space["pixels"].shape == (24, 32, 3) and (tmp_path / "ball.png").exists()
+
+
+def test_the_code_about_many_pictures_runs(capsys: pytest.CaptureFixture[str]):
+    (block,) = re.findall(r"```python\n(.*?)```", (DOCS / "sweeps.md").read_text("utf-8"), re.DOTALL)
+    exec(block, {})
+    assert capsys.readouterr().out.count("'materials.glass.ior': 1.5") == 2

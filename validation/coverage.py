@@ -14,7 +14,6 @@ from clrt.scene.scene import (
     Checker,
     Cone,
     Cylinder,
-    DirectionalLight,
     Ellipsoid,
     Material,
     Mesh,
@@ -119,11 +118,11 @@ def _scene_features(scene: Scene) -> set[str]:
 
 def _light_features(scene: Scene) -> set[str]:
     lights = scene.lights
-    sun = [isinstance(light, DirectionalLight) for light in lights]
+    sun = [not light.place[3] for light in lights]
     tinted = scene.shadow == "tinted" and any(scene.material_of(shape).kt > 0 for shape in scene.shapes)
     tests = {
         "point light": not all(sun), "directional light": any(sun), "several lights": len(lights) > 1,
-        "inverse square": any(getattr(light, "falloff", "none") != "none" for light in lights),
+        "inverse square": any(light.falloff != "none" for light in lights),
         "no light": not lights, "shadows": bool(lights) and len(scene.shapes) > 1,
         "tinted shadows": tinted and bool(lights),
     }  # fmt: skip

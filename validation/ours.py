@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+from clrt.base.layers import TERMS
 from clrt.device.device import Device
 from clrt.engine.film import Film, finished
 from clrt.engine.job import Job, halves
@@ -19,7 +20,6 @@ from clrt.version import __version__
 
 from .types import OracleImage
 
-TERMS = ("emission", "ambient", "diffuse", "highlight")  # of the local light of generation 0
 _TILE = 1 << 15  # rays
 _BUDGET = 256 << 20  # bytes of queues
 

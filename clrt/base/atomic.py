@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import os
 import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-from clrt.base.errors import ClrtError
+from clrt.base import inputs
+from clrt.base.errors import ClrtError, exhausted, legible
 from clrt.base.files import kind, reason
 from clrt.base.interrupts import note_saved, temporaries
 
@@ -23,7 +25,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     The new file has the suffix of `path`, is forced to the disk before the replacement, and is removed when
     the block fails or is interrupted. ClrtError when `path` can be no file's name, is not a regular file's,
-    or its folder is missing or cannot be written to.
+    is a file that the command has read, or its folder is missing or cannot be written to.
     """
     target = _target(path)
     suffix = target.suffix if len(target.suffix) <= _SUFFIX else ""  # a name of 255 bytes may be all suffix
@@ -49,6 +51,25 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
         temporaries.discard(temporary)
 
 
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Replace a file of text; what no file of text can hold is escaped. ClrtError as `replacing`."""
+    with replacing(path) as temporary:
+        temporary.write_text(legible(text), encoding="utf-8")
+
+
+def write_json(path: str | os.PathLike[str], value: Any, indent: int = 1, finite: bool = False) -> None:
+    """Replace a file of JSON: of built-in types, and numpy's numbers and arrays. ClrtError as `replacing`.
+
+    finite: ValueError for NaN and infinity, which JSON does not have.
+    """
+    write_text(path, json.dumps(legible(value), indent=indent, allow_nan=not finite, default=_plain) + "\n")
+
+
+def _plain(value: Any) -> Any:
+    """A numpy number or array as JSON has it."""
+    return value.tolist()
+
+
 def check_replaceable(path: str | os.PathLike[str]) -> None:
     """Raise the ClrtError that `replacing(path)` would, without touching `path`."""
     try:
@@ -62,17 +83,23 @@ def _target(path: str | os.PathLike[str]) -> Path:
     """The file to replace: what `path` is, or leads to."""
     try:
         target = Path(os.path.realpath(path))
-        mode = target.lstat().st_mode
+    except (OSError, ValueError) as error:  # the current folder was removed; a NUL inside
+        raise ClrtError(f"{path}: cannot be written: {exhausted(error) or reason(error)}") from None
+    try:
+        status = target.lstat()
     except (FileNotFoundError, NotADirectoryError):
         return target
     except (OSError, ValueError) as error:  # too long, a NUL inside
         raise ClrtError(f"{path}: cannot be written: {reason(error)}") from None
+    mode, read = status.st_mode, inputs.noted().get((status.st_dev, status.st_ino))
     if stat.S_ISDIR(mode):
         raise ClrtError(f"{path}: is a folder; give the name of a file in it")
     if stat.S_ISLNK(mode):  # `realpath` follows all links but these
         raise ClrtError(f"{path}: is a link that leads to itself; give the name of a file to write")
     if not stat.S_ISREG(mode):
         raise ClrtError(f"{path}: is {kind(mode)}, not a file; give the name of a file to write")
+    if read is not None:
+        raise ClrtError(f"{path}: is {read}, which is read; give the name of another file to write")
     return target
 
 

@@ -3,11 +3,29 @@
 from __future__ import annotations
 
 import errno
+import os
+import re
+from collections.abc import Mapping
+from typing import Any
 
 WORD, LINE = 200, 2000  # characters of a message's longest word (a name, mostly) and of all of it
 
 
-class ClrtError(Exception):
+class Portable(Exception):
+    """An exception that can be copied and pickled, whatever its class asks for when it is made.
+
+    Python makes it again from `args` alone; another process' pool waits for ever where that fails.
+    """
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _again, (type(self), self.args), self.__dict__ or None
+
+
+def _again(kind: type[Portable], arguments: tuple[Any, ...]) -> Portable:
+    return kind.__new__(kind, *arguments)
+
+
+class ClrtError(Portable):
     """A fault of the user's making; the command line prints it in one line and exits with 2."""
 
     def __init__(self, message: str) -> None:
@@ -34,7 +52,7 @@ class MemoryLimitError(LimitError):
     """There is no room on the device for one buffer more; with smaller tiles there may be."""
 
 
-class ClrtWarning(UserWarning):
+class ClrtWarning(Portable, UserWarning):
     """Something that is allowed but probably not meant."""
 
     def __init__(self, message: str) -> None:
@@ -42,6 +60,10 @@ class ClrtWarning(UserWarning):
 
 
 NO_MEMORY = "this machine has no memory left for it; use a smaller scene or picture, or fewer layers"
+
+_UNSEEN = re.compile(
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]"
+)
 
 _SPENT = {
     errno.EMFILE: "this process may not open more files (ulimit -n)",
@@ -61,12 +83,23 @@ def exhausted(error: BaseException) -> str:
     """What of the machine ran out, where an exception says that, in whatever words; '' of another one."""
     if isinstance(error, MemoryError):
         return NO_MEMORY
+    if isinstance(error, FileNotFoundError) and error.filename is None and _is_nowhere():
+        return "the current folder was removed; change to another one"
     if isinstance(error, OSError):
         return _SPENT.get(error.errno or 0, "")
     if isinstance(error, (RuntimeError, ImportError)):
         said = str(error).lower()
         return next((_SPENT[number] for words, number in _WORDS.items() if words in said), "")
     return ""
+
+
+def _is_nowhere() -> bool:
+    """Whether the current folder is not there any more."""
+    try:
+        os.getcwd()
+    except OSError:
+        return True
+    return False
 
 
 def one_line(text: str) -> str:
@@ -87,6 +120,19 @@ def printable(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def legible(value: Any) -> Any:
+    r"""A text, or all texts in lists and dicts, as files for people and other programs hold them.
+
+    What XML and UTF-8 cannot hold, what steers a terminal, and what turns the direction of writing is
+    written as `\x1b`, `\udcff`, ...; line breaks and tabs stay.
+    """
+    if isinstance(value, str):
+        return _UNSEEN.sub(lambda found: found.group().encode("unicode_escape").decode(), value)
+    if isinstance(value, Mapping):
+        return {legible(key): legible(item) for key, item in value.items()}
+    return [legible(item) for item in value] if isinstance(value, (list, tuple)) else value
 
 
 def show(value: object, width: int = 60) -> str:

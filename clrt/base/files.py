@@ -7,12 +7,14 @@ import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Final
 
+from clrt.base import inputs
 from clrt.base.errors import SceneError, located
 from clrt.base.limits import Limits
 from clrt.base.places import At
 
+_BLOCK: Final = 1 << 20
 _KINDS = (
     (stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a named pipe"), (stat.S_ISSOCK, "a socket"),
     (stat.S_ISCHR, "a device"), (stat.S_ISBLK, "a device"),
@@ -46,7 +48,12 @@ def open_input(path: str | os.PathLike[str]) -> BinaryIO:
     except (OSError, ValueError) as error:
         raise SceneError(located(os.fspath(path), "", f"cannot be read: {reason(error)}")) from None
     try:
-        _check_regular(path, os.fstat(file.fileno()).st_mode)
+        status = os.fstat(file.fileno())
+        _check_regular(path, status.st_mode)
+        inputs.note(file.fileno(), path)
+        if status.st_size == 0:  # empty, or one of /proc, some of which wait for what is to come
+            file.close()
+            return open(os.devnull, "rb")
     except BaseException:
         file.close()
         raise
@@ -74,10 +81,18 @@ def read_bytes(path: str | os.PathLike[str], limits: Limits, *names: str) -> byt
     """The contents of a regular file within each of the `names` of `limits`; none: `file_bytes`."""
     names = names or ("file_bytes",)
     with opened(path, limits, *names) as file:
-        data = file.read(min(getattr(limits, name) for name in names) + 1)
+        data = _read(file, os.fstat(file.fileno()).st_size, min(getattr(limits, name) for name in names) + 1)
     for name in names:  # it may have grown
         limits.check(name, len(data), os.fspath(path))
     return data
+
+
+def _read(file: BinaryIO, size: int, most: int) -> bytes:
+    """Up to `most` bytes of a file of that size, or, if it has grown, more, in the memory that it needs."""
+    parts = [file.read(min(size + 1, most))]
+    while parts[-1] and sum(map(len, parts)) < most:
+        parts.append(file.read(min(_BLOCK, most - sum(map(len, parts)))))
+    return parts[0] if len(parts) < 3 and not parts[-1] else b"".join(parts)
 
 
 def kind(mode: int) -> str:

@@ -3,14 +3,15 @@
 A signal's handler runs between two instructions of Python, wherever those are: also while a library starts,
 where an exception may abort the process (OpenImageIO's start is C++ that lets none pass). So the handler
 raises KeyboardInterrupt only while `main` stands ready to catch it, and never within an import: it waits
-for the end of that. Before, and on a second signal, it ends the process itself. A program that only imports
-clrt keeps its own handlers.
+for the end of that, two seconds at most: what is imported may wait for something that never comes. Before,
+and on a second signal, it ends the process itself. A program that only imports clrt keeps its own handlers.
 """
 
 from __future__ import annotations
 
 import os
 import sys
+import time
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -33,10 +34,12 @@ errors_to = 2
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 _MOST = 8  # that are told
 _AGAIN = 0.01  # seconds until a signal that came within an import is looked at again
+_PATIENCE = 2.0  # seconds that an import may go on after a signal
 _installed: list[int] = []
 _main: FrameType | None = None  # where KeyboardInterrupt is caught; None: nowhere
 _received: int | None = None
 _waiting: int | None = None
+_since = 0.0  # when it came
 _said = False
 
 
@@ -64,6 +67,11 @@ def catching() -> None:
     """From now on the caller catches KeyboardInterrupt."""
     global _main
     _main = sys._getframe(1)
+
+
+def running() -> bool:
+    """Whether this process is one of a command of clrt, as far as it has begun."""
+    return _main is not None
 
 
 def finished() -> None:
@@ -100,12 +108,15 @@ def note_saved(path: Path) -> None:
 
 
 def _caught(number: int, frame: FrameType | None) -> None:
-    global _received, _waiting
+    global _received, _since, _waiting
     if _main is None or _received is not None or (_waiting is not None and number != signal.SIGALRM):
         _leave(_received or _waiting or number)
     number = _waiting or number
     if _within_import(frame) and hasattr(signal, "setitimer"):
-        _waiting = number
+        if _waiting is None:
+            _waiting, _since = number, time.monotonic()
+        elif time.monotonic() - _since > _PATIENCE:
+            _leave(number)
         signal.setitimer(signal.ITIMER_REAL, _AGAIN)
         return
     _waiting, _received = None, number

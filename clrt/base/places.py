@@ -34,6 +34,9 @@ class At:
     def __init__(self, source: str = "", path: str | int = "", above: At | None = None) -> None:
         self.source, self._part, self._above = source, path, above
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return At, (self.source, self._part, self._above)
+
     @property
     def path(self) -> str:
         if self._above is None:
@@ -46,11 +49,8 @@ class At:
 
     @property
     def name(self) -> str:
-        """The last key of the path; cheap, unlike the path."""
-        at = self
-        while isinstance(at._part, int) and at._above is not None:
-            at = at._above
-        return str(at._part)
+        """The last key or number of the path; cheap, unlike the path."""
+        return str(self._part)
 
     def key(self, name: str) -> At:
         return At(self.source, name, self)

@@ -65,6 +65,8 @@ def scene_file(name: str) -> Path:
         return path
     if path.suffix or len(path.parts) > 1:
         raise SceneError(f"{name}: there is no such file")
+    if not name:
+        raise SceneError("'' is no file's name; `clrt scenes` lists the scenes that ship")
     near = nearest(name, shipped, cutoff=0.6)
     hint = f"did you mean {near!r}?" if near else "`clrt scenes` lists the ones that ship"
     raise SceneError(f"{name}: neither a file nor a scene that ships with clrt; {hint}")

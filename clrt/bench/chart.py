@@ -11,7 +11,7 @@ import numpy as np
 from clrt.base.errors import ClrtError
 from clrt.bench.report import Report
 from clrt.bench.timing import Measurement
-from clrt.images.plotting import pyplot, save
+from clrt.images.plotting import drawing, known_formats, save, subplots
 
 _NO_ROOF: Final = "a roofline chart needs the kernels' measurements; leave out --only, or add kernels to it"
 _MARKS: Final = {"tracing": "o", "shading": "s", "compaction": "^"}
@@ -21,21 +21,20 @@ def check_chart(path: str | Path, groups: Collection[str]) -> None:
     """Raise, before anything is measured, the ClrtError that `roofline` or `save` would."""
     if "kernels" not in groups:
         raise ClrtError(_NO_ROOF)
-    known = pyplot().figure().canvas.get_supported_filetypes()
-    pyplot().close()
+    known = known_formats()
     suffix = Path(path).suffix.lower().lstrip(".") or "png"
     if suffix not in known:
         raise ClrtError(f"{path}: no chart is drawn as .{suffix}; use one of {', '.join(sorted(known))}")
 
 
+@drawing()
 def roofline(report: Report, path: str | Path) -> Path:
     """Draw every pass with known traffic and operations. ClrtError for a report without the roof."""
     best = report.roof
     drawn = [m for m in report.of(*_MARKS) if m.flops and m.nbytes]
     if best is None or not drawn:
         raise ClrtError(_NO_ROOF)
-    plt = pyplot()
-    figure, axes = plt.subplots(figsize=(9, 6))
+    figure, axes = subplots(figsize=(9, 6))
     intensity = np.geomspace(0.02, 200, 200)
     for bandwidth, text, style in ((best.memory, "memory", "-"), (best.cache, "a core's cache", ":")):
         height = np.minimum(intensity * bandwidth, best.arithmetic) / 1e9

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, field, replace
 
-from clrt.bench.recorder import TRACING
+from clrt.bench.recorder import ARRANGING, TRACING
 from clrt.bench.timing import Case, Measurement, Tell, measure
 from clrt.device.settings import Settings
 from clrt.engine.tracer import Tracer
@@ -84,7 +84,8 @@ def frame_times(
 def shares(measurement: Measurement) -> dict[str, float]:
     """A frame's time as shares: finding hits, all other passes, and the host between them."""
     passes: dict[str, float] = measurement.extra["passes"]
-    tracing = sum(spent for name, spent in passes.items() if name.removesuffix("_tinted") in TRACING)
+    finding = (*TRACING, ARRANGING)
+    tracing = sum(spent for name, spent in passes.items() if name.removesuffix("_tinted") in finding)
     rest = sum(passes.values()) - tracing
     whole = max(measurement.extra.get("of_seconds", measurement.median), tracing + rest)
     return {"tracing": tracing / whole, "passes": rest / whole, "host": 1.0 - (tracing + rest) / whole}

@@ -29,6 +29,7 @@ from clrt.scene.scene import Scene
 
 CLASSES: Final = {REFLECTION: "reflection", TRANSMISSION: "refraction", AMBIENT: "incoherent"}
 TRACING: Final = ("closest", "occluded")
+ARRANGING: Final = "arrange"  # what readies rays for it, where that pays
 COMPACTION: Final = ("count", "scan", "rank")
 # kernels that read what they write: their buffers are put back before every repetition
 _IN_PLACE: Final = ("rank", "illuminate", "gather", "resolve")
@@ -91,7 +92,7 @@ class Recorder:
             queue, rays = name, stage.queue.n
             if stage.generation > 1:  # from queues of several kinds: each launch says of how many rays
                 rays = next(int(argument) for argument in arguments if isinstance(argument, np.uint32))
-            elif isinstance(stage.wrote, Feelers) and kernel.startswith("occluded"):
+            elif isinstance(stage.wrote, Feelers) and kernel.startswith(("occluded", ARRANGING)):
                 queue, rays = ("shadow" if queue == "primary" else f"shadow of {queue}"), stage.wrote.n
             source = stage.queue.device.kernels.source
             touched = [arguments[number] for number in parameters.used(source, kernel)]
@@ -127,12 +128,13 @@ def record(scene: Scene, width: int, wanted: int | str | None, settings: Setting
 
 
 def case(recording: Recording, kernel: str, queue: str, scene: str) -> Case:
-    """All launches of a kernel on one kind of rays, as something to time."""
+    """All launches of a kernel on one kind of rays, as something to time; tracing with what readies rays."""
     device = recording.device
     launches = recording.launches[kernel, queue]
+    before = recording.launches.get((ARRANGING, queue), []) if kernel in TRACING else []
 
     def run() -> None:
-        for launch in launches:
+        for launch in (*before, *launches):
             device.launch(launch.kernel, launch.items, *launch.arguments, local_size=launch.local_size)
         device.finish()
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
-from clrt.base.atomic import replacing
+from clrt.base.atomic import write_json
 from clrt.base.errors import ClrtError, show
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
@@ -45,8 +45,7 @@ class Report:
             "machine": self.machine,
             "measurements": [m.to_dict() for m in self.measurements],
         }
-        with replacing(path) as temporary:
-            temporary.write_text(json.dumps(content, indent=1) + "\n")
+        write_json(path, content)
 
     def of(self, *groups: str) -> list[Measurement]:
         return [m for m in self.measurements if m.group in groups]

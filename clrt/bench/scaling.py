@@ -18,12 +18,13 @@ from pathlib import Path
 from statistics import median
 from typing import Any, Final
 
-from clrt.base.atomic import replacing
+from clrt.base.atomic import write_json
 from clrt.base.errors import ClrtError
 from clrt.bench import machine, scenes
 from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.engine.tracer import Tracer
+from clrt.images.plotting import drawing, save, subplots
 from clrt.scene.scene import Scene
 
 
@@ -113,13 +114,12 @@ def run(quick: bool = False, rounds: int = 5, device: int | str | None = None) -
     return {"machine": {**machine.facts(Device(device)), "load_before": before}, "series": found}
 
 
+@drawing()
 def chart(content: dict[str, Any], path: str | Path) -> Path:
     """Seconds (dots, left) and peak of memory (dashes, right) over what grows; a panel a series."""
-    from clrt.images.plotting import pyplot, save
-
-    plt = pyplot()
     panels = content["series"]
-    figure, grid = plt.subplots(2, -(-len(panels) // 2), figsize=(3.6 * -(-len(panels) // 2), 6.4))
+    columns = -(-len(panels) // 2)
+    figure, grid = subplots(2, columns, figsize=(3.6 * columns, 6.4))
     for axes, (name, rows) in zip(grid.flat, panels.items(), strict=False):
         x = [row["x"] for row in rows]
         axes.plot(x, [median(row["seconds"]) for row in rows], "o-", color="C0", label="picture")
@@ -167,8 +167,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not options.json:
         parser.error("say which file to write")
     content = run(options.quick)
-    with replacing(options.json) as temporary:
-        temporary.write_text(json.dumps(content, indent=1) + "\n")
+    write_json(options.json, content)
     if options.chart:
         chart(content, options.chart)
     return 0

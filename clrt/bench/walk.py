@@ -17,10 +17,10 @@ from clrt.device.device import Device
 from clrt.engine.world import World
 
 _NODE, _BLOCK = layout.dtype("WideNode").itemsize, layout.dtype("TriangleBlock").itemsize
-# operations for the eight boxes of a node (6 multiply-adds and 7 comparisons each), and for the eight
+# operations for the boxes of a node (6 multiply-adds and 7 comparisons each), and for the eight
 # primitives of a block: a watertight triangle takes 18 for the corners, 9 for the edges, 11 for the
 # distance, a sphere 21
-_NODE_FLOPS: Final = 8 * 19.0
+_NODE_FLOPS: Final = layout.WIDE * 19.0
 _BLOCK_FLOPS: Final = {
     layout.BLOCKS["BLOCK_TRIANGLE"]: 8 * 38.0,
     layout.BLOCKS["BLOCK_SPHERE"]: 8 * 21.0,
@@ -51,7 +51,7 @@ def read_nodes(device: Device, world: World) -> np.ndarray:
 
 def count_visits(nodes: np.ndarray, origins: np.ndarray, directions: np.ndarray, t: np.ndarray) -> Walk:
     """Visits of rays (n, 3), (n, 3) whose nearest hits are at distance t, (n,)."""
-    planes = nodes["planes"].reshape(-1, 6, 8)
+    planes = nodes["planes"].reshape(-1, 6, layout.WIDE)
     leaves = (nodes["child"] < 0) & (planes[:, 0] <= planes[:, 1])  # an empty place has an inverted box
     total = len(nodes) * _NODE + int(leaves.sum()) * _BLOCK
     with np.errstate(divide="ignore"):
@@ -74,8 +74,8 @@ def count_visits(nodes: np.ndarray, origins: np.ndarray, directions: np.ndarray,
 
 
 def _boxes_met(planes: np.ndarray, origin: np.ndarray, inverse: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """(k, 8) bool: which of a node's boxes a ray enters before t; `planes` is (k, 6, 8)."""
-    near, far = np.zeros((len(t), 8)), np.repeat(t[:, None], 8, axis=1)
+    """(k, WIDE) bool: which of a node's boxes a ray enters before t; `planes` is (k, 6, WIDE)."""
+    near, far = np.zeros((len(t), layout.WIDE)), np.repeat(t[:, None], layout.WIDE, axis=1)
     with np.errstate(invalid="ignore"):  # 0 * inf where a ray runs in a plane of a box: no bound
         for axis in range(3):
             low = (planes[:, 2 * axis] - origin[:, axis, None]) * inverse[:, axis, None]

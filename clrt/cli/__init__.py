@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, Final, NoReturn
 
-from clrt.base import hush, interrupts
+from clrt.base import hush, inputs, interrupts
 from clrt.base.errors import ClrtError, ClrtWarning, exhausted
 from clrt.cli import terminal
 from clrt.cli.terminal import FAULT, say
@@ -23,7 +23,7 @@ _SAVE: Final = ("render", "convert", "plot-spectrum")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return 0, 1 (a check failed), 2 (one line on stderr says why) or 130 (Ctrl-C)."""
-    with terminal.surviving() as (out, _), warnings.catch_warnings():
+    with terminal.surviving() as (out, _), warnings.catch_warnings(), inputs.watched():
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", ClrtWarning)
         warnings.showwarning = _show_warning
@@ -58,6 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def program() -> NoReturn:
     """`main` as a process. After Ctrl-C it ends at once: Python would wait for what the device still does."""
+    os.environ["PYTHONSAFEPATH"] = "1"  # processes that are started import nothing from the current folder
     interrupts.install()
     terminal.hold_closed()
     hush.take()

@@ -7,18 +7,20 @@ import math
 import re
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clrt.base.atomic import check_replaceable
 from clrt.base.errors import ClrtError
-from clrt.cli.outputs import check_apart
+from clrt.base.resources import scene_file
+from clrt.cli.outputs import check_apart, check_spares
 from clrt.cli.terminal import console, marked
 
 if TYPE_CHECKING:
     from clrt.bench.timing import Tell
+    from clrt.scene.scene import Scene
 
 SLOWER = 1  # exit code
 
@@ -29,10 +31,13 @@ def run(options: argparse.Namespace) -> int:
 
     old = report.load(options.compare) if options.compare else None
     outputs = {"--json": options.json, "--chart": options.chart}
-    check_apart({option: path for option, path in outputs.items() if path}, {})
+    scenes = {f"the scene {name}": scene_file(name) for name in options.scene or ()}
+    check_apart(outputs, {"the report of --compare": options.compare, **scenes})
     for path in filter(None, outputs.values()):
         check_replaceable(path)
     plan = _plan(options)
+    for scene in plan.extra.values():
+        check_spares(outputs, scene)
     if old:
         _check_same_machine(old, plan)
     with _reporting() as tell:
@@ -49,7 +54,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _plan(options: argparse.Namespace) -> Any:
     from clrt.bench import suite
-    from clrt.formats.shipped import load_scene
 
     groups = options.only or suite.GROUPS
     for name in groups:
@@ -67,8 +71,23 @@ def _plan(options: argparse.Namespace) -> Any:
         rounds=options.rounds,
         quick=options.quick,
         embree=options.against == "embree",
-        extra={_name(name): load_scene(name) for name in options.scene or ()},
+        extra=_scenes(options.scene or ()),
     )
+
+
+def _scenes(names: Sequence[str]) -> dict[str, Scene]:
+    """What --scene names, by what tables call them; ClrtError where one cannot be timed."""
+    from clrt.formats.shipped import load_scene
+
+    scenes: dict[str, Scene] = {}
+    for name in names:
+        scene, short = load_scene(name), _name(name)
+        if scene.camera is None:
+            raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
+        if short in scenes:
+            raise ClrtError(f"--scene: {name}: another one is called {short}, too; give them different names")
+        scenes[short] = scene
+    return scenes
 
 
 def _name(scene: str) -> str:

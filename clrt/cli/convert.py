@@ -12,12 +12,13 @@ from clrt.cli.outputs import check_apart, check_spares
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene of `options.input` to `options.output`. ClrtError leaves the output as it was."""
+    from clrt.formats.native import with_values
     from clrt.formats.shipped import load_scene
 
     source = scene_file(options.input)
     check_replaceable(options.output)
     check_apart({"OUT": options.output}, {"the scene": source})
-    scene = load_scene(source)
+    scene = with_values(load_scene(source), options.set)
     check_spares({"OUT": options.output}, scene)
     if Path(options.output).suffix.lower() == ".xml":
         from clrt.base.resources import validation_module

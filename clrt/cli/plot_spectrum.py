@@ -14,6 +14,7 @@ from clrt.base.limits import Limits
 from clrt.base.places import At, listed
 from clrt.base.records import read
 from clrt.base.suggest import did_you_mean
+from clrt.formats import toml_scan
 from clrt.spectra.indices import GLASSES
 from clrt.spectra.spectrum import LAMPS, METALS, REFLECTANCES, Spectrum
 
@@ -44,12 +45,17 @@ def _stated(text: str) -> str | Spectrum:
         known = [*GROUPS, *LAMPS, *METALS, "patch-1 to patch-24", *GLASSES]
         names = [*GROUPS, *LAMPS, *REFLECTANCES, *GLASSES]
         raise at.error(text, f"it is one of {listed(known)}{did_you_mean(text, names)}")
+    stated = f"value = {text}"
     try:
-        table = tomllib.loads(f"value = {text}")["value"]
+        toml_scan.check(stated, Limits(), at.source)
+        tables = tomllib.loads(stated)
     except RecursionError:
         raise at.error(text, "it is nested too deeply") from None
     except ValueError as error:  # not TOML, or an int of too many digits
         raise ClrtError(f"NAME: {text}: {error}") from None
+    if len(tables) > 1:
+        raise at.error(text, "one spectrum is drawn, and nothing stands behind it")
+    table = tables["value"]
     if isinstance(table, list):
         table = {"samples": table}
     spectrum = read(Spectrum, {"type": "spectrum", **table}, at)

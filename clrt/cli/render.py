@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import json
+import os
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.atomic import check_replaceable, write_json
 from clrt.base.errors import ClrtError
 from clrt.base.resources import scene_file
 from clrt.cli import interrupted
@@ -34,9 +34,10 @@ def run(options: argparse.Namespace) -> int:
         if image.layers and not _holds_layers(options.output):
             beside = image.save_layers(options.output, options.exposure, options.bits)
         if options.stats:
-            _save_stats(image, options.stats)
+            write_json(options.stats, image.stats, indent=2)
         if options.checkpoint:
-            Path(options.checkpoint).unlink(missing_ok=True)  # not before: it is needed if saving fails
+            # not before: it is needed if saving fails; what a link leads to, as that was written
+            Path(os.path.realpath(options.checkpoint)).unlink(missing_ok=True)
         if not options.quiet:
             print(summary(image, saved, seconds))
             if beside:
@@ -50,10 +51,11 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
     """The image of a scene file, with a progress bar on stderr where that is a terminal."""
     import clrt
     from clrt.cli.progress import progress
+    from clrt.formats.native import with_values
     from clrt.formats.shipped import load_scene
 
     limits = clrt.Limits(**dict(options.limit))
-    scene = load_scene(file, limits=limits)
+    scene = with_values(load_scene(file, limits=limits), options.set)
     _check_layers(options, file, scene)
     with progress(file.stem, getattr(options, "quiet", False)) as report:
         return clrt.render(
@@ -99,12 +101,12 @@ def _layer_files(options: argparse.Namespace) -> dict[str, Path]:
 
 def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None:
     """The rest of `_check_outputs`, once the scene says which pictures it reads, and which layers are all."""
-    from clrt.engine.film import check_layers
+    from clrt.base.layers import check_layers, find
 
     if "all" in getattr(options, "layers", ()):
         depth = scene.max_depth if options.max_depth is None else options.max_depth
         names = check_layers("all", min(depth, _DEEPEST), spectral=True)
-        shown = [name for name in names if name != "bands"]
+        shown = [name for name in names if find(name).is_shown]
         options = argparse.Namespace(**{**vars(options), "layers": shown})
         check_apart(_outputs(options), {"the scene": file})
         for layer in _layer_files(options).values():
@@ -113,11 +115,13 @@ def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None
 
 
 def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
+    from clrt.base.layers import find
     from clrt.images.image import check_writable
 
     check_writable(options.output, options.exposure, options.bits)
-    if "bands" in options.layers and not _holds_layers(options.output):
-        raise ClrtError(f"{options.output}: --layers bands needs an .exr, which alone holds them")
+    hidden = [name for name in options.layers if not find(name).is_shown]
+    if hidden and not _holds_layers(options.output):
+        raise ClrtError(f"{options.output}: --layers {hidden[0]} needs an .exr, which alone holds them")
     check_apart(_outputs(options), {"the scene": scene})
     for file in _layer_files(options).values():
         check_replaceable(file)
@@ -127,13 +131,3 @@ def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
 
 def _holds_layers(output: str) -> bool:
     return Path(output).suffix.lower() == ".exr"
-
-
-def _save_stats(image: Image, path: str) -> None:
-    with replacing(path) as temporary:
-        temporary.write_text(json.dumps(dict(image.stats), indent=2, default=_plain) + "\n")
-
-
-def _plain(value: Any) -> Any:
-    """A numpy number or array as JSON has it."""
-    return value.tolist()

@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from clrt.base.atomic import check_replaceable
-from clrt.base.errors import ClrtError
+from clrt.base.errors import ClrtError, printable
 from clrt.base.install import install_extra
 from clrt.base.resources import validation_module
+from clrt.cli.outputs import check_apart
 from clrt.cli.terminal import console, marked
 
 FAILED = 1  # exit code
+MOST_RANDOM = 10_000  # scenes: the list of all is made before the first is rendered
 _SHOWN = 40  # failures that are listed
 
 
@@ -32,6 +34,7 @@ def run(options: argparse.Namespace) -> int:
             return _list(suite)
         if options.report:
             validation_module("suite.files").check_beside(Path(options.report))
+            _check_spares(Path(options.report), options.spd)
         plan = _plan(suite, options)
         with _progress() as progress:
             result = suite.run(plan, progress)
@@ -44,6 +47,14 @@ def run(options: argparse.Namespace) -> int:
     return 0 if result.passed else FAILED
 
 
+def _check_spares(report: Path, spd: str | None) -> None:
+    """ClrtError where the report would take the place of a scene whose rays are counted."""
+    names = validation_module("spd").PUBLISHED if spd else ()
+    scenes = [Path(spd or "", f"{name}.nff") for name in names]
+    outputs = {f"--report ({file.suffix})": file for file in map(report.with_suffix, (".xml", ".json"))}
+    check_apart({"--report": report, **outputs}, {f"{scene}, which is read": scene for scene in scenes})
+
+
 def _list(suite: Any) -> int:
     for name, shows in suite.case_rows():
         print(f"{name}\t{shows}")
@@ -52,8 +63,9 @@ def _list(suite: Any) -> int:
 
 
 def _plan(suite: Any, options: argparse.Namespace) -> Any:
-    if options.random is not None and options.random < 0:
-        raise ClrtError(f"--random: {options.random} is not allowed; it is a number of scenes, at least 0")
+    if options.random is not None and not 0 <= options.random <= MOST_RANDOM:
+        what = f"it is a number of scenes, from 0 to {MOST_RANDOM}"
+        raise ClrtError(f"--random: {options.random} is not allowed; {what}")
     everything = options.full and not options.case
     return suite.Plan(
         quick=not options.full,
@@ -64,7 +76,7 @@ def _plan(suite: Any, options: argparse.Namespace) -> Any:
         cases=tuple(options.case or ()),
         device=options.device,
         pictures=bool(options.report),
-        command=shlex.join(["clrt", *sys.argv[1:]]),
+        command=printable(shlex.join(["clrt", *sys.argv[1:]])),
     )
 
 

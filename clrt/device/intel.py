@@ -16,6 +16,8 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+from clrt.base.elsewhere import within
+from clrt.base.resources import PACKAGE
 from clrt.device.opencl import cl
 
 PACKAGES: Final = ("intel-opencl-rt", "intel-cmplr-lib-rt")
@@ -38,6 +40,11 @@ def library() -> Path | None:
 @cache
 def platforms() -> tuple[cl.Platform, ...]:
     """The runtime's platforms: none where it is not installed or does not load."""
+    with within(PACKAGE):
+        return _loaded()
+
+
+def _loaded() -> tuple[cl.Platform, ...]:
     file = library()
     if file is None:
         return ()

@@ -6,38 +6,23 @@ import os
 import re
 import shutil
 import sys
-from dataclasses import dataclass
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Final
 
 from clrt.base import notices
+from clrt.base.elsewhere import relative, within
 from clrt.base.errors import DeviceError
+from clrt.base.resources import PACKAGE
 from clrt.device import intel, kernelcache, trial
+from clrt.device.info import DeviceInfo
 from clrt.device.opencl import cl
 from clrt.device.vendors import VARIABLE as VENDORS
 from clrt.device.vendors import install_command, why_none
 
 VARIABLE: Final = "CLRT_DRIVER"
+_PLACES: Final = (VENDORS, "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES", "LD_LIBRARY_PATH", kernelcache.VARIABLE)
 _process: list[int] = []  # the one that first asked for platforms
-
-
-@dataclass(frozen=True)
-class DeviceInfo:
-    """One OpenCL device, as `clrt devices` lists it. `memory` is in bytes, `units` counts compute units."""
-
-    index: int
-    name: str
-    platform: str
-    version: str
-    kind: str
-    units: int
-    memory: int
-    driver: str = ""
-    """The driver's own version, beside that of the OpenCL it speaks."""
-
-    @property
-    def label(self) -> str:
-        return f"{self.platform} {self.version} / {self.name}"
 
 
 def listed() -> list[tuple[DeviceInfo, cl.Device]]:
@@ -59,14 +44,15 @@ def listed() -> list[tuple[DeviceInfo, cl.Device]]:
 def _platforms() -> list[cl.Platform]:
     """The platforms that the loader finds, then Intel's beside clrt; of CLRT_DRIVER's driver only."""
     wanted = os.environ.get(VARIABLE, "").strip().lower()
-    try:
-        found, error = cl.get_platforms(), ""
-    except cl.Error as refused:
-        found, error = [], f" ({refused})"
-    if not _process:
-        _process.append(os.getpid())
-    if _intel_wanted() and all(platform.name.strip() != intel.PLATFORM for platform in found):
-        found = [*found, *intel.platforms()]
+    with nullcontext() if relative(*_PLACES) else within(PACKAGE):
+        try:
+            found, error = cl.get_platforms(), ""
+        except cl.Error as refused:
+            found, error = [], f" ({refused})"
+        if not _process:
+            _process.append(os.getpid())
+        if _intel_wanted() and all(platform.name.strip() != intel.PLATFORM for platform in found):
+            found = [*found, *intel.platforms()]
     if not found:
         raise DeviceError(f"no OpenCL platform{error}: {why_none()}; install a driver: {mending()}")
     names = [f"{platform.name.strip()} {_short_version(platform.version)}" for platform in found]

@@ -11,6 +11,7 @@ from clrt.base.resources import kernel_folder, kernel_text
 
 KERNEL_FILES: Final = (
     "generate.cl",
+    "arrange.cl",
     "trace.cl",
     "surface.cl",
     "boundaries.cl",

@@ -19,15 +19,13 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError, DeviceError, one_line
 from clrt.device import kernelcache
+from clrt.device.info import DeviceInfo
 from clrt.device.processor import signature
-
-if TYPE_CHECKING:
-    from clrt.device.platforms import DeviceInfo
 
 PATIENCE: Final = 120.0  # seconds: a busy machine takes 5
 _DAY: Final = 24 * 3600
@@ -149,7 +147,7 @@ def _run(what: str) -> str:
     paths = os.pathsep.join(part for part in (root, os.environ.get("PYTHONPATH")) if part)
     try:
         done = subprocess.run(
-            [sys.executable, "-m", "clrt.device.attempt", what],
+            [sys.executable, "-P", "-m", "clrt.device.attempt", what],
             capture_output=True, timeout=PATIENCE, check=False, stdin=subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": paths},
         )  # fmt: skip

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Final
 
 from clrt.base.install import pip_install
+from clrt.base.resources import PACKAGE
 
 VARIABLE: Final = "OCL_ICD_VENDORS"
 USUAL_FOLDER: Final = Path("/etc/OpenCL/vendors")
@@ -74,7 +75,7 @@ def vendors() -> list[Vendor]:
                 found.append(Vendor(file, "", f"cannot be read: {error.strerror}"))
                 continue
             library = "".join(text.splitlines()[:1]).strip()[:200]
-            near = file.parent / library  # pyopencl's own names a library beside it
+            near = (file.parent / library).absolute()  # pyopencl's own names a library beside it
             path = str(near) if os.path.isfile(near) else library
             found.append(Vendor(file, path, load_fault(path)))
     return found
@@ -109,8 +110,9 @@ def load_fault(library: str) -> str:
     code = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
     try:
         done = subprocess.run(
-            [sys.executable, "-c", code, library], capture_output=True, text=True, timeout=30, check=False
-        )
+            [sys.executable, "-P", "-c", code, library],
+            capture_output=True, text=True, timeout=30, check=False, cwd=PACKAGE,
+        )  # fmt: skip
     except subprocess.TimeoutExpired:
         return "it does not load within 30 s"
     except (OSError, ValueError) as error:  # no process can be started here, or not with that argument

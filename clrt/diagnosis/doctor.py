@@ -112,7 +112,7 @@ def _intel() -> Iterator[Finding]:
 
 def _device(wanted: int | str | None) -> Iterator[Finding]:
     """What a small render on the device says."""
-    command = [sys.executable, "-m", "clrt.diagnosis.probe", *([] if wanted is None else [str(wanted)])]
+    command = [sys.executable, "-P", "-m", "clrt.diagnosis.probe", *([] if wanted is None else [str(wanted)])]
     root = str(Path(__file__).resolve().parents[2])  # a checkout need not be installed
     paths = os.pathsep.join(part for part in (root, os.environ.get("PYTHONPATH")) if part)
     clean = f"rm -r {kernelcache.usual_folder()}"

@@ -15,7 +15,7 @@ import os
 import time
 import zipfile
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final
@@ -25,7 +25,9 @@ import numpy as np
 from clrt.base.atomic import check_replaceable, replacing
 from clrt.base.errors import ClrtError
 from clrt.engine.picture import Picture
-from clrt.engine.wavefront import RayCounts
+from clrt.engine.queues import AMBIENT, REFLECTION, TRANSMISSION
+from clrt.engine.wavefront import KINDS, RayCounts
+from clrt.layout import ceilings
 
 _SHARE: Final = 0.05  # of the time that saving may take
 _MARK: Final = "clrt checkpoint 1"
@@ -34,19 +36,28 @@ _HEADER: Final = 128  # bytes that numpy writes before an array of bytes
 _TOLD: Final = 1 << 18  # bytes: what texts and the counts of usual depths stay below
 _GENERATION: Final = 512  # bytes of a generation's counts, whatever the numbers
 _BLOCK: Final = 1 << 20  # bytes read at a time
+_CHILDREN: Final = (1 << 16) + 2 * 64  # of a ray at most: ambient samples, and what dispersion makes of two
 
 
 class Checkpoint:
     """Saves `picture` and `counts` while they grow; as a context, also when it is left, whatever the reason.
 
-    `task` is what `Job.identity` gives. Where the file exists, picture and counts are filled from it;
-    ClrtError when it belongs to another task, is damaged, or cannot be written.
+    `task` is what `Job.identity` gives, `ranges` what `Job.ranges` does. Where the file exists, picture and
+    counts are filled from it; ClrtError when it belongs to another task, holds what that task cannot have
+    made, is damaged, or cannot be written.
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], task: dict[str, str], picture: Picture, counts: RayCounts
+        self,
+        path: str | os.PathLike[str],
+        task: dict[str, str],
+        picture: Picture,
+        counts: RayCounts,
+        ranges: Mapping[str, tuple[float, float]],
     ) -> None:
         self.path, self.task, self.picture, self.counts = Path(path), task, picture, counts
+        self.ranges = ranges
+        self._adding: tuple[np.ndarray, list[Counter[str]]] | None = None  # pixels, and counts before
         self.done = np.zeros(picture.pixels.shape[:2], bool)
         self._unsaved = False
         self._took, self._last = 0.0, time.monotonic()
@@ -60,9 +71,13 @@ class Checkpoint:
         left = (pixels[~done[self.picture.places(pixels)]] for pixels in pieces)
         return [pixels for pixels in left if len(pixels)]
 
-    def add(self, pixels: np.ndarray) -> None:
-        """Note that these pixels are in the picture, and their rays in the counts; save now and then."""
-        self.done.reshape(-1)[self.picture.places(pixels)] = True
+    def add(self, pixels: np.ndarray, rays: RayCounts) -> None:
+        """Note that these pixels are in the picture, and count their rays; save now and then."""
+        places = self.picture.places(pixels)
+        self._adding = places, [Counter(row) for row in self.counts.generations]
+        self.done.reshape(-1)[places] = True
+        self.counts.merge(rays)
+        self._adding = None
         self._unsaved = True
         if (time.monotonic() - self._last) * _SHARE >= self._took:
             self.save()
@@ -70,6 +85,10 @@ class Checkpoint:
     def save(self) -> None:
         """Replace the file."""
         start = time.monotonic()
+        if self._adding:  # and interrupted there: these pixels are not finished
+            places, self.counts.generations[:] = self._adding
+            self.done.reshape(-1)[places] = False
+            self._adding = None
         arrays = self._arrays()
         told = {"mark": _MARK, "job": self.task, "rays": self.counts.generations}
         arrays["told"] = np.frombuffer(json.dumps(told).encode(), np.uint8)
@@ -100,13 +119,23 @@ class Checkpoint:
                 rays = _counts(told["rays"], depth + 1)
                 for name, array in arrays.items():
                     _fill(archive, name, array)
-            if (self.done.view(np.uint8) > 1).any():
-                raise ValueError("neither finished nor not")
+            self._check(rays)
         except ClrtError:
             raise
         except Exception:  # what is damaged can fail anywhere in zipfile or json, in words about their files
             raise ClrtError(f"{self.path}: is not a whole checkpoint of clrt; {_ADVICE}") from None
         self.counts.generations[:] = rays
+
+    def _check(self, rays: list[Counter[str]]) -> None:
+        """ValueError for numbers that the task cannot have made."""
+        if (self.done.view(np.uint8) > 1).any():
+            raise ValueError("neither finished nor not")
+        for name, array in {"image": self.picture.pixels, **self.picture.layers}.items():
+            least, most = self.ranges[name]
+            if not (least <= array.min() and array.max() <= most):  # of a NaN neither is true
+                raise ValueError("no light and no place")
+        if sum(row["camera"] for row in rays) != int(self.task["spp"]) * np.count_nonzero(self.done):
+            raise ValueError("not the rays of what is finished")
 
     def _arrays(self) -> dict[str, np.ndarray]:
         """What the file holds besides texts and counts."""
@@ -169,4 +198,18 @@ def _counts(rows: Any, most: int) -> list[Counter[str]]:
     for row in rows:
         if not isinstance(row, dict) or not all(type(n) is int and 0 <= n < 1 << 63 for n in row.values()):
             raise ValueError("not counts")
-    return [Counter(row) for row in rows]
+        if not row.keys() <= set(KINDS):
+            raise ValueError("of other kinds")
+    counts: list[Counter[str]] = [Counter(row) for row in rows]
+    hits = 0
+    for generation, row in enumerate(counts):
+        children = row[REFLECTION] + row[TRANSMISSION] + row[AMBIENT]
+        if (row["camera"] and generation) or children > hits * _CHILDREN:
+            raise ValueError("rays from nowhere")
+        if row["camera_hits"] != (0 if generation else row["hits"]) or row["hits"] > row["camera"] + children:
+            raise ValueError("hits of no rays")
+        hits = row["hits"]
+        inside = row["total_internal_reflection"]
+        if inside > hits * _CHILDREN or row["feelers"] > hits * ceilings.LIGHTS:
+            raise ValueError("what follows no hit")
+    return counts

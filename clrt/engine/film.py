@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable
-from typing import Any, Final
+from collections.abc import Iterator
+from typing import Any, TypeVar
 
 import numpy as np
 
 from clrt import layout
-from clrt.base.errors import ClrtError, show
-from clrt.base.suggest import nearest
+from clrt.base.layers import Rays, Term, comes_from, find
 from clrt.device.device import Device
 from clrt.device.tracks import Answer
 from clrt.engine import passes
@@ -18,51 +16,7 @@ from clrt.engine.queues import Hits, Lit, Queue
 from clrt.engine.world import World
 from clrt.spectra.colorimetry import thesis_finish
 
-# layers of radiance: all generations, rays whose path word & mask == value
-_BY_PATH: Final = {
-    "direct": (layout.PATH["PATH_ROUTE"], 0),
-    "reflection": (layout.PATH["PATH_ROUTE"], 1),
-    "transmission": (layout.PATH["PATH_ROUTE"], 2),
-    "ambient": (layout.PATH["PATH_GATHERED_FIRST"], layout.PATH["PATH_GATHERED_FIRST"]),
-}
-# terms of the local light of generation 0
-_BY_TERM: Final = {
-    name: layout.TERMS[f"TERM_{name.upper()}"] for name in ("emission", "ambient", "diffuse", "highlight")
-}
-GEOMETRY: Final = ("depth", "position", "normal", "shape")
-SPECTRAL: Final = ("bands", "xyz")  # of scenes with a spectrum: the whole picture, not yet RGB
-_GENERATION = re.compile(r"generation_(0|[1-9][0-9]{0,8})")
-_MOST_NAMED: Final = 64  # generations that a message lists
-
-
-def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) -> tuple[str, ...]:
-    """The names, each once; "all" stands for all there are. ClrtError names an unknown one and its nearest.
-
-    A single name, or several with commas, may be one text.
-    """
-    listed = [name.strip() for name in layers.split(",")] if isinstance(layers, str) else layers
-    known = tuple(dict.fromkeys((*_BY_PATH, *_BY_TERM, *GEOMETRY, *(SPECTRAL if spectral else ()))))
-    found: dict[str, None] = {}
-    for name in listed:
-        if name == "all":
-            found |= dict.fromkeys((*known, *(f"generation_{g}" for g in range(max_depth + 1))))
-            continue
-        if name in SPECTRAL and not spectral:
-            raise ClrtError(f"layers: {name!r} is for scenes with a spectrum; this one is in RGB")
-        if name not in known and not _generation(name, max_depth):
-            numbered = tuple(f"generation_{g}" for g in range(min(max_depth, _MOST_NAMED) + 1))
-            near = nearest(name, (*known, *numbered), cutoff=0.6)
-            hint = f"did you mean {near!r}?" if near else "known: all, " + ", ".join((*known, *numbered))
-            raise ClrtError(f"layers: {show(name)} is not a layer; {hint}")
-        found[name] = None
-    return tuple(found)
-
-
-def _generation(name: str, max_depth: int) -> bool:
-    """Whether this is the layer of a generation that there is."""
-    found = _GENERATION.fullmatch(name)
-    return found is not None and int(found.group(1)) <= max_depth
-
+Kind = TypeVar("Kind", Rays, Term)
 
 def finished(values: np.ndarray) -> np.ndarray:
     """Linear colours (..., 3) float32 of what a response gives, which is RGB or the thesis program's own."""
@@ -74,30 +28,36 @@ def finished(values: np.ndarray) -> np.ndarray:
 class Film:
     """Planes of (pixels, bands) sums on the device: the picture, then a plane a layer of radiance."""
 
-    def __init__(self, device: Device, pixels: int, layers: tuple[str, ...]) -> None:
+    def __init__(self, device: Device, pixels: int, names: tuple[str, ...]) -> None:
         self.device = device
         self.pixels = pixels
-        self.planes = ("image", *(name for name in layers if name not in GEOMETRY + SPECTRAL))
+        self.planes = ("image", *(name for name in names if comes_from(name, Rays, Term)))
+        self.sources = ((Rays(),), *(find(name).sources for name in self.planes[1:]))
         self.nbytes = 4 * len(self.planes) * pixels * device.bands
         self.sums: Any = device.buffer(self.nbytes, "float")
         device.fill(self.sums, self.nbytes)
 
     def add(self, queue: Queue, lit: Lit, generation: int) -> None:
         """Add what a queue brings to its pixels, to the picture and to every layer it belongs to."""
-        for plane, name in enumerate(self.planes):
-            numbered = _GENERATION.fullmatch(name)
-            mask, value = _BY_PATH.get(name, (0, 0))
-            if name == "image" or name in _BY_PATH or (numbered and int(numbered.group(1)) == generation):
+        for plane, source in self._sources(Rays):
+            if source.generation in (None, generation):
+                mask = layout.PATH.get(source.mask, 0)
+                value = mask if source.value is None else source.value
                 passes.gather(self.device, queue, lit, self.sums, plane, self.pixels, mask, value)
 
     def add_terms(self, world: World, queue: Queue, hits: Hits, last: bool) -> None:
         """For layers of one term of generation 0: the passes of local light again, with that term only."""
-        for plane, name in enumerate(self.planes):
-            if name in _BY_TERM:
-                lit = passes.light(self.device, world, queue, hits, last, _BY_TERM[name])
-                feelers = passes.feelers(self.device, world, queue, hits, lit)
-                passes.illuminate(self.device, world, queue, hits, lit, feelers, _BY_TERM[name])
-                passes.gather(self.device, queue, lit, self.sums, plane, self.pixels)
+        for plane, source in self._sources(Term):
+            term = layout.TERMS[source.name]
+            lit = passes.light(self.device, world, queue, hits, last, term)
+            feelers = passes.feelers(self.device, world, queue, hits, lit)
+            passes.illuminate(self.device, world, queue, hits, lit, feelers, term)
+            passes.gather(self.device, queue, lit, self.sums, plane, self.pixels)
+
+    def _sources(self, kind: type[Kind]) -> Iterator[tuple[int, Kind]]:
+        """Of each plane that has such a source, the number and the source."""
+        for plane, sources in enumerate(self.sources):
+            yield from ((plane, source) for source in sources if isinstance(source, kind))
 
     def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
         """`sums`, (planes, bands, pixels); means once it is developed."""

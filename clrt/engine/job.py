@@ -10,12 +10,14 @@ from typing import Final, TypeVar
 
 import numpy as np
 
+from clrt import layout
 from clrt.base.errors import LimitError
+from clrt.base.layers import Geometry, Spectral, comes_from, find
 from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.engine import passes
-from clrt.engine.film import GEOMETRY, SPECTRAL, Film, finished
+from clrt.engine.film import Film, finished
 from clrt.engine.immersion import immerse
 from clrt.engine.schedule import Work, interleaved
 from clrt.engine.stage import Observer, tell
@@ -26,6 +28,8 @@ from clrt.flatten.camera import near_corners
 from clrt.flatten.flatten import FlatScene
 
 TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
+
+_FINITE: Final = float(np.finfo(np.float32).max)
 
 Rays = tuple[np.ndarray, ...]  # as `rayinput.ray_chunks` gives them
 Piece = TypeVar("Piece", np.ndarray, Rays)  # numbers of pixels, (n,) uint32; or a caller's rays
@@ -45,7 +49,7 @@ class Job:
     """What is asked of a scene, and nothing of how far it is: pieces are traced in any order, anywhere.
 
     flat: the scene. camera: a record of `flatten_camera`, or None where the pieces are a caller's rays.
-    depth: the last generation. layers: as `film.check_layers` gives them. A job can be pickled: what
+    depth: the last generation. layers: as `layers.check_layers` gives them. A job can be pickled: what
     another process needs beside it is `World(Device(None, job.settings, job.flat.rays), job.flat)`.
     """
 
@@ -89,7 +93,7 @@ class Job:
         film = Film(device, queue.n // self.samples, self.layers)
         rays = yield from trace(device, world, queue, hits, film, self.depth, budget, observers)
         found: dict[str, np.ndarray] = {}
-        if set(self.layers) & set(GEOMETRY):
+        if any(comes_from(name, Geometry) for name in self.layers):
             found = passes.geometry(device, world, queue, hits, self.samples)
             tell(observers, "geometry", 0, queue, dict(found))
         size = device.ask(reported, np.zeros(1, np.uint32)) if reported is not None else None
@@ -99,8 +103,11 @@ class Job:
         tell(observers, "resolve", 0, queue, film)
         tell(observers, "develop", 0, queue, {"rows": planes})
         found |= dict(zip(film.planes, finished(planes), strict=True))
-        for name in set(self.layers) & set(SPECTRAL):
-            found[name] = film.reading(self.flat.xyz if name == "xyz" else None, planes=1).wait()[0]
+        for name in self.layers:
+            for source in find(name).sources:
+                if isinstance(source, Spectral):
+                    response = getattr(self.flat, source.response) if source.response else None
+                    found[name] = film.reading(response, planes=1).wait()[0]
         return Tile(rays, found, int(size.wait()[0]) if size else 0)
 
     def tiles(self, device: Device, world: World, pieces: list[Piece]) -> Iterator[tuple[Piece, Tile]]:
@@ -123,6 +130,25 @@ class Job:
             "camera": hashlib.sha256(self.camera.tobytes()).hexdigest(),
             "kernels": hashlib.sha256(kernel_source(self.flat.rays).encode()).hexdigest(),
         }
+
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """The least and the most that a number of the picture ("image") and of each layer can be."""
+        flat, brightest = self.flat, float(np.float32(layout.BRIGHTEST))
+
+        def seen(response: np.ndarray | None) -> tuple[float, float]:
+            if response is None:  # radiance is never negative
+                return 0.0, brightest
+            if len(response) == 3:  # but colours beyond what red, green and blue show are; rounded sums
+                most = 1.001 * brightest * float(np.abs(response).sum(axis=1).max())
+                return -most, most
+            return -_FINITE, brightest  # `film.finished` bounds it above
+
+        special = {
+            "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
+            "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes - 1.0),
+        }  # fmt: skip
+        light = seen(flat.response)
+        return {"image": light, **{name: special.get(name, light) for name in self.layers}}
 
     @cached_property
     def _camera(self) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from clrt import layout
+from clrt.base.layers import GEOMETRY
 from clrt.device.device import Device
 from clrt.engine.queues import (
     AMBIENT,
@@ -33,6 +34,7 @@ _SPAWNING = {
     TRANSMISSION: ("transmit", "TRANSMISSION"),
     AMBIENT: ("gather_ambient", "AMBIENT"),
 }
+_SCATTERED = (REFLECTION, AMBIENT)  # queues whose feelers start here and there: they gain by being arranged
 
 
 def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> tuple[Queue, Any]:
@@ -57,6 +59,14 @@ def adopt(
     return queue
 
 
+def arranged(device: Device, rays: Any, n: int) -> Any:
+    """An order of rays in which neighbours go the same way, for tracing them: a buffer of uint."""
+    keys, between, sequence = (device.buffer(4 * n, "uint") for _ in range(3))
+    groups = -(-n // layout.ARRANGED)
+    device.launch("arrange", groups, rays, np.uint32(n), keys, between, sequence, local_size=1)
+    return sequence
+
+
 def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -> Hits:
     """Nearest hit of every ray, and what the surface is there.
 
@@ -71,7 +81,8 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
         device.buffer(4 * n, "int"),
     )
     arguments = (*world.arguments, *queue.arguments, *hits.arguments)
-    device.launch_packets("closest", n, *arguments)
+    sequence = arranged(device, queue.rays, n) if queue.kind == AMBIENT and world.small else None
+    device.launch_packets("closest", n, *arguments, sequence)
     device.launch_packets("surface", n, *arguments)
     if crossing and world.flat.media is not None:
         device.for_queue(queue.narrow).launch_packets("cross_boundaries", n, *arguments, world.overflow)
@@ -125,7 +136,8 @@ def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit) ->
         if world.tinted:
             kernels.launch_packets("occluded_tinted", n, *arguments, found.filter)
         else:
-            device.launch_packets("occluded", n, *arguments)
+            sequence = arranged(device, found.rays, n) if queue.kind in _SCATTERED else None
+            device.launch_packets("occluded", n, *arguments, sequence)
     return found
 
 
@@ -148,7 +160,7 @@ def illuminate(
 def any_hit(device: Device, world: World, queue: Queue) -> Any:
     """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
     seen = device.buffer(4 * queue.n, "uint")
-    device.launch_packets("occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen)
+    device.launch_packets("occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen, None)
     return seen
 
 
@@ -224,15 +236,11 @@ def spawn(
 
 
 def geometry(device: Device, world: World, queue: Queue, hits: Hits, samples: int) -> dict[str, np.ndarray]:
-    """Distance, position, normal, uv, primitive and shape of the first of every `samples` rays."""
+    """What `layers.GEOMETRY` lists of the first of every `samples` rays: by name, (n,) or (n, values)."""
     n = queue.n // samples
     out = {
-        "depth": np.empty(n, np.float32),
-        "position": np.empty((n, 3), np.float32),
-        "normal": np.empty((n, 3), np.float32),
-        "uv": np.empty((n, 2), np.float32),
-        "primitive": np.empty(n, np.int32),
-        "shape": np.empty(n, np.int32),
+        name: np.empty(n if layer.values == 1 else (n, layer.values), layout.dtype(layer.kind))
+        for name, layer in GEOMETRY.items()
     }
     buffers = {name: device.buffer(array.nbytes, element(array.dtype)) for name, array in out.items()}
     groups = (*world.arguments, *queue.arguments, *hits.arguments)

@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clrt import layout
 from clrt.base.arguments import whole
 from clrt.base.errors import ClrtError, fault, show
+from clrt.base.layers import find
 
 
 class Picture:
@@ -22,9 +24,9 @@ class Picture:
         self.pixels = np.zeros((*shape, 3), np.float32)
         self.layers: dict[str, np.ndarray] = {}
         for name in names:
-            kind = np.int32 if name == "shape" else np.float32
-            rows = _values(name, bands)
-            self.layers[name] = np.zeros(shape if rows == 1 else (*shape, rows), kind)
+            layer = find(name)
+            size = shape if layer.values == 1 else (*shape, layer.values or bands)
+            self.layers[name] = np.zeros(size, layout.dtype(layer.kind))
 
     def put(self, pixels: np.ndarray, values: dict[str, np.ndarray]) -> None:
         """Place what was found for the pixels of these numbers: "image" and layers."""
@@ -46,12 +48,7 @@ class Picture:
 
 def picture_bytes(window: tuple[int, int, int, int], names: Sequence[str], bands: int) -> int:
     """Bytes that a Picture of that window with these layers takes, and the numbers of its pixels."""
-    return 4 * window[2] * window[3] * (3 + 1 + sum(_values(name, bands) for name in names))
-
-
-def _values(name: str, bands: int) -> int:
-    """Numbers of a pixel in a layer, of 4 bytes each."""
-    return 1 if name in ("depth", "shape") else bands if name == "bands" else 3
+    return 4 * window[2] * window[3] * (3 + 1 + sum(find(name).values or bands for name in names))
 
 
 def _scatter(target: np.ndarray, place: np.ndarray, values: np.ndarray) -> None:

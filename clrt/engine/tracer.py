@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import asdict
 from functools import wraps
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
@@ -16,13 +17,14 @@ from clrt import layout
 from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, SceneError
+from clrt.base.layers import check_layers
 from clrt.base.limits import Branching
+from clrt.base.places import At
 from clrt.device.device import Device
 from clrt.device.platforms import check_process
 from clrt.device.settings import Settings
 from clrt.engine import passes
 from clrt.engine.checkpoint import Checkpoint
-from clrt.engine.film import check_layers
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture, check_crop, picture_bytes
 from clrt.engine.queues import Queue, picture_tile, tile_rays
@@ -34,9 +36,13 @@ from clrt.flatten.flatten import bands_of, check_ceilings, flatten, flatten_came
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.layout import ceilings
-from clrt.scene.scene import Scene
+from clrt.scene.camera import Camera
+from clrt.scene.scene import Document, Scene, read_camera
 from clrt.version import __version__
 
+# fields of a scene that say nothing of what is on the device
+_ASIDE = ("version", "camera", "max_depth")
+_ON_DEVICE = [name for name in (*Document.__struct_fields__, "folder") if name not in _ASIDE]
 Progress = Callable[[int, int, int], None]
 Method = TypeVar("Method", bound=Callable[..., Any])
 
@@ -48,6 +54,8 @@ def _one_at_a_time(method: Method) -> Method:
     def locked(self: Tracer, *arguments: Any, **named: Any) -> Any:
         check_process()  # first: a lock that was held when the process was forked stays held
         with self._lock:
+            if self._closed:
+                raise ClrtError("this Tracer is closed; make a new one: clrt.Tracer(scene)")
             return method(self, *arguments, **named)
 
     return locked  # type: ignore[return-value]
@@ -62,7 +70,8 @@ class Tracer:
     takes it. device: a number from `clrt.devices()`, a part of "platform version / name", or None
     (CLRT_DEVICE, else the newest PoCL); or a `Device` of `clrt.device`, which then serves one thread and
     whose settings hold. settings: how to run, None for the usual. Raises DeviceError, SceneError,
-    LimitError, and ClrtError for arguments of another kind. Neither scene nor settings can be replaced.
+    LimitError, and ClrtError for arguments of another kind. `update` gives it another scene; settings stay.
+    As a context (`with Tracer(scene) as tracer`) it frees the device at the end, as `close` does.
     """
 
     @public
@@ -77,6 +86,7 @@ class Tracer:
         self._settings = device.settings if isinstance(device, Device) else settings
         self._scene = as_scene(scene, self._settings.limits)
         self._lock = threading.RLock()
+        self._closed = False
         self.flat = flatten(self._scene)
         check_ceilings(self.flat, self._scene.source)
         self.device = Device(opened, self.settings, self.flat.rays)
@@ -84,12 +94,53 @@ class Tracer:
 
     @property
     def scene(self) -> Scene:
-        """The scene that was compiled. It cannot be replaced: make a new Tracer for another one."""
+        """The scene that is on the device. `update` puts another in its place."""
         return self._scene
 
     @scene.setter
     def scene(self, other: object) -> None:
-        raise ClrtError("tracer.scene: it is compiled to the device; for another scene make Tracer(scene)")
+        raise ClrtError("tracer.scene: it is compiled to the device; for another scene call tracer.update")
+
+    @public
+    @_one_at_a_time
+    def update(self, scene: Scene | Mapping[str, Any] | str | os.PathLike[str]) -> str:
+        """Hold another scene, at the least cost, and say what it took.
+
+        "nothing": all is as it was, on the device; "camera": that alone differs; "tables": materials, lights
+        or other small arrays were sent; "rebuild": the tree was built anew. Objects that both scenes share
+        (`Scene.replace` keeps what it does not change) are not looked at. Pictures are those of a new Tracer,
+        bit for bit. Raises what `Tracer` raises; the scene before then stays.
+        """
+        scene = as_scene(scene, self.settings.limits)
+        before, cost = self._scene, "nothing"
+        if not all(getattr(scene, name) is getattr(before, name) for name in _ON_DEVICE):
+            flat = flatten(scene, (before, self.flat))
+            check_ceilings(flat, scene.source)
+            if flat.rays == self.flat.rays:
+                cost = self.world.update(self.device, flat)
+            else:
+                device = self.device.variant(flat.rays)
+                self.world, self.device, cost = World(device, flat), device, "rebuild"
+            self.flat = flat
+        if cost == "nothing" and scene.camera != before.camera:
+            cost = "camera"
+        self._scene = scene
+        return cost
+
+    def close(self) -> None:
+        """Free what it holds on the device; it cannot be used after that. To close it twice does no harm."""
+        with self._lock:
+            if not self._closed:
+                self._closed = True
+                del self.world
+                for track in self.device.driver.tracks:
+                    track.pool.free_held()
+
+    def __enter__(self) -> Tracer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     @property
     def settings(self) -> Settings:
@@ -100,6 +151,9 @@ class Tracer:
     def settings(self, other: object) -> None:
         text = "the device was set up with these; for others make Tracer(scene, settings=...)"
         raise ClrtError(f"tracer.settings: {text}")
+
+    def __reduce__(self) -> NoReturn:
+        raise ClrtError("a Tracer holds a device and cannot be copied or pickled; its scene and settings can")
 
     @property
     def tile(self) -> int:
@@ -118,51 +172,41 @@ class Tracer:
         progress: Progress | None = None,
         crop: tuple[int, int, int, int] | None = None,
         checkpoint: str | os.PathLike[str] | None = None,
+        camera: Camera | Mapping[str, Any] | None = None,
     ) -> Image:
-        """The picture that the scene's camera sees.
+        """The picture that the scene's camera sees, or another one.
 
         width, height (pixels, >= 1), spp (a square >= 1), max_depth (>= 0): in place of the scene's; width or
         height alone keeps the aspect. layers: names as in docs/layers.md (`direct`, `generation_1`, `depth`,
         ...), or "all". progress: called with (pixels done, pixels in all, rays traced) after every tile.
         crop: (x, y, width, height) in pixels, the part of the picture to render, with the same bits as in the
-        whole. checkpoint: a file that keeps what is finished; a render that finds it goes on from there. It
+        whole. camera: a `clrt.Camera`, or a dict as in scene files, for this picture only. checkpoint: a file
+        that keeps what is finished; a render that finds it goes on from there. It
         is kept at the end, for you to remove. Raises SceneError without a camera, LimitError, DeviceError,
         and ClrtError for arguments of another kind or range.
         """
-        width, height = arguments.optional("width", width, 1), arguments.optional("height", height, 1)
-        spp, progress = arguments.optional("spp", spp, 1), arguments.function("progress", progress)
-        layers = arguments.names("layers", layers)
+        progress = arguments.function("progress", progress)
         if checkpoint is not None:
             checkpoint = arguments.path("checkpoint", checkpoint)
-        if self.scene.camera is None:
-            raise SceneError(f"{self.scene.source or 'scene'}: camera: missing; a picture needs a [camera]")
-        camera = flatten_camera(self.scene.camera, width, height, spp)
-        full = int(camera["width"][0]), int(camera["height"][0])
-        samples = int(camera["grid"][0]) ** 2
-        depth = self._depth(max_depth)
-        names = check_layers(layers, depth, self.flat.response is not None)
-        window = check_crop(crop, *full)
-        self._check_limits(full[0] * full[1], samples, depth)
-        held = picture_bytes(window, names, self.flat.bands)
-        self.settings.limits.check("host_bytes", held)
-
-        task = Job(self.flat, depth, camera, names, self.settings)
-        picture = Picture(window, full[0], names, self.flat.bands)
+        task, full, window = self._task(width, height, spp, max_depth, layers, crop, camera)
+        samples = task.samples
+        picture = Picture(window, full[0], task.layers, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
         self.device.driver.take_seconds()
         saved = None
         size = self.tile if self.settings.tile else picture_tile(window[2] * window[3] * samples, self.tile)
         pieces = list(tiles(*full, window, max(1, size // samples)))[::-1]
         if checkpoint is not None:
-            saved = Checkpoint(checkpoint, task.identity(window), picture, counts)
+            saved = Checkpoint(checkpoint, task.identity(window), picture, counts, task.ranges())
             pieces = saved.unfinished(pieces)
         done = total - sum(map(len, pieces))
         with saved or nullcontext():
             for pixels, tile in task.tiles(self.device, self.world, pieces):
                 picture.put(pixels, tile.layers)
-                counts.merge(tile.rays)
                 if saved:
-                    saved.add(pixels)
+                    saved.add(pixels, tile.rays)
+                else:
+                    counts.merge(tile.rays)
                 local_size = tile.local_size
                 done += len(pixels)
                 if progress:
@@ -171,6 +215,78 @@ class Tracer:
         bands = bands_of(self.scene)
         wavelengths = () if bands is None else tuple(bands.midpoints.tolist())
         return Image(picture.pixels, picture.layers, stats, self._metadata(), wavelengths)
+
+    @public
+    @_one_at_a_time
+    def identity(
+        self,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+        layers: Sequence[str] = (),
+        crop: tuple[int, int, int, int] | None = None,
+        camera: Camera | Mapping[str, Any] | None = None,
+    ) -> str:
+        """SHA-256 (hexadecimal) of all that decides the picture that `render` would give for these arguments.
+
+        Equal for equal pictures' scenes, cameras, sizes, layers and kernels, known without rendering. Raises
+        what `render` does.
+        """
+        task, _, window = self._task(width, height, spp, max_depth, layers, crop, camera)
+        return hashlib.sha256(repr(task.identity(window)).encode()).hexdigest()
+
+    def _task(
+        self,
+        width: int | None,
+        height: int | None,
+        spp: int | None,
+        max_depth: int | None,
+        layers: Sequence[str],
+        crop: tuple[int, int, int, int] | None,
+        camera: Camera | Mapping[str, Any] | None,
+    ) -> tuple[Job, tuple[int, int], tuple[int, int, int, int]]:
+        """What is to be rendered, the size of the whole picture, and the window of it; checked."""
+        width, height = arguments.optional("width", width, 1), arguments.optional("height", height, 1)
+        spp, layers = arguments.optional("spp", spp, 1), arguments.names("layers", layers)
+        view = flatten_camera(self._camera(camera), width, height, spp)
+        full = int(view["width"][0]), int(view["height"][0])
+        depth = self._depth(max_depth)
+        names = check_layers(layers, depth, self.flat.response is not None)
+        window = check_crop(crop, *full)
+        self._check_limits(full[0] * full[1], int(view["grid"][0]) ** 2, depth)
+        self.settings.limits.check("host_bytes", picture_bytes(window, names, self.flat.bands))
+        return Job(self.flat, depth, view, names, self.settings), full, window
+
+    def _camera(self, given: Camera | Mapping[str, Any] | None) -> Camera:
+        """The camera that is given, else the scene's."""
+        camera = self.scene.camera if given is None else read_camera(given, At())
+        if camera is None:
+            raise SceneError(f"{self.scene.source or 'scene'}: camera: missing; a picture needs a [camera]")
+        return camera
+
+    @public
+    @_one_at_a_time
+    def camera_rays(
+        self, camera: Camera | Mapping[str, Any] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Origins and unit directions (height, width, 3) float32 of a picture's rays, one a pixel.
+
+        camera: as for `render`. They are what `render(spp=1)` traces, bit for bit.
+        """
+        view = flatten_camera(self._camera(camera), spp=1)
+        height, width = int(view["height"][0]), int(view["width"][0])
+        self._check_limits(width * height, 1, 0)
+        self.settings.limits.check("host_bytes", 4 * 6 * width * height)
+        found = np.empty((2, height * width, 3), np.float32)
+        record = self.device.upload(view)
+        for start in range(0, height * width, self.tile):
+            pixels = np.arange(start, min(start + self.tile, height * width), dtype=np.uint32)
+            queue, _ = passes.generate(self.device, record, pixels, 1)
+            lines = queue.lines(queue.rays)
+            found[0, pixels], found[1, pixels] = lines["origin"].T, lines["direction"].T
+        origins, directions = found.reshape(2, height, width, 3)
+        return origins, directions
 
     @public
     @_one_at_a_time
@@ -290,10 +406,11 @@ def render(
     settings: Settings | None = None,
     crop: tuple[int, int, int, int] | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
+    camera: Camera | Mapping[str, Any] | None = None,
 ) -> Image:
     """The picture of a scene, a dict, a scene file or a shipped scene's name.
 
     `Tracer(scene, device, settings).render(...)`, which see for what each argument may be and what is raised.
     """
     tracer = Tracer(scene, device, settings)
-    return tracer.render(width, height, spp, max_depth, layers, progress, crop, checkpoint)
+    return tracer.render(width, height, spp, max_depth, layers, progress, crop, checkpoint, camera)

@@ -31,6 +31,12 @@ from clrt.flatten.media import too_deep
 _NARROW_RAYS: Final = 1 << 17  # that dispersion makes of a tile at a time: as many as a tile in RGB has
 
 
+KINDS: Final = (
+    "camera", "camera_hits", "reflection", "transmission", "ambient", "total_internal_reflection", "feelers",
+    "hits",
+)  # fmt: skip
+
+
 @dataclass
 class RayCounts:
     """Rays by generation and kind, as `Image.stats` gives them."""
@@ -58,18 +64,8 @@ class RayCounts:
 
     def table(self) -> dict[str, dict[str, int] | list[dict[str, int]]]:
         """{"rays": totals by kind, "generations": the same for each generation}."""
-        kinds = (
-            "camera",
-            "camera_hits",
-            "reflection",
-            "transmission",
-            "ambient",
-            "total_internal_reflection",
-            "feelers",
-            "hits",
-        )
-        rows = [{kind: counts[kind] for kind in kinds} for counts in self.generations]
-        return {"rays": {kind: sum(row[kind] for row in rows) for kind in kinds}, "generations": rows}
+        rows = [{kind: counts[kind] for kind in KINDS} for counts in self.generations]
+        return {"rays": {kind: sum(row[kind] for row in rows) for kind in KINDS}, "generations": rows}
 
     @property
     def traced(self) -> int:

@@ -14,32 +14,76 @@ from clrt.flatten.flatten import FlatScene
 _SUBTREES: Final = 32  # parts of the tree that cores build side by side
 _SHARED_SUBTREE: Final = 4096  # a part of fewer primitives is not split further for the sake of sharing
 
+_SMALL: Final = 1024  # nodes: they and what their leaves hold stay in a core's own caches
+
+
+# what the builder writes, and the record that counts it
+_MADE: Final = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
+_TABLES: Final = {name: kind for name, kind in layout.WORLD.items() if name not in _MADE}
+_TREE: Final = ("boxes", "finite", "triangles", "spheres")  # what the tree is made of, besides kinds
+
 
 class World:
-    """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take.
+    """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take; `small`:
+    the tree is.
 
     The device's kernels must be those for the scene's rays: `device.variant(flat.rays)`.
     """
 
+    flat: FlatScene
+    _buffers: dict[str, Any]  # the sections by name, and `count`, the nodes of the tree
+
     def __init__(self, device: Device, flat: FlatScene) -> None:
         if device.rays != flat.rays:
             raise ValueError(f"kernels for {device.rays}; the scene has {flat.rays}")
-        self.flat = flat
         self.overflow = device.upload(np.zeros(1, np.uint32))  # 1 once a list of media was too short
-        made = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
         buffers: dict[str, Any] = {
-            name: device.upload(getattr(flat, name), kind=kind)
-            for name, kind in layout.WORLD.items()
-            if name not in made
+            name: device.upload(getattr(flat, name), kind=kind) for name, kind in _TABLES.items()
         }
-        buffers |= _build_tree(device, flat, buffers)
+        self._take(device, flat, buffers | _build_tree(device, flat, buffers))
+
+    def update(self, device: Device, flat: FlatScene) -> str:
+        """Hold another scene, for rays of the same format, at the least cost, and say which.
+
+        "nothing" where all arrays are equal; "tables" where some were sent; "rebuild" where the tree was
+        built anew.
+        """
+        changed = [name for name in _TABLES if not _same(getattr(self.flat, name), getattr(flat, name))]
+        buffers = self._buffers.copy()
+        for name in changed:
+            buffers[name] = device.upload(getattr(flat, name), kind=_TABLES[name])
+        grown = not all(_same(getattr(self.flat, name), getattr(flat, name)) for name in _TREE)
+        kinds = self.flat.primitives[["kind", "index"]], flat.primitives[["kind", "index"]]
+        if grown or ("primitives" in changed and not np.array_equal(*kinds)):
+            buffers |= _build_tree(device, flat, buffers)
+            changed.append("tree")
+        elif not changed and _same(self.flat.scene, flat.scene):
+            self.flat = flat
+            return "nothing"
+        self._take(device, flat, buffers)
+        return "rebuild" if "tree" in changed else "tables"
+
+    def _take(self, device: Device, flat: FlatScene, buffers: dict[str, Any]) -> None:
+        """Hold a scene whose sections are on the device, all but its own record."""
         info = flat.scene.copy()
-        info["nodes"] = buffers.pop("count")
+        info["nodes"] = buffers["count"]
         buffers["scene"] = device.upload(info)
+        self.flat, self._buffers = flat, buffers
         self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
+        self.small = int(info["nodes"][0]) < _SMALL
         self.lights = int(info["lights"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two arrays hold the same bits; the same array is not looked at."""
+    if one is other:
+        return True
+    if one.dtype != other.dtype or one.shape != other.shape:
+        return False
+    first, second = (np.ascontiguousarray(array).view(np.uint8) for array in (one, other))
+    return bool(np.array_equal(first, second))
 
 
 def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[str, Any]:
@@ -64,6 +108,7 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
     item = device.upload(np.arange(n, dtype=np.int32))
     binary = device.buffer((2 * n + 2 * _SUBTREES) * layout.dtype("BuildNode").itemsize, "BuildNode")
     tasks, counts = device.buffer(16 * _SUBTREES, "int4"), device.buffer(16, "int")
+    ways = device.buffer(layout.dtype("Ways").itemsize * _SUBTREES, "Ways")
     device.launch(
         "split_top",
         1,
@@ -78,14 +123,18 @@ def _build_tree(device: Device, flat: FlatScene, world: dict[str, Any]) -> dict[
         counts,
         local_size=1,
     )
-    device.launch("build_subtree", _SUBTREES, boxes, kind_buffer, tasks, counts, item, binary, local_size=1)
+    parts = (boxes, kind_buffer, tasks, counts, item, binary, ways)
+    device.launch("build_subtree", _SUBTREES, *parts, local_size=1)
 
-    nodes, leaves = device.buffer(n * size["nodes"], "WideNode"), device.buffer(3 * (n + 1) * 8, "int2")
-    hugepages.ask(device.queue, nodes, n * size["nodes"])
-    device.launch("collapse", 1, binary, nodes, np.int32(n + 1), leaves, counts, local_size=1)
+    # binary nodes that are no leaves, of which wide ones are made: few of the 2 n that there might be
+    inner = _SUBTREES + int(device.read(ways, np.empty(_SUBTREES, layout.dtype("Ways")))["inner"].sum())
+    most = inner + 2  # leaves, and the empty one
+    nodes, leaves = device.buffer(inner * size["nodes"], "WideNode"), device.buffer(3 * most * 8, "int2")
+    hugepages.ask(device.queue, nodes, inner * size["nodes"])
+    device.launch("collapse", 1, binary, ways, nodes, np.int32(most), leaves, counts, local_size=1)
     used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
     out = {"count": used, "nodes": nodes, "order": device.buffer(max(blocks[2], 1) * 32, "int")}
-    host_leaves = device.read(leaves, np.empty((3, n + 1, 2), np.int32))
+    host_leaves = device.read(leaves, np.empty((3, most, 2), np.int32))
     for kind, (name, packer, source) in enumerate(
         (("triangle_blocks", "pack_triangles", "triangles"), ("sphere_blocks", "pack_spheres", "spheres"))
     ):

@@ -8,13 +8,14 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, fields
 from functools import cached_property
+from operator import is_
 
 import numpy as np
 
 from clrt import layout
 from clrt.base.errors import SceneError, located
 from clrt.flatten.camera import flatten_camera
-from clrt.flatten.geometry import geometry
+from clrt.flatten.geometry import GEOMETRY, geometry
 from clrt.flatten.hidden import warn_of_hidden_view
 from clrt.flatten.materials import MaterialTable, flatten_lights
 from clrt.flatten.media import Media, media_of, needs_lists, shape_boxes
@@ -62,7 +63,6 @@ class FlatScene:
     group: int = 0
     response: np.ndarray | None = None
     xyz: np.ndarray | None = None
-
     @property
     def bands(self) -> int:
         """How many values of light a ray carries: 3 in RGB mode."""
@@ -86,37 +86,52 @@ class FlatScene:
             value = getattr(self, entry.name)
             if isinstance(value, np.ndarray):
                 digest.update(f"{entry.name} {value.dtype.descr} {value.shape}\n".encode())
-                digest.update(np.ascontiguousarray(value).view(np.uint8).data)
+                digest.update(self._digest(value))
         return digest.hexdigest()
+
+    @cached_property
+    def digests(self) -> dict[int, bytes]:
+        """By the identity of an array its SHA-256: those that scenes share are looked through once."""
+        return {}
+
+    def _digest(self, array: np.ndarray) -> bytes:
+        if id(array) not in self.digests:
+            self.digests[id(array)] = hashlib.sha256(np.ascontiguousarray(array).view(np.uint8).data).digest()
+        return self.digests[id(array)]
 
 
 @np.errstate(all="ignore")  # coordinates that overflow are found and named; light that does is infinite
-def flatten(scene: Scene) -> FlatScene:
+def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatScene:
     """The scene without its camera, for rays of the scene's bands (RGB mode: red, green, blue).
+
+    known: another scene, and what it was flattened to. Where both have the same shapes (the very objects)
+    the arrays of their geometry are shared, and nobody is warned of the view a second time; a background of
+    the same name is not read again.
 
     Raises `SceneError` with the place of a shape that its transform makes one that there is no primitive for,
     or whose coordinates leave the range of float32, and for a background that cannot be read.
     """
     bands = bands_of(scene)
     materials = MaterialTable(scene, bands)
-    sections = geometry(collect(scene, materials), scene)
+    numbers = [materials.number(shape) for shape in scene.shapes]
+    before = known[1] if known and _same_shapes(scene, known[0]) else None
+    sections = _geometry_of(before, numbers) if before else geometry(collect(scene, numbers), scene)
     sections["materials"] = materials.records()
     sections["lights"] = flatten_lights(scene, bands)
-    path = scene.background_path
-    image = np.zeros((0, 0, 3), np.float32) if path is None else read_image(path, scene.limits)
-    sections["background"] = np.ascontiguousarray(image, np.float32).reshape(-1)
-    sections["scene"] = _scene_info(scene, sections, image.shape, bands)
+    sections["background"], sides = _background(scene, known)
+    sections["scene"] = _scene_info(scene, sections, sides, bands)
     media = media_of(scene, sections) if needs_lists(scene, sections) else None
     if media is not None:
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
-    warn_of_hidden_view(scene, *shape_boxes(len(scene.shapes), sections))
+    if before is None:
+        warn_of_hidden_view(scene, *shape_boxes(len(scene.shapes), sections))
     boxes, finite = sections.pop("boxes"), sections.pop("finite")
     kept = {
         name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)
         for name, array in sections.items()
     }
     response, xyz = _responses(scene, bands)
-    return FlatScene(
+    flat = FlatScene(
         **kept,
         boxes=boxes,
         finite=finite,
@@ -126,6 +141,44 @@ def flatten(scene: Scene) -> FlatScene:
         response=response,
         xyz=xyz,
     )
+    if before:
+        own = {id(getattr(flat, name)) for name in GEOMETRY}
+        flat.digests.update((key, digest) for key, digest in before.digests.items() if key in own)
+    return flat
+
+
+def _same_shapes(scene: Scene, other: Scene) -> bool:
+    """Whether the shapes of two scenes are the same objects."""
+    if scene.shapes is other.shapes:
+        return True
+    return len(scene.shapes) == len(other.shapes) and all(map(is_, scene.shapes, other.shapes))
+
+
+def _geometry_of(flat: FlatScene, materials: list[int]) -> dict[str, np.ndarray]:
+    """What `geometry` gives for shapes flattened before that now have materials of these numbers."""
+    sections = {name: getattr(flat, name) for name in GEOMETRY}
+    for name in ("primitives", "unbounded"):
+        if not flat.scene[name][0]:  # what stands in for none
+            sections[name] = sections[name][:0]
+    found = np.array(materials, np.int32)[sections["primitives"]["shape"]]
+    if not np.array_equal(found, sections["primitives"]["material"]):
+        sections["primitives"] = sections["primitives"].copy()
+        sections["primitives"]["material"] = found
+    return sections
+
+
+def _background(
+    scene: Scene, known: tuple[Scene, FlatScene] | None
+) -> tuple[np.ndarray, tuple[int, int]]:
+    """The background image's numbers, and its height and width; 0 where there is none."""
+    path = scene.background_path
+    if path is None:
+        return np.zeros(0, np.float32), (0, 0)
+    if known and (scene.background, scene.folder) == (known[0].background, known[0].folder):
+        info = known[1].scene[0]
+        return known[1].background, (int(info["background_height"]), int(info["background_width"]))
+    image = read_image(path, scene.limits)
+    return np.ascontiguousarray(image, np.float32).reshape(-1), (image.shape[0], image.shape[1])
 
 
 def _responses(scene: Scene, bands: Bands | None) -> tuple[np.ndarray | None, np.ndarray | None]:
@@ -147,7 +200,7 @@ def bands_of(scene: Scene) -> Bands | None:
 
 
 def _scene_info(
-    scene: Scene, sections: dict[str, np.ndarray], image: tuple[int, ...], bands: Bands | None
+    scene: Scene, sections: dict[str, np.ndarray], image: tuple[int, int], bands: Bands | None
 ) -> np.ndarray:
     """The record SceneInfo, shape (1,); `nodes` is left to who builds the tree."""
     out = np.zeros(1, layout.dtype("SceneInfo", layout.BANDS if bands is None else bands.n))
@@ -159,7 +212,7 @@ def _scene_info(
     info["spd"] = scene.conformance == "spd"
     info["one_sided"] = sections["materials"]["one_sided"].any()
     info["medium_ior"], info["min_weight"] = scene.medium_ior, scene.min_weight
-    info["background_height"], info["background_width"] = image[:2]
+    info["background_height"], info["background_width"] = image
     info["ambient"], info["depth_color"] = light(scene.ambient, bands), light(scene.depth_color, bands)
     if scene.background_path is None:
         info["background"] = light(scene.background, bands)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -27,6 +28,12 @@ class Boxes:
     low: np.ndarray
     high: np.ndarray
     bounded: np.ndarray  # (n,) bool
+
+
+GEOMETRY: Final = (
+    "primitives", *layout.SECTIONS.values(), "normals", "vertices", "unbounded", "boxes", "finite"
+)  # fmt: skip
+"""What `geometry` gives."""
 
 
 def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:

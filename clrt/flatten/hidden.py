@@ -10,7 +10,7 @@ from clrt.base import notices
 from clrt.flatten.camera import flatten_camera, near_corners
 from clrt.flatten.inside import count_inside
 from clrt.scene.mesh import Mesh
-from clrt.scene.scene import DirectionalLight, Plane, Quadric, Scene, Shape
+from clrt.scene.scene import Plane, Quadric, Scene, Shape
 
 _MOST_WALLS: Final = 32  # shapes that are looked at
 _MOST_ANGLES: Final = 1 << 21  # points times faces of a mesh
@@ -47,9 +47,10 @@ def _is_wall(scene: Scene, shape: Shape) -> bool:
 
 def _parts(scene: Scene, shape: Shape, eyes: np.ndarray, middles: np.ndarray) -> bool:
     """Whether the eyes (n, 3) are on one side of the shape and the middles, and all lights, on the other."""
-    points = [light.position for light in scene.lights if not isinstance(light, DirectionalLight)]
+    places = [light.place for light in scene.lights]
+    points = [place[:3] for place in places if place[3]]
     others = np.concatenate([np.reshape(points, (-1, 3)), middles])
-    far = [light.direction for light in scene.lights if isinstance(light, DirectionalLight)]
+    far = [place[:3] for place in places if not place[3]]
     if len(others) + len(far) == 0:
         return False
     if isinstance(shape, Mesh) and (len(others) + len(eyes)) * shape.primitives > _MOST_ANGLES:
@@ -57,7 +58,7 @@ def _parts(scene: Scene, shape: Shape, eyes: np.ndarray, middles: np.ndarray) ->
     inside = count_inside(shape, eyes) > 0
     if inside.any() != inside.all() or not (inside.all() or isinstance(shape, Plane)):
         return False
-    beyond = [np.dot(d, shape.normal) > 0 if isinstance(shape, Plane) else False for d in far]
+    beyond = [np.dot(d, shape.normal) < 0 if isinstance(shape, Plane) else False for d in far]
     return bool((np.append(count_inside(shape, others) > 0, beyond) != inside[0]).all())
 
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any, Final
+
 import numpy as np
 
 from clrt import layout
-from clrt.scene.scene import Checker, DirectionalLight, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
+from clrt.scene.lights import DirectionalLight, Light, PointLight
+from clrt.scene.scene import Checker, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
 from clrt.spectra.bands import Bands, conductor, curve, index, light, reflectance
 
 _FLAT = (Plane, Polygon, Disk)
 _FRESNEL = {False: "CONSTANT", True: "FRESNEL", "schlick": "SCHLICK"}
+_FALLOFF = {"none": "FALLOFF_NONE", "inverse-square": "INVERSE_SQUARE"}
 
 
 class MaterialTable:
@@ -54,9 +59,9 @@ def _material(
 ) -> np.ndarray:
     out = np.zeros(1, layout.dtype("Material", _count(bands)))
     record = out[0]
-    record["ka"], record["kd"], record["ks"] = material.ka, material.diffuse, material.specular
-    record["shininess"] = material.shininess
-    record["kr"], record["kt"], record["ior"] = material.kr, material.kt, material.eta
+    for field, name in layout.COEFFICIENTS.items():
+        record[field] = getattr(material, name)
+    record["ior"] = material.eta
     record["fresnel"] = layout.FRESNEL[_FRESNEL[material.fresnel]]
     record["thin"] = material.thin
     record["one_sided"] = one_sided
@@ -98,12 +103,25 @@ def flatten_lights(scene: Scene, bands: Bands | None) -> np.ndarray:
     """One record for each light of the scene, dtype Light."""
     out = np.zeros(len(scene.lights), layout.dtype("Light", _count(bands)))
     for record, source in zip(out, scene.lights, strict=True):
+        kind, fill = _LIGHTS[type(source)]
+        record["kind"] = layout.LIGHT_KINDS[kind]
         record["intensity"] = light(source.intensity, bands)
-        if isinstance(source, DirectionalLight):
-            direction = np.asarray(source.direction, np.float64)
-            record["directional"] = 1
-            record["place"][:3] = -direction / np.linalg.norm(direction)
-        else:
-            record["place"][:3] = source.position
-            record["inverse_square"] = source.falloff == "inverse-square"
+        fill(record, source)
     return out
+
+
+def _point(record: np.void, source: PointLight) -> None:
+    record["place"][:3] = source.position
+    record["falloff"] = layout.FALLOFF[_FALLOFF[source.falloff]]
+
+
+def _directional(record: np.void, source: DirectionalLight) -> None:
+    direction = np.asarray(source.direction, np.float64)
+    record["place"][:3] = -direction / np.linalg.norm(direction)
+
+
+# class of a scene's lights -> the kernels' kind, and what fills in a record's other fields
+_LIGHTS: Final[dict[type[Light], tuple[str, Callable[[np.void, Any], None]]]] = {
+    PointLight: ("POINT", _point),
+    DirectionalLight: ("DIRECTIONAL", _directional),
+}

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from clrt import layout
 from clrt.scene.mesh import MeshData
+
+IDENTITY: Final = np.eye(4)
+"""The matrix of what has no transform: known by what it is, for scenes of many small meshes."""
 
 
 def world_points(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
@@ -17,7 +21,7 @@ def world_points(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
 
 def world_normals(normals: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """Unit normals (n, 3), through the inverse transpose: outside stays outside in mirrors; 0 stays 0."""
-    turned = normals @ np.linalg.inv(matrix[:3, :3])
+    turned = normals @ (matrix[:3, :3] if matrix is IDENTITY else np.linalg.inv(matrix[:3, :3]))
     length = np.linalg.norm(turned, axis=1, keepdims=True)
     return turned / np.where(length > 0, length, 1.0)
 
@@ -29,10 +33,10 @@ def unit(vector: Sequence[float] | np.ndarray) -> np.ndarray:
 
 def mirrors(matrix: np.ndarray) -> bool:
     """Whether the matrix turns counter-clockwise corners clockwise."""
-    return bool(np.linalg.det(matrix[:3, :3]) < 0)
+    return matrix is not IDENTITY and bool(np.linalg.det(matrix[:3, :3]) < 0)
 
 
-def joined(faces: np.ndarray | list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def joined(faces: np.ndarray | tuple[np.ndarray, ...]) -> tuple[np.ndarray, np.ndarray]:
     """The vertex numbers of all faces in a row, and how many each face has."""
     if isinstance(faces, np.ndarray):
         return faces.reshape(-1), np.full(len(faces), faces.shape[1])

@@ -15,8 +15,8 @@ import numpy as np
 from clrt import layout
 from clrt.base.errors import SceneError
 from clrt.flatten import quadric
-from clrt.flatten.materials import MaterialTable
 from clrt.flatten.mesh import (
+    IDENTITY,
     fans,
     joined,
     mesh_triangles,
@@ -46,7 +46,6 @@ from clrt.scene.transforms import is_similarity
 
 Point = Sequence[float] | np.ndarray
 
-_IDENTITY = np.eye(4)
 # corner i of a box is at its maximum on x, y, z where bit 0, 1, 2 of i is set; counter-clockwise from outside
 _BOX_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)])
 _BOX_FACES = np.array([[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]])
@@ -81,11 +80,12 @@ class Collected:
         self._close_rows()
         chunk = np.zeros(len(kinds), layout.dtype("Primitive"))
         chunk["kind"], chunk["shape"], chunk["material"] = kinds, shape, material
+        found = np.bincount(kinds, minlength=len(layout.KINDS))
         for name, kind in layout.KINDS.items():
-            which = kinds == kind
-            count = int(np.count_nonzero(which))
-            chunk["index"][which] = self.counts[name] + np.arange(count)
-            self.counts[name] += count
+            count = int(found[kind])
+            if count:
+                chunk["index"][kinds == kind] = self.counts[name] + np.arange(count)
+                self.counts[name] += count
         self.chunks.append(chunk)
 
     def primitives(self) -> np.ndarray:
@@ -104,12 +104,14 @@ def concatenated(chunks: list[np.ndarray], empty: np.ndarray) -> np.ndarray:
     return chunks[0] if len(chunks) == 1 else np.concatenate([empty, *chunks])
 
 
-def collect(scene: Scene, materials: MaterialTable) -> Collected:
-    """All shapes of the scene. Raises `SceneError` for a transform that leaves no primitive to be."""
+def collect(scene: Scene, materials: Sequence[int]) -> Collected:
+    """All shapes of the scene, of materials of these numbers.
+
+    Raises `SceneError` for a transform that leaves no primitive to be.
+    """
     out = Collected()
-    for index, shape in enumerate(scene.shapes):
-        add = _ADD[type(shape)]
-        add(out, shape, index, materials.number(shape), _at(scene, index))
+    for index, (shape, material) in enumerate(zip(scene.shapes, materials, strict=True)):
+        _ADD[type(shape)](out, shape, index, material, _at(scene, index))
     return out
 
 
@@ -118,7 +120,7 @@ def _at(scene: Scene, index: int) -> str:
 
 
 def _matrix(shape: Any) -> np.ndarray:
-    return shape.matrix if shape.transform else _IDENTITY
+    return shape.matrix if shape.transform else IDENTITY
 
 
 def _sphere(out: Collected, shape: Sphere, index: int, material: int, at: str) -> None:
@@ -154,7 +156,7 @@ def _add_disk(
     material: int,
     at: str,
 ) -> None:
-    if matrix is not _IDENTITY:
+    if matrix is not IDENTITY:
         if not is_similarity(matrix):
             raise SceneError(
                 f"{at}.transform: would make a disk (or cap) an ellipse; use one scale for all axes"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -45,6 +46,41 @@ def load(path: Path, limits: Limits) -> Scene:
         if line is None or error.at.source != source:
             raise
         raise PlacedError(At(f"{source}:{line}", error.at.path), error.text) from None
+
+
+def with_values(scene: Scene, given: Iterable[tuple[str, str]]) -> Scene:
+    """A scene with other values at some places (`Scene.replace`), each as TOML writes it, else a text."""
+    changes = {place: _value(text, scene.limits, place) for place, text in given}
+    return scene.replace(changes) if changes else scene
+
+
+def value_list(text: str, limits: Limits, source: str) -> list[Any]:
+    """Several values: `20:60:5` (5 from 20 to 60), or as TOML writes them with commas between, else texts."""
+    number = r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
+    found = re.fullmatch(rf"{number}:{number}:\s*(\d{{1,6}})\s*", text)
+    if found:
+        first, last, count = float(found[1]), float(found[2]), int(found[3])
+        if count < 1:
+            raise SceneError(located(source, "", f"{show(text)} asks for no value; FIRST:LAST:COUNT"))
+        step = (last - first) / max(count - 1, 1)
+        return [first + step * k for k in range(count)]
+    values = _value(f"[{text}]", limits, source)
+    if isinstance(values, list) and values:
+        return values
+    return [_value(part.strip(), limits, source) for part in text.split(",")]
+
+
+def _value(text: str, limits: Limits, source: str) -> Any:
+    """One value: 30, [0, 1, 0], true, {color = 0.5}, "glass", glass."""
+    line = f"x = {text}"
+    try:
+        toml_scan.check(line, limits, source)
+        table = tomli.loads(line)
+    except RecursionError:
+        raise LimitError(located(source, "", f"nesting: deeper than the limit of {limits.nesting}")) from None
+    except ValueError:
+        return text
+    return table["x"] if len(table) == 1 else text
 
 
 def _text(data: bytes, source: str) -> str:

@@ -18,11 +18,13 @@ import numpy as np
 
 from clrt.base import arguments
 from clrt.base.arguments import public
-from clrt.base.errors import ClrtError, show
+from clrt.base.errors import ClrtError, fault, show
+from clrt.base.frozen import FrozenDict
+from clrt.base.layers import find
 from clrt.base.limits import Limits
 from clrt.images import file as imagefile
 from clrt.images.file import check_writable, encode, write
-from clrt.images.layerpicture import is_light, layer_pixels
+from clrt.images.layerpicture import layer_pixels
 from clrt.version import __version__
 
 __all__ = ["Image", "check_writable", "pixel_hash", "read_image"]
@@ -53,6 +55,9 @@ class Image:
         arguments.mapping("layers", self.layers)
         arguments.mapping("stats", self.stats)
         arguments.mapping("metadata", self.metadata)
+        for name, text in self.metadata.items():
+            _check_text("metadata", name)
+            _check_text(f"metadata[{name!r}]", text)
         if not isinstance(self.wavelengths, (tuple, list)):
             raise ClrtError(f"wavelengths: {show(self.wavelengths)} is not allowed; it must be a tuple of nm")
         wavelengths = tuple(arguments.number("wavelengths", nm) for nm in self.wavelengths)
@@ -61,13 +66,18 @@ class Image:
             raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3){hint}")
         layers = {name: _array(f"layers[{name!r}]", layer) for name, layer in self.layers.items()}
         for name, layer in layers.items():
-            fits = (*pixels.shape[:2], len(wavelengths)) if name == "bands" else pixels.shape
-            if layer.shape not in (fits, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
+            _check_text("layers", name)
+            values = {3, find(name).values} if find(name).values else {len(wavelengths)}
+            fits = [(*pixels.shape[:2], number) for number in values]
+            if layer.shape not in (*fits, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
                 form = f"{layer.dtype} {layer.shape}"
                 raise ClrtError(f"layers[{name!r}]: {form} does not fit pixels {pixels.shape}")
         object.__setattr__(self, "pixels", _read_only(pixels))
         object.__setattr__(self, "wavelengths", wavelengths)
-        object.__setattr__(self, "layers", {name: _read_only(layer) for name, layer in layers.items()})
+        frozen = {"layers": {name: _read_only(layer) for name, layer in layers.items()},
+                  "stats": self.stats, "metadata": self.metadata}  # fmt: skip
+        for name, table in frozen.items():
+            object.__setattr__(self, name, FrozenDict(table))
 
     @property
     def height(self) -> int:
@@ -135,13 +145,13 @@ class Image:
         As `save`; `exposure` is for light alone. An .exr holds its layers itself. Returns absolute paths.
         """
         path = arguments.path("path", path)
-        shown = [name for name in self.layers if name != "bands"]
+        shown = [name for name in self.layers if find(name).is_shown]
         files = [layer_file(path, name) for name in shown]
         for file in files:
             check_writable(file, exposure, bits)
         saved = []
         for name, file in zip(shown, files, strict=True):
-            saved.append(self.layer(name).save(file, exposure if is_light(name) else 0.0, bits))
+            saved.append(self.layer(name).save(file, exposure if find(name).is_light else 0.0, bits))
         return saved
 
     @public
@@ -210,10 +220,22 @@ def pixel_hash(pixels: np.ndarray) -> str:
 
 def _array(name: str, value: object) -> np.ndarray:
     """`value` as an array; ClrtError for rows of different lengths."""
+    if np.ma.is_masked(value):
+        raise ClrtError(f"{name}: {np.ma.count_masked(value)} of its numbers are masked; fill them in")
     try:
         return np.ascontiguousarray(value)
     except (TypeError, ValueError, OverflowError):
         raise ClrtError(f"{name}: {show(value)} is not allowed; it must be an array of numbers") from None
+
+
+def _check_text(name: str, value: object) -> None:
+    """ClrtError for what no picture file can hold as a text."""
+    try:
+        good = isinstance(value, str) and "\0" not in value and value.encode() is not None
+    except UnicodeEncodeError:
+        good = False
+    if not good:
+        raise ClrtError(fault("", name, value, r"it must be a text that UTF-8 can hold, without \x00"))
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:
@@ -230,12 +252,13 @@ def _channels(
     Numbers of shapes are exact in float32: there are at most 2^24 of them. Bands are named as in Fichet,
     Pacanowski and Wilkie 2021, "An OpenEXR layout for spectral images": S0 is radiance, a comma the point.
     """
-    if name == "bands":
+    known, layer = find(name), np.atleast_3d(layer)
+    if not known.values:
         return tuple(f"S0.{nm:.6f}nm".replace(".", ",").replace(",", ".", 1) for nm in wavelengths), layer
-    if layer.ndim == 2:
-        return (f"{name}.{'Z' if layer.dtype.kind == 'f' else 'ID'}",), layer[:, :, None]
-    axes = "XYZ" if name in ("position", "normal", "xyz") else "RGB"
-    return tuple(f"{name}.{axis}" for axis in axes), layer
+    channels = known.channels
+    if len(channels) != layer.shape[2]:  # of the caller's own
+        channels = {"f": ("Z",)}.get(layer.dtype.kind, ("ID",)) if layer.shape[2] == 1 else ("R", "G", "B")
+    return tuple(f"{name}.{channel}" for channel in channels), layer
 
 
 def _viewer() -> list[str]:

@@ -5,40 +5,34 @@ The values themselves are in `.exr` files and in `Image.layers`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Final
+
 import numpy as np
 
 from clrt.base.errors import ClrtError
+from clrt.base.layers import find
 from clrt.images.file import uncurved
 
 _GOLDEN = 0.6180339887498949  # steps of this much of a circle of hues come near to no earlier one
-
-
-_NO_LIGHT = ("depth", "normal", "position", "shape")
-
-
-def is_light(name: str) -> bool:
-    """Whether a layer holds light, which exposure brightens."""
-    return name not in _NO_LIGHT
 
 
 def layer_pixels(name: str, layer: np.ndarray) -> np.ndarray:
     """Linear Rec.709 (h, w, 3) float32 of a layer (h, w), (h, w, 3) or (h, w, n); a miss is black.
 
     Light stays as it is. What is no light becomes values from 0 to 1 that stand in a picture file as they
-    are, not bent by its sRGB curve. ClrtError for `bands`, which are too many for colours.
+    are, not bent by its sRGB curve. ClrtError for what is not shown: `bands` are too many
+    for colours.
     """
-    if name == "bands" or (layer.ndim == 3 and layer.shape[2] != 3):
-        raise ClrtError(f"layers: {name!r} has {layer.shape[-1]} values a pixel, which only an .exr holds")
-    if layer.dtype.kind in "iu":
-        return uncurved(_numbers(layer))
-    if name == "depth":
-        return uncurved(_grey(_nearness(layer)))
-    if name == "normal":
-        return uncurved(np.where(_is_hit(layer), (layer.astype(np.float64) + 1) / 2, 0.0))
-    if name == "position":
-        return uncurved(_positions(layer))
-    if name == "xyz":
-        return _grey(layer[..., 1])
+    known, values = find(name), layer.shape[2] if layer.ndim == 3 else 1
+    if known.is_shown and known.values == values:
+        return _PICTURES[known.picture](layer)
+    if not known.is_shown or values not in (1, 3):
+        raise ClrtError(f"layers: {name!r} has {values} values a pixel, which only an .exr holds")
+    return _number(layer) if layer.dtype.kind in "iu" else _light(layer)
+
+
+def _light(layer: np.ndarray) -> np.ndarray:
     return layer if layer.ndim == 3 else _grey(layer)
 
 
@@ -46,12 +40,17 @@ def _grey(values: np.ndarray) -> np.ndarray:
     return np.repeat(values[..., None], 3, axis=-1).astype(np.float32)
 
 
+def _luminance(xyz: np.ndarray) -> np.ndarray:
+    return _grey(xyz[..., 1])
+
+
 def _nearness(depth: np.ndarray) -> np.ndarray:
     """The nearest hit's distance over each one's: 1 there, 1/2 twice as far, 0 at infinity."""
     hit = np.isfinite(depth) & (depth > 0)
     if not hit.any():
-        return np.zeros(depth.shape)
-    return np.where(hit, depth[hit].min() / np.where(hit, depth, 1.0).astype(np.float64), 0.0)
+        return _grey(np.zeros(depth.shape))
+    near = np.where(hit, depth[hit].min() / np.where(hit, depth, 1.0).astype(np.float64), 0.0)
+    return uncurved(_grey(near))
 
 
 def _is_hit(vectors: np.ndarray) -> np.ndarray:
@@ -59,19 +58,33 @@ def _is_hit(vectors: np.ndarray) -> np.ndarray:
     return np.isfinite(vectors).all(axis=-1, keepdims=True) & (vectors != 0).any(axis=-1, keepdims=True)
 
 
-def _positions(points: np.ndarray) -> np.ndarray:
+def _direction(vectors: np.ndarray) -> np.ndarray:
+    return uncurved(np.where(_is_hit(vectors), (vectors.astype(np.float64) + 1) / 2, 0.0))
+
+
+def _place(points: np.ndarray) -> np.ndarray:
     """x, y, z as red, green, blue, from the 5th to the 95th of a hundred hits along each axis."""
     hit = _is_hit(points)
     if not hit.any():
-        return np.zeros(points.shape)
+        return np.zeros(points.shape, np.float32)
     low, high = np.percentile(points[hit[..., 0]].astype(np.float64), (5, 95), axis=0)
     span = np.where(high > low, high - low, 1.0)
-    return np.where(hit, np.clip((points - low) / span, 0.0, 1.0), 0.0)
+    return uncurved(np.where(hit, np.clip((points - low) / span, 0.0, 1.0), 0.0))
 
 
-def _numbers(numbers: np.ndarray) -> np.ndarray:
+def _number(numbers: np.ndarray) -> np.ndarray:
     """A colour for each number from 0 on, the same in every picture; below 0 black."""
     hue = (numbers.astype(np.float64) * _GOLDEN) % 1.0
     wheel = np.abs((6 * hue[..., None] + np.array([0.0, 4.0, 2.0])) % 6 - 3) - 1
     colours = 0.9 * (0.35 + 0.65 * np.clip(wheel, 0.0, 1.0))
-    return np.where(numbers[..., None] >= 0, colours, 0.0)
+    return uncurved(np.where(numbers[..., None] >= 0, colours, 0.0))
+
+
+_PICTURES: Final[dict[str, Callable[[np.ndarray], np.ndarray]]] = {
+    "light": _light,
+    "luminance": _luminance,
+    "nearness": _nearness,
+    "direction": _direction,
+    "place": _place,
+    "number": _number,
+}  # by Layer.picture; layers.PICTURES says them in words

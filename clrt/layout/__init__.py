@@ -22,10 +22,17 @@ from typing import Final
 
 import numpy as np
 
+from clrt.base import layers
+
 BANDS: Final = 3  # bands of light a ray carries in RGB mode; a compile-time constant of the kernels
 # Places in a ray's list of media, oldest first, -1 where empty; a compile-time constant of the kernels, 0 for
 # scenes that need no lists
 MEDIA: Final = 8
+
+# field of the record Material -> of the scene's
+COEFFICIENTS: Final = {
+    "ka": "ka", "kd": "diffuse", "ks": "specular", "shininess": "shininess", "kr": "kr", "kt": "kt",
+}  # fmt: skip
 
 # fmt: off
 # name -> ((field, C type), ...); "@BANDS" after a type makes an array of one value a band
@@ -55,26 +62,31 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("clip_x", "float4"), ("clip_y", "float4"), ("clip_z", "float4"), ("clip_high", "float4"),
         ("reach", "float4"),
     ),
-    # Node of the tree: the boxes of eight children, plane by plane (low x, high x, low y, high y, low z,
+    # Node of the tree: the boxes of WIDE children, plane by plane (low x, high x, low y, high y, low z,
     # high z), and what each box holds: a node (>= 0) or a leaf ~(block * 4 + kind of block). An empty place
-    # is an inverted box. 256 bytes, four cache lines.
-    "WideNode": (("planes", "float@48"), ("child", "int@8"), ("pad", "int@8")),
+    # is an inverted box. 448 bytes, seven cache lines.
+    "WideNode": (("planes", "float@96"), ("child", "int@16")),
     # Leaves: up to eight primitives of a kind, by coordinate: v0.x of all, v0.y, ..., v2.z; centre x, y, z,
     # radius. An empty place has NaN and primitive -1.
     "TriangleBlock": (("corners", "float@72"), ("primitive", "int@8")),
     "SphereBlock": (("places", "float@32"), ("primitive", "int@8")),
-    # binary node of the builder: children `first`, `first + 1` (count = 0), or items first .. first + count
+    # Binary node of the builder: children `first`, `first + 1` (count = 0), or items first .. first + count.
+    # `part`: number from 1 of the subtree whose root it is, 0 of none; `shares` = how it collapses, 4 bits
+    # for each number of places (collapse.clh)
     "BuildNode": (
         ("low", "float4"), ("high", "float4"),
-        ("first", "int"), ("count", "int"), ("kind", "int"), ("pad0", "int"),
+        ("first", "int"), ("count", "int"), ("kind", "int"), ("part", "int"),
+        ("shares", "uint@2"), ("pad0", "int"), ("pad1", "int"),
     ),
+    # What collapsing costs below a binary node: cost[k] if its boxes take at most k places of a wide node, k
+    # from 1 up; from `most` places on it is the same. `inner` = nodes that are no leaves, itself with them
+    "Ways": (("cost", "float@16"), ("most", "int"), ("inner", "int")),
     # padded box of a finite primitive, as the builder reads it
     "Box": (("low", "float4"), ("high", "float4")),
     # --- light and materials ------------------------------------------------------------------------------
     # checker = 0: plain; 1: flat (side of a square `checker_size`); 2: sphere (squares round the equator)
     "Material": (
-        ("ka", "float"), ("kd", "float"), ("ks", "float"), ("shininess", "float"),
-        ("kr", "float"), ("kt", "float"), ("ior", "float"), ("checker_size", "float"),
+        *((field, "float") for field in COEFFICIENTS), ("ior", "float"), ("checker_size", "float"),
         ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
         # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
         ("medium", "int"), ("priority", "int"), ("dispersive", "int"),
@@ -84,10 +96,10 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
         ("index", "float@BANDS"),  # of refraction, for each band that of its dispersion group
     ),
-    # point light: `place`.xyz its position; directional: the unit vector towards it
+    # POINT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it
     "Light": (
         ("place", "float4"),
-        ("directional", "int"), ("inverse_square", "int"), ("pad0", "int"), ("pad1", "int"),
+        ("kind", "int"), ("falloff", "int"), ("pad0", "int"), ("pad1", "int"),
         ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
     ),
     # What holds for the whole scene; section `scene` has exactly one
@@ -117,6 +129,8 @@ SECTIONS: Final = {
     "QUADRIC": "quadrics",
 }  # fmt: skip
 KINDS: Final = {kind: number for number, kind in enumerate(SECTIONS)}
+LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1}  # in kernels LIGHT_POINT, sampled by `light_point`
+FALLOFF: Final = {"FALLOFF_NONE": 0, "INVERSE_SQUARE": 1}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
 CHECKER: Final = {"PLAIN": 0, "CHECKER_FLAT": 1, "CHECKER_SPHERE": 2}
@@ -206,8 +220,12 @@ SPAWN: Final = {
 }
 STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TOTAL_INTERNAL", "GROUPS")
 
-TERMS: Final = {"TERM_EMISSION": 1, "TERM_AMBIENT": 2, "TERM_DIFFUSE": 4, "TERM_HIGHLIGHT": 8, "TERM_ALL": 15}
+TERMS: Final = {f"TERM_{name.upper()}": 1 << number for number, name in enumerate(layers.TERMS)} | {
+    "TERM_ALL": (1 << len(layers.TERMS)) - 1
+}
 
+WIDE: Final = 16  # boxes of a node of the tree
+ARRANGED: Final = 16384  # rays that one work-item puts in order
 CHUNK: Final = 256  # rays that one work-item of the compaction counts
 
 # A ray's box test and every primitive's box are widened by this times the largest |coordinate|: more than
@@ -313,22 +331,28 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
         "MEDIA": rays.media,
         "LANES": lanes,
         "PACKET": packet,
+        "WIDE": WIDE,
         "CHUNK": CHUNK,
+        "ARRANGED": ARRANGED,
         "STREAMS": len(streams(rays.group)),
         "RAY_FIELDS": len(RAY_FIELDS),
         "SURFACE_FIELDS": surface_fields(rays.media),
     }
-    constants |= KINDS | BLOCKS | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
+    constants |= KINDS | BLOCKS | FALLOFF | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
+    constants |= {f"LIGHT_{kind}": number for kind, number in LIGHT_KINDS.items()}
     constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
     for fields in (RAY_FIELDS, SURFACE_FIELDS + TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
-    out.append("#define PRIMITIVE_KINDS(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in KINDS))
+    for name, kinds in (("PRIMITIVE_KINDS", KINDS), ("LIGHT_KINDS", LIGHT_KINDS)):
+        out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
     floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
     out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
     out += [_c_struct(name, rays.bands) for name in RECORDS]
     world = {name: f"const {kind} *{name}" for name, kind in WORLD.items()}
+    geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
     groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Lit": LIT, "Feelers": FEELERS, "Child": CHILD}
+    groups["Geometry"] = geometry
     out += [_c_group(name, list(group.values())) for name, group in groups.items()]
     return "\n".join(out)
 

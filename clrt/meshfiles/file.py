@@ -56,6 +56,9 @@ def read_mesh_file(
     if _MATERIALS.search(data) or any(part.colored for part in placed.parts):
         text = f"{path.name}: its materials and colours are ignored; the shape's material holds for all of it"
         notices.warn(at.source, at.path, text)
+    if placed.left_out:
+        text = f"{path.name}: its {' and '.join(placed.left_out)} are left out; save it with them applied"
+        notices.warn(at.source, at.path, text)
     return arrays
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, TypeVar
+from urllib.parse import unquote_to_bytes
 
 import numpy as np
 
@@ -47,6 +48,7 @@ class _Reader:
         self.buffers: dict[int, memoryview] = {}
         self.numbers: dict[tuple[Any, ...], int | None] = {}  # what a primitive shows -> number of its part
         self.parts: list[Part] = []
+        self.left_out: dict[str, None] = {}  # in the order in which it was met
 
     def placed(self, check: Callable[[int], None]) -> Placed:
         """What the nodes of the scene show, in the order of a walk that takes the last child first."""
@@ -63,7 +65,8 @@ class _Reader:
         rows = [shown[mesh] for mesh in meshes]
         sizes = [len(row) for row in rows]
         which = np.concatenate([np.zeros(0, np.int32), *rows])
-        return Placed(self.parts, which, np.repeat(np.arange(len(rows), dtype=np.int32), sizes), matrices)
+        where = np.repeat(np.arange(len(rows), dtype=np.int32), sizes)
+        return Placed(self.parts, which, where, matrices, tuple(self.left_out))
 
     def _nodes(self) -> tuple[np.ndarray, list[int]]:
         """Matrices to the world (n, 4, 4) of the scene's nodes that have a mesh, and the meshes' numbers."""
@@ -83,9 +86,20 @@ class _Reader:
             matrix = _matrix(node, above)
             left += [(child, matrix) for child in node.children]
             if node.mesh is not None:
-                matrices.append(matrix)
+                # joints place a mesh with a skin, its node does not: without them it is as it was made
+                matrices.append(matrix if node.skin is None else root)
                 meshes.append(node.mesh)
+                self._note(node, node.mesh)
         return np.array(matrices).reshape(-1, 4, 4), meshes
+
+    def _note(self, node: Node, mesh: int) -> None:
+        """Keep in mind what of a node with a mesh is not read and would move or multiply it."""
+        if node.skin is not None:
+            self.left_out["skins"] = None
+        if any(node.weights or _item(self.document.meshes, mesh, "meshes").weights):
+            self.left_out["morph targets"] = None
+        if node.extensions and node.extensions.EXT_mesh_gpu_instancing is not None:
+            self.left_out["instances"] = None
 
     def _number(self, primitive: Primitive) -> int | None:
         """The number of the part that a primitive shows; None where it has no triangles."""
@@ -186,11 +200,13 @@ class _Reader:
                 if number or self.chunk is None:
                     raise BrokenMesh(f"buffers[{number}] has no data")
                 self.buffers[number] = self.chunk
-            elif uri.startswith("data:"):
+            elif uri[:5].lower() == "data:":
+                kind, _, text = uri.partition(",")
                 try:
-                    self.buffers[number] = memoryview(base64.b64decode(uri.partition("base64,")[2]))
+                    found = base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
                 except (binascii.Error, ValueError):
                     raise BrokenMesh(f"buffers[{number}] is not in base64") from None
+                self.buffers[number] = memoryview(found)
             else:
                 self.buffers[number] = memoryview(self.fetch(uri))
         return self.buffers[number]
@@ -216,6 +232,8 @@ def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:
 def _matrix(node: Node, above: np.ndarray) -> np.ndarray:
     """The node's matrix to the world, given that of the node above it."""
     if node.matrix is not None:
+        if node.matrix[3::4] != (0.0, 0.0, 0.0, 1.0):
+            raise BrokenMesh("the last row of a node's matrix must be 0, 0, 0, 1")
         above = above @ np.array(node.matrix).reshape(4, 4).T
     if node.translation is None and node.rotation is None and node.scale is None:
         return above

@@ -7,7 +7,7 @@ whole and not negative here; whether there are such parts is for the reader to s
 from __future__ import annotations
 
 import struct
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import msgspec
 from msgspec import Meta
@@ -16,6 +16,13 @@ Count = Annotated[int, Meta(ge=0, le=1 << 53)]
 Component = Literal[5120, 5121, 5122, 5123, 5125, 5126]
 Vector3 = tuple[float, float, float]
 Vector4 = tuple[float, float, float, float]
+
+
+# Extensions that a file may require: of what is not read, or read (quantization), or refused where it is met.
+_PASSED_OVER: Final = (
+    "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
+    "KHR_xmp", "KHR_animation_", "KHR_mesh_quantization", "KHR_draco_mesh_compression",
+)  # fmt: skip
 
 
 class BrokenMesh(ValueError):
@@ -87,6 +94,15 @@ class Primitive(_Part, frozen=True, gc=False):
 
 class Mesh(_Part, frozen=True, gc=False):
     primitives: tuple[Primitive, ...]
+    weights: tuple[float, ...] = ()
+
+
+class Instancing(_Part, frozen=True, gc=False):
+    """That it is there is all that counts."""
+
+
+class NodeExtensions(_Part, frozen=True, gc=False):
+    EXT_mesh_gpu_instancing: Instancing | None = None
 
 
 class Node(_Part, frozen=True, gc=False):
@@ -96,6 +112,9 @@ class Node(_Part, frozen=True, gc=False):
     translation: Vector3 | None = None
     rotation: Vector4 | None = None
     scale: Vector3 | None = None
+    skin: Count | None = None
+    weights: tuple[float, ...] = ()
+    extensions: NodeExtensions | None = None
 
 
 class SceneNodes(_Part, frozen=True, gc=False):
@@ -104,6 +123,7 @@ class SceneNodes(_Part, frozen=True, gc=False):
 
 class Asset(_Part, frozen=True, gc=False):
     version: str | float = "2.0"
+    minVersion: str | float = "2.0"
 
 
 class Document(_Part, frozen=True, gc=False):
@@ -115,6 +135,7 @@ class Document(_Part, frozen=True, gc=False):
     nodes: tuple[Node, ...] = ()
     scenes: tuple[SceneNodes, ...] = ()
     scene: Count = 0
+    extensionsRequired: tuple[str, ...] = ()
 
 
 def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
@@ -130,6 +151,11 @@ def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
         raise BrokenMesh(f"its JSON is not that of a glTF file: {error}") from None
     if str(document.asset.version).split(".")[0] != "2":
         raise BrokenMesh("only glTF of version 2 is read")
+    if str(document.asset.minVersion) not in ("2.0", "2"):
+        raise BrokenMesh(f"it needs glTF of version {document.asset.minVersion}; 2.0 is read")
+    for name in document.extensionsRequired:
+        if not name.startswith(_PASSED_OVER):
+            raise BrokenMesh(f"it needs the extension {name}, which is not read; save it without that")
     return document, chunk
 
 

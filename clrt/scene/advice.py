@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from clrt.base import notices
 from clrt.base.errors import show
 from clrt.base.places import At
-from clrt.scene.lights import PointLight
 from clrt.scene.materials import Checker, Material
 from clrt.spectra.colors import color_fields
 from clrt.spectra.curves import D_LINE, curve_of
@@ -134,7 +133,7 @@ def _of_bytes(scene: Scene) -> tuple[str, str] | None:
     at = At(scene.source)
     light = [(at, name, getattr(scene, name)) for name in ("background", "ambient", "depth_color")]
     for i, one in enumerate(scene.lights):
-        if not (isinstance(one, PointLight) and one.falloff == "inverse-square"):
+        if one.falloff != "inverse-square":
             light.append((at.key("lights").item(i), "intensity", one.intensity))
     glowing = ((place, "emission", material.emission) for place, material in materials(scene))
     for place, key, value in chain(light, glowing):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from msgspec import Meta
 
@@ -20,12 +20,24 @@ class PointLight(Colored, frozen=True, kw_only=True, tag="point", tag_field="typ
         Literal["none", "inverse-square"], Meta(description="falloff must be 'none' or 'inverse-square'")
     ] = "none"
 
+    @property
+    def place(self) -> tuple[float, float, float, float]:
+        """Where it is, (x, y, z, 1); of a light infinitely far away (x, y, z, 0), a way towards it."""
+        return (*self.position, 1.0)
+
 
 class DirectionalLight(Colored, frozen=True, kw_only=True, tag="directional", tag_field="type"):
     """Parallel light that travels along `direction` (any length but 0)."""
 
     direction: Vector
     intensity: LightColor = 1.0
+    falloff: ClassVar[str] = "none"
+
+    @property
+    def place(self) -> tuple[float, float, float, float]:
+        """As `PointLight.place`."""
+        x, y, z = self.direction
+        return -x, -y, -z, 0.0
 
     def check(self, at: At) -> None:
         Colored.check(self, at)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
@@ -51,12 +51,12 @@ _ARRAYS = ("vertices", "faces", "normals")
 class MeshData:
     """A mesh ready for use.
 
-    `vertices` (n, 3) float64, `faces` (m, 3) int32 or a list of int32 arrays of 3 or more indices,
+    `vertices` (n, 3) float64, `faces` (m, 3) int32 or a tuple of int32 arrays of 3 or more indices,
     `normals` None (flat) or (n, 3) float64 as given, of any length but 0.
     """
 
     vertices: np.ndarray
-    faces: np.ndarray | list[np.ndarray]
+    faces: np.ndarray | tuple[np.ndarray, ...]
     normals: np.ndarray | None
 
     def to_dict(self) -> dict[str, Any]:
@@ -175,13 +175,31 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
     vertices, faces, normals = checked["vertices"], checked["faces"], checked.get("normals")
     if normals is None and mesh.smooth:
         normals = vertex_normals(vertices, faces if isinstance(faces, np.ndarray) else _fan(faces))
+        normals.flags.writeable = False
     if normals is None:
         _check_flat(vertices, faces, at.key("faces"))
     mesh.__dict__["_data"] = MeshData(vertices, faces, normals)
     return mesh
 
 
-def _fan(faces: list[np.ndarray]) -> np.ndarray:
+def edited_mesh(before: Mesh, table: Mapping[str, Any], at: At, folder: Path | None, limits: Limits) -> Mesh:
+    """The checked mesh of a table made of `before`; arrays that are still its own are not read again."""
+    own = [name for name in (*_ARRAYS, "file", "smooth") if table.get(name) is getattr(before, name)]
+    if table.get("type") == "mesh" and len(own) == len(_ARRAYS) + 2:
+        rest = {name: value for name, value in table.items() if name not in _ARRAYS}
+        mesh = msgspec.structs.replace(read(Mesh, rest, at), **{name: table[name] for name in _ARRAYS})
+        mesh.__dict__.update(before.__dict__)
+        return mesh
+    if "vertices" not in own and "faces" in own and before.vertices is not None:
+        vertices = table.get("vertices")
+        count = len(vertices) if isinstance(vertices, (Sequence, np.ndarray)) else len(before.vertices)
+        if count != len(before.vertices):
+            text = f"{count} in place of {len(before.vertices)}; give as many, or faces as well"
+            raise at.key("vertices").says(text)
+    return read_mesh(dict(table), at, folder, limits)
+
+
+def _fan(faces: tuple[np.ndarray, ...]) -> np.ndarray:
     return np.concatenate([np.c_[np.full(len(f) - 2, f[0]), f[1:-1], f[2:]] for f in faces]).astype(np.int32)
 
 
@@ -211,6 +229,7 @@ def _read_arrays(arrays: dict[str, Any], at: At, own: bool = False) -> dict[str,
 def _points(value: object, at: At, noun: str, own: bool) -> np.ndarray:
     """(n, 3) float64, read-only; every number finite in float32. own: an array need not be copied."""
     if isinstance(value, np.ndarray):
+        value = _plain(value, at)
         if value.dtype.kind not in "fiu" or value.ndim != 2 or value.shape[1] != 3:
             raise at.says(
                 f"an array of {value.dtype} {value.shape} is not allowed; {noun} must be numbers (n, 3)"
@@ -228,8 +247,17 @@ def _points(value: object, at: At, noun: str, own: bool) -> np.ndarray:
     return points
 
 
-def _faces(value: object, vertices: int, at: At, own: bool) -> np.ndarray | list[np.ndarray]:
-    """(m, 3) int32 where all are triangles, else a list of int32 arrays; every index below `vertices`."""
+def _plain(array: np.ndarray, at: At) -> np.ndarray:
+    """The array as one of numpy's own class: what others make of `*` or of rows is unknown."""
+    if np.ma.is_masked(array):
+        raise at.says(f"{np.ma.count_masked(array)} of its numbers are masked; fill them in")
+    return np.asarray(array)
+
+
+def _faces(value: object, vertices: int, at: At, own: bool) -> np.ndarray | tuple[np.ndarray, ...]:
+    """(m, 3) int32 where all are triangles, else a tuple of int32 arrays; every index below `vertices`."""
+    if isinstance(value, np.ndarray):
+        value = _plain(value, at)
     if isinstance(value, np.ndarray) and value.dtype != object:
         if value.dtype.kind not in "iu" or value.ndim != 2:
             raise at.says(
@@ -262,7 +290,7 @@ def _faces(value: object, vertices: int, at: At, own: bool) -> np.ndarray | list
     flat.flags.writeable = False
     if (lengths == 3).all():
         return flat.reshape(-1, 3)
-    return np.split(flat, starts[1:-1])
+    return tuple(np.split(flat, starts[1:-1]))
 
 
 def _rows(value: object, kind: Any, at: At, right: str) -> Any:
@@ -273,7 +301,7 @@ def _rows(value: object, kind: Any, at: At, right: str) -> Any:
         raise at.inner(path).says(f"not allowed ({str(error).partition(' - at ')[0]}); {right}") from None
 
 
-def _check_flat(vertices: np.ndarray, faces: np.ndarray | list[np.ndarray], at: At) -> None:
+def _check_flat(vertices: np.ndarray, faces: np.ndarray | tuple[np.ndarray, ...], at: At) -> None:
     """Raise for the first face of more than 3 corners that is not plane or spans no area."""
     if isinstance(faces, np.ndarray):
         return  # a triangle is plane; one without area is never hit
@@ -295,8 +323,8 @@ def _check_flat(vertices: np.ndarray, faces: np.ndarray | list[np.ndarray], at: 
 
 
 def _same(mine: Any, other: Any) -> bool:
-    if isinstance(mine, list) or isinstance(other, list):
-        if not (isinstance(mine, list) and isinstance(other, list)) or len(mine) != len(other):
+    if isinstance(mine, (list, tuple)) or isinstance(other, (list, tuple)):
+        if type(mine) is not type(other) or len(mine) != len(other):
             return False
         return all(map(np.array_equal, mine, other))
     if isinstance(mine, np.ndarray) or isinstance(other, np.ndarray):

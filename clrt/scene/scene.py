@@ -11,17 +11,20 @@ import msgspec
 from msgspec import Meta
 
 from clrt.base import arguments
+from clrt.base.arguments import public
 from clrt.base.collector import no_collections
 from clrt.base.files import resolve
+from clrt.base.frozen import FrozenDict
 from clrt.base.limits import Limits
 from clrt.base.places import At, known_keys, listed
 from clrt.base.records import float32, read, table_of, tagged
 from clrt.base.suggest import did_you_mean
 from clrt.scene.advice import check_lines, warn
 from clrt.scene.camera import Camera
+from clrt.scene.edit import Draft
 from clrt.scene.lights import LIGHTS, DirectionalLight, Light, PointLight
 from clrt.scene.materials import IOR, Checker, Material, rgb
-from clrt.scene.mesh import Mesh, MeshData, Meshes, read_mesh
+from clrt.scene.mesh import Mesh, MeshData, Meshes, edited_mesh, read_mesh
 from clrt.scene.save import save
 from clrt.scene.shapes import (
     Box,
@@ -92,12 +95,13 @@ class Document(_Settings, frozen=True, kw_only=True):
 
     camera: Camera | None = None
     materials: dict[str, Material] = msgspec.field(default_factory=dict)
-    lights: tuple[PointLight | DirectionalLight, ...] = ()
+    lights: tuple[Light, ...] = ()
     shapes: tuple[AnyShape, ...] = ()
 
 
 class Scene(Document, frozen=True, kw_only=True, eq=False):
-    """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here.
+    """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here,
+    and stays as it is: to change a scene, make another one (`override`, or `to_dict` and `clrt.load_dict`).
 
     `folder` is where relative files are looked up (None: the current folder), `source` the name that
     messages start with, `limits` what reading may cost; the three are neither saved nor compared.
@@ -115,43 +119,34 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         arguments.instance("limits", self.limits, Limits)
         if self.folder is not None:
             msgspec.structs.force_setattr(self, "folder", arguments.path("folder", self.folder))
-        names = _Settings.__struct_fields__
-        values: dict[str, Any] = {name: getattr(self, name) for name in names}
+        values = self._read_settings({name: getattr(self, name) for name in _Settings.__struct_fields__}, at)
+        values["camera"] = read_camera(self.camera, at)
+        # what reads mesh files leaves cycles behind
+        with no_collections(paused=not _names_files(self.shapes)):
+            values["materials"] = _read_materials(self.materials, at.key("materials"))
+            values["lights"] = _read_lights(self.lights, at.key("lights"), self.limits)
+            values["shapes"] = self._read_shapes(self.shapes, values["materials"], at.key("shapes"))
+        for name, value in values.items():
+            msgspec.structs.force_setattr(self, name, value)
+        check_lines(self)
+        warn(self)
+
+    def _read_settings(self, values: dict[str, Any], at: At) -> dict[str, Any]:
         values = msgspec.structs.asdict(read(_Settings, values, at))
         if values["spectrum"] is not None:
             values["spectrum"].check(at.key("spectrum"))
             self.limits.check("bands", values["spectrum"].bands, at.source, "spectrum.bands")
         if isinstance(values["background"], str) and values["background"] not in LAMPS:
             resolve(values["background"], self.folder, at.key("background"))
-        if self.camera is not None:
-            values["camera"] = read(Camera, self.camera, at.key("camera")).upright()
-        # what reads mesh files leaves cycles behind
-        with no_collections(paused=not _names_files(self.shapes)):
-            values["materials"] = _read_materials(self.materials, at.key("materials"))
-            values["lights"] = _read_lights(self.lights, at.key("lights"), self.limits)
-            values["shapes"] = self._read_shapes(values["materials"], at.key("shapes"))
-        for name, value in values.items():
-            msgspec.structs.force_setattr(self, name, value)
-        check_lines(self)
-        warn(self)
+        return values
 
-    def _read_shapes(self, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
+    def _read_shapes(self, data: object, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
         shapes: list[Shape] = []
         checkered = {name for name, material in materials.items() if isinstance(material.color, Checker)}
         meshes = Meshes()
-        for index, data in enumerate(_listing(self.shapes, at, "shapes")):
+        for index, one in enumerate(_listing(data, at, "shapes")):
             place = at.item(index)
-            kind = tagged(SHAPES, data, place, "shape")
-            if kind is Plane and type(data) is not Plane and "transform" in data:
-                raise place.key("transform").says(
-                    "a plane is infinite and takes no transform; move point and normal"
-                )
-            shape = (
-                read_mesh(data, place, self.folder, self.limits, meshes)
-                if kind is Mesh
-                else read(kind, data, place)
-            )
-            assert isinstance(shape, Shape)
+            shape = self._read_shape(one, place, meshes)
             name = shape.material
             if not (name is None or (type(name) is str and name in materials and name not in checkered)):
                 _check_material(shape, materials, place)
@@ -159,6 +154,15 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             meshes.primitives += shape.primitives
             self.limits.check("primitives", meshes.primitives, at.source, at.path)
         return tuple(shapes)
+
+    def _read_shape(self, data: Any, at: At, meshes: Meshes) -> Shape:
+        kind = tagged(SHAPES, data, at, "shape")
+        if kind is Plane and type(data) is not Plane and data.get("transform") is not None:
+            text = "a plane is infinite and takes no transform; move point and normal"
+            raise at.key("transform").says(text)
+        if kind is Mesh:
+            return read_mesh(data, at, self.folder, self.limits, meshes)
+        return read(kind, data, at)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
@@ -180,6 +184,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         """The scene as `clrt.load_dict` takes it: built-in types only, default values left out."""
         return {key: value for key, value in table_of(self).items() if key in Document.__struct_fields__}
 
+    @arguments.public
     def save(self, path: str | Path) -> None:
         """Write the scene to a .toml or .json file, whole or not at all; loading it gives an equal scene.
 
@@ -211,6 +216,73 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             msgspec.structs.force_setattr(other, "camera", camera)
         return other
 
+    @public
+    def replace(self, changes: Mapping[str, Any]) -> Scene:
+        """This scene with other values at some places: `{"camera.fov": 30, "shapes[3].center": [0, 1, 0]}`.
+
+        Places are those of messages: keys, names of materials (quoted where they hold dots), numbers from 0;
+        shapes also by their `name`. A place may be a whole table or list. What is new is checked as a file
+        is; what is not stays the same object, so `Tracer.update` sees at once what has changed. A mesh's new
+        `vertices` must be as many as before, unless it gets `faces` too. Raises SceneError and LimitError
+        that name the place.
+        """
+        draft = Draft(self, arguments.mapping("changes", changes), Document.__struct_fields__)
+        at, values, other = At(self.source), draft.values, copy.copy(self)
+        settings = values.keys() & set(_Settings.__struct_fields__)
+        if settings:
+            given = {name: values.get(name, getattr(self, name)) for name in _Settings.__struct_fields__}
+            checked = self._read_settings(given, at)
+            values |= {name: checked[name] for name in settings}
+        if "camera" in values:
+            values["camera"] = read_camera(values["camera"], at)
+        if "lights" in values:
+            values["lights"] = _read_lights(values["lights"], at.key("lights"), self.limits)
+        if "materials" in values:
+            values["materials"] = self._edit_materials(draft, at.key("materials"))
+        if "shapes" in values:
+            materials = values.get("materials", self.materials)
+            values["shapes"] = self._edit_shapes(draft, materials, at.key("shapes"))
+        for name, value in values.items():
+            msgspec.structs.force_setattr(other, name, value)
+        check_lines(other)
+        return other
+
+    def _edit_materials(self, draft: Draft, at: At) -> dict[str, Material]:
+        """The materials as the draft has them; all shapes of those that are new can have them."""
+        materials, touched = draft.values["materials"], draft.touched.get("materials")
+        if touched is None:
+            materials = _read_materials(materials, at)
+        else:
+            materials = FrozenDict({
+                name: read(Material, value, at.key(name)) if name in touched else value
+                for name, value in materials.items()
+            })  # fmt: skip
+        place = At(self.source, "shapes")
+        for index, shape in enumerate(self.shapes if "shapes" not in draft.values else ()):
+            if isinstance(shape.material, str) and (touched is None or shape.material in touched):
+                _check_material(shape, materials, place.item(index))
+        return materials
+
+    def _edit_shapes(self, draft: Draft, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
+        """The shapes as the draft has them."""
+        shapes, touched = draft.values["shapes"], draft.touched.get("shapes")
+        if touched is None:
+            return self._read_shapes(shapes, materials, at)
+        numbers = sorted(number for number in touched if isinstance(number, int))
+        for index in numbers:
+            place, before = at.item(index), self.shapes[index]
+            new = shapes[index]
+            if isinstance(before, Mesh) and isinstance(new, Mapping):
+                shapes[index] = edited_mesh(before, new, place, self.folder, self.limits)
+            else:
+                shapes[index] = self._read_shape(new, place, Meshes())
+        for index in range(len(shapes)) if "materials" in draft.values else numbers:
+            _check_material(shapes[index], materials, at.item(index))
+        self.limits.check("primitives", sum(shape.primitives for shape in shapes), at.source, at.path)
+        vertices = sum(len(shape.data().vertices) for shape in shapes if isinstance(shape, Mesh))
+        self.limits.check("vertices", vertices, at.source, at.path)
+        return tuple(shapes)
+
     @property
     def background_path(self) -> Path | None:
         """The lat-long image's file, or None where the background is a colour."""
@@ -239,13 +311,18 @@ def read_scene(
     return Scene(**data, folder=folder, source=source, limits=limits or Limits())
 
 
+def read_camera(data: object, at: At) -> Camera | None:
+    """The checked camera that `data`, a table or a Camera, describes; None for None."""
+    return None if data is None else read(Camera, data, at.key("camera")).upright()
+
+
 def _read_materials(data: object, at: At) -> dict[str, Material]:
     if not isinstance(data, Mapping):
         raise at.error(data, "materials must be a table of named materials")
     for name in data:
         if not isinstance(name, str):
             raise at.error(name, "a material's name must be a text")
-    return {name: read(Material, value, at.key(name)) for name, value in data.items()}
+    return FrozenDict({name: read(Material, value, at.key(name)) for name, value in data.items()})
 
 
 def _read_lights(data: object, at: At, limits: Limits) -> tuple[Light, ...]:

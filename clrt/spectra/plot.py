@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt.images.file import encode
-from clrt.images.plotting import pyplot
+from clrt.images.plotting import drawing, subplots
 from clrt.spectra.bands import Bands, index, light, reflectance, upsampling
 from clrt.spectra.colorimetry import RGB_OF_XYZ, cells, matching, xyz_of
 from clrt.spectra.curves import curve_of, is_lamp
@@ -22,10 +22,10 @@ _METAL_COLORS: Final = {
 }  # fmt: skip
 
 
+@drawing()
 def draw(value: str | Spectrum, bands: int | None = None) -> Any:
     """A figure of a name (of `clrt plot-spectrum`) or a spectrum; with `bands`, what a render makes of it."""
-    plt = pyplot()
-    figure, axes = plt.subplots(figsize=(7, 3.6))
+    figure, axes = subplots(figsize=(7, 3.6))
     if value == "matching":
         _several(axes, dict(zip("xyz", matching(SHOWN), strict=True)), ("#c0392b", "#27ae60", "#2c5fb3"))
         _finish(axes, "CIE 1931 matching functions (2 degrees)", "matching function")

@@ -6,6 +6,7 @@ import random
 import signal
 import subprocess
 import sys
+import time
 from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -123,6 +124,33 @@ def test_an_import_is_not_broken_off(tmp_path: Path) -> None:
         process.send_signal(signal.SIGINT)
         assert process.communicate(timeout=30) == ("whole\n", "clrt: interrupted; nothing was saved\n")
         assert process.returncode == 130
+
+
+ENDLESS = {
+    "busy": "while True:\n    pass\n",
+    "a pipe": "import os\nos.mkfifo('pipe')\nopen('pipe')\n",
+    "asleep": "import time\ntime.sleep(60)\n",
+    "deaf": "# no exception ends it\n"
+    "while True:\n    try:\n        while True:\n            pass\n    except BaseException:\n        pass\n",
+}
+
+
+@pytest.mark.parametrize("what", ENDLESS)
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_an_import_that_does_not_end_is_ended(tmp_path: Path, what: str, sent: signal.Signals) -> None:
+    """With what is being written removed, and one line."""
+    (tmp_path / "heavy.py").write_text('print("ready", flush=True)\n' + ENDLESS[what])
+    task = (
+        "from clrt.base.atomic import replacing\n"
+        "def run(options):\n    with replacing('a.ck') as temporary:\n        import heavy\n"
+    )
+    with started(tmp_path, task) as process:
+        begin = time.monotonic()
+        process.send_signal(sent)
+        said = "interrupted" if sent == signal.SIGINT else "interrupted by SIGTERM"
+        assert process.communicate(timeout=30) == ("", f"clrt: {said}\n")
+        assert process.returncode == 128 + sent and 1.5 < time.monotonic() - begin < 10
+    assert {file.name for file in tmp_path.iterdir()} <= {"task.py", "heavy.py", "pipe"}
 
 
 STUBBORN = """

@@ -171,6 +171,42 @@ def test_a_file_that_cannot_be_read_to_its_end(tmp_path: Path, monkeypatch: pyte
         clrt.read_image(tmp_path / "a.toml")
 
 
+def test_a_limit_takes_no_memory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "a.toml").write_text(ROOM)
+    most = 999_999_999_999_999_999
+    assert files.read_bytes(tmp_path / "a.toml", Limits(file_bytes=most)) == ROOM.encode()
+    large = [f"--limit={name}_bytes={most}" for name in ("file", "text")]
+    assert "pixels: " in fault(capsys, "hash", tmp_path / "a.toml", "--width", 65536, *large)
+
+
+@pytest.mark.parametrize("grown", [0, 1, 5000, 3 << 20])
+def test_a_file_that_grows_while_it_is_read(grown: int, tmp_path: Path) -> None:
+    data = np.random.default_rng(1).bytes(1000 + grown)
+    (tmp_path / "a.bin").write_bytes(data)
+    with (tmp_path / "a.bin").open("rb") as file:
+        assert files._read(file, 1000, 1 << 30) == data
+    with (tmp_path / "a.bin").open("rb") as file:
+        assert files._read(file, 1000, 1500) == data[:1500]
+
+
+def test_files_that_wait_for_what_is_to_come(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As some of /proc, which say that they are regular, and empty."""
+    reading, writing = os.pipe()
+    status = os.stat_result((stat.S_IFREG | 0o600, 1, 1, 1, 0, 0, 0, 0, 0, 0))
+    for suffix in (".toml", ".json", ".nff", ".txt", ".obj", ".gltf", ".stl", ".exr", ".png", ".jpg"):
+        path = tmp_path / f"a{suffix}"
+        path.write_text("")
+        with monkeypatch.context() as patched, soon():
+            patched.setattr(files, "_opened", lambda name, flags: os.dup(reading))
+            patched.setattr(files.os, "fstat", lambda number: status)
+            assert files.read_bytes(path, Limits()) == b""
+            if suffix not in (".toml", ".txt", ".nff"):  # an empty scene is one
+                with pytest.raises(clrt.ClrtError, match=f"a{suffix}"):
+                    clrt.read_image(path) if suffix in (".exr", ".png", ".jpg") else clrt.load(path)
+    os.close(reading)
+    os.close(writing)
+
+
 def test_every_kind_of_file_has_a_name() -> None:
     kinds = [stat.S_IFDIR, stat.S_IFIFO, stat.S_IFSOCK, stat.S_IFCHR, stat.S_IFBLK]
     named = ["a folder", "a named pipe", "a socket", "a device", "a device"]
@@ -207,9 +243,9 @@ def room(tmp_path: Path) -> Path:
         (["-o", "link.exr"], "sky.exr, which the scene reads; give --output"),
         (["-o", "hard.exr"], "sky.exr, which the scene reads; give --output"),
         (["-o", "a.png", "--stats", "room.toml"], "is the scene; give --stats"),
-        (["-o", "a.png", "--stats", "mesh.obj"], "mesh.obj, which the scene reads; give --stats"),
+        (["-o", "a.png", "--stats", "mesh.obj"], "mesh.obj, which is read; give --stats"),
         (["-o", "a.png", "--checkpoint", "room.toml"], "is the scene; give --checkpoint"),
-        (["-o", "a.png", "--checkpoint", "mesh.obj"], "mesh.obj, which the scene reads; give --checkpoint"),
+        (["-o", "a.png", "--checkpoint", "mesh.obj"], "mesh.obj, which is read; give --checkpoint"),
         (["-o", "a.png", "--checkpoint", "./a.png"], "is the file of --output; give --checkpoint"),
         (["-o", "a.png", "--stats", "x", "--checkpoint", "x"], "is the file of --stats; give --checkpoint"),
     ],
@@ -264,7 +300,8 @@ def _numbers() -> list[Any]:
 NUMBERS = _numbers()
 ARGUMENTS = {
     "render": ["room", "-o", "a.png"], "hash": ["room"], "compare": ["room", "room"], "validate": [],
-    "bench": ["--only", "none"], "plot-spectrum": ["D65"],
+    "bench": ["--only", "none"], "plot-spectrum": ["D65"], "sweep": ["room", "-o", "{index}.png"],
+    "turntable": ["room", "-o", "{index}.png"],
 }  # fmt: skip
 
 

@@ -91,7 +91,7 @@ def _calls(
         "layers": ["depth"],
         "crop": None,
     }
-    small |= {"progress": None, "checkpoint": None}
+    small |= {"progress": None, "checkpoint": None, "camera": None}
     limits = dict.fromkeys(inspect.signature(clrt.Limits).parameters, 5)
     settings: dict[str, Any] = {"tile": 5, "local_size": 1, "lanes": 8, "threads": 1, "check": False}
     settings |= {"limits": clrt.Limits()}
@@ -107,6 +107,14 @@ def _calls(
         "Tracer.intersect": (tracer.intersect, {**rays, "t_max": 5.0}),
         "Tracer.occluded": (tracer.occluded, {**rays, "t_max": 5.0}),
         "Tracer.radiance": (tracer.radiance, {**rays, "max_depth": 1}),
+        "Tracer.update": (clrt.Tracer(scene).update, {"scene": scene}),
+        "Tracer.camera_rays": (tracer.camera_rays, {"camera": None}),
+        "Tracer.identity": (tracer.identity, {"width": 4, "height": 3, "spp": 1, "max_depth": 1,
+                                              "layers": ["depth"], "crop": None, "camera": None}),
+        "sweep": (clrt.sweep, {"scene": scene, "changes": {"max_depth": [1]}, "device": None,
+                               "settings": None}),
+        "turntable": (clrt.turntable, {"camera": scene.camera, "frames": 2}),
+        "camera_path": (clrt.camera_path, {"keys": [scene.camera] * 2, "frames": 3, "closed": False}),
         "Image": (clrt.Image, given),
         "Image.save": (image.save, {"path": folder / "out.png", "exposure": 0.0, "bits": 8}),
         "Image.show": (image.show, {"exposure": 0.0}),
@@ -117,6 +125,7 @@ def _calls(
                                "materials": {}, "folder": None, "source": "", "limits": clrt.Limits(),
                                "max_depth": 1, "background": 0.0, "medium_ior": 1.0, "spectrum": None}),
         "Scene.override": (scene.override, {"width": 4, "height": 3, "spp": 1, "max_depth": 1}),
+        "Scene.replace": (scene.replace, {"changes": {"max_depth": 2}}),
         "Scene.save": (scene.save, {"path": folder / "out.toml"}),
         "RayMeshIntersector": (clrt.RayMeshIntersector, {"geometry": mesh, "device": None, "settings": None}),
         "intersects_first": (mesh_rays.intersects_first, many),
@@ -186,7 +195,7 @@ def test_the_message_names_the_argument(
 
 def test_a_tracers_scene_and_settings_cannot_be_replaced(tracer: clrt.Tracer, image: clrt.Image) -> None:
     other = clrt.load_dict({**SCENE, "materials": {"red": {"color": [1, 0, 0]}}})
-    with pytest.raises(clrt.ClrtError, match=r"tracer.scene: .* for another scene make Tracer\(scene\)"):
+    with pytest.raises(clrt.ClrtError, match=r"tracer.scene: .* for another scene call tracer.update"):
         tracer.scene = other
     with pytest.raises(clrt.ClrtError, match=r"tracer.settings: .* Tracer\(scene, settings=...\)"):
         tracer.settings = clrt.Settings(check=True)

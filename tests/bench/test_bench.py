@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt import layout
 from clrt.base.errors import ClrtError
 from clrt.bench import kernels, report, roof, scaling, scenes, timing, walk
 from clrt.bench.frames import Frame, frame_times, shares
@@ -109,7 +110,7 @@ def visits_one_by_one(
 
     def visit(number: int) -> tuple[int, int]:
         visited, blocks = 1, 0
-        low, high = nodes[number]["planes"].reshape(3, 2, 8).transpose(1, 2, 0)
+        low, high = nodes[number]["planes"].reshape(3, 2, layout.WIDE).transpose(1, 2, 0)
         for k, child in enumerate(nodes[number]["child"]):
             a, b = (low[k] - origin) / direction, (high[k] - origin) / direction
             if (low[k] > high[k]).any() or max(np.minimum(a, b).max(), 0) > min(np.maximum(a, b).min(), t):

@@ -332,10 +332,10 @@ def test_a_closed_pipe_is_no_error():
 def test_ctrl_c_while_saving_says_what_was_saved(
     scene: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):
-    def interrupted(*_: object) -> None:
+    def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("clrt.cli.render._save_stats", interrupted)
+    monkeypatch.setattr("clrt.cli.render.write_json", interrupted)
     out = scene.with_name("a.png")
     code = main(["render", str(scene), "-o", str(out), "--stats", str(scene.with_name("a.json"))])
     assert (code, capsys.readouterr()) == (130, ("", f"clrt: interrupted; saved: {out}\n"))
@@ -376,3 +376,39 @@ def _read_until(descriptor: int, wanted: bytes, seconds: float) -> bytes:
         except OSError:  # how a pseudo-terminal says that the other side has closed
             break
     return shown
+
+
+def test_values_are_set_at_places(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = {"camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 8, "height": 6}, "ambient": 1,
+             "materials": {"a": {"color": 0.3}, "b": {"color": 0.9}},
+             "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "a"}]}  # fmt: skip
+    (tmp_path / "s.json").write_text(json.dumps(scene))
+    given = ["--set", "camera.fov=30", "--set", "shapes[0].material=b"]
+    given += ["--set", 'materials."b".color=[1, 0.5, 0]']
+    assert main(["convert", str(tmp_path / "s.json"), str(tmp_path / "t.toml"), *given]) == 0
+    changed = clrt.load(tmp_path / "t.toml")
+    assert changed.camera.fov == 30 and changed.shapes[0].material == "b"
+    assert changed.materials["b"].color == (1, 0.5, 0)
+    assert main(["hash", str(tmp_path / "s.json"), *given]) == 0
+    assert capsys.readouterr().out.startswith(clrt.render(changed).hash)
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ("camera.fov", "'camera.fov' is not KEY=VALUE, such as camera.fov=30"),
+        ("=3", "'=3' is not KEY=VALUE"),
+        ("camera.fv=3", "s.json: camera: unknown key 'fv'; did you mean 'fov'?"),
+        ("camera.fov=wide", "s.json: camera.fov: 'wide' is not allowed"),
+        ("camera.fov=30\nmax_depth = 1", "is not allowed"),
+        ("ambient=" + "[" * 5000, "nesting"),
+        ("ambient={" + "a." * 20000 + "b=1}", "nesting"),
+    ],
+)
+def test_a_value_that_cannot_be_set_is_one_line(
+    given: str, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "s.json").write_text('{"camera": {"origin": [0, 0, 5], "target": [0, 0, 0]}, "ambient": 1}')
+    assert main(["convert", str(tmp_path / "s.json"), str(tmp_path / "t.toml"), "--set", given]) == 2
+    said = capsys.readouterr().err
+    assert says in said and said.count("\n") == 1 and not (tmp_path / "t.toml").exists()

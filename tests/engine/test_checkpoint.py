@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -97,6 +98,40 @@ def test_crops_and_samples_go_on_too(scene: Path) -> None:
     assert tracer.render(checkpoint=path, **options).hash == tracer.render(**options).hash  # type: ignore[arg-type]
 
 
+PRISM = {
+    "ambient": 0.2, "background": 2.0, "ambient_samples": 2, "max_depth": 3,
+    "camera": {"origin": [0, 0, 4], "target": [0, 0, 0], "width": 24, "height": 18, "spp": 4},
+    "lights": [{"type": "point", "position": [3, 5, 4], "intensity": 1e30}],
+    "shapes": [
+        {"type": "sphere", "center": [0, 0, 0], "radius": 1,
+         "material": {"ior": "SF10", "reflection": 0.4, "transmission": 0.5}},
+        {"type": "sphere", "center": [1, 1, 0], "radius": 0.5, "material": {"color": [0, 1, 0]}},
+    ],
+}  # fmt: skip
+SPECTRA: dict[str, dict[str, object]] = {
+    "in RGB": {},
+    "in bands": {"spectrum": {"bands": 8}},
+    "in bands that disperse together": {"spectrum": {"bands": 16, "group": 4}},
+    "as the thesis": {"spectrum": {"bands": 16, "response": "thesis-2011"}},
+}
+
+
+@pytest.mark.parametrize("how", SPECTRA)
+def test_what_a_film_gives_is_within_the_bounds_of_a_checkpoint(how: str, tmp_path: Path) -> None:
+    """All layers, the brightest light, and counts of every kind."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # it makes light
+        scene = clrt.load_dict({**PRISM, **SPECTRA[how]})
+    tracer = clrt.Tracer(scene, settings=clrt.Settings(tile=600))
+    whole = tracer.render(layers="all")
+    assert whole.stats["rays"]["total_internal_reflection"] >= 0 and whole.pixels.max() > 1e25
+    path = tmp_path / "a.ck"
+    broken_off(tracer, path, 1, layers="all")
+    again = tracer.render(layers="all", checkpoint=path)
+    assert again.hash == whole.hash and again.stats["generations"] == whole.stats["generations"]
+    assert tracer.render(layers="all", checkpoint=path).hash == whole.hash
+
+
 @pytest.mark.parametrize(
     ("options", "says"),
     [
@@ -172,7 +207,7 @@ def test_ctrl_c_says_where_the_finished_part_is(
 ) -> None:
     path = scene.with_name("a.checkpoint")
 
-    def interrupted(_: object, pixels: np.ndarray) -> None:
+    def interrupted(*_: object) -> None:
         os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr("clrt.engine.checkpoint.Checkpoint.add", interrupted)

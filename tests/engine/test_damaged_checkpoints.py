@@ -19,13 +19,14 @@ from clrt.engine.checkpoint import Checkpoint
 from clrt.engine.picture import Picture
 from clrt.engine.wavefront import RayCounts
 
-TASK = {"size": "40 x 30", "max_depth": "5", "layers": "depth,shape", "scene": "0" * 64}
-RAYS = [Counter({"camera": 1200, "hits": 700}), Counter({"reflection": 5})]
+TASK = {"size": "40 x 30", "spp": "4", "max_depth": "5", "layers": "depth,shape", "scene": "0" * 64}
+RAYS = [Counter({"camera": 1200, "hits": 700, "camera_hits": 700}), Counter({"reflection": 5})]
+RANGES = {"image": (0.0, 1e30), "depth": (0.0, np.inf), "shape": (-1.0, 6.0)}
 Parts = dict[str, bytes]
 
 
 def opened(path: Path, task: dict[str, str] = TASK) -> Checkpoint:
-    return Checkpoint(path, task, Picture((0, 0, 40, 30), 40, ("depth", "shape"), 3), RayCounts())
+    return Checkpoint(path, task, Picture((0, 0, 40, 30), 40, ("depth", "shape"), 3), RayCounts(), RANGES)
 
 
 @pytest.fixture
@@ -33,8 +34,7 @@ def path(tmp_path: Path) -> Path:
     path = tmp_path / "a.ck"
     saved = opened(path)
     saved.picture.pixels[...] = np.linspace(0, 1, saved.picture.pixels.size).reshape(30, 40, 3)
-    saved.counts.generations[:] = RAYS
-    saved.add(np.arange(300))
+    saved.add(np.arange(300), RayCounts([Counter(row) for row in RAYS]))
     saved.save()
     return path
 
@@ -66,6 +66,17 @@ def rays(value: Any) -> Callable[[Parts], Parts]:
 
 def array(name: str, value: np.ndarray) -> Callable[[Parts], Parts]:
     return lambda parts: {**parts, f"{name}.npy": npy(value)}
+
+
+def spoiled(name: str, value: float) -> Callable[[Parts], Parts]:
+    """One number of a part, the last one."""
+
+    def change(parts: Parts) -> Parts:
+        numbers = np.load(io.BytesIO(parts[f"{name}.npy"]))
+        numbers.flat[-1] = value
+        return {**parts, f"{name}.npy": npy(numbers)}
+
+    return change
 
 
 def header(name: str, old: str, new: str) -> Callable[[Parts], Parts]:
@@ -100,6 +111,29 @@ DAMAGED: dict[str, Callable[[Parts], Parts]] = {
     "rays in parts": rays([{"camera": 0.5}]),
     "rays beyond 64 bits": rays([{"camera": 1 << 63}]),
     "rays of 7 generations": rays([{}] * 7),
+    "no rays at all": rays([]),
+    "rays of other kinds": rays([*RAYS, {"photons": 1}]),
+    "rays of too many pixels": rays([{**RAYS[0], "camera": 1204}]),
+    "rays of a cleared picture": array("done", np.zeros((30, 40), bool)),
+    "rays of a picture that is whole": array("done", np.ones((30, 40), bool)),
+    "camera rays after the camera's": rays([{**RAYS[0], "camera": 1199}, {"camera": 1}]),
+    "more hits than rays": rays([{**RAYS[0], "hits": 1201, "camera_hits": 1201}]),
+    "other hits of the camera": rays([{**RAYS[0], "camera_hits": 5}]),
+    "hits of the camera later": rays([RAYS[0], {"reflection": 5, "camera_hits": 5, "hits": 5}]),
+    "children of nobody": rays([{"camera": 1200}, {"reflection": 1}]),
+    "children without end": rays([RAYS[0], {"ambient": 1 << 62}]),
+    "feelers of nobody": rays([{"camera": 1200, "feelers": 1}]),
+    "feelers without end": rays([{**RAYS[0], "feelers": 1 << 62}]),
+    "inner reflection without end": rays([{**RAYS[0], "total_internal_reflection": 1 << 62}]),
+    **{
+        f"{name} of {value}": spoiled(name, value)
+        for name, values in {
+            "pixels": (np.nan, np.inf, -np.inf, -1e-30, 1.1e30, -1e38),
+            "layer depth": (np.nan, -1.0, -np.inf),
+            "layer shape": (-2, 7, 2**31 - 1),
+        }.items()
+        for value in values
+    },
 }
 
 
@@ -158,6 +192,36 @@ def test_a_whole_one_is_taken(path: Path) -> None:
     assert found.picture.pixels[0, 1, 0] > 0
     with pytest.raises(clrt.ClrtError, match=r"another render: scene was 0{12}\.\.\., is 1"):
         opened(path, TASK | {"scene": "1"})
+
+
+class Interrupted(RayCounts):
+    """Counts during whose adding Ctrl-C comes: before, or after the first row."""
+
+    def __init__(self, after: int) -> None:
+        super().__init__(RAYS)
+        self.after = after
+
+    @property
+    def generations(self) -> Any:
+        for number, row in enumerate(self.rows):
+            if number == self.after:
+                raise KeyboardInterrupt
+            yield row
+
+    @generations.setter
+    def generations(self, rows: Any) -> None:
+        self.rows = rows
+
+
+@pytest.mark.parametrize("after", [0, 1])
+def test_an_interrupt_while_pixels_are_added_leaves_a_file_that_fits(path: Path, after: int) -> None:
+    before = opened(path)
+    with pytest.raises(KeyboardInterrupt), before:
+        before.add(np.arange(300, 600), RayCounts([Counter(row) for row in RAYS]))
+        before.add(np.arange(600, 900), Interrupted(after))
+    found = opened(path)
+    assert np.count_nonzero(found.done) == 600 and not found.done.reshape(-1)[600:].any()
+    assert found.counts.generations == [Counter({kind: 2 * n for kind, n in row.items()}) for row in RAYS]
 
 
 def refused(path: Path) -> None:

@@ -5,10 +5,7 @@ It is rendered, shadows, mirrors and refracts, and all of it is what a formula i
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +13,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.base.resources import PACKAGE, kernel_folder
+from tests.additions import RENDER, camera_rays, changed, grown, render, run
 from tests.torus import ENTRIES
 
 WIDTH, HEIGHT, DEPTH = 48, 36, 4
@@ -32,13 +29,6 @@ MATERIALS = {
     "glass": {"diffuse": 0.1, "reflection": 0.1, "transmission": 0.7, "ior": GLASS},
 }
 TOLERANCE = 1e-4  # of a pixel: two and a half times what float32 was seen to be off after DEPTH bounces
-
-RENDER = """
-import sys, numpy as np, clrt
-assert clrt.__file__.startswith(sys.argv[1]), clrt.__file__
-scene = clrt.load_dict(eval(sys.argv[3]))
-np.save(sys.argv[2], clrt.render(scene, settings=clrt.Settings(lanes=int(sys.argv[4]))).pixels)
-"""
 
 
 def scene(material: dict[str, float]) -> dict[str, Any]:
@@ -69,17 +59,7 @@ def scene(material: dict[str, float]) -> dict[str, Any]:
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the product with a torus."""
-    root = tmp_path_factory.mktemp("tree")
-    shutil.copytree(PACKAGE, root / "clrt", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(kernel_folder(), root / "kernels")
-    shutil.copy(Path(__file__).parents[1] / "torus" / "torus.clh", root / "kernels")
-    for file, entries in ENTRIES.items():
-        text = (root / file).read_text()
-        for old, new in entries.items():
-            assert text.count(old) == 1, f"{file}: {old!r}"
-            text = text.replace(old, new)
-        (root / file).write_text(text)
-    return root
+    return grown(tmp_path_factory.mktemp("tree"), "torus", ENTRIES)
 
 
 def meet(o: np.ndarray, d: np.ndarray) -> np.ndarray:
@@ -139,30 +119,17 @@ def radiance(o: np.ndarray, d: np.ndarray, material: dict[str, float], depth: in
 
 
 def expected(material: dict[str, float]) -> np.ndarray:
-    forward = -EYE / np.linalg.norm(EYE)
-    right = np.cross(forward, [0, 1, 0])
-    right /= np.linalg.norm(right)
-    up = np.cross(right, forward)
     camera = clrt.load_dict(scene({"diffuse": 1.0}) | {"shapes": []}).camera
     assert camera is not None
-    half = np.tan(np.radians(camera.fov) / 2)
-    out = np.empty((HEIGHT, WIDTH))
-    for row in range(HEIGHT):
-        for column in range(WIDTH):
-            x = (2 * (column + 0.5) / WIDTH - 1) * half
-            y = (1 - 2 * (row + 0.5) / HEIGHT) * half * HEIGHT / WIDTH
-            d = forward + x * right + y * up
-            out[row, column] = radiance(EYE, d / np.linalg.norm(d), material)
-    return out
+    rays = camera_rays(scene(material)["camera"], camera.fov)
+    return np.array([[radiance(EYE, d, material) for d in row] for row in rays])
 
 
 @pytest.mark.parametrize("lanes", [16, 8])
 @pytest.mark.parametrize("name", MATERIALS)
 def test_a_torus_is_right_in_every_pixel(name: str, lanes: int, tree: Path, tmp_path: Path) -> None:
-    table, out = repr(scene(MATERIALS[name])), tmp_path / "pixels.npy"
-    command = [sys.executable, "-c", RENDER, str(tree), str(out), table, str(lanes)]
-    subprocess.run(command, check=True, cwd=tree, env=os.environ | {"PYTHONPATH": str(tree)})
-    pixels, right = np.load(out), expected(MATERIALS[name])
+    pixels = render(tree, scene(MATERIALS[name]), tmp_path, lanes)["pixels"]
+    right = expected(MATERIALS[name])
     assert len(np.unique(right.round(3))) > 100, "the picture must show something"
     wrong = np.abs(pixels - right[..., None]).max(axis=-1) > TOLERANCE
     assert wrong.sum() == 0, f"{wrong.sum()} of {wrong.size} pixels, at {np.argwhere(wrong)[:5].tolist()}"
@@ -170,9 +137,6 @@ def test_a_torus_is_right_in_every_pixel(name: str, lanes: int, tree: Path, tmp_
 
 def test_a_kind_without_its_formulas_does_not_build(tree: Path, tmp_path: Path) -> None:
     lacking = shutil.copytree(tree, tmp_path / "lacking")
-    generic = lacking / "kernels" / "generic.clh"
-    generic.write_text(generic.read_text().replace('#include "torus.clh"\n', ""))
-    command = [sys.executable, "-c", RENDER, str(lacking), "", repr(scene(MATERIALS["diffuse"])), "16"]
-    environment = os.environ | {"PYTHONPATH": str(lacking)}
-    done = subprocess.run(command, cwd=lacking, env=environment, capture_output=True, text=True, check=False)
+    changed(lacking, {"kernels/generic.clh": {'#include "torus.clh"\n': ""}})
+    done = run(lacking, RENDER, lacking, "", repr(scene(MATERIALS["diffuse"])), 16)
     assert done.returncode and "do not build" in done.stderr

@@ -90,9 +90,11 @@ def test_lights_and_the_scene_s_own_values() -> None:
     )  # fmt: skip
     point, sun = scene.lights
     assert point["place"].tolist() == [1, 2, 3, 0] and point["intensity"].tolist() == [2, 2, 2]
-    assert (point["directional"], point["inverse_square"]) == (0, 1)
+    kinds, falloff = layout.LIGHT_KINDS, layout.FALLOFF
+    assert (point["kind"], point["falloff"]) == (kinds["POINT"], falloff["INVERSE_SQUARE"])
     np.testing.assert_allclose(sun["place"], [0, 0.6, 0.8, 0], rtol=1e-7)
-    assert (sun["directional"], sun["inverse_square"]) == (1, 0) and sun["intensity"].tolist() == [1, 2, 3]
+    assert (sun["kind"], sun["falloff"]) == (kinds["DIRECTIONAL"], falloff["FALLOFF_NONE"])
+    assert sun["intensity"].tolist() == [1, 2, 3]
     info = scene.scene[0]
     assert info["primitives"] == 1 and info["unbounded"] == 1 and info["lights"] == 2
     assert info["ambient_samples"] == 4 and info["tinted"] == 1 and info["spd"] == 1

@@ -308,3 +308,22 @@ def test_a_disk_that_is_full_leaves_the_old_file(
         assert "\n" not in str(caught.value)
         assert [file.name for file in tmp_path.iterdir()] == [name]
         assert (tmp_path / name).read_bytes() == before
+
+
+@pytest.mark.parametrize("text", ["\ud800", "a\udcffb", "a\0b", None, 5, ["a"], b"a", np.zeros(2)])
+def test_texts_that_no_file_can_hold_are_refused(text: Any, tmp_path: Path) -> None:
+    pixels = np.zeros((2, 2, 3), np.float32)
+    with pytest.raises(ClrtError, match=r"metadata\['a'\]: .* it must be a text that UTF-8 can hold"):
+        Image(pixels, metadata={"a": text})
+    if isinstance(text, str):
+        with pytest.raises(ClrtError, match=r"metadata: .* it must be a text that UTF-8 can hold"):
+            Image(pixels, metadata={text: "a"})
+        with pytest.raises(ClrtError, match=r"layers: .* it must be a text that UTF-8 can hold"):
+            Image(pixels, {text: pixels})
+
+
+def test_any_other_text_is_held(tmp_path: Path) -> None:
+    pixels = np.zeros((2, 2, 3), np.float32)
+    image = Image(pixels, {"Höhe\u202e\x1b": pixels}, metadata={"\x1b[31m": "\u202e\n\x7f😀", "": ""})
+    for suffix in (".png", ".exr", ".tif", ".jpg", ".bmp"):
+        assert read_image(image.save(tmp_path / f"a{suffix}")).shape == (2, 2, 3)

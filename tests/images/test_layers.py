@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import colorsys
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,11 @@ import OpenImageIO as oiio
 import pytest
 
 import clrt
+from clrt import layout
+from clrt.base.layers import LAYERS, PICTURES, Layer, check_layers, find
 from clrt.cli import main
-from clrt.engine.film import check_layers
-from clrt.images.layerpicture import is_light
 
+PAGE = Path(__file__).parents[2] / "docs" / "layers.md"
 SCENE = """
 max_depth = 1
 background = [0.1, 0.2, 0.3]
@@ -58,10 +60,25 @@ def stored(path: Path) -> np.ndarray:
     return source.read_image(source.spec().format)
 
 
+def page_rows() -> Iterator[str]:
+    """The table of docs/layers.md: layers that hold the same stand in one row."""
+    names: dict[Layer, list[str]] = {}
+    for name, layer in LAYERS.items():
+        names.setdefault(layer._replace(sources=()), []).append(f"`{name}`")
+        if name == "transmission":
+            names[find("generation_0")] = ["`generation_0`, `generation_1`, ..."]
+    for layer, of in names.items():
+        size = {0: "(h, w, n)", 1: "(h, w)"}.get(layer.values, f"(h, w, {layer.values})")
+        kind = "" if layer.kind == "float" else f" {layer.kind}"
+        yield f"| {' '.join(of)} | {size}{kind} | {layer.holds} | {PICTURES[layer.picture]} |"
+
+
 def test_all_are_all_that_the_page_lists(image: clrt.Image):
-    page = (Path(__file__).parents[2] / "docs" / "layers.md").read_text()
-    rows = "".join(re.findall(r"^\| (`.*?) \|", page, re.MULTILINE))
-    assert set(re.findall(r"`(\w+)`", rows)) - {"xyz", "bands"} == set(image.layers)
+    assert list(page_rows()) == re.findall(r"^\| `.*", PAGE.read_text(), re.MULTILINE)
+    assert set(image.layers) == set(LAYERS) - {"xyz", "bands"} | {"generation_0", "generation_1"}
+    for name, layer in image.layers.items():
+        assert layer.dtype == layout.dtype(find(name).kind)
+        assert layer.shape == ((16, 24) if find(name).values == 1 else (16, 24, find(name).values))
     assert {"xyz", "bands"} < set(check_layers(["all"], 3, spectral=True))
     assert check_layers("depth, normal", 3) == ("depth", "normal")
     assert check_layers(["depth", "all"], 3)[0] == "depth"
@@ -121,7 +138,8 @@ def test_one_place_and_other_kinds_of_layers():
     assert np.array_equal(image.layer("mine").pixels[..., 1], ramp)
     assert np.array_equal(image.layer("xyz").pixels, np.full((2, 2, 3), 2, np.float32))
     assert image.layer("mine").metadata["layer"] == "mine"
-    assert [name for name in ("depth", "direct", "mine", "shape") if is_light(name)] == ["direct", "mine"]
+    names = ("depth", "direct", "mine", "shape")
+    assert [name for name in names if find(name).is_light] == ["direct", "mine"]
 
 
 def test_faults_say_what_to_do(tmp_path: Path, image: clrt.Image):

@@ -12,8 +12,8 @@ import pytest
 
 import clrt
 from clrt import layout
+from clrt.base.layers import check_layers
 from clrt.base.limits import Limits
-from clrt.engine.film import check_layers
 from clrt.layout import ceilings
 
 CAMERA = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 4, "height": 3}

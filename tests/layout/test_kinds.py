@@ -12,10 +12,14 @@ import pytest
 
 import clrt
 from clrt import layout
+from clrt.base import layers
 from clrt.base.resources import validation_module
 from clrt.flatten import inside
+from clrt.flatten import materials as flatten_materials
 from clrt.flatten.flatten import flatten
 from clrt.flatten.shapes import _ADD, Collected
+from clrt.images import layerpicture
+from clrt.scene import lights as lights_of_scenes
 from clrt.scene import scene
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -42,6 +46,25 @@ def test_tables_of_shapes_have_every_shape(table: str):
 def test_a_scene_may_hold_every_shape():
     assert set(typing.get_args(scene.AnyShape)) == set(scene.SHAPES.values())
     assert all(name == kind.__struct_config__.tag for name, kind in scene.SHAPES.items())
+
+
+def test_tables_of_lights_have_every_light():
+    lights = set(lights_of_scenes.LIGHTS.values())
+    kinds = [kind for kind, _ in flatten_materials._LIGHTS.values()]
+    assert lights == set(typing.get_args(scene.Light)) == set(flatten_materials._LIGHTS)
+    assert lights == set(validation_module("oracle64.radiance").LIGHTS)
+    assert sorted(kinds) == sorted(layout.LIGHT_KINDS)
+    assert set(layout.LIGHT_KINDS.values()) == set(validation_module("twin.shading")._SAMPLES)
+    assert all(name == kind.__struct_config__.tag for name, kind in lights_of_scenes.LIGHTS.items())
+
+
+def test_layers_have_pictures_and_terms():
+    shown = {layer.picture for layer in layers.LAYERS.values()}
+    assert shown == set(layers.PICTURES) == set(layerpicture._PICTURES) | {"none"}
+    assert set(layers.TERMS) < set(layers.LAYERS)
+    masks = {source.mask for layer in layers.LAYERS.values() for source in layer.sources
+             if isinstance(source, layers.Rays)}  # fmt: skip
+    assert masks < set(layout.PATH)
 
 
 def test_a_primitive_of_an_unknown_kind_is_no_picture(monkeypatch: pytest.MonkeyPatch):

@@ -25,7 +25,7 @@ def test_the_signatures_are_those_of_the_source() -> None:
     rays, words = [("rays", "float")], [("pixel_of", "uint"), ("path", "uint")]
     queue = [*rays, *words, ("weights", "float"), ("media", "int")]
     hits = [("hit_t", "float"), ("hit_primitive", "int"), ("surfaces", "float"), ("surface_code", "int")]
-    assert list(found["closest"]) == [*world, *queue, ("n", np.uint32), *hits]
+    assert list(found["closest"]) == [*world, *queue, ("n", np.uint32), *hits, ("sequence", "uint")]
     assert found["resolve"] == (("n", np.uint32), ("samples", np.float32), ("film", "float"))
     assert ("leaves", "int2") in found["pack_triangles"] and found["offsets"][2] == ("totals", "ulong")
 

@@ -233,6 +233,38 @@ def test_colours_warn_once_for_all_shapes_of_a_file(tmp_path: Path) -> None:
     assert first.data() is second.data()  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"nodes": [{"mesh": 0, "skin": 0, "translation": [100, 0, 0]}]}, "skins"),
+        ({"nodes": [{"mesh": 0, "weights": [0, 0.5]}]}, "morph targets"),
+        ({"meshes": [{"primitives": [SHOWN], "weights": [1]}]}, "morph targets"),
+        ({"nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {}}}]}, "instances"),
+        ({"nodes": [{"mesh": 0, "skin": 0, "weights": [1]}]}, "skins and morph targets"),
+        ({"nodes": [{"mesh": 0, "extensions": {"EXT_other": {}}}]}, ""),
+        # the node's own weights come first
+        ({"nodes": [{"mesh": 0, "weights": [0]}], "meshes": [{"primitives": [SHOWN], "weights": [1]}]}, ""),
+        ({"nodes": [{"mesh": 0, "weights": [0]}, {"skin": 0}], "skins": [{"joints": [1]}]}, ""),
+    ],
+)
+def test_what_would_move_a_mesh_and_is_left_out(
+    tmp_path: Path, changes: dict[str, Any], says: str, recwarn: pytest.WarningsRecorder
+) -> None:
+    """A mesh with a skin stands where it was modelled: the specification, 3.7.4."""
+    assert read(write(tmp_path, document(**changes)))[0].tolist() == [list(corner) for corner in TRIANGLE]
+    told = [f"a.gltf: its {says} are left out; save it with them applied"] if says else []
+    assert [str(warning.message) for warning in recwarn] == told
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["KHR_materials_unlit", "KHR_texture_transform", "EXT_texture_webp", "KHR_mesh_quantization",
+     "KHR_lights_punctual", "KHR_draco_mesh_compression"],
+)  # fmt: skip
+def test_extensions_of_what_is_not_read_may_be_required(tmp_path: Path, name: str) -> None:
+    assert len(read(write(tmp_path, document(extensionsRequired=[name])))[1]) == 1
+
+
 def test_the_meshes_of_a_scene_count_together(tmp_path: Path) -> None:
     shape = {"type": "mesh", "file": write(tmp_path, document()).name}
     other = {"type": "mesh", "vertices": TRIANGLE, "faces": [[0, 1, 2]]}
@@ -314,6 +346,12 @@ def test_a_byte_order_mark_is_passed_over(tmp_path: Path) -> None:
         ({"meshes": [{"primitives": [{**SHOWN, "extensions": {"KHR_draco_mesh_compression": {}}}]}]},
          "is compressed"),
         ({"asset": {"version": "1.0"}}, "only glTF of version 2"),
+        ({"asset": {"version": "2.0", "minVersion": "2.9"}}, r"it needs glTF of version 2\.9"),
+        ({"nodes": [{"mesh": 0, "matrix": [1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}]}, "last row"),
+        ({"extensionsRequired": ["FOO_bar"]}, "it needs the extension FOO_bar, which is not read"),
+        ({"extensionsRequired": ["KHR_materials_ior", "EXT_mesh_gpu_instancing"]}, "EXT_mesh_gpu_instancing"),
+        ({"extensionsRequired": ["EXT_meshopt_compression"]}, "EXT_meshopt_compression"),
+        ({"extensionsRequired": ["x\x1b" * 9999]}, "it needs the extension"),
         ({"meshes": [{"primitives": [{"attributes": {}}]}]}, "no faces"),
         ({"meshes": [{"primitives": [{**SHOWN, "mode": 5}]}], "accessors": [{**POSITIONS, "count": 2}]},
          "no faces"),
@@ -323,3 +361,13 @@ def test_files_that_contradict_themselves(tmp_path: Path, changes: dict[str, Any
     with pytest.raises(SceneError, match=rf"a\.gltf .*{says}") as caught:
         read(write(tmp_path, document(**changes)))
     assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize("begin", ["data:application/octet-stream,", "DATA:,", "Data:;x=y,"])
+def test_data_in_percent_signs(tmp_path: Path, begin: str) -> None:
+    data = np.array(TRIANGLE, "<f4").tobytes()
+    text = begin + "".join(f"%{byte:02x}" for byte in data)
+    found = read(write(tmp_path, document(buffers=[{"uri": text, "byteLength": 36}])))
+    assert found[0].tolist() == [list(corner) for corner in TRIANGLE]
+    upper = data_uri(data).replace("data:", "DATA:")
+    assert len(read(write(tmp_path, document(buffers=[{"uri": upper, "byteLength": 36}])))[1]) == 1

@@ -13,7 +13,17 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene, Sphere, Step, rgb
+from clrt.scene.scene import (
+    Camera,
+    DirectionalLight,
+    Material,
+    Mesh,
+    PointLight,
+    Scene,
+    Sphere,
+    Step,
+    rgb,
+)
 from clrt.scene.schema import SCHEMA_FILE, schema, schema_text
 from tests.scene_samples import QUAD, every_kind
 
@@ -91,6 +101,12 @@ def test_to_dict_has_builtin_types_only_and_no_defaults() -> None:
         "material": "red",
     }
     assert "version" not in table and "folder" not in table and "ambient" not in table
+
+
+def test_places_of_lights() -> None:
+    assert PointLight(position=(1, 2, 3)).place == (1, 2, 3, 1)
+    sun = DirectionalLight(direction=(0, -2, 1))
+    assert (sun.place, sun.falloff) == ((0, 2, -1, 0), "none")
 
 
 def test_colours_and_presets() -> None:

@@ -102,3 +102,14 @@ def test_spectra_are_refused(more: dict[str, Any], place: str) -> None:
     scene = clrt.load_dict({"shapes": [ball], "materials": {"m": {}}, **more})
     with pytest.raises(clrt.ClrtError, match=rf"^{place}: .* red, green and blue only"):
         to_xml(scene)
+
+
+@pytest.mark.parametrize("others", [[], [{"type": "sphere", "center": [0, 0, 0], "radius": 1}]])
+def test_a_mesh_without_faces_is_left_out(others: list[Any], tmp_path: Path) -> None:
+    mesh = {"type": "mesh", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": []}
+    scene = clrt.load_dict({
+        "ambient": 1.0, "camera": {"origin": [0, 0, 5], "target": [0, 0, 0]}, "shapes": [mesh, *others],
+    })  # fmt: skip
+    write_xml(scene, tmp_path / "a.xml")
+    assert "<shape" not in (tmp_path / "a.xml").read_text() or others
+    assert list((tmp_path / "a_meshes").glob("*")) == [] if not others else True

@@ -16,7 +16,7 @@ import pytest
 import clrt
 from clrt.base.resources import shipped_scenes, validation_module
 from clrt.cli import main
-from clrt.device.platforms import DeviceInfo
+from clrt.device.info import DeviceInfo
 from clrt.formats.shipped import load_scene
 from validation.reliability import __main__ as page
 from validation.reliability import accuracy, code, drivers, intel, sameness

@@ -121,8 +121,8 @@ def test_the_scenes_hold_every_primitive_and_every_term() -> None:
     assert somewhere("materials", "checker") == set(layout.CHECKER.values())
     for field in ("thin", "one_sided"):
         assert somewhere("materials", field) == {0, 1}
-    for field in ("directional", "inverse_square"):
-        assert somewhere("lights", field) == {0, 1}
+    assert somewhere("lights", "kind") == set(layout.LIGHT_KINDS.values())
+    assert somewhere("lights", "falloff") == set(layout.FALLOFF.values())
     for field in ("tinted", "spd", "one_sided", "background_width", "min_weight", "ambient_samples"):
         assert len(somewhere("scene", field)) > 1, field
     assert min(somewhere("triangles", "normals")) < 0 < max(somewhere("triangles", "normals"))
@@ -138,14 +138,14 @@ PLANTED = [
     ("generate.cl", "add(forward, in_view)", f"add(forward, times(in_view, {ULP}))", "spheres", "generate"),
     ("quadric.clh", "b = dot3(d, w),", f"b = dot3(d, w) * {ULP},", "quadrics", "closest"),
     ("triangle.clh", "s.u = e.y / ", f"s.u = {ULP} * e.y / ", "meshes", "surface"),
-    ("film.cl", "uv[2 * i] = at.u", f"uv[2 * i] = at.u * {ULP}", "meshes", "geometry"),
+    ("film.cl", "out_uv[2 * i] = at.u", f"out_uv[2 * i] = at.u * {ULP}", "meshes", "geometry"),
     ("light.cl", "(emission + ambient), mine", f"(emission + ambient) * {ULP}, mine", "spheres", "light"),
     ("light.clh", "material->ks * power(", f"{ULP} * material->ks * power(", "spheres", "illuminate"),
     ("bounce.clh", "times(n, 2.0f * dot3(n, u))", "times(n, 2.0000002f * dot3(n, u))", "spheres", "reflect"),
     ("bounce.clh", "(s * s + p * p) * 0.5f", "(s * s + p * p) * 0.50000006f", "spheres", "reflect"),
     ("bounce.clh", "add(times(u, eta),", f"add(times(u, eta * {ULP}),", "spheres", "transmit"),
     ("ambient.cl", "slot[i] + k;", "slot[i] + samples - 1 - k;", "ambient samples", "gather_ambient"),
-    ("light.clh", "/ to.distance)", f"/ to.distance * {ULP})", "spheres", "feelers"),
+    ("light_point.clh", "1.0f / distance)", f"1.0f / distance * {ULP})", "spheres", "feelers"),
     ("film.cl", "sum[band + b] += ", f"sum[band + b] += {ULP} * ", "spheres", "gather"),
 ]
 

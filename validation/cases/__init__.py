@@ -26,7 +26,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from clrt.base.errors import ClrtError, ClrtWarning
+from clrt.base.errors import ClrtError, ClrtWarning, show
 from clrt.base.resources import scene_folder, shipped_scenes
 from clrt.base.suggest import did_you_mean
 from clrt.formats import load_dict
@@ -92,7 +92,7 @@ _OWN: dict[str, tuple[dict[str, float], str]] = {
     "shipped straw at 16 samples (mitsuba-table)": ({"psnr": 58}, _ONE_SAMPLE),
     "shipped rainbow (oracle64)": ({"fine": 0.99, "rays": 0.99, "coarse": 0.9995}, _CAUSTIC),
 }  # fmt: skip
-_RANDOM = re.compile(r"random (\d+)/(\d+)( at 16 samples)?")
+_RANDOM = re.compile(r"random ([0-9]{1,18})/([0-9]{1,18})( at 16 samples)?")
 _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 
 
@@ -129,7 +129,7 @@ def case_named(name: str) -> Case:
         return _of_scene(name, shipped_scenes()[shipped.group(1)], None, bool(shipped.group(2)))
     known = [*matrix_cases(), *shipped_cases()]
     near = did_you_mean(name, known)
-    raise ClrtError(f"case: {name!r} is not a case{near}; a random one is 'random SEED/NUMBER'")
+    raise ClrtError(f"case: {show(name)} is not a case{near}; a random one is 'random SEED/NUMBER'")
 
 
 def limits_of(case: Case, oracle: str) -> Limits:

@@ -18,7 +18,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from clrt.base.errors import ClrtError, ClrtWarning
-from clrt.scene.scene import Material, PointLight, Scene
+from clrt.scene.scene import Material, Scene
 
 from .causes import Budget, Cause, disagreement, ranked, remaining
 from .metrics import Array
@@ -166,9 +166,9 @@ def _components(scene: Scene, reference: Array, render: Render) -> Iterator[_Com
 
 
 def _place(light: Any) -> str:
-    point = isinstance(light, PointLight)
-    vector = ", ".join(f"{value:g}" for value in (light.position if point else light.direction))
-    return f"point at {vector}" if point else f"direction {vector}"
+    *place, near = light.place
+    vector = ", ".join(f"{value:g}" for value in (place if near else light.direction))
+    return f"point at {vector}" if near else f"direction {vector}"
 
 
 def _changes(scene: Scene) -> Iterator[_Change]:
@@ -179,7 +179,7 @@ def _changes(scene: Scene) -> Iterator[_Change]:
             yield _Change(f"max_depth {depth}", text, replace(scene, max_depth=depth))
     for name, text, change in _OF_MATERIALS:
         yield _Change(name, text, _with_materials(scene, change))
-    points = [light for light in scene.lights if isinstance(light, PointLight)]
+    points = [light for light in scene.lights if "falloff" in light.__struct_fields__]
     if points:
         other = {"none": "inverse-square", "inverse-square": "none"}
         lights = tuple(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import random
 import re
 import struct
@@ -37,8 +38,10 @@ def spoil(draw: random.Random, data: bytes) -> bytes:
     name, array = entries[at]
     method = zipfile.ZIP_STORED
     choice = draw.random()
-    if choice < 0.35:
+    if choice < 0.2:
         entries[at] = (name, _array(draw, array))
+    elif choice < 0.35:
+        entries[at] = (name, _number(draw, array))
     elif choice < 0.55:
         at = next(number for number, (name, _) in enumerate(entries) if name == "told.npy")
         entries[at] = ("told.npy", _told(draw, entries[at][1]))
@@ -97,12 +100,26 @@ def _array(draw: random.Random, array: bytes) -> bytes:
     return array[:8] + struct.pack("<H", len(header)) + header.encode("latin-1") + rest
 
 
+def _number(draw: random.Random, array: bytes) -> bytes:
+    """Numbers of an array, which keeps its size, by those that no render makes."""
+    (length,) = struct.unpack_from("<H", array, 8)
+    start = 10 + length
+    if len(array) < start + 8:
+        return array + b"x"
+    number = struct.pack("<f", draw.choice((math.nan, math.inf, -math.inf, -1.0, 1e38, -1e38, 2e30)))
+    if draw.random() < 0.3:  # all of them
+        return array[:start] + (number * (len(array) // 4))[: len(array) - start]
+    at = start + 4 * draw.randrange((len(array) - start) // 4)
+    return array[:at] + number + array[at + 4 :]
+
+
 def _told(draw: random.Random, array: bytes) -> bytes:
     """The text of a checkpoint: what was rendered, and how many rays of each kind."""
     (length,) = struct.unpack_from("<H", array, 8)
     told: dict[str, Any] = json.loads(array[10 + length :])
     value: Any = draw.choice(
-        (None, [], {}, "", "x", -1, 1e308, [[]], [None], [{"x": "y"}], [{}] * 10**5, [{"camera": size(draw)}])
+        (None, [], {}, "", "x", -1, 1e308, [[]], [None], [{"x": "y"}], [{}] * 10**5, [{"camera": size(draw)}],
+         [{"photons": 1}], [{"camera": 2**63 - 1}], [{}, {"ambient": 2**62}])
     )
     key = draw.choice(("rays", "rays", "job", "mark"))
     if key == "job" and draw.random() < 0.7:

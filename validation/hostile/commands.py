@@ -6,17 +6,27 @@ the run's own folder, or where nobody can write.
 
 from __future__ import annotations
 
+import json
 import os
 import random
 import stat
+import struct
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from . import archives, pictures, seeds
 from .mutate import spoil_bytes
-from .oddities import MANY, NAMES, OPTIONS, PLACES, STREAMS, VALUES, VARIABLES
+from .oddities import MANY, NAMES, NEIGHBOURS, OPTIONS, PLACES, SPELLINGS, STREAMS, VALUES, VARIABLES
 
+DANGLING: Final = b"nothing here"  # where such a link leads
+TRIANGLE: Final = struct.pack("<6f", 1, 0, 0, 0, 1, 0)  # its last two corners
+TREE: Final = {
+    "asset": {"version": "2.0"}, "bufferViews": [{"buffer": 0, "byteLength": 36}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}],
+    "scenes": [{"nodes": [0]}],
+}  # fmt: skip
 SCENE: Final = seeds.as_toml({**seeds.RESUMED, "max_depth": 2})
 
 
@@ -63,9 +73,7 @@ class Command:
 def make(seed: int, index: int) -> Command:
     """Command `index` of the ones that `seed` draws."""
     draw = random.Random(f"command {seed} {index}")
-    run = draw.choice((_render, _render, _render, _render, _hash, _convert, _compare, _plot, _plain, _plain))(
-        draw
-    )
+    run = draw.choice(_RUNS)(draw)
     for _ in range(draw.choice((1, 1, 2))):
         draw.choice(_CHANGES)(draw, run)
     return run
@@ -80,6 +88,18 @@ def _render(draw: random.Random) -> Command:
             outputs.append(name)
     old: dict[bytes, bytes | str] = {out: seeds.images()[".png"]} if draw.random() < 0.3 else {}
     return Command(arguments, outputs, {b"scene.toml": SCENE, **old})
+
+
+def _buffers(draw: random.Random) -> Command:
+    """A glTF file, and an output that may be the buffer that it names."""
+    buffer = draw.choice((b"out.png", b"tree.bin"))
+    text = json.dumps({**TREE, "buffers": [{"uri": buffer.decode(), "byteLength": 36}]}).encode()
+    files: dict[bytes, bytes | str] = {b"tree.gltf": text, buffer: bytes(12) + TRIANGLE}
+    more: tuple[list[bytes], ...] = (
+        [], [b"--stats", buffer], [b"--stats", buffer + b"/"], [b"--checkpoint", b"./" + buffer],
+    )  # fmt: skip
+    arguments = [b"render", b"tree.gltf", b"-o", b"out.png", b"--width", b"8", *draw.choice(more)]
+    return Command(arguments, [] if buffer == b"out.png" else [b"out.png"], files)
 
 
 def _hash(draw: random.Random) -> Command:
@@ -153,7 +173,8 @@ def _odd_path(draw: random.Random, run: Command) -> None:
             run.outputs[run.outputs.index(old)] = new
         run.arguments = [new if word == old else word for word in run.arguments]
     elif choice < 0.8:
-        run.files[old] = draw.choice(PLACES)
+        run.files[old] = what = draw.choice(PLACES)
+        run.outputs += [DANGLING] if what == "dangling" and old in run.outputs else []
     elif choice < 0.9:
         others = [
             b"missing" + suffix,
@@ -168,7 +189,8 @@ def _odd_path(draw: random.Random, run: Command) -> None:
         run.arguments[at] = draw.choice(others)
         run.outputs.append(run.arguments[at])
     else:  # one file for two things
-        run.arguments[at] = run.arguments[draw.choice(named)]
+        before, behind = draw.choice(SPELLINGS)
+        run.arguments[at] = before + run.arguments[draw.choice(named)] + behind
 
 
 def _odd_file(draw: random.Random, run: Command) -> None:
@@ -178,7 +200,10 @@ def _odd_file(draw: random.Random, run: Command) -> None:
     for name, data in run.files.items():
         if isinstance(data, bytes):
             suffix = os.path.splitext(name)[1].decode(errors="replace")
-            spoiled = pictures.spoil(draw, suffix, data)
+            try:
+                spoiled = pictures.spoil(draw, suffix, data)
+            except (struct.error, ValueError, IndexError):  # it was spoiled before
+                spoiled = data
             run.files[name] = spoiled if spoiled != data else spoil_bytes(draw, data)
 
 
@@ -200,6 +225,13 @@ def _streams(draw: random.Random, run: Command) -> None:
         }
 
 
+def _neighbours(draw: random.Random, run: Command) -> None:
+    """Files in the current folder that others would obey or run."""
+    for name in draw.sample(list(NEIGHBOURS), draw.choice((1, 2, len(NEIGHBOURS)))):
+        run.files[name] = draw.choice(NEIGHBOURS[name])
+    run.files[b"neighbour/matplotlibrc"] = b"font.size: \xff"
+
+
 def _limits(draw: random.Random, run: Command) -> None:
     """Less of something than usual: open files, bytes of a file, address space."""
     kind = draw.choice("nfv")
@@ -208,7 +240,12 @@ def _limits(draw: random.Random, run: Command) -> None:
     }[kind])  # fmt: skip
 
 
-_CHANGES: Final = (_odd_option, _odd_option, _odd_path, _odd_path, _odd_file, _environment, _streams, _limits)
+_RUNS: Final = (
+    _render, _render, _render, _render, _buffers, _hash, _convert, _compare, _plot, _plain, _plain,
+)  # fmt: skip
+_CHANGES: Final = (
+    _odd_option, _odd_option, _odd_path, _odd_path, _odd_file, _environment, _streams, _limits, _neighbours,
+)  # fmt: skip
 
 
 def _place(path: bytes, what: str) -> None:
@@ -222,7 +259,7 @@ def _place(path: bytes, what: str) -> None:
     elif what == "loop":
         os.symlink(os.path.basename(path), path)
     elif what == "dangling":
-        os.symlink(b"nothing here", path)
+        os.symlink(DANGLING, path)
     elif what.startswith("-> "):
         os.symlink(what[3:], path)
     else:

@@ -7,7 +7,8 @@ from typing import Final
 OPTIONS: Final = (
     b"--width", b"--height", b"--crop", b"--spp", b"--max-depth", b"--device", b"--threads", b"--limit",
     b"--layers", b"--stats", b"--exposure", b"--bits", b"--checkpoint", b"--check", b"--quiet", b"--json",
-    b"--mask", b"--bands", b"--only", b"--case", b"--seed", b"--help", b"--version", b"--nothing",
+    b"--mask", b"--bands", b"--only", b"--case", b"--seed", b"--random", b"--compare", b"--help",
+    b"--version", b"--nothing",
 )  # fmt: skip
 
 VALUES: Final = (
@@ -16,7 +17,8 @@ VALUES: Final = (
     b"\x1b[31mred", b"\xff\xfe", b"new\nline", "\u202eabc".encode(), b"--", b"-", b"%s%n", b"depth,shape",
     b"depth," * 9999, b"generation_1", b"generation_99999999999", b"depth=1e18", b"depth=999999999999999999",
     b"work=-1", b"work=1", b"device_bytes=1", b"file_bytes=0", b"nothing=1", b"pixels=1", b"samples=0", b"=",
-    b"4294967296", b"18446744073709551616", b"-2147483649",
+    b"4294967296", b"18446744073709551616", b"-2147483649", b"file_bytes=999999999999999999", b"2147483647",
+    b"random " + b"9" * 5000 + b"/0", b"{" + b"a." * 9999 + b"b = 1}",
 )  # fmt: skip
 
 MANY: Final = (1, 1, 1, 2, 300, 3000)
@@ -32,6 +34,20 @@ PLACES: Final = (
     "fifo", "folder", "loop", "dangling", "socket", "-> /dev/zero", "-> /proc/self/mem", "-> .", "-> /",
 )  # fmt: skip
 """What stands there instead of a file; "->" is a link."""
+
+_TRAP: Final = b"raise SystemExit(7)\n"
+
+NEIGHBOURS: Final[dict[bytes, tuple[bytes | str, ...]]] = {
+    b"matplotlibrc": (b"text.usetex: True\nfont.size: 40\n", b"font.size: \xff", "fifo", "folder", "loop"),
+    b"cl.cfg": (b"CL_CONFIG_DEVICES = gpu\n", "fifo"),
+    b"librt.so.1": (b"\x7fELF", "folder"),
+    **dict.fromkeys((b"json.py", b"ctypes.py", b"multiprocessing.py", b"numpy.py", b"clrt.py"), (_TRAP,)),
+    **dict.fromkeys((b"sitecustomize.py", b"validation.py", b"mitsuba.py"), (_TRAP,)),
+}
+"""What lies in the current folder, and is neither obeyed, nor run, nor waited for."""
+
+SPELLINGS: Final = ((b"", b""), (b"", b"/"), (b"", b"//"), (b"", b"/."), (b"./", b""), (b"./", b"/./"))
+"""What may stand before and behind a name without changing which file it means to us."""
 
 STREAMS: Final = ("pipe", "pipe", "pipe", "closed", "full", "broken", "unread", "terminal")
 """What stdout and stderr may be: the last ones fail, are never read, or are a terminal."""
@@ -68,10 +84,11 @@ VARIABLES: Final[dict[bytes, tuple[bytes, ...]]] = {
     b"PYTHONWARNINGS": (b"error", b"always", b"x"),
     b"PYTHONOPTIMIZE": (b"2",),
     b"TERM": (b"", b"dumb", b"xterm-256color", b"x"),
-    b"MPLBACKEND": (b"x", b"TkAgg"),
+    b"MPLBACKEND": (b"x", b"TkAgg", b"module://nothing"),
+    b"MATPLOTLIBRC": (b"file", b"loop", b"neighbour"),
     b"PATH": (b"", b"/proc", b"file"),
     b"TZ": (b"x", b"\xff"),
-    b"SOURCE_DATE_EPOCH": (b"x", b"-1"),
+    b"SOURCE_DATE_EPOCH": (b"x", b"-1", b"9" * 400),
     b"DISPLAY": (b":99",),
     b"OCIO": (b"file", b"/proc"),
 }

@@ -186,11 +186,11 @@ def _files(command: Command, ended: Ended, before: dict[bytes, bytes | None], fo
     if ended.code == 0 and command.arguments[:1] == [b"render"] and b"-o" in command.arguments:
         asked = command.arguments[command.arguments.index(b"-o") + 1 :][:1]
         helps = {b"--help", b"--version", b"-h"} & set(command.arguments)
-        if (
-            asked
-            and not helps
-            and after.get(os.path.normpath(asked[0])) == before.get(os.path.normpath(asked[0]))
-        ):
+        name = os.path.normpath(asked[0]) if asked else b""
+        path = os.path.join(os.fsencode(folder), name)
+        if os.path.islink(path):  # what it leads to was written
+            name = os.readlink(path)
+        if asked and not helps and after.get(name) == before.get(name):
             faults.append("exit code 0 and no new picture")
     left = contents(folder.parent / "tmp")
     if left and ended.code is not None and ended.code >= 0:

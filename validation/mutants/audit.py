@@ -52,8 +52,8 @@ _READING: Final = (
            "up = (0.0, 0.0, -1.0) if", ("camera from above",)),
     Mutant("SF11 of another melt", "clrt/spectra/tables/glasses.csv", "SF11,1.73759695", "SF11,1.74759695",
            ("dispersion",)),
-    Mutant("normals not weighted by area", "clrt/meshfiles/parts.py", "across = np.cross(b - a, c - a)",
-           "across = _units(np.cross(b - a, c - a))", ("opaque smooth mesh",)),
+    Mutant("normals not weighted by area", "clrt/meshfiles/parts.py", "across = _cross(b - a, c - a)",
+           "across = _units(_cross(b - a, c - a))", ("opaque smooth mesh",)),
 )  # fmt: skip
 
 AUDIT_FAULTS: Final = (*_DISPERSED, *_BEHIND_BOUNDARIES, *_STARTS, *_READING)

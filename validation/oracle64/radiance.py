@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import PointLight, Scene
+from clrt.scene.scene import DirectionalLight, PointLight, Scene
 
 from . import hashing, optics
 from .bounce import Spawned, bounce
@@ -102,25 +102,35 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     return light
 
 
+def point(source: Any, origin: Array) -> tuple[Array, Array, Array]:
+    """Directions (n, 3) to a light, distances (n,), and the factors (n,) by which its intensity arrives."""
+    to_light = np.array(source.position) - origin
+    distance = np.sqrt(dot(to_light, to_light))
+    fades = source.falloff == "inverse-square"
+    return unit(to_light), distance, distance**-2.0 if fades else np.ones_like(distance)
+
+
+def directional(source: Any, origin: Array) -> tuple[Array, Array, Array]:
+    """As `point`."""
+    distance = np.full(len(origin), np.inf)
+    return np.broadcast_to(-unit(source.direction), origin.shape), distance, np.ones_like(distance)
+
+
+LIGHTS: dict[Any, Any] = {PointLight: point, DirectionalLight: directional}
+
+
 def lit_by(job: Job, source: Any, rays: Rays, spot: Spot, generation: int) -> Array:
     """I f(r) [kd F (ns.l) + ks H (r.v)^m] where the light is seen, else 0."""
     of, shape = job.world.surfaces, spot.shape
     origin = spot.leave(spot.n)
-    if isinstance(source, PointLight):
-        to_light = np.array(source.position) - origin
-        distance, direction = np.sqrt(dot(to_light, to_light)), unit(to_light)
-    else:
-        distance = np.full(len(shape), np.inf)
-        direction = np.broadcast_to(-unit(source.direction), origin.shape)
+    direction, distance, factor = LIGHTS[type(source)](source, origin)
     cosine = dot(spot.ns, direction)
     asked = (dot(spot.n, direction) > 0) & (cosine > 0) & ((of.kd[shape] > 0) | (of.ks[shape] > 0))
     job.film.count(generation, "feelers", np.count_nonzero(asked))
     seen = np.zeros_like(spot.color)
     seen[asked] = visibility(job.world, origin[asked], direction[asked], distance[asked])
 
-    received = job.world.palette.light(source.intensity) * seen
-    if isinstance(source, PointLight) and source.falloff == "inverse-square":
-        received /= distance[:, None] ** 2
+    received = job.world.palette.light(source.intensity) * seen * factor[:, None]
     received = np.where(asked[:, None], received, 0.0)
     mirrored = 2 * cosine[:, None] * spot.ns - direction
     alignment = dot(mirrored, -rays.direction)

@@ -166,6 +166,7 @@ class Mitsuba:
         process.stdout.close()
         with contextlib.suppress(BrokenPipeError):  # what it never read
             process.stdin.close()
+        self._log.close()
 
     def _running(self) -> subprocess.Popen[bytes]:
         if self._process is not None and self._process.poll() is None:

@@ -41,7 +41,7 @@ def triangles(shape: Any) -> tuple[Triangles, bool]:
     return _flat([outline[::-1] if mirrored else outline for outline in placed]), False
 
 
-def _fan(faces: list[Array]) -> Array:
+def _fan(faces: tuple[Array, ...]) -> Array:
     return np.concatenate([np.c_[np.full(len(f) - 2, f[0]), f[1:-1], f[2:]] for f in faces])
 
 

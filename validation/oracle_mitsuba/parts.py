@@ -110,6 +110,7 @@ def geometry(scene: Scene, fineness: Fineness) -> Geometry:
             cells=min(fineness.cells, max(24, most // 4)),
         )
     finite = [part for number, shape in enumerate(scene.shapes) for part in _finite(number, shape, fineness)]
+    finite = [part for part in finite if len(part.corners())]  # a mesh may have no faces
     center, size = _ball(scene, finite)
     finite = list(_apart(finite))
     without_end: list[Part] = []

@@ -127,7 +127,7 @@ def _lights_support(scene: Scene, name: str) -> str | None:
         point = isinstance(light, PointLight)
         if name == "S4" and point:
             return f"lights[{number}]: a point light; the environment needs a directional one"
-        if isinstance(light, PointLight) and light.falloff == "none" and name != "S5":
+        if point and light.falloff == "none" and name != "S5":
             return f"lights[{number}]: Mitsuba's light has a falloff (S5 takes it out)"
     return None
 

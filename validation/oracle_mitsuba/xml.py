@@ -96,6 +96,8 @@ def write_xml(scene: Scene, path: str | os.PathLike[str]) -> int:
             (path.parent / folder).mkdir(exist_ok=True)
         except OSError as error:
             raise ClrtError(f"{path.parent / folder}: cannot be made: {error.strerror}") from None
+    for name in meshes:  # all before the first is written
+        check_replaceable(path.parent / name)
     for name, mesh in meshes.items():
         with replacing(path.parent / name) as temporary:
             temporary.write_bytes(ply(mesh))

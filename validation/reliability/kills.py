@@ -32,7 +32,8 @@ from .figures import Figure, Tell, listed
 
 _LONGEST = 0.08  # seconds until the signal: some ten rounds of saving
 _HEIGHT, _WIDTH = 120, 160
-_TASK = {"scene": "none", "max_depth": "0"}
+_TASK = {"scene": "none", "max_depth": "0", "spp": "1"}
+_RANGES = {"image": (0.0, 1e30)}
 
 
 def pictures() -> tuple[Image, Image]:
@@ -85,7 +86,9 @@ def save_for_ever(folder: Path) -> None:
         image.save(folder / "a.png")
         picture = Picture((0, 0, _WIDTH, _HEIGHT), _WIDTH, (), 3)
         (folder / "a.checkpoint").unlink(missing_ok=True) if number == 0 else None
-        saved = Checkpoint(folder / "a.checkpoint", _TASK, picture, RayCounts())
+        counts = RayCounts()
+        saved = Checkpoint(folder / "a.checkpoint", _TASK, picture, counts, _RANGES)
+        counts.generations[:] = [Counter(camera=_WIDTH * _HEIGHT)]
         picture.pixels[...] = image.pixels
         saved.done[...] = True
         saved.save()
@@ -104,7 +107,7 @@ def torn(folder: Path, whole: tuple[Image, Image]) -> list[str]:
     for name in ("a.exr", "a.png", "a.checkpoint", "a.json"):
         try:
             if name.endswith("checkpoint"):
-                Checkpoint(folder / name, _TASK, picture, RayCounts())
+                Checkpoint(folder / name, _TASK, picture, RayCounts(), _RANGES)
                 good = Image(picture.pixels.copy()).hash in hashes
             elif name.endswith("json"):
                 good = json.loads((folder / name).read_text())["hash"] in hashes

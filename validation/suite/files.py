@@ -4,29 +4,30 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
 
-from clrt.base.atomic import check_replaceable, replacing
-from clrt.base.errors import ClrtError
+from clrt.base import inputs
+from clrt.base.atomic import check_replaceable, write_json, write_text
+from clrt.base.errors import ClrtError, legible
 from clrt.base.files import read_bytes
 from clrt.base.limits import Limits
 
 from ..types import Gate, SuiteResult
 
 _NAME: Final = "clrt validate"  # of what the JUnit file says it is
+_HEAD: Final = re.compile(rb"<\?xml [^>]*\?>\s*<testsuites name=\"clrt validate\"")
 _KEYS: Final = {"passed", "command", "versions", "cases", "coverage"}  # some of the JSON file's
 
 
 def write_beside(result: SuiteResult, report: Path) -> tuple[Path, Path]:
     """Write JUnit XML and JSON beside `report`, each whole or not at all. ClrtError where that fails."""
     xml, data = _beside(report)
-    texts = {xml: junit(result), data: json.dumps(plain(result), indent=1, allow_nan=False) + "\n"}
-    for path, text in texts.items():
-        with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+    write_text(xml, junit(result))
+    write_json(data, plain(result), finite=True)
     return xml, data
 
 
@@ -34,7 +35,11 @@ def check_beside(report: Path) -> None:
     """ClrtError where `write_beside` could not write, or would replace a file that is not an older run's."""
     for path, is_ours in zip(_beside(report), (_is_junit, _is_run), strict=True):
         check_replaceable(path)
-        if path.exists() and not is_ours(read_bytes(path, Limits())):
+        if not path.exists():
+            continue
+        with inputs.watched(False):  # it may be replaced
+            old = read_bytes(path, Limits())
+        if not is_ours(old):
             what = "stands where the run's own file would, and is not an older run's"
             raise ClrtError(f"{path}: {what}; give the report another name, or move this file")
 
@@ -44,13 +49,14 @@ def _beside(report: Path) -> tuple[Path, Path]:
 
 
 def _is_junit(text: bytes) -> bool:
-    return _NAME.encode() in text[:200]
+    return _HEAD.match(text) is not None
 
 
 def _is_run(text: bytes) -> bool:
     try:
-        return set(json.loads(text)) >= _KEYS
-    except (ValueError, TypeError, RecursionError):
+        table = json.loads(text)
+        return isinstance(table, dict) and table.keys() >= _KEYS
+    except (ValueError, RecursionError):
         return False
 
 
@@ -58,7 +64,7 @@ def junit(result: SuiteResult) -> str:
     """A test case for each comparison, mutant, ray count, check and feature."""
     root = ElementTree.Element("testsuites", name=_NAME)
     groups: dict[str, list[tuple[str, float, str, str]]] = {}
-    for group, name, seconds, failure, skipped in outcomes(result):
+    for group, name, seconds, failure, skipped in map(legible, outcomes(result)):
         groups.setdefault(group, []).append((name, seconds, failure, skipped))
     for group, tests in groups.items():
         suite = ElementTree.SubElement(root, "testsuite", name=group, tests=str(len(tests)))
@@ -69,9 +75,9 @@ def junit(result: SuiteResult) -> str:
             test = ElementTree.SubElement(suite, "testcase", classname=group, name=name,
                                           time=f"{seconds:.3f}")
             if failure:
-                ElementTree.SubElement(test, "failure", message=_printable(failure))
+                ElementTree.SubElement(test, "failure", message=failure)
             elif skipped:
-                ElementTree.SubElement(test, "skipped", message=_printable(skipped))
+                ElementTree.SubElement(test, "skipped", message=skipped)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
@@ -143,8 +149,3 @@ def _said(gate: Gate) -> str:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-def _printable(text: str) -> str:
-    """The text without characters that XML does not allow."""
-    return "".join(c for c in text if c in "\t\n\r" or ord(c) >= 32)

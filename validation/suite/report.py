@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from clrt.base.atomic import replacing
+from clrt.base.atomic import write_text
 
 from ..compare.rays import key_label
 from ..types import COUNT_TOLERANCE, FEWEST_ORACLES, CaseResult, Gate, SuiteResult
@@ -24,8 +24,7 @@ def write_report(result: SuiteResult, path: str | os.PathLike[str]) -> Path:
 
     ClrtError where the file cannot be written.
     """
-    with replacing(path) as temporary:
-        temporary.write_text(report_html(result), encoding="utf-8")
+    write_text(path, report_html(result))
     return Path(path).resolve()
 
 

@@ -10,13 +10,15 @@ from __future__ import annotations
 import datetime
 import os
 import platform
+import signal
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
-from multiprocessing import get_context
+from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, Final
 
@@ -211,9 +213,31 @@ def _completed(jobs: dict[str, tuple[Any, ...]], processes: int,
 def _parallel(jobs: dict[str, tuple[Any, ...]], processes: int) -> Iterator[tuple[str, Any]]:
     # the initializer makes this package known under its own name, also in a checkout
     pool = ProcessPoolExecutor(processes, get_context("spawn"), validation_module, ("suite.worker",))
+    before, whole = set(active_children()), False
     try:
-        waiting: dict[Future[Any], str] = {pool.submit(*job): name for name, job in jobs.items()}
+        with _deaf():
+            waiting: dict[Future[Any], str] = {pool.submit(*job): name for name, job in jobs.items()}
         for future in as_completed(waiting):
             yield waiting[future], future.result()
+        whole = True
     finally:
+        if not whole:  # nobody wants what they are at; else it would be waited for
+            for process in set(active_children()) - before:
+                process.kill()
         pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Processes that are started within never hear Ctrl-C: theirs to answer is who started them.
+
+    They would print where they were interrupted. Here it is heard once the block ends.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

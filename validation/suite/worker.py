@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import atexit
 import dataclasses
+import multiprocessing
+import os
+import threading
 import time
 from dataclasses import dataclass
 from functools import cache
@@ -23,6 +26,21 @@ from ..oracle_mitsuba import MitsubaError
 from ..oracles import ORACLE64, Oracles, edges64, our_picture, picture64, scene_of, source_of
 from ..twin.check import twin_check
 from ..types import Case, CaseResult, CheckResult, Comparison, CountResult, OracleImage
+
+
+def _end_with_parent() -> None:
+    """Where this is a process of a pool: end it once nobody is left who takes what it finds."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+
+        def watch() -> None:
+            parent.join()
+            os._exit(1)
+
+        threading.Thread(target=watch, name="parent", daemon=True).start()
+
+
+_end_with_parent()  # the suite's processes have this module for an initializer
 
 _FAR_SIGMA, _FAR_SHARE = 4.5, 1e-2  # of values that may be so many standard errors from a random oracle's
 _NOISY_PSNR = 40.0  # dB: what a random oracle's own noise leaves

@@ -7,6 +7,8 @@ import re
 import numpy as np
 
 from clrt import layout
+from clrt.base import layers
+from clrt.base.layers import Rays, Term, comes_from
 from clrt.engine.film import finished
 
 from .local import SPAWN, Feelers, Lit
@@ -21,18 +23,14 @@ _BY_PATH = {
     "transmission": (layout.PATH["PATH_ROUTE"], 2),
     "ambient": (layout.PATH["PATH_GATHERED_FIRST"], layout.PATH["PATH_GATHERED_FIRST"]),
 }
-TERMS = {
-    name: layout.TERMS[f"TERM_{name.upper()}"] for name in ("emission", "ambient", "diffuse", "highlight")
-}
-GEOMETRY = ("depth", "position", "normal", "shape")
-SPECTRAL = ("bands", "xyz")
+TERMS = {name: layout.TERMS[f"TERM_{name.upper()}"] for name in layers.TERMS}
 
 
 class Film:
-    """Planes (bands, pixels) of sums: the picture, then the layers of radiance among `layers`."""
+    """Planes (bands, pixels) of sums: the picture, then the layers of radiance among `names`."""
 
-    def __init__(self, pixels: int, layers: tuple[str, ...] = (), bands: int = layout.BANDS) -> None:
-        self.planes = ("image", *(name for name in layers if name not in GEOMETRY + SPECTRAL))
+    def __init__(self, pixels: int, names: tuple[str, ...] = (), bands: int = layout.BANDS) -> None:
+        self.planes = ("image", *(name for name in names if comes_from(name, Rays, Term)))
         self.sums = np.zeros((len(self.planes), bands, pixels), np.float32)
 
     def add(self, queue: Queue, found: Lit, shadows: Feelers, generation: int) -> None:

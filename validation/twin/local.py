@@ -17,14 +17,12 @@ from .queues import Queue
 from .shading import (
     ALL,
     AMBIENT,
-    DIFFUSE,
-    HIGHLIGHT,
     Bounce,
     ambient_share,
+    light_sample,
     lit,
     local_light,
     reflected_light,
-    towards,
 )
 from .surface import Surface, background_of, bands, surface_at
 
@@ -96,9 +94,8 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
             goes_on[row : row + flat.group] |= part
         value = np.where(goes_on, value + weight * bounce.transmit * depth_color, value)
     found = np.full(len(which), SPAWN["SPAWN_HIT"])
-    if terms & (DIFFUSE | HIGHLIGHT):
-        for source in _lights(flat):
-            found += lit(s, towards(source, s.leave(s.n))).astype(np.uint32)
+    for source in _lights(flat):
+        found += lit(s, light_sample(source, s.leave(s.n)), terms).astype(np.uint32)
     if not last and terms == ALL:
         found |= np.where(reflects, SPAWN["SPAWN_REFLECTION"], np.uint32(0))
         found |= np.where(transmits, SPAWN["SPAWN_TRANSMISSION"], np.uint32(0))
@@ -148,10 +145,8 @@ def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feel
     """One feeler to each light above each hit, and which of them arrive."""
     s, direction = found.surface, queue.rays.direction[:, found.which]
     start = s.leave(s.n)
-    ways = [towards(source, start) for source in _lights(flat)]
-    above = np.array([lit(s, to) for to in ways], bool).reshape(len(ways), len(found.which))
-    if not terms & (DIFFUSE | HIGHLIGHT):
-        above = np.zeros_like(above)
+    ways = [light_sample(source, start) for source in _lights(flat)]
+    above = np.array([lit(s, to, terms) for to in ways], bool).reshape(len(ways), len(found.which))
     radiance = [
         reflected_light(source, to, s, direction, terms)
         for source, to in zip(_lights(flat), ways, strict=True)

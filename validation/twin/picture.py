@@ -25,10 +25,11 @@ from typing import Any
 import numpy as np
 
 from clrt import layout
+from clrt.base.layers import Geometry, comes_from
 from clrt.flatten.flatten import FlatScene, flatten, flatten_camera
 from clrt.scene.scene import Scene
 
-from .film import GEOMETRY, Film
+from .film import Film
 from .geometry import Hits, nearest_hit, primitives_of
 from .media import first_seen
 from .queues import Queue, adopt, generate
@@ -123,7 +124,7 @@ def _render(
             planes["bands"] = film.means(samples)["image"]
         if "xyz" in layers:
             planes["xyz"] = film.means(samples, flat.xyz)["image"]
-        if set(layers) & set(GEOMETRY):
+        if any(comes_from(name, Geometry) for name in layers):
             seen = geometry(flat, queue, first_seen(flat, queue))
             found = {"depth": seen.t, "position": seen.position, "normal": seen.normal, "shape": seen.shape}
             planes |= {name: values[::samples] for name, values in found.items() if name in layers}

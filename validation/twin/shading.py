@@ -19,26 +19,48 @@ _ZERO = np.float32(0.0)
 
 
 @dataclass(frozen=True)
-class Towards:
-    """The way to one light from n points: unit directions (3, n), distances (n,), infinite if directional."""
+class LightSample:
+    """The way from n points to one light, and the factor (n,) by which its intensity arrives.
+
+    Unit directions (3, n), 0 where it does not shine; distances (n,), infinite where it is directional.
+    """
 
     direction: Array
     distance: Array
+    factor: Array
 
 
-def towards(light: np.void, start: Array) -> Towards:
-    place = np.repeat(light["place"][:3, None], start.shape[1], axis=1)
-    if light["directional"]:
-        return Towards(place, np.full(start.shape[1], np.inf, np.float32))
-    way = place - start
+def light_sample(light: np.void, start: Array) -> LightSample:
+    """By kind of light, as `kernels/light.clh`."""
+    return _SAMPLES[int(light["kind"])](light, start)
+
+
+def _point(light: np.void, start: Array) -> LightSample:
+    way = _place(light, start) - start
     distance = np.sqrt(dot(way, way))
-    return Towards(way * (ONE / distance), distance)
+    fades = light["falloff"] == layout.FALLOFF["INVERSE_SQUARE"]
+    factor = ONE / (distance * distance) if fades else np.ones_like(distance)
+    return LightSample(way * (ONE / distance), distance, factor)
 
 
-def lit(s: Surface, to: Towards) -> Array:
+def _directional(light: np.void, start: Array) -> LightSample:
+    far = np.full(start.shape[1], np.inf, np.float32)
+    return LightSample(_place(light, start), far, np.ones_like(far))
+
+
+def _place(light: np.void, start: Array) -> Array:
+    return np.repeat(light["place"][:3, None], start.shape[1], axis=1)
+
+
+_SAMPLES = {layout.LIGHT_KINDS["POINT"]: _point, layout.LIGHT_KINDS["DIRECTIONAL"]: _directional}
+
+
+def lit(s: Surface, to: LightSample, terms: int) -> Array:
     """Above the surface, both the true and the shaded one, where something scatters."""
     above = (dot(s.n, to.direction) > 0.0) & (dot(s.ns, to.direction) > 0.0)
-    return above & ((s.material["kd"] > 0.0) | (s.material["ks"] > 0.0))
+    coefficients = {DIFFUSE: s.material["kd"], HIGHLIGHT: s.material["ks"]}
+    scatters = [coefficient > 0.0 for term, coefficient in coefficients.items() if terms & term]
+    return above & np.any(scatters, axis=0)
 
 
 def schlick(cosine: Array) -> Array:
@@ -47,13 +69,12 @@ def schlick(cosine: Array) -> Array:
     return x * x * (x * x) * x
 
 
-def reflected_light(light: np.void, to: Towards, s: Surface, u: Array, terms: int) -> Array:
+def reflected_light(light: np.void, to: LightSample, s: Surface, u: Array, terms: int) -> Array:
     """What the light adds to the radiance where nothing shadows it: I f(r) [kd F (Ns.L) + ks H (R.V)^m]."""
     material = s.material
     cosine = dot(s.ns, to.direction)
     mirror = s.ns * (2.0 * cosine) - to.direction
     aligned = -dot(mirror, u)
-    falloff = ONE / (to.distance * to.distance) if light["inverse_square"] else np.ones_like(cosine)
     diffuse = material["kd"] * cosine if terms & DIFFUSE else np.zeros_like(cosine)
     shine = np.where(aligned > 0.0, material["ks"] * power(aligned, material["shininess"]), _ZERO)
     if not terms & HIGHLIGHT:
@@ -61,7 +82,7 @@ def reflected_light(light: np.void, to: Towards, s: Surface, u: Array, terms: in
     fade = np.where(_is_schlick(s), schlick(cosine), _ZERO)
     highlight = bands(material["highlight"])
     highlight = highlight + (1.0 - highlight) * fade
-    return light["intensity"][:, None] * falloff * (diffuse * color_of(s) + shine * highlight)
+    return light["intensity"][:, None] * to.factor * (diffuse * color_of(s) + shine * highlight)
 
 
 def local_light(flat: FlatScene, s: Surface, gathers: Array, terms: int) -> Array:

@@ -1,0 +1,149 @@
+"""What a layer is: an entry each, from which film, pictures, files, kernel `geometry` and docs take it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Final, NamedTuple
+
+from clrt.base.errors import ClrtError, show
+from clrt.base.suggest import nearest
+
+TERMS: Final = ("emission", "ambient", "diffuse", "highlight")  # of local light: in kernels TERM_EMISSION ...
+_GENERATION: Final = re.compile(r"generation_(0|[1-9][0-9]{0,8})")
+_MOST_NAMED: Final = 64  # generations that a message lists
+
+
+class Rays(NamedTuple):
+    """Light of rays: by layout.PATH[mask] of their path word (None: all set), and generation (None: all)."""
+
+    mask: str = ""
+    value: int | None = None
+    generation: int | None = None
+
+
+class Term(NamedTuple):
+    """Light of generation 0 by one of layout.TERMS."""
+
+    name: str
+
+
+class Geometry(NamedTuple):
+    """What the kernel `geometry` writes about where the first ray of a pixel hits."""
+
+    kernel: str = "geometry"
+
+
+class Spectral(NamedTuple):
+    """The whole picture of a scene with a spectrum by another response (of FlatScene) than RGB; "": bands."""
+
+    response: str = ""
+
+
+Source = Rays | Term | Geometry | Spectral
+
+
+class Layer(NamedTuple):
+    """What a layer holds, where it comes from, and how it is stored and shown."""
+
+    sources: tuple[Source, ...]  # which add up
+    holds: str
+    values: int = 3  # numbers a pixel; 0: the bands of the scene
+    kind: str = "float"  # of number, as kernels call it
+    channels: tuple[str, ...] = ("R", "G", "B")  # in an .exr; none: by wavelength
+    picture: str = "light"  # one of PICTURES
+
+    @property
+    def is_shown(self) -> bool:
+        """Can it be looked at? If not, only an .exr holds it."""
+        return self.picture != "none"
+
+    @property
+    def is_light(self) -> bool:
+        """Does exposure brighten it?"""
+        return self.picture in ("light", "luminance", "none")
+
+
+# how `clrt.images.layerpicture` shows a layer
+PICTURES: Final = {
+    "light": "light, with `--exposure`",
+    "luminance": "Y as grey light",
+    "nearness": "grey `nearest / distance`: the nearest hit is 1 (white), what is twice as far 1/2, a miss 0",
+    "direction": "red, green, blue = `(n + 1) / 2`; a miss is black",
+    "place": "red, green, blue = x, y, z, each from its 5th (0) to its 95th percentile (1) over all hits; "
+    "a miss is black",
+    "number": "number k has hue `0.6180339887 k` (modulo 1) in every picture; a miss is black",
+    "none": "none: only `.exr` holds them, and `all` leaves them out beside other files",
+}
+
+_ROUTE: Final = "light by the first bounce on its way; they sum to the picture"
+_GENERATIONS: Final = "light by the number of bounces; they sum to the picture"
+_TERM: Final = "the terms of the local light of generation 0"
+_HIT: Final = (Geometry(),)
+_XYZ: Final = ("X", "Y", "Z")
+
+# fmt: off
+LAYERS: Final = {
+    "direct": Layer((Rays("PATH_ROUTE", 0),), _ROUTE),
+    "reflection": Layer((Rays("PATH_ROUTE", 1),), _ROUTE),
+    "transmission": Layer((Rays("PATH_ROUTE", 2),), _ROUTE),
+    # also what rays gather in place of the constant term
+    "ambient": Layer((Rays("PATH_GATHERED_FIRST"), Term("TERM_AMBIENT")), _TERM),
+    **{name: Layer((Term(f"TERM_{name.upper()}"),), _TERM) for name in TERMS if name != "ambient"},
+    # of the first ray of a pixel; 0 on a miss
+    "depth": Layer(_HIT, "distance along the ray, infinite on a miss", 1, "float", ("Z",), "nearness"),
+    "position": Layer(_HIT, "the hit, 0 on a miss", 3, "float", _XYZ, "place"),
+    "normal": Layer(_HIT, "outward geometric unit normal, 0 on a miss", 3, "float", _XYZ, "direction"),
+    "shape": Layer(_HIT, "number of the shape, -1 on a miss", 1, "int", ("ID",), "number"),
+    "bands": Layer((Spectral(),), "the picture's bands, of scenes with a `spectrum`", 0, "float", (), "none"),
+    "xyz": Layer((Spectral("xyz"),), "CIE XYZ, likewise", 3, "float", _XYZ, "luminance"),
+}
+# what the kernel `geometry` writes, in the order of its parameters: layers, and what only a query asks for
+GEOMETRY: Final = {name: layer for name, layer in LAYERS.items() if layer.sources == _HIT} | {
+    "uv": Layer(_HIT, "weights of a triangle's second and third corner", 2),
+    "primitive": Layer(_HIT, "number of the primitive, -1 on a miss", 1, "int"),
+}
+# fmt: on
+_OTHER: Final = Layer((), "what its maker says")
+
+
+def find(name: str) -> Layer:
+    """The layer of this name, `generation_3` among them; without sources if it is none of ours."""
+    numbered = _GENERATION.fullmatch(name)
+    if numbered:
+        return Layer((Rays(generation=int(numbered.group(1))),), _GENERATIONS)
+    return LAYERS.get(name, _OTHER)
+
+
+def comes_from(name: str, *kinds: type[Source]) -> bool:
+    """Has the layer a source of these kinds?"""
+    return any(isinstance(source, kinds) for source in find(name).sources)
+
+
+def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) -> tuple[str, ...]:
+    """The names, each once; "all" stands for all there are. ClrtError names an unknown one and its nearest.
+
+    A single name, or several with commas, may be one text.
+    """
+    listed = [name.strip() for name in layers.split(",")] if isinstance(layers, str) else layers
+    known = [name for name in LAYERS if spectral or not comes_from(name, Spectral)]
+    found: dict[str, None] = {}
+    for name in listed:
+        if name == "all":
+            found |= dict.fromkeys((*known, *(f"generation_{g}" for g in range(max_depth + 1))))
+            continue
+        if comes_from(name, Spectral) and not spectral:
+            raise ClrtError(f"layers: {name!r} is for scenes with a spectrum; this one is in RGB")
+        if name not in known and not _is_generation(name, max_depth):
+            numbered = tuple(f"generation_{g}" for g in range(min(max_depth, _MOST_NAMED) + 1))
+            near = nearest(name, (*known, *numbered), cutoff=0.6)
+            hint = f"did you mean {near!r}?" if near else "known: all, " + ", ".join((*known, *numbered))
+            raise ClrtError(f"layers: {show(name)} is not a layer; {hint}")
+        found[name] = None
+    return tuple(found)
+
+
+def _is_generation(name: str, max_depth: int) -> bool:
+    """Whether this is the layer of a generation that there is."""
+    found = _GENERATION.fullmatch(name)
+    return found is not None and int(found.group(1)) <= max_depth

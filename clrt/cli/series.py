@@ -1,0 +1,194 @@
+"""A series of pictures: to files, with a manifest by which a later run goes on, or to a video."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import hashlib
+import io
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.errors import ClrtError
+from clrt.cli import interrupted
+
+if TYPE_CHECKING:
+    from clrt.engine.tracer import Tracer
+    from clrt.scene.scene import Scene
+
+Values = dict[str, Any]
+Series = Callable[["Scene", argparse.Namespace], tuple["Scene", list[Values]]]
+"""From a scene and the options: the scene that all pictures start from, and what changes for each."""
+_OWN: Final = ("index", "file", "picture", "sha256", "identity", "rays")
+_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")  # with these a spreadsheet begins to compute
+
+
+def render_series(options: argparse.Namespace, file: Path, values_of: Series) -> int:
+    """Render a scene file for all values, to where `options.output` says."""
+    try:
+        return _render(options, file, values_of)
+    except KeyboardInterrupt:
+        return interrupted()
+
+
+def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
+    import clrt
+    from clrt.cli.outputs import check_apart, check_spares
+    from clrt.cli.progress import progress
+    from clrt.formats.shipped import load_scene
+    from clrt.images.naming import frame_name
+    from clrt.images.video import SUFFIXES
+
+    limits = clrt.Limits(**dict(options.limit))
+    scene, series = values_of(load_scene(file, limits=limits), options)
+    film = Path(options.output).suffix.lower() in SUFFIXES
+    names = [options.output] if film else [frame_name(options.output, i, v) for i, v in enumerate(series)]
+    if len(set(names)) < (1 if film else len(series)):
+        twice = next(name for i, name in enumerate(names) if name in names[:i])
+        raise ClrtError(f"{options.output}: several pictures would be {twice}; put {{index}} into the name")
+    outputs = {f"-o ({name})" if len(names) > 1 else "-o": name for name in names}
+    manifest = options.manifest or (None if film else str(Path(names[0]).parent / "frames.csv"))
+    if manifest:
+        outputs["--manifest"] = manifest
+        check_replaceable(manifest)
+    check_apart(outputs, {"the scene": file})
+    check_spares(outputs, scene)
+    settings = clrt.Settings(threads=options.threads, limits=limits)
+    picture = {
+        "width": options.width, "height": options.height, "spp": options.spp, "max_depth": options.max_depth,
+        "crop": tuple(options.crop) if options.crop else None,
+    }  # fmt: skip
+    with clrt.Tracer(scene, options.device, settings) as tracer, progress(file.stem, options.quiet) as report:
+        frames = Frames(tracer, scene, series, picture, report)
+        if film:
+            rows = _to_video(frames, options)
+        else:
+            rows = _to_files(frames, names, options, manifest)
+    if manifest and film:
+        _write(manifest, series, rows)
+    if not options.quiet:
+        kept = sum(row["rays"] == "" for row in rows)
+        known = f", {kept} of them were there" if kept else ""
+        print(f"{options.output}: {len(rows)} pictures{known}")
+    return 0
+
+
+class Frames:
+    """The pictures of a series, one after the other on one Tracer."""
+
+    def __init__(
+        self, tracer: Tracer, scene: Scene, series: list[Values], picture: Mapping[str, Any], report: Any
+    ) -> None:
+        self.tracer, self.scene, self.series = tracer, scene, series
+        self.picture, self.report = picture, report
+        self.rays = 0
+
+    def turn_to(self, index: int) -> str:
+        """Let the tracer have the scene of a frame; what identifies its picture."""
+        self.tracer.update(self.scene.replace(self.series[index]))
+        return self.tracer.identity(**self.picture)
+
+    def render(self, index: int) -> Any:
+        image = self.tracer.render(**self.picture)
+        self.rays += image.stats["traced"]
+        self.told(index)
+        return image
+
+    def told(self, index: int) -> None:
+        """Tell the progress bar that a frame is done."""
+        if self.report:
+            self.report(index + 1, len(self.series), self.rays)
+
+
+def _to_files(
+    frames: Frames, names: list[str], options: argparse.Namespace, manifest: str | None
+) -> list[dict[str, Any]]:
+    """One file a frame; those that a manifest of before says to be right are kept."""
+    from clrt.images.file import check_writable
+
+    for name in names:
+        check_writable(name, options.exposure)
+    before = _known(manifest)
+    rows: list[dict[str, Any]] = []
+    try:
+        for index, name in enumerate(names):
+            identity = f"{frames.turn_to(index)} {options.exposure:g}"
+            row = {"index": index, "file": Path(name).name, "identity": identity, "rays": ""}
+            old = before.get((Path(name).name, identity))
+            if old and old["sha256"] == _sha256(Path(name)):
+                rows.append(row | {"picture": old["picture"], "sha256": old["sha256"]})
+                frames.told(index)
+                continue
+            image = frames.render(index)
+            saved = image.save(name, options.exposure)
+            more = {"picture": image.hash, "sha256": _sha256(saved), "rays": image.stats["traced"]}
+            rows.append(row | more)
+    finally:  # of a series that was broken off, too
+        if manifest and rows:
+            _write(manifest, frames.series, rows)
+    return rows
+
+
+def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any]]:
+    from clrt.images.file import encode
+    from clrt.images.video import writing
+
+    if not 0 < options.fps <= 1000:
+        raise ClrtError(f"--fps: {options.fps} is not allowed; it must be from 0 to 1000 frames a second")
+    rows: list[dict[str, Any]] = []
+    with ExitStack() as stack:
+        for index in range(len(frames.series)):
+            identity, image = frames.turn_to(index), frames.render(index)
+            if index == 0:
+                size = image.width, image.height
+                put = stack.enter_context(writing(options.output, *size, options.fps))
+            if (image.width, image.height) != size:
+                text = "a video's frames have one size; give --width and --height"
+                raise ClrtError(f"{options.output}: {text}")
+            put(encode(image.pixels, options.exposure))
+            row = {"index": index, "file": "", "picture": image.hash, "sha256": "", "identity": identity}
+            rows.append(row | {"rays": image.stats["traced"]})
+    return rows
+
+
+def _known(manifest: str | None) -> dict[tuple[str, str], dict[str, str]]:
+    """The rows of a manifest that is there and whole, by file and identity."""
+    if manifest is None:
+        return {}
+    try:
+        with open(manifest, newline="", encoding="utf-8") as file:
+            rows = [*csv.DictReader(file)]
+        return {(row["file"], row["identity"]): row for row in rows if row["sha256"]}
+    except (OSError, ValueError, KeyError, csv.Error):
+        return {}
+
+
+def _sha256(path: Path) -> str:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return ""
+
+
+def _write(manifest: str, series: list[Values], rows: list[dict[str, Any]]) -> None:
+    places = [*dict.fromkeys(place for values in series for place in values)]
+    out = io.StringIO(newline="")
+    table = csv.writer(out)
+    table.writerow([*_OWN[:2], *map(_cell, places), *_OWN[2:]])
+    for row in rows:
+        values = series[row["index"]]
+        own = [row[name] for name in _OWN]
+        table.writerow([own[0], _cell(own[1]), *(_cell(values.get(place, "")) for place in places), *own[2:]])
+    with replacing(manifest) as temporary:
+        temporary.write_text(out.getvalue(), encoding="utf-8", newline="")
+
+
+def _cell(value: Any) -> Any:
+    """A value as a spreadsheet may show it: texts that it would compute begin with an apostrophe."""
+    if isinstance(value, (int, float)):
+        return value
+    text = str(value)
+    return f"'{text}" if text.startswith(_FORMULA) else text

@@ -1,0 +1,30 @@
+"""`clrt turntable`: a scene from all around its camera's target."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from clrt.base.errors import ClrtError
+from clrt.base.resources import scene_file
+from clrt.cli.series import render_series
+
+if TYPE_CHECKING:
+    from clrt.scene.scene import Scene
+
+
+def run(options: argparse.Namespace) -> int:
+    """Render the circle. ClrtError for a scene without a camera."""
+    if options.frames < 1:
+        raise ClrtError(f"--frames: {options.frames} is not allowed; it must be at least 1")
+    return render_series(options, scene_file(options.scene), _values)
+
+
+def _values(scene: Scene, options: argparse.Namespace) -> tuple[Scene, list[dict[str, Any]]]:
+    from clrt.engine.sweep import turntable
+    from clrt.formats.native import with_values
+
+    scene = with_values(scene, options.set)
+    if scene.camera is None:
+        raise ClrtError(f"{scene.source}: camera: missing; a turntable needs a [camera]")
+    return scene, [{"camera.origin": view.origin} for view in turntable(scene.camera, options.frames)]

@@ -1,0 +1,141 @@
+"""Many pictures of scenes that differ in a few values."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from clrt.base import arguments
+from clrt.base.arguments import public
+from clrt.base.errors import ClrtError, fault
+from clrt.device.settings import Settings
+from clrt.engine.tracer import Tracer
+from clrt.flatten.mesh import unit
+from clrt.formats.shipped import as_scene
+from clrt.images.image import Image
+from clrt.scene.camera import Camera
+from clrt.scene.scene import Scene
+
+Values = dict[str, Any]
+
+
+@public
+def sweep(
+    scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
+    changes: Mapping[str, Sequence[Any]],
+    device: int | str | None = None,
+    settings: Settings | None = None,
+    **picture: Any,
+) -> Iterator[tuple[Values, Image]]:
+    """A picture for every combination of values: {"camera.fov": [20, 30], "materials.glass.ior": [1.3, 1.5]}.
+
+    Gives (values, Image) one after the other, the last place changing fastest. Places are those of
+    `Scene.replace`, and `"camera"` takes whole cameras. picture: as for `Tracer.render` (`width`, `spp`,
+    `layers`, ...). All values are looked at before the first picture: SceneError names the place of one that
+    is wrong. One Tracer does all, so that what does not change is done once.
+    """
+    base = as_scene(scene, arguments.optional_instance("settings", settings, Settings).limits)
+    found = checked(base, changes)
+    return _pictures(Tracer(base, device, settings), base, found, picture)
+
+
+def _pictures(
+    tracer: Tracer, base: Scene, changes: Mapping[str, Sequence[Any]], picture: Mapping[str, Any]
+) -> Iterator[tuple[Values, Image]]:
+    with tracer:
+        for values in combinations(changes):
+            tracer.update(base.replace(values))
+            yield values, tracer.render(**picture)
+
+
+def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
+    """The changes as lists, each value of which the scene takes by itself."""
+    found: dict[str, Sequence[Any]] = {}
+    for place, values in arguments.mapping("changes", changes).items():
+        if isinstance(values, np.ndarray):
+            values = list(values)
+        if not isinstance(values, (list, tuple, range)) or not values:
+            right = "it must be a list of values, such as [20, 30]"
+            raise ClrtError(fault("", f"changes[{place!r}]", values, right))
+        found[place] = values
+    for place, values in found.items():
+        others = {other: values[0] for other, values in found.items()}
+        for value in values:
+            scene.replace({**others, place: value})
+    return found
+
+
+def combinations(changes: Mapping[str, Sequence[Any]]) -> Iterator[Values]:
+    """Every combination of the values, the last place changing fastest."""
+    for values in product(*changes.values()):
+        yield dict(zip(changes, values, strict=True))
+
+
+@public
+def turntable(camera: Camera, frames: int) -> list[Camera]:
+    """Cameras on a circle about the target and its `up`: `frames` (>= 1) of them, the given one first."""
+    frames = arguments.whole("frames", frames, 1)
+    camera = arguments.instance("camera", camera, Camera).upright()
+    assert camera.up is not None
+    axis, target = unit(np.asarray(camera.up, np.float64)), np.asarray(camera.target, np.float64)
+    reach = np.asarray(camera.origin, np.float64) - target
+    along, out = axis * (axis @ reach), reach - axis * (axis @ reach)
+    side = np.cross(axis, out)
+    cameras = [camera]
+    for number in range(1, frames):
+        angle = 2 * math.pi * number / frames
+        place = target + along + out * math.cos(angle) + side * math.sin(angle)
+        cameras.append(_moved(camera, place, target))
+    return cameras
+
+
+@public
+def camera_path(keys: Sequence[Camera], frames: int, closed: bool = False) -> list[Camera]:
+    """Cameras that pass through `keys` (2 or more) in equal times: `frames` (>= 2) of them.
+
+    Origin, target and up follow a Catmull-Rom spline (Catmull and Rom 1974), fov and size are interpolated
+    linearly; all else is the first key's. closed: the path leads back to the first key, which comes once.
+    """
+    frames = arguments.whole("frames", frames, 2)
+    if not isinstance(keys, (list, tuple)) or len(keys) < 2:
+        raise ClrtError(fault("", "keys", keys, "it must be a list of 2 cameras or more"))
+    views = [arguments.instance(f"keys[{i}]", key, Camera).upright() for i, key in enumerate(keys)]
+    parts = len(views) if arguments.flag("closed", closed) else len(views) - 1
+    steps = frames if closed else frames - 1
+    points = np.array([[view.origin, view.target, view.up] for view in views], np.float64)
+    numbers = np.array([[view.fov, view.size] for view in views])
+    cameras = []
+    for number in range(frames):
+        at = number * parts / steps
+        here = min(int(at), parts - 1)
+        t = at - here
+        around = [_neighbour(here + k, len(views), closed) for k in (-1, 0, 1, 2)]
+        origin, target, up = _spline(points[around], t)
+        fov, size = (1 - t) * numbers[around[1]] + t * numbers[around[2]]
+        more = {"up": tuple(up.tolist()), "fov": float(fov), "size": float(size)}
+        cameras.append(_moved(views[0], origin, target, **more))
+    return cameras
+
+
+def _neighbour(number: int, count: int, closed: bool) -> int:
+    return number % count if closed else min(max(number, 0), count - 1)
+
+
+def _spline(points: np.ndarray, t: float) -> np.ndarray:
+    """Between the second and the third of four points, at 0 <= t <= 1."""
+    before, start, end, after = points
+    return 0.5 * (
+        2 * start + (end - before) * t + (2 * before - 5 * start + 4 * end - after) * t**2
+        + (3 * start - before - 3 * end + after) * t**3
+    )  # fmt: skip
+
+
+def _moved(camera: Camera, origin: np.ndarray, target: np.ndarray, **changes: Any) -> Camera:
+    places = {"origin": tuple(origin.tolist()), "target": tuple(target.tolist())}
+    return msgspec.structs.replace(camera, **places, **changes)

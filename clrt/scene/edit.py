@@ -1,0 +1,136 @@
+"""Scenes that differ from another in a few places: what `Scene.replace` is given, as drafts of records."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.base.errors import show
+from clrt.base.places import At, known_keys, listed
+from clrt.base.records import Record
+from clrt.base.suggest import did_you_mean
+
+Step = str | int
+
+_STEP: Final = re.compile(r'(?:^|\.)(?:"(?P<quoted>[^"]*)"|(?P<key>[^.\[\]"]+))|\[(?P<index>\d{1,9})\]')
+_FORM: Final = 'a place in a scene is written like camera.fov, materials."my glass".ior or shapes[3].center'
+
+
+class Draft:
+    """A scene's changed fields, not yet checked: `values` by name.
+
+    Of `materials`, `lights` and `shapes` what is not `touched` (names or numbers, by field; absent where the
+    whole field is new) are the very objects of the scene before.
+    """
+
+    def __init__(self, scene: Any, changes: Mapping[str, Any], fields: Sequence[str]) -> None:
+        self.values: dict[str, Any] = {}
+        self.touched: dict[str, set[Step]] = {}
+        for path, value in changes.items():
+            at = At(scene.source)
+            (top, *rest) = _steps(path, at)
+            known_keys({top: None}, fields, at)
+            old = self.values.get(str(top), getattr(scene, str(top)))
+            if not rest:
+                self.values[str(top)] = value
+                self.touched.pop(str(top), None)
+            elif top in ("materials", "lights", "shapes"):
+                self._edit_one_of(str(top), old, rest, value, at.key(str(top)))
+            else:
+                self.values[str(top)] = _changed(old, rest, value, at.key(str(top)))
+
+    def _edit_one_of(self, top: str, old: Any, steps: Sequence[Step], value: Any, at: At) -> None:
+        """Change a part of one of many, or put another in its place."""
+        whole = top in self.values and top not in self.touched
+        if top not in self.values:
+            old = dict(old) if isinstance(old, Mapping) else list(old)
+            self.values[top] = old
+        number, *rest = steps
+        if not isinstance(old, Mapping) and isinstance(number, str):
+            number = _named(old, number, at)
+        present = number in old if isinstance(old, Mapping) else number < len(old)  # type: ignore[operator]
+        if not present and not (isinstance(old, Mapping) and not rest and isinstance(number, str)):
+            raise at.says(_absent(old, number))
+        place = at.item(number) if isinstance(number, int) else at.key(number)
+        old[number] = _changed(old[number] if present else None, rest, value, place)
+        if not whole:
+            self.touched.setdefault(top, set()).add(number)
+
+
+def _steps(path: str, at: At) -> list[Step]:
+    """The keys and numbers of a path; the first is a key."""
+    steps: list[Step] = []
+    position = 0
+    while position < len(path):
+        found = _STEP.match(path, position)
+        if found is None or (not steps and found["index"]):
+            break
+        key = found["quoted"] if found["key"] is None else found["key"].strip()
+        steps.append(int(found["index"]) if found["index"] else key)
+        position = found.end()
+    if position < len(path) or not steps:
+        raise at.says(f"{show(path)} names no place; {_FORM}")
+    return steps
+
+
+def _changed(old: Any, steps: Sequence[Step], value: Any, at: At) -> Any:
+    """What stands at a place with something in it changed: records become tables, tuples lists."""
+    if not steps:
+        return value
+    step, *rest = steps
+    if isinstance(old, Record):
+        old = fields_of(old)
+        known_keys({step: None}, old, at)
+    if isinstance(old, Mapping) and isinstance(step, str):
+        if step not in old and rest:
+            raise at.says(_absent(old, step))
+        return {**old, step: _changed(old.get(step), rest, value, at.key(step))}
+    if isinstance(old, (tuple, list, np.ndarray)) and isinstance(step, int):
+        if step >= len(old):
+            raise at.says(_absent(old, step))
+        new = old.copy() if isinstance(old, np.ndarray) else list(old)
+        try:
+            new[step] = _changed(old[step], rest, value, at.item(step))
+        except (TypeError, ValueError, OverflowError):  # numpy puts no such thing into the array
+            raise at.item(step).error(value, f"it must be like {show(old[step])}") from None
+        return new
+    if old is None:
+        raise at.says(f"there is none whose {show(str(step))} could be set; give it whole")
+    raise at.says(f"{show(old)} has no part {show(str(step))}")
+
+
+def fields_of(record: Record) -> dict[str, Any]:
+    """A record as the table that it could be read from, its values as they are."""
+    table = {"type": record.type} if record.__struct_config__.tag else {}
+    return table | {name: getattr(record, name) for name in record.__struct_fields__}
+
+
+def _named(shapes: Sequence[Any], name: str, at: At) -> int:
+    """The number of the one shape of that name."""
+    names = [getattr(shape, "name", None) for shape in shapes]
+    found = [number for number, other in enumerate(names) if other == name]
+    if len(found) != 1:
+        known = [*_texts(names)]
+        many = f"{len(found)} shapes have that name; say which by its number"
+        none = f"no shape has the name {show(name)}{did_you_mean(name, known)}"
+        raise at.says(many if found else f"{none}; shapes are numbered from 0: shapes[0]")
+    return found[0]
+
+
+def _texts(names: Sequence[Any]) -> Iterator[str]:
+    return (name for name in names if isinstance(name, str))
+
+
+def _absent(old: Any, step: Step) -> str:
+    """That there is nothing at a step."""
+    if isinstance(old, Mapping):
+        known = [*_texts([*old])]
+        hint = did_you_mean(step, known) or (f" (there is {listed(known)})" if known else "")
+        return f"there is no {show(str(step))}{hint}"
+    if isinstance(step, int):
+        there = f"; there are {len(old)}, numbered from 0" if len(old) else ""
+        return f"there is no number {step}{there}"
+    return f"{show(step)} is no number of one of {len(old)}"

@@ -1,0 +1,201 @@
+"""No output of a command takes the place of a file that the command reads, however its name is spelled."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base import inputs
+from clrt.base.atomic import replacing
+from clrt.base.files import read_bytes
+from clrt.base.limits import Limits
+from clrt.base.resources import validation_module
+from clrt.bench.report import Report
+from clrt.cli import main
+from clrt.cli.options import parser
+from tests.bench_samples import measurement
+from tests.cli.test_terminal import SCENE, fault
+
+ROOM = SCENE.replace("0.9", "0.5")
+MESHES = """
+[[shapes]]
+type = "mesh"
+file = "mesh.obj"
+[[shapes]]
+type = "mesh"
+file = "tree.gltf"
+"""
+BUFFER = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], np.float32).tobytes()
+
+READS = {
+    "room.toml": ["room.toml", "sky.exr", "mesh.obj", "tree.gltf", "tree.bin"],
+    "tree.gltf": ["tree.gltf", "tree.bin"],
+}
+"""Scenes, and all that is read with each."""
+
+WRITES: dict[str, list[tuple[list[str], str]]] = {
+    "render": [
+        (["render", "{scene}", "-o", "{out}"], ".png"),
+        (["render", "{scene}", "-o", "new.png", "--stats", "{out}"], ""),
+        (["render", "{scene}", "-o", "new.png", "--checkpoint", "{out}"], ""),
+        (["render", "{scene}", "-o", "{stem}.png", "--layers", "depth"], ".depth.png"),
+        (["render", "{scene}", "-o", "{stem}.png", "--layers", "all"], ".depth.png"),
+    ],
+    "convert": [(["convert", "{scene}", "{out}"], ".json"), (["convert", "{scene}", "{out}"], ".toml"),
+                (["convert", "{scene}", "{out}"], ".xml")],
+    "bench": [
+        (["bench", "--scene", "{scene}", "--quick", "--rounds", "1", "--json", "{out}"], ""),
+        (["bench", "--scene", "ball.toml", "{scene}", "--quick", "--chart", "{out}"], ".svg"),
+    ],
+    "validate": [], "plot-spectrum": [],  # which read no scene of the user's; see below
+    "hash": [], "compare": [], "devices": [], "doctor": [], "scenes": [], "selftest": [],  # write nothing
+}  # fmt: skip
+"""Every command; for each of its outputs a command line, and how the output's name has to end."""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    clrt.Image(np.full((4, 8, 3), 0.5, np.float32)).save("sky.exr")
+    Path("mesh.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    Path("tree.bin").write_bytes(BUFFER)
+    Path("tree.gltf").write_text(json.dumps(gltf("tree.bin")))
+    Path("ball.toml").write_text(ROOM)
+    Path("room.toml").write_text(f'background = "sky.exr"\n{ROOM}{MESHES}')
+    monkeypatch.setattr(clrt, "render", lambda *_, **__: pytest.fail("it renders"))
+    monkeypatch.setattr("clrt.bench.suite.run", lambda *_: pytest.fail("it measures"))
+    return tmp_path
+
+
+def gltf(buffer: str) -> dict[str, Any]:
+    return {
+        "asset": {"version": "2.0"}, "buffers": [{"uri": buffer, "byteLength": 36}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    }  # fmt: skip
+
+
+_NUMBERS = count()
+
+
+def spelled(name: str, ending: str) -> Iterator[str]:
+    """Names of the file that have this ending: itself, with slashes and detours, links."""
+    here = Path.cwd()
+    for link in (os.symlink, os.link):
+        made = f"link{next(_NUMBERS)}{ending}"
+        link(here / name if link is os.symlink else name, made)
+        yield from (made, f"{made}/", f"./{made}")
+    if name.endswith(ending):
+        yield from (name, f"./{name}", f"{name}/", f"{name}//", f"{name}/.", f"./{name}/./", str(here / name),
+                    f"../{here.name}/{name}", f"{here}//{name}/", f"/proc/self/cwd/{name}")  # fmt: skip
+
+
+def test_every_command_is_known() -> None:
+    assert set(parser().commands) == set(WRITES)
+
+
+@pytest.mark.parametrize("command", [command for command in WRITES if WRITES[command]])
+@pytest.mark.parametrize("scene", READS)
+def test_outputs_are_no_inputs(
+    command: str, scene: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = {name: Path(name).read_bytes() for name in (*READS["room.toml"], "ball.toml")}
+    for words, ending in WRITES[command]:
+        for name in READS[scene]:
+            for out in spelled(name, ending):
+                stem = out.rstrip("/.").removesuffix(".depth.png")
+                given = [word.format(scene=scene, out=out, stem=stem) for word in words]
+                said = fault(capsys, *given)
+                assert "a file of its own" in said, (given, said)
+                assert {name: Path(name).read_bytes() for name in before} == before, given
+
+
+def test_a_buffer_may_be_called_anything(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, words in (("new.png", ["render", "tree.gltf", "-o"]), ("new.json", ["convert", "tree.gltf"])):
+        Path(name).write_bytes(BUFFER)
+        Path("tree.gltf").write_text(json.dumps(gltf(name)))
+        assert f"{name}, which is read; give " in fault(capsys, *words, name)
+        assert Path(name).read_bytes() == BUFFER
+
+
+def test_two_outputs_are_two_files(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for old in (False, True):
+        for stats in ("new.png", "./new.png", "new.png/", f"{folder}/new.png//"):
+            assert "is the file of --output; give --stats" in fault(
+                capsys, "render", "room.toml", "-o", "new.png", "--stats", stats
+            )
+        assert Path("new.png").exists() == old
+        Path("new.png").write_bytes(b"old")
+
+
+def test_a_report_does_not_replace_the_one_it_is_compared_with(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Report({}, (measurement((1.0,)),)).save("old.json")
+    before = Path("old.json").read_bytes()
+    for name in spelled("old.json", ".json"):
+        assert "is the report of --compare" in fault(capsys, "bench", "--compare", "old.json", "--json", name)
+    assert Path("old.json").read_bytes() == before
+
+
+def test_a_page_does_not_replace_a_scene_whose_rays_are_counted(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scenes = [f"{name}.nff" for name in validation_module("spd").PUBLISHED]
+    for name in scenes:
+        Path(name).write_text("b 0 0 0\n")
+    Path("page.html").symlink_to(scenes[-1])
+    assert f"{scenes[-1]}, which is read" in fault(capsys, "validate", "--spd", ".", "--report", "page.html")
+    assert Path(scenes[-1]).read_text() == "b 0 0 0\n"
+
+
+def test_xml_is_written_with_all_its_meshes_or_none(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Mitsuba's meshes lie in a folder beside it, where a mesh of the scene may lie, too."""
+    pytest.importorskip("trimesh")
+    assert main(["convert", "room.toml", "new.xml"]) == 0
+    made = sorted(Path("new_meshes").iterdir())
+    assert made
+    first, last = Path("new_meshes/aaa"), made[-1]
+    Path("room.toml").write_text(ROOM + MESHES.replace("mesh.obj", str(last)))
+    for file in made[:-1]:
+        file.write_bytes(b"old")
+    held = last.read_bytes()
+    capsys.readouterr()
+    assert f"is {folder / last}, which is read; give " in fault(capsys, "convert", "room.toml", "new.xml")
+    assert last.read_bytes() == held and all(file.read_bytes() == b"old" for file in made[:-1])
+    assert not first.exists()
+
+
+def test_what_was_read_is_never_replaced(folder: Path) -> None:
+    """Whatever a command forgets to ask for beforehand."""
+    with inputs.watched():
+        read_bytes("mesh.obj", Limits())
+        for name in spelled("mesh.obj", ".obj"):
+            with pytest.raises(clrt.ClrtError, match=r"is mesh\.obj, which is read"), replacing(name):
+                pass
+        with inputs.watched(False):
+            read_bytes("room.toml", Limits())
+        with replacing("room.toml") as temporary:
+            temporary.write_text("new")
+    assert Path("room.toml").read_text() == "new"
+
+
+def test_programs_may_save_a_scene_where_it_came_from(folder: Path) -> None:
+    scene = clrt.load("room.toml")
+    scene.save("room.toml")
+    assert clrt.load("room.toml") == scene
+    assert inputs.noted() == {}
+
+
+def test_a_name_that_no_file_can_have_is_itself() -> None:
+    assert inputs.identity("a\0b") == "a\0b"

@@ -1,0 +1,172 @@
+"""`clrt sweep` and `clrt turntable`: files, manifest and video; what is there is not rendered again."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.cli import main
+from clrt.engine.tracer import Tracer
+from clrt.formats.native import value_list
+from clrt.images.file import encode
+from clrt.images.naming import frame_name
+
+TOML = """
+background = 0.3
+max_depth = 2
+camera = {origin = [0, 1, 5], target = [0, 0, 0], width = 16, height = 12}
+lights = [{type = "point", position = [2, 4, 3]}]
+[materials.red]
+color = [0.8, 0.1, 0.1]
+[materials."=1+1"]
+color = 0.5
+[[shapes]]
+type = "sphere"
+center = [0, 0, 0]
+radius = 1
+material = "red"
+"""
+
+
+@pytest.fixture()
+def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.toml").write_text(TOML)
+    return tmp_path / "s.toml"
+
+
+def rows(path: str = "frames.csv") -> list[dict[str, str]]:
+    with open(path, newline="") as file:
+        return [*csv.DictReader(file)]
+
+
+def run(*arguments: str) -> int:
+    return main(["sweep", "s.toml", "-o", "{index:02}_{camera.fov}.png", "--quiet", *arguments])
+
+
+def test_files_and_manifest(scene: Path) -> None:
+    assert run("--set", "camera.fov=20:40:3", "--set", "shapes[0].material=red,=1+1") == 0
+    found = rows()
+    assert [row["file"] for row in found] == [
+        "00_20.png", "01_20.png", "02_30.png", "03_30.png", "04_40.png", "05_40.png"
+    ]  # fmt: skip
+    assert [row["shapes[0].material"] for row in found[:2]] == ["red", "'=1+1"], "no formulas"
+    base = clrt.load("s.toml")
+    for row, fov in zip(found, (20, 20, 30, 30, 40, 40), strict=True):
+        material = row["shapes[0].material"].strip("'")
+        right = clrt.render(base.replace({"camera.fov": fov, "shapes[0].material": material}))
+        assert row["picture"] == right.hash and int(row["rays"]) == right.stats["traced"]
+        right.save("right.png")
+        assert Path(row["file"]).read_bytes() == Path("right.png").read_bytes()
+
+
+def test_what_is_there_is_not_rendered_again(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rendered: list[float] = []
+    render = Tracer.render
+
+    def counted(self: Tracer, *arguments: Any, **named: Any) -> clrt.Image:
+        rendered.append(self.scene.camera.fov)  # type: ignore[union-attr]
+        return render(self, *arguments, **named)
+
+    monkeypatch.setattr(Tracer, "render", counted)
+    sets = ("--set", "camera.fov=20:40:3")
+    assert run(*sets) == 0 and rendered == [20, 30, 40]
+    first = rows()
+    assert run(*sets) == 0 and len(rendered) == 3, "nothing is"
+    assert [row["picture"] for row in rows()] == [row["picture"] for row in first]
+    Path("01_30.png").write_bytes(b"damaged")
+    Path("02_40.png").unlink()
+    assert run(*sets) == 0 and rendered[3:] == [30, 40]
+    scene.write_text(TOML.replace("0.3", "0.4"))
+    assert run(*sets) == 0 and rendered[5:] == [20, 30, 40], "of another scene all are"
+    Path("frames.csv").write_text("index,file\n0,\x00")
+    assert run(*sets) == 0 and len(rendered) == 11, "without a manifest nobody knows"
+
+
+def test_a_series_that_was_broken_off_goes_on(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    render, done = Tracer.render, []
+
+    def failing(self: Tracer, *arguments: Any, **named: Any) -> clrt.Image:
+        if len(done) == 2:
+            raise KeyboardInterrupt
+        done.append(1)
+        return render(self, *arguments, **named)
+
+    monkeypatch.setattr(Tracer, "render", failing)
+    assert run("--set", "camera.fov=20:40:3") == 130
+    assert [row["file"] for row in rows()] == ["00_20.png", "01_30.png"]
+    monkeypatch.setattr(Tracer, "render", render)
+    assert run("--set", "camera.fov=20:40:3") == 0
+    assert [bool(row["rays"]) for row in rows()] == [False, False, True]
+
+
+def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
+    av = pytest.importorskip("av", reason="needs the optional dependency clrt[video]")
+    given = ["--frames", "5", "-o", "spin.mkv", "--manifest", "m.csv", "--quiet"]
+    assert main(["turntable", "s.toml", *given]) == 0
+    with av.open("spin.mkv") as container:
+        frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+        assert float(container.streams.video[0].average_rate) == 25
+    base = clrt.load("s.toml")
+    assert base.camera is not None
+    for frame, camera, row in zip(frames, clrt.turntable(base.camera, 5), rows("m.csv"), strict=True):
+        image = clrt.render(base, camera=camera)
+        assert np.array_equal(frame, encode(image.pixels)) and row["picture"] == image.hash
+    for name in ("a.mp4", "a.webm"):
+        assert main(["turntable", "s.toml", "--frames", "2", "-o", name, "--fps", "10", "--quiet"]) == 0
+        with av.open(name) as container:
+            assert sum(1 for _ in container.decode(video=0)) == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--set", "camera.fv=1,2"], "did you mean 'fov'?"),
+        (["--set", "camera.fov=20:300:3"], "camera.fov: 300"),
+        (["--set", "camera.fov=20:30:0"], "'20:30:0' asks for no value"),
+        (["--set", "camera.fov=20,30", "-o", "x.png"], "several pictures would be x.png; put {index}"),
+        (["--set", "camera.fov=20,30", "-o", "{camera.fv}.png"], "did you mean 'camera.fov'?"),
+        (["--set", "camera.fov=20,30", "-o", "{index.png"], "a brace that is not closed"),
+        (["--set", "camera.fov=20,30", "-o", "{index:x}.png"], "'x' is no format of a number"),
+        (["--set", "camera.fov=20,30", "-o", "{index}.gif"], "unknown suffix '.gif' of a picture"),
+        (["--set", "camera.width=15,16", "-o", "a.mp4"], "a.mp4: .mp4 needs an even width and height"),
+        (["--set", "camera.width=14,16", "-o", "a.mkv"], "a video's frames have one size"),
+        (["-o", "a.mkv", "--fps", "0"], "--fps: 0.0 is not allowed"),
+        (["--set", "camera.fov=20", "-o", "s.toml"], "s.toml: is the scene"),
+        (["--set", "camera.fov=20", "-o", "{index}.png", "--manifest", "s.toml"], "s.toml: is s.toml, which"),
+    ],
+)
+def test_faults_are_one_line_and_leave_nothing(
+    arguments: list[str], says: str, scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(*arguments) == 2
+    said = capsys.readouterr().err
+    assert says in said and said.count("\n") == 1, said
+    assert [path.name for path in Path().iterdir()] == ["s.toml"] and scene.read_text() == TOML
+
+
+def test_values_in_names_lead_nowhere_else() -> None:
+    values = {"a": "../../etc/passwd", "b": [1.5, -2], "c": "x" * 500, "d": {"k": 1}, "e": "", "f": "\0\n"}
+    values["g"] = 0.1
+    names = {key: frame_name(f"out/{{{key}}}.png", 0, values) for key in values}
+    assert all(name.count("/") == 1 and ".." not in name and len(name) < 80 for name in names.values()), names
+    assert names["b"] == "out/1.5_-2.png" and names["g"] == "out/0.1.png"
+    assert frame_name("{{{index:03}}}_{g:.3f}", 7, values) == "{007}_0.100"
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("20:60:5", [20, 30, 40, 50, 60]), ("1:2:1", [1]), ("3:1:3", [3, 2, 1]), ("-1:1e0:3", [-1, 0, 1]),
+        ("1.3,1.5", [1.3, 1.5]), ("5", [5]), ("[0, 0, 0], [0, 1, 0]", [[0, 0, 0], [0, 1, 0]]),
+        ("gold,glass", ["gold", "glass"]), ("true,false", [True, False]), ('"a,b",c', ['"a', 'b"', "c"]),
+        ('"a,b"', ["a,b"]), ("", [""]), ("{color = 1}, {color = 0}", [{"color": 1}, {"color": 0}]),
+    ],
+)  # fmt: skip
+def test_lists_of_values(text: str, values: list[Any]) -> None:
+    assert value_list(text, clrt.Limits(), "x") == values

@@ -1,0 +1,111 @@
+"""Sweeps, turntables and camera paths: the pictures of single renders, and cameras where they should be."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+
+SCENE: dict[str, Any] = {
+    "camera": {"origin": [0, 2, 5], "target": [0, 0, 0], "width": 16, "height": 12},
+    "materials": {"glass": {"transmission": 0.9, "ior": 1.5}},
+    "lights": [{"type": "point", "position": [2, 4, 3]}],
+    "background": 0.2,
+    "shapes": [
+        {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "glass"},
+        {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0],
+         "material": {"color": {"type": "checker", "colors": [0.1, 0.9], "size": 0.5}}},
+    ],
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def scene() -> clrt.Scene:
+    return clrt.load_dict(SCENE)
+
+
+def test_every_combination_is_the_picture_of_a_single_render(scene: clrt.Scene) -> None:
+    changes = {"camera.fov": [20, 30], "materials.glass.ior": np.array([1.2, 1.5, 1.6])}
+    found = list(clrt.sweep(scene, changes, width=12, layers=["depth"]))
+    assert [values["camera.fov"] for values, _ in found] == [20, 20, 20, 30, 30, 30]
+    assert [values["materials.glass.ior"] for values, _ in found] == [1.2, 1.5, 1.6] * 2
+    for values, image in found:
+        right = clrt.render(scene.replace(values), width=12, layers=["depth"])
+        assert image.hash == right.hash and np.array_equal(image.layers["depth"], right.layers["depth"])
+    assert len({image.hash for _, image in found}) == 6
+
+
+@pytest.mark.parametrize(
+    ("changes", "says"),
+    [
+        ({"camera.fov": [20, 300]}, r"camera\.fov: 300"),
+        ({"camera.fov": 20}, "it must be a list of values"),
+        ({"camera.fov": []}, "it must be a list of values"),
+        ({"camera.fov": "20"}, "it must be a list of values"),
+        ({"camera.fv": [20]}, "did you mean 'fov'"),
+        ([1], "changes: .* it must be a dict"),
+    ],
+)
+def test_wrong_values_are_told_before_the_first_picture(changes: Any, says: str, scene: clrt.Scene) -> None:
+    with pytest.raises(clrt.ClrtError, match=says):
+        clrt.sweep(scene, changes)
+
+
+def test_a_turntable_goes_once_around_the_target(scene: clrt.Scene) -> None:
+    assert scene.camera is not None
+    cameras = clrt.turntable(scene.camera, 8)
+    places = np.array([camera.origin for camera in cameras])
+    assert np.allclose(places[:, 1], 2) and np.allclose(np.hypot(places[:, 0], places[:, 2]), 5)
+    angles = np.unwrap(np.arctan2(places[:, 0], places[:, 2]))
+    assert np.allclose(np.diff(angles), np.pi / 4) and cameras[0] == scene.camera
+    alone = scene.replace({"shapes": scene.shapes[:1], "lights": []})
+    ball = [clrt.render(alone, camera=camera) for camera in cameras[::2]]
+    assert np.allclose(ball[0].pixels, ball[1].pixels, atol=1e-4), "a ball looks alike from all around"
+    tilted = clrt.Camera(origin=[1, 2, 3], target=[1, 1, 1], up=[0, 0, 1])
+    places = np.array([camera.origin for camera in clrt.turntable(tilted, 5)])
+    assert np.allclose(places[:, 2], 3)
+
+
+def test_a_path_passes_through_its_keys() -> None:
+    places = ((0, 5, 30), (5, 0, 40), (0, -5, 50))
+    keys = [clrt.Camera(origin=[x, 1, z], target=[0, 0, 0], fov=fov) for x, z, fov in places]
+    path = clrt.camera_path(keys, 9)
+    assert [path[i].origin for i in (0, 4, 8)] == [tuple(map(float, key.origin)) for key in keys]
+    assert [path[i].fov for i in (0, 2, 4, 8)] == [30, 35, 40, 50]
+    # Catmull-Rom between two keys, the ends repeated: half of ((9/8) of both - (1/8) of their neighbours)
+    between = 9 * np.add((5, 1, 0), (0, 1, -5)) - np.add((0, 1, 5), (0, 1, -5))
+    assert np.allclose(path[6].origin, between / 16)
+    around = clrt.camera_path(keys, 6, closed=True)
+    assert [around[i].origin for i in (0, 2, 4)] == [tuple(map(float, key.origin)) for key in keys]
+    step = [np.linalg.norm(np.subtract(a.origin, b.origin)) for a, b in pairwise(path)]
+    assert max(step) < 3
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda camera: clrt.turntable(camera, 0), lambda camera: clrt.turntable("x", 3),
+        lambda camera: clrt.camera_path([camera], 3), lambda camera: clrt.camera_path([camera, 3], 3),
+        lambda camera: clrt.camera_path([camera, camera], 1),
+    ],
+)  # fmt: skip
+def test_what_makes_no_path_is_an_error(call: Any, scene: clrt.Scene) -> None:
+    with pytest.raises(clrt.ClrtError):
+        call(scene.camera)
+
+
+def test_the_identity_is_that_of_the_picture(scene: clrt.Scene) -> None:
+    tracer = clrt.Tracer(scene)
+    one = tracer.identity(width=20)
+    assert one == clrt.Tracer(SCENE).identity(width=20) and one != tracer.identity(width=21)
+    assert one == tracer.identity(width=20, height=15), "the size that the aspect gives"
+    others = {"camera.fov": 20, "max_depth": 2, "lights[0].intensity": 2, "shapes[0].radius": 2}
+    for place, value in others.items():
+        tracer.update(scene.replace({place: value}))
+        assert tracer.identity(width=20) != one, place
+    tracer.update(scene)
+    assert tracer.identity(width=20) == one
