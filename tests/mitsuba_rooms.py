@@ -11,6 +11,7 @@ import clrt
 from clrt.base.errors import ClrtWarning
 from clrt.base.resources import scene_folder
 from clrt.scene.scene import Scene
+from validation.oracle_mitsuba import Source
 
 WIDTH, HEIGHT = 80, 60
 CAMERA = {"origin": [0.5, 3.2, 6.5], "target": [0.1, 0.3, 0.0], "fov": 40.0}
@@ -31,17 +32,23 @@ MIRROR = {"diffuse": 0.0, "reflection": 0.8, "reflection_color": [1.0, 0.9, 0.7]
 GLASS = {"diffuse": 0.0, "fresnel": True, "transmission_color": [0.9, 1.0, 0.95]}
 
 
-def room(materials: dict[str, Any], shapes: Any = (FLOOR, BALL, BOX, CONE, EGG), **more: Any) -> Scene:
+def room(materials: dict[str, Any], shapes: Any = (FLOOR, BALL, BOX, CONE, EGG), **more: Any) -> Source:
     """A scene of these materials and shapes; `more` overrides what is usual."""
     usual = {"camera": CAMERA, "lights": [POINT, SUN], "ambient": [0.1, 0.12, 0.1]}
     scene = usual | {"background": [0.05, 0.1, 0.2], "materials": materials, "shapes": list(shapes)} | more
+    return Source(scene, str(scene_folder()), WIDTH, HEIGHT)
+
+
+def as_read(room: Source) -> Scene:
+    """The room as the renderer reads it."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ClrtWarning)
-        return clrt.load_dict(scene, folder=scene_folder())
+        scene = clrt.load_dict(dict(room.tables), folder=room.folder)
+    return scene.override(width=room.width, height=room.height, spp=room.spp, max_depth=room.max_depth)
 
 
-def ours(scene: Scene, spp: int = 1, layers: Any = ("depth", "shape")) -> clrt.Image:
-    return clrt.Tracer(scene).render(WIDTH, HEIGHT, spp, layers=layers)
+def ours(room: Source, layers: Any = ("depth", "shape")) -> clrt.Image:
+    return clrt.Tracer(as_read(room)).render(layers=layers)
 
 
 def off(picture: np.ndarray, other: np.ndarray, tolerance: float = 1e-4) -> float:
@@ -107,6 +114,6 @@ SCENES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
-def stock_room(materials: dict[str, Any], more: dict[str, Any]) -> Scene:
+def stock_room(materials: dict[str, Any], more: dict[str, Any]) -> Source:
     """A room without ambient light, which Mitsuba does not have."""
     return room({"floor": GREY, **materials}, ambient=0.0, **more)

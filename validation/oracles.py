@@ -2,53 +2,75 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from clrt.base.errors import ClrtWarning
+from clrt.base.install import install_extra, pip_install
+from clrt.base.resources import scene_folder
 from clrt.device.device import Device
 from clrt.engine.tracer import Tracer
-from clrt.formats import load_dict
 from clrt.scene.scene import Scene
 
+from .cases import TABLES, loaded, tables
 from .compare.metrics import EDGE_CHANGE, EDGE_STEP
 from .compare.rays import FINE
 from .oracle64 import edge_mask, render64
-from .oracle_mitsuba import Mitsuba
+from .oracle_mitsuba import Mitsuba, Source
+from .oracle_mitsuba.modes import SPECTRAL as BY_WAVELENGTH
 from .oracle_mitsuba.modes import supports
-from .oracle_povray import client as povray
+from .oracle_mitsuba.records import read
 from .oracle_povray.scene import not_in_pov
 from .ours import TERMS, ray_key, render_ours
 from .types import Case, OracleImage
-from .wavelengths import at_bands, joined, not_by_wavelength, triples
 
 ORACLE64: Final = "oracle64"
 POVRAY: Final = "povray"  # its pictures are clipped to [0, 1], and have no layers
-SPECTRAL: Final = "mitsuba-spectral"  # its table mode, wavelength by wavelength
+SPECTRAL: Final = f"mitsuba-{BY_WAVELENGTH}"  # its table mode, wavelength by wavelength
 _AMBIENT: Final = ray_key(0, "camera ambient")  # says nothing new where later rays bring the ambient light
 
 
 def scene_of(case: Case) -> Scene:
-    """The case's scene, of its size, samples and depth."""
-    return _loaded(case.scene, case)
+    """The case's scene as the renderer reads it, of the case's size, samples and depth."""
+    scene = loaded(case.scene)
+    return scene.override(width=case.width, height=case.height, spp=case.spp, max_depth=case.max_depth)
 
 
 def stand_in_of(case: Case) -> Scene:
     """The scene of the same picture for oracles that cannot express the case's own, if it has one."""
-    return _loaded(case.stand_in or case.scene, case)
+    return scene_of(case if case.stand_in is None else dataclasses.replace(case, scene=case.stand_in))
 
 
-def _loaded(source: Any, case: Case) -> Scene:
-    with _unwarned():
-        scene = source() if callable(source) else load_dict(source)
-    assert isinstance(scene, Scene)
-    return scene.override(width=case.width, height=case.height, spp=case.spp, max_depth=case.max_depth)
+def source_of(case: Case) -> Source:
+    """The case's tables for oracles that read them themselves; those of its stand-in, if it has one.
+
+    Of files that only the renderer reads, such as NFF, what it has read is handed on.
+    """
+    source = case.stand_in or case.scene
+    if isinstance(source, Path) and source.suffix not in TABLES:
+        return handed_on(scene_of(case))
+    folder = source.parent if isinstance(source, Path) else scene_folder()
+    return Source(tables(source), str(folder), case.width, case.height, case.spp, case.max_depth)
+
+
+def handed_on(scene: Scene) -> Source:
+    """A scene that exists only as the renderer has read it, say from an NFF file, as tables.
+
+    Whatever Mitsuba says of it, it says of what `clrt` read.
+    """
+    folder = None if scene.folder is None else str(scene.folder)
+    camera = scene.camera
+    assert camera is not None
+    size = camera.width, camera.height, camera.spp
+    return Source(scene.to_dict(), folder, *size, scene.max_depth)
 
 
 @contextmanager
@@ -109,7 +131,7 @@ class Oracles:
     """All oracles, of which Mitsuba is a process of its own. A context manager."""
 
     def __init__(self, timeout: float = 300.0) -> None:
-        self.mitsuba = Mitsuba(timeout)
+        self.mitsuba = Mitsuba(timeout, _command)
         self._missing: str | None = None
         self._asked = False
 
@@ -125,51 +147,37 @@ class Oracles:
             self._missing, self._asked = self.mitsuba.available(), True
         return self._missing
 
-    def unable(self, oracle: str, scene: Scene) -> str | None:
-        """Why an oracle cannot render a scene, here or at all; None where it can."""
-        if oracle == ORACLE64:
-            return None
-        if oracle == POVRAY:
-            return povray.missing() or not_in_pov(scene)
-        if oracle == SPECTRAL:
-            return self.missing() or not_by_wavelength(scene)
-        return self.missing() or self.mitsuba.supports(scene, mode_of(oracle))
+    def unable(self, oracle: str, source: Source) -> str | None:
+        """Why one of Mitsuba's modes cannot render a scene, here or at all; None where it can."""
+        return self.missing() or self.mitsuba.supports(source, mode_of(oracle))
 
-    def render(self, oracle: str, scene: Scene) -> OracleImage:
-        """An oracle's picture of a scene from its camera."""
-        if oracle == ORACLE64:
-            return picture64(scene)
-        if oracle == POVRAY:
-            return povray.render(scene)
-        assert scene.camera is not None
-        if oracle == SPECTRAL:
-            parts = [(bands, at_bands(scene, bands)) for bands in triples(scene)]
-            return joined(scene, [(bands, self.render("mitsuba-table", part)) for bands, part in parts])
-        picture = self.mitsuba.render(scene, mode=mode_of(oracle), spp=scene.camera.spp)
-        if scene.ambient_samples:
+    def render(self, oracle: str, source: Source) -> OracleImage:
+        """A picture from the scene's camera by one of Mitsuba's modes, which reads the tables itself."""
+        picture = self.mitsuba.render(source, mode_of(oracle))
+        if source.tables.get("ambient_samples"):
             picture.by_ray.pop(_AMBIENT, None)
         return picture
 
 
-def able(oracle: str, scene: Scene) -> bool:
-    """Whether an oracle can express a scene, wherever it runs."""
-    return why_not(oracle, scene) is None
+def able(oracle: str, case: Case) -> bool:
+    """Whether an oracle can express a case, wherever it runs."""
+    return why_not(oracle, case) is None
 
 
-def inability(oracle: str, case: Case) -> str:
-    """Why an oracle cannot express a case; "" where it can."""
-    return why_not(oracle, scene_of(case)) or ""
-
-
-def why_not(oracle: str, scene: Scene) -> str | None:
-    """Why an oracle cannot express a scene; None where it can, wherever it runs."""
-    if oracle == SPECTRAL:
-        return not_by_wavelength(scene)
+def why_not(oracle: str, case: Case) -> str | None:
+    """Why an oracle cannot express a case; None where it can, wherever it runs."""
+    if oracle == ORACLE64:
+        return None
     if oracle == POVRAY:
-        return not_in_pov(scene)
-    return None if oracle == ORACLE64 else supports(scene, mode_of(oracle))
+        return not_in_pov(stand_in_of(case))
+    return supports(read(source_of(case)), mode_of(oracle))
 
 
 def mode_of(oracle: str) -> str:
     """Mitsuba's mode for an oracle's name: "mitsuba-table" -> "table"."""
     return oracle.removeprefix("mitsuba-")
+
+
+def _command(package: str) -> str:
+    """What installs a package that Mitsuba needs."""
+    return pip_install(package) if package == "karellen-llvm-core" else install_extra("validation")

@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from .compare.causes import Cause
 
 Better = Literal["low", "high"]
 COUNT_TOLERANCE = 0.005  # of published ray counts
 FEWEST_ORACLES = 2  # that share no code, for every feature
-
-
-def family(oracle: str) -> str:
-    """What an oracle shares its code with: "mitsuba-table" and "mitsuba-bsdf" have one recursion."""
-    return oracle.split("-")[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +58,8 @@ class Case:
     """A picture to render and the oracles that must agree with it."""
 
     name: str
-    scene: dict[str, Any] | Callable[[], Any]  # what clrt.load_dict takes, or gives a clrt.Scene
+    # a scene's tables, or the file of a scene that ships (a script describes its tables)
+    scene: dict[str, Any] | Path
     features: frozenset[str]
     oracles: tuple[str, ...]  # "oracle64", "mitsuba-table", "mitsuba-bsdf", "stock-S1", ...
     width: int
@@ -87,7 +80,8 @@ class CaseResult:
     results: dict[str, tuple[OracleImage, Comparison]]  # by oracle
     unproven: dict[str, str] = field(default_factory=dict)  # oracle that did not run -> why
     seconds: float = 0.0
-    causes: tuple[Cause, ...] = ()  # why the picture of another program is wrong, the likeliest first
+    # `compare.causes.Cause`s: why the picture of another program is wrong, the likeliest first
+    causes: tuple[Any, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -102,7 +96,7 @@ class MutantResult:
     name: str
     file: str
     description: str
-    caught_by: tuple[str, ...]  # oracles that share no code with the kernels
+    caught_by: tuple[str, ...]  # oracles that do not reach the module with the fault
     survived: bool
     where: str = ""  # what the comparison blamed, such as "generation 1, reflection"
 
@@ -154,6 +148,8 @@ class SuiteResult:
     @property
     def thin(self) -> list[str]:
         """Features under fewer than FEWEST_ORACLES oracles that share no code."""
+        from .independence import family
+
         families = {name: {family(oracle) for oracle in oracles} for name, oracles in self.coverage.items()}
         return sorted(name for name, of in families.items() if len(of) < FEWEST_ORACLES)
 

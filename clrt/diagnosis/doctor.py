@@ -212,7 +212,7 @@ def _oracle() -> Iterator[Finding]:
     """Mitsuba and its LLVM, which `clrt validate` needs, and nothing else."""
     try:
         client = validation_module("oracle_mitsuba.client")
-        with client.Mitsuba() as mitsuba:
+        with client.Mitsuba(install=pip_install) as mitsuba:
             reason = mitsuba.available()
             found = None if reason else mitsuba.versions()
     except (ClrtError, ImportError) as error:

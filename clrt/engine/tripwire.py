@@ -34,10 +34,14 @@ _LOOKED_AT: Final[dict[str, tuple[tuple[str, str, tuple[str, ...]], ...]]] = {
 }
 
 
+class NotFinite(ClrtError):
+    """A number that is not finite where none is meant to be."""
+
+
 class Tripwire:
     """Watches the rays of one tile: `pixels` are the numbers of its pixels in a picture `width` wide.
 
-    With `width` 0 they are numbers of a caller's rays. An observer, which raises ClrtError.
+    With `width` 0 they are numbers of a caller's rays. An observer, which raises NotFinite.
     """
 
     def __init__(self, world: World, pixels: np.ndarray, width: int = 0) -> None:
@@ -70,7 +74,7 @@ class Tripwire:
         number, width = int(self._pixels[place]), self._width
         where = f"pixel ({number % width}, {number // width})" if width else f"ray {number}"
         made = stage.wrote is stage.queue
-        raise ClrtError(
+        raise NotFinite(
             f"check: {what} is {float(values[wrong[:, item], item][0])} after the pass {name}, at {where}, "
             f"generation {stage.generation}, {stage.kind} ray, "
             + (self._left(stage, place) if made else self._shape(stage, int(ray[item])))

@@ -11,6 +11,7 @@ import clrt
 from validation.cases.parts import CLOSED
 from validation.twin.picture import trace32
 
+CHECKED = clrt.Settings(check=True)  # the film makes a NaN a bright pixel, so that what is seen hides it
 BAD = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, 1e-45, 1e38, -3e38], np.float32)
 AXES = [axis for k in range(3) for sign in (1, -1) for axis in [np.eye(3)[k] * sign]]
 SCALES = (1e-6, 1.0, 1e6)
@@ -71,7 +72,7 @@ def name(request: pytest.FixtureRequest) -> str:
 
 def tracer(shapes: list[dict[str, Any]], **more: Any) -> clrt.Tracer:
     table = {"lights": [{"type": "point", "position": [0, 1, 0]}], "ambient": 0.1, "background": 0.2, **more}
-    return clrt.Tracer(clrt.load_dict({**table, "shapes": shapes}))
+    return clrt.Tracer(clrt.load_dict({**table, "shapes": shapes}), settings=CHECKED)
 
 
 def test_rays_that_are_none_miss_and_bring_nothing_that_is_not_finite(name: str) -> None:

@@ -168,10 +168,10 @@ def test_mesh_data() -> None:
 
 
 def test_smooth_normals_are_weighted_by_area() -> None:
-    vertices = [[0, 0, 0], [2, 0, 0], [0, 1, 0], [0, 0, 1]]
+    vertices = [[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 1]]
     mesh = Scene(shapes=[Mesh(vertices=vertices, faces=[[0, 1, 2], [0, 3, 1]], smooth=True)]).shapes[0]
-    normals = mesh.data().normals  # the faces' normals: (0, 0, 2) and (0, 2, 0)
-    np.testing.assert_allclose(normals[0], [0, 0.5**0.5, 0.5**0.5])
+    normals = mesh.data().normals  # the faces' normals, twice their areas long: (0, 0, 6) and (0, 2, 0)
+    np.testing.assert_allclose(normals[0], [0, 1 / 10**0.5, 3 / 10**0.5])
     np.testing.assert_allclose(normals[2], [0, 0, 1])
     np.testing.assert_allclose(normals[3], [0, 1, 0])
 

@@ -12,9 +12,23 @@ import pytest
 import clrt
 from clrt.base.errors import ClrtError
 from clrt.cli import main
-from tests.mitsuba_rooms import CHECKER, GREY, HEIGHT, MATTE, NEAR, SCENES, WIDTH, off, ours, room, stock_room
-from validation.oracle_mitsuba import meshing
-from validation.oracle_mitsuba.modes import plan
+from tests.mitsuba_rooms import (
+    CAMERA,
+    CHECKER,
+    GREY,
+    HEIGHT,
+    MATTE,
+    NEAR,
+    SCENES,
+    WIDTH,
+    as_read,
+    off,
+    ours,
+    room,
+    stock_room,
+)
+from validation.oracle_mitsuba import meshing, stock
+from validation.oracle_mitsuba.records import read
 from validation.oracle_mitsuba.xml import to_xml, write_xml
 
 
@@ -23,15 +37,14 @@ def test_xml_is_the_scene(mitsuba: Any, tmp_path: Path) -> None:
     materials = {"floor": CHECKER, "a": CHECKER, "b": MATTE, "c": GREY, "d": MATTE}
     scene = stock_room(materials, {"lights": [NEAR], "background": 0.0})
     file = tmp_path / "room.xml"
-    write_xml(scene, file)
+    write_xml(as_read(scene), file)
     assert len(list((tmp_path / "room_meshes").iterdir())) == 3  # box, cone and ellipsoid
-    (render,) = plan(scene, WIDTH, HEIGHT, "stock-S1", 1, None, None).job["renders"]
-    assert scene.camera is not None
+    (render,) = stock.work(read(scene), "S1", None).renders
     job = {
         **render,
         "scene": {"type": "file", "path": str(file)},
         "owners": {},
-        "eye": np.array(scene.camera.origin),
+        "eye": np.array(CAMERA["origin"]),
     }
     (answer,) = mitsuba.request("stock", {"renders": [job]})
     assert (
@@ -40,7 +53,7 @@ def test_xml_is_the_scene(mitsuba: Any, tmp_path: Path) -> None:
 
 
 def test_xml_says_what_it_changes() -> None:
-    scene = room(SCENES["schlick, thin, emission"]["materials"], background="sky.exr")
+    scene = as_read(room(SCENES["schlick, thin, emission"]["materials"], background="sky.exr"))
     text = to_xml(scene)
     tree = ElementTree.fromstring(text)
     kinds = {element.get("type") for element in tree.iter()}
@@ -69,7 +82,8 @@ def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(meshing, "import_module", missing)
     with pytest.raises(ClrtError, match=r"need mapbox_earcut; .* 'clrt\[validation\]'|need shapely"):
-        write_xml(stock_room({"a": MATTE, "b": MATTE, "c": MATTE, "d": MATTE}, {}), tmp_path / "room.xml")
+        scene = as_read(stock_room({"a": MATTE, "b": MATTE, "c": MATTE, "d": MATTE}, {}))
+        write_xml(scene, tmp_path / "room.xml")
 
 
 @pytest.mark.parametrize(

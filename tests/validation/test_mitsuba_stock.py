@@ -12,7 +12,6 @@ from tests.mitsuba_rooms import (
     CHECKER,
     GLASS,
     GREY,
-    HEIGHT,
     MATERIALS,
     MATTE,
     MIRROR,
@@ -20,7 +19,6 @@ from tests.mitsuba_rooms import (
     POINT,
     SCENES,
     SUN,
-    WIDTH,
     off,
     ours,
     room,
@@ -43,7 +41,7 @@ STOCK: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 @pytest.mark.parametrize("name", STOCK)
 def test_stock_plugins_agree(mitsuba: Any, name: str) -> None:
     scene = stock_room(*STOCK[name])
-    theirs, mine = mitsuba.render(scene, WIDTH, HEIGHT, f"stock-{name}"), ours(scene)
+    theirs, mine = mitsuba.render(scene, f"stock-{name}"), ours(scene)
     assert off(theirs.pixels, mine.pixels) <= 2e-3  # measured: 0 (S4) to 1e-3 (S2)
     assert np.mean(theirs.shape != mine.layers["shape"]) <= 3e-4
     # where nothing is near an edge
@@ -56,7 +54,7 @@ def test_stock_checkers_agree(mitsuba: Any) -> None:
         checker = {"color": {**CHECKER["color"], "divisions": divisions}}
         scene = stock_room({"a": checker, "b": checker, "d": checker, "floor": checker},
                            {"shapes": SCENES["checkers"]["shapes"]})  # fmt: skip
-        assert off(mitsuba.render(scene, WIDTH, HEIGHT, "stock-S5").pixels, ours(scene).pixels) <= 2e-3
+        assert off(mitsuba.render(scene, "stock-S5").pixels, ours(scene).pixels) <= 2e-3
 
 
 RANDOM: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
@@ -77,7 +75,7 @@ RANDOM: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
 @pytest.mark.parametrize("name", RANDOM)
 def test_random_paths_agree(mitsuba: Any, name: str) -> None:
     scene = stock_room(*RANDOM[name])
-    theirs = mitsuba.render(scene, WIDTH, HEIGHT, f"stock-{name}", paths=64)
+    theirs = mitsuba.render(scene, f"stock-{name}", paths=64)
     mine = ours(scene)
     difference = theirs.pixels - mine.pixels
     assert 10 * np.log10(1 / np.mean(difference**2)) >= 42  # measured: 45 to 48 dB
@@ -97,7 +95,7 @@ def test_what_modes_cannot_express() -> None:
         assert "shapes[" in mitsuba.supports(scene, mode)
     assert "the modes are" in mitsuba.supports(scene, "raytrace")
     with pytest.raises(ValueError, match="Phong"):
-        mitsuba.render(scene, WIDTH, HEIGHT, "bsdf")
+        mitsuba.render(scene, "bsdf")
     saddle = {"type": "quadric", "coefficients": [1, 0, -1, 0, 0, 0, 0, -0.5, 0, 0], "material": "a"}
     endless = room({"a": MATTE}, [saddle], ambient=0.0)
     assert "without an end" in mitsuba.supports(endless, "stock-S5")

@@ -44,7 +44,7 @@ def povray() -> None:
 
 def expressible() -> list[str]:
     found = [name for name in cases.matrix_cases() if "povray" in cases.case_named(name).oracles]
-    return [name for name in found if oracles.able("povray", oracles.scene_of(cases.case_named(name)))]
+    return [name for name in found if oracles.able("povray", cases.case_named(name))]
 
 
 def test_it_can_express_enough() -> None:

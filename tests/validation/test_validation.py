@@ -17,6 +17,7 @@ import pytest
 from clrt.base.errors import ClrtError
 from clrt.base.install import pip_install
 from clrt.base.resources import PACKAGE, kernel_folder, validation_module
+from clrt.scene.materials import Material
 
 suite = validation_module("suite.run")
 mutants = validation_module("mutants.run")
@@ -98,13 +99,13 @@ def test_what_could_not_run_is_not_proven(tmp_path: Path) -> None:
 def test_a_missing_package_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     client = validation_module("oracle_mitsuba.client")
     oracles = validation_module("oracles")
-    scene = oracles.scene_of(validation_module("cases").case_named("diffuse"))
+    scene = oracles.source_of(validation_module("cases").case_named("diffuse"))
     monkeypatch.setattr(client, "find_llvm", lambda: None)
     with oracles.Oracles() as opened:
         assert opened.unable("mitsuba-table", scene) == (
             f"no LLVM for Mitsuba; install it with: {pip_install('karellen-llvm-core')}"
         )
-        assert opened.unable("oracle64", scene) is None
+        assert oracles.able("oracle64", validation_module("cases").case_named("diffuse"))
     monkeypatch.setattr(client.importlib.util, "find_spec", lambda name: None)
     with oracles.Oracles() as opened:
         assert "mitsuba is not installed" in opened.unable("mitsuba-table", scene)
@@ -148,3 +149,30 @@ def test_the_cases_can_be_listed() -> None:
     cases = validation_module("cases")
     assert list(rows) == [*cases.matrix_cases(), *cases.shipped_cases(), "random SEED/NUMBER"]
     assert "fresnel" in " ".join(rows.values())
+
+
+def test_random_scenes_draw_every_key_and_kind_of_spectrum() -> None:
+    drawn = [validation_module("cases.chance").scene(1, number) for number in range(100)]
+    materials = [shape["material"] for scene in drawn for shape in scene["shapes"]]
+    assert {key for material in materials for key in material} == {*Material.__struct_fields__}
+    text = json.dumps(drawn)
+    kinds = ("name", "blackbody", "gaussian", "band", "samples", "sellmeier", "cauchy", "eta", "spectrum")
+    assert all(f'"{kind}":' in text for kind in kinds)
+
+
+@pytest.mark.parametrize(("name", "judge"), [
+    ("K1: tinted shadows of dispersed rays in the first band", "oracle64"),
+    ("rotations clockwise", "mitsuba-table"),
+])  # fmt: skip
+def test_an_audits_faults_are_noticed_by_who_does_not_reach_them(name: str, judge: str) -> None:
+    found = mutants.run_mutant(name)
+    assert not found.survived and found.caught_by == (judge,)
+
+
+def test_the_quick_suite_asks_mitsuba_where_only_it_can_judge() -> None:
+    asked = {task.name: task.oracles for task in suite.tasks_of(suite.Plan())}
+    wanted = mutants.judged_by_mitsuba()
+    assert {"opaque box", "dispersion", "camera from above"} <= set(wanted)
+    assert all(any(oracle.startswith("mitsuba") for oracle in asked[name]) for name in wanted)
+    # all others are judged by the float64 oracle, on cases that the quick suite gives it
+    assert all(case in asked for mutant in mutants.MUTANTS.values() for case in mutant.cases)

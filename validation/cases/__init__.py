@@ -8,6 +8,7 @@
     spectral light in bands, metals and dispersion
     chance   scenes drawn from a seed
     stock    what Mitsuba's own plugins can express
+    crossed  features that meet in one ray
     found    scenes on which something once failed
 
 A case is known by its name, so that a run can be repeated and shared out to processes.
@@ -16,7 +17,10 @@ A case is known by its name, so that a run can be repeated and shared out to pro
 from __future__ import annotations
 
 import dataclasses
+import json
 import re
+import runpy
+import tomllib
 import warnings
 from collections.abc import Callable
 from functools import cache, partial
@@ -24,7 +28,7 @@ from pathlib import Path
 from typing import Any
 
 from clrt.base.errors import ClrtError, ClrtWarning, show
-from clrt.base.resources import scene_file, shipped_scenes
+from clrt.base.resources import scene_file, scene_folder, shipped_scenes
 from clrt.base.suggest import did_you_mean
 from clrt.formats import load_dict
 from clrt.formats.shipped import load_scene
@@ -33,7 +37,7 @@ from clrt.scene.scene import Scene
 from ..compare.oracle import Limits, exact, limits
 from ..coverage import features_of
 from ..types import Case
-from . import chance, found, matrix, media, spectral, stock, terms, views
+from . import chance, crossed, found, matrix, media, spectral, stock, terms, views
 from .parts import HEIGHT, WIDTH
 
 # that express whole scenes
@@ -91,6 +95,7 @@ _OWN: dict[str, tuple[dict[str, float], str]] = {
     "shipped rainbow (oracle64)": ({"fine": 0.99, "rays": 0.99, "coarse": 0.9995}, _CAUSTIC),
 }  # fmt: skip
 _RANDOM = re.compile(r"random ([0-9]{1,18})/([0-9]{1,18})( at 16 samples)?")
+TABLES = (".toml", ".json", ".py")  # of files whose tables others can read, too
 _FILE = "file "  # before the path of somebody's own scene
 _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 
@@ -98,7 +103,7 @@ _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 @cache
 def matrix_cases() -> dict[str, Case]:
     """The small scenes that were made to test something, by name."""
-    modules = (terms, views, media, spectral, matrix, found)
+    modules = (terms, views, media, spectral, crossed, matrix, found)
     cases = [_case(name, scene, tags) for module in modules for name, scene, tags in module.scenes()]
     cases += [_case(name, scene, set(), ("oracle64", f"stock-{mode}")) for name, scene,
               mode in stock.scenes()]
@@ -123,12 +128,11 @@ def case_named(name: str) -> Case:
     drawn, shipped = _RANDOM.fullmatch(name), _SHIPPED.fullmatch(name)
     if drawn:
         scene = chance.scene(int(drawn.group(1)), int(drawn.group(2)))
-        return _of_scene(name, partial(quietly, partial(load_dict, scene)), (112, 84), bool(drawn.group(3)))
+        return _of_scene(name, scene, (112, 84), bool(drawn.group(3)))
     if shipped and shipped.group(1) in shipped_scenes():
-        return _of_scene(name, partial(quietly, partial(load_scene, shipped.group(1))), None,
-                         bool(shipped.group(2)))
+        return _of_scene(name, shipped_scenes()[shipped.group(1)], None, bool(shipped.group(2)))
     if file := own_file(name):
-        return _of_scene(name, partial(quietly, partial(load_scene, file)), None, False)
+        return _of_scene(name, file, None, False)
     known = [*matrix_cases(), *shipped_cases()]
     near = did_you_mean(name, known)
     raise ClrtError(f"case: {show(name)} is not a case{near}; a random one is 'random SEED/NUMBER'")
@@ -172,22 +176,38 @@ def quietly(load: Callable[[], Scene]) -> Scene:
         return load()
 
 
-def _case(name: str, scene: dict[str, Any] | Callable[[], Scene], tags: set[str],
-          oracles: tuple[str, ...] = ORACLES) -> Case:
-    load: Callable[[], Scene] = scene if callable(scene) else partial(load_dict, scene)
-    loaded = quietly(load)
-    assert loaded.camera is not None
-    spp = loaded.camera.spp
+def loaded(scene: dict[str, Any] | Path) -> Scene:
+    """A case's scene as the renderer reads it, without the warnings that are due."""
+    if isinstance(scene, Path):
+        return quietly(partial(load_scene, scene))
+    return quietly(partial(load_dict, scene, folder=scene_folder()))
+
+
+def tables(scene: dict[str, Any] | Path) -> dict[str, Any]:
+    """A case's scene as the tables that stand in its file: what oracles get that read it themselves."""
+    if not isinstance(scene, Path):
+        return scene
+    if scene.suffix == ".py":
+        found: dict[str, Any] = runpy.run_path(str(scene), run_name="clrt_scene")["scene"]()
+        return found
+    text = scene.read_text("utf-8-sig")
+    return dict(json.loads(text)) if scene.suffix == ".json" else tomllib.loads(text)
+
+
+def _case(name: str, table: dict[str, Any], tags: set[str], oracles: tuple[str, ...] = ORACLES) -> Case:
+    scene = loaded(table)
+    assert scene.camera is not None
+    spp = scene.camera.spp
     size = _SIZES.get(spp, (WIDTH, HEIGHT))
-    return Case(name, scene, frozenset(features_of(loaded) | tags), oracles, *size, spp)
+    return Case(name, table, frozenset(features_of(scene) | tags), oracles, *size, spp)
 
 
-def _of_scene(name: str, load: Callable[[], Scene], size: tuple[int, int] | None, many: bool) -> Case:
-    scene = load()
+def _of_scene(name: str, source: dict[str, Any] | Path, size: tuple[int, int] | None, many: bool) -> Case:
+    scene = loaded(source)
     assert scene.camera is not None
     width = _WIDTHS.get(name, _WIDTH_AT_16 if many else WIDTH)
     width, height = size or (width, round(width * scene.camera.height / scene.camera.width))
     if many and size:
         width, height = size[0] * 2 // 3, size[1] * 2 // 3
     features, note = frozenset(features_of(scene)), _OWN.get(name, ({}, ""))[1]
-    return Case(name, load, features, ORACLES, width, height, 16 if many else 1, note=note)
+    return Case(name, source, features, ORACLES, width, height, 16 if many else 1, note=note)

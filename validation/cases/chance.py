@@ -10,6 +10,9 @@ from .parts import CHECKERED, CLOSED, OPEN, Table
 
 _ALL = {**CLOSED, **OPEN}
 _CHANCE_OF_CHECKER = 0.4
+_CHANCE_OF_SPECTRA = 0.3  # of a scene; of a colour in it
+_LIGHTS = ("D65", "A", "F2", "F11", "sun")
+_METALS = ("gold", "silver", "copper", "aluminium", "iron")
 
 
 def scene(seed: int, number: int) -> Table:
@@ -30,7 +33,79 @@ def scene(seed: int, number: int) -> Table:
         table["max_depth"] = min(table["max_depth"], 2)  # each ray of them spawns more
     floor = {"type": "plane", "point": [0, float(draw.uniform(-3, -1.5)), 0], "normal": [0, 1, 0]}
     table["shapes"].append({**floor, "material": _material(draw, True)})
+    more = np.random.default_rng([seed, number, 1])  # what came later leaves what is above as it was
+    for shape in table["shapes"]:
+        _fill(more, shape["material"])
+    if more.random() < _CHANCE_OF_SPECTRA:
+        _colour(more, table)
     return table
+
+
+def _fill(draw: np.random.Generator, material: Table) -> None:
+    """Media that absorb, are stronger than others, and have named indices; metals."""
+    if material.get("transmission", 0) > 0:
+        if draw.random() < 0.5:
+            material["absorption"] = _color(draw, 0, 0.5)
+        if draw.random() < 0.5:
+            material["priority"] = int(draw.integers(-1, 3))
+        if draw.random() < 0.25:
+            material["ior"] = str(draw.choice(["air", "water", "ice", "glass", "diamond"]))
+    elif draw.random() < 0.15:
+        numbers = {"eta": float(draw.uniform(0.2, 2)), "k": float(draw.uniform(0.5, 4))}
+        material["conductor"] = str(draw.choice(_METALS)) if draw.random() < 0.5 else numbers
+        if material.get("fresnel") == "schlick":
+            del material["fresnel"]
+
+
+def _colour(draw: np.random.Generator, table: Table) -> None:
+    """Spectra in place of colours, at times carried in bands, and then indices that are curves."""
+    bands = draw.random() < 0.6
+    if bands:  # few: Mitsuba needs a picture for each where indices differ
+        table["spectrum"] = {"bands": int(draw.integers(3, 6)), "group": int(draw.integers(1, 3))}
+        table["min_weight"] = 0.0  # it is of all bands together, which a picture of one cannot know
+        if draw.random() < 0.3:
+            table["spectrum"] |= {"white": "A", "white_balance": True}
+    for key in ("ambient", "background", "depth_color"):
+        table[key] = _light_spectrum(draw, 0.3) if draw.random() < 0.4 else table[key]
+    for light in table["lights"]:
+        if "falloff" not in light and draw.random() < 0.5:
+            light["intensity"] = _light_spectrum(draw, 0.5)
+    for material in (shape["material"] for shape in table["shapes"]):
+        plain = isinstance(material["color"], list)
+        tints = [key for key in material if key.endswith("_color")]
+        for key in [*(["color"] if plain else []), *tints]:
+            if draw.random() < 0.4:
+                material[key] = _reflectance(draw)
+        if material.get("emission") and draw.random() < 0.5:
+            material["emission"] = _light_spectrum(draw, 0.2)
+        if "absorption" in material and draw.random() < 0.5:
+            material["absorption"] = {"samples": _samples(draw, 0.5)}
+        if bands and material.get("transmission", 0) > 0 and draw.random() < 0.5:
+            glass = {"sellmeier": {"B": [float(draw.uniform(0.8, 1.6)), 0.25], "C": [0.02, 0.06]}}
+            curve: Any = [[400, float(draw.uniform(1.6, 1.8))], [700, 1.5]]
+            material["ior"] = [str(draw.choice(["BK7", "SF10", "SF11", "silica"])), glass,
+                               {"cauchy": [1.5, 0.01]}, curve][draw.integers(4)]  # fmt: skip
+
+
+def _samples(draw: np.random.Generator, most: float) -> list[list[float]]:
+    return [[nm, round(float(draw.uniform(0, most)), 3)] for nm in (400, 480, 560, 640, 720)]
+
+
+def _light_spectrum(draw: np.random.Generator, scale: float) -> Table:
+    kinds: list[Table] = [
+        {"name": str(draw.choice(_LIGHTS))}, {"blackbody": float(draw.uniform(2000, 9000))},
+        {"gaussian": [float(draw.uniform(450, 650)), float(draw.uniform(20, 60))]},
+        {"band": [float(draw.uniform(400, 500)), float(draw.uniform(550, 700))]},
+        {"samples": _samples(draw, 1.0)},
+    ]  # fmt: skip
+    return {**kinds[draw.integers(len(kinds))], "scale": round(scale * float(draw.uniform(0.5, 1)), 3)}
+
+
+def _reflectance(draw: np.random.Generator) -> Any:
+    bell = {"gaussian": [float(draw.uniform(450, 650)), float(draw.uniform(40, 90))]}
+    names = [f"patch-{draw.integers(1, 25)}", str(draw.choice(_METALS))]
+    kinds: list[Any] = [*names, {"samples": _samples(draw, 0.9)}, bell]
+    return kinds[draw.integers(len(kinds))]
 
 
 def _camera(draw: np.random.Generator) -> Table:

@@ -2,13 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import partial
-from pathlib import Path
-from typing import Any
-
-from clrt.base.resources import scene_folder
-from clrt.scene.scene import Scene
+from collections.abc import Iterator
 
 from .parts import CAMERA, CLOSED, LIGHTS, Table, room, with_material
 
@@ -19,7 +13,7 @@ _CONSTANT: Table = {"color": 0.3, "diffuse": 0.1, "transmission": 0.8, "ior": "g
 INTERNAL = "total internal reflection"
 
 
-def scenes() -> Iterator[tuple[str, Table | Callable[[], Scene], set[str]]]:
+def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     """Name, scene and what nobody can see from the scene's tables."""
     for name, changes in _CAMERAS.items():
         yield name, _things({**CAMERA, **changes}), set()
@@ -29,9 +23,9 @@ def scenes() -> Iterator[tuple[str, Table | Callable[[], Scene], set[str]]]:
     yield "facing mirrors", _facing_mirrors(), {"deep mirrors"}
     yield "corner of mirrors", _corner(), {"deep mirrors"}
     yield "nested glass", _nested(), set()
-    yield "sky image", partial(_sky, "sky.exr"), set()
-    yield "studio image", partial(_sky, "studio.exr"), set()
-    yield "image through glass", partial(_sky, "sky.exr", {"diffuse": 0.0, "transmission": 0.9}), set()
+    yield "sky image", _sky("sky.exr"), set()
+    yield "studio image", _sky("studio.exr"), set()
+    yield "image through glass", _sky("sky.exr", {"diffuse": 0.0, "transmission": 0.9}), set()
 
 
 _CAMERAS: dict[str, Table] = {
@@ -133,15 +127,12 @@ def _nested() -> Table:
     ], max_depth=6, lights=LIGHTS[:1])  # fmt: skip
 
 
-def _sky(image: str, only: Table | None = None) -> Scene:
+def _sky(image: str, only: Table | None = None) -> Table:
     """A lat-long image all round, seen straight, mirrored and through glass, or through a ball of `only`.
 
     The file is one that ships.
     """
-    from clrt.formats import load_dict
-
-    folder: Path = scene_folder()
-    table: dict[str, Any] = {
+    table: Table = {
         "max_depth": 3, "background": image, "ambient": 0.2, "lights": LIGHTS,
         "camera": {**CAMERA, "origin": [3, 0.5, 7], "fov": 70},
         "shapes": [
@@ -151,4 +142,4 @@ def _sky(image: str, only: Table | None = None) -> Scene:
     }
     if only:
         table["shapes"] = [with_material(CLOSED["sphere"]((0, 0, 0), 1.5), only)]
-    return load_dict(table, folder=folder, source=image)
+    return table

@@ -19,11 +19,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
 import clrt
 
-from . import seeds
+from . import finite, seeds
 from .memory import Cost, measured
 from .mutate import make
 
@@ -38,19 +36,16 @@ _RAW: Final = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u
 def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None) -> dict[str, Any]:
     """What becomes of a scene file: {"status": "rendered" | "refused" | "foreign" | "not finite", "text"}.
 
-    "read" and "render" are what reading it (with its pictures and meshes) and rendering it cost.
+    "read" and "render" are what reading it (with its pictures and meshes) and rendering it cost, with the
+    tripwire: the film hides a NaN.
     """
     read, render = Cost(), Cost()
     try:
         with measured() as read:
             scene = _read(path)
         with measured(collect=False) as render:
-            image = clrt.render(scene, device=device, checkpoint=checkpoint, **frame(scene))
-        broken = np.count_nonzero(~np.isfinite(image.pixels))
-        said = {
-            "status": "not finite" if broken else "rendered",
-            "text": f"{broken} values" if broken else "",
-        }
+            broken = finite.rendered(scene, device, checkpoint, frame(scene))
+        said = {"status": "not finite" if broken else "rendered", "text": broken}
     except clrt.ClrtError as error:
         text = str(error)
         fine = text and len(text) < 2000 and not _RAW.search(text)
@@ -70,7 +65,7 @@ def _read(path: Path) -> clrt.Scene:
 def frame(scene: clrt.Scene) -> dict[str, Any]:
     """How to render a scene: as it says, but for what the product allows and would take long."""
     limits = clrt.Limits()
-    how: dict[str, Any] = {"settings": clrt.Settings(limits=clrt.Limits(work=WORK))}
+    how: dict[str, Any] = {"settings": clrt.Settings(limits=clrt.Limits(work=WORK), check=True)}
     camera = scene.camera
     if camera is not None and LARGEST < camera.width * camera.height <= limits.pixels:
         how["width"], how["height"] = SIDES

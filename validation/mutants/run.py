@@ -1,9 +1,11 @@
 """Does validation notice? Each deliberate fault is planted in a copy, rendered, and must fail a gate.
 
-Only the float64 oracle judges: it shares no code with the kernels and what is made for them. (The float32
-twin would catch anything, having been written after them.) The working tree is never touched: kernels are
-built from a patched copy of their folder, host code runs in a process that imports a patched copy of the
-package.
+An oracle judges that does not reach the module with the fault: the float64 one, which shares no code with the
+kernels and what is made for them, or Mitsuba's side for faults in what reads scenes. (The float32 twin would
+catch anything, having been written after the kernels.) The working tree is never touched: kernels are built
+from a patched copy of their folder, host code runs in a process that imports a patched copy of the package.
+
+    python -m validation.mutants [NAME ...]      plants these, or all
 """
 
 from __future__ import annotations
@@ -28,47 +30,71 @@ from clrt.base.resources import PACKAGE, kernel_folder
 from clrt.device.device import Device
 from clrt.scene.scene import Scene
 
-from ..cases import case_named, limits_of
+from ..cases import case_named, limits_of, tables
 from ..compare.oracle import compare
-from ..oracles import ORACLE64, edges64, our_picture, picture64, scene_of
+from ..independence import reached
+from ..oracles import ORACLE64, SPECTRAL, edges64, our_picture, picture64, scene_of, source_of
+from ..suite.worker import oracles
 from ..types import Comparison, MutantResult, OracleImage
+from .audit import AUDIT_FAULTS
 from .host import HOST_FAULTS
 from .kernels import KERNEL_FAULTS, Mutant
 from .spectral import SPECTRAL_FAULTS
 
-MUTANTS: Final = {mutant.name: mutant for mutant in (*KERNEL_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS)}
+MUTANTS: Final = {
+    mutant.name: mutant for mutant in (*KERNEL_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS, *AUDIT_FAULTS)
+}
 _SECONDS = 120  # that a patched package may take for its pictures
 _BESIDE = ("kernels", "scenes", "validation")  # what a checkout has beside the package
 _CHILD = "from clrt.base.resources import validation_module as find; find('mutants.run').render_for_parent()"
 
 
 def run_mutant(name: str, device: int | str | None = None) -> MutantResult:
-    """Plant a fault and see whether the float64 oracle notices it on one of its cases, and what it blames."""
+    """Plant a fault and see whether its judge notices it on one of its cases, and what it blames."""
     mutant = MUTANTS[name]
-    caught, failures = "", []
     for case, ours in _pictures(mutant, device):
-        comparison = judged(case, ours)
-        if not comparison.passed and is_sound(case, device):
+        oracle = judge_of(mutant, case)
+        reason = oracles().unable(oracle, source_of(case_named(case)))
+        if reason is not None:
+            return MutantResult(name, mutant.file, f"not judged: {reason}", (), True)
+        comparison = judged(case, ours, oracle)
+        if not comparison.passed and is_sound(case, device, oracle):
             gates = ", ".join(gate.name for gate in comparison.gates if not gate.passed)
-            caught, failures = comparison.worst, [f"{case}: {gates}"]
-            break
-    description = failures[0] if failures else f"no gate failed on {', '.join(mutant.cases)}"
-    return MutantResult(name, mutant.file, description, (ORACLE64,) if failures else (), not failures, caught)
+            return MutantResult(name, mutant.file, f"{case}: {gates}", (oracle,), False, comparison.worst)
+    return MutantResult(name, mutant.file, f"no gate failed on {', '.join(mutant.cases)}", (), True)
 
 
-def judged(case: str, ours: OracleImage) -> Comparison:
-    """A picture of a case against the float64 oracle's, by the case's gates on what differs."""
+def judge_of(mutant: Mutant, case: str) -> str:
+    """The oracle that does not reach the module in which the fault is (of a table: the one that reads it)."""
+    file = Path(mutant.file)
+    place = file.with_suffix("") if file.suffix == ".py" else file.parent
+    module = ".".join(place.parent.parts if place.name == "__init__" else place.parts)
+    if module not in reached(ORACLE64):
+        return ORACLE64
+    assert module not in reached("mitsuba"), f"{module}: every oracle reaches it"
+    return SPECTRAL if "spectrum" in tables(case_named(case).scene) else "mitsuba-table"
+
+
+def judged_by_mitsuba() -> list[str]:
+    """The cases on which only Mitsuba's side can notice a fault: a quick run asks it for these, too."""
+    return list(dict.fromkeys(case for mutant in MUTANTS.values() for case in mutant.cases
+                              if judge_of(mutant, case) != ORACLE64))  # fmt: skip
+
+
+def judged(case: str, ours: OracleImage, oracle: str) -> Comparison:
+    """A picture of a case against an oracle's, by the case's gates on what differs."""
     reference, edges = _reference(case)
     found = case_named(case)
-    limits = dataclasses.replace(limits_of(found, ORACLE64), mask=None, clipped=None,
+    limits = dataclasses.replace(limits_of(found, oracle), mask=None, clipped=None,
                                  lit=None)  # of the reference alone
-    return compare(ours, reference, edges, found.spp, limits)
+    theirs = reference if oracle == ORACLE64 else _theirs(case, oracle)
+    return compare(ours, theirs, edges, found.spp, limits)
 
 
 @cache
-def is_sound(case: str, device: int | str | None) -> bool:
+def is_sound(case: str, device: int | str | None, oracle: str) -> bool:
     """Whether the kernels as they are pass here; AssertionError, for else failing says nothing of a fault."""
-    comparison = judged(case, our_picture(_small(case), Device(device)))
+    comparison = judged(case, our_picture(_small(case), Device(device)), oracle)
     assert comparison.passed, f"{case}: fails without any fault, too: {comparison.worst}"
     return True
 
@@ -78,6 +104,14 @@ def _reference(case: str) -> tuple[OracleImage, np.ndarray]:
     scene = _small(case)
     picture = picture64(scene)
     return picture, edges64(scene, picture)
+
+
+@cache
+def _theirs(case: str, oracle: str) -> OracleImage:
+    source = source_of(case_named(case))
+    assert source.width is not None and source.height is not None
+    return oracles().render(oracle, dataclasses.replace(source, width=source.width // 2, height=source.height
+    // 2))
 
 
 def _small(case: str) -> Scene:

@@ -1,7 +1,8 @@
 """Mitsuba 3 as an oracle: a renderer of other people's, of another design, that shares no code with this one.
 
-It runs in a process of its own (`client`, `worker`), reads the scene's records and nothing made of them, and
-is asked in two ways:
+It runs in a process of its own (`client`, `worker`), is handed a scene file's tables, and reads these itself:
+nothing that it renders comes from `clrt` or another oracle (validation/independence.py says what they
+share). It is asked in two ways:
 
 - layer A, `stock-S1` ...: scenes that Mitsuba's own plugins can express, so that nobody here wrote the
   shading;
@@ -9,6 +10,13 @@ is asked in two ways:
   visibility. `table` computes what surfaces do with light from a table of materials: the full model; `bsdf`
   leaves that to Mitsuba's own BSDFs and emitters where it has them.
 
+    records    the scene: defaults, references and overrides as its tables and docs/scene-files.md say
+    steps      transforms
+    meshfile   mesh files, and normals that they lack
+    published  indices of refraction, typed in
+    spectra    curves over the wavelength, by colour-science
+    palette    colours, and bands three at a time
+    insides    the media in which rays start
     forms      quadric surfaces as 4x4 matrices
     meshing    triangles of what Mitsuba has no plugin for
     parts      the scene's shapes as Mitsuba's
@@ -17,17 +25,18 @@ is asked in two ways:
     surfaces   materials, lights and camera as arrays
     hashing    what looks random and is not
     stock      layer A: its configurations
-    modes      what each mode can express, and what the worker is asked
+    modes      what each mode can express
     textures   checkers as Mitsuba's, for stock plugins
     skies      backgrounds as Mitsuba's
     endless    meshes of quadrics without an end
     translate  a scene as a dict for Mitsuba
     xml        and as a file
     client     the process, from the caller's side
-    worker, engine, world, whitted, table, lobes, sensors: what runs inside it
+    worker, rendering, engine, world, whitted, table, lobes, sensors: what runs inside it
 """
 
 from .client import Mitsuba, MitsubaError
 from .modes import MODES
+from .records import Source
 
-__all__ = ["MODES", "Mitsuba", "MitsubaError"]
+__all__ = ["MODES", "Mitsuba", "MitsubaError", "Source"]

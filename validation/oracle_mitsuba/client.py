@@ -13,22 +13,22 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final
 
 import numpy as np
 
-import clrt
-from clrt.base.install import install_extra, pip_install
-from clrt.scene.scene import Scene
-
 from ..types import OracleImage
 from . import modes
+from .records import Source, read
 from .worker import HEADER, send
 
 START_SECONDS: Final = 120.0  # a first start compiles Mitsuba's Python files
-BOOT: Final = "from clrt.base.resources import validation_module as v; v('oracle_mitsuba.worker').main()"
+HOME: Final = Path(__file__).resolve().parents[2]  # the folder that holds this package
+BOOT: Final = f"from {Path(__file__).resolve().parents[1].name}.oracle_mitsuba.worker import main; main()"
 
 
 class MitsubaError(RuntimeError):
@@ -49,14 +49,23 @@ def find_llvm() -> str | None:
     return next((str(path) for path in sorted(found) if path.exists()), None)
 
 
+@dataclass(frozen=True, eq=False)
+class StatisticalImage(OracleImage):
+    """A picture from random paths: `error` (h, w, 3) is the standard error of `pixels`."""
+
+    error: np.ndarray = field(default_factory=lambda: np.zeros((0, 0, 3)))
+
+
 class Mitsuba:
     """Mitsuba in a process of its own, started when first needed and again after a crash. A context manager.
 
-    timeout: seconds that one picture may take.
+    timeout: seconds that one picture may take. install: the command that installs a missing package.
     """
 
-    def __init__(self, timeout: float = 600.0) -> None:
-        self.timeout = timeout
+    def __init__(
+        self, timeout: float = 600.0, install: Callable[[str], str] = "pip install {}".format
+    ) -> None:
+        self.timeout, self.install = timeout, install
         self._process: subprocess.Popen[bytes] | None = None
         self._log: Any = None
         self._versions: dict[str, str] | None = None
@@ -72,9 +81,9 @@ class Mitsuba:
         """None where Mitsuba runs here, else why it does not, in one line."""
         for package in ("mitsuba", "drjit"):
             if importlib.util.find_spec(package) is None:
-                return f"{package} is not installed; install it with: {install_extra('validation')}"
+                return f"{package} is not installed; install it with: {self.install(package)}"
         if find_llvm() is None:
-            return f"no LLVM for Mitsuba; install it with: {pip_install('karellen-llvm-core')}"
+            return f"no LLVM for Mitsuba; install it with: {self.install('karellen-llvm-core')}"
         try:
             self.versions()
         except MitsubaError as error:
@@ -94,42 +103,34 @@ class Mitsuba:
             self._versions = found
         return dict(self._versions)
 
-    def supports(self, scene: Scene, mode: str) -> str | None:
-        """None where `mode` can express the scene, else why not (modes.MODES lists the modes)."""
-        return modes.supports(scene, mode)
+    def supports(self, scene: Source, mode: str) -> str | None:
+        """None where `mode` can express the scene, else why not (modes.MODES and SPECTRAL are the modes)."""
+        return modes.supports(read(scene), mode)
 
-    def render(
-        self,
-        scene: Scene,
-        width: int | None = None,
-        height: int | None = None,
-        mode: str = "table",
-        spp: int = 1,
-        max_depth: int | None = None,
-        paths: int | None = None,
-    ) -> OracleImage:
-        """The scene's picture by one of modes.MODES; what is None is the camera's or the scene's.
+    def render(self, scene: Source, mode: str = "table", paths: int | None = None) -> OracleImage:
+        """The scene's picture from its camera, by one of modes.MODES or SPECTRAL.
 
         paths: random paths a sample, for the modes that need them; these return a StatisticalImage.
         ValueError where the mode cannot express the scene, MitsubaError where Mitsuba failed.
         """
-        reason = modes.supports(scene, mode)
-        if reason is not None:
-            raise ValueError(f"{mode}: {reason}")
         start = time.perf_counter()
-        plan = modes.plan(scene, width, height, mode, spp, max_depth, paths)
-        answer = self.request(plan.task, plan.job)
+        found = self.request("picture", self._job(scene, mode) | {"paths": paths})
         name = f"Mitsuba {self.versions()['mitsuba']} {mode}"
-        return plan.finish(answer, name, time.perf_counter() - start)
+        seconds = time.perf_counter() - start
+        picture = OracleImage(**found, name=name, seconds=seconds) if "error" not in found else None
+        return picture or StatisticalImage(**found, name=name, seconds=seconds)
 
-    def radiance(self, scene: Scene, origins: Any, directions: Any, mode: str = "table",
-                 max_depth: int | None = None) -> np.ndarray:  # fmt: skip
+    def radiance(self, scene: Source, origins: Any, directions: Any, mode: str = "table") -> np.ndarray:
         """Radiance (n, 3) along rays (n, 3) of any length, by a mode of layer B ("table" or "bsdf")."""
-        reason = modes.supports(scene, mode)
+        rays = {"origin": np.asarray(origins, float), "direction": np.asarray(directions, float)}
+        return np.asarray(self.request("radiance", self._job(scene, mode) | rays))
+
+    def _job(self, scene: Source, mode: str) -> dict[str, Any]:
+        """The request: no more than the scene's tables, for the worker reads them itself."""
+        reason = self.supports(scene, mode)
         if reason is not None:
             raise ValueError(f"{mode}: {reason}")
-        answer = self.request("radiance", modes.radiance_job(scene, origins, directions, mode, max_depth))
-        return np.asarray(answer["radiance"])
+        return {"source": vars(scene), "mode": mode}
 
     def request(self, name: str, job: Any, timeout: float | None = None) -> Any:
         """One task of the worker; MitsubaError where it fails, with the worker's own words."""
@@ -171,8 +172,7 @@ class Mitsuba:
         if self._process is not None and self._process.poll() is None:
             return self._process
         self.close()
-        root = str(Path(clrt.__file__).resolve().parents[1])
-        paths = [root, os.environ.get("PYTHONPATH", "")]
+        paths = [str(HOME), os.environ.get("PYTHONPATH", "")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path for path in paths if path)}
         llvm = find_llvm()
         if llvm:

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import Box, Mesh
-
 from . import meshing
 from .forms import Array
 from .meshing import Triangles
+from .records import Box, Mesh
 
 
 def moved(mesh: Triangles, to_world: Array) -> Triangles:

@@ -13,8 +13,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from clrt.scene import scene as scenes
-from clrt.scene.scene import (
+from . import endless, faces, forms, meshing
+from .forms import Array, Form
+from .meshing import Triangles
+from .records import (
     Box,
     Cone,
     Cylinder,
@@ -26,11 +28,8 @@ from clrt.scene.scene import (
     Polygon,
     Quadric,
     Scene,
+    Sphere,
 )
-
-from . import endless, faces, forms, meshing
-from .forms import Array, Form
-from .meshing import Triangles
 
 Kind = Literal["sphere", "cylinder", "disk", "rectangle", "mesh"]
 CURVED_TRIANGLES = 1 << 20  # of all curved meshes of a scene together
@@ -159,7 +158,7 @@ def _ball(scene: Scene, parts: list[Part]) -> tuple[Array, float]:
 def _finite(number: int, shape: Any, fineness: Fineness) -> Iterator[Part]:
     """The parts of a shape; none of a plane, an endless quadric or a quadric without points."""
     matrix = shape.matrix
-    if isinstance(shape, (scenes.Sphere, Ellipsoid)):
+    if isinstance(shape, (Sphere, Ellipsoid)):
         radii = shape.radii if isinstance(shape, Ellipsoid) else (shape.radius,) * 3
         placed = np.diag([*radii, 1.0])
         placed[:3, 3] = shape.center

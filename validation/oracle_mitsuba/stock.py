@@ -18,19 +18,17 @@ written here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import Ellipsoid, Material, PointLight, Quadric, Scene, Sphere, rgb
-
-from ..types import OracleImage
 from . import surfaces, textures
 from .forms import Array
 from .parts import EXACT, Part, geometry, is_endless
 from .plugins import Plugin, shape, shifted
 from .plugins import rgb as color
+from .records import Ellipsoid, Material, PointLight, Quadric, Scene, Sphere, rgb
 from .skies import HALF_TURN
 
 FAINT = 1e-5  # reflectances are this much lower, lights this much stronger
@@ -55,13 +53,6 @@ CONFIGURATIONS = {
     "S6": Configuration(frozenset({"diffuse", "mirror", "sheet"}), 256),
     "S8": Configuration(frozenset({"diffuse", "mirror", "glass"}), 256),
 }
-
-
-@dataclass(frozen=True, eq=False)
-class StatisticalImage(OracleImage):
-    """A picture from random paths: `error` (h, w, 3) is the standard error of `pixels`."""
-
-    error: Array = field(default_factory=lambda: np.zeros((0, 0, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,10 +132,11 @@ def _lights_support(scene: Scene, name: str) -> str | None:
     return None
 
 
-def work(scene: Scene, name: str, size: tuple[int, int], spp: int, max_depth: int | None,
-         paths: int | None) -> Work:  # fmt: skip
-    """What the worker has to render for a picture of `size` (width, height)."""
-    depth = scene.max_depth if max_depth is None else max_depth
+def work(scene: Scene, name: str, paths: int | None) -> Work:
+    """What the worker has to render for a picture from the scene's camera."""
+    depth, camera = scene.max_depth, scene.camera
+    assert camera is not None
+    size, spp = (camera.width, camera.height), camera.spp
     world = geometry(scene, EXACT)
     found = Work(name, scene, size, spp, world.center, [], [])
     parts = [textures.shaped(part, scene) for part in world.parts]
@@ -253,8 +245,9 @@ def _lobe(scene: Scene, source: dict[str, Any]) -> Plugin:
     return {"type": "envmap", "bitmap": lobe[..., None] * source["intensity"], "to_world": HALF_TURN}
 
 
-def finish(work: Work, answers: list[dict[str, Any]], name: str, seconds: float) -> OracleImage:
-    """The picture: the sum of the renders, the scene's background where nothing is hit."""
+def finish(work: Work, answers: list[dict[str, Any]]) -> dict[str, Any]:
+    """The picture: the sum of the renders, the scene's background where nothing is hit; of random paths also
+    the standard `error` (h, w, 3)."""
     total, variance = np.zeros_like(answers[0]["mean"]), np.zeros_like(answers[0]["mean"])
     sources = surfaces.lights(work.scene)
     for answer, light in zip(answers, work.light, strict=True):
@@ -281,7 +274,7 @@ def finish(work: Work, answers: list[dict[str, Any]], name: str, seconds: float)
         return np.asarray(samples.reshape(work.spp, height, width, 3).mean(axis=0))
 
     t, shape = t[:n].reshape(height, width), shape[:n].reshape(height, width)
-    if CONFIGURATIONS[work.name].paths == 1:
-        return OracleImage(averaged(total), {}, t, shape, name, seconds)
-    error = np.sqrt(averaged(variance) / work.spp)
-    return StatisticalImage(averaged(total), {}, t, shape, name, seconds, error)
+    found = {"pixels": averaged(total), "by_ray": {}, "t": t, "shape": shape}
+    if CONFIGURATIONS[work.name].paths > 1:
+        found["error"] = np.sqrt(averaged(variance) / work.spp)
+    return found

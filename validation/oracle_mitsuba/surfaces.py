@@ -7,26 +7,29 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import Camera, Checker, Disk, Plane, Polygon, Scene, Sphere
-
-from ..oracle64.palette import Palette
+from . import skies
 from .forms import Array
 from .hashing import camera_words, mix, unit
+from .palette import Bands, Colors
+from .records import Camera, Checker, Disk, Material, Plane, PointLight, Polygon, Scene, Sphere
+
+Palette = Colors | Bands
+COLORS = Colors()
 
 PLAIN, SQUARES, GLOBE = 0, 1, 2
 
 
-def materials(scene: Scene) -> dict[str, Array]:
+def materials(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
     """One row a shape, and a last one for misses: coefficients, tints, flags and checkers in the model's
     letters."""
-    palette = Palette.of(scene)
     rows = [_row(palette, shape, scene.material_of(shape)) for shape in scene.shapes]
-    rows.append(_row(palette, None, scene.material_of(Sphere(center=(0.0, 0.0, 0.0), radius=1.0))))
+    rows.append(_row(palette, None, Material()))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
     metal = material.conductor
+    n, k = (np.ones(3), np.zeros(3)) if metal is None else palette.metal(metal)
     checker = material.color if isinstance(material.color, Checker) else None
     first, second = checker.colors if checker else (material.color, material.color)
     pattern = PLAIN if checker is None else GLOBE if isinstance(shape, Sphere) else SQUARES
@@ -40,7 +43,7 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
         "m": material.shininess,
         "kr": material.kr,
         "kt": material.kt,
-        "eta": float(material.eta),
+        "eta": palette.eta(material),
         "H": palette.reflectance(material.highlight_color),
         "M": palette.reflectance(material.reflection_color),
         "Tt": palette.reflectance(material.transmission_color),
@@ -49,8 +52,8 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
         "fresnel": material.fresnel is True,
         "schlick": material.fresnel == "schlick",
         "conductor": metal is not None,
-        "n": palette.metal(metal).real,
-        "k": palette.metal(metal).imag,
+        "n": n,
+        "k": k,
         "pattern": pattern,
         "size": checker.size if checker else 1.0,
         "divisions": checker.divisions if checker else 1,
@@ -80,7 +83,7 @@ def squares(shape: Any) -> tuple[Array, Array, Array]:
     return matrix[:3, :3] @ start + matrix[:3, 3], across, np.cross(normal, across)
 
 
-def media(scene: Scene) -> dict[str, Array]:
+def media(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
     """What media.Media takes: by shape, and by medium with the surroundings last."""
     materials = [scene.material_of(shape) for shape in scene.shapes]
     bounding = [m.kt > 0 and not m.thin and scene.conformance == "none" for m in materials]
@@ -89,38 +92,37 @@ def media(scene: Scene) -> dict[str, Array]:
         if bounds and material not in distinct:
             distinct.append(material)
     number = [distinct.index(m) if bounds else -1 for m, bounds in zip(materials, bounding, strict=True)]
-    sigma = [Palette.of(scene).curve(m.absorption) for m in distinct]
+    sigma = [palette.absorption(m.absorption) for m in distinct]
     return {
         "number": np.array([*number, -1]),
         "priority": np.array([*(float(m.priority) for m in distinct), -np.inf]),
-        "eta": np.array([*(float(m.eta) for m in distinct), float(scene.medium_ior)]),
+        "eta": np.array([*(palette.eta(m) for m in distinct), float(scene.medium_ior)]),
         "sigma": np.array([*sigma, (0.0, 0.0, 0.0)]),
     }
 
 
-def lights(scene: Scene) -> list[dict[str, Any]]:
+def lights(scene: Scene, palette: Palette = COLORS) -> list[dict[str, Any]]:
     """Each light's `type`, `at` (position, or unit direction to it), `intensity` (3,) and `falloff`
     (bool)."""
     found: list[dict[str, Any]] = []
-    palette = Palette.of(scene)
     for light in scene.lights:
-        *at, is_near = light.place
+        point = isinstance(light, PointLight)
+        at = np.asarray(light.position if isinstance(light, PointLight) else light.direction, float)
         found.append(
             {
                 "type": light.type,
-                "at": np.array(at) / (1.0 if is_near else np.linalg.norm(at)),
+                "at": at if point else -at / np.linalg.norm(at),
                 "intensity": palette.light(light.intensity),
-                "falloff": light.falloff == "inverse-square",
+                "falloff": isinstance(light, PointLight) and light.falloff == "inverse-square",
             }
         )
     return found
 
 
-def settings(scene: Scene, max_depth: int | None) -> dict[str, Any]:
+def settings(scene: Scene, palette: Palette = COLORS) -> dict[str, Any]:
     """What the model reads of the scene besides."""
-    palette = Palette.of(scene)
     return {
-        "max_depth": scene.max_depth if max_depth is None else max_depth,
+        "max_depth": scene.max_depth,
         "min_weight": scene.min_weight if scene.conformance == "none" else 0.0,
         "depth_color": palette.light(scene.depth_color),
         "ambient": palette.light(scene.ambient),
@@ -128,16 +130,16 @@ def settings(scene: Scene, max_depth: int | None) -> dict[str, Any]:
         "medium_ior": float(scene.medium_ior),
         "hides_backs": scene.one_sided == "opaque",
         "tinted": scene.shadow == "tinted",
-        "background": background(scene),
+        "background": background(scene, palette),
     }
 
 
-def background(scene: Scene) -> Any:
-    """A colour (3,), or a lat-long image: its path (str), or what a band sees of it (h, w, 3)."""
-    if isinstance(scene.background, np.ndarray):
-        return scene.background
+def background(scene: Scene, palette: Palette = COLORS) -> Any:
+    """A colour (3,), or a lat-long image: its path (str), or what three bands see of it (h, w, 3)."""
     path = scene.background_path
-    return str(path) if path is not None else Palette.of(scene).light(scene.background)
+    if path is None:
+        return palette.light(scene.background)
+    return str(path) if palette is COLORS else palette.background(skies.read(str(path)))
 
 
 def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 0.0) -> dict[str, Any]:
@@ -149,8 +151,7 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
     """
     forward = np.subtract(camera.target, camera.origin)
     forward = forward / np.linalg.norm(forward)
-    assert camera.up is not None
-    right = np.cross(forward, camera.up)
+    right = np.cross(forward, upright(forward) if camera.up is None else camera.up)
     right /= np.linalg.norm(right)
     up = np.cross(right, forward)
     right = -right if camera.mirror else right
@@ -182,6 +183,11 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
         "rfilter": {"type": "box"},
     }
     return plugin
+
+
+def upright(forward: Array) -> Array:
+    """The default way up: y, or z for a camera that looks along y."""
+    return np.array((0.0, 0.0, 1.0) if np.hypot(forward[0], forward[2]) < 1e-6 else (0.0, 1.0, 0.0))
 
 
 def view(scene: Scene, width: int, height: int, spp: int, size: float, center: Array) -> dict[str, Any]:

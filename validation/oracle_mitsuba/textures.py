@@ -11,12 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import Checker, Material, Scene, Sphere
-
 from .forms import Array
 from .meshing import Triangles
 from .parts import Part
 from .plugins import Plugin, rgb
+from .records import Checker, Material, Scene, Sphere
 from .surfaces import squares
 
 RIM = 1024  # corners of a disk that is a mesh

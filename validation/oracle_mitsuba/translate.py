@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import Camera, Checker, Material, Scene, rgb
-
 from . import skies, surfaces, textures
 from .forms import Array
 from .parts import SMALL, Part, geometry
 from .plugins import Plugin, shape
 from .plugins import rgb as color
+from .records import Checker, Material, Scene, rgb
 
 
 def to_mitsuba(source: Scene) -> Plugin:
@@ -165,4 +164,4 @@ def _sky(source: Scene) -> Plugin | None:
     return {"type": "constant", "radiance": color(rgb(background))} if max(rgb(background)) > 0 else None
 
 
-__all__ = ["Camera", "to_mitsuba", "translated"]
+__all__ = ["to_mitsuba", "translated"]

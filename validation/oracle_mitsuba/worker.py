@@ -8,14 +8,13 @@ from __future__ import annotations
 import os
 import pickle
 import struct
+import sys
 import traceback
-from importlib import import_module
 from typing import Any, BinaryIO
 
 import numpy as np
 
 HEADER = struct.Struct("<Q")  # length of the message that follows
-BLOCK = 1 << 19  # camera rays traced together
 
 
 def send(stream: BinaryIO, message: Any) -> None:
@@ -51,57 +50,23 @@ def versions(_: Any) -> dict[str, str]:
 
 
 def picture(job: dict[str, Any]) -> dict[str, Any]:
-    """Layer B: `mode` "table" or "bsdf" of a camera's view."""
-    from .sensors import camera_rays
+    """A scene's picture by `mode`: what rendering.picture gives."""
+    from .rendering import picture
 
-    shader = _shader(job)
-    positions, paths = job["positions"], job["paths"]
-    spp, pixels = paths.shape
-    sums: dict[str, np.ndarray] = {}
-    t, shape = np.full(spp * pixels, np.inf), np.full(spp * pixels, -1)
-    for begin in range(0, spp * pixels, BLOCK):
-        block = np.arange(begin, min(begin + BLOCK, spp * pixels))  # sample by sample
-        origin, direction = camera_rays(job["sensor"], job["eye"], positions.reshape(-1, 2)[block])
-        origin = origin + job["center"]
-        path, start = (array.ravel()[block] for array in (paths, job["start"]))
-        first = _trace(shader, origin, direction, block % pixels, path, start, pixels, sums)
-        t[block], shape[block] = first.t, first.shape
-    return {
-        "by_ray": {name: total / spp for name, total in sums.items()},
-        "whole": whole(sums),
-        "t": t[:pixels],
-        "shape": shape[:pixels],
-    }
+    return picture(_scene(job), job["mode"], job["paths"])
 
 
-def radiance(job: dict[str, Any]) -> dict[str, Any]:
-    """Layer B along any rays: `origin`, `direction` (n, 3)."""
-    pixels = np.arange(len(job["origin"]))
-    sums: dict[str, np.ndarray] = {}
-    shader, rays = _shader(job), (job["origin"], job["direction"])
-    hits = _trace(shader, *rays, pixels, job["paths"], job["start"][0], len(pixels), sums)
-    return {"radiance": sum(sums[name] for name in whole(sums)), "t": hits.t, "shape": hits.shape}
+def radiance(job: dict[str, Any]) -> Any:
+    """Radiance (n, 3) along any rays: `origin`, `direction` (n, 3)."""
+    from .rendering import radiance
+
+    return radiance(_scene(job), job["mode"], job["origin"], job["direction"])
 
 
-def whole(sums: dict[str, Any]) -> list[str]:
-    """The names of sums that are not parts of others: "generation 0 camera", not "generation 0 camera
-    diffuse"."""
-    return [name for name in sums if len(name.split()) == 3]
+def _scene(job: dict[str, Any]) -> Any:
+    from .records import Source, read
 
-
-def _shader(job: dict[str, Any]) -> Any:
-    module, name = {"table": ("table", "Table"), "bsdf": ("lobes", "Lobes")}[job["mode"]]
-    return getattr(import_module(f".{module}", __package__), name)(job)
-
-
-def _trace(shader: Any, origin: Any, direction: Any, pixel: Any, path: Any, media: Any, pixels: int,
-           sums: Any) -> Any:  # fmt: skip
-    from .whitted import Rays, trace
-
-    nowhere = np.full(len(pixel), -1)
-    rays = Rays(origin, direction, np.ones_like(direction), pixel, path & ~np.uint32(15), nowhere, media)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return trace(shader, rays, pixels, sums)
+    return read(Source(**job["source"]))
 
 
 def stock(job: dict[str, Any]) -> list[dict[str, Any]]:
@@ -116,4 +81,10 @@ def crash(_: Any) -> None:
     os.abort()
 
 
-TASKS = {"versions": versions, "picture": picture, "radiance": radiance, "stock": stock, "crash": crash}
+def modules(_: Any) -> list[str]:
+    """The modules that are loaded here; for the test that this process has nothing of the renderer's."""
+    return sorted(sys.modules)
+
+
+TASKS = {"versions": versions, "picture": picture, "radiance": radiance, "stock": stock, "crash": crash,
+         "modules": modules}  # fmt: skip

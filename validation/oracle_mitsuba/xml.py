@@ -16,6 +16,7 @@ from clrt.scene.scene import Checker, Scene
 
 from .forms import Array
 from .plugins import Plugin
+from .records import Source, read
 from .translate import translated
 
 VERSION = "3.0.0"
@@ -107,7 +108,8 @@ def write_xml(scene: Scene, path: str | os.PathLike[str]) -> int:
 
 def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict[str, Plugin]]:
     """The XML, and the meshes by file name. folder: what names of pictures are relative to, None: nothing."""
-    plain, notes = translated(scene)
+    source = Source(scene.to_dict(), None if scene.folder is None else str(scene.folder))
+    plain, notes = translated(read(source))
     found: dict[str, Plugin] = {}
     for key, plugin in plain.items():
         if isinstance(plugin, dict) and plugin["type"] == "mesh":

@@ -149,6 +149,8 @@ def _gate(gate: Gate) -> dict[str, Any]:
 
 
 def _said(gate: Gate) -> str:
+    if gate.name == "tripwire":
+        return gate.detail
     side = "at most" if gate.better == "low" else "at least"
     return f"{gate.name} {gate.value:.6g} ({side} {gate.limit:g})"
 

@@ -32,9 +32,9 @@ from clrt.version import __version__
 from ..cases import case_named, matrix_cases, own_case, random_cases, shipped_cases
 from ..compare.metrics import without_flip
 from ..coverage import coverage, fewest_cases
-from ..mutants.run import MUTANTS, run_mutant
+from ..mutants.run import MUTANTS, judged_by_mitsuba, run_mutant
 from ..oracle_povray import client as povray
-from ..oracles import ORACLE64, POVRAY, able, inability, scene_of
+from ..oracles import ORACLE64, POVRAY, able, scene_of, why_not
 from ..spd import KNOWN, PUBLISHED, check_folder
 from ..types import CaseResult, SuiteResult
 from .worker import Task, count_known, count_published, run_case, run_twin
@@ -121,6 +121,8 @@ def tasks_of(plan: Plan) -> list[Task]:
     """The cases to run, and for each the oracles that can express it."""
     matrix = matrix_cases()
     some = fewest_cases({name: c.features for name, c in matrix.items() if "mitsuba-table" in c.oracles})
+    if not plan.least:
+        some = list(dict.fromkeys([*some, *judged_by_mitsuba()]))
     if plan.cases or plan.scenes:
         names = [*(name for name in plan.cases if case_named(name)), *map(own_case, plan.scenes)]
     elif plan.least:
@@ -136,9 +138,8 @@ def tasks_of(plan: Plan) -> list[Task]:
             oracles = [oracle for oracle in oracles if oracle == ORACLE64 or oracle.startswith("stock")]
         if plan.quick and not chosen:
             oracles = [oracle for oracle in oracles if oracle != "mitsuba-bsdf"]
-        scene = scene_of(case)
-        able_ones = tuple(o for o in oracles if able(o, scene) and not (o == POVRAY and povray.missing()))
-        tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene)))
+        able_ones = tuple(o for o in oracles if able(o, case) and not (o == POVRAY and povray.missing()))
+        tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene_of(case))))
     return tasks
 
 
@@ -165,7 +166,7 @@ def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:
     for result in cases if plan.scenes else ():
         for oracle in result.case.oracles:
             if oracle not in result.results and oracle not in result.unproven:
-                yield f"{result.case.name}: {oracle} cannot express it: {inability(oracle, result.case)}"
+                yield f"{result.case.name}: {oracle} cannot express it: {why_not(oracle, result.case)}"
     if plan.cases or plan.scenes:
         yield f"only the {'scenes' if plan.scenes else 'cases'} asked for; no ray counts"
     elif plan.least:

@@ -15,13 +15,28 @@ from pathlib import Path
 import numpy as np
 
 from clrt.device.device import Device
+from clrt.device.settings import Settings
+from clrt.engine.tripwire import NotFinite
+from clrt.scene.scene import Scene
 
 from .. import spd
 from ..cases import case_named, limits_of
 from ..compare.oracle import Limits, compare, gate, statistical
 from ..oracle_mitsuba import MitsubaError
+from ..oracle_povray import client as povray
 from ..oracle_povray.client import PovrayError
-from ..oracles import ORACLE64, POVRAY, Oracles, edges64, our_picture, picture64, scene_of, stand_in_of
+from ..oracles import (
+    ORACLE64,
+    POVRAY,
+    Oracles,
+    edges64,
+    our_picture,
+    picture64,
+    scene_of,
+    source_of,
+    stand_in_of,
+    why_not,
+)
 from ..twin.check import twin_check
 from ..types import Case, CaseResult, CheckResult, Comparison, CountResult, OracleImage
 
@@ -56,9 +71,9 @@ class Task:
 
 
 @cache
-def device_of(wanted: int | str | None) -> Device:
-    """This process' device, its kernels built once."""
-    return Device(wanted)
+def device_of(wanted: int | str | None, check: bool = True) -> Device:
+    """This process' device, its kernels built once. check: the tripwire is on, for the film hides a NaN."""
+    return Device(wanted, Settings(check=check))
 
 
 @cache
@@ -74,17 +89,22 @@ def run_case(task: Task) -> CaseResult:
     start = time.perf_counter()
     case = case_named(task.name)
     scene = scene_of(case)
-    ours = our_picture(scene, device_of(task.device))
+    ours, tripped = seen(scene, task.device)
+    reference, source = picture64(scene), source_of(case)
     additive = scene.spectrum is None or scene.spectrum.response == "cie"
-    reference = picture64(scene)
     edges: np.ndarray | None = None
     results: dict[str, tuple[OracleImage, Comparison]] = {}
     unproven: dict[str, str] = {}
     for oracle in task.oracles:
         try:
-            other = scene if case.stand_in is None or oracle == ORACLE64 else stand_in_of(case)
-            reason = oracles().unable(oracle, other)
-            picture = reference if oracle == ORACLE64 else None if reason else oracles().render(oracle, other)
+            picture: OracleImage | None = reference
+            reason: str | None = None
+            if oracle == POVRAY:
+                reason = povray.missing() or why_not(oracle, case)
+                picture = None if reason else povray.render(stand_in_of(case))
+            elif oracle != ORACLE64:
+                reason = oracles().unable(oracle, source)
+                picture = None if reason else oracles().render(oracle, source)
         except (MitsubaError, PovrayError) as error:
             picture, reason = None, " ".join(str(error).split())
         if picture is None:
@@ -97,12 +117,23 @@ def run_case(task: Task) -> CaseResult:
             # picture that passes without leaving anything out has proved more
             edges = edges64(scene, reference)
             comparison = judge(ours, picture, edges, case, limit, oracle, additive)
+        if tripped:
+            wrong = gate("tripwire", 1.0, 0.0, "low", tripped)
+            comparison = dataclasses.replace(comparison, gates=(*comparison.gates, wrong))
         results[oracle] = picture, comparison
     passed = all(comparison.passed for _, comparison in results.values())
     kept = task.pictures and (not passed or not task.name.startswith("random"))
     results = {o: (lean(image, kept), lean_maps(found, kept)) for o, (image, found) in results.items()}
     ours = lean(ours, kept)
     return CaseResult(case, ours, results, unproven, time.perf_counter() - start)
+
+
+def seen(scene: Scene, wanted: int | str | None) -> tuple[OracleImage, str]:
+    """The kernels' picture, and what the tripwire said of it, if anything."""
+    try:
+        return our_picture(scene, device_of(wanted)), ""
+    except NotFinite as error:
+        return our_picture(scene, device_of(wanted, check=False)), str(error)
 
 
 def count_published(name: str, folder: Path, device: int | str | None) -> list[CountResult]:
@@ -117,7 +148,7 @@ def count_known(name: str, device: int | str | None) -> list[CountResult]:
 
 def run_twin(device: int | str | None) -> CheckResult:
     """The float32 twin's million rays."""
-    return twin_check(device_of(device))
+    return twin_check(device_of(device, check=False))
 
 
 def judge(ours: OracleImage, picture: OracleImage, edges: np.ndarray | None, case: Case,

@@ -1,0 +1,111 @@
+"""Which oracles share code: read from what their modules import, never from their names.
+
+Two oracles are two only if the modules that they reach have none in common beyond SHARED. What a module
+reaches is what its text imports, anywhere in it, and what that imports in turn; modules of other projects do
+not count.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+Roots = Mapping[str, Path]  # package -> its folder
+
+SHARED: Final[Mapping[str, str]] = {
+    "validation.types": "the records in which a picture is handed to its comparison",
+    "validation.independence": "this count itself",
+}
+"""Modules that two oracles may share, and what they are."""
+
+RENDERER: Final = "clrt"
+_STARTS: Final[Mapping[str, tuple[str, ...]]] = {
+    "oracle64": ("validation.oracle64",),
+    "mitsuba": ("validation.oracle_mitsuba.client", "validation.oracle_mitsuba.worker"),
+    "stock": ("validation.oracle_mitsuba.client", "validation.oracle_mitsuba.worker"),
+    "povray": ("validation.oracle_povray.client",),
+    RENDERER: ("clrt.engine.tracer", "clrt.formats"),
+}
+
+
+def family(oracle: str, roots: Roots | None = None) -> str:
+    """The first oracle, by name, with which this one shares code; "closed form" and such stand for
+    themselves."""
+    name = oracle.split("-")[0]
+    if name not in _STARTS:
+        return name
+    others = sorted(set(_STARTS) - {RENDERER})
+    return next(other for other in others if other == name or shared(other, name, roots))
+
+
+def shared(one: str, other: str, roots: Roots | None = None) -> list[str]:
+    """The modules beyond SHARED that both reach; `one` and `other` are oracles or RENDERER."""
+    return sorted((reached(one, roots) & reached(other, roots)) - set(SHARED))
+
+
+def reached(oracle: str, roots: Roots | None = None) -> frozenset[str]:
+    """The modules that an oracle, or the renderer, is made of."""
+    roots = roots or {"clrt": _folder("clrt"), "validation": Path(__file__).parent}
+    return _reached(_STARTS[oracle.split("-")[0]], tuple(roots.items()))
+
+
+@cache
+def _reached(starts: tuple[str, ...], roots: tuple[tuple[str, Path], ...]) -> frozenset[str]:
+    found: set[str] = set()
+    todo = list(starts)
+    while todo:
+        module = todo.pop()
+        if module not in found:
+            found.add(module)
+            todo += _imports(module, dict(roots))
+    return frozenset(found)
+
+
+def _folder(package: str) -> Path:
+    spec = importlib.util.find_spec(package)
+    assert spec is not None and spec.origin is not None
+    return Path(spec.origin).parent
+
+
+def _file(module: str, roots: Roots) -> Path | None:
+    """The file of a module of ours; None of anything else."""
+    package, *parts = module.split(".")
+    if package == "clrt_validation":  # its name where it is installed
+        package = "validation"
+    if package not in roots:
+        return None
+    place = roots[package].joinpath(*parts)
+    return next((file for file in (place / "__init__.py", place.with_suffix(".py")) if file.is_file()), None)
+
+
+def _imports(module: str, roots: Roots) -> Iterator[str]:
+    """The modules of ours that a module's text imports; all beside it where it says only later which."""
+    file = _file(module, roots)
+    assert file is not None, module
+    package = module if file.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names if _file(alias.name, roots))
+        elif isinstance(node, ast.ImportFrom):
+            base = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            name = ".".join([*base, *([node.module] if node.module else [])])
+            inner = [f"{name}.{alias.name}" for alias in node.names]
+            modules = [each for each in inner if _file(each, roots)]
+            if _file(name, roots) and len(modules) < len(inner):
+                modules.append(name)
+            yield from modules
+        elif isinstance(node, ast.Call) and _called(node) in ("import_module", "__import__"):
+            said = node.args[0]
+            if not isinstance(said, ast.Constant):
+                beside = file.parent.glob("*.py")
+                yield from (f"{package}.{each.stem}" for each in beside if each.stem != "__init__")
+            elif _file(str(said.value), roots):
+                yield str(said.value)
+
+
+def _called(node: ast.Call) -> str:
+    return getattr(node.func, "id", getattr(node.func, "attr", ""))

@@ -1,0 +1,391 @@
+"""A scene as Mitsuba's side reads it: from the tables of a scene file, by docs/scene-files.md and
+docs/model.md.
+
+Nothing here comes from the renderer: defaults, names of indices, references to materials, transforms, normals
+and overrides stand here a second time. What is wrong in a scene is the renderer's to say; this takes it as
+right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import meshfile, published, steps
+
+Array = np.ndarray
+NAMED_INDEX = {"air": 1.0, "water": 1.333, "ice": 1.31, "glass": 1.5, "diamond": 2.419}
+LIGHTS = ("D65", "A", "E", *(f"F{number}" for number in range(1, 13)), "sun")
+HELIUM_D = 587.5618  # nm
+
+
+@dataclass(frozen=True)
+class Source:
+    """A scene file's tables as tomllib or json reads them, and what a caller wants otherwise.
+
+    folder: where the files that it names lie.
+    """
+
+    tables: Mapping[str, Any]
+    folder: str | None = None
+    width: int | None = None
+    height: int | None = None
+    spp: int | None = None
+    max_depth: int | None = None
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """kind: name, blackbody, gaussian, band, line or samples; value: what is said of it."""
+
+    kind: str
+    value: Any
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
+class Checker:
+    colors: tuple[Any, Any] = (0.9, 0.1)
+    size: float = 1.0
+    divisions: int = 16
+
+
+@dataclass(frozen=True)
+class Formula:
+    """An index of refraction over the wavelength: kind "sellmeier" (B, C) or "cauchy" (A, B, ...)."""
+
+    kind: str
+    numbers: tuple[Any, ...]
+
+
+@dataclass(frozen=True)
+class Conductor:
+    eta: Any
+    k: Any
+
+
+@dataclass(frozen=True)
+class Material:
+    color: Any = 0.8
+    ambient: float | None = None
+    diffuse: float = 1.0
+    specular: float = 0.0
+    shininess: float = 32.0
+    reflection: float | None = None
+    transmission: float | None = None
+    ior: Any = 1.5
+    fresnel: bool | str = False
+    highlight_color: Any = 1.0
+    reflection_color: Any = 1.0
+    transmission_color: Any = 1.0
+    emission: Any = 0.0
+    absorption: Any = 0.0
+    priority: int = 0
+    thin: bool = False
+    conductor: Any = None
+
+    @property
+    def ka(self) -> float:
+        return self.ambient if self.ambient is not None else self.diffuse
+
+    @property
+    def kr(self) -> float:
+        if self.reflection is not None:
+            return self.reflection
+        return 1.0 if self.fresnel is True or self.conductor is not None else 0.0
+
+    @property
+    def kt(self) -> float:
+        if self.transmission is not None:
+            return self.transmission
+        return 1.0 if self.fresnel is True and self.conductor is None else 0.0
+
+    @property
+    def varies(self) -> bool:
+        """Whether the index is a curve over the wavelength."""
+        return not isinstance(self.ior, (int, float)) and self.ior not in NAMED_INDEX
+
+    @property
+    def eta(self) -> float:
+        """The index in RGB."""
+        return float(index(self, np.array([HELIUM_D]))[0])
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    material: Any = None
+    transform: Any = None
+
+    @cached_property
+    def matrix(self) -> Array:
+        """Object to world (4, 4)."""
+        return steps.matrix(self.transform)
+
+
+@dataclass(frozen=True, eq=False)
+class Sphere(Shape):
+    center: Any = None
+    radius: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Plane(Shape):
+    point: Any = None
+    normal: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Polygon(Shape):
+    points: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Quadric(Shape):
+    coefficients: Any = None
+    clip: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid(Shape):
+    center: Any = None
+    radii: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder(Shape):
+    p0: Any = None
+    p1: Any = None
+    radius: Any = None
+    caps: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Cone(Shape):
+    p0: Any = None
+    r0: Any = None
+    p1: Any = None
+    r1: Any = None
+    caps: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Paraboloid(Shape):
+    apex: Any = None
+    axis: Any = None
+    focal: Any = None
+    height: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Disk(Shape):
+    center: Any = None
+    normal: Any = None
+    radius: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Box(Shape):
+    min: Any = None
+    max: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh(Shape):
+    vertices: Any = None
+    faces: Any = None
+    normals: Any = None
+    file: str | None = None
+    smooth: bool | None = None
+    folder: str | None = None
+
+    def data(self) -> meshfile.Surface:
+        return self._data
+
+    @cached_property
+    def _data(self) -> meshfile.Surface:
+        if self.file is not None:
+            return meshfile.read(Path(self.folder or ".") / self.file, self.smooth)
+        return meshfile.given(self.vertices, self.faces, self.normals, bool(self.smooth))
+
+
+@dataclass(frozen=True, eq=False)
+class PointLight:
+    position: Any
+    intensity: Any = 1.0
+    falloff: str = "none"
+    type: str = "point"
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionalLight:
+    direction: Any
+    intensity: Any = 1.0
+    type: str = "directional"
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    origin: Any
+    target: Any
+    type: str = "perspective"
+    up: Any = None
+    fov: float = 45.0
+    fov_axis: str = "horizontal"
+    size: float = 2.0
+    near: float = 0.0
+    mirror: bool = False
+    shift: Any = (0.0, 0.0)
+    width: int = 640
+    height: int = 480
+    spp: int = 1
+    jitter: int | None = None
+
+
+@dataclass(frozen=True)
+class Spectral:
+    bands: int = 24
+    range: tuple[float, float] = (380.0, 750.0)
+    white: str = "D65"
+    white_balance: bool = False
+    response: str = "cie"
+    group: int = 1
+    faults: bool = False
+
+
+SHAPES: dict[str, type[Shape]] = {
+    "sphere": Sphere, "plane": Plane, "polygon": Polygon, "quadric": Quadric, "ellipsoid": Ellipsoid,
+    "cylinder": Cylinder, "cone": Cone, "paraboloid": Paraboloid, "disk": Disk, "box": Box, "mesh": Mesh,
+}  # fmt: skip
+COLORS = ("highlight_color", "reflection_color", "transmission_color", "emission", "absorption")
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    camera: Camera | None = None
+    materials: dict[str, Material] = field(default_factory=dict)
+    lights: tuple[Any, ...] = ()
+    shapes: tuple[Any, ...] = ()
+    max_depth: int = 5
+    min_weight: float = 0.0
+    depth_color: Any = 0.0
+    background: Any = 0.0
+    ambient: Any = 0.0
+    ambient_samples: int = 0
+    medium_ior: float = 1.0
+    one_sided: str = "none"
+    shadow: str = "opaque"
+    conformance: str = "none"
+    spectrum: Spectral | None = None
+    folder: str | None = None
+
+    def material_of(self, shape: Shape) -> Material:
+        if isinstance(shape.material, str):
+            return self.materials[shape.material]
+        return Material() if shape.material is None else shape.material
+
+    @property
+    def background_path(self) -> Path | None:
+        return Path(self.folder or ".") / self.background if isinstance(self.background, str) else None
+
+
+def read(source: Source) -> Scene:
+    """The scene, with what the caller wants otherwise."""
+    tables = {key: value for key, value in source.tables.items() if key not in ("$schema", "version")}
+    for key in ("ambient", "depth_color"):
+        if key in tables:
+            tables[key] = color(tables[key])
+    back = tables.get("background", 0.0)
+    tables["background"] = back if isinstance(back, str) and back not in LIGHTS else color(back)
+    tables["materials"] = {name: material(table) for name, table in tables.get("materials", {}).items()}
+    tables["lights"] = tuple(map(_light, tables.get("lights", ())))
+    tables["shapes"] = tuple(_shape(table, source.folder) for table in tables.get("shapes", ()))
+    if tables.get("spectrum") is not None:
+        spectral = dict(tables["spectrum"])
+        tables["spectrum"] = Spectral(**{key: frozen(value) for key, value in spectral.items()})
+    if tables.get("camera") is not None:
+        wanted = {name: getattr(source, name) for name in ("width", "height", "spp")}
+        camera = dict(tables["camera"]) | {name: value for name, value in wanted.items() if value is not None}
+        tables["camera"] = Camera(**{key: frozen(value) for key, value in camera.items()})
+    scene = Scene(**tables, folder=source.folder)
+    return scene if source.max_depth is None else replace(scene, max_depth=source.max_depth)
+
+
+def frozen(value: Any) -> Any:
+    """Lists and arrays as tuples, so that equal materials are equal."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    return tuple(map(frozen, value)) if isinstance(value, (list, tuple)) else value
+
+
+def color(value: Any) -> Any:
+    """A number, three numbers, or a Spectrum."""
+    value = frozen(value)
+    if isinstance(value, str):
+        return Spectrum("name", value)
+    if isinstance(value, Mapping):
+        scale = float(value.get("scale", 1.0))
+        ((kind, said),) = ((key, said) for key, said in value.items() if key not in ("scale", "type"))
+        return Spectrum(kind, frozen(said), scale)
+    return Spectrum("samples", value) if isinstance(value, tuple) and isinstance(value[0], tuple) else value
+
+
+def material(table: Any) -> Material:
+    values = {key: frozen(value) for key, value in table.items()}
+    for key in COLORS:
+        if key in values:
+            values[key] = color(values[key])
+    if "color" in values:
+        shown = values["color"]
+        if isinstance(shown, Mapping) and shown.get("type") == "checker":
+            keys = {key: value for key, value in shown.items() if key != "type"}
+            if "colors" in keys:
+                keys["colors"] = tuple(color(part) for part in keys["colors"])
+            values["color"] = Checker(**keys)
+        else:
+            values["color"] = color(shown)
+    ior = values.get("ior", 1.5)
+    if isinstance(ior, Mapping):
+        ((kind, numbers),) = ior.items()
+        numbers = [numbers["B"], numbers["C"]] if kind == "sellmeier" else numbers
+        values["ior"] = Formula(kind, frozen(numbers))
+    metal = values.get("conductor")
+    if isinstance(metal, Mapping):
+        values["conductor"] = Conductor(frozen(metal["eta"]), frozen(metal["k"]))
+    return Material(**values)
+
+
+def index(of: Material, nm: Array) -> Array:
+    """A material's index of refraction at wavelengths."""
+    if of.varies:
+        return published.index(of.ior, nm)
+    return np.full(len(nm), NAMED_INDEX[of.ior] if isinstance(of.ior, str) else float(of.ior))
+
+
+def _light(table: Any) -> Any:
+    kind = {"point": PointLight, "directional": DirectionalLight}[table["type"]]
+    values = {key: frozen(value) for key, value in table.items()}
+    if "intensity" in values:
+        values["intensity"] = color(values["intensity"])
+    return kind(**values)
+
+
+def _shape(table: Any, folder: str | None) -> Shape:
+    kind = SHAPES[table["type"]]
+    values = {key: value for key, value in table.items() if key not in ("type", "name")}
+    if isinstance(values.get("material"), Mapping):
+        values["material"] = material(values["material"])
+    if kind is Mesh:
+        values["folder"] = folder
+    assert values.keys() <= {each.name for each in fields(kind)}
+    return kind(**values)
+
+
+def rgb(value: Any) -> tuple[float, float, float]:
+    """A plain colour as three numbers."""
+    red, green, blue = np.broadcast_to(np.asarray(value, float), (3,)).tolist()
+    return red, green, blue

@@ -1,0 +1,121 @@
+"""A scene's picture by each mode (worker process)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import stock, surfaces
+from .hashing import camera_words
+from .insides import starting
+from .lobes import Lobes
+from .modes import SPECTRAL
+from .palette import Bands, triples
+from .parts import POLISHED, geometry
+from .plugins import packed
+from .records import Scene
+from .sensors import camera_rays, stock_render
+from .surfaces import COLORS, Palette
+from .table import Table
+from .whitted import Rays, trace
+
+Array = np.ndarray
+BLOCK = 1 << 19  # camera rays traced together
+
+
+def picture(scene: Scene, mode: str, paths: int | None) -> dict[str, Any]:
+    """`pixels` (h, w, 3), `by_ray`, `t` and `shape` (h, w), of random paths `error`."""
+    if mode == SPECTRAL:
+        return _spectral(scene)
+    if mode.startswith("stock-"):
+        work = stock.work(scene, mode.removeprefix("stock-"), paths)
+        return stock.finish(work, [stock_render(render) for render in work.renders])
+    return _layer_b(scene, mode, packed(geometry(scene, POLISHED)), COLORS)
+
+
+def radiance(scene: Scene, mode: str, origin: Array, direction: Array) -> Array:
+    """Radiance (n, 3) along rays (n, 3)."""
+    direction = direction / np.linalg.norm(direction, axis=1, keepdims=True)
+    pixels = np.arange(len(origin))
+    job = _job(scene, mode, packed(geometry(scene, POLISHED)), COLORS)
+    start = _start(scene, job, origin)
+    sums: dict[str, Array] = {}
+    _trace(_shader(job), origin, direction, pixels, camera_words(0, pixels, 0), start, len(pixels), sums)
+    return np.asarray(sum(sums[name] for name in _whole(sums)))
+
+
+def _spectral(scene: Scene) -> dict[str, Any]:
+    """Three bands at a time; one at a time where metals or dispersion have numbers of their own in each."""
+    assert scene.spectrum is not None
+    wanted, world = scene.spectrum, packed(geometry(scene, POLISHED))
+    used = [scene.material_of(shape) for shape in scene.shapes]
+    alone = any(m.varies or m.conductor is not None for m in used)
+    found: dict[str, Array] = {}
+    first: dict[str, Any] = {}
+    for bands in triples(wanted, alone):
+        answer = _layer_b(scene, "table", world, Bands(wanted, bands))
+        first = first or answer
+        for name, light in {**answer["by_ray"], "": answer["pixels"]}.items():
+            found.setdefault(name, np.zeros((*light.shape[:2], wanted.bands)))[..., list(bands)] = light
+    to_rgb = Bands(wanted).to_rgb.T
+    by_ray = {name: bands @ to_rgb for name, bands in found.items()}
+    return {"pixels": by_ray.pop(""), "by_ray": by_ray, "t": first["t"], "shape": first["shape"]}
+
+
+def _job(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -> dict[str, Any]:
+    """What a shader is made of."""
+    return {
+        "mode": mode, "geometry": world, "materials": surfaces.materials(scene, palette),
+        "media": surfaces.media(scene, palette), "lights": surfaces.lights(scene, palette),
+        "settings": surfaces.settings(scene, palette),
+    }  # fmt: skip
+
+
+def _start(scene: Scene, job: dict[str, Any], origin: Array) -> Array:
+    """The states of media (media.Media) of rays from origins (n, 3)."""
+    job["states"], start = starting(scene, job["media"]["number"], origin)
+    return start
+
+
+def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -> dict[str, Any]:
+    camera = scene.camera
+    assert camera is not None
+    width, height, spp = camera.width, camera.height, camera.spp
+    job = _job(scene, mode, world, palette)
+    view = surfaces.view(scene, width, height, spp, world["size"], world["center"])
+    positions, paths = view["positions"].reshape(-1, 2), view["paths"].ravel()
+    origin, direction = camera_rays(view["sensor"], view["eye"], positions)
+    origin = origin + world["center"]
+    start = _start(scene, job, np.asarray(camera.origin, float)[None] if view["eye"] is not None else origin)
+    start = np.broadcast_to(start, len(positions))
+    shader, pixels = _shader(job), width * height
+    sums: dict[str, Array] = {}
+    t, shape = np.full(len(positions), np.inf), np.full(len(positions), -1)
+    for begin in range(0, len(positions), BLOCK):
+        block = np.arange(begin, min(begin + BLOCK, len(positions)))  # sample by sample
+        rays = origin[block], direction[block], block % pixels, paths[block], start[block]
+        first = _trace(shader, *rays, pixels, sums)
+        t[block], shape[block] = first.t, first.shape
+    by_ray = {name: (total / spp).reshape(height, width, 3) for name, total in sums.items()}
+    whole = np.sum([by_ray[name] for name in _whole(sums)], axis=0)
+    first_sample = {"t": t[:pixels].reshape(height, width), "shape": shape[:pixels].reshape(height, width)}
+    return {"pixels": whole, "by_ray": by_ray, **first_sample}
+
+
+def _whole(sums: dict[str, Any]) -> list[str]:
+    """The names of sums that are not parts of others: "generation 0 camera", not "generation 0 camera
+    diffuse"."""
+    return [name for name in sums if len(name.split()) == 3]
+
+
+def _shader(job: dict[str, Any]) -> Table:
+    return Lobes(job) if job["mode"] == "bsdf" else Table(job)
+
+
+def _trace(shader: Any, origin: Any, direction: Any, pixel: Any, path: Any, media: Any, pixels: int,
+           sums: Any) -> Any:  # fmt: skip
+    nowhere = np.full(len(pixel), -1)
+    rays = Rays(origin, direction, np.ones_like(direction), pixel, path & ~np.uint32(15), nowhere, media)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return trace(shader, rays, pixels, sums)
