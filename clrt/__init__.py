@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
     from clrt.images.image import Image, read_image
+    from clrt.judging.verdict import Verdict, compare
     from clrt.scene.camera import Camera
     from clrt.scene.scene import Scene
 
@@ -43,14 +44,15 @@ _HOMES = {
     "clrt.scene.scene": ("Scene",),
     "clrt.device.settings": ("Settings",),
     "clrt.formats.shipped": ("load",),
+    "clrt.judging.verdict": ("Verdict", "compare"),
     "clrt.engine.tracer": ("Hits", "Tracer", "render"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Camera", "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError",
-    "Limits", "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "__version__", "camera_path",
-    "devices", "load", "load_dict", "read_image", "render", "sweep", "turntable",
+    "Limits", "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "Verdict", "__version__",
+    "camera_path", "compare", "devices", "load", "load_dict", "read_image", "render", "sweep", "turntable",
 ]  # fmt: skip
 
 

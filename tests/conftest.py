@@ -10,6 +10,8 @@ import pytest
 
 from validation.oracle_mitsuba import Mitsuba
 
+collect_ignore = ["example_project"]  # another project: tests/judging/test_plugin.py runs it
+
 # a fixture of theirs takes a minute: once, not once a process
 TOGETHER = ("tests/validation/test_validation.py",)
 

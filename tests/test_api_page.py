@@ -35,11 +35,14 @@ def test_every_public_name_is_on_the_page():
     assert set(clrt.__all__) - errors == listed
 
 
-@pytest.mark.parametrize("name", ["Tracer", "Image", "Scene", "RayMeshIntersector", "Hits", "DeviceInfo"])
+@pytest.mark.parametrize(
+    "name", ["Tracer", "Image", "Scene", "RayMeshIntersector", "Hits", "DeviceInfo", "Verdict"]
+)
 def test_every_method_is_on_the_page(name: str):
     kind = getattr(clrt, name)
     own = [key for key, value in vars(kind).items() if not key.startswith("_") and inspect.isfunction(value)]
-    own += [field.name for field in fields(kind)] if name in ("Hits", "DeviceInfo", "Image") else []
+    records = ("Hits", "DeviceInfo", "Image", "Verdict")
+    own += [field.name for field in fields(kind)] if name in records else []
     words = set(re.findall(r"\w+", PAGE))
     assert own and [method for method in own if method not in words] == []
 
@@ -67,7 +70,7 @@ def test_the_page_s_code_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
     space: dict[str, Any] = {}
     blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    assert len(blocks) == 5
+    assert len(blocks) == 6
     for block in blocks:
         exec(block, space)
     assert space["pixels"].shape == (24, 32, 3) and (tmp_path / "ball.png").exists()

@@ -22,11 +22,14 @@ from .compare.rays import FINE
 from .oracle64 import edge_mask, render64
 from .oracle_mitsuba import Mitsuba
 from .oracle_mitsuba.modes import supports
+from .oracle_povray import client as povray
+from .oracle_povray.scene import not_in_pov
 from .ours import TERMS, ray_key, render_ours
 from .types import Case, OracleImage
 from .wavelengths import at_bands, joined, not_by_wavelength, triples
 
 ORACLE64: Final = "oracle64"
+POVRAY: Final = "povray"  # its pictures are clipped to [0, 1], and have no layers
 SPECTRAL: Final = "mitsuba-spectral"  # its table mode, wavelength by wavelength
 _AMBIENT: Final = ray_key(0, "camera ambient")  # says nothing new where later rays bring the ambient light
 
@@ -126,6 +129,8 @@ class Oracles:
         """Why an oracle cannot render a scene, here or at all; None where it can."""
         if oracle == ORACLE64:
             return None
+        if oracle == POVRAY:
+            return povray.missing() or not_in_pov(scene)
         if oracle == SPECTRAL:
             return self.missing() or not_by_wavelength(scene)
         return self.missing() or self.mitsuba.supports(scene, mode_of(oracle))
@@ -134,6 +139,8 @@ class Oracles:
         """An oracle's picture of a scene from its camera."""
         if oracle == ORACLE64:
             return picture64(scene)
+        if oracle == POVRAY:
+            return povray.render(scene)
         assert scene.camera is not None
         if oracle == SPECTRAL:
             parts = [(bands, at_bands(scene, bands)) for bands in triples(scene)]
@@ -146,9 +153,21 @@ class Oracles:
 
 def able(oracle: str, scene: Scene) -> bool:
     """Whether an oracle can express a scene, wherever it runs."""
+    return why_not(oracle, scene) is None
+
+
+def inability(oracle: str, case: Case) -> str:
+    """Why an oracle cannot express a case; "" where it can."""
+    return why_not(oracle, scene_of(case)) or ""
+
+
+def why_not(oracle: str, scene: Scene) -> str | None:
+    """Why an oracle cannot express a scene; None where it can, wherever it runs."""
     if oracle == SPECTRAL:
-        return not_by_wavelength(scene) is None
-    return oracle == ORACLE64 or supports(scene, mode_of(oracle)) is None
+        return not_by_wavelength(scene)
+    if oracle == POVRAY:
+        return not_in_pov(scene)
+    return None if oracle == ORACLE64 else supports(scene, mode_of(oracle))
 
 
 def mode_of(oracle: str) -> str:

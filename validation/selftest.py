@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ from clrt.flatten.flatten import FlatScene
 from clrt.scene.scene import Scene
 
 from . import expected
+from .conformance.blame import Fault, blame
+from .conformance.watch import Launch, options_of, words_of
 from .twin.compare import compare_picture, compare_rays
 from .twin.scenes import difficult_rays, scenes
 
@@ -34,23 +37,31 @@ class Result:
     passed: bool
     detail: str
     seconds: float
+    fault: Fault | None = None  # the kernel that differs, where it was looked for
 
 
 Check = Callable[[], tuple[bool, str]]
 
 
-def run_selftest(device: int | str | Device | None = None, quick: bool = False) -> Iterator[Result]:
+def run_selftest(
+    device: int | str | Device | None = None, quick: bool = False, blaming: bool = False
+) -> Iterator[Result]:
     """The result of each check on a device, as it comes; a device as `clrt.render` takes it, or one opened.
 
     quick: without light in bands, whose kernels take long to compile, and the scenes that scripts make.
-    Raises DeviceError when there is none, or when it cannot build the kernels.
+    blaming: look for the kernel where a check fails.
+    Raises DeviceError when there is no device, or when it cannot build the kernels.
     """
     opened = device if isinstance(device, Device) else Device(device)
-    yield _timed("layout of records", lambda: check_layout(opened))
-    yield _timed("arithmetic", lambda: check_arithmetic(opened))
+    for name, probing in (("layout of records", check_layout), ("arithmetic", check_arithmetic)):
+        faults: list[Fault] = []
+        result = _timed(name, partial(probing, opened, faults))
+        yield replace(result, fault=faults[0] if faults and blaming else None)
     for seed, (name, (scene, flat)) in enumerate(scenes().items()):
         if not (quick and scene.spectrum is not None):
-            yield _timed(name, _twin_check(opened, scene, flat, seed))
+            result = _timed(name, _twin_check(opened, scene, flat, seed))
+            again = blaming and not result.passed
+            yield replace(result, fault=blame(opened, scene, flat, seed)) if again else result
     if not isinstance(device, Device):  # a device of the caller's may have kernels of its own
         yield _timed("expected pictures", lambda: expected.check(opened.info.index, quick))
 
@@ -81,8 +92,11 @@ def _timed(name: str, check: Check) -> Result:
     return Result(name, passed, detail, time.perf_counter() - start)
 
 
-def check_layout(device: Device) -> tuple[bool, str]:
-    """Sizes and offsets of all records of `clrt.layout`, as numpy and as the device has them."""
+def check_layout(device: Device, faults: list[Fault] | None = None) -> tuple[bool, str]:
+    """Sizes and offsets of all records of `clrt.layout`, as numpy and as the device has them.
+
+    What differs is added to `faults`.
+    """
     names: list[str] = []
     expected: list[int] = []
     lines: list[str] = []
@@ -102,9 +116,11 @@ def check_layout(device: Device) -> tuple[bool, str]:
         f"{layout.c_declarations(device.rays, device.settings.lanes)}\n"
         f"__kernel void layout_of_records(__global uint *out)\n{{\n    uint i = 0;\n{body}\n}}\n"
     )
-    found = _run(device, source, "layout_of_records", 1, np.empty(len(names), np.uint32))
-    for name, here, there in zip(names, expected, found.tolist(), strict=True):
+    found, launch = _run(device, source, "layout_of_records", 1, np.empty(len(names), np.uint32))
+    for word, (name, here, there) in enumerate(zip(names, expected, found.tolist(), strict=True)):
         if here != there:
+            if faults is not None:
+                faults.append(Fault(launch, "layout of records", 0, word, here, there, item=0))
             return False, f"{name}: {there} bytes on the device, {here} in numpy"
     return True, f"{len(names)} sizes and offsets are the same"
 
@@ -121,8 +137,11 @@ _OPERATIONS: dict[str, Callable[..., np.ndarray]] = {
 }
 
 
-def check_arithmetic(device: Device) -> tuple[bool, str]:
-    """Is arithmetic correctly rounded, subnormal numbers included, and is a * b + c two operations."""
+def check_arithmetic(device: Device, faults: list[Fault] | None = None) -> tuple[bool, str]:
+    """Is arithmetic correctly rounded, subnormal numbers included, and is a * b + c two operations.
+
+    What differs is added to `faults`.
+    """
     n = 1 << 14
     generator = np.random.default_rng(1)
     a, b, c = generator.normal(size=(3, n)) * np.exp2(generator.integers(-75, 62, (3, n)))
@@ -142,20 +161,31 @@ __kernel void arithmetic(__global const float *as, __global const float *bs, __g
         expected = [operation(a, b, c) for operation in _OPERATIONS.values()]
     inputs = [device.upload(array) for array in (a, b, c)]
     out = np.empty((len(expected), n), np.float32)
-    found = _run(device, source, "arithmetic", n, out, *inputs, np.uint32(n))
-    for name, here, there in zip(_OPERATIONS, expected, found, strict=True):
+    found, launch = _run(device, source, "arithmetic", n, out, *inputs, np.uint32(n))
+    for k, (name, here, there) in enumerate(zip(_OPERATIONS, expected, found, strict=True)):
         wrong = np.flatnonzero(here.view(np.uint32) != there.view(np.uint32))
         if len(wrong):
             i = int(wrong[0])
+            if faults is not None:
+                right, wrong_one = (int(values.view(np.uint32)[i]) for values in (here, there))
+                faults.append(Fault(launch, name, 4, k * n + i, right, wrong_one, item=i))
             values = f"a = {float(a[i]).hex()}, b = {float(b[i]).hex()}, c = {float(c[i]).hex()}"
             both = f"{float(there[i]).hex()} on the device, {float(here[i]).hex()} in numpy"
             return False, f"{name} with {values}: {both}; {len(wrong)} of {n} differ"
     return True, f"{len(_OPERATIONS)} operations on {n:,} numbers are the same"
 
 
-def _run(device: Device, source: str, kernel: str, items: int, out: np.ndarray, *arguments: Any) -> Any:
+def _run(
+    device: Device, source: str, kernel: str, items: int, out: np.ndarray, *arguments: Any
+) -> tuple[Any, Launch]:
     """Compile and run a kernel of its own; `out` is its last argument and comes back filled."""
     target = device.buffer(out.nbytes)
-    built = cl.Kernel(device.driver.build(source), kernel)
+    before = (*(words_of(device, argument) for argument in arguments), np.zeros(out.size, np.uint32))
+    program = device.driver.build(source)
+    built = cl.Kernel(program, kernel)
     built(device.queue, (items,), None, *arguments, target)
-    return device.read(target, out)
+    found = device.read(target, out)
+    options = options_of(device, program)
+    names = tuple(f"argument {number}" for number in range(len(before)))
+    after = (*before[:-1], found.reshape(-1).view(np.uint32))
+    return found, Launch(kernel, source, options, items, None, names, (*arguments, target), before, after)

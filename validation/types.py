@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from .compare.causes import Cause
 
 Better = Literal["low", "high"]
 COUNT_TOLERANCE = 0.005  # of published ray counts
@@ -84,6 +87,7 @@ class CaseResult:
     results: dict[str, tuple[OracleImage, Comparison]]  # by oracle
     unproven: dict[str, str] = field(default_factory=dict)  # oracle that did not run -> why
     seconds: float = 0.0
+    causes: tuple[Cause, ...] = ()  # why the picture of another program is wrong, the likeliest first
 
     @property
     def passed(self) -> bool:
@@ -145,6 +149,7 @@ class SuiteResult:
     notes: tuple[str, ...] = ()  # what else a reader should know: what was left out and why
     checks: tuple[CheckResult, ...] = ()
     known: int = 0  # cases that a full run of this kind has; 0: not known
+    subject: str = ""  # another program's command, where that is the one under test
 
     @property
     def thin(self) -> list[str]:

@@ -5,17 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from clrt.base.errors import ClrtError
-from clrt.base.install import install_extra
 from clrt.base.resources import validation_module
 from clrt.cli import compare_many
 from clrt.cli.judging import (
     DIGITS,
-    PICTURES,
     VERDICTS,
-    certainty,
     judge,
     plain,
     read,
@@ -23,9 +20,7 @@ from clrt.cli.judging import (
     scene_reference,
 )
 from clrt.cli.terminal import console
-
-if TYPE_CHECKING:
-    pass
+from clrt.judging.verdict import PICTURES, Verdict, certainty, check_page, needing_extra
 
 DIFFERS = 1  # exit code
 _MEANINGS = {
@@ -47,14 +42,21 @@ def run(options: argparse.Namespace) -> int:
     """Print the comparison; 0 where all show the same, else 1. ClrtError where one cannot be read."""
     if options.seconds is not None and not options.seconds >= 0:
         raise ClrtError(f"--seconds: {options.seconds} is not allowed; it must be a number >= 0")
-    try:
+    if options.report:
+        if options.more:
+            raise ClrtError("--report is the page of one comparison; give two names")
+        check_page(options.report)
+    with needing_extra("clrt compare"):
         pictures = validation_module("compare.pictures")
         if options.more:
             return compare_many.run(pictures, options)
-        result = _compare(pictures, options)
-    except ModuleNotFoundError as error:
-        needs = f"clrt compare needs the package {error.name}"
-        raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
+        result, picture, reference = _compare(pictures, options)
+        if options.report:
+            verdict = Verdict(
+                result.verdict, result.passed, result.metrics, result.gates, result.causes, result.notes,
+                picture, reference, (options.a, options.b),
+            )  # fmt: skip
+            verdict.save_report(options.report)
     if options.json:
         print(json.dumps(plain(result, options.a, options.b), indent=2, allow_nan=False))
     else:
@@ -62,8 +64,11 @@ def run(options: argparse.Namespace) -> int:
     return 0 if result.passed else DIFFERS
 
 
-def _compare(pictures: Any, options: argparse.Namespace) -> Any:
-    """The comparison of A with B; a scene is always the reference, whichever of the two it is."""
+def _compare(pictures: Any, options: argparse.Namespace) -> tuple[Any, Any, Any]:
+    """The comparison of A with B, and both as they were compared.
+
+    A scene is always the reference, whichever of the two it is.
+    """
     from clrt.scene.scene import Scene
 
     picture, reference = read(options.a, options.spp), read(options.b, options.spp)
@@ -77,7 +82,7 @@ def _compare(pictures: Any, options: argparse.Namespace) -> Any:
         if isinstance(reference, Scene):
             scene = scene_reference(pictures, reference, picture.shape[:2], options)
             reference = scene.render()
-        return judge(pictures, picture, reference, scene, options, report)
+        return judge(pictures, picture, reference, scene, options, report), picture, reference
 
 
 def _show(result: Any, options: argparse.Namespace) -> None:

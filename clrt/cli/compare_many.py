@@ -8,8 +8,9 @@ import sys
 from typing import Any
 
 from clrt.base.errors import ClrtError, one_line
-from clrt.cli.judging import DIGITS, VERDICTS, certainty, judge, plain, read, reporting, scene_reference
+from clrt.cli.judging import DIGITS, VERDICTS, judge, plain, read, reporting, scene_reference
 from clrt.cli.terminal import console
+from clrt.judging.verdict import certainty
 
 SAME, DIFFERS, UNREADABLE = 0, 1, 2  # exit codes
 _FIGURES = ("SSIM", "FLIP", "PSNR")

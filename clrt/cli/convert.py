@@ -1,4 +1,4 @@
-"""`clrt convert`: any scene format in, the project's own out, or Mitsuba's XML."""
+"""`clrt convert`: any scene format in, the project's own out, or Mitsuba's XML, or POV-Ray's language."""
 
 from __future__ import annotations
 
@@ -27,6 +27,11 @@ def run(options: argparse.Namespace) -> int:
         changed = validation_module("oracle_mitsuba.xml").write_xml(scene, options.output)
         if changed:
             say(f"{options.output}: Mitsuba lacks {changed} things of this scene; the first lines name them")
+        return 0
+    if Path(options.output).suffix.lower() == ".pov":
+        from clrt.base.resources import validation_module
+
+        validation_module("oracle_povray.scene").write_pov(scene, options.output)
         return 0
     scene.save(options.output)
     return 0

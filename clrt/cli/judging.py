@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 from clrt.base.errors import ClrtError
 from clrt.base.resources import scene_file
 from clrt.cli.terminal import console, marked
+from clrt.judging.verdict import PICTURES
 
 if TYPE_CHECKING:
     from clrt.scene.scene import Scene
 
-PICTURES = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
 DIGITS = {
     "PSNR": ".1f",
     "largest, of 255": ".1f",
@@ -63,11 +63,7 @@ def scene_reference(pictures: Any, scene: Scene, shape: Any, options: argparse.N
     """The scene to render: in the size of the picture, if that has the camera's aspect to within a pixel."""
     from clrt.device.settings import Settings
 
-    assert scene.camera is not None
-    width, height = scene.camera.width, scene.camera.height
-    if shape and abs(shape[1] * height / width - shape[0]) <= 1:
-        height, width = shape
-    return pictures.SceneReference(scene, width, height, options.device, Settings(threads=options.threads))
+    return pictures.reference_of(scene, shape, options.device, Settings(threads=options.threads))
 
 
 @contextmanager
@@ -78,10 +74,6 @@ def reporting(quiet: bool) -> Iterator[Callable[[str], None]]:
         return
     with console(stderr=True).status("") as status:
         yield lambda name: status.update(f"trying: {marked(name)}" if name != "rendering" else name)
-
-
-def certainty(cause: Any) -> str:
-    return "cause" if cause.proven else "likely cause" if cause.certain and cause.likely else "possible cause"
 
 
 def plain(result: Any, a: str, b: str) -> dict[str, Any]:

@@ -79,9 +79,9 @@ def parser() -> _Parser:
     _add_scene(hashing)
     _add_frame(hashing)
 
-    convert = command("convert", "Read a scene in any known format; write it as .toml, .json or .xml.")
+    convert = command("convert", "Read a scene in any known format; write it as .toml, .json, .xml or .pov.")
     convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
-    convert.add_argument("output", metavar="OUT", help="file to write: .toml, .json, or .xml (for Mitsuba)")
+    convert.add_argument("output", metavar="OUT", help=".toml, .json, .xml (for Mitsuba), .pov (POV-Ray)")
     _add_set(convert, _SET)
 
     sweep = command("sweep", "Render a scene for every combination of some values, to files or a video.")
@@ -103,13 +103,17 @@ def parser() -> _Parser:
     compare.add_argument("more", metavar="C", nargs="*", help="with three or more, A is what all should show")
     compare.add_argument("--mask", action="store_true", help="leave edges out, where correct programs differ")
     compare.add_argument("--json", action="store_true", help="print JSON")
+    compare.add_argument("--report", metavar="OUT.html", help="write a page with both pictures and figures")
     compare.add_argument("--seconds", type=float, metavar="N", help="longest search for causes (30)")
     compare.add_argument("--spp", type=whole, metavar="N", help="samples per pixel of the scene: 1, 4, 9 ...")
     _add_device(compare)
     compare.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
 
-    validate = command("validate", "Let independent programs render the same scenes, and compare.")
+    validate = command("validate", "Let independent programs render scenes, and compare; or judge a program.")
+    validate.add_argument("scenes", metavar="SCENE", nargs="*", help="only your own scenes, or shipped ones")
     validate.add_argument("--full", action="store_true", help="every oracle and scene, mutants")
+    validate.add_argument("--against", metavar="CMD", help="a program: 'myrt {scene.toml} {out.exr}'")
+    validate.add_argument("--timeout", type=float, default=60.0, metavar="S", help="its time a picture (60)")
     validate.add_argument("--report", metavar="OUT.html", help="write a page with all pictures and figures")
     validate.add_argument("--random", type=whole, metavar="N", help="scenes drawn at random (0; --full: 100)")
     validate.add_argument("--seed", type=whole, default=1, metavar="S", help="of the random scenes (1)")
@@ -148,6 +152,8 @@ def parser() -> _Parser:
     scenes.add_argument("--json", action="store_true", help="print JSON")
     selftest = command("selftest", "Check that a device computes what the reference does, bit for bit.")
     selftest.add_argument("--quick", action="store_true", help="without light in bands and generated scenes")
+    selftest.add_argument("--junit", metavar="F.xml", help="write the results as JUnit XML")
+    selftest.add_argument("--bundle", metavar="DIR", help="for what differs: kernel, inputs, a program")
     _add_device(selftest)
     made.commands = commands.choices
     return made

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from clrt.base.resources import validation_module
 from clrt.cli.terminal import say
@@ -10,17 +11,41 @@ from clrt.cli.terminal import say
 
 def run(options: argparse.Namespace) -> int:
     """Print a line for each check of `options.device`; return 1 when one of them failed."""
+    from clrt.base.atomic import check_replaceable
     from clrt.device.platforms import choose
 
     selftest = validation_module("selftest")
+    if options.junit:
+        check_replaceable(options.junit)
+    if options.bundle:
+        validation_module("conformance.bundle").check_folder(Path(options.bundle))
     print(f"on {choose(options.device)[0].label}:", flush=True)
     names = selftest.names(options.quick)
     least = "" if options.quick else "; --quick takes a third of that"
     say(f"{len(names)} checks, half a minute; kernels that were never used are compiled first{least}")
-    width, failed = max(map(len, names)), 0
-    for result in selftest.run_selftest(options.device, options.quick):
+    width, results = max(map(len, names)), []
+    blaming = bool(options.junit or options.bundle)
+    for result in selftest.run_selftest(options.device, options.quick, blaming):
         verdict = "same" if result.passed else "DIFFERENT"
         print(f"{verdict:9}  {result.name:{width}}  {result.detail} ({result.seconds:.1f} s)", flush=True)
-        failed += not result.passed
+        results.append(result)
+        if not result.passed and options.bundle:
+            print(f"{'':9}  {'':{width}}  {_bundle(options, result)}", flush=True)
+    if options.junit:
+        device = validation_module("conformance.bundle").about(selftest.Device(options.device))
+        validation_module("conformance.junit").write_junit(Path(options.junit), results, device)
+    failed = sum(not result.passed for result in results)
     print(f"{failed} of {len(names)} checks failed" if failed else f"all {len(names)} checks passed")
     return 1 if failed else 0
+
+
+def _bundle(options: argparse.Namespace, result: object) -> str:
+    """Write what a check found; a line about it."""
+    bundle = validation_module("conformance.bundle")
+    device = validation_module("selftest").Device(options.device)
+    name, detail, fault = (getattr(result, field) for field in ("name", "detail", "fault"))
+    place = bundle.write_bundle(Path(options.bundle), name, detail, device, fault)
+    if fault is None:
+        return f"{place}: no kernel can be blamed"
+    shown = "; run its reproduce.py" if fault.argument is not None else ""
+    return f"{place}: kernel {fault.kernel}{shown}"

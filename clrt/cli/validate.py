@@ -5,8 +5,7 @@ from __future__ import annotations
 import argparse
 import shlex
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,8 @@ from clrt.base.errors import ClrtError, printable
 from clrt.base.install import install_extra
 from clrt.base.resources import validation_module
 from clrt.cli.outputs import check_apart
-from clrt.cli.terminal import console, marked
+from clrt.cli.terminal import console
+from clrt.cli.validating import progress_bar, write
 
 FAILED = 1  # exit code
 MOST_RANDOM = 10_000  # scenes: the list of all is made before the first is rendered
@@ -32,14 +32,18 @@ def run(options: argparse.Namespace) -> int:
         suite = validation_module("suite.run")
         if options.list:
             return _list(suite)
+        if options.against is not None:
+            from clrt.cli import validate_against
+
+            return validate_against.run(options)
         if options.report:
             validation_module("suite.files").check_beside(Path(options.report))
             _check_spares(Path(options.report), options.spd)
         plan = _plan(suite, options)
-        with _progress() as progress:
+        with progress_bar() as progress:
             result = suite.run(plan, progress)
         if options.report:
-            _write(result, Path(options.report))
+            write(result, Path(options.report))
     except ModuleNotFoundError as error:
         needs = f"clrt validate needs the package {error.name}"
         raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
@@ -66,7 +70,7 @@ def _plan(suite: Any, options: argparse.Namespace) -> Any:
     if options.random is not None and not 0 <= options.random <= MOST_RANDOM:
         what = f"it is a number of scenes, from 0 to {MOST_RANDOM}"
         raise ClrtError(f"--random: {options.random} is not allowed; {what}")
-    everything = options.full and not options.case
+    everything = options.full and not options.case and not options.scenes
     return suite.Plan(
         quick=not options.full,
         random=suite.FULL_RANDOM if options.random is None and everything else options.random or 0,
@@ -74,41 +78,11 @@ def _plan(suite: Any, options: argparse.Namespace) -> Any:
         spd=Path(options.spd) if options.spd else None,
         mutants=options.mutants or everything,
         cases=tuple(options.case or ()),
+        scenes=tuple(options.scenes),
         device=options.device,
         pictures=bool(options.report),
         command=printable(shlex.join(["clrt", *sys.argv[1:]])),
     )
-
-
-def _write(result: Any, report: Path) -> None:
-    page = validation_module("suite.report").write_report(result, report)
-    xml, data = validation_module("suite.files").write_beside(result, report)
-    print(f"report: {page}\nfor other programs: {xml.name} (JUnit), {data.name}")
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[int, int, str], None] | None]:
-    """A bar on stderr, or a line every tenth where that is not a terminal."""
-    if not sys.stderr.isatty():
-        yield _report_tenths
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-    from rich.progress import TimeRemainingColumn as Remaining
-
-    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), Remaining(),
-               TextColumn("{task.description}"))
-    with Progress(*columns, console=console(stderr=True), transient=True) as bar:
-        task = bar.add_task("starting", total=None)
-
-        def report(done: int, total: int, name: str) -> None:
-            bar.update(task, completed=done, total=total, description=marked(name))
-
-        yield report
-
-
-def _report_tenths(done: int, total: int, name: str) -> None:
-    if done * 10 // total != (done - 1) * 10 // total:
-        print(f"{done} of {total}: {name}", file=sys.stderr, flush=True)
 
 
 def _show(result: Any) -> None:

@@ -23,6 +23,7 @@ from typing import Final
 
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError, DeviceError, one_line
+from clrt.base.limits import process_limit
 from clrt.device import kernelcache
 from clrt.device.info import DeviceInfo
 from clrt.device.processor import signature
@@ -51,21 +52,10 @@ def circumstances() -> list[str]:
         if name.startswith("POCL_") and name != kernelcache.VARIABLE
     )  # fmt: skip
     for name, (option, unit, plenty, _) in _LIMITS.items():
-        limit = _limit(name)
+        limit = process_limit(name)
         if limit < plenty:
             found.append(f"ulimit {option} {limit // unit:.0f}")
     return found
-
-
-def _limit(name: str) -> float:
-    """A limit of this process, infinity where there is none."""
-    try:
-        import resource
-
-        limit = resource.getrlimit(getattr(resource, name))[0]
-    except (ImportError, AttributeError):  # Windows has no such limits
-        return float("inf")
-    return limit if limit >= 0 else float("inf")
 
 
 @cache
@@ -75,10 +65,11 @@ def check_listing() -> None:
     Once a process, and only where `circumstances` make that likely: it takes half a second.
     """
     for name, (option, unit, _, least) in _LIMITS.items():
-        if _limit(name) < least:
+        limit = process_limit(name)
+        if limit < least:
             raise DeviceError(
-                f"ulimit {option} {_limit(name) // unit:.0f}: OpenCL drivers end a process that may have so "
-                f"little; allow at least {least // unit}"
+                f"ulimit {option} {limit // unit:.0f}: OpenCL drivers end a process that may have so little; "
+                f"allow at least {least // unit}"
             )
     if circumstances():
         fault = _verdict(LISTING, LISTING, lambda: _run(LISTING), anew=False)[0]

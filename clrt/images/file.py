@@ -177,7 +177,7 @@ def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> 
     """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash."""
     limits = limits or Limits()
     name = os.fspath(path)
-    with _open(path, limits) as (source, file):
+    with open_picture(path, limits) as (source, file):
         channels = find_picture(source, name)
         spec = source.spec()
         check_meaning(spec, name)
@@ -239,7 +239,7 @@ def _bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
 
 
 @contextmanager
-def _open(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple[oiio.ImageInput, BinaryIO]]:
+def open_picture(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple[oiio.ImageInput, BinaryIO]]:
     """OpenImageIO's reader of a picture, closed in the end, and the file itself."""
     with hushed(), opened(path, limits) as file:
         head = file.read(8)

@@ -21,7 +21,7 @@ def save(scene: Scene, path: Path) -> None:
 
     suffix = path.suffix.lower()
     if suffix not in (".toml", ".json"):
-        text = "a scene is saved as .toml or .json (`clrt convert` writes Mitsuba's .xml, too)"
+        text = "a scene is saved as .toml or .json (`clrt convert` writes .xml and .pov, too)"
         raise SceneError(located(str(path), "", text))
     table = _moved(scene, path)
     text = tomli_w.dumps(table) if suffix == ".toml" else json.dumps(table, indent=2) + "\n"

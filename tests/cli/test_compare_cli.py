@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -181,3 +182,15 @@ def test_a_search_without_time_says_so(folder: Path, capsys: Printed):
     assert code == 1 and "note: the search for causes stopped after 0 s; --seconds N" in out
     assert main(["compare", "a.png", "b.png", "--seconds", "-1"]) == 2
     assert "--seconds" in capsys.readouterr().err
+
+
+def test_few_addresses_are_told_of(tmp_path: Path) -> None:
+    """With few of them scipy's linear algebra waits for more for ever, and hears no signal but SIGKILL."""
+    np_pixels = np.random.default_rng(1).random((16, 16, 3)).astype(np.float32)
+    for name, pixels in (("a.png", np_pixels), ("b.png", np_pixels * 0.5)):
+        clrt.Image(pixels).save(tmp_path / name)
+    shell = 'ulimit -v 300000; exec "$@"'
+    command = ["bash", "-c", shell, "-", sys.executable, "-m", "clrt", "compare", "a.png", "b.png"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2 and "ulimit -v 300000: scikit-image needs more; allow at least" in done.stderr
+    assert done.stderr.count("\n") == 1

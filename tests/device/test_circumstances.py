@@ -98,7 +98,7 @@ def test_what_is_kept_of_a_driver_depends_on_the_circumstances(
     monkeypatch.setenv("POCL_AFFINITY", "1")
     assert trial.verdict(INFO)[1]
     monkeypatch.delenv("POCL_AFFINITY")
-    monkeypatch.setattr(trial, "_limit", lambda name: 1 << 30)
+    monkeypatch.setattr(trial, "process_limit", lambda name: 1 << 30)
     assert trial.verdict(INFO)[1] and "ulimit -v 1048576" in trial.circumstances()
 
 

@@ -122,12 +122,12 @@ def test_a_process_that_dies_takes_no_other_result_with_it(tmp_path: Path) -> No
     jobs: dict[str, tuple[Any, ...]] = {f"{k}": (abs, -k) for k in range(9)}
     jobs["3"] = (dies_before, str(tmp_path / "died"))
     told: list[tuple[int, int]] = []
-    found = dict(suite._completed(jobs, 2, lambda done, of, name: told.append((done, of))))
+    found = dict(suite.completed(jobs, 2, lambda done, of, name: told.append((done, of))))
     assert found == {name: int(name) for name in jobs} | {"3": "alive"}
     assert told == [(done, 9) for done in range(1, 10)]
     jobs["4"] = (os._exit, 1)
     with pytest.raises(ClrtError, match="4: ended the process that ran it, twice"):
-        dict(suite._completed(jobs, 2, None))
+        dict(suite.completed(jobs, 2, None))
 
 
 @pytest.mark.parametrize("arguments, message", [

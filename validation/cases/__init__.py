@@ -20,10 +20,11 @@ import re
 import warnings
 from collections.abc import Callable
 from functools import cache, partial
+from pathlib import Path
 from typing import Any
 
 from clrt.base.errors import ClrtError, ClrtWarning, show
-from clrt.base.resources import shipped_scenes
+from clrt.base.resources import scene_file, shipped_scenes
 from clrt.base.suggest import did_you_mean
 from clrt.formats import load_dict
 from clrt.formats.shipped import load_scene
@@ -35,7 +36,8 @@ from ..types import Case
 from . import chance, found, matrix, media, spectral, stock, terms, views
 from .parts import HEIGHT, WIDTH
 
-ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf", "mitsuba-spectral")  # that express whole scenes
+# that express whole scenes
+ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf", "mitsuba-spectral", "povray")
 _AT_16 = " at 16 samples"
 _WIDTH_AT_16 = 80
 _WIDTHS = {
@@ -89,6 +91,7 @@ _OWN: dict[str, tuple[dict[str, float], str]] = {
     "shipped rainbow (oracle64)": ({"fine": 0.99, "rays": 0.99, "coarse": 0.9995}, _CAUSTIC),
 }  # fmt: skip
 _RANDOM = re.compile(r"random ([0-9]{1,18})/([0-9]{1,18})( at 16 samples)?")
+_FILE = "file "  # before the path of somebody's own scene
 _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 
 
@@ -124,9 +127,25 @@ def case_named(name: str) -> Case:
     if shipped and shipped.group(1) in shipped_scenes():
         return _of_scene(name, partial(quietly, partial(load_scene, shipped.group(1))), None,
                          bool(shipped.group(2)))
+    if file := own_file(name):
+        return _of_scene(name, partial(quietly, partial(load_scene, file)), None, False)
     known = [*matrix_cases(), *shipped_cases()]
     near = did_you_mean(name, known)
     raise ClrtError(f"case: {show(name)} is not a case{near}; a random one is 'random SEED/NUMBER'")
+
+
+def own_case(name: str) -> str:
+    """The case of somebody's own scene: a file, or a scene that ships. ClrtError where it has no camera."""
+    file = scene_file(name)
+    scene = quietly(partial(load_scene, file))
+    if scene.camera is None:
+        raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
+    return _FILE + str(file.resolve())
+
+
+def own_file(name: str) -> Path | None:
+    """The file of a case that is somebody's own scene."""
+    return Path(name.removeprefix(_FILE)) if name.startswith(_FILE) else None
 
 
 def limits_of(case: Case, oracle: str) -> Limits:

@@ -16,11 +16,13 @@ import numpy as np
 
 from clrt.base.hush import hushed
 from clrt.base.install import pip_install
+from clrt.base.limits import check_addresses
 
 EDGE_CHANGE = 2e-3  # a pixel that moves by more under a shift of EDGE_STEP is on an edge
 EDGE_STEP = 0.05  # pixel, for one sample in each
 DIAGONAL = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 _WINDOW = 11  # of SSIM: 2 * int(3.5 * 1.5 + 0.5) + 1 pixels
+_ADDRESSES = 640 << 20  # with fewer, the linear algebra that scipy brings waits for more, without end
 
 Array = np.ndarray
 
@@ -42,6 +44,7 @@ def ssim(ours: Array, reference: Array) -> tuple[float, Array]:
 
     Gaussian windows of sigma 1.5. Pictures smaller than a window are reflected at their borders.
     """
+    check_addresses(_ADDRESSES, "scikit-image")
     from skimage.metrics import structural_similarity
 
     height, width = reference.shape[:2]

@@ -6,7 +6,7 @@ them, so that rounding alone is no difference.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -39,6 +39,7 @@ from .moves import moved, resized
 from .oracle import gate, limits, size
 from .scene import explain_by_scene
 from .undo import undoable
+from .wanted import asked, check_wanted
 
 SEARCH_SECONDS = 30.0  # of processor time, then the search for causes ends
 SIMILAR = 0.95  # SSIM from which pictures count as similar
@@ -56,10 +57,13 @@ class PictureComparison:
     gates: tuple[Gate, ...]  # of the verdict "same picture"
     causes: tuple[Cause, ...]  # the best first; () where the pictures agree, or nothing helps
     notes: tuple[str, ...] = ()
+    asked: bool = False  # whether the gates are the caller's own
 
     @property
     def passed(self) -> bool:
-        """Whether they show the same, as far as an eye and the gates can tell."""
+        """Whether they show the same, as far as an eye and the gates can tell; else whether all gates do."""
+        if self.asked:
+            return all(gate.passed for gate in self.gates)
         return self.verdict in ("identical", "equal", "same picture")
 
 
@@ -70,13 +74,16 @@ def compare_pictures(
     scene: SceneReference | None = None,
     report: Callable[[str], None] | None = None,
     seconds: float = SEARCH_SECONDS,
+    wanted: Mapping[str, float] | None = None,
 ) -> PictureComparison:
     """Compare two linear pictures (h, w, 3) of any sizes.
 
     masked: leave edges out of differences and causes. scene: what made `reference`, to look for causes in it.
     report: gets the name of each cause before it is tried. seconds: of processor time, after which no further
-    cause is looked for in the scene.
+    cause is looked for in the scene. wanted: limits of figures by name, in place of the usual gates; then
+    these alone decide whether the pictures pass. ClrtError for a name that is no figure's.
     """
+    check_wanted(wanted)
     notes = tuple(
         f"{count} pixels of {name} are NaN or infinite; they count as 0"
         for name, image in (("the picture", picture), ("the reference", reference))
@@ -91,26 +98,63 @@ def compare_pictures(
         a, b = (decode(encode(image)).astype(np.float64) for image in (a, b))
     if a.shape != b.shape:
         gates: tuple[Gate, ...] = (Gate("size", 1.0, 0.0, False, "low", f"{size(a)} in place of {size(b)}"),)
-        return PictureComparison("different", {}, gates, tuple(explain(a, b, tolerance)), notes)
+        found = tuple(explain(a, b, tolerance))
+        return PictureComparison("different", {}, gates, found, notes, wanted is not None)
     mask = np.zeros(b.shape[:2], bool)
     if masked:
         mask = scene.edges(b) if scene else steep(b)
     metrics, gates = _measured(a, b, mask, tolerance)
+    finite: tuple[Gate, ...] = ()
     if notes:
-        gates = (*gates, gate("not finite", 1, 0, "low", "pictures with NaN or infinity"))
+        finite = (gate("not finite", 1, 0, "low", "pictures with NaN or infinity"),)
     notes += tuple(filter(None, [without_flip()]))
-    verdict = _verdict(np.array_equal(picture, reference), metrics, gates, tolerance)
+    verdict = _verdict(np.array_equal(picture, reference), metrics, (*gates, *finite), tolerance)
+    gates = (*(gates if wanted is None else asked(wanted, metrics)), *finite)
     if verdict in ("identical", "equal"):
-        return PictureComparison(verdict, metrics, gates, (), notes)
+        return PictureComparison(verdict, metrics, gates, (), notes, wanted is not None)
     budget = Budget(seconds)
+    causes = _causes((a, b, exact), mask, tolerance, scene, report, budget)
+    if budget.stopped:
+        notes += (f"the search for causes stopped after {seconds:g} s; --seconds N lets it take N",)
+    return PictureComparison(verdict, metrics, gates, tuple(causes), notes, wanted is not None)
+
+
+def causes_between(
+    picture: Array,
+    reference: Array,
+    mask: Array | None,
+    tolerance: float,
+    scene: SceneReference,
+    seconds: float,
+) -> tuple[Cause, ...]:
+    """Why a picture is not its reference, another program's picture of the scene, the likeliest cause first.
+
+    Both are linear (h, w, 3) and on the same footing (of 8 bits, or not); mask (h, w): edges, to be left out.
+    """
+    a = np.nan_to_num(picture, nan=0.0, posinf=0.0, neginf=0.0)
+    if a.shape != reference.shape:
+        return tuple(explain(a, reference, tolerance))
+    mask = np.zeros(reference.shape[:2], bool) if mask is None else mask
+    pictures = a, reference, reference
+    return tuple(_causes(pictures, mask, tolerance, scene, None, Budget(seconds)))
+
+
+def _causes(
+    pictures: tuple[Array, Array, Array],
+    mask: Array,
+    tolerance: float,
+    scene: SceneReference | None,
+    report: Callable[[str], None] | None,
+    budget: Budget,
+) -> list[Cause]:
+    """Causes for a picture and its reference, also as it was before 8 bits rounded it; [] for none."""
+    a, b, exact = pictures
     causes = explain(a, b, tolerance)
     if scene and not any(cause.left <= _ALL or (cause.proven and cause.name in _FINAL) for cause in causes):
         causes = _causes_of_scene(causes, (a, exact), ~mask, tolerance, scene, report, budget)
-    if budget.stopped:
-        notes += (f"the search for causes stopped after {seconds:g} s; --seconds N lets it take N",)
     if not any(cause.proven for cause in causes):
         causes += regions(a, b, tolerance)
-    return PictureComparison(verdict, metrics, gates, tuple(causes), notes)
+    return causes
 
 
 @dataclass(frozen=True)
@@ -130,6 +174,11 @@ class SceneReference:
             return tracer.render(self.width, self.height).pixels
         return render_ours(tracer, self.width, self.height, shadows=False).pixels
 
+    def layer(self, scene: Scene, name: str) -> Array:
+        """A layer of a scene's picture."""
+        tracer = Tracer(scene, self.device, self.settings)
+        return tracer.render(self.width, self.height, layers=[name]).layers[name]
+
     def edges(self, reference: Array) -> Array:
         """Pixels (h, w) where the picture jumps: see `edge_mask`."""
         camera = self.scene.camera
@@ -140,6 +189,20 @@ class SceneReference:
             changed = structs.replace(self.scene, camera=structs.replace(camera, shift=shift))
             shifted.append(self.render(changed))
         return edge_mask(reference, shifted)
+
+
+def reference_of(
+    scene: Scene,
+    shape: tuple[int, ...] | None = None,
+    device: int | str | None = None,
+    settings: Settings | None = None,
+) -> SceneReference:
+    """The scene to render: in a picture's size (h, w), if that has the camera's aspect to within a pixel."""
+    assert scene.camera is not None
+    width, height = scene.camera.width, scene.camera.height
+    if shape and abs(shape[1] * height / width - shape[0]) <= 1:
+        height, width = shape[:2]
+    return SceneReference(scene, width, height, device, settings)
 
 
 def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[str, float], tuple[Gate, ...]]:
@@ -219,8 +282,8 @@ def _causes_of_scene(
     """
 
     def search(picture: Array) -> list[Cause]:
-        def render(changed: Scene, shadows: bool = True) -> Array:
-            return scene.render(changed, shadows)[kept]
+        def render(changed: Scene, shadows: bool = True, layer: str = "") -> Array:
+            return (scene.layer(changed, layer) if layer else scene.render(changed, shadows))[kept]
 
         pixels = picture[kept], scene.scene, reference[kept]
         return explain_by_scene(*pixels, render, tolerance, report, budget)

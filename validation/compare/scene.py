@@ -7,6 +7,8 @@ picture with and without it. So for these the share that is present is fitted, a
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -24,9 +26,10 @@ from .causes import Budget, Cause, disagreement, ranked, remaining
 from .metrics import Array
 
 _OfMaterial = Callable[[Material], dict[str, Any]]
-Render = Callable[..., Array]  # (scene, shadows=True) -> linear picture, the pixels to compare
+Render = Callable[..., Array]  # (scene, shadows=True, layer="") -> linear picture, the pixels to compare
 _MOST_SHAPES = 24  # that are left out one by one
 _MOST_LIGHTS = 8
+_ALL = 0.01  # of the error: where a cause leaves no more, no better one is looked for
 _SAME, _NONE = 0.02, 0.03  # a share nearer to 1 is all of it, nearer to 0 nothing
 
 
@@ -37,6 +40,7 @@ class _Component:
     name: str
     absent: Callable[[], Array]  # the picture without it
     independent: bool = True  # False: a sum of others
+    lost: str = ""  # what to say where nothing of it is there
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,7 @@ class _Change:
 
     name: str
     text: str
-    scene: Scene
+    picture: Callable[[], Array]
 
 
 def explain_by_scene(
@@ -77,18 +81,28 @@ def explain_by_scene(
             continue
         if component.independent:
             parts[component.name] = part
-        causes.append(_mixed(picture, reference, [component.name], [part], before, tolerance))
-        if causes[-1].proven:
+        cause = _mixed(picture, reference, [component.name], [part], before, tolerance)
+        if component.lost and cause.name.endswith(" missing"):
+            cause = dataclasses.replace(cause, text=component.lost)
+        causes.append(cause)
+        if cause.left <= _ALL:
+            return [cause]
+        if cause.proven:
+            break
+    proven = any(cause.proven for cause in causes)
+    if not proven:  # several parts may feign what one change does, so that a mixture has to be better
+        causes.append(_mixed(picture, reference, list(parts), list(parts.values()), before, tolerance))
+        if causes[-1].left <= _ALL:
             return [causes[-1]]
-    causes.append(_mixed(picture, reference, list(parts), list(parts.values()), before, tolerance))
     causes = [cause for cause in causes if cause.name]
-    for change in _changes(scene) if not any(cause.proven for cause in causes) else ():
+    changes = _falloffs(scene, reference, render)
+    for change in changes if proven else itertools.chain(changes, _changes(scene, render)):
         if budget.over():
             break
         say(change.name)
-        changed = _quietly(partial(render, change.scene), reference)
+        changed = _quietly(change.picture, reference)
         causes.append(Cause(change.name, change.text, remaining(picture, changed, before, tolerance)))
-        if causes[-1].proven:
+        if causes[-1].left <= _ALL:
             break
     return ranked([cause for cause in causes if cause.likely])
 
@@ -162,7 +176,22 @@ def _components(scene: Scene, reference: Array, render: Render) -> Iterator[_Com
     yield _Component("background", without(background=0.0))
     yield _Component("highlights", plain(lambda m: {"specular": 0.0}))
     yield _Component("emission", plain(lambda m: {"emission": 0.0}))
+    kinds = {shape.type for shape in scene.shapes}
+    for kind in sorted(kinds) if len(kinds) > 1 else ():
+        absent = partial(_unlit, scene, kind, render)
+        lost = f"no light reaches any {kind}: its normals point the wrong way, or it shadows itself"
+        yield _Component(f"the lights on every {kind}", absent, independent=False, lost=lost)
     yield _Component("diffuse light", plain(lambda m: {"diffuse": 0.0, "ambient": m.ka}), independent=False)
+
+
+def _unlit(scene: Scene, kind: str, render: Render) -> Array:
+    """The picture where lights do not light the shapes of a kind: they shadow themselves, or face away."""
+    dark = {"diffuse": 0.0, "specular": 0.0}
+    shapes = tuple(
+        replace(shape, material=replace(m, ambient=m.ka, **dark)) if shape.type == kind else shape
+        for shape, m in ((shape, scene.material_of(shape)) for shape in scene.shapes)
+    )
+    return render(replace(scene, shapes=shapes))
 
 
 def _place(light: Any) -> str:
@@ -171,15 +200,25 @@ def _place(light: Any) -> str:
     return f"point at {vector}" if near else f"direction {vector}"
 
 
-def _changes(scene: Scene) -> Iterator[_Change]:
-    yield from _of_camera(scene)
-    for depth in range(scene.max_depth + 3):
-        if depth != scene.max_depth:
-            text = f"rays are followed for {depth} generations in place of {scene.max_depth}"
-            yield _Change(f"max_depth {depth}", text, replace(scene, max_depth=depth))
-    for name, text, change in _OF_MATERIALS:
-        yield _Change(name, text, _with_materials(scene, change))
-    points = [light for light in scene.lights if "falloff" in light.__struct_fields__]
+def _falloffs(scene: Scene, reference: Array, render: Render) -> Iterator[_Change]:
+    """Other powers of the distance, seen from the first hits: what a mirror shows is left as it is."""
+    points = [light for light in scene.lights[:_MOST_LIGHTS] if "falloff" in light.__struct_fields__]
+    squared = [light for light in points if light.falloff == "inverse-square"]
+
+    def powered(power: float) -> Array:
+        position = render(scene, layer="position").astype(np.float64)
+        changed = reference.astype(np.float64)
+        for light in squared:
+            rest = tuple(other for other in scene.lights if other is not light)
+            distance = np.linalg.norm(position - light.place[:3], axis=-1, keepdims=True)
+            part = reference - render(replace(scene, lights=rest))
+            changed = changed + part * (distance ** (2 - power) - 1)
+        return changed
+
+    if squared:
+        text = "point lights fade with {} in place of its square"
+        for power, name in ((1.0, "the distance"), (4.0, "the fourth power of the distance")):
+            yield _Change(f"falloff by {name}", text.format(name), partial(powered, power))
     if points:
         other = {"none": "inverse-square", "inverse-square": "none"}
         lights = tuple(
@@ -187,22 +226,39 @@ def _changes(scene: Scene) -> Iterator[_Change]:
             for light in scene.lights
         )
         text = "point lights fade with the distance, or do not"
-        yield _Change("falloff of lights", text, replace(scene, lights=lights))
+        yield _Change("falloff of lights", text, partial(render, replace(scene, lights=lights)))
+
+
+def _changes(scene: Scene, render: Render) -> Iterator[_Change]:
+    def change(name: str, text: str, changed: Scene) -> _Change:
+        return _Change(name, text, partial(render, changed))
+
+    yield from _of_camera(scene, change)
+    for depth in range(scene.max_depth + 3):
+        if depth != scene.max_depth:
+            text = f"rays are followed for {depth} generations in place of {scene.max_depth}"
+            yield change(f"max_depth {depth}", text, replace(scene, max_depth=depth))
+    for name, text, of_material in _OF_MATERIALS:
+        yield change(name, text, _with_materials(scene, of_material))
+    if scene.depth_color != 0:
+        yield change("depth colour missing", "depth_color is not used", replace(scene, depth_color=0.0))
+    if scene.min_weight > 0:
+        yield change("weak rays kept", "min_weight is not used", replace(scene, min_weight=0.0))
     shadow = {"opaque": "tinted", "tinted": "opaque"}[scene.shadow]
     text = f"shadows are {shadow}, not {scene.shadow}"
-    yield _Change(f"{shadow} shadows", text, replace(scene, shadow=shadow))
+    yield change(f"{shadow} shadows", text, replace(scene, shadow=shadow))
     for index, shape in enumerate(scene.shapes[:_MOST_SHAPES]):
         name = f"shape {index} ({shape.name or shape.type})"
         rest = (*scene.shapes[:index], *scene.shapes[index + 1 :])
-        yield _Change(f"{name} missing", f"{name} is not in the picture", replace(scene, shapes=rest))
+        yield change(f"{name} missing", f"{name} is not in the picture", replace(scene, shapes=rest))
 
 
-def _of_camera(scene: Scene) -> Iterator[_Change]:
+def _of_camera(scene: Scene, change: Callable[[str, str, Scene], _Change]) -> Iterator[_Change]:
     camera = scene.camera
     assert camera is not None
 
     def seen(name: str, text: str, **changes: Any) -> _Change:
-        return _Change(name, text, replace(scene, camera=replace(camera, **changes)))
+        return change(name, text, replace(scene, camera=replace(camera, **changes)))
 
     half = (-0.5, 0.0, 0.5)
     for x, y in ((x, y) for x in half for y in half if x or y):
@@ -233,6 +289,10 @@ _OF_MATERIALS: tuple[tuple[str, str, _OfMaterial], ...] = (
     ("transmission missing", "nothing is transmitted", lambda m: {"transmission": 0.0}),
     ("no refraction", "light goes straight through, as if ior were 1", lambda m: {"ior": 1.0}),
     ("ior inverted", "the indices of both sides are swapped", lambda m: {"ior": 1 / m.eta}),
+    ("mirrors without tint", "reflection_color is not used", lambda m: {"reflection_color": 1.0}),
+    ("transmission without tint", "transmission_color is not used", lambda m: {"transmission_color": 1.0}),
+    ("highlights without tint", "highlight_color is not used", lambda m: {"highlight_color": 1.0}),
+    ("thin sheets as bodies", "what is thin bends light", lambda m: {"thin": False}),
     (
         "Fresnel",
         "reflection by Fresnel's equations where the scene has constants, or the reverse",

@@ -87,9 +87,14 @@ def outcomes(result: SuiteResult) -> Iterator[tuple[str, str, float, str, str]]:
     for case in result.cases:
         for oracle, (picture, found) in case.results.items():
             failed = ", ".join(_said(gate) for gate in found.gates if not gate.passed)
-            yield oracle, case.case.name, picture.seconds, f"{found.worst}: {failed}" if failed else "", ""
+            why = "".join(f"; {cause.name}: {cause.text}" for cause in case.causes[:1])
+            said = f"{found.worst}: {failed}{why}" if failed else ""
+            yield oracle, case.case.name, picture.seconds, said, ""
         for oracle, why in case.unproven.items():
-            yield oracle, case.case.name, 0.0, "", f"not proven: {why}"
+            if result.subject:  # it is the program under test that gave no picture
+                yield oracle, case.case.name, case.seconds, why, ""
+            else:
+                yield oracle, case.case.name, 0.0, "", f"not proven: {why}"
     for mutant in result.mutants:
         yield "mutants", mutant.name, 0.0, mutant.description if mutant.survived else "", ""
     for count in result.counts:
@@ -105,7 +110,8 @@ def outcomes(result: SuiteResult) -> Iterator[tuple[str, str, float, str, str]]:
 def plain(result: SuiteResult) -> dict[str, Any]:
     """The run as JSON has it; figures that are not finite become null."""
     return {
-        "passed": result.passed, "command": result.command, "started": result.started,
+        "passed": result.passed, "subject": result.subject, "command": result.command,
+        "started": result.started,
         "seconds": result.seconds,
         "device": result.device, "versions": result.versions, "seed": result.seed,
         "notes": list(result.notes),
@@ -114,6 +120,8 @@ def plain(result: SuiteResult) -> dict[str, Any]:
                 "name": case.case.name, "passed": case.passed, "size": [case.case.width, case.case.height],
                 "samples": case.case.spp, "features": sorted(case.case.features), "seconds": case.seconds,
                 "unproven": case.unproven,
+                "causes": [{"name": cause.name, "text": cause.text, "error_left": cause.left,
+                            "proven": cause.proven} for cause in case.causes],
                 "oracles": {
                     oracle: {
                         "passed": found.passed, "worst": found.worst, "seconds": picture.seconds,

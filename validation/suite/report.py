@@ -30,14 +30,8 @@ def write_report(result: SuiteResult, path: str | os.PathLike[str]) -> Path:
 
 def report_html(result: SuiteResult) -> str:
     """The page."""
-    import jinja2
-
-    loader = jinja2.FileSystemLoader(_TEMPLATES)
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
-                                     undefined=jinja2.StrictUndefined)  # fmt: skip
-    environment.filters |= {"figure": figure, "gate": gate_text, "duration": duration}
     pictures = [case_pictures(case.ours, case.results) for case in result.cases]
-    return environment.get_template("report.html").render(
+    return environment().get_template("report.html").render(
         result=result,
         headline=headline(result),
         tiles=list(tiles(result)),
@@ -53,17 +47,33 @@ def report_html(result: SuiteResult) -> str:
         fewest=FEWEST_ORACLES,
         script_data=script_data,
         scale={"floor": FLOOR, "decades": DECADES},
-        css=_text("report.css"),
-        scripts=[_text(name) for name in ("maps.js", "viewer.js", "report.js")],
+        css=templated("report.css"),
+        scripts=[templated(name) for name in ("maps.js", "viewer.js", "report.js")],
     )
 
 
-def _text(name: str) -> str:
+def environment() -> Any:
+    """What makes pages of the templates: all text is escaped, and a name that is missing is a fault."""
+    import jinja2
+
+    loader = jinja2.FileSystemLoader(_TEMPLATES)
+    made = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True,
+                              undefined=jinja2.StrictUndefined)  # fmt: skip
+    made.filters |= {"figure": figure, "gate": gate_text, "duration": duration}
+    return made
+
+
+def templated(name: str) -> str:
+    """A style sheet or script that stands in the page."""
     return (_TEMPLATES / name).read_text(encoding="utf-8")
 
 
 def headline(result: SuiteResult) -> str:
     """What came of it, in a sentence."""
+    if result.subject:
+        wrong = sum(not case.passed for case in result.cases)
+        of = f"{wrong} of {len(result.cases)} pictures" if wrong else f"all {len(result.cases)} pictures"
+        return f"{of} {'differ from' if wrong else 'agree with'} the reference: {result.subject}"
     if result.passed:
         return f"Proven{_how_much(result)}: independent programs compute the same pictures"
     parts = (

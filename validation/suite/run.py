@@ -29,11 +29,12 @@ from clrt.device.platforms import choose
 from clrt.scene.scene import Scene
 from clrt.version import __version__
 
-from ..cases import case_named, matrix_cases, random_cases, shipped_cases
+from ..cases import case_named, matrix_cases, own_case, random_cases, shipped_cases
 from ..compare.metrics import without_flip
 from ..coverage import coverage, fewest_cases
 from ..mutants.run import MUTANTS, run_mutant
-from ..oracles import ORACLE64, able, scene_of
+from ..oracle_povray import client as povray
+from ..oracles import ORACLE64, POVRAY, able, inability, scene_of
 from ..spd import KNOWN, PUBLISHED, check_folder
 from ..types import CaseResult, SuiteResult
 from .worker import Task, count_known, count_published, run_case, run_twin
@@ -61,6 +62,7 @@ class Plan:
     spd: Path | None = None
     mutants: bool = False
     cases: tuple[str, ...] = ()  # only these
+    scenes: tuple[str, ...] = ()  # somebody's own, and no others
     device: int | str | None = None
     pictures: bool = False
     command: str = ""
@@ -77,7 +79,7 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
         check_folder(plan.spd)
         jobs |= {f"published counts: {name}": (count_published, name, plan.spd,
                                                plan.device) for name in PUBLISHED}
-    if not plan.cases:
+    if not (plan.cases or plan.scenes):
         jobs |= {f"counts: {name}": (count_known, name, plan.device) for name in KNOWN}
     if not plan.quick:
         jobs["float32 twin"] = (run_twin, plan.device)
@@ -86,12 +88,12 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
     jobs |= {task.name: (run_case, task) for task in sorted(tasks, key=lambda task: -task.rays)}
     jobs |= {f"mutant: {name}": (run_mutant, name, plan.device) for name in mutants}
     Device(plan.device).kernels.program  # noqa: B018 - compiled once, then all processes find it in the driver's cache
-    found = dict(_completed(jobs, plan.processes, progress))
+    found = dict(completed(jobs, plan.processes, progress))
 
     cases: list[CaseResult] = [found[task.name] for task in tasks]
     counts = [count for name in counting for count in found[name]]
     # a few cases are to prove no more than themselves
-    table = {} if plan.cases else coverage(cases, counts)
+    table = {} if plan.cases or plan.scenes else coverage(cases, counts)
     return SuiteResult(
         cases,
         [found[f"mutant: {name}"] for name in mutants],
@@ -105,7 +107,7 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
         started,
         tuple(notes(plan, cases)),
         (found["float32 twin"],) if "float32 twin" in found else (),
-        len({*matrix_cases(), *shipped_cases(), *(task.name for task in tasks)}),
+        0 if plan.scenes else len({*matrix_cases(), *shipped_cases(), *(task.name for task in tasks)}),
     )
 
 
@@ -119,8 +121,8 @@ def tasks_of(plan: Plan) -> list[Task]:
     """The cases to run, and for each the oracles that can express it."""
     matrix = matrix_cases()
     some = fewest_cases({name: c.features for name, c in matrix.items() if "mitsuba-table" in c.oracles})
-    if plan.cases:
-        names = [name for name in plan.cases if case_named(name)]
+    if plan.cases or plan.scenes:
+        names = [*(name for name in plan.cases if case_named(name)), *map(own_case, plan.scenes)]
     elif plan.least:
         names = [*some, *(name for name, case in matrix.items() if "mitsuba-table" not in case.oracles)]
     else:
@@ -129,12 +131,13 @@ def tasks_of(plan: Plan) -> list[Task]:
     for name in names:
         case = case_named(name)
         oracles = list(case.oracles)
-        if plan.quick and not plan.cases and name not in some:
+        chosen = plan.cases or plan.scenes
+        if plan.quick and not chosen and name not in some:
             oracles = [oracle for oracle in oracles if oracle == ORACLE64 or oracle.startswith("stock")]
-        if plan.quick and not plan.cases:
+        if plan.quick and not chosen:
             oracles = [oracle for oracle in oracles if oracle != "mitsuba-bsdf"]
         scene = scene_of(case)
-        able_ones = tuple(oracle for oracle in oracles if able(oracle, scene))
+        able_ones = tuple(o for o in oracles if able(o, scene) and not (o == POVRAY and povray.missing()))
         tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene)))
     return tasks
 
@@ -157,15 +160,21 @@ def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:
         yield f"NOT PROVEN, {len(names)} comparisons: {shown}: {why}"
     if missing := without_flip():
         yield missing
-    if plan.cases:
-        yield "only the cases asked for; no ray counts"
+    if absent := povray.missing():
+        yield f"no picture was compared with POV-Ray's: {absent}"
+    for result in cases if plan.scenes else ():
+        for oracle in result.case.oracles:
+            if oracle not in result.results and oracle not in result.unproven:
+                yield f"{result.case.name}: {oracle} cannot express it: {inability(oracle, result.case)}"
+    if plan.cases or plan.scenes:
+        yield f"only the {'scenes' if plan.scenes else 'cases'} asked for; no ray counts"
     elif plan.least:
         yield "least: no more cases than show every feature; the rest is left to a run without it"
     elif plan.quick:
         yield "quick: Mitsuba on a selection of the cases; stock plugins, scenes that ship left to --full"
-    if plan.spd is None and not plan.cases:
+    if plan.spd is None and not (plan.cases or plan.scenes):
         yield "published ray counts were not compared: --spd FOLDER"
-    if not plan.mutants:
+    if not plan.mutants and not plan.scenes:
         yield "no mutants: --mutants"
 
 
@@ -177,10 +186,10 @@ def versions() -> dict[str, str]:
             found[package] = version(package)
         except PackageNotFoundError:
             found[package] = "not installed"
-    return found
+    return found | {"povray": povray.version()}
 
 
-def _completed(jobs: dict[str, tuple[Any, ...]], processes: int,
+def completed(jobs: dict[str, tuple[Any, ...]], processes: int,
                progress: Progress | None) -> Iterator[tuple[str, Any]]:  # fmt: skip
     """Names and results of jobs (function, arguments), as they are done.
 

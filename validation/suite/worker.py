@@ -20,7 +20,8 @@ from .. import spd
 from ..cases import case_named, limits_of
 from ..compare.oracle import Limits, compare, gate, statistical
 from ..oracle_mitsuba import MitsubaError
-from ..oracles import ORACLE64, Oracles, edges64, our_picture, picture64, scene_of, stand_in_of
+from ..oracle_povray.client import PovrayError
+from ..oracles import ORACLE64, POVRAY, Oracles, edges64, our_picture, picture64, scene_of, stand_in_of
 from ..twin.check import twin_check
 from ..types import Case, CaseResult, CheckResult, Comparison, CountResult, OracleImage
 
@@ -74,6 +75,7 @@ def run_case(task: Task) -> CaseResult:
     case = case_named(task.name)
     scene = scene_of(case)
     ours = our_picture(scene, device_of(task.device))
+    additive = scene.spectrum is None or scene.spectrum.response == "cie"
     reference = picture64(scene)
     edges: np.ndarray | None = None
     results: dict[str, tuple[OracleImage, Comparison]] = {}
@@ -83,23 +85,23 @@ def run_case(task: Task) -> CaseResult:
             other = scene if case.stand_in is None or oracle == ORACLE64 else stand_in_of(case)
             reason = oracles().unable(oracle, other)
             picture = reference if oracle == ORACLE64 else None if reason else oracles().render(oracle, other)
-        except MitsubaError as error:
+        except (MitsubaError, PovrayError) as error:
             picture, reason = None, " ".join(str(error).split())
         if picture is None:
             unproven[oracle] = reason or ""
             continue
         limit = limits_of(case, oracle)
-        comparison = judge(ours, picture, edges, case, limit)
+        comparison = judge(ours, picture, edges, case, limit, oracle, additive)
         if not comparison.passed and edges is None:
             # correct programs differ at edges only, so these are looked for where there are differences; a
             # picture that passes without leaving anything out has proved more
             edges = edges64(scene, reference)
-            comparison = judge(ours, picture, edges, case, limit)
+            comparison = judge(ours, picture, edges, case, limit, oracle, additive)
         results[oracle] = picture, comparison
     passed = all(comparison.passed for _, comparison in results.values())
     kept = task.pictures and (not passed or not task.name.startswith("random"))
-    results = {o: (_lean(image, kept), _lean_maps(found, kept)) for o, (image, found) in results.items()}
-    ours = _lean(ours, kept)
+    results = {o: (lean(image, kept), lean_maps(found, kept)) for o, (image, found) in results.items()}
+    ours = lean(ours, kept)
     return CaseResult(case, ours, results, unproven, time.perf_counter() - start)
 
 
@@ -119,8 +121,15 @@ def run_twin(device: int | str | None) -> CheckResult:
 
 
 def judge(ours: OracleImage, picture: OracleImage, edges: np.ndarray | None, case: Case,
-          limit: Limits) -> Comparison:
-    """Compare; a picture from random paths is also asked whether what differs is within its own noise."""
+          limit: Limits, oracle: str = "", additive: bool = True) -> Comparison:
+    """Compare; a picture from random paths is also asked whether what differs is within its own noise.
+
+    Where colours are no sums over rays, what rays of each kind bring is no part of the picture.
+    """
+    if oracle == POVRAY:
+        ours = OracleImage(np.clip(ours.pixels, 0, 1), {}, None, None, ours.name, ours.seconds)
+    if not additive:
+        ours, picture = (dataclasses.replace(image, by_ray={}) for image in (ours, picture))
     error = getattr(picture, "error", None)
     if error is None:
         return compare(ours, picture, edges, case.spp, limit)
@@ -132,12 +141,12 @@ def judge(ours: OracleImage, picture: OracleImage, edges: np.ndarray | None, cas
     return dataclasses.replace(found, gates=(*found.gates, far))
 
 
-def _lean(image: OracleImage, kept: bool) -> OracleImage:
+def lean(image: OracleImage, kept: bool) -> OracleImage:
     """What a report needs of a picture: the picture, or only its name and time."""
     pixels = image.pixels.astype(np.float32) if kept else np.zeros((0, 0, 3), np.float32)
     return OracleImage(pixels, {}, None, None, image.name, image.seconds)
 
 
-def _lean_maps(comparison: Comparison, kept: bool) -> Comparison:
+def lean_maps(comparison: Comparison, kept: bool) -> Comparison:
     maps = {name: values.astype(np.float32) for name, values in comparison.maps.items()} if kept else {}
     return dataclasses.replace(comparison, maps=maps)

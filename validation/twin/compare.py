@@ -53,6 +53,7 @@ class Difference:
     device: str
     twin: str
     count: int
+    expected_bits: int = 0  # the twin's value as a uint32
 
     def __str__(self) -> str:
         where = f"pass {self.name}, generation {self.generation}, {self.kind}"
@@ -71,6 +72,7 @@ class Comparison:
     difference: Difference | None
     rays: int
     values: int
+    stage: stage.Stage | None = None  # that differs
 
 
 def compare_picture(
@@ -81,8 +83,12 @@ def compare_picture(
     height: int | None = None,
     spp: int | None = None,
     max_depth: int | None = None,
+    observe: stage.Observer | None = None,
 ) -> Comparison:
-    """Every stage of the picture that the scene's camera sees, in one tile."""
+    """Every stage of the picture that the scene's camera sees, in one tile.
+
+    observe: is told of every stage that is the same.
+    """
     assert scene.camera is not None
     flat = flat or flatten(scene)
     camera = flatten_camera(scene.camera, width, height, spp)
@@ -91,7 +97,7 @@ def compare_picture(
     device = device.variant(flat.rays)
     job = Job(flat, depth, camera, (*LAYERS, "position"), device.settings)
     with np.errstate(all="ignore"):
-        return _compare(device, job, pixels, generate(camera, pixels, flat.bands))
+        return _compare(device, job, pixels, generate(camera, pixels, flat.bands), observe)
 
 
 def compare_rays(
@@ -101,15 +107,19 @@ def compare_rays(
     directions: np.ndarray,
     t_max: float | np.ndarray = np.inf,
     max_depth: int = 0,
+    observe: stage.Observer | None = None,
 ) -> Comparison:
-    """Every stage of the caller's n rays: origins and directions (n, 3), t_max a number or (n,)."""
+    """Every stage of the caller's n rays: origins and directions (n, 3), t_max a number or (n,).
+
+    observe: as for `compare_picture`.
+    """
     o, d = (np.ascontiguousarray(array, np.float32) for array in (origins, directions))
     limit = np.array(np.broadcast_to(np.asarray(t_max, np.float32), (len(o),)))
     device = device.variant(flat.rays)
     job = Job(flat, max_depth, None, (*LAYERS, "position"), device.settings)
     rays = o, d, limit, np.arange(len(o), dtype=np.uint32)
     with np.errstate(all="ignore"):
-        return _compare(device, job, rays, adopted(o, d, limit, bands=flat.bands))
+        return _compare(device, job, rays, adopted(o, d, limit, bands=flat.bands), observe)
 
 
 class Lockstep:
@@ -118,8 +128,10 @@ class Lockstep:
     def __init__(self, expected: Iterator[Stage]) -> None:
         self._expected = expected
         self.rays = self.values = 0
+        self.last: stage.Stage | None = None
 
     def __call__(self, seen: stage.Stage) -> None:
+        self.last = seen
         for ours in twin_stages(seen):
             theirs = next(self._expected, None)
             if theirs is None or _key(theirs) != _key(ours):
@@ -137,7 +149,11 @@ class Lockstep:
 
 
 def _compare(
-    device: Device, job: Job, piece: np.ndarray | tuple[np.ndarray, ...], queue: twin_queues.Queue
+    device: Device,
+    job: Job,
+    piece: np.ndarray | tuple[np.ndarray, ...],
+    queue: twin_queues.Queue,
+    observe: stage.Observer | None,
 ) -> Comparison:
     pixels = len(queue) // job.samples
     film = Film(pixels, LAYERS, job.flat.bands)
@@ -145,10 +161,11 @@ def _compare(
     stages = generations(job.flat, queue, job.depth, film, counts)
     watch = Lockstep(chain(stages, _last_stages(job.flat, queue, film, job.samples)))
     try:
-        complete(job.trace(device, World(device, job.flat), piece, (watch,)))
+        observers = (watch,) if observe is None else (watch, observe)
+        complete(job.trace(device, World(device, job.flat), piece, observers))
         watch.end()
     except _Differs as found:
-        return Comparison(found.difference, watch.rays, watch.values)
+        return Comparison(found.difference, watch.rays, watch.values, watch.last)
     return Comparison(None, watch.rays, watch.values)
 
 
@@ -213,9 +230,10 @@ def first_difference(ours: Stage, theirs: Stage) -> Difference | None:
     if not found:
         return None
     ray, name, row = min(found, key=lambda entry: entry[0])
-    here, there = (_text(stage.values[name][*row, ray]) for stage in (ours, theirs))
+    here, there = (stage.values[name][*row, ray] for stage in (ours, theirs))
     label = name + "".join(f"[{i}]" for i in row)
-    return Difference(*where, ray, int(theirs.pixel_of[ray]), label, here, there, count)
+    bits = int(np.asarray(there).view(np.uint32))
+    return Difference(*where, ray, int(theirs.pixel_of[ray]), label, _text(here), _text(there), count, bits)
 
 
 def _text(value: np.generic) -> str:

@@ -1,0 +1,43 @@
+"""What `clrt validate` shows while it runs and leaves, whoever is under test."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from clrt.base.resources import validation_module
+from clrt.cli.terminal import console, marked
+
+
+def write(result: Any, report: Path) -> None:
+    page = validation_module("suite.report").write_report(result, report)
+    xml, data = validation_module("suite.files").write_beside(result, report)
+    print(f"report: {page}\nfor other programs: {xml.name} (JUnit), {data.name}")
+
+
+@contextmanager
+def progress_bar() -> Iterator[Callable[[int, int, str], None] | None]:
+    """A bar on stderr, or a line every tenth where that is not a terminal."""
+    if not sys.stderr.isatty():
+        yield _report_tenths
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import TimeRemainingColumn as Remaining
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), Remaining(),
+               TextColumn("{task.description}"))
+    with Progress(*columns, console=console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting", total=None)
+
+        def report(done: int, total: int, name: str) -> None:
+            bar.update(task, completed=done, total=total, description=marked(name))
+
+        yield report
+
+
+def _report_tenths(done: int, total: int, name: str) -> None:
+    if done * 10 // total != (done - 1) * 10 // total:
+        print(f"{done} of {total}: {name}", file=sys.stderr, flush=True)

@@ -1,0 +1,190 @@
+"""`clrt.compare`: do two pictures show the same, how far are they apart, and why.
+
+What measures and explains is the validation package, which is reached when it is needed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.base import arguments
+from clrt.base.arguments import public
+from clrt.base.atomic import check_replaceable
+from clrt.base.errors import ClrtError, fault
+from clrt.base.install import install_extra
+from clrt.base.resources import validation_module
+from clrt.formats.shipped import as_scene
+from clrt.images.file import decode, read_samples
+from clrt.images.image import Image
+from clrt.scene.scene import Scene
+
+PICTURES: Final = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
+SECONDS: Final = 30.0  # of processor time, that causes are looked for in a scene
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What `compare` found. True in conditions where the pictures show the same.
+
+    verdict: "identical", "equal", "same picture", "similar" or "different". figures: by name, as
+    `clrt compare` prints them. gates: what was asked of them, each with `name`, `value`, `limit`, `passed`,
+    `better` ("low" or "high"). causes: the likeliest first, each with `name`, `text`, `left` (share of the
+    error that is left when it is undone) and `proven`; () where the pictures agree or nothing helps.
+    picture, reference: what was compared, linear float32 (height, width, 3).
+    """
+
+    verdict: str
+    passed: bool
+    figures: Mapping[str, float]
+    gates: tuple[Any, ...]
+    causes: tuple[Any, ...]
+    notes: tuple[str, ...]
+    picture: np.ndarray
+    reference: np.ndarray
+    names: tuple[str, str] = ("picture", "reference")
+
+    def __bool__(self) -> bool:
+        return self.passed
+
+    def __str__(self) -> str:
+        """The verdict in a line: "different: SSIM 0.19 (at least 0.998); cause: vertical flip"."""
+        failed = [gate for gate in self.gates if not gate.passed]
+        said = [", ".join(_said(gate) for gate in failed[:3])] if failed else []
+        said += [f"{certainty(cause)}: {cause.name}" for cause in self.causes[:1]]
+        return f"{self.verdict}: {'; '.join(said)}" if said else self.verdict
+
+    @public
+    def save_report(self, path: str | os.PathLike[str]) -> Path:
+        """Write the verdict as one page of HTML that needs nothing else: figures, causes, both pictures.
+
+        Returns the absolute path. ClrtError where the file cannot be written, or has another suffix.
+        """
+        path = arguments.path("path", path)
+        check_page(path)
+        return _write_page(self, path)
+
+
+def _write_page(verdict: Verdict, path: Path) -> Path:
+    with needing_extra("a report"):
+        written: Path = validation_module("suite.comparison").write_page(verdict, path)
+    return written
+
+
+def check_page(path: str | os.PathLike[str]) -> None:
+    """ClrtError where a report cannot be written to `path`, which stays as it is."""
+    if Path(path).suffix.lower() not in (".html", ".htm"):
+        raise ClrtError(f"{path}: the report is a page; give a name that ends in .html")
+    check_replaceable(path)
+
+
+def _said(gate: Any) -> str:
+    if gate.name == "size":
+        return str(gate.detail)
+    side = "at most" if gate.better == "low" else "at least"
+    return f"{gate.name} {gate.value:.5g} ({side} {gate.limit:g})"
+
+
+def certainty(cause: Any) -> str:
+    """What a cause is called: "cause", "likely cause" or "possible cause"."""
+    return "cause" if cause.proven else "likely cause" if cause.certain and cause.likely else "possible cause"
+
+
+@public
+def compare(
+    a: Any,
+    b: Any,
+    gates: Mapping[str, float] | None = None,
+    *,
+    mask: bool = False,
+    seconds: float = SECONDS,
+    device: int | str | None = None,
+) -> Verdict:
+    """Judge picture `a` by `b`, what it should show.
+
+    a: an `Image`, an array, or a picture's file. b: likewise, or a scene (a `Scene`, a file, a dict): it is
+    then rendered in a's size, and changed and rendered again to find out what went wrong, for no more than
+    `seconds` of processor time. Arrays are (height, width, 3): floats are linear Rec.709, uint8 and uint16
+    are sRGB.
+    gates: limits by the names of figures, such as {"SSIM": 0.99, "pixels that differ": 0.001}, in place of
+    the usual ones. mask: leave edges out, where correct programs differ.
+    ClrtError for arguments of another kind, files that cannot be read, and where packages of
+    `clrt[validation]` are missing.
+    """
+    wanted = None
+    if gates is not None:
+        limits = arguments.mapping("gates", gates)
+        wanted = {name: arguments.number(f"gates[{name!r}]", value) for name, value in limits.items()}
+    mask, seconds = arguments.flag("mask", mask), arguments.number("seconds", seconds)
+    if not seconds >= 0:
+        raise ClrtError(fault("", "seconds", seconds, "it must be a number >= 0"))
+    device = arguments.device("device", device)
+    picture, judged, scene = as_pixels("a", a), _picture_or_scene("b", b), None
+    with needing_extra("comparing pictures"):
+        pictures = validation_module("compare.pictures")
+        if isinstance(judged, Scene):
+            scene = pictures.reference_of(judged, picture.shape[:2], device)
+            judged = scene.render()
+        found = pictures.compare_pictures(picture, judged, mask, scene, None, seconds, wanted)
+    return Verdict(
+        found.verdict, found.passed, found.metrics, found.gates, found.causes, found.notes, picture, judged,
+        (_name(a, "picture"), _name(b, "reference")),
+    )  # fmt: skip
+
+
+@contextmanager
+def needing_extra(what: str) -> Iterator[None]:
+    """ClrtError says what to install where a package of `clrt[validation]` is missing."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        needs = f"{what} needs the package {error.name}"
+        raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
+
+
+def _name(given: Any, otherwise: str) -> str:
+    return os.fspath(given) if isinstance(given, (str, os.PathLike)) else otherwise
+
+
+def _picture_or_scene(name: str, given: Any) -> Any:
+    """Pixels, or the scene that a dict, or a file that is no picture's, describes."""
+    file = isinstance(given, (str, os.PathLike))
+    if file and arguments.path(name, given).suffix.lower() in PICTURES:
+        return as_pixels(name, given)
+    if not (file or isinstance(given, (Scene, Mapping))):
+        return as_pixels(name, given)
+    scene = as_scene(given)
+    if scene.camera is None:
+        raise ClrtError(f"{given if file else name}: camera: missing; a picture needs a [camera]")
+    return scene
+
+
+def as_pixels(name: str, given: Any) -> np.ndarray:
+    """Linear float32 (height, width, 3) of what `compare` takes for a picture."""
+    if isinstance(given, Image):
+        return given.pixels
+    if isinstance(given, (str, os.PathLike)):
+        path = arguments.path(name, given)
+        if path.suffix.lower() not in PICTURES:
+            raise ClrtError(f"{path}: not a picture's file ({', '.join(PICTURES)}); only b may be a scene")
+        return read_samples(path)
+    right = "it must be a clrt.Image, an array (height, width, 3) or a picture's file"
+    if isinstance(given, Scene):
+        raise ClrtError(f"{name}: a scene; only b, what the picture should show, may be one")
+    if not isinstance(given, (np.ndarray, list, tuple)) and not hasattr(given, "__array__"):
+        raise ClrtError(fault("", name, given, right))
+    array = np.asarray(given)
+    if array.ndim != 3 or array.shape[2] != 3 or array.dtype.kind not in "fu" or 0 in array.shape:
+        raise ClrtError(f"{name}: {array.dtype} {array.shape} is not floats or sRGB bytes of "
+                        "shape (h, w, 3)")  # fmt: skip
+    if array.dtype.kind == "u":
+        if array.dtype.itemsize > 2:
+            raise ClrtError(f"{name}: {array.dtype} is not allowed; sRGB values are uint8 or uint16")
+        return decode(array)
+    return np.ascontiguousarray(array, np.float32)

@@ -1,0 +1,61 @@
+"""`clrt validate SCENE`: somebody's own scenes, and which oracles agree with clrt on them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import compare_samples as samples
+from clrt.cli import main
+
+Printed = pytest.CaptureFixture[str]
+
+
+def validate(capsys: Printed, *arguments: str) -> tuple[int, str, str]:
+    code = main(["validate", *arguments])
+    said = capsys.readouterr()
+    return code, said.out, said.err
+
+
+def test_a_scene_that_nobody_knows(tmp_path: Path, capsys: Printed) -> None:
+    scene, report = tmp_path / "own.toml", tmp_path / "out.html"
+    samples.scene().save(scene)
+    code, out, _ = validate(capsys, str(scene), "--report", str(report))
+    assert code == 0, out
+    words = " ".join(out.split())
+    assert "pictures, oracle64 1 1 ok" in words and "pictures, mitsuba-table 1 1 ok" in words
+    assert "own.toml: mitsuba-bsdf cannot express it: shapes[1]: Mitsuba has no Phong highlight" in words
+    assert "own.toml: mitsuba-spectral cannot express it: the scene is in RGB" in words
+    assert "proven on " in words and "own.toml" in report.read_text()
+
+
+def test_a_scene_in_another_format_and_one_that_ships(tmp_path: Path, capsys: Printed) -> None:
+    nff = tmp_path / "ball.nff"
+    nff.write_text(
+        "b 0.1 0.2 0.4\nv\nfrom 0 -5 1\nat 0 0 0\nup 0 0 1\nangle 40\nhither 1\nresolution 64 48\n"
+        "l 3 -4 5\nf 0.8 0.4 0.2 0.7 0.2 20 0 1\np 3\n-1 0 -1\n1 0 -0.8\n0 0.4 0.9\n"
+        "p 4\n-3 -3 -1.3\n3 -3 -1.3\n3 3 -1.3\n-3 3 -1.3\n"
+    )
+    code, out, _ = validate(capsys, str(nff), "tetrahedron")
+    assert code == 0 and "pictures, oracle64 2 2 ok" in " ".join(out.split()), out
+
+
+@pytest.mark.parametrize(("text", "says"), [
+    (None, "own.toml: there is no such file"), ("shapes = []", "camera: missing; a picture needs a [camera]"),
+    ("shapes = [", "own.toml"),
+])  # fmt: skip
+def test_what_cannot_be_rendered(tmp_path: Path, capsys: Printed, text: str | None, says: str) -> None:
+    scene = tmp_path / "own.toml"
+    if text is not None:
+        scene.write_text(text)
+    code, out, err = validate(capsys, str(scene))
+    assert code == 2 and out == "" and says in err and err.count("\n") == 1
+
+
+@pytest.mark.shared
+@pytest.mark.parametrize("name", ["thesis/example.txt", "spd/tetra_c_s6.nff"])
+def test_foreign_scenes(name: str, shared_folder: Path, capsys: Printed) -> None:
+    """The colours of the thesis' program are no sums over rays: kinds of rays are not compared there."""
+    code, out, _ = validate(capsys, str(shared_folder / "data" / name))
+    assert code == 0, out

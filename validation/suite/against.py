@@ -1,0 +1,214 @@
+"""Any renderer as the one under test: its pictures of our cases, judged by the float64 oracle's.
+
+What is wrong is told twice: case by case, with the gates that fail and the cause, where one is found; and
+for all cases together, by the causes that explain most of them and the features that only failing ones have.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import warnings
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Final
+
+import numpy as np
+
+from clrt.base.errors import ClrtError, ClrtWarning
+from clrt.images.file import decode, encode
+
+from ..cases import case_named, limits_of, matrix_cases, own_file, terms, views
+from ..compare.causes import BYTE, FLOAT, Cause
+from ..compare.layers import TERMS
+from ..compare.metrics import encoded, largest
+from ..compare.oracle import Limits, compare, gate
+from ..compare.pictures import SceneReference, causes_between
+from ..oracles import ORACLE64, Picture64, edges64, picture64, scene_of
+from ..ours import ray_key
+from ..types import Case, CaseResult, Comparison, OracleImage, SuiteResult
+from .program import Program, Rendered
+from .run import Plan, Progress, completed, versions
+from .scenefiles import as_nff
+from .worker import lean, lean_maps
+
+SECONDS: Final = 20.0  # of processor time for the causes of one picture
+REFERENCE: Final = ORACLE64
+_NEAR_BYTES: Final = 0.999  # share of pixels within 1.5 steps of 255, outside edges
+_MOST: Final = 5  # features that are told
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What one program made of one case."""
+
+    result: CaseResult
+    left_out: str = ""  # why the program was not asked
+
+    @property
+    def passed(self) -> bool:
+        return self.result.passed
+
+
+@dataclass(frozen=True)
+class Task:
+    """A case for a program. pictures: return them, too."""
+
+    case: str
+    program: Program
+    device: int | str | None = None
+    pictures: bool = False
+    seconds: float = SECONDS
+
+
+def judge_case(task: Task) -> Judged:
+    """Let the program render a case, and compare."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ClrtWarning)  # cases are to have odd materials
+        return _judge(task)
+
+
+def _judge(task: Task) -> Judged:
+    case = case_named(task.case)
+    scene, nff = scene_of(case), task.program.scene_suffix == ".nff"
+    if nff:
+        scene = as_nff(scene, own_file(task.case))
+    nothing = OracleImage(np.zeros((0, 0, 3)), {}, None, None, task.program.name, 0.0)
+    try:
+        rendered = task.program.render(scene, own_file(task.case))
+    except ClrtError as error:
+        why = f"it cannot be written as {task.program.scene_suffix}: {error}"
+        return Judged(CaseResult(case, nothing, {}), left_out=why)
+    if rendered.pixels is None:
+        failed = dataclasses.replace(nothing, seconds=rendered.seconds)
+        return Judged(CaseResult(case, failed, {}, {REFERENCE: rendered.failure}, rendered.seconds))
+    reference = picture64(scene) if nff else _reference(task.case)
+    limit = limits_of(case, "mitsuba-table")
+    eight = task.program.integer and is_of_bytes(rendered.pixels)
+    theirs, wanted = _alike(rendered, reference, task.program, eight)
+    comparison, edges = _compared(theirs, wanted, case, limit, None, eight), None
+    if not comparison.passed and theirs.pixels.shape == wanted.pixels.shape:
+        edges = edges64(scene, reference)
+        comparison = _compared(theirs, wanted, case, limit, edges, eight)
+    causes: tuple[Cause, ...] = ()
+    if not comparison.passed:
+        again = SceneReference(scene, case.width, case.height, task.device)
+        between = theirs.pixels, wanted.pixels, edges, BYTE if eight else FLOAT
+        causes = causes_between(*between, again, task.seconds)
+    found = lean(wanted, task.pictures), lean_maps(comparison, task.pictures)
+    ours, causes = lean(theirs, task.pictures), tuple(dataclasses.replace(c, undone=None) for c in causes)
+    result = CaseResult(case, ours, {REFERENCE: found}, seconds=rendered.seconds, causes=causes)
+    return Judged(result)
+
+
+@cache
+def _reference(name: str) -> Picture64:
+    return picture64(scene_of(case_named(name)))
+
+
+def is_of_bytes(pixels: np.ndarray) -> bool:
+    """Whether a linear picture holds no more than 8 bits of sRGB do."""
+    return bool(np.array_equal(decode(encode(pixels)), pixels))
+
+
+def _alike(
+    rendered: Rendered, reference: Picture64, program: Program, eight: bool
+) -> tuple[OracleImage, OracleImage]:
+    """The program's picture, and the reference as a file of the same kind would hold it.
+
+    Both have no more layers than the program wrote: what it does not tell apart is not compared.
+    """
+    assert rendered.pixels is not None
+    terms = {ray_key(0, f"camera {name}"): rendered.layers[name] for name in TERMS if name in rendered.layers}
+    by_ray = {key: values for key, values in reference.by_ray.items() if key in terms}
+    theirs = OracleImage(rendered.pixels.astype(np.float64), {key: terms[key] for key in by_ray},
+                         rendered.layers.get("depth"), _shape(rendered), program.name,
+                         rendered.seconds)  # fmt: skip
+    pixels = reference.pixels
+    if eight:
+        pixels = decode(encode(pixels.astype(np.float32))).astype(np.float64)
+    elif program.integer:
+        pixels = np.clip(pixels, 0.0, 1.0)
+    wanted = OracleImage(pixels, by_ray, reference.t, reference.shape, reference.name, reference.seconds)
+    return theirs, wanted
+
+
+def _shape(rendered: Rendered) -> np.ndarray | None:
+    shape = rendered.layers.get("shape")
+    return None if shape is None else np.nan_to_num(shape, nan=-2).astype(np.int64)
+
+
+def _compared(theirs: OracleImage, wanted: OracleImage, case: Case, limit: Limits,
+              edges: np.ndarray | None, eight: bool) -> Comparison:  # fmt: skip
+    """The comparison; of pictures of 8 bits in their steps, which are larger than what is asked else."""
+    if not eight or theirs.pixels.shape != wanted.pixels.shape:
+        return compare(theirs, wanted, edges, case.spp, limit)
+    rough = dataclasses.replace(limit, fine=None, coarse=None, mean=2e-3, masked=None, rays=None)
+    found = compare(theirs, wanted, edges, case.spp, rough)
+    out = np.ones(wanted.pixels.shape[:2], bool) if edges is None else ~edges
+    near = largest(encoded(theirs.pixels) - encoded(wanted.pixels))[out] <= BYTE
+    share = float(np.mean(near)) if near.size else 0.0
+    more = gate("within 1.5 steps of 255", share, _NEAR_BYTES, "high", "share of pixels, outside edges")
+    return dataclasses.replace(found, gates=(*found.gates, more))
+
+
+def run(
+    names: Sequence[str],
+    program: Program,
+    device: int | str | None = None,
+    pictures: bool = False,
+    progress: Progress | None = None,
+    processes: int | None = None,
+) -> list[Judged]:
+    """Judge the program on cases, some at a time."""
+    jobs = {name: (judge_case, Task(name, program, device, pictures)) for name in names}
+    found = dict(completed(jobs, processes or Plan().processes, progress))
+    return [found[name] for name in names]
+
+
+def usual_cases(full: bool) -> list[str]:
+    """What a program is asked where nobody says: one term of the model a case; full: all of the matrix."""
+    if full:
+        return [name for name, case in matrix_cases().items() if REFERENCE in case.oracles]
+    return [name for name, _, _ in (*terms.scenes(), *views.scenes())]
+
+
+def suite_result(judged: Sequence[Judged], program: Program, command: str, seconds: float) -> SuiteResult:
+    """The run as the report, the JUnit file and the JSON take it."""
+    notes = [f"{j.result.case.name} was left out: {j.left_out}" for j in judged if j.left_out]
+    common = common_causes(judged)
+    notes += [f"{count} of the cases that fail: {name}: {text}" for name, text, count in common]
+    cases = [j.result for j in judged if not j.left_out]
+    started = datetime.datetime.now().astimezone().isoformat(timespec="seconds")
+    return SuiteResult(cases, [], [], {}, versions(), program.name, seconds, None, command, started,
+                       tuple(notes), subject=program.text)  # fmt: skip
+
+
+def common_causes(judged: Sequence[Judged]) -> list[tuple[str, str, int]]:
+    """Name, text and number of cases of each cause that was found first, the commonest first."""
+    causes = [j.result.causes for j in judged if not j.passed]
+    first = [found[0] for found in causes if found and found[0].likely and found[0].certain]
+    counts = Counter(cause.name for cause in first)
+    texts = {cause.name: cause.text for cause in first}
+    return [(name, texts[name], count) for name, count in counts.most_common()]
+
+
+def suspects(judged: Sequence[Judged]) -> list[tuple[str, int]]:
+    """Features that wrong pictures have and right ones have not, with how many have them.
+
+    The commonest first, then those of the pictures that it does not account for. [] where none is right.
+    """
+    seen = [j for j in judged if j.result.results]
+    right = {feature for j in seen if j.passed for feature in j.result.case.features}
+    left = [j.result.case.features - right for j in seen if not j.passed]
+    found: list[tuple[str, int]] = []
+    while right and len(found) < _MOST:
+        counts = Counter(feature for features in left for feature in features)
+        if not counts:
+            break
+        feature, count = max(counts.items(), key=lambda item: (item[1], item[0]))
+        found.append((feature, count))
+        left = [features for features in left if feature not in features]
+    return found

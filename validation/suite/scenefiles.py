@@ -1,0 +1,74 @@
+"""A scene in the format that another program reads."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import tempfile
+import tomllib
+from pathlib import Path
+from typing import Final
+
+import tomli_w
+from msgspec.structs import replace
+
+from clrt.base.errors import ClrtError
+from clrt.base.files import read_text_bytes
+from clrt.base.limits import Limits
+from clrt.formats import load_file
+from clrt.scene.scene import Scene
+
+FORMATS: Final = (".toml", ".json", ".xml", ".pov", ".nff")
+_RESOLUTION: Final = re.compile(r"^resolution[ \t].*$", re.MULTILINE)
+
+
+def write_scene(scene: Scene, path: Path, origin: Path | None = None) -> None:
+    """Write the scene, and what files it needs beside it. ClrtError where the format has no words for it.
+
+    origin: the file that it was read from. An .nff is that file, of the size that is asked for: the format
+    has no words for what else a scene may hold.
+    """
+    if path.suffix == ".nff":
+        _copy_nff(scene, path, origin)
+    elif path.suffix == ".xml":
+        from ..oracle_mitsuba.xml import write_xml
+
+        if lacks := write_xml(scene, path):
+            raise ClrtError(f"Mitsuba's plugins lack {lacks} things of this scene")
+    elif path.suffix == ".pov":
+        from ..oracle_povray.scene import write_pov
+
+        write_pov(scene, path)
+    elif scene.background_path is None:
+        scene.save(path)
+    else:
+        image = shutil.copyfile(scene.background_path, path.with_name(f"sky{scene.background_path.suffix}"))
+        replace(scene, background=0.0).save(path)
+        text = path.read_text(encoding="utf-8")
+        table = tomllib.loads(text) if path.suffix == ".toml" else json.loads(text)
+        table["background"] = image.name
+        written = tomli_w.dumps(table) if path.suffix == ".toml" else json.dumps(table)
+        path.write_text(written, encoding="utf-8")
+
+
+def as_nff(scene: Scene, origin: Path | None) -> Scene:
+    """The scene that an .nff of the scene's size describes: its angle is between pixels, so that it differs.
+
+    The scene itself where it does not come from an .nff.
+    """
+    if origin is None or origin.suffix.lower() != ".nff":
+        return scene
+    with tempfile.TemporaryDirectory(prefix="clrt-nff-") as folder:
+        file = Path(folder, "scene.nff")
+        _copy_nff(scene, file, origin)
+        return load_file(file, Limits()).override(spp=1)
+
+
+def _copy_nff(scene: Scene, path: Path, origin: Path | None) -> None:
+    if origin is None or origin.suffix.lower() != ".nff":
+        raise ClrtError("only scenes that come from an .nff are handed on as one")
+    assert scene.camera is not None
+    text = read_text_bytes(origin, Limits()).decode("latin-1")
+    size = f"resolution {scene.camera.width} {scene.camera.height}"
+    path.write_text(_RESOLUTION.sub(size, text), encoding="latin-1")
