@@ -11,7 +11,7 @@ INLINED void store_ordered(__global int *words, __global const uint *sequence, u
         *(__global intP *)(words + first) = value;
         return;
     }
-    int lane[PACKET];
+    ALIGNED int lane[PACKET];
     *(intP *)lane = value;
     for (uint k = 0; k < PACKET; k++) words[sequence[first + k]] = lane[k];
 }
@@ -80,8 +80,8 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        float t[PACKET];
-        int primitive[PACKET];
+        ALIGNED float t[PACKET];
+        ALIGNED int primitive[PACKET];
         const PacketHit hits = packet_hits(world, rays, 0, first, false);
         *(floatP *)t = hits.t;
         *(intP *)primitive = hits.primitive;
