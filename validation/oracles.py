@@ -148,7 +148,9 @@ class Oracles:
         return self._missing
 
     def unable(self, oracle: str, source: Source) -> str | None:
-        """Why one of Mitsuba's modes cannot render a scene, here or at all; None where it can."""
+        """Why the float64 oracle (never) or a mode of Mitsuba cannot render a scene; None where it can."""
+        if oracle == ORACLE64:
+            return None
         return self.missing() or self.mitsuba.supports(source, mode_of(oracle))
 
     def render(self, oracle: str, source: Source) -> OracleImage:
