@@ -30,8 +30,8 @@ SCENE: dict[str, Any] = {
 PLANTED = {
     "own light": ("light.cl", "weight[b] * (emission + ambient), mine",
                   "weight[b] * (emission + ambient) + (0.0f / 0.0f), mine", "light"),
-    "a light's": ("light.clh", "radiance[b] = in_band(light->intensity, s, b) * falloff",
-                  "radiance[b] = sqrt(-1.0f - falloff) * in_band(light->intensity, s, b) * falloff",
+    "a light's": ("light.clh", "radiance[b] = in_band(light->intensity, s, b) * to.factor",
+                  "radiance[b] = sqrt(-1.0f - falloff) * in_band(light->intensity, s, b) * to.factor",
                   "illuminate"),
 }  # fmt: skip
 
