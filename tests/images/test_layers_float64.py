@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.engine.film import check_layers
+from clrt.base.layers import check_layers
 from validation.oracle64 import edge_mask, render64
 from validation.oracle_mitsuba import spectra
 
