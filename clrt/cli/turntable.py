@@ -12,11 +12,13 @@ from clrt.cli.series import render_series
 if TYPE_CHECKING:
     from clrt.scene.scene import Scene
 
+_MOST = 1 << 20
+
 
 def run(options: argparse.Namespace) -> int:
     """Render the circle. ClrtError for a scene without a camera."""
-    if options.frames < 1:
-        raise ClrtError(f"--frames: {options.frames} is not allowed; it must be at least 1")
+    if not 1 <= options.frames <= _MOST:
+        raise ClrtError(f"--frames: {options.frames} is not allowed; it must be from 1 to {_MOST}")
     return render_series(options, scene_file(options.scene), _values)
 
 

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 import numpy as np
@@ -23,6 +23,7 @@ from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene
 
 Values = dict[str, Any]
+MOST: Final = 1 << 20  # cameras of a path: eleven hours of a video
 
 
 @public
@@ -79,8 +80,8 @@ def combinations(changes: Mapping[str, Sequence[Any]]) -> Iterator[Values]:
 
 @public
 def turntable(camera: Camera, frames: int) -> list[Camera]:
-    """Cameras on a circle about the target and its `up`: `frames` (>= 1) of them, the given one first."""
-    frames = arguments.whole("frames", frames, 1)
+    """Cameras on a circle about the target and its `up`: `frames` (1 to 2^20) of them, the given one first."""
+    frames = arguments.whole("frames", frames, 1, MOST)
     camera = arguments.instance("camera", camera, Camera).upright()
     assert camera.up is not None
     axis, target = unit(np.asarray(camera.up, np.float64)), np.asarray(camera.target, np.float64)
@@ -97,12 +98,12 @@ def turntable(camera: Camera, frames: int) -> list[Camera]:
 
 @public
 def camera_path(keys: Sequence[Camera], frames: int, closed: bool = False) -> list[Camera]:
-    """Cameras that pass through `keys` (2 or more) in equal times: `frames` (>= 2) of them.
+    """Cameras that pass through `keys` (2 or more) in equal times: `frames` (2 to 2^20) of them.
 
     Origin, target and up follow a Catmull-Rom spline (Catmull and Rom 1974), fov and size are interpolated
     linearly; all else is the first key's. closed: the path leads back to the first key, which comes once.
     """
-    frames = arguments.whole("frames", frames, 2)
+    frames = arguments.whole("frames", frames, 2, MOST)
     if not isinstance(keys, (list, tuple)) or len(keys) < 2:
         raise ClrtError(fault("", "keys", keys, "it must be a list of 2 cameras or more"))
     views = [arguments.instance(f"keys[{i}]", key, Camera).upright() for i, key in enumerate(keys)]
