@@ -24,6 +24,7 @@ from clrt.scene.scene import Scene
 
 Values = dict[str, Any]
 MOST: Final = 1 << 20  # cameras of a path: eleven hours of a video
+PICTURES: Final = 100_000  # of a sweep: all values are looked at before the first
 
 
 @public
@@ -65,6 +66,9 @@ def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
             right = "it must be a list of values, such as [20, 30]"
             raise ClrtError(fault("", f"changes[{place!r}]", values, right))
         found[place] = values
+    pictures = math.prod(map(len, found.values()))
+    if pictures > PICTURES:
+        raise ClrtError(f"changes: {pictures} pictures are too many; one sweep has at most {PICTURES}")
     for place, values in found.items():
         others = {other: values[0] for other, values in found.items()}
         for value in values:
@@ -80,7 +84,7 @@ def combinations(changes: Mapping[str, Sequence[Any]]) -> Iterator[Values]:
 
 @public
 def turntable(camera: Camera, frames: int) -> list[Camera]:
-    """Cameras on a circle about the target and its `up`: `frames` (1 to 2^20) of them, the given one first."""
+    """Cameras on a circle about the target and its `up`: `frames` (1 to 2^20), the given one first."""
     frames = arguments.whole("frames", frames, 1, MOST)
     camera = arguments.instance("camera", camera, Camera).upright()
     assert camera.up is not None
