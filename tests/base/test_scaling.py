@@ -27,6 +27,10 @@ MOST = 6.0
 """How much longer four times as much may take: 4 where the time is linear, 16 where it is its square."""
 
 
+LEAST = 1e-2
+"""Seconds below which pages of memory that are new, or not, decide: what is quadratic takes far longer."""
+
+
 def seconds(work: Callable[[], object]) -> float:
     """Processor time, the least of two runs."""
     times = []
@@ -54,7 +58,7 @@ def check_growth(make: Callable[[int], Callable[[], object]], n: int) -> None:
         least = [float("inf")] * 2
         for _ in range(6):
             least = [min(known, seconds(work)) for known, work in zip(least, (small, large), strict=True)]
-            if least[1] <= MOST * max(least[0], 1e-3):
+            if least[1] <= MOST * max(least[0], LEAST):
                 return
         ratios.append(round(least[1] / least[0], 1))
     pytest.fail(f"four times as much takes {ratios} times as long")
