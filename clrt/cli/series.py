@@ -53,9 +53,10 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     manifest = options.manifest or (None if film else str(Path(names[0]).parent / "frames.csv"))
     if manifest:
         outputs["--manifest"] = manifest
-        check_replaceable(manifest)
     check_apart(outputs, {"the scene": file})
     check_spares(outputs, scene)
+    if manifest:
+        check_replaceable(manifest)
     settings = clrt.Settings(threads=options.threads, limits=limits)
     picture = {
         "width": options.width, "height": options.height, "spp": options.spp, "max_depth": options.max_depth,

@@ -51,6 +51,14 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
     ],
     "convert": [(["convert", "{scene}", "{out}"], ".json"), (["convert", "{scene}", "{out}"], ".toml"),
                 (["convert", "{scene}", "{out}"], ".xml")],
+    "sweep": [
+        (["sweep", "{scene}", "--set", "ambient=0.1", "-o", "{out}"], ".png"),
+        (["sweep", "{scene}", "--set", "ambient=0,1", "-o", "n{{index}}.png", "--manifest", "{out}"], ""),
+    ],
+    "turntable": [
+        (["turntable", "{scene}", "--frames", "1", "-o", "{out}"], ".mkv"),
+        (["turntable", "{scene}", "--frames", "2", "-o", "n{{index}}.png", "--manifest", "{out}"], ""),
+    ],
     "bench": [
         (["bench", "--scene", "{scene}", "--quick", "--rounds", "1", "--json", "{out}"], ""),
         (["bench", "--scene", "ball.toml", "{scene}", "--quick", "--chart", "{out}"], ".svg"),
