@@ -139,7 +139,7 @@ def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
         (["--set", "camera.width=14,16", "-o", "a.mkv"], "a video's frames have one size"),
         (["-o", "a.mkv", "--fps", "0"], "--fps: 0.0 is not allowed"),
         (["--set", "camera.fov=20", "-o", "s.toml"], "s.toml: is the scene"),
-        (["--set", "camera.fov=20", "-o", "{index}.png", "--manifest", "s.toml"], "s.toml: is the scene; give --manifest"),
+        (["--set", "camera.fov=20", "-o", "{index}.png", "--manifest", "s.toml"], "s.toml: is the scene;"),
     ],
 )
 def test_faults_are_one_line_and_leave_nothing(
