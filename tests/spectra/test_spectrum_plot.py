@@ -36,8 +36,8 @@ def test_the_file_is_named_after_the_spectrum(tmp_path: Path, monkeypatch: pytes
         ("{line = 5}", "NAME: line: 5.0 is not allowed; wavelengths are in nm"),
         ("{line = }", "NAME: {line = }: Invalid value"),
         ("{nme = 'D65'}", "unknown key 'nme'; did you mean 'name'"),
-        ("[" * 100_000, "it is nested too deeply"),
-        ("{blackbody = " + "9" * 5000 + "}", "Exceeds the limit"),
+        ("[" * 100_000, "nesting: 100 001 is above the limit of 16"),
+        ("{blackbody = " + "9" * 5000 + "}", "is a number of 5 000 characters"),
     ],
 )
 def test_faults_are_one_line(name: str, text: str, capsys: pytest.CaptureFixture) -> None:
