@@ -31,7 +31,7 @@ ROOT = Path(__file__).parents[2]
 # Who may launch a pass of the loop. `film.py` makes layers of single terms of generation 0; the others ask
 # about rays that nothing follows. What is not named here has one caller: the loop or the job around it.
 CALLERS = {
-    "generate": {"clrt/engine/job.py": 1},
+    "generate": {"clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1},
     "adopt": {
         "clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1, "clrt/engine/raymesh.py": 1,
         "validation/proofs.py": 1,
