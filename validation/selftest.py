@@ -113,7 +113,7 @@ def check_layout(device: Device, faults: list[Fault] | None = None) -> tuple[boo
         lines.append("    }")
     body = "\n".join(lines)
     source = (
-        f"{layout.c_declarations(device.rays, device.settings.lanes)}\n"
+        f"{layout.c_declarations(device.ray_format, device.settings.lanes)}\n"
         f"__kernel void layout_of_records(__global uint *out)\n{{\n    uint i = 0;\n{body}\n}}\n"
     )
     found, launch = _run(device, source, "layout_of_records", 1, np.empty(len(names), np.uint32))

@@ -89,7 +89,7 @@ class Tracer:
         self._closed = False
         self.flat = flatten(self._scene)
         check_ceilings(self.flat, self._scene.source)
-        self.device = Device(opened, self.settings, self.flat.rays)
+        self.device = Device(opened, self.settings, self.flat.ray_format)
         self.world = World(self.device, self.flat)
 
     @property
@@ -116,10 +116,10 @@ class Tracer:
         if not all(getattr(scene, name) is getattr(before, name) for name in _ON_DEVICE):
             flat = flatten(scene, (before, self.flat))
             check_ceilings(flat, scene.source)
-            if flat.rays == self.flat.rays:
+            if flat.ray_format == self.flat.ray_format:
                 cost = self.world.update(self.device, flat)
             else:
-                device = self.device.variant(flat.rays)
+                device = self.device.variant(flat.ray_format)
                 self.world, self.device, cost = World(device, flat), device, "rebuild"
             self.flat = flat
         if cost == "nothing" and scene.camera != before.camera:
@@ -158,7 +158,7 @@ class Tracer:
     @property
     def tile(self) -> int:
         """Rays that are traced at once: the setting, or what suits the scene's number of bands."""
-        return min(self.settings.tile or tile_rays(self.flat.rays), ceilings.RAYS)
+        return min(self.settings.tile or tile_rays(self.flat.ray_format), ceilings.RAYS)
 
     @public
     @_one_at_a_time

@@ -94,7 +94,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
         ("absorption", "float@BANDS"),
         ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
-        ("index", "float@BANDS"),  # of refraction, for each band that of its dispersion group
+        ("band_ior", "float@BANDS"),  # index of refraction, for each band that of its dispersion group
     ),
     # POINT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it
     "Light": (
@@ -174,7 +174,7 @@ HITS: Final = {
     "surfaces": "float *surfaces",
     "code": "int *surface_code",
 }
-LIT: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
+SHADED: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
 FEELERS: Final = {
     "first": "uint *first_feeler",
     "owner": "uint *owner",
@@ -206,7 +206,7 @@ PATH: Final = {
     "PATH_FLAGS": 15,
 }
 
-# What the pass `light` finds that a ray will spawn, packed into one word; streams are what is counted from it
+# What the pass `shade` finds that a ray will spawn, packed into one word; streams are what is counted from it
 SPAWN: Final = {
     "SPAWN_FEELERS": 0xFFFF,  # number of shadow feelers
     "SPAWN_REFLECTION": 1 << 16,
@@ -292,7 +292,7 @@ def streams(group: int = 0) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Rays:
+class RayFormat:
     """What rays carry: the compile-time constants of the kernels.
 
     bands: of the scene. media: places in the list of media, 0 where there are none. group: bands that
@@ -315,28 +315,28 @@ class Rays:
         return self.carried + self.narrow
 
 
-def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) -> str:
+def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet: int = 16) -> str:
     """The C side of this table: constants, structs, and groups of kernel parameters.
 
     Of each group, such as the world's buffers: `WORLD_PARAMETERS` is the list of them in a signature, `World`
     the struct that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
     """
-    rays = rays or Rays()
+    ray_format = ray_format or RayFormat()
     constants: dict[str, int] = {
-        "BANDS": rays.bands,
-        "RAY_BANDS": rays.carried,
-        "VALUES": rays.values,
-        "GROUP": rays.group,
-        "NARROW": int(rays.narrow),
-        "MEDIA": rays.media,
+        "BANDS": ray_format.bands,
+        "RAY_BANDS": ray_format.carried,
+        "VALUES": ray_format.values,
+        "GROUP": ray_format.group,
+        "NARROW": int(ray_format.narrow),
+        "MEDIA": ray_format.media,
         "LANES": lanes,
         "PACKET": packet,
         "WIDE": WIDE,
         "CHUNK": CHUNK,
         "ARRANGED": ARRANGED,
-        "STREAMS": len(streams(rays.group)),
+        "STREAMS": len(streams(ray_format.group)),
         "RAY_FIELDS": len(RAY_FIELDS),
-        "SURFACE_FIELDS": surface_fields(rays.media),
+        "SURFACE_FIELDS": surface_fields(ray_format.media),
     }
     constants |= KINDS | BLOCKS | FALLOFF | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
     constants |= {f"LIGHT_{kind}": number for kind, number in LIGHT_KINDS.items()}
@@ -348,11 +348,11 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
         out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
     floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
     out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
-    out += [_c_struct(name, rays.bands) for name in RECORDS]
+    out += [_c_struct(name, ray_format.bands) for name in RECORDS]
     world = {name: f"const {kind} *{name}" for name, kind in WORLD.items()}
     geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
-    groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Lit": LIT, "Feelers": FEELERS, "Child": CHILD}
-    groups["Geometry"] = geometry
+    groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Shaded": SHADED, "Feelers": FEELERS}
+    groups |= {"Child": CHILD, "Geometry": geometry}
     out += [_c_group(name, list(group.values())) for name, group in groups.items()]
     return "\n".join(out)
 
