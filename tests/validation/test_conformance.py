@@ -37,7 +37,7 @@ PLANTED = {
     "a cosine": ("light.clh", "material->kd * cosine", "material->kd * 0.999f * cosine",
                  "illuminate", "local_radiance"),
     "ambient light": ("light.cl", "select(material->ka * colors", "select(material->ka * 1.001f * colors",
-                      "light", "local_radiance"),
+                      "shade", "local_radiance"),
     "a mirror": ("bounce.clh", "times(n, 2.0f * dot3(n, u))", "times(n, 1.9999f * dot3(n, u))",
                  "reflect", "child_rays"),
     "a mean": ("film.cl", "= film[i] / samples;", "= film[i] / (samples + 0.001f);", "resolve", "film"),
