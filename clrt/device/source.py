@@ -21,6 +21,7 @@ KERNEL_FILES: Final = (
     "compact.cl",
     "film.cl",
     "tree.cl",
+    "query.cl",
     "crossings.cl",
 )
 _ONCE: Final = "#pragma once"

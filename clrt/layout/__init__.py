@@ -182,6 +182,20 @@ FEELERS: Final = {
     "seen": "uint *seen",
     "filter": "float *filter",
 }
+# A caller's rays as they are given: a step of 0 repeats the first vector; a bound that has no array is the same for all
+ASKED: Final = {
+    "origins": "const float *origins",
+    "directions": "const float *directions",
+    "t_min": "const float *t_min",
+    "t_max": "const float *t_max",
+    "least": "float least",
+    "most": "float most",
+    "origin_step": "uint origin_step",
+    "direction_step": "uint direction_step",
+    "n": "uint n",
+    "width": "uint width",  # of the picture whose rays these are
+    "patched": "uint patched",  # rays that are taken patch by patch (kernels/asked.clh), 0 where there is no picture
+}
 # a queue that is written while another is read: all but the number of rays, the last parameter of a queue
 CHILD: Final = {field: text.replace("*", "*child_") for field, text in QUEUE.items() if "*" in text}
 
@@ -352,6 +366,7 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
     world = {name: f"const {kind} *{name}" for name, kind in WORLD.items()}
     geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
     groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Lit": LIT, "Feelers": FEELERS, "Child": CHILD}
+    groups["Asked"] = ASKED
     groups["Geometry"] = geometry
     out += [_c_group(name, list(group.values())) for name, group in groups.items()]
     return "\n".join(out)
