@@ -146,5 +146,5 @@ def test_edges_that_rounding_cannot_tell_from_the_ray_are_decided_exactly() -> N
     assert np.count_nonzero(doubtful) > 500 and 500 < len(expected) < n - 500
     found = made.all_hits([0, 0, -1], [0, 0, 1])
     assert found.primitive.tolist() == expected
-    assert found.t.tolist() == [number + 1 for number in expected]
+    assert found.t == pytest.approx(np.array(expected) + 1, rel=1e-6)
     assert made.count_hits([0, 0, -1], [0, 0, 3]) == len(expected)
