@@ -19,7 +19,7 @@ from clrt.layout.parameters import element
 _READ: Final = cl.mem_flags.READ_ONLY | cl.mem_flags.USE_HOST_PTR
 _WRITE: Final = cl.mem_flags.WRITE_ONLY | cl.mem_flags.USE_HOST_PTR
 _DONE: Final = cl.command_execution_status.COMPLETE
-_MOMENT: Final = 2e-4  # seconds to look whether a launch is done, before a thread is asked to wait: that takes 20 us
+_MOMENT: Final = 2e-4  # seconds to look whether a launch is done before a thread waits, which takes 20 us
 _yield = getattr(os, "sched_yield", lambda: time.sleep(0))
 
 _unfinished: list[Work] = []  # what was given up (Ctrl-C) while the device still reads and writes its arrays
@@ -95,7 +95,7 @@ class Work:
 
     def _share(self, flags: int, array: np.ndarray) -> Any:
         driver = self._device.driver
-        made: Any = driver.guard(lambda: cl.Buffer(driver.context, flags, hostbuf=array), "an array of the host")
+        made: Any = driver.guard(lambda: cl.Buffer(driver.context, flags, hostbuf=array), "an array")
         made.kind = element(array.dtype)
         return made
 

@@ -1,4 +1,4 @@
-"""A caller's rays, checked, of any leading shape; and how kernels are given them, in place where they can be."""
+"""A caller's rays, checked, of any leading shape; and how kernels are given them, in place if they can be."""
 
 from __future__ import annotations
 
@@ -127,10 +127,10 @@ class Batch:
 
 
 def row_length(points: np.ndarray) -> int:
-    """After how many of these points (n, 3) the first leap comes, from the end of a row to the next; else 0."""
+    """After how many of these points (n, 3) the first leap comes, from a row's end to the next; else 0."""
     steps = np.square(np.diff(points, axis=0)).sum(axis=1)
     usual = np.median(steps[:64])
-    leaps = np.nonzero(steps > _LEAP**2 * usual)[0] if usual > 0 else []
+    leaps = np.flatnonzero((steps > _LEAP**2 * usual) & (usual > 0))
     return int(leaps[0]) + 1 if len(leaps) else 0
 
 

@@ -153,7 +153,7 @@ class _Faces:
         return out
 
     def odd(self, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
-        """(n,) bool: whether the way from each point in one direction crosses the mesh an odd number of times."""
+        """(n,) bool: whether the mesh is crossed an odd number of times on the way from each point."""
         out = np.zeros(len(points), bool)
         for part, rays, _ in self._moved(points, np.broadcast_to(direction, points.shape)):
             out[part] = self.tracer.count_hits(*rays) % 2 == 1

@@ -1,4 +1,4 @@
-"""Every ray crosses a closed surface an odd number of times from within: against exact whole-number arithmetic."""
+"""Rays cross a closed surface an odd number of times from within: against exact arithmetic."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def _stairs() -> tuple[np.ndarray, np.ndarray]:
 
 
 def inside(vertices: np.ndarray, faces: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Whether points (n, 3) of whole numbers lie within a closed surface: GENERIC crossed, in whole numbers."""
+    """Whether points (n, 3) of whole numbers lie within a closed surface, by exact arithmetic along GENERIC."""
     found = []
     for point in points:
         a, b, c = (vertices[faces[:, k]] - point for k in range(3))

@@ -1,4 +1,4 @@
-"""Questions about rays: any shape and kind of array, any choice of fields, the same bits; what is wrong is said."""
+"""Questions about rays: any shape and kind of array, any choice of fields, the same bits."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_only_the_fields_that_are_asked_for_with_the_same_bits(tracer: clrt.Trac
     assert 500 < np.count_nonzero(met) < 1900 and len(np.unique(every.shape)) == 7
     assert np.isinf(every.t[~met]).all() and (every.shape[~met] == -1).all()
     assert not every.normal[~met].any() and np.allclose(np.linalg.norm(every.normal[met], axis=1), 1)
-    for names in (["t"], ["primitive"], ("t", "primitive"), {"shape"}, ["normal"], ["v", "u"], ["t", "normal"]):
+    for names in (["t"], ["primitive"], ("t", "primitive"), {"shape"}, ["normal"], ["v", "u"], ["u", "t"]):
         hits = tracer.intersect(o, d, fields=names)
         assert same(hits, every, names)
         missing = next(name for name in FIELDS if name not in names)
@@ -169,7 +169,6 @@ def test_the_rows_of_a_flat_picture_are_found(tracer: clrt.Tracer) -> None:
         camera = clrt.Camera(origin=[1, 2, 5], target=[0, 0, 0], width=size[0], height=size[1])
         o, d = (array.reshape(-1, 3) for array in tracer.camera_rays(camera))
         assert Batch(o, d, 0, np.inf).width == size[0]
-    
         part = tracer.intersect(o[:999], d[:999])
         assert part.t.tobytes() == tracer.intersect(o, d).t[:999].tobytes()
     o, d = rays(70000)
@@ -248,7 +247,7 @@ def test_no_rays(tracer: clrt.Tracer) -> None:
         (lambda t: t.intersect(np.ones(3), np.ones(3), [1, 2]), r"t_max: shape \(2,\)"),
         (lambda t: t.intersect(np.ones(3), "up"), "directions: 'up' is not allowed"),
         (lambda t: t.intersect(np.ones(3), np.ones(3, complex)), "directions: "),
-        (lambda t: t.intersect(np.ones(3), np.ones(3), fields="t"), "fields: 't' is not allowed; .* list of names"),
+        (lambda t: t.intersect(np.ones(3), np.ones(3), fields="t"), "fields: 't' is not .* list of names"),
         (lambda t: t.intersect(np.ones(3), np.ones(3), fields=[]), r"fields: \[\] is not allowed"),
         (lambda t: t.all_hits(np.ones(3), np.ones(3), fields=["norml"]), "fields: 'norml' is none.*'normal'"),
         (lambda t: t.intersect(np.ones(3), np.ones(3), fields=[3]), "fields: "),
@@ -275,7 +274,7 @@ def test_memory_is_bounded_whatever_the_arrays_are(tracer: clrt.Tracer) -> None:
     tight = clrt.Tracer(SCENE, settings=clrt.Settings(limits=clrt.Limits(host_bytes=1000)))
     assert tight.intersect(o[:125], d[:125], fields=["t", "u"]).t.shape == (125,)
     for call in (tight.intersect, tight.all_hits, tight.count_hits, tight.occluded):
-        with pytest.raises(clrt.LimitError, match="rays: host_bytes: .* fewer rays"):
+        with pytest.raises(clrt.LimitError, match=r"rays: host_bytes: .* fewer rays"):
             call(o[:1001], d[:1001])
 
 
