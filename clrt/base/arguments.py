@@ -151,7 +151,7 @@ def device(name: str, value: object) -> int | str | None:
 
 
 def real_numbers(name: str, value: object, form: str) -> np.ndarray:
-    """`value`, real numbers in nested lists or an array, as an array of its own type; `form` names its shape."""
+    """`value`, real numbers in nested lists or an array, as an array of its own type; `form`: its shape."""
     right = f"it must be numbers in an array of shape {form}"
     try:
         found = np.asarray(value)

@@ -181,7 +181,7 @@ FEELERS: Final = {
     "seen": "uint *seen",
     "filter": "float *filter",
 }
-# A caller's rays as they are given: a step of 0 repeats the first vector, a bound without an array holds for all
+# A caller's rays as given: a step of 0 repeats the first vector, bounds without arrays hold for all
 ASKED: Final = {
     "origins": "const float *origins",
     "directions": "const float *directions",

@@ -58,7 +58,7 @@ def _stairs() -> tuple[np.ndarray, np.ndarray]:
 
 
 def inside(vertices: np.ndarray, faces: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Whether points (n, 3) of whole numbers lie within a closed surface, by exact arithmetic along GENERIC."""
+    """Whether points (n, 3) of whole numbers lie within a closed surface: exact, along GENERIC."""
     found = []
     for point in points:
         a, b, c = (vertices[faces[:, k]] - point for k in range(3))
