@@ -154,7 +154,7 @@ def test_questions_about_rays():
 def test_what_rays_cross():
     generator = np.random.default_rng(2)
     origins = np.zeros((19, 3), np.float32) + generator.integers(-2, 3, (19, 3))
-    directions = generator.integers(-1, 2, (19, 3))
+    directions = generator.integers(-1, 2, (19, 3)) - origins
     for shapes in ("spheres", "flat", "round", "meshes"):
         tracer = clrt.Tracer(scene(shapes, one_sided="opaque"), settings=clrt.Settings(tile=11))
         found = tracer.all_hits(origins, directions)
