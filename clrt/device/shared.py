@@ -26,7 +26,7 @@ _unfinished: list[Work] = []  # what was given up (Ctrl-C) while the device stil
 
 
 def in_place(device: Device) -> bool:
-    """Whether the device's memory is the host's. (Oclgrind takes what the host wrote there for uninitialised.)"""
+    """Whether the device's memory is the host's. (Oclgrind takes what the host wrote for uninitialised.)"""
     return device.info.kind == "CPU" and "Oclgrind" not in device.info.platform
 
 

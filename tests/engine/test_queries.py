@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.device import shared
 from clrt.engine.answers import FIELDS
 from clrt.engine.batch import Batch, row_length
 
@@ -292,6 +293,28 @@ def test_threads_may_ask_at_once(tracer: clrt.Tracer) -> None:
     for thread in threads:
         thread.join()
     assert found == dict.fromkeys(range(6), True)
+
+
+def test_what_is_given_up_keeps_its_arrays_until_the_device_is_done(
+    tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Ctrl-C leaves the kernel at work, on memory that nobody else may have meanwhile."""
+
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    o, d = rays(5000)
+    expected = tracer.intersect(o, d)
+    with monkeypatch.context() as patched:
+        patched.setattr(shared, "_wait", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            tracer.intersect(o, d)
+    assert len(shared._unfinished) == 1
+    kept = shared._unfinished[0]._answers[0][1]
+    assert same(tracer.intersect(o, d), expected)  # the track's launches are done in order
+    assert kept.tobytes() == expected.t.tobytes()
+    tracer.occluded(o, d)
+    assert shared._unfinished == []
 
 
 def test_surfaces_that_cannot_be_seen_from_behind_are_not_crossed_from_there() -> None:
