@@ -114,6 +114,24 @@ def test_parity_tells_inside_from_outside(kind: str, scale: float) -> None:
     assert np.array_equal(made.all_hits(origins * scale, directions, fields=["t"]).counts, counts)
 
 
+@pytest.mark.parametrize("scale", [1.0, 0.1], ids=["whole numbers", "rounded"])
+def test_polygons_and_triangles_together_are_as_closed(scale: float) -> None:
+    """Every other square of a heap of cubes is two triangles, in the same mesh; others are shapes of their own."""
+    vertices, faces = solid("stairs")
+    squares = [[*faces[k], faces[k + 1][2]] for k in range(0, len(faces), 2)]
+    mixed: list[list[int]] = []
+    for number, square in enumerate(squares):
+        mixed += [square] if number % 2 else faces[2 * number : 2 * number + 2].tolist()
+    alone = [{"type": "polygon", "points": (vertices[square] * scale).tolist()} for square in squares[:30]]
+    mixed = mixed[sum(1 + (number % 2 == 0) for number in range(30)) :]
+    mesh = {"type": "mesh", "vertices": vertices * scale, "faces": mixed}
+    made = clrt.Tracer({"shapes": [mesh, *alone]})
+    origins, directions = hard_rays(vertices, faces, 2000, seed=2)
+    expected = inside(vertices, faces, origins)
+    counts = made.count_hits(origins * scale, directions)
+    assert np.array_equal(counts % 2, expected) and counts.max() > 2
+
+
 def side(u: np.ndarray, v: np.ndarray) -> int:
     """On which side of an edge from u to v the point (d, d^2) lies, for d > 0 smaller than all else."""
     (ux, uy), (vx, vy) = ([Fraction(float(x)) for x in p[:2]] for p in (u, v))
