@@ -318,23 +318,26 @@ class Tracer:
     @public
     @_one_at_a_time
     def radiance(
-        self, origins: np.ndarray, directions: np.ndarray, max_depth: int | None = None
+        self, origins: Any, directions: Any, max_depth: int | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Radiance along n rays, (n, 3) float32 linear Rec.709, and ray counts as in Image.stats.
+        """Radiance along rays, (..., 3) float32 linear Rec.709, and ray counts as in Image.stats.
 
-        origins, directions: (n, 3), as for `intersect`; max_depth (>= 0): in place of the scene's. Each ray
+        origins, directions: (..., 3), as for `intersect`; max_depth (>= 0): in place of the scene's. Each ray
         starts in the media that its origin lies in. Raises LimitError, and ClrtError as `intersect`.
         """
         depth = depth_of(self.scene, max_depth, self.settings.limits)
         task = Job(self.flat, depth, settings=self.settings)
         counts = RayCounts()
         limits = self.settings.limits
-        pieces = list(ray_chunks(origins, directions, np.inf, self.tile, limits, LIGHT_BYTES))[::-1]
-        found = np.empty((sum(len(chunk[0]) for chunk in pieces), 3), np.float32)
+        batch = Batch(origins, directions, 0.0, np.inf)
+        rays = batch.piece(0, batch.n)
+        o, d = (np.broadcast_to(given, (batch.n, 3)) for given in (rays.origins, rays.directions))
+        pieces = list(ray_chunks(o, d, np.inf, self.tile, limits, LIGHT_BYTES))[::-1]
+        found = np.empty((batch.n, 3), np.float32)
         for (_, _, _, numbers), tile in task.tiles(self.device, self.world, pieces):
             found[numbers] = tile.layers["image"]
             counts.merge(tile.rays)
-        return found, dict(counts.table())
+        return found.reshape(*batch.shape, 3), dict(counts.table())
 
 
 def render(

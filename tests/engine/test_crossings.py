@@ -116,7 +116,7 @@ def test_parity_tells_inside_from_outside(kind: str, scale: float) -> None:
 
 @pytest.mark.parametrize("scale", [1.0, 0.1], ids=["whole numbers", "rounded"])
 def test_polygons_and_triangles_together_are_as_closed(scale: float) -> None:
-    """Every other square of a heap of cubes is two triangles, in the same mesh; others are shapes of their own."""
+    """Every other square of a heap of cubes is two triangles; some are shapes of their own."""
     vertices, faces = solid("stairs")
     squares = [[*faces[k], faces[k + 1][2]] for k in range(0, len(faces), 2)]
     mixed: list[list[int]] = []

@@ -151,6 +151,16 @@ def test_arrays_are_broadcast(tracer: clrt.Tracer) -> None:
     assert tracer.occluded(o, d, t_max=limits).any() and not tracer.occluded(o, d, t_max=limits).all()
 
 
+def test_light_along_rays_of_any_shape(tracer: clrt.Tracer) -> None:
+    o, d = tracer.camera_rays({"origin": [1, 2, 5], "target": [0, 0, 0], "width": 12, "height": 9})
+    light, counts = tracer.radiance(o, d)
+    flat, same_counts = tracer.radiance(o.reshape(-1, 3), d.reshape(-1, 3))
+    assert light.shape == (9, 12, 3) and light.tobytes() == flat.tobytes() and counts == same_counts
+    assert tracer.radiance(o[0, 0], d[4])[0].tobytes() == light[4].tobytes()
+    assert tracer.radiance(o[0, 0], d[4, 5])[0].tolist() == light[4, 5].tolist()
+    assert tracer.radiance(o[:, :0], d[0, 0])[0].shape == (9, 0, 3)
+
+
 def test_patches_of_pictures_and_tiles_change_no_bit(tracer: clrt.Tracer) -> None:
     camera = clrt.Camera(origin=[1, 2, 5], target=[0, 0, 0], width=64, height=43)
     o, d = tracer.camera_rays(camera)
