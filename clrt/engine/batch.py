@@ -107,6 +107,11 @@ class Batch:
         t_min, t_max = (given.part(start, stop)[:, 0] for given in self._bounds)
         return Piece(start, stop, origins, directions, t_min, t_max, self.width)
 
+    def flat(self) -> tuple[np.ndarray, np.ndarray]:
+        """Origins and directions (n, 3) float32 of all rays."""
+        origins, directions = (np.broadcast_to(g.part(0, self.n), (self.n, 3)) for g in self._arrays)
+        return origins, directions
+
     def some(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Origins and directions (m, 3) float32 of the rays with these numbers."""
         origins, directions = (given.some(numbers) for given in self._arrays)

@@ -262,11 +262,7 @@ class Tracer:
     @public
     @_one_at_a_time
     def intersect(
-        self,
-        origins: Any,
-        directions: Any,
-        t_max: Any = np.inf,
-        t_min: Any = 0.0,
+        self, origins: Any, directions: Any, t_max: Any = np.inf, t_min: Any = 0.0,
         fields: Sequence[str] | None = None,
     ) -> Hits:
         """Nearest hits of rays: origins, directions (..., 3); t_min, t_max (...); all broadcast as in numpy.
@@ -292,20 +288,15 @@ class Tracer:
     def count_hits(self, origins: Any, directions: Any, t_max: Any = np.inf, t_min: Any = 0.0) -> np.ndarray:
         """(...) int32: how many surfaces each ray crosses. Rays and errors as for `intersect`.
 
-        A closed surface of triangles or polygons is crossed an odd number of times from within, and an even
-        number from outside, also through edges and corners and along faces. What is only touched counts 0
-        or 2.
+        A closed surface of triangles or polygons is crossed an odd number of times from within, an even one
+        from outside, also through edges and corners and along faces; what is only touched counts 0 or 2.
         """
         return queries.count_hits(self.device, self.world, Batch(origins, directions, t_min, t_max))
 
     @public
     @_one_at_a_time
     def all_hits(
-        self,
-        origins: Any,
-        directions: Any,
-        t_max: Any = np.inf,
-        t_min: Any = 0.0,
+        self, origins: Any, directions: Any, t_max: Any = np.inf, t_min: Any = 0.0,
         fields: Sequence[str] | None = None,
     ) -> Crossings:
         """All that rays cross, counted as by `count_hits`, in the order of (t, primitive) along each ray.
@@ -328,11 +319,8 @@ class Tracer:
         depth = depth_of(self.scene, max_depth, self.settings.limits)
         task = Job(self.flat, depth, settings=self.settings)
         counts = RayCounts()
-        limits = self.settings.limits
         batch = Batch(origins, directions, 0.0, np.inf)
-        rays = batch.piece(0, batch.n)
-        o, d = (np.broadcast_to(given, (batch.n, 3)) for given in (rays.origins, rays.directions))
-        pieces = list(ray_chunks(o, d, np.inf, self.tile, limits, LIGHT_BYTES))[::-1]
+        pieces = [*ray_chunks(*batch.flat(), np.inf, self.tile, self.settings.limits, LIGHT_BYTES)][::-1]
         found = np.empty((batch.n, 3), np.float32)
         for (_, _, _, numbers), tile in task.tiles(self.device, self.world, pieces):
             found[numbers] = tile.layers["image"]
