@@ -6,6 +6,7 @@ Other devices get copies of their own, and so does an array whose numbers do not
 from __future__ import annotations
 
 import os
+import threading
 import time
 from typing import Any, Final
 
@@ -22,6 +23,7 @@ _DONE: Final = cl.command_execution_status.COMPLETE
 _MOMENT: Final = 2e-4  # seconds to look whether a launch is done before a thread waits, which takes 20 us
 _yield = getattr(os, "sched_yield", lambda: time.sleep(0))
 
+_lock = threading.Lock()
 _unfinished: list[Work] = []  # what was given up (Ctrl-C) while the device still reads and writes its arrays
 
 
@@ -34,7 +36,8 @@ class Work:
     """Arrays that launches read and write; they are kept until the device is done."""
 
     def __init__(self, device: Device) -> None:
-        _unfinished[:] = [work for work in _unfinished if not work._done()]
+        with _lock:
+            _unfinished[:] = [work for work in _unfinished if not work._done()]
         self._device = device
         self._given: list[Any] = []
         self._answers: list[tuple[Any, np.ndarray]] = []
@@ -74,7 +77,8 @@ class Work:
                 for made, array in self._answers:
                     self._see(made, array)
         except BaseException:
-            _unfinished.append(self)
+            with _lock:
+                _unfinished.append(self)
             raise
 
     def _done(self) -> bool:
