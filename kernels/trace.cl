@@ -23,7 +23,7 @@ __kernel void closest(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, __glo
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, rays, sequence, first, false);
+        const PacketHit hits = packet_hits(world, load_packet(rays, sequence, first), false);
         store_ordered((__global int *)hit_t, sequence, first, as_intP(hits.t));
         store_ordered(hit_primitive, sequence, first, hits.primitive);
         return;
@@ -43,7 +43,7 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, rays, sequence, first, true);
+        const PacketHit hits = packet_hits(world, load_packet(rays, sequence, first), true);
         store_ordered((__global int *)seen, sequence, first, (hits.primitive < 0) & 1);
         return;
     }
@@ -82,7 +82,7 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
     if (first + PACKET <= n) {
         ALIGNED float t[PACKET];
         ALIGNED int primitive[PACKET];
-        const PacketHit hits = packet_hits(world, rays, 0, first, false);
+        const PacketHit hits = packet_hits(world, load_packet(rays, 0, first), false);
         *(floatP *)t = hits.t;
         *(intP *)primitive = hits.primitive;
         for (int lane = 0; lane < PACKET; lane++) {
