@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
 
 from clrt import layout
-from clrt.scene.lights import DirectionalLight, Light, PointLight
+from clrt.scene.lights import DirectionalLight, Light, PointLight, SpotLight
 from clrt.scene.scene import Checker, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
 from clrt.spectra.bands import Bands, conductor, curve, index, light, reflectance
 
@@ -110,18 +111,30 @@ def flatten_lights(scene: Scene, bands: Bands | None) -> np.ndarray:
     return out
 
 
-def _point(record: np.void, source: PointLight) -> None:
+def _point(record: np.void, source: PointLight | SpotLight) -> None:
     record["place"][:3] = source.position
     record["falloff"] = layout.FALLOFF[_FALLOFF[source.falloff]]
 
 
 def _directional(record: np.void, source: DirectionalLight) -> None:
-    direction = np.asarray(source.direction, np.float64)
-    record["place"][:3] = -direction / np.linalg.norm(direction)
+    record["place"][:3] = -_unit(source.direction)
+
+
+def _spot(record: np.void, source: SpotLight) -> None:
+    _point(record, source)
+    record["axis"][:3] = _unit(np.subtract(source.target, source.position))
+    record["angle"] = math.radians(source.angle)
+    record["width"] = math.radians(source.angle * source.penumbra)
+
+
+def _unit(way: Any) -> np.ndarray:
+    """A way of any length but 0, as (3,) float64 of length 1."""
+    return np.asarray(way, np.float64) / np.linalg.norm(way)
 
 
 # class of a scene's lights -> the kernels' kind, and what fills in a record's other fields
 _LIGHTS: Final[dict[type[Light], tuple[str, Callable[[np.void, Any], None]]]] = {
     PointLight: ("POINT", _point),
     DirectionalLight: ("DIRECTIONAL", _directional),
+    SpotLight: ("SPOT", _spot),
 }

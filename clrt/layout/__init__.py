@@ -96,10 +96,11 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
         ("index", "float@BANDS"),  # of refraction, for each band that of its dispersion group
     ),
-    # POINT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it
+    # POINT, SPOT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it. SPOT: `axis` = unit vector
+    # that it shines along; `angle` from it at which the light ends, `width` of the penumbra, in radians
     "Light": (
-        ("place", "float4"),
-        ("kind", "int"), ("falloff", "int"), ("pad0", "int"), ("pad1", "int"),
+        ("place", "float4"), ("axis", "float4"),
+        ("kind", "int"), ("falloff", "int"), ("angle", "float"), ("width", "float"),
         ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
     ),
     # What holds for the whole scene; section `scene` has exactly one
@@ -129,7 +130,7 @@ SECTIONS: Final = {
     "QUADRIC": "quadrics",
 }  # fmt: skip
 KINDS: Final = {kind: number for number, kind in enumerate(SECTIONS)}
-LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1}  # in kernels LIGHT_POINT, sampled by `light_point`
+LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1, "SPOT": 2}  # in kernels LIGHT_POINT, sampled by `light_point`
 FALLOFF: Final = {"FALLOFF_NONE": 0, "INVERSE_SQUARE": 1}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves

@@ -92,7 +92,13 @@ def _lights() -> dict[str, Table]:
             "material": {"diffuse": 0.05, "fresnel": True, "transmission_color": [0.8, 1, 0.8]}}  # fmt: skip
     post = {"type": "cylinder", "p0": [-1.8, -2.4, 0], "p1": [-1.8, 0, 0], "radius": 0.3, "caps": True,
             "material": _MATTE}  # fmt: skip
+    spot: Table = {"type": "spot", "position": [-3, 5, 6], "target": [-0.2, -0.3, 0.5]}
+    spots = [{**spot, "angle": 17, "penumbra": 0.5, "intensity": [0.5, 0.7, 0.8]},
+             {**spot, "position": [4, 5, 3], "angle": 24, "penumbra": 0, "intensity": [22, 15, 9],
+              "falloff": "inverse-square"}]  # fmt: skip
     return {
+        "spots": _pair(_SHINY, lights=spots),
+        "spots on matte": _pair(_MATTE, lights=spots),
         "point light": _pair(_SHINY, lights=[{**point, "intensity": [0.9, 0.8, 0.7]}]),
         "inverse square": _pair(_SHINY,
                                 lights=[{**point, "intensity": [60, 55, 50], "falloff": "inverse-square"}]),

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import DirectionalLight, PointLight, Scene
+from clrt.scene.scene import DirectionalLight, PointLight, Scene, SpotLight
 
 from . import hashing, optics
 from .bounce import Spawned, bounce
@@ -116,7 +116,20 @@ def directional(source: Any, origin: Array) -> tuple[Array, Array, Array]:
     return np.broadcast_to(-unit(source.direction), origin.shape), distance, np.ones_like(distance)
 
 
-LIGHTS: dict[Any, Any] = {PointLight: point, DirectionalLight: directional}
+def spot(source: Any, origin: Array) -> tuple[Array, Array, Array]:
+    """As `point`; directions are 0 outside the cone."""
+    direction, distance, factor = point(source, origin)
+    axis = unit(np.subtract(source.target, source.position))
+    theta = np.degrees(np.arccos(np.clip(dot(-direction, axis), -1, 1)))
+    inner = source.angle * (1 - source.penumbra)
+    share = np.where(theta <= inner, 1.0, 0.0)
+    if source.penumbra > 0:
+        share = np.clip((source.angle - theta) / (source.angle - inner), 0, 1)
+    share = np.where(theta < source.angle, share, 0.0)
+    return direction * (share > 0)[:, None], distance, factor * share
+
+
+LIGHTS: dict[Any, Any] = {PointLight: point, DirectionalLight: directional, SpotLight: spot}
 
 
 def lit_by(job: Job, source: Any, rays: Rays, spot: Spot, generation: int) -> Array:

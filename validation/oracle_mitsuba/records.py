@@ -229,6 +229,17 @@ class DirectionalLight:
 
 
 @dataclass(frozen=True, eq=False)
+class SpotLight:
+    position: Any
+    target: Any
+    intensity: Any = 1.0
+    angle: float = 30.0
+    penumbra: float = 0.1
+    falloff: str = "none"
+    type: str = "spot"
+
+
+@dataclass(frozen=True, eq=False)
 class Camera:
     origin: Any
     target: Any
@@ -367,7 +378,7 @@ def index(of: Material, nm: Array) -> Array:
 
 
 def _light(table: Any) -> Any:
-    kind = {"point": PointLight, "directional": DirectionalLight}[table["type"]]
+    kind = {"point": PointLight, "directional": DirectionalLight, "spot": SpotLight}[table["type"]]
     values = {key: frozen(value) for key, value in table.items()}
     if "intensity" in values:
         values["intensity"] = color(values["intensity"])

@@ -11,7 +11,18 @@ from . import skies
 from .forms import Array
 from .hashing import camera_words, mix, unit
 from .palette import Bands, Colors
-from .records import Camera, Checker, Disk, Material, Plane, PointLight, Polygon, Scene, Sphere
+from .records import (
+    Camera,
+    Checker,
+    DirectionalLight,
+    Disk,
+    Material,
+    Plane,
+    Polygon,
+    Scene,
+    Sphere,
+    SpotLight,
+)
 
 Palette = Colors | Bands
 COLORS = Colors()
@@ -102,21 +113,41 @@ def media(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
 
 
 def lights(scene: Scene, palette: Palette = COLORS) -> list[dict[str, Any]]:
-    """Each light's `type`, `at` (position, or unit direction to it), `intensity` (3,) and `falloff`
-    (bool)."""
-    found: list[dict[str, Any]] = []
-    for light in scene.lights:
-        point = isinstance(light, PointLight)
-        at = np.asarray(light.position if isinstance(light, PointLight) else light.direction, float)
-        found.append(
-            {
-                "type": light.type,
-                "at": at if point else -at / np.linalg.norm(at),
-                "intensity": palette.light(light.intensity),
-                "falloff": isinstance(light, PointLight) and light.falloff == "inverse-square",
-            }
-        )
+    """Each light's `type`, `near` (bool: it has a place), `at` (that, or a unit direction to it),
+    `intensity` (3,), `falloff` (bool), and what only its kind has."""
+    return [_light(light, palette) for light in scene.lights]
+
+
+def _light(light: Any, palette: Palette) -> dict[str, Any]:
+    found = {"type": light.type, "near": True, "intensity": palette.light(light.intensity)}
+    if isinstance(light, DirectionalLight):
+        at = np.asarray(light.direction, float)
+        return found | {"near": False, "at": -at / np.linalg.norm(at), "falloff": False}
+    found |= {"at": np.asarray(light.position, float), "falloff": light.falloff == "inverse-square"}
+    if isinstance(light, SpotLight):
+        axis = np.subtract(light.target, light.position)
+        found |= {"axis": axis / np.linalg.norm(axis), "angle": light.angle, "penumbra": light.penumbra}
     return found
+
+
+def emitter(light: dict[str, Any], center: Array, color: Any) -> dict[str, Any]:
+    """Mitsuba's plugin for a light, about `center`; `color` makes three numbers a plugin.
+
+    An intensity of pi I on a reflectance of F kd sends I F kd.
+    """
+    strength = color(np.pi * light["intensity"])
+    if not light["near"]:
+        return {"type": "directional", "direction": (-light["at"]).tolist(), "irradiance": strength}
+    place = light["at"] - center
+    if light["type"] == "point":
+        return {"type": "point", "position": place.tolist(), "intensity": strength}
+    to_world = np.eye(4)
+    across = np.cross(np.eye(3)[np.argmin(np.abs(light["axis"]))], light["axis"])
+    to_world[:3, 0] = across / np.linalg.norm(across)
+    to_world[:3, 1] = np.cross(light["axis"], to_world[:3, 0])
+    to_world[:3, 2], to_world[:3, 3] = light["axis"], place
+    cone = {"cutoff_angle": light["angle"], "beam_width": light["angle"] * (1 - light["penumbra"])}
+    return {"type": "spot", "to_world": to_world, "intensity": strength, **cone}
 
 
 def settings(scene: Scene, palette: Palette = COLORS) -> dict[str, Any]:

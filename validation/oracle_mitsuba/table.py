@@ -165,16 +165,15 @@ class Table:
         """What light number `index` adds at hits: diffuse and highlight (2, n, 3)."""
         light, of, shape = self.lights[index], self.of, spot.shape
         origin = spot.leave(spot.n)
-        towards = (
-            light["at"] - origin if light["type"] == "point" else np.broadcast_to(light["at"], origin.shape)
-        )
+        towards = light["at"] - origin if light["near"] else np.broadcast_to(light["at"], origin.shape)
         distance = np.linalg.norm(towards, axis=1)
         L = towards / np.where(distance > 0, distance, 1.0)[:, None]
         lit = (dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & ((of["kd"][shape] > 0) | (of["ks"][shape] > 0))
+        lit &= cone(light, L) > 0
         rows = np.flatnonzero(lit)
         added = np.zeros((2, *origin.shape))
         if rows.size:
-            reach = distance[rows] if light["type"] == "point" else np.full(len(rows), np.inf)
+            reach = distance[rows] if light["near"] else np.full(len(rows), np.inf)
             seen = self.world.visible(origin[rows], L[rows], spot.form[rows], reach, self.clear)
             part = spot.take(rows)
             added[:, rows] = seen * self.local(index, rays.direction[rows], part, L[rows], distance[rows])
@@ -193,7 +192,7 @@ class Table:
             [(of["kd"][shape] * cosine)[:, None] * spot.F, (of["ks"][shape] * lobe)[:, None] * highlight]
         )
         falloff = 1 / distance**2 if light["falloff"] else np.ones_like(distance)
-        return np.asarray(light["intensity"] * falloff[:, None] * value)
+        return np.asarray(light["intensity"] * (falloff * cone(light, L))[:, None] * value)
 
     def _faded(self, tint: Array, shape: Array, cosine: Array) -> Array:
         """Schlick's approximation on the shapes that have it: a tint goes to 1 at grazing angles."""
@@ -311,6 +310,17 @@ def longitude_latitude(direction: Array) -> tuple[Array, Array]:
     """u and v in [0, 1]: -z is in the middle, u grows towards +x, v from +y downwards."""
     u = 0.5 + np.arctan2(direction[:, 0], -direction[:, 2]) / (2 * np.pi)
     return u, np.arccos(np.clip(direction[:, 1], -1.0, 1.0)) / np.pi
+
+
+def cone(light: dict[str, Any], L: Array) -> Array:
+    """The share (n,) of a spot's light that goes against unit directions to it, L (n, 3); 1 of other kinds."""
+    if light["type"] != "spot":
+        return np.ones(len(L))
+    away = np.degrees(2 * np.arctan2(np.linalg.norm(L + light["axis"], axis=1),
+                                     np.linalg.norm(L - light["axis"], axis=1)))  # fmt: skip
+    with np.errstate(all="ignore"):
+        share = np.clip((light["angle"] - away) / (light["angle"] * light["penumbra"]), 0, 1)
+    return np.where(away < light["angle"], share, 0.0)
 
 
 def bilinear(image: Array, direction: Array) -> Array:

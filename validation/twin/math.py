@@ -43,6 +43,11 @@ def larger(a: Any, b: Any) -> Array:
     return np.where(a > b, a, b)
 
 
+def smaller(a: Any, b: Any) -> Array:
+    """The smaller number; `b` where `a` is NaN."""
+    return np.where(a < b, a, b)
+
+
 def largest_coordinate(v: Array) -> Array:
     a = np.abs(v)
     return larger(larger(a[0], a[1]), a[2])

@@ -182,6 +182,18 @@ def _sky() -> Table:
         {"type": "ellipsoid", "center": [-2, 0, 0.5], "radii": [1, 0.3, 0.5], "material": _GLASS}]}
 
 
+def _lamps() -> Table:
+    """Every kind of light, on surfaces that scatter in every way."""
+    spot = {"type": "spot", "position": [2, 3, 4], "target": [0, 0, 0]}
+    lights = [
+        {**spot, "intensity": [0.5, 0.6, 0.7]},
+        {**spot, "angle": 9, "penumbra": 0, "intensity": [20, 8, 8], "falloff": "inverse-square"},
+        {**spot, "position": [0.3, -0.1, 0], "angle": 90, "penumbra": 1, "intensity": 0.4},
+    ]
+    shapes = [*_spheres()["shapes"][1:], *_meshes()["shapes"][3:]]
+    return {"lights": lights, "max_depth": 3, "camera": {**_CAMERA, "spp": 4}, "shapes": shapes}
+
+
 def _empty() -> Table:
     return {"lights": [], "shapes": []}
 
@@ -189,7 +201,7 @@ def _empty() -> Table:
 _SCENES = {
     "spheres": _spheres, "flat shapes": _flat, "quadrics": _quadrics, "meshes": _meshes,
     "inside glass": _inside_glass, "media": media, "media from within": media_within,
-    "tinted shadows": _tinted, "ambient samples": _ambient,
+    "tinted shadows": _tinted, "ambient samples": _ambient, "lights": _lamps,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
     "nothing": _empty,
     "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,

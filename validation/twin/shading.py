@@ -9,7 +9,22 @@ import numpy as np
 from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
-from .math import ONE, Array, combine, dot, larger, mix_bits, power, sine_cosine, unit, unit_interval, vector
+from .math import (
+    ONE,
+    Array,
+    arctan2,
+    combine,
+    cross,
+    dot,
+    larger,
+    mix_bits,
+    power,
+    sine_cosine,
+    smaller,
+    unit,
+    unit_interval,
+    vector,
+)
 from .surface import Surface, bands, color_of
 
 EMISSION, AMBIENT, DIFFUSE, HIGHLIGHT, ALL = (
@@ -48,11 +63,26 @@ def _directional(light: np.void, start: Array) -> LightSample:
     return LightSample(_place(light, start), far, np.ones_like(far))
 
 
+def _spot(light: np.void, start: Array) -> LightSample:
+    sample = _point(light, start)
+    axis = np.repeat(light["axis"][:3, None], start.shape[1], axis=1)
+    across = cross(axis, sample.direction)
+    theta = arctan2(np.sqrt(dot(across, across)), -dot(axis, sample.direction))
+    share = (light["angle"] - theta) / light["width"]
+    clamped = smaller(larger(share, _ZERO), ONE)
+    return LightSample(
+        np.where(share > 0.0, sample.direction, _ZERO), sample.distance, sample.factor * clamped
+    )
+
+
 def _place(light: np.void, start: Array) -> Array:
     return np.repeat(light["place"][:3, None], start.shape[1], axis=1)
 
 
-_SAMPLES = {layout.LIGHT_KINDS["POINT"]: _point, layout.LIGHT_KINDS["DIRECTIONAL"]: _directional}
+_SAMPLES = {
+    layout.LIGHT_KINDS[kind]: sample
+    for kind, sample in {"POINT": _point, "DIRECTIONAL": _directional, "SPOT": _spot}.items()
+}
 
 
 def lit(s: Surface, to: LightSample, terms: int) -> Array:
