@@ -1,4 +1,4 @@
-"""Light sources: points, directions, spots."""
+"""Light sources: points, directions, spots, and those with extent."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from msgspec import Meta
 
 from clrt.base.places import At
 from clrt.base.records import Vector, float32, is_zero
+from clrt.scene.arealights import DiskLight, RectangleLight, SphereLight
 from clrt.spectra.colors import Colored, LightColor
 
 
@@ -77,9 +78,12 @@ class SpotLight(Colored, frozen=True, kw_only=True, tag="spot", tag_field="type"
             raise at.key("target").error(self.target, "a spot's target must not be at its position")
 
 
-Light = PointLight | DirectionalLight | SpotLight
+Light = PointLight | DirectionalLight | SpotLight | RectangleLight | DiskLight | SphereLight
 LIGHTS: dict[str, type[Light]] = {
     "point": PointLight,
     "directional": DirectionalLight,
     "spot": SpotLight,
+    "rectangle": RectangleLight,
+    "disk": DiskLight,
+    "sphere": SphereLight,
 }

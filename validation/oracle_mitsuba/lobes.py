@@ -15,6 +15,7 @@ import numpy as np
 
 from . import engine
 from .engine import dr, mi
+from .lights import Way
 from .plugins import rgb
 from .skies import environment
 from .surfaces import emitter
@@ -54,7 +55,7 @@ class Lobes(Table):
         si.wi = engine.vector(-direction)
         return engine.rows(self.world.scene.environment().eval(si), n)
 
-    def local(self, index: int, u: Array, spot: Spot, L: Array, distance: Array) -> Array:
+    def local(self, index: int, u: Array, spot: Spot, way: Way) -> Array:
         """Light number `index` on diffuse surfaces, and no highlight (2, n, 3)."""
         n, light = len(u), self.lights[index]
         si = self._interaction(u, spot, spot.ns)

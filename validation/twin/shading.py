@@ -9,80 +9,14 @@ import numpy as np
 from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
-from .math import (
-    ONE,
-    Array,
-    arctan2,
-    combine,
-    cross,
-    dot,
-    larger,
-    mix_bits,
-    power,
-    sine_cosine,
-    smaller,
-    unit,
-    unit_interval,
-    vector,
-)
+from .lights import LightSample
+from .math import ONE, Array, combine, disk, dot, frame_about, larger, mix_bits, power, unit, unit_interval
 from .surface import Surface, bands, color_of
 
 EMISSION, AMBIENT, DIFFUSE, HIGHLIGHT, ALL = (
     layout.TERMS[f"TERM_{name}"] for name in ("EMISSION", "AMBIENT", "DIFFUSE", "HIGHLIGHT", "ALL")
 )
 _ZERO = np.float32(0.0)
-
-
-@dataclass(frozen=True)
-class LightSample:
-    """The way from n points to one light, and the factor (n,) by which its intensity arrives.
-
-    Unit directions (3, n), 0 where it does not shine; distances (n,), infinite where it is directional.
-    """
-
-    direction: Array
-    distance: Array
-    factor: Array
-
-
-def light_sample(light: np.void, start: Array) -> LightSample:
-    """By kind of light, as `kernels/light.clh`."""
-    return _SAMPLES[int(light["kind"])](light, start)
-
-
-def _point(light: np.void, start: Array) -> LightSample:
-    way = _place(light, start) - start
-    distance = np.sqrt(dot(way, way))
-    fades = light["falloff"] == layout.FALLOFF["INVERSE_SQUARE"]
-    factor = ONE / (distance * distance) if fades else np.ones_like(distance)
-    return LightSample(way * (ONE / distance), distance, factor)
-
-
-def _directional(light: np.void, start: Array) -> LightSample:
-    far = np.full(start.shape[1], np.inf, np.float32)
-    return LightSample(_place(light, start), far, np.ones_like(far))
-
-
-def _spot(light: np.void, start: Array) -> LightSample:
-    sample = _point(light, start)
-    axis = np.repeat(light["axis"][:3, None], start.shape[1], axis=1)
-    across = cross(axis, sample.direction)
-    theta = arctan2(np.sqrt(dot(across, across)), -dot(axis, sample.direction))
-    share = (light["angle"] - theta) / light["width"]
-    clamped = smaller(larger(share, _ZERO), ONE)
-    return LightSample(
-        np.where(share > 0.0, sample.direction, _ZERO), sample.distance, sample.factor * clamped
-    )
-
-
-def _place(light: np.void, start: Array) -> Array:
-    return np.repeat(light["place"][:3, None], start.shape[1], axis=1)
-
-
-_SAMPLES = {
-    layout.LIGHT_KINDS[kind]: sample
-    for kind, sample in {"POINT": _point, "DIRECTIONAL": _directional, "SPOT": _spot}.items()
-}
 
 
 def lit(s: Surface, to: LightSample, terms: int) -> Array:
@@ -231,28 +165,12 @@ def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
 
 def cosine_direction(n: Array, key: Array, index: Array) -> Array:
     """Direction `index` of a cosine-distributed set about n: the R2 sequence (Roberts 2018) plus a hash."""
-    x = 2.0 * unit_interval(mix_bits(key + np.uint32(1)) + index * np.uint32(0xC13FA9A9)) - 1.0
-    y = 2.0 * unit_interval(mix_bits(key + np.uint32(2)) + index * np.uint32(0x91E10DA5)) - 1.0
-    disk_x, disk_y = _concentric(x, y)
-    sign = np.where(n[2] < 0.0, -ONE, ONE)
-    a = -1.0 / (sign + n[2])
-    b = n[0] * n[1] * a
-    tangent = vector(1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0])
-    bitangent = vector(b, sign + n[1] * n[1] * a, -n[1])
+    u1 = unit_interval(mix_bits(key + np.uint32(1)) + index * np.uint32(0xC13FA9A9))
+    u2 = unit_interval(mix_bits(key + np.uint32(2)) + index * np.uint32(0x91E10DA5))
+    disk_x, disk_y = disk(u1, u2)
+    tangent, bitangent = frame_about(n)
     height = np.sqrt(larger(1.0 - disk_x * disk_x - disk_y * disk_y, _ZERO))
     return unit(tangent * disk_x + bitangent * disk_y + n * height)
-
-
-def _concentric(x: Array, y: Array) -> tuple[Array, Array]:
-    """The square [-1, 1]^2 onto the disk (Shirley and Chiu 1997)."""
-    wide = np.abs(x) > np.abs(y)
-    radius, ratio = np.where(wide, x, y), np.where(wide, y / x, x / y)
-    sine, cosine = sine_cosine(0.785398163 * ratio)
-    along, across = radius * cosine, radius * sine
-    center = ~wide & (y == 0.0)
-    return np.where(center, _ZERO, np.where(wide, along, across)), np.where(
-        center, _ZERO, np.where(wide, across, along)
-    )
 
 
 def ambient_directions(s: Surface, path: Array, samples: int) -> tuple[Array, Array]:
