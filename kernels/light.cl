@@ -8,6 +8,14 @@
 #include "light.clh"
 #include "sky.clh"
 
+// Where the surface of a light shows nothing: behind, unless it shines on both sides; and to ambient rays, since feelers
+// have counted it.
+INLINED intP dark(__global const Material *material, const Surfaces s, uint ambient_queue)
+{
+    if (ambient_queue) return (intP)(-1);
+    return material->light == 2 ? (intP)(0) : (s.code & SURFACE_INSIDE) != 0;
+}
+
 // `local_radiance` receives weight * (emission + ambient), or the background; where it is not black: SPAWN_LOCAL says
 // so, without which it is not to be read. `spawn` receives the packed counts (layout.SPAWN). In the last generation
 // nothing is spawned: `depth_color` stands for it.
@@ -58,6 +66,7 @@ __kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PAR
         for (int b = 0; b < RAY_BANDS; b++) {
             floatP emission = (floatP)(0.0f), ambient = emission;
             if (terms & TERM_EMISSION) emission = in_band(material->emission, s, b);
+            if (material->light) emission = select(emission, (floatP)(0.0f), dark(material, s, ambient_queue));
             if (terms & TERM_AMBIENT)
                 ambient = select(material->ka * colors(material, s, b) * in_band(world.scene->ambient, s, b), ambient,
                                  gathers);
@@ -148,6 +157,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_P
                 if (world.scene->tinted)
                     filter[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
 #endif
+                if (world.scene->surfaces) own[at] = light->surface;
                 owner[at++] = first + k;
             }
         }

@@ -147,7 +147,7 @@ class Job:
 
         special = {
             "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
-            "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes - 1.0),
+            "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
         }  # fmt: skip
         light = seen(flat.response)
         return {"image": light, **{name: special.get(name, light) for name in self.layers}}

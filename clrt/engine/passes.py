@@ -134,6 +134,7 @@ def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit) ->
         device.buffer(4 * n, "uint"),
         device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes), "float"),
         device.buffer(4 * n, "uint"),
+        device.buffer(4 * n, "int") if world.surfaces else None,
         device.buffer(block_bytes(n if world.tinted else 0, kernels.rays.values, lanes), "float"),
         world.tinted,
     )
@@ -143,10 +144,10 @@ def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit) ->
         kernels.launch_packets("feelers", queue.n, *world.arguments, *groups)
         arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
         if world.tinted:
-            kernels.launch_packets("occluded_tinted", n, *arguments, found.filter)
+            kernels.launch_packets("occluded_tinted", n, *arguments, found.filter, found.own)
         else:
             sequence = arranged(device, found.rays, n) if queue.kind in _SCATTERED else None
-            device.launch_packets("occluded", n, *arguments, sequence)
+            device.launch_packets("occluded", n, *arguments, sequence, found.own)
     return found
 
 
@@ -170,7 +171,8 @@ def illuminate(
 def any_hit(device: Device, world: World, queue: Queue) -> Any:
     """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
     seen = device.buffer(4 * queue.n, "uint")
-    device.launch_packets("occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen, None)
+    arguments = (*world.arguments, queue.rays, np.uint32(queue.n), seen, None, None)
+    device.launch_packets("occluded", queue.n, *arguments)
     return seen
 
 

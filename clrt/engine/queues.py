@@ -162,6 +162,7 @@ class Feelers(_Parameters):
     owner: Any  # uint: the ray that each belongs to
     rays: Any  # blocks of layout.RAY_FIELDS
     seen: Any  # uint: 1 where nothing blocks the light
+    own: Any  # int: where lights are seen, the primitive of the one that each goes to, -1 of others
     filter: Any  # where shadows are tinted, blocks of layout.Rays.values: what comes through of each band
     tinted: bool
     _fields = attrgetter(*layout.FEELERS)
@@ -210,10 +211,10 @@ def picture_tile(rays: int, tile: int) -> int:
     return -(-rays // 2) if tile // 2 < rays <= 4 * tile else tile
 
 
-def feeler_bytes(n: int, rays: layout.Rays, lanes: int, tinted: bool) -> int:
+def feeler_bytes(n: int, rays: layout.Rays, lanes: int, tinted: bool, surfaces: bool = False) -> int:
     """Bytes of the Feelers."""
     fields = len(layout.RAY_FIELDS) + (rays.values if tinted else 0)
-    return block_bytes(n, fields, lanes) + 4 * n * 2  # owner, seen
+    return block_bytes(n, fields, lanes) + 4 * n * (2 + surfaces)  # owner, seen, own
 
 
 def new_queue(device: Device, kind: str, n: int) -> Queue:

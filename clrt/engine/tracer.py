@@ -360,7 +360,7 @@ class Tracer:
         ceilings.check_picture(pixels, samples)
         group = self.flat.group
         parts = -(-self.flat.bands // group) if group and depth else 1  # rays that dispersion makes of one
-        limits.check_work(pixels * samples * parts, self.world.lights, self._branching(depth))
+        limits.check_work(pixels * samples * parts, self.world.feelers, self._branching(depth))
 
     def _branching(self, depth: int) -> Branching:
         info, materials = self.flat.scene[0], self.flat.materials

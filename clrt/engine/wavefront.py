@@ -141,7 +141,7 @@ def _check_size(
         if lit.totals.get("GROUPS"):
             narrow += lit.totals["GROUPS"]
             need += queue_bytes(lit.totals["GROUPS"], device.for_queue(True).rays, lanes)
-        most_feelers = max(most_feelers, feeler_bytes(lit.totals["FEELERS"], rays, lanes, world.tinted))
+        most_feelers = max(most_feelers, feeler_bytes(lit.totals["FEELERS"], rays, lanes, world.tinted, world.surfaces))
     if need + most_feelers > budget or (narrow > _NARROW_RAYS and pixels > 1):
         raise TooLarge
 

@@ -71,7 +71,8 @@ class World:
         self.flat, self._buffers = flat, buffers
         self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
         self.small = int(info["nodes"][0]) < _SMALL
-        self.lights = int(info["lights"][0])
+        self.feelers = int(flat.lights["samples"].sum())
+        self.surfaces = bool(info["surfaces"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])
 

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt import layout
+from clrt.scene.arealights import AreaLight
 from clrt.scene.lights import (
     DirectionalLight,
     DiskLight,
@@ -51,6 +52,13 @@ class MaterialTable:
             record = _material(material, checker, one_sided, self._bands, self._group).tobytes()
             self._by_identity[key] = self._by_value.setdefault(record, len(self._by_value))
         return self._by_identity[key]
+
+    def glowing(self, light: AreaLight) -> int:
+        """The number of what the surface of a visible light is made of: it sends its radiance, and is black."""
+        black = Material(color=0.0, diffuse=0.0, emission=light.radiance)
+        record = _material(black, "PLAIN", False, self._bands, self._group)
+        record["light"] = 2 if light.two_sided else 1
+        return self._by_value.setdefault(record.tobytes(), len(self._by_value))
 
     def records(self) -> np.ndarray:
         """All of them in the order of their numbers, dtype Material."""
@@ -114,7 +122,7 @@ def flatten_lights(scene: Scene, bands: Bands | None) -> np.ndarray:
     for record, source in zip(out, scene.lights, strict=True):
         kind, fill = _LIGHTS[type(source)]
         record["kind"] = (layout.LIGHT_KINDS | layout.EXTENDED_KINDS)[kind]
-        record["samples"] = 1
+        record["samples"], record["surface"] = 1, -1
         record["intensity"] = light(source.intensity, bands)
         fill(record, source)
     return out
@@ -162,7 +170,7 @@ def _sphere(record: np.void, source: SphereLight) -> None:
 def _area(record: np.void, source: RectangleLight | DiskLight | SphereLight) -> None:
     record["place"][:3] = source.center
     record["samples"], record["extended"] = source.samples, 1
-    record["two_sided"], record["visible"] = source.two_sided, source.visible
+    record["two_sided"] = source.two_sided
 
 
 def _unit(way: Any) -> np.ndarray:

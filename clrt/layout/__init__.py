@@ -90,6 +90,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
         # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
         ("medium", "int"), ("priority", "int"), ("dispersive", "int"),
+        ("light", "int"),  # 0; of the surface of a light 1, 2 where it shines on both sides
         ("color", "float@BANDS"), ("color2", "float@BANDS"), ("highlight", "float@BANDS"),
         ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
         ("absorption", "float@BANDS"),
@@ -99,11 +100,12 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # POINT, SPOT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it. SPOT: `axis` = unit vector
     # that it shines along; `angle` from it at which the light ends, `width` of the penumbra, in radians.
     # EXTENDED_KINDS: `place`.xyz the middle, `axis` = unit normal, `u`, `v` = half sides or radii across each
-    # other, `share` of a point: area / (pi samples); `radius` of a sphere. `samples` feelers at a hit, 1 of others
+    # other, `share` of a point: area / (pi samples); `radius` of a sphere. `samples` feelers at a hit, 1 of others;
+    # `surface` = the primitive by which rays see it, -1 without one
     "Light": (
         ("place", "float4"), ("axis", "float4"), ("u", "float4"), ("v", "float4"),
         ("kind", "int"), ("falloff", "int"), ("angle", "float"), ("width", "float"),
-        ("samples", "int"), ("extended", "int"), ("two_sided", "int"), ("visible", "int"),
+        ("samples", "int"), ("extended", "int"), ("two_sided", "int"), ("surface", "int"),
         ("share", "float"), ("radius", "float"), ("pad0", "int"), ("pad1", "int"),
         ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
     ),
@@ -111,7 +113,8 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     "SceneInfo": (
         ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
         ("ambient_samples", "int"), ("tinted", "int"), ("spd", "int"), ("one_sided", "int"),
-        ("extended", "int"),  # is there a light with extent
+        # is there a light with extent; how many are seen: their primitives are the last
+        ("extended", "int"), ("surfaces", "int"),
         ("medium_ior", "float"), ("min_weight", "float"),
         ("background_width", "int"), ("background_height", "int"),
         ("ambient", "float@BANDS"), ("background", "float@BANDS"), ("depth_color", "float@BANDS"),
@@ -189,6 +192,7 @@ FEELERS: Final = {
     "owner": "uint *owner",
     "rays": "float *feeler_rays",
     "seen": "uint *seen",
+    "own": "int *own",
     "filter": "float *filter",
 }
 # a queue that is written while another is read: all but the number of rays, the last parameter of a queue

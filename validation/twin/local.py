@@ -85,7 +85,7 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
     if last or not (terms & AMBIENT and info["ambient_samples"] > 0):
         gathers = np.zeros_like(gathers)
 
-    value = weight * local_light(flat, s, gathers, terms)
+    value = weight * local_light(flat, s, gathers, terms, ambient=queue.kind == "ambient")
     if last and terms == ALL:
         depth_color = info["depth_color"][:, None]
         value = np.where(reflects, value + weight * bounce.reflect * depth_color, value)
@@ -159,26 +159,26 @@ def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feel
         chosen([to.direction for to in ways], (3, 0)),
         chosen([to.distance for to in ways], (0,)),
     )
-    ray = found.which[hit]
+    ray, own = found.which[hit], np.array([light["surface"] for light, _ in found_by], np.int32)[number]
     contribution = queue.weight[:, ray] * chosen(radiance, (flat.bands, 0))
     through = np.ones_like(contribution)
     if flat.scene["tinted"][0]:
-        seen = _tint(flat, rays, through)
+        seen = _tint(flat, rays, own, through)
         contribution *= through
     else:
-        seen = nearest_hit(flat, rays).primitive < 0
+        seen = nearest_hit(flat, rays, own=own).primitive < 0
     if queue.band is not None:
         contribution = np.where(own_bands(flat, queue.band[ray]), contribution, np.float32(0.0))
     return Feelers(ray, rays, seen.astype(np.uint32), through, contribution)
 
 
-def _tint(flat: FlatScene, rays: Rays, through: Array) -> Array:
+def _tint(flat: FlatScene, rays: Rays, own: Array, through: Array) -> Array:
     """Multiply by kt Tt of every surface crossed, in order, up to the first opaque one. Which get through?"""
     seen = np.ones(len(rays), bool)
     at = Hits(np.zeros(len(rays), np.float32), np.full(len(rays), BEFORE_ALL, np.int32))
     crossing = np.arange(len(rays))
     while len(crossing):
-        at = nearest_hit(flat, rays[crossing], at)
+        at = nearest_hit(flat, rays[crossing], at, own[crossing])
         hit = at.primitive != NO_PRIMITIVE
         crossing, at = crossing[hit], Hits(at.t[hit], at.primitive[hit])
         material = flat.materials[primitives_of(flat)["material"][at.primitive]]
