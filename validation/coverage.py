@@ -46,7 +46,7 @@ MATERIALS: Final = (
     "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
 )  # fmt: skip
 LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
-                 "rectangle light", "disk light", "sphere light", "two-sided light",
+                 "rectangle light", "disk light", "sphere light", "two-sided light", "visible light",
                  "several lights", "no light", "shadows", "tinted shadows")
 SETTINGS: Final = (
     "background colour", "background image", "ambient rays", "depth colour", "least weight", "medium index",
@@ -127,6 +127,7 @@ def _light_features(scene: Scene) -> set[str]:
         "point light": "point" in kinds, "directional light": "directional" in kinds,
         "spot light": any(light.penumbra > 0 for light in spots),
         "spot without penumbra": any(light.penumbra == 0 for light in spots),
+        "visible light": any(getattr(light, "visible", False) for light in lights),
         "two-sided light": any(getattr(light, "two_sided", False) for light in lights),
         **{f"{kind} light": kind in kinds for kind in ("rectangle", "disk", "sphere")},
         "several lights": len(lights) > 1,

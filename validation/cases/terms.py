@@ -110,6 +110,15 @@ def _lights() -> dict[str, Table]:
         "rectangle": _pair(_SHINY, lights=[panel]),
         "disk and sphere": _pair(_SHINY, lights=[plate, bulb]),
         "within a sphere of light": _pair(_SHINY, lights=[around]),
+        "lights that are seen": _pair(bright, lights=[
+            {**plate, "visible": True, "radiance": [0.7, 0.9, 0.8]},
+            {**bulb, "center": [-2, 1, 1.5], "visible": True, "radiance": 0.8},
+            {**panel, "center": [1.4, 2, -1], "u": [1, 0.2, 0], "v": [0, 0.6, 0.4], "visible": True,
+             "radiance": [0.9, 0.8, 0.7]}]),
+        "lights seen from all sides": _pair(
+            {**_GLASS, "specular": 0.3}, ambient_samples=2, max_depth=3, **four, lights=[
+                {**around, "radius": 12, "visible": True, "samples": 2},
+                {**plate, "visible": True, "samples": 2}]),
         "lights with extent in mirrors": _pair(bright, lights=[panel, bulb], max_depth=2, **four),
         "lights with extent and ambient rays": _pair(_MATTE, lights=[plate, around], ambient_samples=2,
                                                      max_depth=1, **four),

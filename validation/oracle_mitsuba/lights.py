@@ -76,6 +76,42 @@ def _on_sphere(light: dict[str, Any], origin: Array, u1: Array, u2: Array) -> Wa
     return L, distance, 2 * width / light["samples"]
 
 
+def surface(light: dict[str, Any], origin: Array, direction: Array) -> tuple[Array, Array]:
+    """Where rays (n, 3) first meet the surface of a light that is seen, (n,), inf where they do not; and its
+    outward unit normal there (n, 3)."""
+    way, nowhere = light["at"] - origin, np.full(len(origin), np.inf)
+    if light["type"] == "sphere":
+        along = np.einsum("ni,ni->n", way, direction)
+        across = way - along[:, None] * direction
+        half = light["radius"] ** 2 - np.einsum("ni,ni->n", across, across)
+        root = np.sqrt(np.maximum(half, 0.0))
+        t = np.where(along - root > 0, along - root, along + root)
+        t = np.where((half >= 0) & (t > 0), t, nowhere)
+        with np.errstate(invalid="ignore"):
+            return t, (t[:, None] * direction - way) / light["radius"]
+    with np.errstate(all="ignore"):
+        t = way @ light["normal"] / (direction @ light["normal"])
+        at = t[:, None] * direction - way
+        a, b = (at @ light[name] / (light[name] @ light[name]) for name in ("u", "v"))
+        if light["type"] == "rectangle":  # whose sides need not be at right angles
+            u, v = light["u"], light["v"]
+            inverse = np.linalg.pinv(np.stack([u, v], axis=1))
+            a, b = (at @ inverse.T).T
+            met = (np.abs(a) <= 1) & (np.abs(b) <= 1)
+        else:
+            met = a * a + b * b <= 1
+    return np.where(met & (t > 0), t, nowhere), np.broadcast_to(light["normal"], origin.shape)
+
+
+def unhidden(lights: list[dict[str, Any]], number: int, origin: Array, L: Array, distance: Array) -> Array:
+    """Where no surface of another light stands before light `number`, (n, 1)."""
+    free = np.ones(len(origin), bool)
+    for other, light in enumerate(lights):
+        if other != number and light.get("visible"):
+            free &= ~(surface(light, origin, L)[0] < distance)
+    return free[:, None]
+
+
 def _towards(place: Array, origin: Array) -> tuple[Array, Array]:
     way = place - origin
     distance = np.linalg.norm(way, axis=1)

@@ -14,7 +14,7 @@ import numpy as np
 
 from . import skies
 from .hashing import GATHERED, child_path, combine, cosine_direction
-from .lights import Way, ways
+from .lights import Way, surface, unhidden, ways
 from .media import Media
 from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Lit, Rays, drawing
 from .world import Hits, World
@@ -55,6 +55,7 @@ class Table:
     def __init__(self, job: dict[str, Any]) -> None:
         self.of = job["materials"]
         self.lights, self.settings = job["lights"], job["settings"]
+        self.shapes = len(self.of["kd"]) - len(self.lights) - 1
         self.max_depth: int = self.settings["max_depth"]
         background = self.settings["background"]
         image = skies.read(background) if isinstance(background, str) else background
@@ -74,7 +75,7 @@ class Table:
 
         Rays come back with the states of media on this side of their hits, and weaker by what absorbs.
         """
-        hits = self.world.nearest(rays.origin, rays.direction, rays.form)
+        hits = self._nearest(rays)
         here, beyond = rays.media.copy(), rays.media.copy()
         todo = np.flatnonzero(hits.shape >= 0)
         while todo.size:
@@ -86,12 +87,25 @@ class Table:
             here[todo] = beyond[todo]
             start = hits.t[todo] + self.world.step(hits.point[todo])
             ahead = rays.take(todo)
-            hits.put(todo, self.world.nearest(ahead.origin, ahead.direction, ahead.form, start))
+            hits.put(todo, self._nearest(ahead, start))
             todo = todo[hits.shape[todo] >= 0]
         sigma = self.media.sigma[self.media.top(here)]
         with np.errstate(invalid="ignore"):
             clear = np.where(sigma > 0, np.exp(-sigma * hits.t[:, None]), 1.0)
         return replace(rays, media=here, weight=rays.weight * clear), hits, beyond
+
+    def _nearest(self, rays: Rays, start: Any = None) -> Hits:
+        """Nearest hits beyond `start`: of shapes, which Mitsuba finds, and of lights that are seen."""
+        hits = self.world.nearest(rays.origin, rays.direction, rays.form, start)
+        for number, light in enumerate(self.lights):
+            if not light.get("visible"):
+                continue
+            t, outward = surface(light, rays.origin, rays.direction)
+            rows = np.flatnonzero((t < hits.t) & (t > (0.0 if start is None else start)))
+            point = rays.origin[rows] + t[rows, None] * rays.direction[rows]
+            shape, form = np.full(len(rows), self.shapes + number), np.full(len(rows), -1)
+            hits.put(rows, Hits(t[rows], shape, point, outward[rows], outward[rows], form))
+        return hits
 
     def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Lit:
         """The rays' own light, and the rays they spawn; those of the last generation bring depth_color
@@ -111,7 +125,7 @@ class Table:
         constant = np.where(gathers[:, None], 0.0, share * ambient)
         received = [self._received(index, here, spot) for index in range(len(self.lights))]
         lit.terms[:, met] = np.stack(
-            [self.of["e"][spot.shape], constant, *sum(received, np.zeros((2, *share.shape)))]
+            [self._emission(spot, kind), constant, *sum(received, np.zeros((2, *share.shape)))]
         )
         lit.light[met] = lit.terms[:, met].sum(axis=0)
         for name, rows, weight, child in self._bounced(here, spot):
@@ -122,6 +136,13 @@ class Table:
         if gathers.any():
             lit.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
         return lit
+
+    def _emission(self, spot: Spot, kind: str) -> Array:
+        """e (n, 3); of lights on a side that shines, and nothing for ambient rays, whose hits counted them."""
+        number = np.maximum(spot.shape - self.shapes, -1)  # -1 of all that is no light
+        both = np.array([*(light.get("two_sided", False) for light in self.lights), False])
+        dark = (number >= 0) & ((~both[number] & ~spot.enters) | (kind == AMBIENT))
+        return np.where(dark[:, None], 0.0, self.of["e"][spot.shape])
 
     def _spot(self, rays: Rays, hits: Hits, beyond: Array) -> Spot:
         u = rays.direction
@@ -173,6 +194,7 @@ class Table:
             rows = np.flatnonzero((dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & scatters)
             if rows.size:
                 seen = self.world.visible(origin[rows], L[rows], spot.form[rows], distance[rows], self.clear)
+                seen = seen * unhidden(self.lights, index, origin[rows], L[rows], distance[rows])
                 here = tuple(part[rows] for part in way)
                 added[:, rows] += seen * self.local(index, rays.direction[rows], spot.take(rows), here)
         return added
@@ -185,6 +207,8 @@ class Table:
         aligned = -dot(2 * cosine[:, None] * spot.ns - L, u)
         with np.errstate(all="ignore"):
             lobe = np.where(aligned > 0, aligned ** of["m"][shape], 0.0)
+        if light.get("visible"):  # mirrors show it
+            lobe = np.where(of["kr"][shape] > 0, 0.0, lobe)
         highlight = self._faded(of["H"][shape], shape, cosine)
         value = np.stack(
             [(of["kd"][shape] * cosine)[:, None] * spot.F, (of["ks"][shape] * lobe)[:, None] * highlight]
