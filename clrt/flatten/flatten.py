@@ -70,9 +70,9 @@ class FlatScene:
         return int(self.scene["ambient"].shape[-1])
 
     @property
-    def rays(self) -> layout.Rays:
+    def ray_format(self) -> layout.RayFormat:
         """What rays carry through this scene."""
-        return layout.Rays(self.bands, self.media_places, self.group)
+        return layout.RayFormat(self.bands, self.media_places, self.group)
 
     @property
     def media_places(self) -> int:
@@ -89,6 +89,11 @@ class FlatScene:
                 digest.update(f"{entry.name} {value.dtype.descr} {value.shape}\n".encode())
                 digest.update(self._digest(value))
         return digest.hexdigest()
+
+    @property
+    def feelers(self) -> int:
+        """The most that a hit sends: one to each light, or to each of its points."""
+        return int(self.lights["samples"].sum())
 
     @cached_property
     def digests(self) -> dict[int, bytes]:

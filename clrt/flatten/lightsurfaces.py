@@ -18,12 +18,15 @@ _SECTIONS: Final = ("primitives", "spheres", "disks", "quadrics")
 
 def visible_lights(scene: Scene) -> dict[int, AreaLight]:
     """Those that rays see, by their number among the scene's lights."""
-    found = {number: light for number, light in enumerate(scene.lights) if isinstance(light, AreaLight)}
-    return {number: light for number, light in found.items() if light.visible}
+    return {
+        number: light
+        for number, light in enumerate(scene.lights)
+        if isinstance(light, AreaLight) and light.visible
+    }
 
 
 def add_surfaces(scene: Scene, sections: dict[str, np.ndarray], materials: dict[int, int]) -> None:
-    """Add the primitives of visible lights to a scene's sections; materials: their numbers, by the light's."""
+    """Add the primitives of visible lights to the sections; materials: their numbers, by the light's."""
     for number, light in visible_lights(scene).items():
         kind, record = _record(light)
         section = layout.SECTIONS[kind]

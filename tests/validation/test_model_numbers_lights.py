@@ -1,7 +1,7 @@
 """The numbers for lights in docs/model.md, asked of the float64 oracle and of the kernels alike.
 
-A plane of kd F = 1 through the point shows what falls on it. Tolerances: the oracle agrees to the digits that
-are printed; float32 is off by its roundings, times how much the quantity makes of them, as said where it is used.
+A plane of kd F = 1 through the point shows what falls on it. Tolerances: the oracle agrees to the digits
+that are printed; float32 is off by its roundings, times what the quantity makes of them.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ SPOT = {"type": "spot", "position": [0, 3, 0], "target": [0, 0, 0]}
 
 
 @pytest.mark.parametrize(
-    ("degrees", "share"), [(0, 1), (27, 1), (28, 2 / 3), (29.5, 1 / 6), (29.999, 1 / 3000), (30.001, 0), (80, 0)]
+    ("degrees", "share"),
+    [(0, 1), (27, 1), (28, 2 / 3), (29.5, 1 / 6), (29.999, 1 / 3000), (30.001, 0), (80, 0)],
 )
 def test_25_share_of_a_spot(engine: Engine, degrees: float, share: float) -> None:
     x = 3 * np.tan(np.radians(degrees))

@@ -97,8 +97,8 @@ def _lights() -> dict[str, Table]:
              {**spot, "position": [4, 5, 3], "angle": 24, "penumbra": 0, "intensity": [22, 15, 9],
               "falloff": "inverse-square"}]  # fmt: skip
     hidden: Table = {"visible": False}
-    panel = {"type": "rectangle", "center": [-3, 4, 4], "u": [1, 0, 0.4], "v": [-0.2, 0.5, -0.8], "samples": 6,
-             "radiance": [6, 5, 4], **hidden}  # fmt: skip
+    panel = {"type": "rectangle", "center": [-3, 4, 4], "u": [1, 0, 0.4], "v": [-0.2, 0.5, -0.8],
+             "samples": 6, "radiance": [6, 5, 4], **hidden}  # fmt: skip
     plate = {"type": "disk", "center": [2.6, 0.4, 2], "normal": [1, 0.2, 0.3], "radius": 0.7, "samples": 5,
              "radiance": [1, 2, 3], "two_sided": True, **hidden}  # fmt: skip
     bulb = {"type": "sphere", "center": [1, 3, 3], "radius": 0.9, "samples": 4, "radiance": 2, **hidden}

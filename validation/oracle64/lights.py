@@ -27,7 +27,7 @@ from . import hashing
 from .film import Rays
 from .vectors import Array, Ints, dot, unit
 
-Way = tuple[Array, Array, Array]  # directions (n, 3) to a light, distances (n,), and by how much of it arrives (n,)
+Way = tuple[Array, Array, Array]  # directions (n, 3) to a light, distances (n,), factors (n,)
 
 
 def point(source: Any, origin: Array) -> Way:
@@ -110,7 +110,8 @@ def with_surfaces(scene: Scene) -> tuple[Scene, Ints]:
     number, -1 for what is no light."""
     numbers = [k for k, light in enumerate(scene.lights) if getattr(light, "visible", False)]
     found = copy.copy(scene)
-    msgspec.structs.force_setattr(found, "shapes", (*scene.shapes, *(_surface(scene.lights[k]) for k in numbers)))
+    surfaces = tuple(_surface(scene.lights[k]) for k in numbers)
+    msgspec.structs.force_setattr(found, "shapes", (*scene.shapes, *surfaces))
     return found, np.array([-1] * len(scene.shapes) + numbers, int)
 
 

@@ -15,7 +15,7 @@ from .camera import Background
 from .film import ROUTES, Film, Rays
 from .lights import Way, ways
 from .spot import Spot, spot_at, visible_hit
-from .vectors import Array, dot, unit
+from .vectors import Array, dot
 from .world import World, visibility
 
 

@@ -112,7 +112,8 @@ def nearest_hit(world: World, origin: Array, direction: Array, after: Hit | None
 def visibility(world: World, origin: Array, direction: Array, length: Array, light: int) -> Array:
     """What of a light at distance `length` arrives (n, bands): 0 behind a blocker at t < length, else 1.
 
-    Its own surface, that of light number `light`, does not count. With tinted shadows every transmissive surface crossed multiplies it by kt Tt.
+    Its own surface, that of light number `light`, does not count. With tinted shadows every transmissive
+    surface crossed multiplies it by kt Tt.
     """
     seen = np.ones((len(origin), world.palette.bands))
     reach = length.copy()

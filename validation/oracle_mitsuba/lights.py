@@ -1,4 +1,4 @@
-"""Ways from points to lights in float64; of a light with extent to each of the points that the model states."""
+"""Ways from points to lights in float64; of a light with extent to each of its points."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from .hashing import basis, combine, mix, on_disk, unit
 
 Array = np.ndarray
-Way = tuple[Array, Array, Array]  # unit directions (n, 3), 0 where nothing shines; distances (n,), factors (n,)
+Way = tuple[Array, Array, Array]  # unit directions (n, 3), 0 where none shines; distances, factors (n,)
 
 
 def ways(light: dict[str, Any], number: int, origin: Array, base: Array, sample: Array) -> Iterator[Way]:
@@ -40,7 +40,7 @@ def _point(light: dict[str, Any], origin: Array) -> Way:
 
 
 def cone(light: dict[str, Any], L: Array) -> Array:
-    """The share (n,) of a spot's light that goes against unit directions to it, L (n, 3); 1 of other kinds."""
+    """The share (n,) of a spot's light that goes against unit directions to it (n, 3); 1 of other kinds."""
     if light["type"] != "spot":
         return np.ones(len(L))
     away = np.degrees(2 * np.arctan2(np.linalg.norm(L + light["axis"], axis=1),
@@ -60,7 +60,7 @@ def _on_plane(light: dict[str, Any], origin: Array, u1: Array, u2: Array) -> Way
 
 
 def _on_sphere(light: dict[str, Any], origin: Array, u1: Array, u2: Array) -> Way:
-    """Evenly in the solid angle: z, along the axis to the middle, is spread evenly between 1 and the rim's."""
+    """Evenly in the solid angle: the cosine to the middle is spread evenly between 1 and the rim's."""
     radius = light["radius"]
     axis, d = _towards(light["at"], origin)
     axis = np.where((d > 0)[:, None], axis, [0.0, 0.0, 1.0])

@@ -36,7 +36,8 @@ def materials(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
     model's letters."""
     rows = [_row(palette, shape, scene.material_of(shape)) for shape in scene.shapes]
     rows += [
-        _row(palette, None, Material(color=0.0, diffuse=0.0, emission=light.intensity)) for light in scene.lights
+        _row(palette, None, Material(color=0.0, diffuse=0.0, emission=light.intensity))
+        for light in scene.lights
     ]
     rows.append(_row(palette, None, Material()))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
@@ -137,7 +138,7 @@ def _light(light: Any, palette: Palette) -> dict[str, Any]:
 
 
 def _extent(light: AreaLight) -> dict[str, Any]:
-    """Middle, half sides `u`, `v` or radii across each other, unit normal and `area`; of a sphere `radius`."""
+    """Middle, half sides `u`, `v` or radii across each other, normal and `area`; of a sphere `radius`."""
     found = {name: getattr(light, name) for name in ("samples", "two_sided", "visible", "radius")}
     found["at"] = np.asarray(light.center, float)
     if light.type == "rectangle":

@@ -16,7 +16,7 @@ from . import skies
 from .hashing import GATHERED, child_path, combine, cosine_direction
 from .lights import Way, surface, unhidden, ways
 from .media import Media
-from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Lit, Rays, drawing
+from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
 from .world import Hits, World
 
 Array = np.ndarray
@@ -107,16 +107,16 @@ class Table:
             hits.put(rows, Hits(t[rows], shape, point, outward[rows], outward[rows], form))
         return hits
 
-    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Lit:
+    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Shaded:
         """The rays' own light, and the rays they spawn; those of the last generation bring depth_color
         instead."""
-        lit = Lit(np.zeros_like(rays.direction), np.zeros((4, *rays.direction.shape)), [])
+        shaded = Shaded(np.zeros_like(rays.direction), np.zeros((4, *rays.direction.shape)), [])
         met = np.flatnonzero(hits.shape >= 0)
         missed = np.flatnonzero(hits.shape < 0)
         ambient = self.settings["ambient"]
-        lit.light[missed] = ambient if kind == AMBIENT else self.background(rays.direction[missed])
+        shaded.light[missed] = ambient if kind == AMBIENT else self.background(rays.direction[missed])
         if not met.size:
-            return lit
+            return shaded
         here = rays.take(met)
         spot = self._spot(here, hits.take(met), beyond[met])
         share = self.of["ka"][spot.shape, None] * spot.F
@@ -124,21 +124,21 @@ class Table:
         gathers &= not last and self.settings["ambient_samples"] > 0
         constant = np.where(gathers[:, None], 0.0, share * ambient)
         received = [self._received(index, here, spot) for index in range(len(self.lights))]
-        lit.terms[:, met] = np.stack(
+        shaded.terms[:, met] = np.stack(
             [self._emission(spot, kind), constant, *sum(received, np.zeros((2, *share.shape)))]
         )
-        lit.light[met] = lit.terms[:, met].sum(axis=0)
+        shaded.light[met] = shaded.terms[:, met].sum(axis=0)
         for name, rows, weight, child in self._bounced(here, spot):
             if last:
-                lit.light[met[rows]] += weight * self.settings["depth_color"]
+                shaded.light[met[rows]] += weight * self.settings["depth_color"]
             else:
-                lit.children.append((name, child))
+                shaded.children.append((name, child))
         if gathers.any():
-            lit.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
-        return lit
+            shaded.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
+        return shaded
 
     def _emission(self, spot: Spot, kind: str) -> Array:
-        """e (n, 3); of lights on a side that shines, and nothing for ambient rays, whose hits counted them."""
+        """e (n, 3); of lights on a side that shines, nothing for ambient rays: feelers count them."""
         number = np.maximum(spot.shape - self.shapes, -1)  # -1 of all that is no light
         both = np.array([*(light.get("two_sided", False) for light in self.lights), False])
         dark = (number >= 0) & ((~both[number] & ~spot.enters) | (kind == AMBIENT))
@@ -290,7 +290,7 @@ class Table:
             weight = rays.weight[rows] * share[rows] / samples
             origin, form = spot.leave(spot.n)[rows], spot.form[rows]
             path = combine(h, np.uint32(i)) & ~np.uint32(15) | flags
-            child = Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows], path, path)
+            child = Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows], h, h)
             queues.append(drawing(child))
         return Rays.joined(queues)
 

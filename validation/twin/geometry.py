@@ -197,8 +197,8 @@ def quadric_roots(q: Array, rays: Rays, front_only: Array) -> tuple[Array, Array
     swapped = (r0 > r1) | np.isnan(r0)
 
     def counted(r: Array) -> Array:
-        leaves = front_only & (a * r + b > 0.0)
-        hit = (discriminant >= 0.0) & (np.abs(r) < 1e30) & quadric_clips(q, p + d * r) & ~leaves
+        exits = front_only & (a * r + b > 0.0)
+        hit = (discriminant >= 0.0) & (np.abs(r) < 1e30) & quadric_clips(q, p + d * r) & ~exits
         return np.where(hit, r + shift, _NO_HIT)
 
     return counted(np.where(swapped, r1, r0)), counted(np.where(swapped, r0, r1))
@@ -275,7 +275,9 @@ def nearest_hit(
     if after is None:
         after = Hits(np.zeros(n, np.float32), np.full(n, BEFORE_ALL))
     parts = [slice(start, start + _RAYS) for start in range(0, max(n, 1), _RAYS)]
-    found = [_nearest(flat, rays[part], Hits(after.t[part], after.primitive[part]), own[part]) for part in parts]
+    found = [
+        _nearest(flat, rays[part], Hits(after.t[part], after.primitive[part]), own[part]) for part in parts
+    ]
     return Hits(
         np.concatenate([hits.t for hits in found]), np.concatenate([hits.primitive for hits in found])
     )

@@ -19,7 +19,7 @@ EMISSION, AMBIENT, DIFFUSE, HIGHLIGHT, ALL = (
 _ZERO = np.float32(0.0)
 
 
-def lit(s: Surface, to: LightSample, terms: int) -> Array:
+def is_above(s: Surface, to: LightSample, terms: int) -> Array:
     """Above the surface, both the true and the shaded one, where something scatters."""
     above = (dot(s.n, to.direction) > 0.0) & (dot(s.ns, to.direction) > 0.0)
     coefficients = {DIFFUSE: s.material["kd"], HIGHLIGHT: s.material["ks"]}
@@ -52,7 +52,7 @@ def reflected_light(light: np.void, to: LightSample, s: Surface, u: Array, terms
 
 
 def local_light(flat: FlatScene, s: Surface, gathers: Array, terms: int, ambient: bool) -> Array:
-    """e + ka F A, without the ambient term where rays gather it instead. `ambient`: the rays are ambient ones."""
+    """e + ka F A, without the ambient term where rays gather it. `ambient`: the rays are ambient ones."""
     emission = bands(s.material["emission"]) if terms & EMISSION else np.zeros_like(color_of(s))
     dark = (s.material["light"] == 1) & s.inside | (s.material["light"] > 0) & ambient
     emission = np.where(dark, _ZERO, emission)
