@@ -233,7 +233,7 @@ def _scene_info(
 def check_ceilings(flat: FlatScene, source: str = "") -> None:
     """Raise LimitError for a scene that the kernels cannot number or count."""
     info = flat.scene[0]
-    ceilings.check("lights", int(info["lights"]), ceilings.LIGHTS, source)
+    ceilings.check("lights", flat.feelers, ceilings.LIGHTS, source)
     ceilings.check("ambient_samples", int(info["ambient_samples"]), ceilings.AMBIENT, source)
     ceilings.check("primitives", int(info["primitives"]), ceilings.PRIMITIVES, source)
     ceilings.check("materials", len(flat.materials), ceilings.MATERIALS, source)

@@ -38,6 +38,15 @@ def spot(**keys: Any) -> dict[str, Any]:
     return {"lights": [{"type": "spot", "position": [1, 2, 3], "target": [0, 0, 0], **keys}]}
 
 
+def lamp(kind: str, **keys: Any) -> dict[str, Any]:
+    of = {
+        "rectangle": {"u": [1, 0, 0], "v": [0, 1, 0]},
+        "disk": {"normal": [0, 0, 1], "radius": 1},
+        "sphere": {"radius": 1},
+    }
+    return {"lights": [{"type": kind, "center": [0, 3, 0], **of[kind], **keys}]}
+
+
 def material(**keys: Any) -> dict[str, Any]:
     return {"materials": {"m": keys}}
 
@@ -63,6 +72,21 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     (spot(penumbra=1.5), ["lights[0].penumbra", "1.5", "a part of the angle, from 0 to 1"]),
     (spot(penumbra=-0.1), ["lights[0].penumbra", "-0.1", "from 0 to 1"]),
     (spot(target=[1, 2, 3]), ["lights[0].target", "(1.0, 2.0, 3.0)", "not be at its position"]),
+    (lamp("rectangle", u=[0, 0, 0]), ["lights[0].u", "(0.0, 0.0, 0.0)", "a half side must not be zero"]),
+    (lamp("rectangle", v=[-2, 0, 0]), ["lights[0].v", "(-2.0, 0.0, 0.0)", "must not be parallel"]),
+    (lamp("rectangle", v=[0, 1e-38, 0]), ["lights[0].v", "1e-38", "nor the area 0"]),
+    (lamp("rectangle", u=[1e30, 0, 0], v=[0, 1e30, 0]), ["lights[0].v", "or infinite in float32"]),
+    (lamp("rectangle", u=[1, 0]), ["lights[0].u", "[1, 0]", "3 numbers"]),
+    (lamp("disk", radius=0), ["lights[0].radius", "0", "a radius must be > 0"]),
+    (lamp("disk", radius=1e-20), ["lights[0].radius", "1e-20", "area is 0 or infinite"]),
+    (lamp("disk", normal=[0, 0, 0]), ["lights[0].normal", "must not be zero"]),
+    (lamp("sphere", radius=-1), ["lights[0].radius", "-1", "a radius must be > 0"]),
+    (lamp("sphere", samples=0), ["lights[0].samples", "0", "a whole number from 1 to 65535"]),
+    (lamp("disk", samples=65536), ["lights[0].samples", "65536", "from 1 to 65535"]),
+    (lamp("disk", samples=2.5), ["lights[0].samples", "2.5", "a whole number"]),
+    (lamp("sphere", radiance=-1), ["lights[0].radiance", "-1", "a colour"]),
+    (lamp("sphere", intensity=1), ["lights[0]", "'intensity'", "radiance"]),
+    (lamp("sphere", two_sided=1), ["lights[0].two_sided", "1"]),
     (spot(falloff="square"), ["lights[0].falloff", "'square'", "'none' or 'inverse-square'"]),
     (spot(cone_angle=20), ["lights[0]", "'cone_angle'", "clrt calls it 'angle'"]),
     ({"lights": [{"type": "spotlight"}]}, ["lights[0].type", "'spotlight'", "clrt calls it 'spot'"]),

@@ -121,7 +121,8 @@ def _surface(light: Any) -> Any:
     if isinstance(light, RectangleLight):
         center, u, v = (np.array(value, float) for value in (light.center, light.u, light.v))
         corners = (center - u - v, center + u - v, center + u + v, center - u + v)
-        return Polygon(points=[tuple(corner) for corner in corners], material=glow)
+        points = tuple((float(x), float(y), float(z)) for x, y, z in corners)
+        return Polygon(points=points, material=glow)
     if isinstance(light, DiskLight):
         return Disk(center=light.center, normal=light.normal, radius=light.radius, material=glow)
     return Sphere(center=light.center, radius=light.radius, material=glow)

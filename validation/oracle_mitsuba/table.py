@@ -190,12 +190,12 @@ class Table:
         scatters = (of["kd"][shape] > 0) | (of["ks"][shape] > 0)
         added = np.zeros((2, *origin.shape))
         for way in ways(self.lights[index], index, origin, rays.base, rays.sample):
-            L, distance, _ = way
+            L, distance, factor = way
             rows = np.flatnonzero((dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & scatters)
             if rows.size:
                 seen = self.world.visible(origin[rows], L[rows], spot.form[rows], distance[rows], self.clear)
                 seen = seen * unhidden(self.lights, index, origin[rows], L[rows], distance[rows])
-                here = tuple(part[rows] for part in way)
+                here = L[rows], distance[rows], factor[rows]
                 added[:, rows] += seen * self.local(index, rays.direction[rows], spot.take(rows), here)
         return added
 
