@@ -123,7 +123,8 @@ def test_ambient_rays_do_not_count_a_light_twice() -> None:
     ("changes", "cost"),
     [
         ({"lights[0].radiance": 2}, "tables"), ({"lights[1].center": [0, 2, 0]}, "tables"),
-        ({"lights[0].samples": 3}, "tables"), ({"lights[1].radius": 0.2}, "tables"), ({"lights": []}, "tables"), ({"camera.fov": 30}, "camera"),
+        ({"lights[0].samples": 3}, "tables"), ({"lights[1].radius": 0.2}, "tables"),
+        ({"lights": []}, "tables"), ({"camera.fov": 30}, "camera"),
         ({"shapes[1].radius": 0.5}, "rebuild"),
     ],
 )  # fmt: skip
