@@ -117,7 +117,10 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("origin", "float4"), ("forward", "float4"), ("right", "float4"), ("up", "float4"),
         ("half_width", "float"), ("half_height", "float"), ("shift_x", "float"), ("shift_y", "float"),
         ("near", "float"), ("orthographic", "int"), ("width", "int"), ("height", "int"),
-        ("grid", "int"), ("jitter", "int"), ("seed", "uint"), ("pad0", "int"),
+        ("grid", "int"), ("jitter", "int"), ("seed", "uint"),
+        ("aperture", "float"),  # radius of the lens, 0 for a pinhole
+        ("focus", "float"),  # how far along the view is sharp
+        ("pad0", "int"), ("pad1", "int"), ("pad2", "int"),
     ),
 }
 

@@ -221,7 +221,8 @@ def _camera_block(
     place = (0.5, 0.5) if camera.jitter is None else hashing.jitter(h)
     x = np.asarray(pixel % width + (sample % grid + place[0]) / grid, float)
     y = np.asarray(pixel // width + (sample // grid + place[1]) / grid, float)
-    origin, direction = camera_rays(camera, width, height, x, y)
+    lens = hashing.lens(camera.jitter or 0, pixel, sample)
+    origin, direction = camera_rays(camera, width, height, x, y, lens)
     return _fresh(world, origin, direction, hashing.key(h), pixel)
 
 

@@ -238,6 +238,8 @@ class Camera:
     fov_axis: str = "horizontal"
     size: float = 2.0
     near: float = 0.0
+    aperture: float = 0.0
+    focus: float | None = None
     mirror: bool = False
     shift: Any = (0.0, 0.0)
     width: int = 640

@@ -106,6 +106,8 @@ def supports(scene: Scene, name: str) -> str | None:
 
 def _settings_support(scene: Scene, name: str) -> str | None:
     kinds = {material_class(scene.material_of(item), scene) for item in scene.shapes}
+    if scene.camera is not None and scene.camera.aperture > 0 and scene.camera.type == "orthographic":
+        return "an orthographic camera with a lens"
     if scene.one_sided != "none" or (scene.shadow == "tinted" and kinds & {"glass", "sheet"}):
         return "Mitsuba has neither one-sided visibility nor tinted shadows"
     if scene.min_weight > 0 or (max(rgb(scene.depth_color)) > 0 and kinds & {"mirror", "glass", "sheet"}):
@@ -142,6 +144,9 @@ def work(scene: Scene, name: str, paths: int | None) -> Work:
     parts = [textures.shaped(part, scene) for part in world.parts]
     base = surfaces.view(scene, *size, spp, world.size, world.center)
     base["positions"] = base["positions"].reshape(-1, 2)
+    if base["lens"] is not None:
+        base["lens"] = base["lens"].reshape(-1, 2)
+        base["eye"] = None if base["eye"] is None else base["eye"].reshape(-1, 3)
     base["paths"] = paths or CONFIGURATIONS[name].paths
 
     def add(children: dict[str, Plugin], integrator: Plugin, light: int | None) -> None:

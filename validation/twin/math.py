@@ -116,6 +116,17 @@ def sine_cosine(a: Array) -> tuple[Array, Array]:
     return sine, cosine
 
 
+def disk(u1: Array, u2: Array) -> tuple[Array, Array]:
+    """The unit square onto the unit disk (Shirley and Chiu 1997)."""
+    a, b = 2.0 * u1 - 1.0, 2.0 * u2 - 1.0
+    wide = np.abs(a) > np.abs(b)
+    radius = np.where(wide, a, b)
+    sine, cosine = sine_cosine(0.785398163 * (np.where(wide, b, a) / radius))
+    along, across, middle = radius * cosine, radius * sine, radius == 0.0
+    x, y = np.where(wide, along, across), np.where(wide, across, along)
+    return np.where(middle, np.float32(0.0), x), np.where(middle, np.float32(0.0), y)
+
+
 def mix_bits(x: Array | np.uint32) -> Array:
     """Wellons' lowbias32 of uint32 words."""
     x = x ^ x >> np.uint32(16)

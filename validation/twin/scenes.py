@@ -175,6 +175,16 @@ def _orthographic() -> Table:
     return {**_spheres(), "camera": camera}
 
 
+def _lens() -> Table:
+    """Wide open, near in focus, beyond the near plane and before it."""
+    return {**_flat(), "camera": {**_CAMERA, "aperture": 0.25, "near": 0.3, "jitter": 9, "mirror": True}}
+
+
+def _orthographic_lens() -> Table:
+    camera = {**_orthographic()["camera"], "aperture": 0.3, "focus": 3.1, "spp": 4}
+    return {**_spheres(), "camera": camera}
+
+
 def _sky() -> Table:
     camera = {**_CAMERA, "near": 1.0, "fov": 110, "fov_axis": "vertical", "mirror": True}
     return {"camera": camera, "shapes": [
@@ -191,6 +201,7 @@ _SCENES = {
     "inside glass": _inside_glass, "media": media, "media from within": media_within,
     "tinted shadows": _tinted, "ambient samples": _ambient,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
+    "lens": _lens, "orthographic lens": _orthographic_lens,
     "nothing": _empty,
     "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,
 }  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
-from .math import ONE, Array, combine, dot, larger, mix_bits, power, sine_cosine, unit, unit_interval, vector
+from .math import ONE, Array, combine, disk, dot, larger, mix_bits, power, unit, unit_interval, vector
 from .surface import Surface, bands, color_of
 
 EMISSION, AMBIENT, DIFFUSE, HIGHLIGHT, ALL = (
@@ -201,9 +201,9 @@ def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
 
 def cosine_direction(n: Array, key: Array, index: Array) -> Array:
     """Direction `index` of a cosine-distributed set about n: the R2 sequence (Roberts 2018) plus a hash."""
-    x = 2.0 * unit_interval(mix_bits(key + np.uint32(1)) + index * np.uint32(0xC13FA9A9)) - 1.0
-    y = 2.0 * unit_interval(mix_bits(key + np.uint32(2)) + index * np.uint32(0x91E10DA5)) - 1.0
-    disk_x, disk_y = _concentric(x, y)
+    u1 = unit_interval(mix_bits(key + np.uint32(1)) + index * np.uint32(0xC13FA9A9))
+    u2 = unit_interval(mix_bits(key + np.uint32(2)) + index * np.uint32(0x91E10DA5))
+    disk_x, disk_y = disk(u1, u2)
     sign = np.where(n[2] < 0.0, -ONE, ONE)
     a = -1.0 / (sign + n[2])
     b = n[0] * n[1] * a
@@ -211,18 +211,6 @@ def cosine_direction(n: Array, key: Array, index: Array) -> Array:
     bitangent = vector(b, sign + n[1] * n[1] * a, -n[1])
     height = np.sqrt(larger(1.0 - disk_x * disk_x - disk_y * disk_y, _ZERO))
     return unit(tangent * disk_x + bitangent * disk_y + n * height)
-
-
-def _concentric(x: Array, y: Array) -> tuple[Array, Array]:
-    """The square [-1, 1]^2 onto the disk (Shirley and Chiu 1997)."""
-    wide = np.abs(x) > np.abs(y)
-    radius, ratio = np.where(wide, x, y), np.where(wide, y / x, x / y)
-    sine, cosine = sine_cosine(0.785398163 * ratio)
-    along, across = radius * cosine, radius * sine
-    center = ~wide & (y == 0.0)
-    return np.where(center, _ZERO, np.where(wide, along, across)), np.where(
-        center, _ZERO, np.where(wide, across, along)
-    )
 
 
 def ambient_directions(s: Surface, path: Array, samples: int) -> tuple[Array, Array]:
