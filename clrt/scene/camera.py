@@ -25,10 +25,10 @@ class Camera(Record, frozen=True, kw_only=True):
     """Where from, where to and how many pixels.
 
     `fov` is in degrees, `size` in world units (of an orthographic view), `shift` in pixels. `spp` is a
-    square number. `jitter` is the seed of the samples' jitter, None for none. `up` is None until a scene
-    holds the camera: then the y axis, or the z axis for a camera that looks along y. `aperture` is the
-    radius of the lens in world units, 0 for a pinhole, which sees all sharp; `focus` how far along the view
-    things are sharp, None for the target's distance.
+    square number, None where none is stated, which is 1. `jitter` is the seed of the samples' jitter, None
+    for none. `up` is None until a scene holds the camera: then the y axis, or the z axis for a camera that
+    looks along y. `aperture` is the radius of the lens in world units, 0 for a pinhole, which sees all
+    sharp; `focus` how far along the view things are sharp, None for the target's distance.
     """
 
     type: Annotated[
@@ -50,9 +50,10 @@ class Camera(Record, frozen=True, kw_only=True):
     shift: Annotated[tuple[float, float], Meta(description="must be 2 numbers (pixels)")] = (0.0, 0.0)
     width: Side = 640
     height: Side = 480
-    spp: Annotated[
-        int, Meta(ge=1, le=1 << 24, description="must be a square number such as 1, 4, 9 or 16")
-    ] = 1
+    spp: (
+        Annotated[int, Meta(ge=1, le=1 << 24, description="must be a square number such as 1, 4, 9 or 16")]
+        | None
+    ) = None
     jitter: (
         Annotated[int, Meta(ge=0, lt=1 << 32, description="must be a seed from 0 to 4294967295")] | None
     ) = None
@@ -71,10 +72,15 @@ class Camera(Record, frozen=True, kw_only=True):
         if self.aperture > _WIDEST * self.in_focus:
             text = f"a lens's radius is at most {_WIDEST:g} times the distance in focus, {self.in_focus:g}"
             raise at.key("aperture").error(self.aperture, text)
-        root = math.isqrt(self.spp)
-        if root * root != self.spp:
+        root = math.isqrt(self.samples)
+        if root * root != self.samples:
             near = f"{root * root} or {(root + 1) ** 2}"
             raise at.key("spp").error(self.spp, f"spp must be a square number: {near} is the nearest")
+
+    @property
+    def samples(self) -> int:
+        """Samples a pixel: `spp`, or 1 where none is stated."""
+        return 1 if self.spp is None else self.spp
 
     @property
     def in_focus(self) -> float:

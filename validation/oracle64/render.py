@@ -129,8 +129,9 @@ def render64(
         raise ValueError("the scene has no camera")
     camera = _shifted(scene.camera, shift)
     width, height = _size(camera, width, height)
-    grid = math.isqrt(spp or camera.spp)
-    if grid * grid != (spp or camera.spp):
+    spp = spp or camera.spp or 1
+    grid = math.isqrt(spp)
+    if grid * grid != spp:
         raise ValueError(f"spp = {spp} is not a square number")
     with np.errstate(all="ignore"):
         job = _job(scene, width * height, max_depth)
