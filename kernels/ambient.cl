@@ -39,6 +39,7 @@ __kernel void gather_ambient(SPAWN_PARAMETERS)
         Vec direction = cosine_direction(shading, key, k);
         if (!(dot3(direction, geometric) > 0.0f)) direction = cosine_direction(geometric, key, k);
         store_child(world, family, i, child, CHILD_AMBIENT, flags, start, direction);
+        family.child.child_path[child] = (combine(key, k) & ~(uint)PATH_FLAGS) | flags;
         for (int b = 0; b < RAY_BANDS; b++)
             child_weights[in_block(child, b, VALUES)] = weights[in_block(i, b, VALUES)]
                 * (material->ka * (second ? material->color2 : material->color)[band_at(band, b)]) / (float)samples;

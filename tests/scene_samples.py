@@ -22,6 +22,7 @@ from clrt.scene.scene import (
     Quadric,
     Scene,
     Sphere,
+    SpotLight,
     Step,
 )
 
@@ -43,6 +44,7 @@ def every_kind() -> Scene:
         lights=[
             PointLight(position=(1, 2, 3), falloff="inverse-square"),
             DirectionalLight(direction=(0, -1, 0)),
+            SpotLight(position=(1, 2, 3), target=(0, 0, 0), penumbra=0.5),
         ],
         shapes=[
             Sphere(center=(0, 0, 0), radius=1, material="red", name="ball"),

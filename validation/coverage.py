@@ -23,6 +23,7 @@ from clrt.scene.scene import (
     Shape,
     Spectrum,
     Sphere,
+    SpotLight,
 )
 from clrt.scene.transforms import is_similarity
 
@@ -44,8 +45,9 @@ MATERIALS: Final = (
     "schlick highlight",
     "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
 )  # fmt: skip
-LIGHTS: Final = ("point light", "inverse square", "directional light", "several lights", "no light",
-                 "shadows", "tinted shadows")
+LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
+                 "rectangle light", "disk light", "sphere light", "two-sided light",
+                 "several lights", "no light", "shadows", "tinted shadows")
 SETTINGS: Final = (
     "background colour", "background image", "ambient rays", "depth colour", "least weight", "medium index",
     "one-sided surfaces", "no bounces",
@@ -118,10 +120,16 @@ def _scene_features(scene: Scene) -> set[str]:
 
 def _light_features(scene: Scene) -> set[str]:
     lights = scene.lights
-    sun = [not light.place[3] for light in lights]
+    kinds = {light.type for light in lights}
+    spots = [light for light in lights if isinstance(light, SpotLight)]
     tinted = scene.shadow == "tinted" and any(scene.material_of(shape).kt > 0 for shape in scene.shapes)
     tests = {
-        "point light": not all(sun), "directional light": any(sun), "several lights": len(lights) > 1,
+        "point light": "point" in kinds, "directional light": "directional" in kinds,
+        "spot light": any(light.penumbra > 0 for light in spots),
+        "spot without penumbra": any(light.penumbra == 0 for light in spots),
+        "two-sided light": any(getattr(light, "two_sided", False) for light in lights),
+        **{f"{kind} light": kind in kinds for kind in ("rectangle", "disk", "sphere")},
+        "several lights": len(lights) > 1,
         "inverse square": any(light.falloff != "none" for light in lights),
         "no light": not lights, "shadows": bool(lights) and len(scene.shapes) > 1,
         "tinted shadows": tinted and bool(lights),

@@ -85,7 +85,9 @@ class Job:
             immerse(device, world, queue, piece[0])
         else:
             camera, corners = self._camera
-            queue, reported = passes.generate(device, device.upload(camera, wait=False), piece, self.samples)
+            record = device.upload(camera, wait=False)
+            seed = int(camera["seed"][0])
+            queue, reported = passes.generate(device, record, piece, self.samples, seed)
             immerse(device, world, queue, corners if len(corners) == 1 else None, corners)
         tell(observers, "adopt" if reported is None else "generate", 0, queue, queue)
         hits = passes.closest(device, world, queue)

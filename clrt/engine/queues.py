@@ -32,6 +32,16 @@ class _Parameters:
 
 
 @dataclass(frozen=True)
+class Pixels(_Parameters):
+    """Which pixels the rays of generation 0 belong to, `samples` next to each other; of others not known."""
+
+    numbers: Any = None  # uint: of the pixels in the picture
+    seed: np.uint32 = np.uint32(0)
+    samples: np.uint32 = np.uint32(0)
+    _fields = attrgetter(*layout.PIXELS)
+
+
+@dataclass(frozen=True)
 class Queue(_Parameters):
     """Rays of one kind and generation, in the order of their pixels."""
 
@@ -43,6 +53,7 @@ class Queue(_Parameters):
     weight: Any  # blocks of layout.Rays.values
     media: Any  # blocks of layout.MEDIA numbers of materials, where rays carry them
     device: Device  # whose kernels know what these rays carry
+    pixels: Pixels = Pixels()
 
     _fields = attrgetter(*layout.CHILD)
 

@@ -96,16 +96,22 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
         ("index", "float@BANDS"),  # of refraction, for each band that of its dispersion group
     ),
-    # POINT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it
+    # POINT, SPOT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it. SPOT: `axis` = unit vector
+    # that it shines along; `angle` from it at which the light ends, `width` of the penumbra, in radians.
+    # EXTENDED_KINDS: `place`.xyz the middle, `axis` = unit normal, `u`, `v` = half sides or radii across each
+    # other, `share` of a point: area / (pi samples); `radius` of a sphere. `samples` feelers at a hit, 1 of others
     "Light": (
-        ("place", "float4"),
-        ("kind", "int"), ("falloff", "int"), ("pad0", "int"), ("pad1", "int"),
+        ("place", "float4"), ("axis", "float4"), ("u", "float4"), ("v", "float4"),
+        ("kind", "int"), ("falloff", "int"), ("angle", "float"), ("width", "float"),
+        ("samples", "int"), ("extended", "int"), ("two_sided", "int"), ("visible", "int"),
+        ("share", "float"), ("radius", "float"), ("pad0", "int"), ("pad1", "int"),
         ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
     ),
     # What holds for the whole scene; section `scene` has exactly one
     "SceneInfo": (
         ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
         ("ambient_samples", "int"), ("tinted", "int"), ("spd", "int"), ("one_sided", "int"),
+        ("extended", "int"),  # is there a light with extent
         ("medium_ior", "float"), ("min_weight", "float"),
         ("background_width", "int"), ("background_height", "int"),
         ("ambient", "float@BANDS"), ("background", "float@BANDS"), ("depth_color", "float@BANDS"),
@@ -132,7 +138,8 @@ SECTIONS: Final = {
     "QUADRIC": "quadrics",
 }  # fmt: skip
 KINDS: Final = {kind: number for number, kind in enumerate(SECTIONS)}
-LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1}  # in kernels LIGHT_POINT, sampled by `light_point`
+LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1, "SPOT": 2}  # in kernels LIGHT_POINT, sampled by `light_point`
+EXTENDED_KINDS: Final = {"RECTANGLE": 16, "DISK": 17, "SPHERE": 18}  # likewise, a point at a time
 FALLOFF: Final = {"FALLOFF_NONE": 0, "INVERSE_SQUARE": 1}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
@@ -177,6 +184,8 @@ HITS: Final = {
     "surfaces": "float *surfaces",
     "code": "int *surface_code",
 }
+# pixels' numbers and samples of each, of rays of generation 0; deeper there are none, and 0 samples
+PIXELS: Final = {"numbers": "uint *numbers", "seed": "uint seed", "samples": "uint samples"}
 LIT: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
 FEELERS: Final = {
     "first": "uint *first_feeler",
@@ -342,12 +351,14 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
         "SURFACE_FIELDS": surface_fields(rays.media),
     }
     constants |= KINDS | BLOCKS | FALLOFF | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
-    constants |= {f"LIGHT_{kind}": number for kind, number in LIGHT_KINDS.items()}
+    constants |= {f"LIGHT_{kind}": number for kind, number in (LIGHT_KINDS | EXTENDED_KINDS).items()}
     constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
     for fields in (RAY_FIELDS, SURFACE_FIELDS + TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
-    for name, kinds in (("PRIMITIVE_KINDS", KINDS), ("LIGHT_KINDS", LIGHT_KINDS)):
+    for name, kinds in (
+        ("PRIMITIVE_KINDS", KINDS), ("LIGHT_KINDS", LIGHT_KINDS), ("EXTENDED_KINDS", EXTENDED_KINDS)
+    ):  # fmt: skip
         out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
     floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
     out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
@@ -355,7 +366,7 @@ def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) 
     world = {name: f"const {kind} *{name}" for name, kind in WORLD.items()}
     geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
     groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Lit": LIT, "Feelers": FEELERS, "Child": CHILD}
-    groups["Geometry"] = geometry
+    groups |= {"Pixels": PIXELS, "Geometry": geometry}
     out += [_c_group(name, list(group.values())) for name, group in groups.items()]
     return "\n".join(out)
 

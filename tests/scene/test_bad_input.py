@@ -35,6 +35,10 @@ def camera(**keys: Any) -> dict[str, Any]:
     return {"camera": {**CAMERA, **keys}}
 
 
+def spot(**keys: Any) -> dict[str, Any]:
+    return {"lights": [{"type": "spot", "position": [1, 2, 3], "target": [0, 0, 0], **keys}]}
+
+
 def material(**keys: Any) -> dict[str, Any]:
     return {"materials": {"m": keys}}
 
@@ -53,7 +57,16 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     ({"shapes": [3]}, ["shapes[0]", "3 is not allowed", "a table with a type"]),
     ({"shapes": {}}, ["shapes", "{}", "must be a list"]),
     ({"lights": "sun"}, ["lights", "'sun'", "must be a list"]),
-    ({"lights": [{"type": "spot"}]}, ["lights[0].type", "'spot'", "clrt has no spot lights"]),
+    ({"lights": [{"type": "ies"}]}, ["lights[0].type", "'ies'", "clrt has no measured lights"]),
+    (spot(angle=0), ["lights[0].angle", "0", "an angle from the axis, above 0 and up to 90 degrees"]),
+    (spot(angle=90.5), ["lights[0].angle", "90.5", "up to 90 degrees"]),
+    (spot(angle=math.nan), ["lights[0].angle", "nan", "finite"]),
+    (spot(penumbra=1.5), ["lights[0].penumbra", "1.5", "a part of the angle, from 0 to 1"]),
+    (spot(penumbra=-0.1), ["lights[0].penumbra", "-0.1", "from 0 to 1"]),
+    (spot(target=[1, 2, 3]), ["lights[0].target", "(1.0, 2.0, 3.0)", "not be at its position"]),
+    (spot(falloff="square"), ["lights[0].falloff", "'square'", "'none' or 'inverse-square'"]),
+    (spot(cone_angle=20), ["lights[0]", "'cone_angle'", "clrt calls it 'angle'"]),
+    ({"lights": [{"type": "spotlight"}]}, ["lights[0].type", "'spotlight'", "clrt calls it 'spot'"]),
     ({"lights": [{"type": "point"}]}, ["lights[0]", "'position' is missing", "3 numbers"]),
     ({"materials": []}, ["materials", "[]", "named materials"]),
     ({"camera": 5}, ["camera", "5 is not allowed"]),

@@ -8,7 +8,10 @@ from .parts import CLOSED, OPEN, Table, room, with_material
 
 _POINT: Table = {"type": "point", "position": [-4, 6, 8]}
 _LAMP: Table = {**_POINT, "intensity": [90, 80, 70], "falloff": "inverse-square"}
+_SPOT: Table = {"type": "spot", "position": [-4, 5, 7], "target": [-0.5, 0, 0], "angle": 21, "penumbra": 0.6}
+_SHARP: Table = {**_SPOT, "position": [5, 3, 8], "angle": 16, "penumbra": 0, "intensity": [50, 60, 70]}
 _SUN: Table = {"type": "directional", "direction": [0.5, -0.8, -1], "intensity": [0.3, 0.35, 0.3]}
+_SPOTS = [{**_SPOT, "intensity": [70, 60, 50]}, _SHARP]
 _MIRROR: Table = {"diffuse": 0.0, "reflection": 0.85, "reflection_color": [1, 0.9, 0.7]}
 _GLASS: Table = {"diffuse": 0.0, "fresnel": True, "ior": 1.5}
 _SHEET: Table = {"diffuse": 0.0, "reflection": 0.3, "transmission": 0.7, "ior": 1.0}
@@ -25,6 +28,9 @@ def scenes() -> Iterator[tuple[str, Table, str]]:
     yield "stock S1: sun", _diffuse([_SUN, _LAMP]), "S1"
     lens = {"aperture": 0.03, "focus": 7.0, "spp": 4}
     yield "stock S1: lens", _diffuse([_LAMP], lens), "S1"
+    yield "stock S1: spots", _diffuse([{**spot, "falloff": "inverse-square"} for spot in _SPOTS]), "S1"
+    faint = [{**spot, "intensity": [0.5, 0.45, 0.4]} for spot in _SPOTS]
+    yield "stock S5: spots", _diffuse(faint), "S5"
     yield "stock S5", _diffuse([{**_POINT, "intensity": 0.7}, _SUN]), "S5"
     yield "stock S2", _mirrors(), "S2"
     yield "stock S4", _lobe(), "S4"

@@ -92,7 +92,29 @@ def _lights() -> dict[str, Table]:
             "material": {"diffuse": 0.05, "fresnel": True, "transmission_color": [0.8, 1, 0.8]}}  # fmt: skip
     post = {"type": "cylinder", "p0": [-1.8, -2.4, 0], "p1": [-1.8, 0, 0], "radius": 0.3, "caps": True,
             "material": _MATTE}  # fmt: skip
+    spot: Table = {"type": "spot", "position": [-3, 5, 6], "target": [-0.2, -0.3, 0.5]}
+    spots = [{**spot, "angle": 17, "penumbra": 0.5, "intensity": [0.5, 0.7, 0.8]},
+             {**spot, "position": [4, 5, 3], "angle": 24, "penumbra": 0, "intensity": [22, 15, 9],
+              "falloff": "inverse-square"}]  # fmt: skip
+    hidden: Table = {"visible": False}
+    panel = {"type": "rectangle", "center": [-3, 4, 4], "u": [1, 0, 0.4], "v": [-0.2, 0.5, -0.8], "samples": 6,
+             "radiance": [6, 5, 4], **hidden}  # fmt: skip
+    plate = {"type": "disk", "center": [2.6, 0.4, 2], "normal": [1, 0.2, 0.3], "radius": 0.7, "samples": 5,
+             "radiance": [1, 2, 3], "two_sided": True, **hidden}  # fmt: skip
+    bulb = {"type": "sphere", "center": [1, 3, 3], "radius": 0.9, "samples": 4, "radiance": 2, **hidden}
+    around = {"type": "sphere", "center": [0, 0, 0], "radius": 30, "samples": 3, "radiance": 0.3,
+              "two_sided": True, **hidden}  # fmt: skip
+    bright = {"diffuse": 0.4, "reflection": 0.5}
+    four: Table = {"camera": {**CAMERA, "spp": 4, "jitter": 2, "width": 80, "height": 60}}
     return {
+        "rectangle": _pair(_SHINY, lights=[panel]),
+        "disk and sphere": _pair(_SHINY, lights=[plate, bulb]),
+        "within a sphere of light": _pair(_SHINY, lights=[around]),
+        "lights with extent in mirrors": _pair(bright, lights=[panel, bulb], max_depth=2, **four),
+        "lights with extent and ambient rays": _pair(_MATTE, lights=[plate, around], ambient_samples=2,
+                                                     max_depth=1, **four),
+        "spots": _pair(_SHINY, lights=spots),
+        "spots on matte": _pair(_MATTE, lights=spots),
         "point light": _pair(_SHINY, lights=[{**point, "intensity": [0.9, 0.8, 0.7]}]),
         "inverse square": _pair(_SHINY,
                                 lights=[{**point, "intensity": [60, 55, 50], "falloff": "inverse-square"}]),

@@ -141,7 +141,7 @@ def _joined(spawned: list[Spawned]) -> Spawned:
     """Children of several rows, in the order of their parents."""
     parent = np.concatenate([part.parent for part in spawned])
     order = np.argsort(parent, kind="stable")
-    names = ("origin", "direction", "weight", "path", "pixel", "media", "group")
+    names = ("origin", "direction", "weight", "path", "pixel", "media", "group", "base", "sample")
     joined: dict[str, Any] = {
         name: np.concatenate([getattr(part.rays, name) for part in spawned])[order] for name in names
     }

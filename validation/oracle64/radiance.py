@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import DirectionalLight, PointLight, Scene
+from clrt.scene.scene import Scene
 
 from . import hashing, optics
 from .bounce import Spawned, bounce
 from .camera import Background
 from .film import ROUTES, Film, Rays
+from .lights import Way, ways
 from .spot import Spot, spot_at, visible_hit
 from .vectors import Array, dot, unit
 from .world import World, visibility
@@ -64,8 +65,10 @@ def shade(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     emission = job.world.surfaces.emission[spot.shape]
     job.film.add(rays, generation, emission, "emission")
     light = emission + ambient_light(job, rays, spot, generation)
-    for source in job.scene.lights:
-        light += lit_by(job, source, rays, spot, generation)
+    origin = spot.leave(spot.n)
+    for number, source in enumerate(job.scene.lights):
+        for way in ways(source, number, origin, rays):
+            light += lit_by(job, source, way, rays, spot, generation)
     passed = bounce(job.world, rays, spot)
     if generation < job.max_depth:
         job.film.count(generation, "total_internal_reflection", np.count_nonzero(passed.total))
@@ -85,16 +88,17 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     if gathers.any():
         parents, n, ns = rays[gathers], spot.n[gathers], spot.ns[gathers]
         h = hashing.child(parents.path, hashing.AMBIENT)
-        flags = hashing.GATHERED | (hashing.GATHERED_FIRST if generation == 0 else 0)
-        path = hashing.key(h) | parents.path & np.uint32(hashing.FLAGS) | np.uint32(flags)
+        flags: Any = hashing.GATHERED | (hashing.GATHERED_FIRST if generation == 0 else 0)
+        flags = parents.path & np.uint32(hashing.FLAGS) | np.uint32(flags)
         origin, weight = spot.leave(spot.n)[gathers], parents.weight * share[gathers] / samples
         for i in range(samples):
             direction = hashing.cosine_direction(h, i, ns)
             below = dot(direction, n) <= 0
             direction[below] = hashing.cosine_direction(h[below], i, n[below])
+            key = hashing.key(hashing.combine(h, i))
             gatherers = replace(
-                parents, origin=origin, direction=direction, weight=weight, path=path,
-                media=spot.before[gathers], kind="ambient",
+                parents, origin=origin, direction=direction, weight=weight, path=key | flags, base=key,
+                sample=np.zeros(len(key), int), media=spot.before[gathers], kind="ambient",
             )  # fmt: skip
             seen = radiance(job, gatherers, generation + 1)
             light[gathers] += share[gathers] / samples * seen
@@ -102,28 +106,11 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     return light
 
 
-def point(source: Any, origin: Array) -> tuple[Array, Array, Array]:
-    """Directions (n, 3) to a light, distances (n,), and the factors (n,) by which its intensity arrives."""
-    to_light = np.array(source.position) - origin
-    distance = np.sqrt(dot(to_light, to_light))
-    fades = source.falloff == "inverse-square"
-    return unit(to_light), distance, distance**-2.0 if fades else np.ones_like(distance)
-
-
-def directional(source: Any, origin: Array) -> tuple[Array, Array, Array]:
-    """As `point`."""
-    distance = np.full(len(origin), np.inf)
-    return np.broadcast_to(-unit(source.direction), origin.shape), distance, np.ones_like(distance)
-
-
-LIGHTS: dict[Any, Any] = {PointLight: point, DirectionalLight: directional}
-
-
-def lit_by(job: Job, source: Any, rays: Rays, spot: Spot, generation: int) -> Array:
-    """I f(r) [kd F (ns.l) + ks H (r.v)^m] where the light is seen, else 0."""
+def lit_by(job: Job, source: Any, way: Way, rays: Rays, spot: Spot, generation: int) -> Array:
+    """I f(r) [kd F (ns.l) + ks H (r.v)^m] where a light, or one of its points, is seen, else 0."""
     of, shape = job.world.surfaces, spot.shape
     origin = spot.leave(spot.n)
-    direction, distance, factor = LIGHTS[type(source)](source, origin)
+    direction, distance, factor = way
     cosine = dot(spot.ns, direction)
     asked = (dot(spot.n, direction) > 0) & (cosine > 0) & ((of.kd[shape] > 0) | (of.ks[shape] > 0))
     job.film.count(generation, "feelers", np.count_nonzero(asked))
@@ -158,8 +145,9 @@ def follow(job: Job, rays: Rays, generation: int, spawned: Spawned, number: int)
         job.film.count(generation + 1, ROUTES[number], len(spawned.parent))
         route = parents.path & np.uint32(hashing.FLAGS)
         route = np.where(route & np.uint32(hashing.ROUTE), route, route | np.uint32(number)).astype(np.uint32)
-        path = hashing.key(hashing.child(parents.path, number)) | route
-        traced = replace(children, weight=parents.weight * share, path=path, kind=ROUTES[number])
+        key = hashing.key(hashing.child(parents.path, number))
+        own = {"path": key | route, "base": key, "sample": np.zeros(len(key), int)}
+        traced = replace(children, weight=parents.weight * share, kind=ROUTES[number], **own)
         returned = share * radiance(job, traced, generation + 1)
     np.add.at(light, spawned.parent, returned)
     return light

@@ -15,8 +15,10 @@ import numpy as np
 
 from . import engine
 from .engine import dr, mi
+from .lights import Way
 from .plugins import rgb
 from .skies import environment
+from .surfaces import emitter
 from .table import Optics, Spot, Table, dot, normalized
 
 Array = np.ndarray
@@ -38,20 +40,10 @@ class Lobes(Table):
         }
 
     def plugins(self) -> dict[str, Any]:
-        """Emitters: an intensity of pi I under a reflectance of F kd gives I F kd."""
+        """Emitters."""
         plugins = {"sky": environment(self.settings["background"])}
         for index, light in enumerate(self.lights):
-            strength = rgb(np.pi * light["intensity"])
-            if light["type"] == "point":
-                position = (light["at"] - self.center).tolist()
-                plugins[f"light_{index}"] = {"type": "point", "position": position, "intensity": strength}
-            else:
-                direction = (-light["at"]).tolist()
-                plugins[f"light_{index}"] = {
-                    "type": "directional",
-                    "direction": direction,
-                    "irradiance": strength,
-                }
+            plugins[f"light_{index}"] = emitter(light, self.center, rgb)
         return plugins
 
     def background(self, direction: Array) -> Array:
@@ -63,13 +55,13 @@ class Lobes(Table):
         si.wi = engine.vector(-direction)
         return engine.rows(self.world.scene.environment().eval(si), n)
 
-    def local(self, index: int, u: Array, spot: Spot, L: Array, distance: Array) -> Array:
+    def local(self, index: int, u: Array, spot: Spot, way: Way) -> Array:
         """Light number `index` on diffuse surfaces, and no highlight (2, n, 3)."""
         n, light = len(u), self.lights[index]
         si = self._interaction(u, spot, spot.ns)
         emitter = self.emitters[f"light_{index}"]
         sample, strength = emitter.sample_direction(si, mi.Point2f(0.5), mi.Bool(True))
-        if light["type"] == "point" and not light["falloff"]:
+        if light["near"] and not light["falloff"]:
             strength = strength * dr.square(sample.dist)
         reflected = self._plugin(self.diffuse, spot).eval(
             mi.BSDFContext(), si, si.to_local(sample.d), mi.Bool(True)

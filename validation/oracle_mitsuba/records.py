@@ -229,6 +229,37 @@ class DirectionalLight:
 
 
 @dataclass(frozen=True, eq=False)
+class SpotLight:
+    position: Any
+    target: Any
+    intensity: Any = 1.0
+    angle: float = 30.0
+    penumbra: float = 0.1
+    falloff: str = "none"
+    type: str = "spot"
+
+
+@dataclass(frozen=True, eq=False)
+class AreaLight:
+    """A rectangle, a disk or a sphere, by its `type`."""
+
+    type: str
+    center: Any
+    u: Any = None
+    v: Any = None
+    normal: Any = None
+    radius: Any = None
+    radiance: Any = 1.0
+    samples: int = 16
+    two_sided: bool = False
+    visible: bool = True
+
+    @property
+    def intensity(self) -> Any:
+        return self.radiance
+
+
+@dataclass(frozen=True, eq=False)
 class Camera:
     origin: Any
     target: Any
@@ -369,11 +400,12 @@ def index(of: Material, nm: Array) -> Array:
 
 
 def _light(table: Any) -> Any:
-    kind = {"point": PointLight, "directional": DirectionalLight}[table["type"]]
+    kinds = {"point": PointLight, "directional": DirectionalLight, "spot": SpotLight}
     values = {key: frozen(value) for key, value in table.items()}
-    if "intensity" in values:
-        values["intensity"] = color(values["intensity"])
-    return kind(**values)
+    for name in ("intensity", "radiance"):
+        if name in values:
+            values[name] = color(values[name])
+    return kinds.get(table["type"], AreaLight)(**values)
 
 
 def _shape(table: Any, folder: str | None) -> Shape:

@@ -28,7 +28,7 @@ from .forms import Array
 from .parts import EXACT, Part, geometry, is_endless
 from .plugins import Plugin, shape, shifted
 from .plugins import rgb as color
-from .records import Ellipsoid, Material, PointLight, Quadric, Scene, Sphere, rgb
+from .records import DirectionalLight, Ellipsoid, Material, Quadric, Scene, Sphere, rgb
 from .skies import HALF_TURN
 
 FAINT = 1e-5  # reflectances are this much lower, lights this much stronger
@@ -126,7 +126,7 @@ def _lights_support(scene: Scene, name: str) -> str | None:
     if not scene.lights and name not in PATHS:
         return "there are no lights"
     for number, light in enumerate(scene.lights):
-        point = isinstance(light, PointLight)
+        point = not isinstance(light, DirectionalLight)
         if name == "S4" and point:
             return f"lights[{number}]: a point light; the environment needs a directional one"
         if point and light.falloff == "none" and name != "S5":
@@ -163,7 +163,7 @@ def work(scene: Scene, name: str, paths: int | None) -> Work:
 
     for index, source in enumerate(surfaces.lights(scene)):
         children = _shapes(scene, parts, world.center, FAINT if name in PATHS else 1.0)
-        children["light"] = _lobe(scene, source) if name == "S4" else _light(source, world.center)
+        children["light"] = _lobe(scene, source) if name == "S4" else surfaces.emitter(source, world.center, color)
         if name in PATHS:
             add(_strengthened(children), _path(depth + 2), index)
         else:
@@ -221,13 +221,6 @@ def _mirror(tint: Plugin) -> Plugin:
     }
 
 
-def _light(source: dict[str, Any], center: Array) -> Plugin:
-    strength = color(np.pi * source["intensity"])
-    if source["type"] == "point":
-        return {"type": "point", "position": (source["at"] - center).tolist(), "intensity": strength}
-    return {"type": "directional", "direction": (-source["at"]).tolist(), "irradiance": strength}
-
-
 def _strengthened(children: dict[str, Plugin]) -> dict[str, Plugin]:
     """The scene with its light 1 / FAINT times as strong."""
     light = dict(children["light"])
@@ -263,7 +256,7 @@ def finish(work: Work, answers: list[dict[str, Any]]) -> dict[str, Any]:
             work.name == "S5"
             and light is not None
             and not sources[light]["falloff"]
-            and sources[light]["type"] == "point"
+            and sources[light]["near"]
         ):
             factor = np.sum((answer["point"] - (sources[light]["at"] - work.center)) ** 2, axis=1)
         total += np.where(np.isfinite(answer["t"]), factor, work.name in PATHS)[:, None] * answer["mean"]

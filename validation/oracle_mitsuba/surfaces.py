@@ -9,9 +9,21 @@ import numpy as np
 
 from . import skies
 from .forms import Array
-from .hashing import camera_words, combine, mix, on_disk, unit
+from .hashing import basis, camera_words, combine, mix, on_disk, unit
 from .palette import Bands, Colors
-from .records import Camera, Checker, Disk, Material, Plane, PointLight, Polygon, Scene, Sphere
+from .records import (
+    AreaLight,
+    Camera,
+    Checker,
+    DirectionalLight,
+    Disk,
+    Material,
+    Plane,
+    Polygon,
+    Scene,
+    Sphere,
+    SpotLight,
+)
 
 Palette = Colors | Bands
 COLORS = Colors()
@@ -102,21 +114,77 @@ def media(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
 
 
 def lights(scene: Scene, palette: Palette = COLORS) -> list[dict[str, Any]]:
-    """Each light's `type`, `at` (position, or unit direction to it), `intensity` (3,) and `falloff`
-    (bool)."""
-    found: list[dict[str, Any]] = []
-    for light in scene.lights:
-        point = isinstance(light, PointLight)
-        at = np.asarray(light.position if isinstance(light, PointLight) else light.direction, float)
-        found.append(
-            {
-                "type": light.type,
-                "at": at if point else -at / np.linalg.norm(at),
-                "intensity": palette.light(light.intensity),
-                "falloff": isinstance(light, PointLight) and light.falloff == "inverse-square",
-            }
-        )
+    """Each light's `type`, `near` (bool: it has a place), `at` (that, or a unit direction to it),
+    `intensity` (3,), `falloff` (bool), and what only its kind has."""
+    return [_light(light, palette) for light in scene.lights]
+
+
+def _light(light: Any, palette: Palette) -> dict[str, Any]:
+    found = {"type": light.type, "near": True, "intensity": palette.light(light.intensity)}
+    if isinstance(light, DirectionalLight):
+        at = np.asarray(light.direction, float)
+        return found | {"near": False, "at": -at / np.linalg.norm(at), "falloff": False}
+    if isinstance(light, AreaLight):
+        return found | {"falloff": True} | _extent(light)
+    found |= {"at": np.asarray(light.position, float), "falloff": light.falloff == "inverse-square"}
+    if isinstance(light, SpotLight):
+        axis = np.subtract(light.target, light.position)
+        found |= {"axis": axis / np.linalg.norm(axis), "angle": light.angle, "penumbra": light.penumbra}
     return found
+
+
+def _extent(light: AreaLight) -> dict[str, Any]:
+    """Middle, half sides `u`, `v` or radii across each other, unit normal and `area`; of a sphere `radius`."""
+    found = {name: getattr(light, name) for name in ("samples", "two_sided", "visible", "radius")}
+    found["at"] = np.asarray(light.center, float)
+    if light.type == "rectangle":
+        u, v = np.asarray(light.u, float), np.asarray(light.v, float)
+        normal = np.cross(u, v)
+        return found | {"u": u, "v": v, "area": 4 * np.linalg.norm(normal), "normal": _length_1(normal)}
+    if light.type == "disk":
+        normal = _length_1(np.asarray(light.normal, float))
+        u, v = (light.radius * side[0] for side in basis(normal[None]))
+        return found | {"u": u, "v": v, "area": np.pi * light.radius**2, "normal": normal}
+    return found
+
+
+def _length_1(v: Array) -> Array:
+    return np.asarray(v / np.linalg.norm(v))
+
+
+def emitter(light: dict[str, Any], center: Array, color: Any) -> dict[str, Any]:
+    """Mitsuba's plugin for a light, about `center`; `color` makes three numbers a plugin.
+
+    An intensity of pi I on a reflectance of F kd sends I F kd.
+    """
+    strength = color(np.pi * light["intensity"])
+    if not light["near"]:
+        return {"type": "directional", "direction": (-light["at"]).tolist(), "irradiance": strength}
+    place = light["at"] - center
+    if "samples" in light:
+        return _area_emitter(light, place, color(light["intensity"]))
+    if light["type"] == "point":
+        return {"type": "point", "position": place.tolist(), "intensity": strength}
+    to_world = np.eye(4)
+    across = np.cross(np.eye(3)[np.argmin(np.abs(light["axis"]))], light["axis"])
+    to_world[:3, 0] = across / np.linalg.norm(across)
+    to_world[:3, 1] = np.cross(light["axis"], to_world[:3, 0])
+    to_world[:3, 2], to_world[:3, 3] = light["axis"], place
+    cone = {"cutoff_angle": light["angle"], "beam_width": light["angle"] * (1 - light["penumbra"])}
+    return {"type": "spot", "to_world": to_world, "intensity": strength, **cone}
+
+
+def _area_emitter(light: dict[str, Any], place: Array, radiance: Any) -> dict[str, Any]:
+    """A black shape that shines on one side."""
+    black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
+    inner = {"bsdf": black, "emitter": {"type": "area", "radiance": radiance}}
+    if light["type"] == "sphere":
+        return {"type": "sphere", "center": place.tolist(), "radius": float(light["radius"]), **inner}
+    to_world = np.eye(4)
+    sides = (light["u"], light["v"], light["normal"], place)
+    for column, side in enumerate(sides):
+        to_world[:3, column] = side
+    return {"type": light["type"], "to_world": to_world, **inner}
 
 
 def settings(scene: Scene, palette: Palette = COLORS) -> dict[str, Any]:
@@ -221,6 +289,7 @@ def view(scene: Scene, width: int, height: int, spp: int, size: float, center: A
         "lens": lens,
         "positions": positions,
         "paths": paths,
+        "seed": camera.jitter or 0,
     }
 
 

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from . import skies
-from .hashing import GATHERED, child_path, cosine_direction
+from .hashing import GATHERED, child_path, combine, cosine_direction
+from .lights import Way, ways
 from .media import Media
-from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Lit, Rays
+from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Lit, Rays, drawing
 from .world import Hits, World
 
 Array = np.ndarray
@@ -163,27 +164,23 @@ class Table:
 
     def _received(self, index: int, rays: Rays, spot: Spot) -> Array:
         """What light number `index` adds at hits: diffuse and highlight (2, n, 3)."""
-        light, of, shape = self.lights[index], self.of, spot.shape
+        of, shape = self.of, spot.shape
         origin = spot.leave(spot.n)
-        towards = (
-            light["at"] - origin if light["type"] == "point" else np.broadcast_to(light["at"], origin.shape)
-        )
-        distance = np.linalg.norm(towards, axis=1)
-        L = towards / np.where(distance > 0, distance, 1.0)[:, None]
-        lit = (dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & ((of["kd"][shape] > 0) | (of["ks"][shape] > 0))
-        rows = np.flatnonzero(lit)
+        scatters = (of["kd"][shape] > 0) | (of["ks"][shape] > 0)
         added = np.zeros((2, *origin.shape))
-        if rows.size:
-            reach = distance[rows] if light["type"] == "point" else np.full(len(rows), np.inf)
-            seen = self.world.visible(origin[rows], L[rows], spot.form[rows], reach, self.clear)
-            part = spot.take(rows)
-            added[:, rows] = seen * self.local(index, rays.direction[rows], part, L[rows], distance[rows])
+        for way in ways(self.lights[index], index, origin, rays.base, rays.sample):
+            L, distance, _ = way
+            rows = np.flatnonzero((dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & scatters)
+            if rows.size:
+                seen = self.world.visible(origin[rows], L[rows], spot.form[rows], distance[rows], self.clear)
+                here = tuple(part[rows] for part in way)
+                added[:, rows] += seen * self.local(index, rays.direction[rows], spot.take(rows), here)
         return added
 
-    def local(self, index: int, u: Array, spot: Spot, L: Array, distance: Array) -> Array:
-        """I f(r) kd F (Ns.L) and I f(r) ks H (R.V)^m, unshadowed (2, n, 3), the light in direction L (n,
-        3)."""
+    def local(self, index: int, u: Array, spot: Spot, way: Way) -> Array:
+        """I f(r) kd F (Ns.L) and I f(r) ks H (R.V)^m, unshadowed (2, n, 3), of a light this way."""
         light, of, shape = self.lights[index], self.of, spot.shape
+        L, _, factor = way
         cosine = dot(spot.ns, L)
         aligned = -dot(2 * cosine[:, None] * spot.ns - L, u)
         with np.errstate(all="ignore"):
@@ -192,8 +189,7 @@ class Table:
         value = np.stack(
             [(of["kd"][shape] * cosine)[:, None] * spot.F, (of["ks"][shape] * lobe)[:, None] * highlight]
         )
-        falloff = 1 / distance**2 if light["falloff"] else np.ones_like(distance)
-        return np.asarray(light["intensity"] * falloff[:, None] * value)
+        return np.asarray(light["intensity"] * factor[:, None] * value)
 
     def _faded(self, tint: Array, shape: Array, cosine: Array) -> Array:
         """Schlick's approximation on the shapes that have it: a tint goes to 1 at grazing angles."""
@@ -225,8 +221,9 @@ class Table:
                 path = child_path(rays.path[rows], number) | rays.path[rows] & np.uint32(15)
                 media = spot.beyond if name == TRANSMISSION else spot.media
                 start = spot.leave(side)
-                child = Rays(start, direction, weight, rays.pixel, rays.path, spot.form, media).take(rows)
-                yield name, rows, share[rows], replace(child, path=path)
+                child = Rays(start, direction, weight, rays.pixel, rays.path, spot.form, media, rays.base,
+                             rays.sample).take(rows)  # fmt: skip
+                yield name, rows, share[rows], drawing(replace(child, path=path))
 
     def optics(self, u: Array, spot: Spot, n: Array) -> Optics:
         """Reflection and refraction of directions u at the normals n, in the model's formulas."""
@@ -259,7 +256,7 @@ class Table:
         """The ambient rays of hits `rows` (m,): cosine-distributed about the shading normal."""
         samples = self.settings["ambient_samples"]
         h = child_path(rays.path[rows], 3, masked=False)
-        path = child_path(rays.path[rows], 3) | rays.path[rows] & np.uint32(15) | GATHERED
+        flags = rays.path[rows] & np.uint32(15) | GATHERED
         n, ns = spot.n[rows], spot.ns[rows]
         queues = []
         for i in range(samples):
@@ -268,7 +265,9 @@ class Table:
             direction[below] = cosine_direction(h[below], i, n[below])
             weight = rays.weight[rows] * share[rows] / samples
             origin, form = spot.leave(spot.n)[rows], spot.form[rows]
-            queues.append(Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows]))
+            path = combine(h, np.uint32(i)) & ~np.uint32(15) | flags
+            child = Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows], path, path)
+            queues.append(drawing(child))
         return Rays.joined(queues)
 
 

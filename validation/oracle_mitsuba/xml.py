@@ -42,6 +42,7 @@ TAGS = {
     "blendbsdf": "bsdf",
     "point": "emitter",
     "directional": "emitter",
+    "spot": "emitter",
     "area": "emitter",
     "constant": "emitter",
     "envmap": "emitter",

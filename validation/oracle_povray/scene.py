@@ -15,7 +15,7 @@ import numpy as np
 
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError, located
-from clrt.scene.scene import Camera, Checker, Material, PointLight, Scene
+from clrt.scene.scene import Camera, Checker, DirectionalLight, Material, PointLight, Scene
 
 from ..oracle64.camera import basis
 
@@ -41,6 +41,8 @@ def not_in_pov(scene: Scene) -> str | None:
     if found:
         return f"POV-Ray has no {found} as the model has them"
     for number, light in enumerate(scene.lights):
+        if not isinstance(light, (PointLight, DirectionalLight)):
+            return f"lights[{number}]: POV-Ray has no {light.type} light as the model has it"
         if not _plain((light.intensity,)):
             return f"lights[{number}].intensity: only red, green and blue are written"
     bodies = 0

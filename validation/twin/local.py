@@ -12,6 +12,7 @@ from clrt.flatten.flatten import FlatScene
 from .dispersion import Groups, bounces, own_bands
 from .geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit, primitives_of
 from .math import Array, larger
+from .lights import light_samples
 from .media import Crossed
 from .queues import Queue
 from .shading import (
@@ -19,7 +20,6 @@ from .shading import (
     AMBIENT,
     Bounce,
     ambient_share,
-    light_sample,
     lit,
     local_light,
     reflected_light,
@@ -48,7 +48,7 @@ class Lit:
 
 @dataclass(frozen=True)
 class Feelers:
-    """Shadow feelers in the order of their rays and lights.
+    """Shadow feelers in the order of their rays, lights and their points.
 
     `filter` (bands, n): the share of each band that comes through. `contribution` (bands, n): what they bring
     if they arrive.
@@ -94,8 +94,8 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
             goes_on[row : row + flat.group] |= part
         value = np.where(goes_on, value + weight * bounce.transmit * depth_color, value)
     found = np.full(len(which), SPAWN["SPAWN_HIT"])
-    for source in _lights(flat):
-        found += lit(s, light_sample(source, s.leave(s.n)), terms).astype(np.uint32)
+    for _, to in light_samples(_lights(flat), s.leave(s.n), queue.streams[which]):
+        found += lit(s, to, terms).astype(np.uint32)
     if not last and terms == ALL:
         found |= np.where(reflects, SPAWN["SPAWN_REFLECTION"], np.uint32(0))
         found |= np.where(transmits, SPAWN["SPAWN_TRANSMISSION"], np.uint32(0))
@@ -142,16 +142,14 @@ def _lights(flat: FlatScene) -> Array:
 
 
 def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feelers:
-    """One feeler to each light above each hit, and which of them arrive."""
+    """One feeler to each point of a light above each hit, and which of them arrive."""
     s, direction = found.surface, queue.rays.direction[:, found.which]
     start = s.leave(s.n)
-    ways = [light_sample(source, start) for source in _lights(flat)]
+    found_by = list(light_samples(_lights(flat), start, queue.streams[found.which]))
+    ways = [to for _, to in found_by]
     above = np.array([lit(s, to, terms) for to in ways], bool).reshape(len(ways), len(found.which))
-    radiance = [
-        reflected_light(source, to, s, direction, terms)
-        for source, to in zip(_lights(flat), ways, strict=True)
-    ]
-    hit, number = np.nonzero(above.T)  # by ray, then by light
+    radiance = [reflected_light(source, to, s, direction, terms) for source, to in found_by]
+    hit, number = np.nonzero(above.T)  # by ray, then by light and its points
 
     def chosen(parts: list[Array], empty: tuple[int, ...]) -> Array:
         return np.stack(parts)[number, ..., hit].T if parts else np.zeros(empty, np.float32)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,11 +15,22 @@ FLAGS = np.uint32(layout.PATH["PATH_FLAGS"])
 
 
 @dataclass(frozen=True)
+class Streams:
+    """What rays draw numbers from, (n,) uint32 each: a hash, and which stretch of its sequence is a ray's."""
+
+    base: Array
+    sample: Array
+
+    def __getitem__(self, rows: Array) -> Streams:
+        return Streams(self.base[rows], self.sample[rows])
+
+
+@dataclass(frozen=True)
 class Queue:
     """n rays of one kind and generation, those of a pixel next to each other; weight is (bands, n).
 
     media: (places, n) int32, numbers of materials, where rays carry lists of them. band: (n,) int32, the
-    first band of each, where the rays are narrow.
+    first band of each, where the rays are narrow. first: what rays of generation 0 draw from.
     """
 
     kind: str
@@ -29,9 +40,15 @@ class Queue:
     weight: Array
     media: Array | None = None
     band: Array | None = None
+    first: Streams | None = None
 
     def __len__(self) -> int:
         return len(self.rays)
+
+    @property
+    def streams(self) -> Streams:
+        """Of generation 0 those of the pixels; deeper each ray has its own."""
+        return self.first or Streams(self.path & ~FLAGS, np.zeros_like(self.path))
 
 
 def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
@@ -68,7 +85,8 @@ def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
     else:
         direction = unit(forward + in_view)
         origin = origin + direction * (c["near"] / dot(direction, forward))
-    return new_queue("camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)))
+    queue = new_queue("camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)))
+    return replace(queue, first=Streams(combine(np.full_like(pixel, c["seed"]), pixel), sample))
 
 
 def _on_lens(c: np.void, pixel: Array, sample: Array) -> Array:
@@ -84,10 +102,13 @@ def adopt(
     origins: Array, directions: Array, t_max: Array, numbers: Array, bands: int = layout.BANDS
 ) -> Queue:
     """A queue of the caller's rays: (n, 3), (n, 3) of any length, (n,) float32; their numbers (n,) uint32."""
-    path = combine(combine(np.zeros_like(numbers), numbers), np.zeros_like(numbers)) & ~FLAGS
+    none = np.zeros_like(numbers)
+    first = Streams(combine(none, numbers), none)
+    path = combine(first.base, none) & ~FLAGS
     place = np.arange(len(numbers), dtype=np.uint32)
     weight = ones(bands, len(numbers))
-    return new_queue("camera", origins.T, unit(directions.T), place, path, weight, t_max)
+    queue = new_queue("camera", origins.T, unit(directions.T), place, path, weight, t_max)
+    return replace(queue, first=first)
 
 
 def ones(bands: int, n: int) -> Array:

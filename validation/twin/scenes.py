@@ -192,6 +192,26 @@ def _sky() -> Table:
         {"type": "ellipsoid", "center": [-2, 0, 0.5], "radii": [1, 0.3, 0.5], "material": _GLASS}]}
 
 
+def _lamps() -> Table:
+    """Every kind of light, on surfaces that scatter in every way."""
+    spot = {"type": "spot", "position": [2, 3, 4], "target": [0, 0, 0]}
+    disk = {"type": "disk", "center": [-0.5, 1, -0.3], "normal": [0.2, -0.3, -0.1], "radius": 0.5}
+    lights = [
+        {**spot, "intensity": [0.5, 0.6, 0.7]},
+        {**spot, "angle": 9, "penumbra": 0, "intensity": [20, 8, 8], "falloff": "inverse-square"},
+        {**spot, "position": [0.3, -0.1, 0], "angle": 90, "penumbra": 1, "intensity": 0.4},
+        {"type": "rectangle", "center": [-1, 2, 1], "u": [0.7, 0, 0.2], "v": [0.1, 0.2, 0.6], "samples": 4},
+        {**disk, "samples": 3, "two_sided": True, "visible": False},
+        {"type": "sphere", "center": [1.5, 0.5, 1.7], "radius": 0.4, "radiance": [3, 4, 5], "samples": 5},
+        # around the camera and all that it sees, shining inwards
+        {"type": "sphere", "center": [0.5, 0, 0], "radius": 9, "radiance": 0.2, "samples": 1,
+         "two_sided": True},
+        {"type": "sphere", "center": [-0.9, -0.8, 0.9], "radius": 0.5, "samples": 2, "visible": False},
+    ]  # fmt: skip
+    shapes = [*_spheres()["shapes"][1:], *_meshes()["shapes"][3:]]
+    return {"lights": lights, "max_depth": 3, "camera": {**_CAMERA, "spp": 4}, "shapes": shapes}
+
+
 def _empty() -> Table:
     return {"lights": [], "shapes": []}
 
@@ -199,7 +219,7 @@ def _empty() -> Table:
 _SCENES = {
     "spheres": _spheres, "flat shapes": _flat, "quadrics": _quadrics, "meshes": _meshes,
     "inside glass": _inside_glass, "media": media, "media from within": media_within,
-    "tinted shadows": _tinted, "ambient samples": _ambient,
+    "tinted shadows": _tinted, "ambient samples": _ambient, "lights": _lamps,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
     "lens": _lens, "orthographic lens": _orthographic_lens,
     "nothing": _empty,

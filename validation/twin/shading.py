@@ -9,50 +9,14 @@ import numpy as np
 from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
-from .math import ONE, Array, combine, disk, dot, larger, mix_bits, power, unit, unit_interval, vector
+from .lights import LightSample
+from .math import ONE, Array, combine, disk, dot, frame_about, larger, mix_bits, power, unit, unit_interval
 from .surface import Surface, bands, color_of
 
 EMISSION, AMBIENT, DIFFUSE, HIGHLIGHT, ALL = (
     layout.TERMS[f"TERM_{name}"] for name in ("EMISSION", "AMBIENT", "DIFFUSE", "HIGHLIGHT", "ALL")
 )
 _ZERO = np.float32(0.0)
-
-
-@dataclass(frozen=True)
-class LightSample:
-    """The way from n points to one light, and the factor (n,) by which its intensity arrives.
-
-    Unit directions (3, n), 0 where it does not shine; distances (n,), infinite where it is directional.
-    """
-
-    direction: Array
-    distance: Array
-    factor: Array
-
-
-def light_sample(light: np.void, start: Array) -> LightSample:
-    """By kind of light, as `kernels/light.clh`."""
-    return _SAMPLES[int(light["kind"])](light, start)
-
-
-def _point(light: np.void, start: Array) -> LightSample:
-    way = _place(light, start) - start
-    distance = np.sqrt(dot(way, way))
-    fades = light["falloff"] == layout.FALLOFF["INVERSE_SQUARE"]
-    factor = ONE / (distance * distance) if fades else np.ones_like(distance)
-    return LightSample(way * (ONE / distance), distance, factor)
-
-
-def _directional(light: np.void, start: Array) -> LightSample:
-    far = np.full(start.shape[1], np.inf, np.float32)
-    return LightSample(_place(light, start), far, np.ones_like(far))
-
-
-def _place(light: np.void, start: Array) -> Array:
-    return np.repeat(light["place"][:3, None], start.shape[1], axis=1)
-
-
-_SAMPLES = {layout.LIGHT_KINDS["POINT"]: _point, layout.LIGHT_KINDS["DIRECTIONAL"]: _directional}
 
 
 def lit(s: Surface, to: LightSample, terms: int) -> Array:
@@ -204,11 +168,7 @@ def cosine_direction(n: Array, key: Array, index: Array) -> Array:
     u1 = unit_interval(mix_bits(key + np.uint32(1)) + index * np.uint32(0xC13FA9A9))
     u2 = unit_interval(mix_bits(key + np.uint32(2)) + index * np.uint32(0x91E10DA5))
     disk_x, disk_y = disk(u1, u2)
-    sign = np.where(n[2] < 0.0, -ONE, ONE)
-    a = -1.0 / (sign + n[2])
-    b = n[0] * n[1] * a
-    tangent = vector(1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0])
-    bitangent = vector(b, sign + n[1] * n[1] * a, -n[1])
+    tangent, bitangent = frame_about(n)
     height = np.sqrt(larger(1.0 - disk_x * disk_x - disk_y * disk_y, _ZERO))
     return unit(tangent * disk_x + bitangent * disk_y + n * height)
 
