@@ -44,6 +44,7 @@ MATERIALS: Final = (
     "checker on a polygon", "checker on a sphere", "mirror", "mirror tint", "schlick mirror",
     "schlick highlight",
     "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
+    "rough mirror", "rough metal",
 )  # fmt: skip
 LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
                  "rectangle light", "disk light", "sphere light", "two-sided light",
@@ -209,6 +210,8 @@ def _bounce_features(scene: Scene, material: Material) -> set[str]:
         "thin": kt and material.thin, "equal indices": kt and same,
         "absorption": material.is_medium and _is_lit(material.absorption),
         "priority": material.is_medium and material.priority != 0,
+        "rough mirror": material.alpha > 0 and material.conductor is None,
+        "rough metal": material.alpha > 0 and material.conductor is not None,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 

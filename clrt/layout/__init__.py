@@ -87,6 +87,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # checker = 0: plain; 1: flat (side of a square `checker_size`); 2: sphere (squares round the equator)
     "Material": (
         *((field, "float") for field in COEFFICIENTS), ("ior", "float"), ("checker_size", "float"),
+        ("alpha", "float"),  # width of the lobe of a rough mirror, 0 of a perfect one
         ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
         # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
         ("medium", "int"), ("priority", "int"), ("dispersive", "int"),
@@ -112,6 +113,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
         ("ambient_samples", "int"), ("tinted", "int"), ("spd", "int"), ("one_sided", "int"),
         ("extended", "int"),  # is there a light with extent
+        ("rough", "int"),  # is there a rough mirror
         ("medium_ior", "float"), ("min_weight", "float"),
         ("background_width", "int"), ("background_height", "int"),
         ("ambient", "float@BANDS"), ("background", "float@BANDS"), ("depth_color", "float@BANDS"),

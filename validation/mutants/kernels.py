@@ -226,6 +226,29 @@ _BOUNCE: Final = (
            "most = weight[0] * transmits(s, material, bounce, 0)", ("least weight",)),
 )  # fmt: skip
 
+_GLOSS: Final = (
+    Mutant("facets half as rough again", "kernels/gloss.clh", "unit3(vec(alpha * facet.x, alpha * facet.y,",
+           "unit3(vec(1.5f * alpha * facet.x, 1.5f * alpha * facet.y,", ("rough mirror",), REFLECTION),
+    Mutant("facets drawn as if all were seen", "kernels/gloss.clh", "part = 0.5f * (1.0f + stretched.z)",
+           "part = (floatP)(1.0f)", ("rough metal",), REFLECTION),
+    Mutant("nothing lost between facets", "kernels/gloss.clh",
+           "2.0f / (1.0f + sqrt(1.0f + alpha * alpha * slope))", "(floatP)(1.0f)",
+           ("rough metal",), REFLECTION),
+    Mutant("rough rays below the surface", "kernels/gloss.clh", "if (any_of(below)) {", "if (false) {",
+           ("rough smooth mesh",)),
+    Mutant("all facets alike", "kernels/gloss.clh", "combine(streams.base, (uintP)(0x80000001u))",
+           "(uintP)(0x80000001u)", ("rough mirror",), REFLECTION),
+    Mutant("gloss drawn as the points of lights are", "kernels/gloss.clh", "(uintP)(0x80000001u)",
+           "(uintP)(0x80000002u)", ("rough mirror",), REFLECTION),
+    Mutant("Fresnel of the surface, not of the facet", "kernels/bounce.clh", "bounce.cosine = facet.cosine;",
+           "", ("rough metal", "rough schlick"), REFLECTION),
+    Mutant("a rough coat as bright at every angle", "kernels/bounce.clh", "cosines_at(&r, facet.cosine);",
+           "cosines_at(&r, (floatP)(1.0f));", ("rough coat",), REFLECTION),
+    Mutant("rough mirrors send a perfect one's ray", "kernels/bounce.cl",
+           "direction = choose(direction, bounce.glossy, mine)", "direction = direction", ("rough mirror",),
+           REFLECTION),
+)  # fmt: skip
+
 _SURFACES: Final = (
     Mutant("normal not turned to the ray", "kernels/surface.clh",
            "choose(at.outward, minus(at.outward), inside)", "at.outward",
@@ -293,4 +316,4 @@ _SURFACES: Final = (
            "in_band(info->background, s, 0)", ("background",), CAMERA),
 )  # fmt: skip
 
-KERNEL_FAULTS: Final = (*_GENERATE, *_LIGHT, *_BOUNCE, *_SURFACES)
+KERNEL_FAULTS: Final = (*_GENERATE, *_LIGHT, *_BOUNCE, *_GLOSS, *_SURFACES)

@@ -88,6 +88,7 @@ class Material:
     priority: int = 0
     thin: bool = False
     conductor: Any = None
+    roughness: float = 0.0
 
     @property
     def ka(self) -> float:
@@ -104,6 +105,11 @@ class Material:
         if self.transmission is not None:
             return self.transmission
         return 1.0 if self.fresnel is True and self.conductor is None else 0.0
+
+    @property
+    def alpha(self) -> float:
+        """GGX's, 0 of a perfect mirror."""
+        return self.roughness**2 if self.roughness >= 0.01 and self.kr > 0 else 0.0
 
     @property
     def varies(self) -> bool:

@@ -72,6 +72,8 @@ def material_class(material: Material, scene: Scene) -> str | None:
     """The one class that a material wholly belongs to, or None."""
     lit = material.diffuse > 0 or (material.ka > 0 and max(rgb(scene.ambient)) > 0)
     shines, emits = material.specular > 0, max(rgb(material.emission)) > 0
+    if material.alpha > 0:
+        return None
     if sum([lit, shines, emits, material.kr > 0 or material.kt > 0]) > 1:
         return None
     if material.kr == 0 and material.kt == 0:

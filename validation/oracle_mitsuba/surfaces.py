@@ -64,6 +64,7 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
         "fresnel": material.fresnel is True,
         "schlick": material.fresnel == "schlick",
         "conductor": metal is not None,
+        "alpha": material.alpha,
         "n": n,
         "k": k,
         "pattern": pattern,

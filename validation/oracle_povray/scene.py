@@ -79,6 +79,8 @@ def _no_material(m: Material) -> str:
         return "checker as the model has it"
     if not _plain((m.color, *colours)) or m.conductor is not None or not isinstance(m.eta, float):
         return "spectra"
+    if m.alpha > 0:
+        return "rough mirrors"
     if m.fresnel:
         return "Fresnel terms as the model has them"
     if m.priority or np.any(np.asarray(m.absorption) != 0):
