@@ -8,7 +8,7 @@ __kernel void next_hit(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS)
     const uint i = get_global_id(0);
     if (i >= n || hit_primitive[i] < 0) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Hit hit = nearest_hit(world, load_ray(rays, i), hit_t[i], hit_primitive[i], false);
+    const Hit hit = nearest_hit(world, load_ray(rays, i), hit_t[i], hit_primitive[i], false, NO_PRIMITIVE);
     hit_t[i] = hit.t;
     hit_primitive[i] = hit.primitive;
 }

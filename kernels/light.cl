@@ -1,17 +1,25 @@
 // Local light: what a ray's hit sends back by itself, the shadow feelers that decide about the lights, what the lights
 // add, and the count of everything the hit will spawn. One work-item a packet.
 //
-// Queues are dense and in stable order, so `light` counts, a scan gives every ray its places, and `feelers` writes.
+// Queues are dense and in stable order, so `shade` counts, a scan gives every ray its places, and `feelers` writes.
 // After the feelers were traced `illuminate` finds directions to the lights anew and takes the packet's feelers in the
 // same order: that is cheaper than to keep what each would bring, and nothing is computed for a light that is hidden.
 #include "bounce.clh"
 #include "light.clh"
 #include "sky.clh"
 
+// Where the surface of a light shows nothing: behind, unless it shines on both sides; and to ambient rays, since feelers
+// have counted it.
+INLINED intP dark(__global const Material *material, const Surfaces s, uint ambient_queue)
+{
+    if (ambient_queue) return (intP)(-1);
+    return material->light == 2 ? (intP)(0) : (s.code & SURFACE_INSIDE) != 0;
+}
+
 // `local_radiance` receives weight * (emission + ambient), or the background; where it is not black: SPAWN_LOCAL says
 // so, without which it is not to be read. `spawn` receives the packed counts (layout.SPAWN). In the last generation
 // nothing is spawned: `depth_color` stands for it.
-__kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PARAMETERS, PIXELS_PARAMETERS,
+__kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS, PIXELS_PARAMETERS,
                     uint ambient_queue, uint last, uint terms)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -33,7 +41,7 @@ __kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PAR
     }
 
     intP found = select((intP)(SPAWN_HIT), (intP)(0), missed);
-    const VecP start = leaves(s, s.n);
+    const VecP start = offset_origin(s, s.n);
     const Pixels pixels = PIXELS_OF_PARAMETERS;
     const Streams streams = light_streams(world, pixels, path, first, n);
     const Streams facets = gloss_streams(world, pixels, path, first, n);
@@ -45,7 +53,7 @@ __kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PAR
                 __global const Light *light = world.lights + l;
                 Draw draw = light_draw(light, streams, l);
                 for (int i = 0; i < light->samples; i++, draw = next_draw(draw))
-                    found += lit(s, light_sample(light, start, draw)) & mine & 1;
+                    found += is_above(s, light_sample(light, start, draw)) & mine & 1;
             }
 
         intP gathers = (intP)(0);
@@ -59,6 +67,7 @@ __kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PAR
         for (int b = 0; b < RAY_BANDS; b++) {
             floatP emission = (floatP)(0.0f), ambient = emission;
             if (terms & TERM_EMISSION) emission = in_band(material->emission, s, b);
+            if (material->light) emission = select(emission, (floatP)(0.0f), dark(material, s, ambient_queue));
             if (terms & TERM_AMBIENT)
                 ambient = select(material->ka * colors(material, s, b) * in_band(world.scene->ambient, s, b), ambient,
                                  gathers);
@@ -111,7 +120,7 @@ __kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PAR
 // One ray to each light above the surface, or to each of its points. The feelers of a packet stand light after light, so
 // that neighbours in the queue go the same way (with seven lights they are traced 2.5 times as fast); `owner` says which
 // ray each belongs to.
-__kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PARAMETERS, PIXELS_PARAMETERS,
+__kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS, PIXELS_PARAMETERS,
                       FEELERS_PARAMETERS)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -120,7 +129,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_P
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const VecP start = leaves(s, s.n);
+    const VecP start = offset_origin(s, s.n);
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], distance[PACKET];
     int launched[PACKET];
     *(floatP *)ox = start.x;
@@ -135,7 +144,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_P
         Draw draw = light_draw(light, streams, l);
         for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
             const LightSample to = light_sample(light, start, draw);
-            const intP launch = counted & lit(s, to);
+            const intP launch = counted & is_above(s, to);
             if (!any_of(launch)) continue;
             *(floatP *)dx = to.direction.x;
             *(floatP *)dy = to.direction.y;
@@ -149,6 +158,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_P
                 if (world.scene->tinted)
                     filter[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
 #endif
+                if (world.scene->surfaces) own[at] = light->surface;
                 owner[at++] = first + k;
             }
         }
@@ -181,7 +191,7 @@ INLINED floatP filtered(__global const float *filter, const uint *place, intP wh
 
 // Adds what comes from the lights that the feelers have reached to `local_radiance`, light after light; SPAWN_LOCAL
 // then says that it is to be read.
-__kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PARAMETERS, PIXELS_PARAMETERS,
+__kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS, PIXELS_PARAMETERS,
                          FEELERS_PARAMETERS, uint terms)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -190,7 +200,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LI
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = leaves(s, s.n);
+    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = offset_origin(s, s.n);
     const intP bright = (found & SPAWN_LOCAL) != 0;
     const bool any_bright = any_of(bright), tinted = world.scene->tinted;
     floatP value[RAY_BANDS], radiance[RAY_BANDS];
@@ -208,7 +218,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LI
         Draw draw = light_draw(light, streams, l);
         for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
             const LightSample to = light_sample(light, start, draw);
-            const intP launch = counted & lit(s, to);
+            const intP launch = counted & is_above(s, to);
             if (!any_of(launch)) continue;
             intP todo = arrivals(launch, lanes, seen, &at, place), mine;
             lighter |= todo;

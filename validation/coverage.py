@@ -47,7 +47,7 @@ MATERIALS: Final = (
     "rough mirror", "rough metal",
 )  # fmt: skip
 LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
-                 "rectangle light", "disk light", "sphere light", "two-sided light",
+                 "rectangle light", "disk light", "sphere light", "two-sided light", "visible light",
                  "several lights", "no light", "shadows", "tinted shadows")
 SETTINGS: Final = (
     "background colour", "background image", "ambient rays", "depth colour", "least weight", "medium index",
@@ -128,6 +128,7 @@ def _light_features(scene: Scene) -> set[str]:
         "point light": "point" in kinds, "directional light": "directional" in kinds,
         "spot light": any(light.penumbra > 0 for light in spots),
         "spot without penumbra": any(light.penumbra == 0 for light in spots),
+        "visible light": any(getattr(light, "visible", False) for light in lights),
         "two-sided light": any(getattr(light, "two_sided", False) for light in lights),
         **{f"{kind} light": kind in kinds for kind in ("rectangle", "disk", "sphere")},
         "several lights": len(lights) > 1,
@@ -200,7 +201,7 @@ def _material_features(scene: Scene, shape: Shape) -> set[str]:
 
 def _bounce_features(scene: Scene, material: Material) -> set[str]:
     kr, kt, fresnel = material.kr > 0, material.kt > 0, material.fresnel is True
-    same = material.eta == scene.medium_ior
+    same = material.ior_d == scene.medium_ior
     tests = {
         "mirror": kr, "mirror tint": kr and _tinted(material.reflection_color),
         "schlick mirror": kr and material.fresnel == "schlick",

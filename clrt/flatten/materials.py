@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt import layout
+from clrt.scene.arealights import AreaLight
 from clrt.scene.lights import (
     DirectionalLight,
     DiskLight,
@@ -19,7 +20,8 @@ from clrt.scene.lights import (
     SpotLight,
 )
 from clrt.scene.scene import Checker, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
-from clrt.spectra.bands import Bands, conductor, curve, index, light, reflectance
+from clrt.spectra.bands import Bands, conductor, curve, light, reflectance
+from clrt.spectra.curves import ior_at
 
 _FLAT = (Plane, Polygon, Disk)
 _FRESNEL = {False: "CONSTANT", True: "FRESNEL", "schlick": "SCHLICK"}
@@ -52,6 +54,13 @@ class MaterialTable:
             self._by_identity[key] = self._by_value.setdefault(record, len(self._by_value))
         return self._by_identity[key]
 
+    def glowing(self, light: AreaLight) -> int:
+        """The number of what a visible light's surface is made of: black, it sends the radiance."""
+        black = Material(color=0.0, diffuse=0.0, emission=light.radiance)
+        record = _material(black, "PLAIN", False, self._bands, self._group)
+        record["light"] = 2 if light.two_sided else 1
+        return self._by_value.setdefault(record.tobytes(), len(self._by_value))
+
     def records(self) -> np.ndarray:
         """All of them in the order of their numbers, dtype Material."""
         out = np.frombuffer(b"".join(self._by_value), layout.dtype("Material", _count(self._bands))).copy()
@@ -70,7 +79,7 @@ def _material(
     record = out[0]
     for field, name in layout.COEFFICIENTS.items():
         record[field] = getattr(material, name)
-    record["ior"] = material.eta
+    record["ior"] = material.ior_d
     record["fresnel"] = layout.FRESNEL[_FRESNEL[material.fresnel]]
     record["thin"] = material.thin
     record["alpha"] = material.alpha
@@ -94,15 +103,15 @@ def _material(
         record["fresnel"] = layout.FRESNEL["CONDUCTOR"]
         record["eta"], record["k"] = conductor(material.conductor, bands)
     record["dispersive"] = bands is not None and material.dispersive
-    record["index"] = material.eta if bands is None else _index(material, bands, group)
+    record["band_ior"] = material.ior_d if bands is None else _band_ior(material, bands, group)
     return out
 
 
-def _index(material: Material, bands: Bands, group: int) -> np.ndarray:
+def _band_ior(material: Material, bands: Bands, group: int) -> np.ndarray:
     """For each band the index of refraction in the middle of its dispersion group."""
     first = np.arange(bands.n) // group * group
     centers = (bands.edges[first] + bands.edges[np.minimum(first + group, bands.n)]) / 2
-    return index(material.ior, centers)
+    return ior_at(material.ior, centers)
 
 
 def _count(bands: Bands | None) -> int:
@@ -115,7 +124,7 @@ def flatten_lights(scene: Scene, bands: Bands | None) -> np.ndarray:
     for record, source in zip(out, scene.lights, strict=True):
         kind, fill = _LIGHTS[type(source)]
         record["kind"] = (layout.LIGHT_KINDS | layout.EXTENDED_KINDS)[kind]
-        record["samples"] = 1
+        record["samples"], record["surface"] = 1, -1
         record["intensity"] = light(source.intensity, bands)
         fill(record, source)
     return out
@@ -163,7 +172,7 @@ def _sphere(record: np.void, source: SphereLight) -> None:
 def _area(record: np.void, source: RectangleLight | DiskLight | SphereLight) -> None:
     record["place"][:3] = source.center
     record["samples"], record["extended"] = source.samples, 1
-    record["two_sided"], record["visible"] = source.two_sided, source.visible
+    record["two_sided"] = source.two_sided
 
 
 def _unit(way: Any) -> np.ndarray:

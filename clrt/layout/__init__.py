@@ -1,7 +1,7 @@
 """The one table of record layouts: what the host packs and the kernels read.
 
 Every record that crosses from Python to OpenCL is described here once. `dtype(name)` gives the numpy
-side, `c_declarations(...)` the C side, so the two cannot drift apart. Only `float4`, `float`, `int` and
+side, `clrt.layout.declarations` the C side, so the two cannot drift apart. Only `float4`, `float`, `int` and
 `uint` occur (a `float3` would bring hidden padding), the wide fields come first, and a record that holds a
 `float4` is a multiple of 16 bytes, so that every OpenCL device agrees on the layout; a test asks each device.
 
@@ -15,7 +15,6 @@ Three kinds of data:
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -91,20 +90,22 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
         # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
         ("medium", "int"), ("priority", "int"), ("dispersive", "int"),
+        ("light", "int"),  # 0; of the surface of a light 1, 2 where it shines on both sides
         ("color", "float@BANDS"), ("color2", "float@BANDS"), ("highlight", "float@BANDS"),
         ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
         ("absorption", "float@BANDS"),
         ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
-        ("index", "float@BANDS"),  # of refraction, for each band that of its dispersion group
+        ("band_ior", "float@BANDS"),  # index of refraction, for each band that of its dispersion group
     ),
-    # POINT, SPOT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it. SPOT: `axis` = unit vector
-    # that it shines along; `angle` from it at which the light ends, `width` of the penumbra, in radians.
+    # POINT, SPOT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it. SPOT: `axis` = unit
+    # vector that it shines along; `angle` from it where the light ends, `width` of the penumbra, in radians.
     # EXTENDED_KINDS: `place`.xyz the middle, `axis` = unit normal, `u`, `v` = half sides or radii across each
-    # other, `share` of a point: area / (pi samples); `radius` of a sphere. `samples` feelers at a hit, 1 of others
+    # other, `share` of a point: area / (pi samples); `radius` of a sphere. `samples` feelers at a hit, 1
+    # of others; `surface` = the primitive by which rays see it, -1 without one
     "Light": (
         ("place", "float4"), ("axis", "float4"), ("u", "float4"), ("v", "float4"),
         ("kind", "int"), ("falloff", "int"), ("angle", "float"), ("width", "float"),
-        ("samples", "int"), ("extended", "int"), ("two_sided", "int"), ("visible", "int"),
+        ("samples", "int"), ("extended", "int"), ("two_sided", "int"), ("surface", "int"),
         ("share", "float"), ("radius", "float"), ("pad0", "int"), ("pad1", "int"),
         ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
     ),
@@ -112,7 +113,8 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     "SceneInfo": (
         ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
         ("ambient_samples", "int"), ("tinted", "int"), ("spd", "int"), ("one_sided", "int"),
-        ("extended", "int"),  # is there a light with extent
+        # is there a light with extent; how many are seen: their primitives are the last
+        ("extended", "int"), ("surfaces", "int"),
         ("rough", "int"),  # is there a rough mirror
         ("medium_ior", "float"), ("min_weight", "float"),
         ("background_width", "int"), ("background_height", "int"),
@@ -140,7 +142,8 @@ SECTIONS: Final = {
     "QUADRIC": "quadrics",
 }  # fmt: skip
 KINDS: Final = {kind: number for number, kind in enumerate(SECTIONS)}
-LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1, "SPOT": 2}  # in kernels LIGHT_POINT, sampled by `light_point`
+# in kernels LIGHT_POINT, sampled by `light_point`
+LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1, "SPOT": 2}
 EXTENDED_KINDS: Final = {"RECTANGLE": 16, "DISK": 17, "SPHERE": 18}  # likewise, a point at a time
 FALLOFF: Final = {"FALLOFF_NONE": 0, "INVERSE_SQUARE": 1}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
@@ -188,12 +191,13 @@ HITS: Final = {
 }
 # pixels' numbers and samples of each, of rays of generation 0; deeper there are none, and 0 samples
 PIXELS: Final = {"numbers": "uint *numbers", "seed": "uint seed", "samples": "uint samples"}
-LIT: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
+SHADED: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
 FEELERS: Final = {
     "first": "uint *first_feeler",
     "owner": "uint *owner",
     "rays": "float *feeler_rays",
     "seen": "uint *seen",
+    "own": "int *own",
     "filter": "float *filter",
 }
 # a queue that is written while another is read: all but the number of rays, the last parameter of a queue
@@ -220,7 +224,7 @@ PATH: Final = {
     "PATH_FLAGS": 15,
 }
 
-# What the pass `light` finds that a ray will spawn, packed into one word; streams are what is counted from it
+# What the pass `shade` finds that a ray will spawn, packed into one word; streams are what is counted from it
 SPAWN: Final = {
     "SPAWN_FEELERS": 0xFFFF,  # number of shadow feelers
     "SPAWN_REFLECTION": 1 << 16,
@@ -257,7 +261,7 @@ _NUMPY: Final[dict[str, tuple[type[np.generic], tuple[int, ...]]]] = {
 }
 
 
-def _field_length(kind: str, bands: int) -> tuple[str, int]:
+def field_length(kind: str, bands: int) -> tuple[str, int]:
     """C type and array length of a field; `@-BANDS` pads a band array to a multiple of 4."""
     base, _, count = kind.partition("@")
     if not count:
@@ -275,24 +279,13 @@ def dtype(name: str, bands: int = BANDS) -> np.dtype:
         return np.dtype((element, shape))
     fields: list[tuple[str, type[np.generic], tuple[int, ...]]] = []
     for field, kind in RECORDS[name]:
-        base, length = _field_length(kind, bands)
+        base, length = field_length(kind, bands)
         scalar, shape = _NUMPY[base]
         if length:
             fields.append((field, scalar, (length,)))
         elif "@" not in kind:
             fields.append((field, scalar, shape))
     return np.dtype(fields)
-
-
-def _c_struct(name: str, bands: int) -> str:
-    lines = []
-    for field, kind in RECORDS[name]:
-        base, length = _field_length(kind, bands)
-        if length:
-            lines.append(f"    {base} {field}[{length}];")
-        elif "@" not in kind:
-            lines.append(f"    {base} {field};")
-    return "typedef struct {\n" + "\n".join(lines) + f"\n}} {name};\n"
 
 
 def surface_fields(media: int) -> int:
@@ -306,7 +299,7 @@ def streams(group: int = 0) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Rays:
+class RayFormat:
     """What rays carry: the compile-time constants of the kernels.
 
     bands: of the scene. media: places in the list of media, 0 where there are none. group: bands that
@@ -327,67 +320,3 @@ class Rays:
     def values(self) -> int:
         """Words of a ray's weight, light or contribution: its bands, and which a narrow ray's first is."""
         return self.carried + self.narrow
-
-
-def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) -> str:
-    """The C side of this table: constants, structs, and groups of kernel parameters.
-
-    Of each group, such as the world's buffers: `WORLD_PARAMETERS` is the list of them in a signature, `World`
-    the struct that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
-    """
-    rays = rays or Rays()
-    constants: dict[str, int] = {
-        "BANDS": rays.bands,
-        "RAY_BANDS": rays.carried,
-        "VALUES": rays.values,
-        "GROUP": rays.group,
-        "NARROW": int(rays.narrow),
-        "MEDIA": rays.media,
-        "LANES": lanes,
-        "PACKET": packet,
-        "WIDE": WIDE,
-        "CHUNK": CHUNK,
-        "ARRANGED": ARRANGED,
-        "STREAMS": len(streams(rays.group)),
-        "RAY_FIELDS": len(RAY_FIELDS),
-        "SURFACE_FIELDS": surface_fields(rays.media),
-    }
-    constants |= KINDS | BLOCKS | FALLOFF | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
-    constants |= {f"LIGHT_{kind}": number for kind, number in (LIGHT_KINDS | EXTENDED_KINDS).items()}
-    constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
-    for fields in (RAY_FIELDS, SURFACE_FIELDS + TOP_FIELDS):
-        constants |= {name: number for number, name in enumerate(fields)}
-    out = [f"#define {name} {value}" for name, value in constants.items()]
-    for name, kinds in (
-        ("PRIMITIVE_KINDS", KINDS), ("LIGHT_KINDS", LIGHT_KINDS), ("EXTENDED_KINDS", EXTENDED_KINDS)
-    ):  # fmt: skip
-        out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
-    floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
-    out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
-    out += [_c_struct(name, rays.bands) for name in RECORDS]
-    world = {name: f"const {kind} *{name}" for name, kind in WORLD.items()}
-    geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
-    groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Lit": LIT, "Feelers": FEELERS, "Child": CHILD}
-    groups |= {"Pixels": PIXELS, "Geometry": geometry}
-    out += [_c_group(name, list(group.values())) for name, group in groups.items()]
-    return "\n".join(out)
-
-
-def _c_group(name: str, parameters: list[str]) -> str:
-    parameters = [_c_type(text) + _c_name(text) for text in parameters]
-    start = f"#define {name.upper()}"
-    return (
-        "typedef struct {\n" + "".join(f"    {parameter};\n" for parameter in parameters) + f"}} {name};\n"
-        f"{start}_PARAMETERS {', '.join(parameters)}\n"
-        f"{start}_OF_PARAMETERS {{{', '.join(map(_c_name, parameters))}}}\n"
-    )
-
-
-def _c_name(parameter: str) -> str:
-    return re.split(r"[ *]", parameter)[-1]
-
-
-def _c_type(text: str) -> str:
-    """The type of a parameter `type name`, so that a name can follow."""
-    kind, star, _ = text.partition("*")
-    return f"__global {kind}*" if star else kind.split()[0] + " "

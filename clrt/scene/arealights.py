@@ -15,7 +15,7 @@ from clrt.spectra.colors import Colored, LightColor
 
 Samples = Annotated[
     int,
-    Meta(ge=1, le=ceilings.LIGHTS, description=f"must be a whole number of points from 1 to {ceilings.LIGHTS}"),
+    Meta(ge=1, le=ceilings.LIGHTS, description=f"must be a whole number from 1 to {ceilings.LIGHTS}"),
 ]
 Radius = Annotated[float, Meta(gt=0, description="a radius must be > 0")]
 
@@ -45,7 +45,7 @@ class AreaLight(Colored, frozen=True, kw_only=True):
 
 
 class RectangleLight(AreaLight, frozen=True, kw_only=True, tag="rectangle", tag_field="type"):
-    """A parallelogram: `u` and `v` reach from its `center` to the middles of two sides. Its normal is u x v."""
+    """A parallelogram: `u`, `v` reach from its `center` to the middles of two sides. Its normal is u x v."""
 
     center: Vector
     u: Vector
@@ -67,7 +67,7 @@ class RectangleLight(AreaLight, frozen=True, kw_only=True, tag="rectangle", tag_
             if is_zero(getattr(self, name)):
                 raise at.key(name).error(getattr(self, name), "a half side must not be zero")
         if is_zero(np.cross(float32(self.u), float32(self.v))) or not _has_area(self.area):
-            text = "u and v must not be parallel, nor so short or long that the area is 0 or infinite in float32"
+            text = "u and v must not be parallel, nor the area 0 or infinite in float32"
             raise at.key("v").error(self.v, text)
 
 

@@ -11,7 +11,6 @@ from clrt.base.records import Vector, float32, is_zero
 from clrt.scene.arealights import DiskLight, RectangleLight, SphereLight
 from clrt.spectra.colors import Colored, LightColor
 
-
 Falloff = Annotated[
     Literal["none", "inverse-square"], Meta(description="falloff must be 'none' or 'inverse-square'")
 ]

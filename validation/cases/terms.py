@@ -106,8 +106,8 @@ def _lights() -> dict[str, Table]:
              {**spot, "position": [4, 5, 3], "angle": 24, "penumbra": 0, "intensity": [22, 15, 9],
               "falloff": "inverse-square"}]  # fmt: skip
     hidden: Table = {"visible": False}
-    panel = {"type": "rectangle", "center": [-3, 4, 4], "u": [1, 0, 0.4], "v": [-0.2, 0.5, -0.8], "samples": 6,
-             "radiance": [6, 5, 4], **hidden}  # fmt: skip
+    panel = {"type": "rectangle", "center": [-3, 4, 4], "u": [1, 0, 0.4], "v": [-0.2, 0.5, -0.8],
+             "samples": 6, "radiance": [6, 5, 4], **hidden}  # fmt: skip
     plate = {"type": "disk", "center": [2.6, 0.4, 2], "normal": [1, 0.2, 0.3], "radius": 0.7, "samples": 5,
              "radiance": [1, 2, 3], "two_sided": True, **hidden}  # fmt: skip
     bulb = {"type": "sphere", "center": [1, 3, 3], "radius": 0.9, "samples": 4, "radiance": 2, **hidden}
@@ -119,6 +119,15 @@ def _lights() -> dict[str, Table]:
         "rectangle": _pair(_SHINY, lights=[panel]),
         "disk and sphere": _pair(_SHINY, lights=[plate, bulb]),
         "within a sphere of light": _pair(_SHINY, lights=[around]),
+        "lights that are seen": _pair(bright, lights=[
+            {**plate, "visible": True, "radiance": [0.7, 0.9, 0.8]},
+            {**bulb, "center": [-2, 1, 1.5], "visible": True, "radiance": 0.8},
+            {**panel, "center": [1.4, 2, -1], "u": [1, 0.2, 0], "v": [0, 0.6, 0.4], "visible": True,
+             "radiance": [0.9, 0.8, 0.7]}]),
+        "lights seen from all sides": _pair(
+            {**_GLASS, "specular": 0.3}, ambient_samples=2, max_depth=3, **four, lights=[
+                {**around, "radius": 12, "visible": True, "samples": 2},
+                {**plate, "visible": True, "samples": 2}]),
         "lights with extent in mirrors": _pair(bright, lights=[panel, bulb], max_depth=2, **four),
         "lights with extent and ambient rays": _pair(_MATTE, lights=[plate, around], ambient_samples=2,
                                                      max_depth=1, **four),

@@ -2,25 +2,32 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from clrt.scene.scene import (
     DirectionalLight,
+    Disk,
     DiskLight,
+    Material,
     PointLight,
+    Polygon,
     RectangleLight,
+    Scene,
+    Sphere,
     SphereLight,
     SpotLight,
 )
 
 from . import hashing
 from .film import Rays
-from .vectors import Array, dot, unit
+from .vectors import Array, Ints, dot, unit
 
-Way = tuple[Array, Array, Array]  # directions (n, 3) to a light, distances (n,), and by how much of it arrives (n,)
+Way = tuple[Array, Array, Array]  # directions (n, 3) to a light, distances (n,), factors (n,)
 
 
 def point(source: Any, origin: Array) -> Way:
@@ -96,6 +103,29 @@ def sphere(source: Any, origin: Array, u1: Array, u2: Array) -> Way:
     shines = outside | source.two_sided
     factor = 2 * cap / source.samples
     return np.where(shines[:, None], direction, 0.0), distance, np.where(shines, factor, 0.0)
+
+
+def with_surfaces(scene: Scene) -> tuple[Scene, Ints]:
+    """The scene with the surfaces of its visible lights after its shapes, and of each of these the light's
+    number, -1 for what is no light."""
+    numbers = [k for k, light in enumerate(scene.lights) if getattr(light, "visible", False)]
+    found = copy.copy(scene)
+    surfaces = tuple(_surface(scene.lights[k]) for k in numbers)
+    msgspec.structs.force_setattr(found, "shapes", (*scene.shapes, *surfaces))
+    return found, np.array([-1] * len(scene.shapes) + numbers, int)
+
+
+def _surface(light: Any) -> Any:
+    """A black shape that sends the light's radiance."""
+    glow = Material(color=0.0, diffuse=0.0, emission=light.radiance)
+    if isinstance(light, RectangleLight):
+        center, u, v = (np.array(value, float) for value in (light.center, light.u, light.v))
+        corners = (center - u - v, center + u - v, center + u + v, center - u + v)
+        points = tuple((float(x), float(y), float(z)) for x, y, z in corners)
+        return Polygon(points=points, material=glow)
+    if isinstance(light, DiskLight):
+        return Disk(center=light.center, normal=light.normal, radius=light.radius, material=glow)
+    return Sphere(center=light.center, radius=light.radius, material=glow)
 
 
 LIGHTS: dict[Any, Any] = {PointLight: point, DirectionalLight: directional, SpotLight: spot}

@@ -15,7 +15,7 @@ from .camera import Background
 from .film import ROUTES, Film, Rays
 from .lights import Way, ways
 from .spot import Spot, spot_at, visible_hit
-from .vectors import Array, dot, unit
+from .vectors import Array, dot
 from .world import World, visibility
 
 
@@ -62,19 +62,27 @@ def radiance(job: Job, rays: Rays, generation: int) -> Array:
 
 def shade(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     """e + ka F A + the lights' share + kr M L(reflected) + kt Tt L(transmitted)."""
-    emission = job.world.surfaces.emission[spot.shape]
+    emission = emitted(job, rays, spot)
     job.film.add(rays, generation, emission, "emission")
     light = emission + ambient_light(job, rays, spot, generation)
     origin = spot.leave(spot.n)
     for number, source in enumerate(job.scene.lights):
         for way in ways(source, number, origin, rays):
-            light += lit_by(job, source, way, rays, spot, generation)
+            light += lit_by(job, number, way, rays, spot, generation)
     passed = bounce(job.world, rays, spot)
     if generation < job.max_depth:
         job.film.count(generation, "total_internal_reflection", np.count_nonzero(passed.total))
     light += follow(job, rays, generation, passed.reflection, hashing.REFLECTION)
     light += follow(job, rays, generation, passed.transmission, hashing.TRANSMISSION)
     return np.asarray(light)
+
+
+def emitted(job: Job, rays: Rays, spot: Spot) -> Array:
+    """e; of a light's surface its radiance, on a side that shines, and not to ambient rays."""
+    emission, lamp = job.world.surfaces.emission[spot.shape], job.world.lamp[spot.shape]
+    both = np.array([getattr(light, "two_sided", False) for light in job.scene.lights] + [True], bool)
+    dark = (lamp >= 0) & ((~spot.enters & ~both[lamp]) | (rays.kind == "ambient"))
+    return np.where(dark[:, None], 0.0, emission)
 
 
 def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
@@ -106,22 +114,24 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     return light
 
 
-def lit_by(job: Job, source: Any, way: Way, rays: Rays, spot: Spot, generation: int) -> Array:
+def lit_by(job: Job, number: int, way: Way, rays: Rays, spot: Spot, generation: int) -> Array:
     """I f(r) [kd F (ns.l) + ks H (r.v)^m] where a light, or one of its points, is seen, else 0."""
-    of, shape = job.world.surfaces, spot.shape
+    of, shape, source = job.world.surfaces, spot.shape, job.scene.lights[number]
     origin = spot.leave(spot.n)
     direction, distance, factor = way
     cosine = dot(spot.ns, direction)
     asked = (dot(spot.n, direction) > 0) & (cosine > 0) & ((of.kd[shape] > 0) | (of.ks[shape] > 0))
     job.film.count(generation, "feelers", np.count_nonzero(asked))
     seen = np.zeros_like(spot.color)
-    seen[asked] = visibility(job.world, origin[asked], direction[asked], distance[asked])
+    seen[asked] = visibility(job.world, origin[asked], direction[asked], distance[asked], number)
 
     received = job.world.palette.light(source.intensity) * seen * factor[:, None]
     received = np.where(asked[:, None], received, 0.0)
     mirrored = 2 * cosine[:, None] * spot.ns - direction
     alignment = dot(mirrored, -rays.direction)
     lobe = np.where(alignment > 0, np.maximum(alignment, 0) ** of.m[shape], 0.0)
+    if getattr(source, "visible", False):  # mirrors show it
+        lobe = np.where(of.kr[shape] > 0, 0.0, lobe)
     highlight = of.highlight[shape]
     highlight = np.where(of.schlick[shape, None], optics.schlick(highlight, cosine), highlight)
     diffuse = received * (of.kd[shape] * cosine)[:, None] * spot.color

@@ -76,7 +76,7 @@ def _hits(world: World, origin: Array, direction: Array, t: Array, primitive: In
         path, pixel = hashing.word(np.zeros(count)), np.arange(count)
         rays = _fresh(world, origin[hit], direction[hit], path, pixel, nothing)
         spot = spot_at(world, rays, Met(t[hit], primitive[hit], nothing, nothing))
-        shape[hit], normal[hit], position[hit] = spot.shape, spot.outward, spot.point
+        shape[hit], normal[hit], position[hit] = world.shown[spot.shape], spot.outward, spot.point
     return Hits64(t, primitive, shape, normal, position)
 
 

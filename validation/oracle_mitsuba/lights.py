@@ -1,4 +1,4 @@
-"""Ways from points to lights in float64; of a light with extent to each of the points that the model states."""
+"""Ways from points to lights in float64; of a light with extent to each of its points."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from .hashing import basis, combine, mix, on_disk, unit
 
 Array = np.ndarray
-Way = tuple[Array, Array, Array]  # unit directions (n, 3), 0 where nothing shines; distances (n,), factors (n,)
+Way = tuple[Array, Array, Array]  # unit directions (n, 3), 0 where none shines; distances, factors (n,)
 
 
 def ways(light: dict[str, Any], number: int, origin: Array, base: Array, sample: Array) -> Iterator[Way]:
@@ -40,7 +40,7 @@ def _point(light: dict[str, Any], origin: Array) -> Way:
 
 
 def cone(light: dict[str, Any], L: Array) -> Array:
-    """The share (n,) of a spot's light that goes against unit directions to it, L (n, 3); 1 of other kinds."""
+    """The share (n,) of a spot's light that goes against unit directions to it (n, 3); 1 of other kinds."""
     if light["type"] != "spot":
         return np.ones(len(L))
     away = np.degrees(2 * np.arctan2(np.linalg.norm(L + light["axis"], axis=1),
@@ -60,7 +60,7 @@ def _on_plane(light: dict[str, Any], origin: Array, u1: Array, u2: Array) -> Way
 
 
 def _on_sphere(light: dict[str, Any], origin: Array, u1: Array, u2: Array) -> Way:
-    """Evenly in the solid angle: z, along the axis to the middle, is spread evenly between 1 and the rim's."""
+    """Evenly in the solid angle: the cosine to the middle is spread evenly between 1 and the rim's."""
     radius = light["radius"]
     axis, d = _towards(light["at"], origin)
     axis = np.where((d > 0)[:, None], axis, [0.0, 0.0, 1.0])
@@ -74,6 +74,42 @@ def _on_sphere(light: dict[str, Any], origin: Array, u1: Array, u2: Array) -> Wa
     distance = d * (1 - q) + np.where(outside, -half, half)
     L = np.where((outside | light["two_sided"])[:, None], L, 0.0)
     return L, distance, 2 * width / light["samples"]
+
+
+def surface(light: dict[str, Any], origin: Array, direction: Array) -> tuple[Array, Array]:
+    """Where rays (n, 3) first meet the surface of a light that is seen, (n,), inf where they do not; and its
+    outward unit normal there (n, 3)."""
+    way, nowhere = light["at"] - origin, np.full(len(origin), np.inf)
+    if light["type"] == "sphere":
+        along = np.einsum("ni,ni->n", way, direction)
+        across = way - along[:, None] * direction
+        half = light["radius"] ** 2 - np.einsum("ni,ni->n", across, across)
+        root = np.sqrt(np.maximum(half, 0.0))
+        t = np.where(along - root > 0, along - root, along + root)
+        t = np.where((half >= 0) & (t > 0), t, nowhere)
+        with np.errstate(invalid="ignore"):
+            return t, (t[:, None] * direction - way) / light["radius"]
+    with np.errstate(all="ignore"):
+        t = way @ light["normal"] / (direction @ light["normal"])
+        at = t[:, None] * direction - way
+        a, b = (at @ light[name] / (light[name] @ light[name]) for name in ("u", "v"))
+        if light["type"] == "rectangle":  # whose sides need not be at right angles
+            u, v = light["u"], light["v"]
+            inverse = np.linalg.pinv(np.stack([u, v], axis=1))
+            a, b = (at @ inverse.T).T
+            met = (np.abs(a) <= 1) & (np.abs(b) <= 1)
+        else:
+            met = a * a + b * b <= 1
+    return np.where(met & (t > 0), t, nowhere), np.broadcast_to(light["normal"], origin.shape)
+
+
+def unhidden(lights: list[dict[str, Any]], number: int, origin: Array, L: Array, distance: Array) -> Array:
+    """Where no surface of another light stands before light `number`, (n, 1)."""
+    free = np.ones(len(origin), bool)
+    for other, light in enumerate(lights):
+        if other != number and light.get("visible"):
+            free &= ~(surface(light, origin, L)[0] < distance)
+    return free[:, None]
 
 
 def _towards(place: Array, origin: Array) -> tuple[Array, Array]:

@@ -85,7 +85,7 @@ def material_class(material: Material, scene: Scene) -> str | None:
     if material.kt == 0:
         return "mirror"
     plain = set(rgb(material.reflection_color)) | set(rgb(material.transmission_color)) == {1.0}
-    unbent = material.thin or material.eta == scene.medium_ior
+    unbent = material.thin or material.ior_d == scene.medium_ior
     return "sheet" if plain and unbent and abs(material.kr + material.kt - 1) < 1e-9 else None
 
 
@@ -165,7 +165,8 @@ def work(scene: Scene, name: str, paths: int | None) -> Work:
 
     for index, source in enumerate(surfaces.lights(scene)):
         children = _shapes(scene, parts, world.center, FAINT if name in PATHS else 1.0)
-        children["light"] = _lobe(scene, source) if name == "S4" else surfaces.emitter(source, world.center, color)
+        lamp = surfaces.emitter(source, world.center, color) if name != "S4" else _lobe(scene, source)
+        children["light"] = lamp
         if name in PATHS:
             add(_strengthened(children), _path(depth + 2), index)
         else:
@@ -205,7 +206,7 @@ def _bsdf(material: Material, scene: Scene, part: Part, faint: float) -> Plugin:
     }
     if kind == "glass":
         plugin = "thindielectric" if material.thin else "dielectric"
-        return {"type": plugin, "int_ior": material.eta, "ext_ior": float(scene.medium_ior), **tints}
+        return {"type": plugin, "int_ior": material.ior_d, "ext_ior": float(scene.medium_ior), **tints}
     if kind == "mirror":
         return _mirror(tints["specular_reflectance"])
     if kind == "highlight":

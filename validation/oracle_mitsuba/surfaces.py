@@ -32,9 +32,13 @@ PLAIN, SQUARES, GLOBE = 0, 1, 2
 
 
 def materials(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
-    """One row a shape, and a last one for misses: coefficients, tints, flags and checkers in the model's
-    letters."""
+    """One row a shape, one a light, and a last one for misses: coefficients, tints, flags and checkers in the
+    model's letters."""
     rows = [_row(palette, shape, scene.material_of(shape)) for shape in scene.shapes]
+    rows += [
+        _row(palette, None, Material(color=0.0, diffuse=0.0, emission=light.intensity))
+        for light in scene.lights
+    ]
     rows.append(_row(palette, None, Material()))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
@@ -107,7 +111,7 @@ def media(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
     number = [distinct.index(m) if bounds else -1 for m, bounds in zip(materials, bounding, strict=True)]
     sigma = [palette.absorption(m.absorption) for m in distinct]
     return {
-        "number": np.array([*number, -1]),
+        "number": np.array([*number, *(-1 for _ in scene.lights), -1]),
         "priority": np.array([*(float(m.priority) for m in distinct), -np.inf]),
         "eta": np.array([*(palette.eta(m) for m in distinct), float(scene.medium_ior)]),
         "sigma": np.array([*sigma, (0.0, 0.0, 0.0)]),
@@ -135,7 +139,7 @@ def _light(light: Any, palette: Palette) -> dict[str, Any]:
 
 
 def _extent(light: AreaLight) -> dict[str, Any]:
-    """Middle, half sides `u`, `v` or radii across each other, unit normal and `area`; of a sphere `radius`."""
+    """Middle, half sides `u`, `v` or radii across each other, normal and `area`; of a sphere `radius`."""
     found = {name: getattr(light, name) for name in ("samples", "two_sided", "visible", "radius")}
     found["at"] = np.asarray(light.center, float)
     if light.type == "rectangle":

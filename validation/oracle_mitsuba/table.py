@@ -15,9 +15,9 @@ import numpy as np
 from . import skies
 from .facets import facet, smith
 from .hashing import GATHERED, basis, child_path, combine, cosine_direction, on_disk, pair
-from .lights import Way, ways
+from .lights import Way, surface, unhidden, ways
 from .media import Media
-from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Lit, Rays, drawing
+from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
 from .world import Hits, World
 
 Array = np.ndarray
@@ -56,6 +56,7 @@ class Table:
     def __init__(self, job: dict[str, Any]) -> None:
         self.of = job["materials"]
         self.lights, self.settings = job["lights"], job["settings"]
+        self.shapes = len(self.of["kd"]) - len(self.lights) - 1
         self.max_depth: int = self.settings["max_depth"]
         background = self.settings["background"]
         image = skies.read(background) if isinstance(background, str) else background
@@ -75,7 +76,7 @@ class Table:
 
         Rays come back with the states of media on this side of their hits, and weaker by what absorbs.
         """
-        hits = self.world.nearest(rays.origin, rays.direction, rays.form)
+        hits = self._nearest(rays)
         here, beyond = rays.media.copy(), rays.media.copy()
         todo = np.flatnonzero(hits.shape >= 0)
         while todo.size:
@@ -87,23 +88,36 @@ class Table:
             here[todo] = beyond[todo]
             start = hits.t[todo] + self.world.step(hits.point[todo])
             ahead = rays.take(todo)
-            hits.put(todo, self.world.nearest(ahead.origin, ahead.direction, ahead.form, start))
+            hits.put(todo, self._nearest(ahead, start))
             todo = todo[hits.shape[todo] >= 0]
         sigma = self.media.sigma[self.media.top(here)]
         with np.errstate(invalid="ignore"):
             clear = np.where(sigma > 0, np.exp(-sigma * hits.t[:, None]), 1.0)
         return replace(rays, media=here, weight=rays.weight * clear), hits, beyond
 
-    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Lit:
+    def _nearest(self, rays: Rays, start: Any = None) -> Hits:
+        """Nearest hits beyond `start`: of shapes, which Mitsuba finds, and of lights that are seen."""
+        hits = self.world.nearest(rays.origin, rays.direction, rays.form, start)
+        for number, light in enumerate(self.lights):
+            if not light.get("visible"):
+                continue
+            t, outward = surface(light, rays.origin, rays.direction)
+            rows = np.flatnonzero((t < hits.t) & (t > (0.0 if start is None else start)))
+            point = rays.origin[rows] + t[rows, None] * rays.direction[rows]
+            shape, form = np.full(len(rows), self.shapes + number), np.full(len(rows), -1)
+            hits.put(rows, Hits(t[rows], shape, point, outward[rows], outward[rows], form))
+        return hits
+
+    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Shaded:
         """The rays' own light, and the rays they spawn; those of the last generation bring depth_color
         instead."""
-        lit = Lit(np.zeros_like(rays.direction), np.zeros((4, *rays.direction.shape)), [])
+        shaded = Shaded(np.zeros_like(rays.direction), np.zeros((4, *rays.direction.shape)), [])
         met = np.flatnonzero(hits.shape >= 0)
         missed = np.flatnonzero(hits.shape < 0)
         ambient = self.settings["ambient"]
-        lit.light[missed] = ambient if kind == AMBIENT else self.background(rays.direction[missed])
+        shaded.light[missed] = ambient if kind == AMBIENT else self.background(rays.direction[missed])
         if not met.size:
-            return lit
+            return shaded
         here = rays.take(met)
         spot = self._spot(here, hits.take(met), beyond[met])
         share = self.of["ka"][spot.shape, None] * spot.F
@@ -111,18 +125,25 @@ class Table:
         gathers &= not last and self.settings["ambient_samples"] > 0
         constant = np.where(gathers[:, None], 0.0, share * ambient)
         received = [self._received(index, here, spot) for index in range(len(self.lights))]
-        lit.terms[:, met] = np.stack(
-            [self.of["e"][spot.shape], constant, *sum(received, np.zeros((2, *share.shape)))]
+        shaded.terms[:, met] = np.stack(
+            [self._emission(spot, kind), constant, *sum(received, np.zeros((2, *share.shape)))]
         )
-        lit.light[met] = lit.terms[:, met].sum(axis=0)
+        shaded.light[met] = shaded.terms[:, met].sum(axis=0)
         for name, rows, weight, child in self._bounced(here, spot):
             if last:
-                lit.light[met[rows]] += weight * self.settings["depth_color"]
+                shaded.light[met[rows]] += weight * self.settings["depth_color"]
             else:
-                lit.children.append((name, child))
+                shaded.children.append((name, child))
         if gathers.any():
-            lit.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
-        return lit
+            shaded.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
+        return shaded
+
+    def _emission(self, spot: Spot, kind: str) -> Array:
+        """e (n, 3); of lights on a side that shines, nothing for ambient rays: feelers count them."""
+        number = np.maximum(spot.shape - self.shapes, -1)  # -1 of all that is no light
+        both = np.array([*(light.get("two_sided", False) for light in self.lights), False])
+        dark = (number >= 0) & ((~both[number] & ~spot.enters) | (kind == AMBIENT))
+        return np.where(dark[:, None], 0.0, self.of["e"][spot.shape])
 
     def _spot(self, rays: Rays, hits: Hits, beyond: Array) -> Spot:
         u = rays.direction
@@ -170,11 +191,12 @@ class Table:
         scatters = (of["kd"][shape] > 0) | (of["ks"][shape] > 0)
         added = np.zeros((2, *origin.shape))
         for way in ways(self.lights[index], index, origin, rays.base, rays.sample):
-            L, distance, _ = way
+            L, distance, factor = way
             rows = np.flatnonzero((dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & scatters)
             if rows.size:
                 seen = self.world.visible(origin[rows], L[rows], spot.form[rows], distance[rows], self.clear)
-                here = tuple(part[rows] for part in way)
+                seen = seen * unhidden(self.lights, index, origin[rows], L[rows], distance[rows])
+                here = L[rows], distance[rows], factor[rows]
                 added[:, rows] += seen * self.local(index, rays.direction[rows], spot.take(rows), here)
         return added
 
@@ -186,6 +208,8 @@ class Table:
         aligned = -dot(2 * cosine[:, None] * spot.ns - L, u)
         with np.errstate(all="ignore"):
             lobe = np.where(aligned > 0, aligned ** of["m"][shape], 0.0)
+        if light.get("visible"):  # mirrors show it
+            lobe = np.where(of["kr"][shape] > 0, 0.0, lobe)
         highlight = self._faded(of["H"][shape], shape, cosine)
         value = np.stack(
             [(of["kd"][shape] * cosine)[:, None] * spot.F, (of["ks"][shape] * lobe)[:, None] * highlight]
@@ -310,7 +334,7 @@ class Table:
             weight = rays.weight[rows] * share[rows] / samples
             origin, form = spot.leave(spot.n)[rows], spot.form[rows]
             path = combine(h, np.uint32(i)) & ~np.uint32(15) | flags
-            child = Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows], path, path)
+            child = Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows], h, h)
             queues.append(drawing(child))
         return Rays.joined(queues)
 

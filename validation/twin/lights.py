@@ -44,7 +44,7 @@ class LightSample:
 
 
 def light_samples(lights: Array, start: Array, streams: Streams) -> Iterator[tuple[np.void, LightSample]]:
-    """Each light, once for each of its points, and the way to it from n points (3, n), as `kernels/light.cl`."""
+    """Each light, once for each of its points, and the way to it from n places (3, n)."""
     for number, light in enumerate(lights):
         kind = int(light["kind"])
         if kind in _SAMPLES:

@@ -1,4 +1,4 @@
-"""The float32 twin's local light: the passes `light`, `feelers` and `illuminate`, a queue at a time."""
+"""The float32 twin's local light: the passes `shade`, `feelers` and `illuminate`, a queue at a time."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from clrt.flatten.flatten import FlatScene
 
 from .dispersion import Groups, bounces, own_bands
 from .geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit, primitives_of
-from .math import Array, larger
 from .lights import light_samples
+from .math import Array, larger
 from .media import Crossed
 from .queues import Queue
 from .shading import (
@@ -20,7 +20,7 @@ from .shading import (
     AMBIENT,
     Bounce,
     ambient_share,
-    lit,
+    is_above,
     local_light,
     reflected_light,
 )
@@ -30,7 +30,7 @@ SPAWN = {name: np.uint32(bit) for name, bit in layout.SPAWN.items()}
 
 
 @dataclass(frozen=True)
-class Lit:
+class Shaded:
     """The local light of a queue's rays (bands, n) and the packed word of what each will spawn.
 
     `which` are the rays that hit; `surface` and `bounce` are theirs. `groups` and `parts`: how they part into
@@ -61,7 +61,7 @@ class Feelers:
     contribution: Array
 
 
-def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> Lit:
+def shade(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> Shaded:
     """Local light of every ray, and what each will spawn; in the last generation `depth_color` instead."""
     info, queue, hits = flat.scene[0], found_at.queue, found_at.hits
     which = np.flatnonzero(hits.primitive >= 0)
@@ -85,7 +85,7 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
     if last or not (terms & AMBIENT and info["ambient_samples"] > 0):
         gathers = np.zeros_like(gathers)
 
-    value = weight * local_light(flat, s, gathers, terms)
+    value = weight * local_light(flat, s, gathers, terms, ambient=queue.kind == "ambient")
     if last and terms == ALL:
         depth_color = info["depth_color"][:, None]
         value = np.where(reflects, value + weight * bounce.reflect * depth_color, value)
@@ -94,8 +94,8 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
             goes_on[row : row + flat.group] |= part
         value = np.where(goes_on, value + weight * bounce.transmit * depth_color, value)
     found = np.full(len(which), SPAWN["SPAWN_HIT"])
-    for _, to in light_samples(_lights(flat), s.leave(s.n), queue.streams[which]):
-        found += lit(s, to, terms).astype(np.uint32)
+    for _, to in light_samples(_lights(flat), s.offset_origin(s.n), queue.streams[which]):
+        found += is_above(s, to, terms).astype(np.uint32)
     if not last and terms == ALL:
         found |= np.where(reflects, SPAWN["SPAWN_REFLECTION"], np.uint32(0))
         found |= np.where(transmits, SPAWN["SPAWN_TRANSMISSION"], np.uint32(0))
@@ -106,7 +106,7 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
     local, spawn = _of_misses(flat, queue, terms), np.zeros(len(queue), np.uint32)
     local[:, which], spawn[which] = value, found
     spawn |= np.where((local != 0.0).any(axis=0), SPAWN["SPAWN_LOCAL"], np.uint32(0))
-    return Lit(local, spawn, which, s, bounce, groups, [part & (not last) for part in parts])
+    return Shaded(local, spawn, which, s, bounce, groups, [part & (not last) for part in parts])
 
 
 def _passes_on(info: np.void, s: Surface, weight: Array, bounce: Bounce, row: int) -> Array:
@@ -141,13 +141,13 @@ def _lights(flat: FlatScene) -> Array:
     return flat.lights[: int(flat.scene["lights"][0])]
 
 
-def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feelers:
+def feelers(flat: FlatScene, queue: Queue, found: Shaded, terms: int = ALL) -> Feelers:
     """One feeler to each point of a light above each hit, and which of them arrive."""
     s, direction = found.surface, queue.rays.direction[:, found.which]
-    start = s.leave(s.n)
+    start = s.offset_origin(s.n)
     found_by = list(light_samples(_lights(flat), start, queue.streams[found.which]))
     ways = [to for _, to in found_by]
-    above = np.array([lit(s, to, terms) for to in ways], bool).reshape(len(ways), len(found.which))
+    above = np.array([is_above(s, to, terms) for to in ways], bool).reshape(len(ways), len(found.which))
     radiance = [reflected_light(source, to, s, direction, terms) for source, to in found_by]
     hit, number = np.nonzero(above.T)  # by ray, then by light and its points
 
@@ -159,26 +159,26 @@ def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feel
         chosen([to.direction for to in ways], (3, 0)),
         chosen([to.distance for to in ways], (0,)),
     )
-    ray = found.which[hit]
+    ray, own = found.which[hit], np.array([light["surface"] for light, _ in found_by], np.int32)[number]
     contribution = queue.weight[:, ray] * chosen(radiance, (flat.bands, 0))
     through = np.ones_like(contribution)
     if flat.scene["tinted"][0]:
-        seen = _tint(flat, rays, through)
+        seen = _tint(flat, rays, own, through)
         contribution *= through
     else:
-        seen = nearest_hit(flat, rays).primitive < 0
+        seen = nearest_hit(flat, rays, own=own).primitive < 0
     if queue.band is not None:
         contribution = np.where(own_bands(flat, queue.band[ray]), contribution, np.float32(0.0))
     return Feelers(ray, rays, seen.astype(np.uint32), through, contribution)
 
 
-def _tint(flat: FlatScene, rays: Rays, through: Array) -> Array:
+def _tint(flat: FlatScene, rays: Rays, own: Array, through: Array) -> Array:
     """Multiply by kt Tt of every surface crossed, in order, up to the first opaque one. Which get through?"""
     seen = np.ones(len(rays), bool)
     at = Hits(np.zeros(len(rays), np.float32), np.full(len(rays), BEFORE_ALL, np.int32))
     crossing = np.arange(len(rays))
     while len(crossing):
-        at = nearest_hit(flat, rays[crossing], at)
+        at = nearest_hit(flat, rays[crossing], at, own[crossing])
         hit = at.primitive != NO_PRIMITIVE
         crossing, at = crossing[hit], Hits(at.t[hit], at.primitive[hit])
         material = flat.materials[primitives_of(flat)["material"][at.primitive]]

@@ -220,8 +220,8 @@ def _lamps() -> Table:
         {**spot, "intensity": [0.5, 0.6, 0.7]},
         {**spot, "angle": 9, "penumbra": 0, "intensity": [20, 8, 8], "falloff": "inverse-square"},
         {**spot, "position": [0.3, -0.1, 0], "angle": 90, "penumbra": 1, "intensity": 0.4},
-        {"type": "rectangle", "center": [-1, 2, 1], "u": [0.7, 0, 0.2], "v": [0.1, 0.2, 0.6], "samples": 4},
-        {**disk, "samples": 3, "two_sided": True, "visible": False},
+        {"type": "rectangle", "center": [-1, 1.2, 1], "u": [0.7, 0, 0.2], "v": [0.1, 0.2, 0.6], "samples": 4},
+        {**disk, "samples": 3, "two_sided": True},
         {"type": "sphere", "center": [1.5, 0.5, 1.7], "radius": 0.4, "radiance": [3, 4, 5], "samples": 5},
         # around the camera and all that it sees, shining inwards
         {"type": "sphere", "center": [0.5, 0, 0], "radius": 9, "radiance": 0.2, "samples": 1,
@@ -232,6 +232,15 @@ def _lamps() -> Table:
     return {"lights": lights, "max_depth": 3, "camera": {**_CAMERA, "spp": 4}, "shapes": shapes}
 
 
+def _lamps_gathered() -> Table:
+    """Lights seen by ambient rays, through glass, in mirrors, from within."""
+    panel = {"type": "rectangle", "center": [-0.5, 1, 0.5], "u": [0.7, 0, 0.2], "v": [0, 0.2, 0.6]}
+    lights = [{**panel, "samples": 2}, {"type": "sphere", "center": [0.3, 0.9, 5.5], "radius": 0.5,
+                                        "samples": 2, "radiance": [0.3, 0.2, 0.1], "two_sided": True}]
+    camera = {**_CAMERA, "spp": 4, "jitter": 3, "width": 16, "height": 12}
+    return {**_tinted(), "lights": lights, "ambient_samples": 3, "max_depth": 2, "camera": camera}
+
+
 def _empty() -> Table:
     return {"lights": [], "shapes": []}
 
@@ -240,6 +249,7 @@ _SCENES = {
     "spheres": _spheres, "flat shapes": _flat, "quadrics": _quadrics, "meshes": _meshes,
     "inside glass": _inside_glass, "media": media, "media from within": media_within,
     "tinted shadows": _tinted, "ambient samples": _ambient, "lights": _lamps,
+    "lights gathered": _lamps_gathered,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
     "rough mirrors": _rough, "lens": _lens, "orthographic lens": _orthographic_lens,
     "nothing": _empty,

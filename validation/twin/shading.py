@@ -21,7 +21,7 @@ EMISSION, AMBIENT, DIFFUSE, HIGHLIGHT, ALL = (
 _ZERO = np.float32(0.0)
 
 
-def lit(s: Surface, to: LightSample, terms: int) -> Array:
+def is_above(s: Surface, to: LightSample, terms: int) -> Array:
     """Above the surface, both the true and the shaded one, where something scatters."""
     above = (dot(s.n, to.direction) > 0.0) & (dot(s.ns, to.direction) > 0.0)
     coefficients = {DIFFUSE: s.material["kd"], HIGHLIGHT: s.material["ks"]}
@@ -43,6 +43,8 @@ def reflected_light(light: np.void, to: LightSample, s: Surface, u: Array, terms
     aligned = -dot(mirror, u)
     diffuse = material["kd"] * cosine if terms & DIFFUSE else np.zeros_like(cosine)
     shine = np.where(aligned > 0.0, material["ks"] * power(aligned, material["shininess"]), _ZERO)
+    seen_instead = (light["surface"] >= 0) & (material["kr"] > 0.0)
+    shine = np.where(seen_instead, _ZERO, shine)
     if not terms & HIGHLIGHT:
         shine = np.zeros_like(cosine)
     fade = np.where(_is_schlick(s), schlick(cosine), _ZERO)
@@ -51,13 +53,15 @@ def reflected_light(light: np.void, to: LightSample, s: Surface, u: Array, terms
     return light["intensity"][:, None] * to.factor * (diffuse * color_of(s) + shine * highlight)
 
 
-def local_light(flat: FlatScene, s: Surface, gathers: Array, terms: int) -> Array:
-    """e + ka F A, without the ambient term where rays gather it instead."""
+def local_light(flat: FlatScene, s: Surface, gathers: Array, terms: int, ambient: bool) -> Array:
+    """e + ka F A, without the ambient term where rays gather it. `ambient`: the rays are ambient ones."""
     emission = bands(s.material["emission"]) if terms & EMISSION else np.zeros_like(color_of(s))
-    ambient = ambient_share(s) * flat.scene["ambient"][0][:, None]
+    dark = (s.material["light"] == 1) & s.inside | (s.material["light"] > 0) & ambient
+    emission = np.where(dark, _ZERO, emission)
+    constant = ambient_share(s) * flat.scene["ambient"][0][:, None]
     if not terms & AMBIENT:
-        ambient = np.zeros_like(ambient)
-    return emission + np.where(gathers, _ZERO, ambient)
+        constant = np.zeros_like(constant)
+    return emission + np.where(gathers, _ZERO, constant)
 
 
 def ambient_share(s: Surface) -> Array:
