@@ -44,6 +44,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     const VecP start = offset_origin(s, s.n);
     const Pixels pixels = PIXELS_OF_PARAMETERS;
     const Streams streams = light_streams(world, pixels, path, first, n);
+    const Streams facets = gloss_streams(world, pixels, path, first, n);
     intP todo = ~missed, mine;
     while (any_of(todo)) {
         __global const Material *material = next_material(world, s, &todo, &mine);
@@ -80,7 +81,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
         intP transmitted = (intP)(0), total_internal = (intP)(0), groups = (intP)(0);
         for (int from = 0; from < RAY_BANDS; from += together) {
             const int to = min(from + together, RAY_BANDS);
-            const Bounce bounce = bounce_at(world, s, material, from, u);
+            const Bounce bounce = bounce_at(world, s, material, from, u, facets);
             for (int b = from; b < to; b++) most = larger(weight[b] * reflects(s, material, bounce, b), most);
             transmitted = passes_on(world, s, material, bounce, weight, from, to);
             total_internal |= bounce.total_internal;
@@ -94,7 +95,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
         }
         for (int from = 0; from < RAY_BANDS; from += together) {
             const int to = min(from + together, RAY_BANDS);
-            const Bounce bounce = bounce_at(world, s, material, from, u);
+            const Bounce bounce = bounce_at(world, s, material, from, u, facets);
             transmitted = mine & passes_on(world, s, material, bounce, weight, from, to);
             for (int b = from; b < to; b++) {
                 const floatP instead = in_band(world.scene->depth_color, s, b);

@@ -44,6 +44,7 @@ MATERIALS: Final = (
     "checker on a polygon", "checker on a sphere", "mirror", "mirror tint", "schlick mirror",
     "schlick highlight",
     "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
+    "rough mirror", "rough metal",
 )  # fmt: skip
 LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
                  "rectangle light", "disk light", "sphere light", "two-sided light", "visible light",
@@ -55,7 +56,7 @@ SETTINGS: Final = (
 CAMERAS: Final = (
     "perspective", "orthographic", "vertical field of view", "up vector", "near", "mirrored camera",
     "shifted camera",
-    "jitter", "4 samples", "16 samples", "64 samples",
+    "jitter", "4 samples", "16 samples", "64 samples", "lens",
 )  # fmt: skip
 SPECTRA: Final = (
     "bands", "colours in bands", "spectra in RGB", "named spectrum", "black body", "gaussian", "band", "line",
@@ -146,7 +147,7 @@ def _camera_features(scene: Scene) -> set[str]:
         camera.type: True, "vertical field of view": camera.fov_axis == "vertical", "near": camera.near > 0,
         "up vector": camera.up not in (None, (0.0, 1.0, 0.0)), "mirrored camera": camera.mirror,
         "shifted camera": camera.shift != (0.0, 0.0), "jitter": camera.jitter is not None,
-        f"{camera.spp} samples": camera.spp in (4, 16, 64),
+        f"{camera.samples} samples": camera.samples in (4, 16, 64), "lens": camera.aperture > 0,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 
@@ -210,6 +211,8 @@ def _bounce_features(scene: Scene, material: Material) -> set[str]:
         "thin": kt and material.thin, "equal indices": kt and same,
         "absorption": material.is_medium and _is_lit(material.absorption),
         "priority": material.is_medium and material.priority != 0,
+        "rough mirror": material.alpha > 0 and material.conductor is None,
+        "rough metal": material.alpha > 0 and material.conductor is not None,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 

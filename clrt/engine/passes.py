@@ -249,7 +249,8 @@ def spawn(
         groups = (*queue.arguments, *hits.arguments, *shaded.arguments, slots, *child.written)
         kernels = device.for_queue(queue.narrow)
         launch = kernels.launch if kind == AMBIENT else kernels.launch_packets
-        launch(kernel, queue.n, *world.arguments, *groups, np.uint32(generation))
+        drawn = queue.pixels.arguments if kernel == "reflect" else ()
+        launch(kernel, queue.n, *world.arguments, *groups, np.uint32(generation), *drawn)
     return child
 
 

@@ -218,6 +218,7 @@ def _scene_info(
     info["ambient_samples"] = scene.ambient_samples
     info["tinted"] = scene.shadow == "tinted"
     info["spd"] = scene.conformance == "spd"
+    info["rough"] = (sections["materials"]["alpha"] > 0).any()
     info["extended"] = sections["lights"]["extended"].any()
     info["one_sided"] = sections["materials"]["one_sided"].any()
     info["medium_ior"], info["min_weight"] = scene.medium_ior, scene.min_weight

@@ -82,6 +82,7 @@ def _material(
     record["ior"] = material.ior_d
     record["fresnel"] = layout.FRESNEL[_FRESNEL[material.fresnel]]
     record["thin"] = material.thin
+    record["alpha"] = material.alpha
     record["one_sided"] = one_sided
     record["checker"] = layout.CHECKER[checker]
     record["medium"], record["priority"] = -1, material.priority

@@ -86,6 +86,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # checker = 0: plain; 1: flat (side of a square `checker_size`); 2: sphere (squares round the equator)
     "Material": (
         *((field, "float") for field in COEFFICIENTS), ("ior", "float"), ("checker_size", "float"),
+        ("alpha", "float"),  # width of the lobe of a rough mirror, 0 of a perfect one
         ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
         # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
         ("medium", "int"), ("priority", "int"), ("dispersive", "int"),
@@ -114,6 +115,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("ambient_samples", "int"), ("tinted", "int"), ("spd", "int"), ("one_sided", "int"),
         # is there a light with extent; how many are seen: their primitives are the last
         ("extended", "int"), ("surfaces", "int"),
+        ("rough", "int"),  # is there a rough mirror
         ("medium_ior", "float"), ("min_weight", "float"),
         ("background_width", "int"), ("background_height", "int"),
         ("ambient", "float@BANDS"), ("background", "float@BANDS"), ("depth_color", "float@BANDS"),
@@ -125,7 +127,10 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("origin", "float4"), ("forward", "float4"), ("right", "float4"), ("up", "float4"),
         ("half_width", "float"), ("half_height", "float"), ("shift_x", "float"), ("shift_y", "float"),
         ("near", "float"), ("orthographic", "int"), ("width", "int"), ("height", "int"),
-        ("grid", "int"), ("jitter", "int"), ("seed", "uint"), ("pad0", "int"),
+        ("grid", "int"), ("jitter", "int"), ("seed", "uint"),
+        ("aperture", "float"),  # radius of the lens, 0 for a pinhole
+        ("focus", "float"),  # how far along the view is sharp
+        ("pad0", "int"), ("pad1", "int"), ("pad2", "int"),
     ),
 }
 

@@ -71,7 +71,7 @@ def of_file(folder: Path, text: str, suffix: str = ".toml") -> str:
         ({"materials": {"m": {"bump-map": "x.png"}}}, "clrt has no bump and normal maps"),
         ({"materials": {"m": {"texture": "x.png"}}}, "clrt has no textures from images"),
         ({"materials": {"m": {"metal": "gold"}}}, "clrt calls it 'conductor'"),
-        ({"camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "aperture": 1}}, "clrt has no depth of field"),
+        ({"camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "lens": 1}}, "clrt calls it 'aperture'"),
         ({"camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "type": "fisheye"}}, "clrt has no fisheye"),
         ({"camera": {"origin": [0, 0, 5], "look_at": [0, 0, 0]}}, "clrt calls it 'target'"),
         ({"camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "ambient": 1}}, "before the first [table]"),

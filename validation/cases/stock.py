@@ -26,6 +26,8 @@ def scenes() -> Iterator[tuple[str, Table, str]]:
     """Name, scene and the stock configuration that expresses it."""
     yield "stock S1: lamp", _diffuse([_LAMP]), "S1"
     yield "stock S1: sun", _diffuse([_SUN, _LAMP]), "S1"
+    lens = {"aperture": 0.03, "focus": 7.0, "spp": 4}
+    yield "stock S1: lens", _diffuse([_LAMP], lens), "S1"
     yield "stock S1: spots", _diffuse([{**spot, "falloff": "inverse-square"} for spot in _SPOTS]), "S1"
     faint = [{**spot, "intensity": [0.5, 0.45, 0.4]} for spot in _SPOTS]
     yield "stock S5: spots", _diffuse(faint), "S5"
@@ -41,14 +43,14 @@ def _matte(red: float, green: float, blue: float) -> Table:
     return {"color": [red, green, blue], "diffuse": 0.8, "ambient": 0.0}
 
 
-def _stage(shapes: list[Table], lights: list[Table]) -> Table:
+def _stage(shapes: list[Table], lights: list[Table], camera: Table | None = None) -> Table:
     """The usual room without ambient light, which Mitsuba does not have."""
     table = room([], ambient=0.0, lights=lights)
     walls = [{**wall, "material": {**wall["material"], "ambient": 0.0}} for wall in table["shapes"]]
-    return {**table, "shapes": [*walls, *shapes]}
+    return {**table, "camera": {**table["camera"], **(camera or {})}, "shapes": [*walls, *shapes]}
 
 
-def _diffuse(lights: list[Table]) -> Table:
+def _diffuse(lights: list[Table], camera: Table | None = None) -> Table:
     """Every primitive that Mitsuba itself has, to the precision of its numbers, side by side."""
     shapes = []
     for number, name in enumerate(EXACT):
@@ -56,7 +58,7 @@ def _diffuse(lights: list[Table]) -> Table:
         at = (-2.6 + 1.3 * column, 1.5 - 1.4 * row, 0.3 * (number % 3))
         color = _matte(0.4 + 0.1 * row, 0.5, 0.7 - 0.1 * column)
         shapes.append(with_material(_BODIES[name](at, 0.55), color))
-    return _stage(shapes, lights)
+    return _stage(shapes, lights, camera)
 
 
 def _mirrors() -> Table:

@@ -55,7 +55,16 @@ def _local() -> dict[str, Table]:
 def _bounces() -> dict[str, Table]:
     """What a hit passes on."""
     metal = {"color": 0.3, "diffuse": 0.1, "reflection_color": [0.9, 0.6, 0.3], "fresnel": "schlick"}
+    gold = {"diffuse": 0.0, "conductor": {"eta": 0.2, "k": 3.1}}
+    coat = {"color": 0.3, "diffuse": 0.2, "fresnel": True, "transmission": 0.0, "ior": 1.6}
     return {
+        "rough mirror": _pair({"color": 0.3, "diffuse": 0.1, "reflection": 0.8, "roughness": 0.3,
+                               "reflection_color": [0.9, 0.8, 0.7]}),
+        "rough metal": _pair({**gold, "roughness": 0.2}, {**gold, "roughness": 0.6, "reflection": 0.9}),
+        "rough coat": _pair({**coat, "roughness": 0.25}, medium_ior=1.2),
+        "rough schlick": _pair({**metal, "reflection": 0.8, "roughness": 0.4}),
+        "rough smooth mesh": room([with_material(CLOSED["smooth mesh"]((0, 0, 0), 1.8),
+                                                 {**gold, "roughness": 0.5})]),
         "mirror": _pair({"color": 0.3, "diffuse": 0.1, "reflection": 0.8}),
         "tinted mirror": _pair({"color": 0.3, "diffuse": 0.1, "reflection": 0.8,
                                 "reflection_color": [1, 0.7, 0.4]}),

@@ -37,6 +37,8 @@ HOST_FAULTS: Final = (
     Mutant("thin sheets made solid", "clrt/flatten/materials.py", 'record["thin"] = material.thin',
            'record["thin"] = False',
            ("thin",), REFLECTION),
+    Mutant("roughness taken for alpha", "clrt/scene/materials.py", "return self.roughness**2",
+           "return self.roughness", ("rough mirror",), REFLECTION),
     Mutant("directional light from the far side", "clrt/flatten/materials.py", "-direction / np",
            "direction / np",
            ("directional light",), DIFFUSE),

@@ -53,6 +53,16 @@ _GENERATE: Final = (
     Mutant("samples on the diagonal only", "kernels/generate.cl", "convert_floatP(row)",
            "convert_floatP(column)",
            ("4 samples",), DIFFUSE),
+    Mutant("a lens 2 % too wide", "kernels/generate.cl", "(floatP)(camera.aperture)",
+           "(floatP)(1.02f * camera.aperture)", ("lens",), GEOMETRY),
+    Mutant("out of focus by 1 %", "kernels/generate.cl", "(1.0f / camera.focus)",
+           "(0.99f / camera.focus)", ("lens",), GEOMETRY),
+    Mutant("a lens that all samples cross at one point", "kernels/generate.cl",
+           "mix_bits(h + 1u) + sample * 0x9E3779B9u", "mix_bits(h + 1u)", ("lens beyond near",)),
+    Mutant("a lens beyond which near counts along the ray", "kernels/generate.cl", "camera.near / ahead",
+           "(floatP)(camera.near)", ("lens beyond near",), GEOMETRY),
+    Mutant("a disk that is a square", "kernels/disk.clh", "along = radius * cosine", "along = radius",
+           ("lens",), GEOMETRY),
     Mutant("a mean of one sample too many", "kernels/film.cl", "= film[i] / samples;",
            "= film[i] / (samples + 0.001f);",
            ("4 samples",), CAMERA),
@@ -216,6 +226,29 @@ _BOUNCE: Final = (
            "most = weight[0] * transmits(s, material, bounce, 0)", ("least weight",)),
 )  # fmt: skip
 
+_GLOSS: Final = (
+    Mutant("facets half as rough again", "kernels/gloss.clh", "unit3(vec(alpha * facet.x, alpha * facet.y,",
+           "unit3(vec(1.5f * alpha * facet.x, 1.5f * alpha * facet.y,", ("rough mirror",), REFLECTION),
+    Mutant("facets drawn as if all were seen", "kernels/gloss.clh", "part = 0.5f * (1.0f + stretched.z)",
+           "part = (floatP)(1.0f)", ("rough metal",), REFLECTION),
+    Mutant("nothing lost between facets", "kernels/gloss.clh",
+           "2.0f / (1.0f + sqrt(1.0f + alpha * alpha * slope))", "(floatP)(1.0f)",
+           ("rough metal",), REFLECTION),
+    Mutant("rough rays below the surface", "kernels/gloss.clh", "if (any_of(below)) {", "if (false) {",
+           ("rough smooth mesh",)),
+    Mutant("all facets alike", "kernels/gloss.clh", "combine(streams.base, (uintP)(0x80000001u))",
+           "(uintP)(0x80000001u)", ("rough mirror",), REFLECTION),
+    Mutant("gloss drawn as the points of lights are", "kernels/gloss.clh", "(uintP)(0x80000001u)",
+           "(uintP)(0x80000002u)", ("rough mirror",), REFLECTION),
+    Mutant("Fresnel of the surface, not of the facet", "kernels/bounce.clh", "bounce.cosine = facet.cosine;",
+           "", ("rough metal", "rough schlick"), REFLECTION),
+    Mutant("a rough coat as bright at every angle", "kernels/bounce.clh", "cosines_at(&r, facet.cosine);",
+           "cosines_at(&r, (floatP)(1.0f));", ("rough coat",), REFLECTION),
+    Mutant("rough mirrors send a perfect one's ray", "kernels/bounce.cl",
+           "direction = choose(direction, bounce.glossy, mine)", "direction = direction", ("rough mirror",),
+           REFLECTION),
+)  # fmt: skip
+
 _SURFACES: Final = (
     Mutant("normal not turned to the ray", "kernels/surface.clh",
            "choose(at.outward, minus(at.outward), inside)", "at.outward",
@@ -283,4 +316,4 @@ _SURFACES: Final = (
            "in_band(info->background, s, 0)", ("background",), CAMERA),
 )  # fmt: skip
 
-KERNEL_FAULTS: Final = (*_GENERATE, *_LIGHT, *_BOUNCE, *_SURFACES)
+KERNEL_FAULTS: Final = (*_GENERATE, *_LIGHT, *_BOUNCE, *_GLOSS, *_SURFACES)

@@ -65,6 +65,14 @@ def pair(h: Words, i: Any) -> tuple[Array, Array]:
     )
 
 
+def lens(seed: int, pixel: Any, sample: Any) -> tuple[Array, Array]:
+    """Where on the unit disk the rays of a lens start."""
+    h = combine(combine(word(np.full(np.shape(pixel), seed)), pixel), 0x80000000)
+    u1 = interval(mix(h + np.uint32(1)) + word(np.asarray(sample, np.int64) * 0x9E3779B9))
+    u2 = interval(mix(h + np.uint32(2)) + word(np.asarray(sample, np.int64) * 0x6A09E667))
+    return concentric(u1, u2)
+
+
 def cosine_direction(h: Words, i: int, n: Array) -> Array:
     """Direction i of the cosine-distributed ones about the unit normals n (m, 3).
 

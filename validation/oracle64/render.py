@@ -129,8 +129,9 @@ def render64(
         raise ValueError("the scene has no camera")
     camera = _shifted(scene.camera, shift)
     width, height = _size(camera, width, height)
-    grid = math.isqrt(spp or camera.spp)
-    if grid * grid != (spp or camera.spp):
+    spp = spp or camera.spp or 1
+    grid = math.isqrt(spp)
+    if grid * grid != spp:
         raise ValueError(f"spp = {spp} is not a square number")
     with np.errstate(all="ignore"):
         job = _job(scene, width * height, max_depth)
@@ -221,8 +222,9 @@ def _camera_block(
     place = (0.5, 0.5) if camera.jitter is None else hashing.jitter(h)
     x = np.asarray(pixel % width + (sample % grid + place[0]) / grid, float)
     y = np.asarray(pixel // width + (sample // grid + place[1]) / grid, float)
-    origin, direction = camera_rays(camera, width, height, x, y)
     seed = camera.jitter or 0
+    lens = hashing.lens(seed, pixel, sample)
+    origin, direction = camera_rays(camera, width, height, x, y, lens)
     return _fresh(world, origin, direction, hashing.key(h), pixel, seed=seed, sample=sample)
 
 

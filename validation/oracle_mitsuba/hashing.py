@@ -55,6 +55,14 @@ def cosine_direction(h: Array, index: int, n: Array) -> Array:
     return np.asarray(x[:, None] * t + y[:, None] * s + z[:, None] * n)
 
 
+def pair(h: Array, place: Array) -> tuple[Array, Array]:
+    """Numbers `place` of the sequences that begin at hashes, both in [0, 1)."""
+    place = np.asarray(place, np.uint32)
+    with np.errstate(over="ignore"):
+        u1 = unit(mix(h + np.uint32(1)) + place * np.uint32(0xC13FA9A9))
+        return u1, unit(mix(h + np.uint32(2)) + place * np.uint32(0x91E10DA5))
+
+
 def on_disk(u1: Array, u2: Array) -> tuple[Array, Array]:
     """Points of the unit disk for points of the unit square (Shirley and Chiu's map)."""
     a, b = 2 * u1 - 1, 2 * u2 - 1

@@ -100,9 +100,29 @@ class Lobes(Table):
             total,
         )
 
-    def _interaction(self, u: Array, spot: Spot, n: Array) -> Any:
-        """A hit for Mitsuba: `n` is on the ray's side, Mitsuba's frame is the surface's."""
-        outward = np.where((dot(spot.outward, spot.n) < 0)[:, None], -n, n)
+    def gloss(self, u: Array, spot: Spot, n: Array, draws: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Mitsuba's `roughconductor`; of what is no metal it gives the direction and Smith's share."""
+        count, metal = len(u), self.of["conductor"][spot.shape]
+        si = self._interaction(u, spot, n, facing=True)
+        plugin = self._facets(spot)
+        # its first axis across the plane of incidence points the other way
+        at = mi.Point2f(*(mi.Float(np.ascontiguousarray(d, np.float32)) for d in (1 - draws[0], draws[1])))
+        sample, weight = plugin.sample(mi.BSDFContext(), si, mi.Float(0.5), at, mi.Bool(True))
+        back = normalized(engine.rows(si.to_world(sample.wo), count))
+        cosine = np.sqrt(np.maximum((1 - dot(u, back)) / 2, 0.0))  # half of the angle between the two
+        share = np.nan_to_num(engine.rows(weight, count).copy())
+        return back, np.where(metal[:, None], share, share * self.on_facet(cosine, spot))
+
+    def _facets(self, spot: Spot) -> Any:
+        kinds, row = np.unique(np.stack([spot.shape, spot.eta_i]), axis=1, return_inverse=True)
+        plugins = [
+            _rough({name: self.of[name][int(shape)] for name in self.of}, outer) for shape, outer in kinds.T
+        ]
+        return _as_plugins(_pointers(plugins, self.made)[row.ravel()])
+
+    def _interaction(self, u: Array, spot: Spot, n: Array, facing: bool = False) -> Any:
+        """A hit for Mitsuba: `n` is on the ray's side, its frame is the surface's, or with `facing` n's."""
+        outward = np.where(((dot(spot.outward, spot.n) < 0) & (not facing))[:, None], -n, n)
         si = dr.zeros(mi.SurfaceInteraction3f, len(u))
         si.t = mi.Float(1.0)
         si.p = engine.point(spot.leave(spot.n) - self.center)
@@ -143,6 +163,15 @@ def _twosided(kind: str, **colors: Array) -> dict[str, Any]:
     if kind == "conductor" and "eta" not in colors:
         plain["material"] = "none"
     return {"type": "twosided", "inner": plain}
+
+
+def _rough(of: dict[str, Any], outer: float) -> dict[str, Any]:
+    made = {"type": "roughconductor", "distribution": "ggx", "sample_visible": True}
+    made["alpha"] = float(of["alpha"])
+    if not of["conductor"]:
+        return {**made, "material": "none", "specular_reflectance": rgb(np.full(3, float(of["kr"])))}
+    index = {"eta": rgb(of["n"] / outer), "k": rgb(of["k"] / outer)}
+    return {**made, **index, "specular_reflectance": rgb(of["kr"] * of["M"])}
 
 
 def _boundary(of: dict[str, Any], outer: float, inner: float) -> dict[str, Any]:

@@ -88,6 +88,7 @@ class Material:
     priority: int = 0
     thin: bool = False
     conductor: Any = None
+    roughness: float = 0.0
 
     @property
     def ka(self) -> float:
@@ -104,6 +105,11 @@ class Material:
         if self.transmission is not None:
             return self.transmission
         return 1.0 if self.fresnel is True and self.conductor is None else 0.0
+
+    @property
+    def alpha(self) -> float:
+        """GGX's, 0 of a perfect mirror."""
+        return self.roughness**2 if self.roughness >= 0.01 and self.kr > 0 else 0.0
 
     @property
     def varies(self) -> bool:
@@ -269,6 +275,8 @@ class Camera:
     fov_axis: str = "horizontal"
     size: float = 2.0
     near: float = 0.0
+    aperture: float = 0.0
+    focus: float | None = None
     mirror: bool = False
     shift: Any = (0.0, 0.0)
     width: int = 640

@@ -86,9 +86,15 @@ def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -
     job = _job(scene, mode, world, palette)
     view = surfaces.view(scene, width, height, spp, world["size"], world["center"])
     positions = view["positions"].reshape(-1, 2)
-    origin, direction = camera_rays(view["sensor"], view["eye"], positions)
+    lens = None if view["lens"] is None else view["lens"].reshape(-1, 2)
+    eye = view["eye"] if view["eye"] is None or lens is None else view["eye"].reshape(-1, 3)
+    thin = lens if camera.type == "perspective" else None
+    origin, direction = camera_rays(view["sensor"], eye, positions, thin)
+    if lens is not None and thin is None:
+        origin, direction = surfaces.bent(camera, origin, direction, lens)
     origin = origin + world["center"]
-    start = _start(scene, job, np.asarray(camera.origin, float)[None] if view["eye"] is not None else origin)
+    one_eye = eye is not None and lens is None
+    start = _start(scene, job, np.asarray(camera.origin, float)[None] if one_eye else origin)
     start = np.broadcast_to(start, len(positions))
     shader, pixels = _shader(job), width * height
     sums: dict[str, Array] = {}

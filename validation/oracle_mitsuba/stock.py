@@ -72,6 +72,8 @@ def material_class(material: Material, scene: Scene) -> str | None:
     """The one class that a material wholly belongs to, or None."""
     lit = material.diffuse > 0 or (material.ka > 0 and max(rgb(scene.ambient)) > 0)
     shines, emits = material.specular > 0, max(rgb(material.emission)) > 0
+    if material.alpha > 0:
+        return None
     if sum([lit, shines, emits, material.kr > 0 or material.kt > 0]) > 1:
         return None
     if material.kr == 0 and material.kt == 0:
@@ -106,6 +108,8 @@ def supports(scene: Scene, name: str) -> str | None:
 
 def _settings_support(scene: Scene, name: str) -> str | None:
     kinds = {material_class(scene.material_of(item), scene) for item in scene.shapes}
+    if scene.camera is not None and scene.camera.aperture > 0 and scene.camera.type == "orthographic":
+        return "an orthographic camera with a lens"
     if scene.one_sided != "none" or (scene.shadow == "tinted" and kinds & {"glass", "sheet"}):
         return "Mitsuba has neither one-sided visibility nor tinted shadows"
     if scene.min_weight > 0 or (max(rgb(scene.depth_color)) > 0 and kinds & {"mirror", "glass", "sheet"}):
@@ -142,6 +146,9 @@ def work(scene: Scene, name: str, paths: int | None) -> Work:
     parts = [textures.shaped(part, scene) for part in world.parts]
     base = surfaces.view(scene, *size, spp, world.size, world.center)
     base["positions"] = base["positions"].reshape(-1, 2)
+    if base["lens"] is not None:
+        base["lens"] = base["lens"].reshape(-1, 2)
+        base["eye"] = None if base["eye"] is None else base["eye"].reshape(-1, 3)
     base["paths"] = paths or CONFIGURATIONS[name].paths
 
     def add(children: dict[str, Plugin], integrator: Plugin, light: int | None) -> None:

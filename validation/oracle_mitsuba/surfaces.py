@@ -9,7 +9,7 @@ import numpy as np
 
 from . import skies
 from .forms import Array
-from .hashing import basis, camera_words, mix, unit
+from .hashing import basis, camera_words, combine, mix, on_disk, unit
 from .palette import Bands, Colors
 from .records import (
     AreaLight,
@@ -68,6 +68,7 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
         "fresnel": material.fresnel is True,
         "schlick": material.fresnel == "schlick",
         "conductor": metal is not None,
+        "alpha": material.alpha,
         "n": n,
         "k": k,
         "pattern": pattern,
@@ -232,11 +233,14 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
     plugin: dict[str, Any] = {"type": camera.type, "near_clip": near, "far_clip": near + 1e3 * scale}
     stretch = 1.0
     if camera.type == "perspective":
-        plugin["type"] = "perspective"
         plugin["fov"] = camera.fov
         plugin["fov_axis"] = "x" if camera.fov_axis == "horizontal" else "y"
-        plugin["principal_point_offset_x"] = camera.shift[0] / width
-        plugin["principal_point_offset_y"] = camera.shift[1] / height
+        if camera.aperture > 0:  # it has no principal point: `view` moves the samples
+            plugin["type"] = "thinlens"
+            plugin["aperture_radius"], plugin["focus_distance"] = camera.aperture, focus(camera)
+        else:
+            plugin["principal_point_offset_x"] = camera.shift[0] / width
+            plugin["principal_point_offset_y"] = camera.shift[1] / height
     else:  # the view is 2 units wide under a scale; it has no principal point, so the camera itself is moved
         stretch = (camera.size if camera.fov_axis == "horizontal" else camera.size * width / height) / 2
         pixel = 2 * stretch / width
@@ -257,6 +261,11 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
     return plugin
 
 
+def focus(camera: Camera) -> float:
+    """How far along the view things are sharp."""
+    return camera.focus or float(np.linalg.norm(np.subtract(camera.target, camera.origin)))
+
+
 def upright(forward: Array) -> Array:
     """The default way up: y, or z for a camera that looks along y."""
     return np.array((0.0, 0.0, 1.0) if np.hypot(forward[0], forward[2]) < 1e-6 else (0.0, 1.0, 0.0))
@@ -265,20 +274,55 @@ def upright(forward: Array) -> Array:
 def view(scene: Scene, width: int, height: int, spp: int, size: float, center: Array) -> dict[str, Any]:
     """The camera's plugin about `center`, samples and their path words.
 
-    `eye`: where its rays start about `center`, None: where Mitsuba starts them, on its near plane.
+    `eye`: where its rays start about `center`, None: where Mitsuba starts them, on its near plane. `lens`:
+    what its thin lens makes points of the disk of, (spp, h w, 2) from 0 to 1, None for a pinhole.
     """
     camera = scene.camera
     assert camera is not None
     at_eye = camera.type == "perspective" and camera.near == 0
     positions, paths = film_positions(camera, width, height, spp)
+    lens, eye = None, np.asarray(camera.origin) - center
+    if camera.aperture > 0:
+        lens = lens_positions(camera, width * height, spp)
+        if camera.type == "perspective":
+            positions = positions + np.divide(camera.shift, (width, height))
+        eye = eye + on_lens(camera, lens)
     return {
         "sensor": sensor(camera, width, height, size, center),
         "center": center,
-        "eye": np.asarray(camera.origin) - center if at_eye else None,
+        "eye": eye if at_eye else None,
+        "lens": lens,
         "positions": positions,
         "paths": paths,
         "seed": camera.jitter or 0,
     }
+
+
+def lens_positions(camera: Camera, pixels: int, spp: int) -> Array:
+    """The model's two numbers for the lens of every sample, (spp, pixels, 2)."""
+    h = combine(combine(np.uint32(camera.jitter or 0), np.arange(pixels)), 0x80000000)
+    sample = np.arange(spp, dtype=np.uint32)[:, None]
+    with np.errstate(over="ignore"):
+        u1 = unit(mix(h + np.uint32(1)) + sample * np.uint32(0x9E3779B9))
+        u2 = unit(mix(h + np.uint32(2)) + sample * np.uint32(0x6A09E667))
+    return np.stack([u1, u2], -1)
+
+
+def on_lens(camera: Camera, lens: Array) -> Array:
+    """Where rays start from the lens's middle (..., 3)."""
+    rows = -sensor(camera, 1, 1, 1.0)["to_world"][:3, 0], sensor(camera, 1, 1, 1.0)["to_world"][:3, 1]
+    right, up = (row / np.linalg.norm(row) for row in rows)
+    x, y = on_disk(lens[..., 0], lens[..., 1])
+    return np.asarray(camera.aperture * (x[..., None] * right + y[..., None] * up))
+
+
+def bent(camera: Camera, origin: Array, direction: Array, lens: Array) -> tuple[Array, Array]:
+    """Rays of a camera without a lens, as the lens sends them: Mitsuba's orthographic camera has none."""
+    off = on_lens(camera, lens)
+    direction = direction * focus(camera) - off
+    return origin + off * (1 - camera.near / focus(camera)), direction / np.linalg.norm(
+        direction, axis=-1, keepdims=True
+    )
 
 
 def film_positions(camera: Camera, width: int, height: int, spp: int) -> tuple[Array, Array]:

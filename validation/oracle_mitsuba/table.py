@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from . import skies
-from .hashing import GATHERED, child_path, combine, cosine_direction
+from .facets import facet, smith
+from .hashing import GATHERED, basis, child_path, combine, cosine_direction, on_disk, pair
 from .lights import Way, surface, unhidden, ways
 from .media import Media
 from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
@@ -223,8 +224,10 @@ class Table:
     def _bounced(self, rays: Rays, spot: Spot) -> Iterator[tuple[str, Array, Array, Rays]]:
         """Reflected and transmitted rays, with the rows (m,) they come from and their shares (m, 3) of
         those."""
-        found = self.optics(rays.direction, spot, spot.ns)
-        again = np.flatnonzero((dot(found.reflected, spot.n) <= 0) | (dot(found.transmitted, spot.n) >= 0))
+        found = self._rough(self.optics(rays.direction, spot, spot.ns), rays, spot)
+        smooth = self.of["alpha"][spot.shape] == 0
+        astray = (dot(found.reflected, spot.n) <= 0) | (dot(found.transmitted, spot.n) >= 0)
+        again = np.flatnonzero(smooth & astray)
         if again.size:  # a shading normal that bends a ray through the surface: the geometric one does not
             part = spot.take(again)
             by_n = self.optics(rays.direction[again], part, part.n)
@@ -275,6 +278,47 @@ class Table:
         reflects = np.where(by_fresnel, kr * fresnel, kr + np.where(lost, kt, 0.0))
         transmits = np.where(lost, 0.0, np.where(by_fresnel, kt * (1 - fresnel), kt))
         return Optics(reflected, transmitted, reflects, transmits, total)
+
+    def _rough(self, found: Optics, rays: Rays, spot: Spot) -> Optics:
+        """The same with one ray for each rough mirror: about the shading normal, else about the true one."""
+        rows = np.flatnonzero(self.of["alpha"][spot.shape] > 0)
+        if not rows.size:
+            return found
+        part, u = spot.take(rows), rays.direction[rows]
+        draws = pair(combine(rays.base[rows], np.uint32(0x80000001)), rays.sample[rows])
+        back, share = self.gloss(u, part, part.ns, draws)
+        below = np.flatnonzero((share.max(axis=1) > 0) & (dot(back, part.n) <= 0))
+        if below.size:
+            again = part.take(below)
+            draws = draws[0][below], draws[1][below]
+            back[below], share[below] = self.gloss(u[below], again, again.n, draws)
+        found.reflected[rows], found.reflects[rows] = back, share
+        return found
+
+    def gloss(self, u: Array, spot: Spot, n: Array, draws: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Reflected directions (m, 3) about normals n, and their shares (m, 3)."""
+        of, shape = self.of, spot.shape
+        alpha, frame = of["alpha"][shape], np.stack([*basis(n), n], 1)
+        v = -np.einsum("nij,nj->ni", frame, u)
+        half = facet(v, alpha, *on_disk(*draws))
+        cosine = dot(v, half)
+        back = 2 * cosine[:, None] * half - v
+        shadowed = smith(back, alpha)[:, None] * of["kr"][shape, None]
+        return np.einsum("nij,ni->nj", frame, back), shadowed * self.on_facet(cosine, spot)
+
+    def on_facet(self, cosine: Array, spot: Spot) -> Array:
+        """Fresnel's share and the tint (m, 3) of a mirror met at angles of these cosines."""
+        of, shape = self.of, spot.shape
+        tint = self._faded(of["M"][shape], shape, cosine)
+        eta_i, eta_t = spot.eta_i, spot.eta_t
+        cos_t = np.sqrt(np.maximum(1 - (eta_i / eta_t) ** 2 * (1 - cosine**2), 0.0))
+        along = (eta_t * cosine - eta_i * cos_t) / (eta_t * cosine + eta_i * cos_t)
+        across = (eta_i * cosine - eta_t * cos_t) / (eta_i * cosine + eta_t * cos_t)
+        share = np.where(cos_t == 0, 1.0, np.where(eta_i == eta_t, 0.0, (along**2 + across**2) / 2))
+        share = np.where(of["thin"][shape], 2 * share / (1 + share), share)[:, None]
+        share = np.where(of["fresnel"][shape, None], share, 1.0)
+        metal = conductor(of["n"][shape], of["k"][shape], eta_i, cosine)
+        return np.asarray(tint * np.where(of["conductor"][shape, None], metal, share))
 
     def _gatherers(self, rays: Rays, spot: Spot, share: Array, rows: Array) -> Rays:
         """The ambient rays of hits `rows` (m,): cosine-distributed about the shading normal."""

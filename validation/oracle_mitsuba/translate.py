@@ -114,7 +114,10 @@ def _lobes(source: Scene, material: Material, part: Part, place: str, notes: lis
     elif material.kr > 0:
         if material.fresnel:
             notes.append(f"{place}.fresnel: a mirror that reflects alike at every angle")
-        lobes.append((mirror.max(), lambda scale: _mirror("conductor", scale * mirror)))
+        kind, lobe = "conductor", {}
+        if material.alpha > 0:
+            kind, lobe = "roughconductor", {"distribution": "ggx", "alpha": material.alpha}
+        lobes.append((mirror.max(), lambda scale: _mirror(kind, scale * mirror, **lobe)))
     return [lobe for lobe in lobes if lobe[0] > 0]
 
 

@@ -25,6 +25,7 @@ TAGS = {
     "path": "integrator",
     "perspective": "sensor",
     "orthographic": "sensor",
+    "thinlens": "sensor",
     "hdrfilm": "film",
     "box": "rfilter",
     "independent": "sampler",

@@ -9,7 +9,7 @@ import numpy as np
 from clrt import layout
 
 from .geometry import Rays
-from .math import Array, combine, dot, mix_bits, unit, unit_interval
+from .math import Array, combine, disk, dot, mix_bits, unit, unit_interval
 
 FLAGS = np.uint32(layout.PATH["PATH_FLAGS"])
 
@@ -72,7 +72,14 @@ def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
     above = (1.0 - 2.0 * y / np.float32(height)) * c["half_height"]
     origin, forward, right, up = (c[name][:3, None] for name in ("origin", "forward", "right", "up"))
     in_view = right * across + up * above
-    if c["orthographic"]:
+    if c["aperture"] > 0.0:
+        lens = _on_lens(c, pixel, sample)
+        ahead = np.repeat(forward, len(pixel), axis=1) if c["orthographic"] else forward + in_view
+        if c["orthographic"]:
+            origin = origin + in_view
+        direction = unit(ahead - lens * (np.float32(1.0) / c["focus"]))
+        origin = origin + lens + direction * (c["near"] / dot(direction, forward))
+    elif c["orthographic"]:
         origin = origin + in_view + forward * c["near"]
         direction = np.repeat(forward, len(pixel), axis=1)
     else:
@@ -80,6 +87,15 @@ def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
         origin = origin + direction * (c["near"] / dot(direction, forward))
     queue = new_queue("camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)))
     return replace(queue, first=Streams(combine(np.full_like(pixel, c["seed"]), pixel), sample))
+
+
+def _on_lens(c: np.void, pixel: Array, sample: Array) -> Array:
+    """Where on the lens rays start, (3, n) from its middle."""
+    h = combine(combine(np.full_like(pixel, c["seed"]), pixel), np.uint32(0x80000000))
+    u1 = unit_interval(mix_bits(h + np.uint32(1)) + sample * np.uint32(0x9E3779B9))
+    u2 = unit_interval(mix_bits(h + np.uint32(2)) + sample * np.uint32(0x6A09E667))
+    x, y = disk(u1, u2)
+    return np.asarray((c["right"][:3, None] * x + c["up"][:3, None] * y) * c["aperture"])
 
 
 def adopt(

@@ -160,6 +160,26 @@ def _ambient() -> Table:
     ]}
 
 
+def _rough() -> Table:
+    """Every kind of mirror, rough: on balls, coarse smooth meshes and within each other's reflections."""
+    def at(x: float, y: float, scale: float) -> list[Table]:
+        return [{"scale": [scale] * 3}, {"translate": [x, y, 0]}]
+
+    gold = {"diffuse": 0.0, "conductor": {"eta": 0.2, "k": 3.1}, "roughness": 0.3}
+    coat = {"fresnel": True, "transmission": 0.0, "ior": 1.7, "roughness": 0.5, "reflection": 0.9}
+    ball = {"type": "sphere", "radius": 0.5}
+    return {"camera": {**_CAMERA, "spp": 4, "jitter": 4}, "max_depth": 3, "shapes": [
+        {**_FLOOR, "material": {**_MIRROR, "roughness": 0.15}},
+        {**ball, "center": [-1.2, 0.3, 0], "material": {**_SCHLICK, "roughness": 1.0}},
+        {**ball, "center": [0, 0.6, -0.4], "material": gold},
+        {**ball, "center": [1.2, 0.3, 0], "material": coat},
+        {**_rings(4, 5), "smooth": True, "material": {**gold, "roughness": 0.7},
+         "transform": at(-0.7, -0.6, 0.5)},
+        {**_rings(3, 4), "smooth": True, "material": {**_MIRROR, "roughness": 0.009},
+         "transform": at(0.6, -0.7, 0.4)},
+    ]}
+
+
 def _one_sided() -> Table:
     flat, meshes = _flat()["shapes"][1:4], _meshes()["shapes"][2:]
     return {"one_sided": "opaque", "shapes": [*_quadrics()["shapes"], *flat, *meshes]}
@@ -172,6 +192,16 @@ def _counted() -> Table:
 def _orthographic() -> Table:
     view = {"type": "orthographic", "size": 4, "near": 0.5, "mirror": True, "shift": [-0.5, 0.25]}
     camera = {**_CAMERA, **view}
+    return {**_spheres(), "camera": camera}
+
+
+def _lens() -> Table:
+    """Wide open, near in focus, beyond the near plane and before it."""
+    return {**_flat(), "camera": {**_CAMERA, "aperture": 0.25, "near": 0.3, "jitter": 9, "mirror": True}}
+
+
+def _orthographic_lens() -> Table:
+    camera = {**_orthographic()["camera"], "aperture": 0.3, "focus": 3.1, "spp": 4}
     return {**_spheres(), "camera": camera}
 
 
@@ -221,6 +251,7 @@ _SCENES = {
     "tinted shadows": _tinted, "ambient samples": _ambient, "lights": _lamps,
     "lights gathered": _lamps_gathered,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
+    "rough mirrors": _rough, "lens": _lens, "orthographic lens": _orthographic_lens,
     "nothing": _empty,
     "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,
 }  # fmt: skip

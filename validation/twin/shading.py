@@ -9,8 +9,10 @@ import numpy as np
 from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
+from .gloss import facet_at
 from .lights import LightSample
 from .math import ONE, Array, combine, disk, dot, frame_about, larger, mix_bits, power, unit, unit_interval
+from .queues import Streams
 from .surface import Surface, bands, color_of
 
 EMISSION, AMBIENT, DIFFUSE, HIGHLIGHT, ALL = (
@@ -82,8 +84,10 @@ class Refraction:
 
 
 def refraction(n: Array, u: Array, eta_i: Array, eta_t: Array) -> Refraction:
-    eta = eta_i / eta_t
-    cos_i = -dot(n, u)
+    return cosines_at(-dot(n, u), eta_i / eta_t)
+
+
+def cosines_at(cos_i: Array, eta: Array) -> Refraction:
     k = 1.0 - eta * eta * (1.0 - cos_i * cos_i)
     return Refraction(eta, cos_i, k, np.sqrt(larger(k, _ZERO)))
 
@@ -128,13 +132,17 @@ class Bounce:
     total_internal: Array  # a transmission was asked for and could not leave
 
 
-def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
-    """`eta_i`, `eta_t`: indices on the rays' side and behind the surfaces."""
+def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array, streams: Streams) -> Bounce:
+    """`eta_i`, `eta_t`: indices on the rays' side and behind the surfaces. `streams`: what gloss draws on."""
     material = s.material
+    rough = material["alpha"] > 0.0
+    facet = facet_at(s.n, s.ns, u, material["alpha"], streams)
+    cosine = np.where(rough, facet.cosine, -dot(s.ns, u))
     thin = material["thin"] != 0
 
     up = mirrored(s.ns, u)
     reflected = np.where(dot(up, s.n) > 0.0, up, mirrored(s.n, u))
+    reflected = np.where(rough, facet.direction, reflected)
 
     # straight through a thin sheet and between equal indices; what would stay above takes the true normal
     straight = thin | (eta_i == eta_t)
@@ -147,16 +155,20 @@ def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
     transmitted = np.where(straight, u, np.where(stays, refracted(s.n, u, true), down))
     total_internal = (material["kt"] > 0.0) & ~straight & (r.k < 0.0)
 
-    share = np.where(eta_i == eta_t, _ZERO, fresnel(r, eta_i, eta_t))
+    on_facet = cosines_at(facet.cosine, eta_i / eta_t)
+    both = zip(vars(r).values(), vars(on_facet).values(), strict=True)
+    share = fresnel(Refraction(*(np.where(rough, b, a) for a, b in both)), eta_i, eta_t)
+    share = np.where(eta_i == eta_t, _ZERO, share)
     share = np.where(thin, 2.0 * share / (1.0 + share), share)
-    fade = np.where(_is_schlick(s), schlick(-dot(s.ns, u)), _ZERO)
+    fade = np.where(_is_schlick(s), schlick(cosine), _ZERO)
     mirror = bands(material["mirror"])
     reflect = material["kr"] * (mirror + (1.0 - mirror) * fade)
+    reflect = np.where(rough, reflect * facet.passed, reflect)
     transmit = material["kt"] * bands(material["tint"])
     metal = material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
     before = ONE / eta_i
     index = bands(material["eta"]) * before, bands(material["k"]) * before
-    share = np.where(metal, conductor(*index, -dot(s.ns, u)), share)
+    share = np.where(metal, conductor(*index, cosine), share)
     split = metal | (material["fresnel"] == layout.FRESNEL["FRESNEL"])
     return Bounce(
         reflected,
