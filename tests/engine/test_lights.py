@@ -151,3 +151,9 @@ def test_a_camera_inside_a_light_has_a_picture() -> None:
     assert (clrt.render(scene({**around, "two_sided": True})).pixels == 0.5).all()
     seen = clrt.render(scene({**around, "two_sided": True, "visible": False})).pixels
     assert np.isfinite(seen).all() and seen.max() > 0.01
+
+
+def test_a_light_beyond_float32_is_refused() -> None:
+    with pytest.raises(clrt.SceneError, match=r"lights\[1\]: its surface reaches beyond 1e\+15.* or not visible"):
+        clrt.Tracer(scene(PANEL, {**BULB, "radius": 2e15}))
+    clrt.Tracer(scene({**PANEL, "u": [1e16, 0, 0], "visible": False}))

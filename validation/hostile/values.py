@@ -24,7 +24,7 @@ KEYS: Final = (
     "jitter", "aperture", "focus", "roughness",
     "color", "diffuse", "specular", "shininess", "reflection", "transmission", "ior", "fresnel",
     "thin", "emission", "absorption", "priority", "conductor", "position", "direction", "intensity",
-    "falloff", "center", "radius", "point", "normal", "points", "vertices", "faces", "normals", "file",
+    "falloff", "angle", "penumbra", "radiance", "samples", "two_sided", "visible", "u", "v", "center", "radius", "point", "normal", "points", "vertices", "faces", "normals", "file",
     "smooth", "coefficients", "clip", "radii", "p0", "p1", "r0", "r1", "caps", "apex", "axis", "focal",
     "height", "min", "max", "material", "name", "transform", "version", "depth_color", "bands", "range",
     "group", "response", "white", "$schema", "__class__", "folder", "limits",
