@@ -34,7 +34,7 @@ def add_surfaces(scene: Scene, sections: dict[str, np.ndarray], materials: dict[
     """
     for number, light in visible_lights(scene).items():
         if not _reach(light) <= LARGEST:
-            text = f"its surface reaches beyond {LARGEST:g}, whose products float32 cannot hold; make it smaller"
+            text = f"its surface reaches beyond {LARGEST:g}, where float32 fails; make it smaller"
             raise SceneError(located(scene.source, f"lights[{number}]", f"{text}, or not visible"))
         kind, record = _record(light)
         section = layout.SECTIONS[kind]

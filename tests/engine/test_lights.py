@@ -154,6 +154,6 @@ def test_a_camera_inside_a_light_has_a_picture() -> None:
 
 
 def test_a_light_beyond_float32_is_refused() -> None:
-    with pytest.raises(clrt.SceneError, match=r"lights\[1\]: its surface reaches beyond 1e\+15.* or not visible"):
+    with pytest.raises(clrt.SceneError, match=r"lights\[1\]: its surface .*1e\+15.* or not visible"):
         clrt.Tracer(scene(PANEL, {**BULB, "radius": 2e15}))
     clrt.Tracer(scene({**PANEL, "u": [1e16, 0, 0], "visible": False}))

@@ -111,13 +111,14 @@ def _lights() -> dict[str, Table]:
     plate = {"type": "disk", "center": [2.6, 0.4, 2], "normal": [1, 0.2, 0.3], "radius": 0.7, "samples": 5,
              "radiance": [1, 2, 3], "two_sided": True, **hidden}  # fmt: skip
     bulb = {"type": "sphere", "center": [1, 3, 3], "radius": 0.9, "samples": 4, "radiance": 2, **hidden}
+    inside = {**bulb, "center": [0.7, 1.3, 1.6], "radius": 0.6, "radiance": 0.4}  # and a ball in it
     around = {"type": "sphere", "center": [0, 0, 0], "radius": 30, "samples": 3, "radiance": 0.3,
               "two_sided": True, **hidden}  # fmt: skip
     bright = {"diffuse": 0.4, "reflection": 0.5}
     four: Table = {"camera": {**CAMERA, "spp": 4, "jitter": 2, "width": 80, "height": 60}}
     return {
         "rectangle": _pair(_SHINY, lights=[panel]),
-        "disk and sphere": _pair(_SHINY, lights=[plate, bulb]),
+        "disk and sphere": _pair(_SHINY, lights=[plate, {**bulb, "radiance": 1.5}, inside]),
         "within a sphere of light": _pair(_SHINY, lights=[around]),
         "lights that are seen": _pair(bright, lights=[
             {**plate, "visible": True, "radiance": [0.7, 0.9, 0.8]},
