@@ -21,7 +21,7 @@ INLINED void pass_by(const World world, const RayP ray, floatP least, bool any, 
     for (; again; again = without_first(again)) {
         const int lane = first_lane(again);
         const Ray one = {of_lane(rays.origin, lane), of_lane(rays.direction, lane), most[lane]};
-        const Hit hit = nearest_hit(world, one, after[lane], BEFORE_ALL, any);
+        const Hit hit = nearest_hit(world, one, after[lane], BEFORE_ALL, any, NO_PRIMITIVE);
         t[lane] = hit.t;
         primitive[lane] = hit.primitive;
     }
@@ -38,7 +38,7 @@ __kernel void nearest(WORLD_PARAMETERS, ASKED_PARAMETERS, __global float *found_
     const Taken taken = taken_by(asked, packet);
     floatP after;
     const RayP ray = load_asked(asked, taken, &after);
-    PacketHit hits = packet_hits(world, ray, false);
+    PacketHit hits = packet_hits(world, ray, (intP)(NO_PRIMITIVE), false);
     pass_by(world, ray, after, false, &hits);
     const floatP t = select(hits.t, (floatP)(INFINITY), hits.primitive < 0);
     store_asked(asked, taken, (__global int *)found_t, as_intP(t));
@@ -54,7 +54,7 @@ __kernel void blocked(WORLD_PARAMETERS, ASKED_PARAMETERS, __global uchar *found)
     const Taken taken = taken_by(asked, packet);
     floatP after;
     const RayP ray = load_asked(asked, taken, &after);
-    PacketHit hits = packet_hits(world, ray, true);
+    PacketHit hits = packet_hits(world, ray, (intP)(NO_PRIMITIVE), true);
     pass_by(world, ray, after, true, &hits);
     ALIGNED int hit[PACKET];
     *(intP *)hit = (hits.primitive >= 0) & 1;

@@ -10,8 +10,7 @@ ENTRIES: Final[dict[str, dict[str, str]]] = {
         '#include "light_point.clh"\n': '#include "light_point.clh"\n#include "light_patch.clh"\n'
     },
     "clrt/layout/__init__.py": {
-        '"DIRECTIONAL": 1}': '"DIRECTIONAL": 1, "PATCH": 2}',
-        '        ("place", "float4"),\n': '        ("place", "float4"), ("axis", "float4"),\n',
+        '"SPOT": 2}': '"SPOT": 2, "PATCH": 3}',
     },
     "clrt/scene/lights.py": {
         "Light = PointLight |": '''\
