@@ -55,13 +55,11 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
     }
 }
 
-// Follows feeler i from its first hit through all it crosses, or until an opaque surface: is it seen, and what share of
-// each band comes through.
+// Follows feeler i, of which all is seen so far, from its first hit through all it crosses, or until an opaque surface:
+// is it seen, and what share of each band comes through.
 inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i, int own,
                            __global uint *seen, __global float *filter)
 {
-    seen[i] = 1;
-    for (int b = 0; b < RAY_BANDS; b++) filter[in_block(i, b, VALUES)] = 1.0f;
     while (hit.primitive >= 0) {
         __global const Material *material = world.materials + world.primitives[hit.primitive].material;
         const int band = first_band(filter, i);
@@ -85,9 +83,12 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
         ALIGNED float t[PACKET];
         ALIGNED int primitive[PACKET];
         const PacketHit hits = packet_hits(world, rays, 0, first, false, own);
+        store_word((__global int *)seen, first, n, (intP)(1));
+        for (int b = 0; b < RAY_BANDS; b++) store_field(filter, first, n, b, VALUES, (floatP)(1.0f));
         *(floatP *)t = hits.t;
         *(intP *)primitive = hits.primitive;
-        for (int lane = 0; lane < PACKET; lane++) {
+        for (uint left = lanes_of(hits.primitive >= 0); left; left = without_first(left)) {
+            const int lane = first_lane(left);
             const Hit hit = {t[lane], primitive[lane]};
             cross_surfaces(world, load_ray(rays, first + lane), hit, first + lane, own_of(own, first + lane), seen, filter);
         }
@@ -97,6 +98,8 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
         const Ray ray = load_ray(rays, i);
         const int passed = own_of(own, i);
         const Hit hit = nearest_hit(world, ray, 0.0f, BEFORE_ALL, false, passed);
+        seen[i] = 1;
+        for (int b = 0; b < RAY_BANDS; b++) filter[in_block(i, b, VALUES)] = 1.0f;
         cross_surfaces(world, ray, hit, i, passed, seen, filter);
     }
 }

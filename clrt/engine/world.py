@@ -51,7 +51,8 @@ class World:
         buffers = self._buffers.copy()
         for name in changed:
             buffers[name] = device.upload(getattr(flat, name), kind=_TABLES[name])
-        if not all(map(_same, _in_tree(self.flat), _in_tree(flat))):
+        moved = {"primitives", "triangles", "spheres"} & set(changed) or self.flat.boxes is not flat.boxes
+        if moved and not all(map(_same, _in_tree(self.flat), _in_tree(flat))):
             buffers |= _build_tree(device, flat, buffers)
             changed.append("tree")
         elif not changed and _same(self.flat.scene, flat.scene):

@@ -10,6 +10,8 @@ from typing import Any, Final
 import numpy as np
 
 from clrt import layout
+from clrt.base.errors import SceneError, located
+from clrt.flatten.geometry import LARGEST
 from clrt.scene.arealights import AreaLight, DiskLight, RectangleLight
 from clrt.scene.scene import Scene
 
@@ -26,8 +28,14 @@ def visible_lights(scene: Scene) -> dict[int, AreaLight]:
 
 
 def add_surfaces(scene: Scene, sections: dict[str, np.ndarray], materials: dict[int, int]) -> None:
-    """Add the primitives of visible lights to the sections; materials: their numbers, by the light's."""
+    """Add the primitives of visible lights to the sections; materials: their numbers, by the light's.
+
+    Raises `SceneError` for one that is too large for float32.
+    """
     for number, light in visible_lights(scene).items():
+        if not _reach(light) <= LARGEST:
+            text = f"its surface reaches beyond {LARGEST:g}, where float32 fails; make it smaller"
+            raise SceneError(located(scene.source, f"lights[{number}]", f"{text}, or not visible"))
         kind, record = _record(light)
         section = layout.SECTIONS[kind]
         primitive = np.zeros(1, layout.dtype("Primitive"))
@@ -52,6 +60,14 @@ def without_surfaces(sections: dict[str, np.ndarray], shapes: int) -> dict[str, 
             count = np.count_nonzero(kept["primitives"]["kind"] == layout.KINDS[kind])
             kept[section] = sections[section][:count]
     return sections | kept
+
+
+def _reach(light: Any) -> float:
+    """The largest |coordinate| of its surface."""
+    size = np.full(3, getattr(light, "radius", 0.0))
+    if isinstance(light, RectangleLight):
+        size = np.abs(light.u) + np.abs(light.v)
+    return float((np.abs(light.center) + size).max())
 
 
 def _record(light: Any) -> tuple[str, np.ndarray]:

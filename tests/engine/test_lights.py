@@ -123,7 +123,8 @@ def test_ambient_rays_do_not_count_a_light_twice() -> None:
     ("changes", "cost"),
     [
         ({"lights[0].radiance": 2}, "tables"), ({"lights[1].center": [0, 2, 0]}, "tables"),
-        ({"lights[0].samples": 3}, "tables"), ({"lights[1].radius": 0.2}, "tables"), ({"lights": []}, "tables"), ({"camera.fov": 30}, "camera"),
+        ({"lights[0].samples": 3}, "tables"), ({"lights[1].radius": 0.2}, "tables"),
+        ({"lights": []}, "tables"), ({"camera.fov": 30}, "camera"),
         ({"shapes[1].radius": 0.5}, "rebuild"),
     ],
 )  # fmt: skip
@@ -150,3 +151,9 @@ def test_a_camera_inside_a_light_has_a_picture() -> None:
     assert (clrt.render(scene({**around, "two_sided": True})).pixels == 0.5).all()
     seen = clrt.render(scene({**around, "two_sided": True, "visible": False})).pixels
     assert np.isfinite(seen).all() and seen.max() > 0.01
+
+
+def test_a_light_beyond_float32_is_refused() -> None:
+    with pytest.raises(clrt.SceneError, match=r"lights\[1\]: its surface .*1e\+15.* or not visible"):
+        clrt.Tracer(scene(PANEL, {**BULB, "radius": 2e15}))
+    clrt.Tracer(scene({**PANEL, "u": [1e16, 0, 0], "visible": False}))

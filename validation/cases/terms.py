@@ -106,18 +106,19 @@ def _lights() -> dict[str, Table]:
              {**spot, "position": [4, 5, 3], "angle": 24, "penumbra": 0, "intensity": [22, 15, 9],
               "falloff": "inverse-square"}]  # fmt: skip
     hidden: Table = {"visible": False}
-    panel = {"type": "rectangle", "center": [-3, 4, 4], "u": [1, 0, 0.4], "v": [-0.2, 0.5, -0.8],
+    panel = {"type": "rectangle", "center": [-3, 4, 4], "u": [-0.2, 0.5, -0.8], "v": [1, 0, 0.4],
              "samples": 6, "radiance": [6, 5, 4], **hidden}  # fmt: skip
     plate = {"type": "disk", "center": [2.6, 0.4, 2], "normal": [1, 0.2, 0.3], "radius": 0.7, "samples": 5,
              "radiance": [1, 2, 3], "two_sided": True, **hidden}  # fmt: skip
     bulb = {"type": "sphere", "center": [1, 3, 3], "radius": 0.9, "samples": 4, "radiance": 2, **hidden}
+    inside = {**bulb, "center": [0.7, 1.3, 1.6], "radius": 0.6, "radiance": 0.4}  # and a ball in it
     around = {"type": "sphere", "center": [0, 0, 0], "radius": 30, "samples": 3, "radiance": 0.3,
               "two_sided": True, **hidden}  # fmt: skip
     bright = {"diffuse": 0.4, "reflection": 0.5}
     four: Table = {"camera": {**CAMERA, "spp": 4, "jitter": 2, "width": 80, "height": 60}}
     return {
         "rectangle": _pair(_SHINY, lights=[panel]),
-        "disk and sphere": _pair(_SHINY, lights=[plate, bulb]),
+        "disk and sphere": _pair(_SHINY, lights=[plate, {**bulb, "radiance": 1.5}, inside]),
         "within a sphere of light": _pair(_SHINY, lights=[around]),
         "lights that are seen": _pair(bright, lights=[
             {**plate, "visible": True, "radiance": [0.7, 0.9, 0.8]},
@@ -127,7 +128,9 @@ def _lights() -> dict[str, Table]:
         "lights seen from all sides": _pair(
             {**_GLASS, "specular": 0.3}, ambient_samples=2, max_depth=3, **four, lights=[
                 {**around, "radius": 12, "visible": True, "samples": 2},
-                {**plate, "visible": True, "samples": 2}]),
+                {**plate, "visible": True, "samples": 2},
+                {**panel, "center": [-1.7, 1.4, 1.8], "u": [0.5, 0, 0], "v": [0, -0.4, 0], "visible": True,
+                 "samples": 2, "radiance": 0.6}]),
         "lights with extent in mirrors": _pair(bright, lights=[panel, bulb], max_depth=2, **four),
         "lights with extent and ambient rays": _pair(_MATTE, lights=[plate, around], ambient_samples=2,
                                                      max_depth=1, **four),

@@ -13,6 +13,7 @@ written here.
 | S4 | highlight | a mirror in an environment (d.L)^m, on one convex shape |
 | S5 | diffuse | S1 times the squared distance of the light: no falloff |
 | S6 | diffuse, mirror, sheet | S2 with `mask`: reflects a, lets 1 - a through unbent; random |
+| S7 | diffuse | `area` emitters on black shapes out of sight, `direct`, points at random |
 | S8 | diffuse, mirror, glass | S2 with `dielectric` and `thindielectric`; random |
 """
 
@@ -28,7 +29,7 @@ from .forms import Array
 from .parts import EXACT, Part, geometry, is_endless
 from .plugins import Plugin, shape, shifted
 from .plugins import rgb as color
-from .records import DirectionalLight, Ellipsoid, Material, Quadric, Scene, Sphere, rgb
+from .records import AreaLight, DirectionalLight, Ellipsoid, Material, Quadric, Scene, Sphere, rgb
 from .skies import HALF_TURN
 
 FAINT = 1e-5  # reflectances are this much lower, lights this much stronger
@@ -51,6 +52,7 @@ CONFIGURATIONS = {
     "S4": Configuration(frozenset({"highlight"})),
     "S5": Configuration(frozenset({"diffuse"})),
     "S6": Configuration(frozenset({"diffuse", "mirror", "sheet"}), 256),
+    "S7": Configuration(frozenset({"diffuse"}), 256),
     "S8": Configuration(frozenset({"diffuse", "mirror", "glass"}), 256),
 }
 
@@ -128,6 +130,12 @@ def _lights_support(scene: Scene, name: str) -> str | None:
     if not scene.lights and name not in PATHS:
         return "there are no lights"
     for number, light in enumerate(scene.lights):
+        if isinstance(light, AreaLight) != (name == "S7"):
+            return f"lights[{number}]: S7 is for lights with extent, and the others for those without"
+        if isinstance(light, AreaLight):
+            if light.two_sided:
+                return f"lights[{number}]: Mitsuba's shine on one side"
+            continue
         point = not isinstance(light, DirectionalLight)
         if name == "S4" and point:
             return f"lights[{number}]: a point light; the environment needs a directional one"
