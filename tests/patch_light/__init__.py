@@ -37,7 +37,7 @@ Light = PatchLight | PointLight |''',
         '    "point": PointLight,\n': '    "point": PointLight,\n    "patch": PatchLight,\n',
     },
     "clrt/flatten/materials.py": {
-        "import DirectionalLight, Light,": "import DirectionalLight, Light, PatchLight,",
+        "    Light,\n    PointLight,\n": "    Light,\n    PatchLight,\n    PointLight,\n",
         "def _directional(": '''\
 def _patch(record: np.void, source: PatchLight) -> None:
     record["place"][:3] = source.position

@@ -280,7 +280,7 @@ _GLOSS: Final = (
            "(uintP)(0x80000002u)", ("rough mirror",), REFLECTION),
     Mutant("Fresnel of the surface, not of the facet", "kernels/bounce.clh", "bounce.cosine = facet.cosine;",
            "", ("rough metal", "rough schlick"), REFLECTION),
-    Mutant("a rough coat as bright at every angle", "kernels/bounce.clh", "cosines_at(&r, facet.cosine);",
+    Mutant("a rough coat as bright at every angle", "kernels/bounce.clh", "cosines_at(&r, incidence);",
            "cosines_at(&r, (floatP)(1.0f));", ("rough coat",), REFLECTION),
     Mutant("rough mirrors send a perfect one's ray", "kernels/bounce.cl",
            "direction = choose(direction, bounce.glossy, mine)", "direction = direction", ("rough mirror",),
