@@ -25,6 +25,7 @@ from clrt.device.platforms import check_process
 from clrt.device.settings import Settings
 from clrt.engine import passes
 from clrt.engine.checkpoint import Checkpoint
+from clrt.engine.explain import explain
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture, check_crop, picture_bytes
 from clrt.engine.queues import Queue, picture_tile, tile_rays
@@ -36,6 +37,7 @@ from clrt.flatten.flatten import bands_of, check_ceilings, flatten, flatten_came
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.layout import ceilings
+from clrt.raytree.tree import RayTree
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Document, Scene, read_camera
 from clrt.version import __version__
@@ -287,6 +289,27 @@ class Tracer:
             found[0, pixels], found[1, pixels] = lines["origin"].T, lines["direction"].T
         origins, directions = found.reshape(2, height, width, 3)
         return origins, directions
+
+    @public
+    @_one_at_a_time
+    def explain(
+        self,
+        x: int,
+        y: int,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+        camera: Camera | Mapping[str, Any] | None = None,
+    ) -> RayTree:
+        """All rays of one pixel, x to the right and y down from 0, and what each brings to it: a `RayTree`.
+
+        The other arguments are as for `render`. Raises what it does, ClrtError for a pixel outside of the
+        picture, and LimitError for a pixel of more than 50 000 rays, or a scene of more than 1000 lights.
+        """
+        task, full, _ = self._task(width, height, spp, max_depth, (), None, camera)
+        place = arguments.whole("x", x, 0, full[0] - 1), arguments.whole("y", y, 0, full[1] - 1)
+        return explain(self.device, self.world, self.scene, task, place, full)
 
     @public
     @_one_at_a_time

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any, Final
 
 import numpy as np
@@ -62,6 +63,15 @@ class World:
             return "nothing"
         self._take(device, flat, buffers)
         return "rebuild" if "tree" in changed else "tables"
+
+    def lit_by(self, device: Device, number: int) -> World:
+        """The same world with one of its lights alone, for passes that are to say what that one brings."""
+        info = self.flat.scene.copy()
+        info["nodes"], info["lights"] = self._buffers["count"], 1
+        alone, light = copy(self), self.flat.lights[number : number + 1]
+        alone._buffers = self._buffers | {"scene": device.upload(info), "lights": device.upload(light)}
+        alone.arguments, alone.lights = tuple(alone._buffers[name] for name in layout.WORLD), 1
+        return alone
 
     def _take(self, device: Device, flat: FlatScene, buffers: dict[str, Any]) -> None:
         """Hold a scene whose sections are on the device, all but its own record."""
