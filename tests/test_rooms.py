@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = (
-    "base", "layout", "images", "spectra", "meshfiles", "scene", "formats", "flatten", "device", "engine",
+    "base", "layout", "images", "spectra", "meshfiles", "scene", "formats", "flatten", "raytree", "device", "engine",
     "judging", "diagnosis", "bench", "cli",
 )  # fmt: skip
 """From the ground up."""

@@ -75,6 +75,22 @@ def parser() -> _Parser:
     render.add_argument("--check", action="store_true", help="name the first number that is not finite")
     render.add_argument("--quiet", action="store_true", help="neither progress nor a closing line")
 
+    explain = command("explain", "Say where a pixel's light comes from: all its rays as a tree.")
+    _add_scene(explain)
+    explain.add_argument("x", metavar="X", type=whole, help="column of the pixel, from 0 at the left")
+    explain.add_argument("y", metavar="Y", type=whole, help="row of the pixel, from 0 at the top")
+    explain.add_argument(
+        "-o", "--output", metavar="OUT", action="append", default=[],
+        help=".html, .json or .glb (rays as tubes among the shapes); may be repeated",
+    )  # fmt: skip
+    explain.add_argument("--json", action="store_true", help="print JSON")
+    explain.add_argument(
+        "--least", type=float, default=0.5, metavar="PERCENT",
+        help="leave out branches that bring less of the pixel (0.5)",
+    )  # fmt: skip
+    explain.add_argument("--quiet", action="store_true", help="print nothing")
+    _add_frame(explain, crop=False)
+
     hashing = command("hash", "Print the hash of a scene's picture, or of the pixels in an .exr file.")
     _add_scene(hashing)
     _add_frame(hashing)
@@ -179,11 +195,13 @@ def _add_series(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quiet", action="store_true", help="neither progress nor a closing line")
 
 
-def _add_frame(parser: argparse.ArgumentParser, many: bool = False) -> None:
+def _add_frame(parser: argparse.ArgumentParser, many: bool = False, crop: bool = True) -> None:
     """What the picture is, and where it is computed; by default as the scene says."""
     parser.add_argument("--width", type=whole, metavar="N", help="pixels in a row; alone, keeps the aspect")
     parser.add_argument("--height", type=whole, metavar="N", help="rows of pixels; alone, keeps the aspect")
-    parser.add_argument("--crop", type=whole, nargs=4, metavar=("X", "Y", "W", "H"), help="only these pixels")
+    if crop:
+        sides = ("X", "Y", "W", "H")
+        parser.add_argument("--crop", type=whole, nargs=4, metavar=sides, help="only these pixels")
     parser.add_argument("--spp", type=whole, metavar="N", help="samples per pixel: 1, 4, 9, 16 ...")
     parser.add_argument("--max-depth", type=whole, metavar="N", help="generations after the camera's")
     _add_device(parser)

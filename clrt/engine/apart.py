@@ -50,9 +50,11 @@ def by_light(device: Device, alone: World, queue: Queue, hits: Hits, last: bool)
         passes.illuminate(device, alone, queue, hits, lit, feelers, term)
         found.append(lit.decoded(queue)["local"])
     assert feelers is not None
+    diffuse, highlight, brings = found
     if not feelers.n:
-        return LitBy(*found, None, [])
-    return LitBy(*found, feelers.decoded(queue), _met(device, alone, replace(queue, n=feelers.n, rays=feelers.rays)))
+        return LitBy(diffuse, highlight, brings, None, [])
+    met = _met(device, alone, replace(queue, n=feelers.n, rays=feelers.rays))
+    return LitBy(diffuse, highlight, brings, feelers.decoded(queue), met)
 
 
 def _met(device: Device, world: World, feelers: Queue) -> list[tuple[Crossing, ...]]:

@@ -107,9 +107,10 @@ def _hit(hits: Words, i: int, flat: FlatScene) -> Hit | None:
     if primitive < 0:
         return None
     code = int(hits["code"][i])
+    point, normal, shading = (_numbers(hits[name][:, i]) for name in ("point", "n", "ns"))
     return Hit(
         float(hits["t"][i]), int(flat.primitives["shape"][primitive]), primitive,
-        *(_numbers(hits[name][:, i]) for name in ("point", "n", "ns")),
+        point, normal, shading,
         bool(code & layout.SURFACE["SURFACE_INSIDE"]), code // layout.SURFACE["SURFACE_MATERIAL"],
     )  # fmt: skip
 
@@ -138,8 +139,8 @@ def _light(number: int, lit: LitBy, i: int, bands: slice) -> LightShare:
         through = _numbers(words["filter"][bands, k]) if "filter" in words else (1.0,) * bands.stop
         seen = bool(words["seen"][k])
         feeler = Feeler(
-            _numbers(words["origin"][:, k]), _numbers(words["direction"][:, k]), float(words["t_max"][k]), seen,
-            lit.met[k], through if seen else (0.0,) * bands.stop,
+            _numbers(words["origin"][:, k]), _numbers(words["direction"][:, k]), float(words["t_max"][k]),
+            seen, lit.met[k], through if seen else (0.0,) * bands.stop,
         )  # fmt: skip
     return LightShare(
         number, feeler, *(_numbers(values[bands, i]) for values in (lit.diffuse, lit.highlight, lit.brings))

@@ -26,7 +26,7 @@ _SPAWNS: Final = {
 
 @dataclass(eq=False)
 class Seen:
-    """What was seen of a queue: arrays whose last axis is the number of the ray, as `Stage.values` gives them.
+    """What was seen of a queue: arrays as `Stage.values` gives them, the number of the ray their last axis.
 
     parents: of each ray, the number of a queue of the generation before, and of a ray in it. emission,
     ambient, local: what needs no feeler, by term and in all. brings: with what the lights add; spawn: the
@@ -96,7 +96,7 @@ class Watcher:
 
 
 def parents_of(child: Queue, before: list[Seen], ambient_samples: int) -> list[tuple[int, int]]:
-    """Of each ray of a new queue of one pixel: the number of a queue of the generation before, and of a ray in it.
+    """Of each ray of a new queue of one pixel: the numbers of a queue of the generation `before` and of a ray.
 
     The children of one queue stand behind those of the other (`passes.spawn`).
     """

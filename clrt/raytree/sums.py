@@ -52,11 +52,13 @@ def carried(ray: Ray, bands: int) -> tuple[slice, np.ndarray]:
     return slice(ray.first_band, last), values[: last - ray.first_band]
 
 
-def luminance(ray: Ray, bands: int, response: np.ndarray | None) -> float:
-    """How bright what a ray brings is; not more than the kernels can hold, and 0 for what is no number."""
-    here, values = carried(ray, bands)
-    total = np.nan_to_num(values.astype(np.float64), posinf=layout.BRIGHTEST)
-    rows = np.array(_REC709) if response is None or len(response) != 3 else np.array(_REC709) @ response
-    if len(rows) != bands:  # the thesis program's own colours are no sum of bands
-        rows = np.ones(bands)
-    return float(rows[here] @ total)
+def luminance_of(
+    values: Sequence[float], first_band: int, bands: int, response: np.ndarray | None
+) -> float:
+    """How bright light in these bands is; not more than the kernels can hold, and 0 for what is no number."""
+    rows = np.array(_REC709) if response is None else np.ones(bands)
+    if response is not None and len(response) == 3:  # the thesis program's own colours are no sum of bands
+        rows = np.array(_REC709) @ response
+    light = np.nan_to_num(np.array(values, float), posinf=layout.BRIGHTEST)
+    part = rows[first_band : first_band + len(light)]
+    return float(part @ light[: len(part)])

@@ -14,7 +14,7 @@ import numpy as np
 
 from clrt.base import arguments
 from clrt.base.arguments import public
-from clrt.raytree.sums import luminance, pixel_of
+from clrt.raytree.sums import luminance_of, pixel_of
 from clrt.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -154,11 +154,18 @@ class RayTree:
         return pixel_of(self.rays, self.samples, self.bands, self.response)
 
     @cached_property
+    def luminance(self) -> float:
+        """Of all that the rays bring, before it is divided by the samples."""
+        return sum(self._bright(ray) for ray in self.rays)
+
+    @cached_property
     def shares(self) -> tuple[float, ...]:
         """Of each ray, by its number, the part of the pixel's luminance that it brings; 0 of a black one."""
-        whole = [luminance(ray, self.bands, self.response) for ray in self.rays]
-        total = sum(whole)
-        return tuple(value / total if total else 0.0 for value in whole)
+        total = self.luminance
+        return tuple(self._bright(ray) / total if total else 0.0 for ray in self.rays)
+
+    def _bright(self, ray: Ray) -> float:
+        return luminance_of(ray.brings or (), ray.first_band, self.bands, self.response)
 
     @cached_property
     def branch_shares(self) -> tuple[float, ...]:

@@ -51,6 +51,7 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
     ],
     "convert": [(["convert", "{scene}", "{out}"], ".json"), (["convert", "{scene}", "{out}"], ".toml"),
                 (["convert", "{scene}", "{out}"], ".xml")],
+    "explain": [(["explain", "{scene}", "0", "0", "-o", "{out}"], ending) for ending in (".json", ".html")],
     "sweep": [
         (["sweep", "{scene}", "--set", "ambient=0.1", "-o", "{out}"], ".png"),
         (["sweep", "{scene}", "--set", "ambient=0,1", "-o", "n{{index}}.png", "--manifest", "{out}"], ""),
@@ -79,6 +80,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     Path("ball.toml").write_text(ROOM)
     Path("room.toml").write_text(f'background = "sky.exr"\n{ROOM}{MESHES}')
     monkeypatch.setattr(clrt, "render", lambda *_, **__: pytest.fail("it renders"))
+    monkeypatch.setattr("clrt.engine.tracer.Tracer.explain", lambda *_, **__: pytest.fail("it explains"))
     monkeypatch.setattr("clrt.bench.suite.run", lambda *_: pytest.fail("it measures"))
     return tmp_path
 
