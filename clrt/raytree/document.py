@@ -19,7 +19,7 @@ def document(tree: RayTree) -> dict[str, Any]:
         "value": _list(tree.value.tolist()), "bands": tree.bands,
         "response": None if tree.response is None else tree.response.tolist(),
         **tree.stats(),
-        "rays": [_ray(tree, ray) for ray in tree.rays],
+        "tree": [_ray(tree, ray) for ray in tree.rays],
     }  # fmt: skip
 
 

@@ -39,20 +39,25 @@ def page(tree: RayTree) -> str:
     SubElement(head, "meta", {"charset": "utf-8"})
     SubElement(head, "meta", {"http-equiv": "Content-Security-Policy", "content": _POLICY})
     SubElement(head, "meta", {"name": "viewport", "content": "width=device-width, initial-scale=1"})
-    SubElement(head, "title").text = legible(title(tree))
+    SubElement(head, "title").text = title(tree)
     SubElement(head, "style").text = _STYLE
     SubElement(html, "body").append(_content(tree))
-    return f"<!DOCTYPE html>\n{tostring(html, encoding='unicode', method='html')}\n"
+    return f"<!DOCTYPE html>\n{_text(html)}\n"
 
 
 def fragment(tree: RayTree) -> str:
     """What a notebook shows: the same without head and style."""
-    return tostring(_content(tree), encoding="unicode", method="html")
+    return _text(_content(tree))
+
+
+def _text(element: Element) -> str:
+    """As HTML, without characters that turn the direction of writing, or that no HTML can hold."""
+    return str(legible(tostring(element, encoding="unicode", method="html")))
 
 
 def _content(tree: RayTree) -> Element:
     main = Element("main")
-    SubElement(main, "h1").text = legible(title(tree))
+    SubElement(main, "h1").text = title(tree)
     about = SubElement(main, "p")
     SubElement(about, "span", {"class": "swatch", "style": f"background: {_css(tree.value)}"})
     SubElement(about, "span").text = summary(tree)
@@ -89,14 +94,14 @@ def _branches(tree: RayTree, main: Element) -> None:
         SubElement(line, "span", {"class": "bar", "style": width}).tail = " "
         colour = "color: rgb({}, {}, {})".format(*COLOURS[ray.kind])
         SubElement(line, "span", {"class": "kind", "style": colour}).text = "\u25cf "
-        SubElement(line, "span").text = legible(heading(tree, ray))
+        SubElement(line, "span").text = heading(tree, ray)
         items = SubElement(own, "ul")
         for found in lines(tree, ray):
             item = SubElement(items, "li", {} if found.colour else {"class": "dim"})
             if found.colour:
                 SubElement(item, "span", {"class": "share"}).text = percent(found.share)
             text = f"{found.text}: {found.colour}" if found.colour else found.text
-            SubElement(item, "span").text = legible(text)
+            SubElement(item, "span").text = text
         inner = own if ray.generation < _NESTED else above
         todo += [(child, inner) for child in reversed(ray.children)]
 
