@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
-from typing import TYPE_CHECKING, Any
+import sys
+from typing import TYPE_CHECKING, Any, Final
 
 from clrt.base.errors import ClrtError, legible
 from clrt.base.resources import scene_file
@@ -13,6 +14,8 @@ from clrt.cli.terminal import console, marked
 
 if TYPE_CHECKING:
     from clrt.raytree.tree import Ray, RayTree
+
+_ENDLESS: Final = 1 << 16
 
 
 def run(options: argparse.Namespace) -> int:
@@ -42,7 +45,9 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(legible(tree.as_dict()), allow_nan=False))
     elif not options.quiet and not options.output:
-        console(highlight=False).print(shown(tree, options.least / 100))
+        # for a file or a program lines are as long as they are
+        width = None if sys.stdout.isatty() else _ENDLESS
+        console(width=width, highlight=False).print(shown(tree, options.least / 100))
     elif not options.quiet:
         from clrt.raytree.words import summary, title
 
@@ -60,7 +65,7 @@ def shown(tree: RayTree, least: float) -> Any:
     todo = [(root, top) for root in reversed(tree.roots)]
     while todo:
         ray, above = todo.pop()
-        own = _branch(tree, ray, above)
+        own = _branch(tree, ray, above, least)
         kept = [child for child in ray.children if tree.branch_shares[child.number] >= least]
         cut = [child for child in ray.children if tree.branch_shares[child.number] < least]
         if cut:
@@ -70,7 +75,7 @@ def shown(tree: RayTree, least: float) -> Any:
     return top
 
 
-def _branch(tree: RayTree, ray: Ray, above: Any) -> Any:
+def _branch(tree: RayTree, ray: Ray, above: Any, least: float) -> Any:
     from clrt.raytree.words import heading, lines, percent
 
     colour = {"camera": "bold", "reflection": "red", "transmission": "blue", "ambient": "magenta"}[ray.kind]
@@ -78,8 +83,9 @@ def _branch(tree: RayTree, ray: Ray, above: Any) -> Any:
     own = above.add(f"[bold]{share}[/] [{colour}]{marked(heading(tree, ray))}[/]")
     for line in lines(tree, ray):
         if line.colour:
-            own.add(f"{percent(line.share)} {marked(line.text)}: {marked(line.colour)}")
-        else:
+            if line.share >= least:
+                own.add(f"{percent(line.share)} {marked(line.text)}: {marked(line.colour)}")
+        elif line.why or not least:
             own.add(f"[dim]{marked(line.text)}[/]")
     return own
 
@@ -87,5 +93,5 @@ def _branch(tree: RayTree, ray: Ray, above: Any) -> Any:
 def _more(count: int, share: float) -> str:
     from clrt.raytree.words import percent
 
-    rays = f"{count} more ray{'s' if count > 1 else ''}"
-    return f"{rays} with what they spawn: {percent(share)} (--least 0 shows all)"
+    rays = f"{count} more rays and what they spawn" if count > 1 else "1 more ray and what it spawns"
+    return f"{rays}: {percent(share)} (--least 0 shows all)"

@@ -96,7 +96,7 @@ class Watcher:
 
 
 def parents_of(child: Queue, before: list[Seen], ambient_samples: int) -> list[tuple[int, int]]:
-    """Of each ray of a new queue of one pixel: the numbers of a queue of the generation `before` and of a ray.
+    """Of each ray of a pixel's new queue: numbers of a queue of the generation `before`, and of a ray in it.
 
     The children of one queue stand behind those of the other (`passes.spawn`).
     """

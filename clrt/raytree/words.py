@@ -14,11 +14,15 @@ if TYPE_CHECKING:
 
 
 class Line(NamedTuple):
-    """What a term is, what of the pixel it brings (0 to 1), and its colour as text; "" for nothing."""
+    """What a term is, what of the pixel it brings (0 to 1), and its colour as text; "" for nothing.
+
+    why: it says why there is no light.
+    """
 
     text: str
     share: float
     colour: str
+    why: bool = False
 
 
 def title(tree: RayTree) -> str:
@@ -60,7 +64,7 @@ def lines(tree: RayTree, ray: Ray) -> list[Line]:
     for light in ray.lights:
         found += _light(tree, ray, light)
     if ray.total_internal:
-        found.append(Line("total internal reflection: nothing is transmitted", 0.0, ""))
+        found.append(Line("total internal reflection: nothing is transmitted", 0.0, "", True))
     return found
 
 
@@ -70,7 +74,7 @@ def _light(tree: RayTree, ray: Ray, light: LightShare) -> list[Line]:
         return []
     if not feeler.seen:
         behind = [f"{tree.names.shape(met.shape)} after {met.t:.4g}" for met in feeler.met[-1:]]
-        return [Line(f"{name}: blocked by {behind[0] if behind else 'what is there'}", 0.0, "")]
+        return [Line(f"{name}: blocked by {behind[0] if behind else 'what is there'}", 0.0, "", True)]
     through = ""
     if feeler.met:
         through = f" through {', '.join(tree.names.shape(met.shape) for met in feeler.met)}"

@@ -32,7 +32,8 @@ def check_sums(tree: RayTree, image: clrt.Image, one: clrt.Image) -> None:
     counts = tree.stats()
     assert {name: one.stats[name] for name in counts} == counts
     for ray in tree.rays:
-        terms = [ray.emission, ray.ambient, ray.background, ray.beyond, *(light.brings for light in ray.lights)]
+        terms = [ray.emission, ray.ambient, ray.background, ray.beyond]
+        terms += [light.brings for light in ray.lights]
         total = np.sum(terms, axis=0)
         brings = np.array(ray.brings or np.zeros(len(total)))
         # each of the sums was rounded to float32 on its way
@@ -233,4 +234,4 @@ def test_what_cannot_be_explained_is_said(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("clrt.engine.explain.MOST_LIGHTS", 0)
     with pytest.raises(clrt.LimitError, match=r"lights; at most 0"):
         tracer.explain(32, 20, width=64)
-    assert tracer.render(width=16).hash == clrt.render("ambient", width=16).hash  # and nothing was left behind
+    assert tracer.render(width=16).hash == clrt.render("ambient", width=16).hash

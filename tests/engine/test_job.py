@@ -29,8 +29,9 @@ from validation.ours import Shares
 from validation.twin.compare import Lockstep
 
 ROOT = Path(__file__).parents[2]
-# Who may launch a pass of the loop. `film.py` makes layers of single terms of generation 0, `apart.py` takes a pixel's
-# light apart; the others ask about rays that nothing follows. What is not named here has one caller: the loop or the job around it.
+# Who may launch a pass of the loop. `film.py` makes layers of single terms of generation 0, `apart.py` takes
+# a pixel's light apart; the others ask about rays that nothing follows. What is not named here has one
+# caller: the loop or the job around it.
 CALLERS = {
     "generate": {"clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1},
     "adopt": {
