@@ -13,7 +13,7 @@ import numpy as np
 from clrt import layout
 from clrt.device.device import Device
 from clrt.engine import passes
-from clrt.engine.queues import Hits, Queue
+from clrt.engine.queues import Queue, QueueHits
 from clrt.engine.world import World
 from clrt.raytree.tree import Crossing
 
@@ -34,18 +34,18 @@ class LitBy:
     met: list[tuple[Crossing, ...]]
 
 
-def by_term(device: Device, world: World, queue: Queue, hits: Hits, last: bool, name: str) -> np.ndarray:
+def by_term(device: Device, world: World, queue: Queue, hits: QueueHits, last: bool, name: str) -> np.ndarray:
     """What a term that needs no feeler brings, weighted: (bands, n) float32. Rays that miss have none."""
-    lit = passes.light(device, world, queue, hits, last, layout.TERMS[f"TERM_{name.upper()}"])
+    lit = passes.shade(device, world, queue, hits, last, layout.TERMS[f"TERM_{name.upper()}"])
     return lit.decoded(queue)["local"]
 
 
-def by_light(device: Device, alone: World, queue: Queue, hits: Hits, last: bool) -> LitBy:
+def by_light(device: Device, alone: World, queue: Queue, hits: QueueHits, last: bool) -> LitBy:
     """What the only light of a world brings."""
     found = []
     feelers = None
     for term in (layout.TERMS["TERM_DIFFUSE"], layout.TERMS["TERM_HIGHLIGHT"], _DIRECT):
-        lit = passes.light(device, alone, queue, hits, last, term)
+        lit = passes.shade(device, alone, queue, hits, last, term)
         feelers = passes.feelers(device, alone, queue, hits, lit)
         passes.illuminate(device, alone, queue, hits, lit, feelers, term)
         found.append(lit.decoded(queue)["local"])

@@ -30,13 +30,13 @@ def explain(
     if world.lights > MOST_LIGHTS:
         text = f"the scene has {world.lights} lights; at most {MOST_LIGHTS} can be explained"
         raise LimitError(f"explain: {text}")
-    watcher = Watcher(device, world, job.depth)
+    watcher = Watcher(device, world, job.max_depth)
     pixel = np.array([place[1] * size[0] + place[0]], np.uint32)
     tile = complete(job.trace(device, world, pixel, (watcher,)))
     device.finish()
     flat, value = job.flat, tile.layers["image"][0]
     rays = rays_of(watcher.generations, flat)
-    return RayTree(scene, *place, *size, job.samples, job.depth, flat.bands, flat.response, value, rays)
+    return RayTree(scene, *place, *size, job.samples, job.max_depth, flat.bands, flat.response, value, rays)
 
 
 def rays_of(generations: list[list[Seen]], flat: FlatScene) -> tuple[Ray, ...]:
@@ -76,7 +76,7 @@ def _ray(
     seen: Seen, queue: int, i: int, own: int, sample: int, parent: int | None, children: tuple[Ray, ...],
     flat: FlatScene,
 ) -> Ray:  # fmt: skip
-    carried, narrow = seen.queue.device.rays.carried, seen.queue.narrow
+    carried, narrow = seen.queue.device.ray_format.carried, seen.queue.narrow
     bands = slice(0, carried)
     word = int(seen.spawn[i])
     rays, hits = seen.rays, seen.hits

@@ -32,8 +32,8 @@ TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
 
 _FINITE: Final = float(np.finfo(np.float32).max)
 
-Rays = tuple[np.ndarray, ...]  # as `rayinput.ray_chunks` gives them
-Piece = TypeVar("Piece", np.ndarray, Rays)  # numbers of pixels, (n,) uint32; or a caller's rays
+GivenRays = tuple[np.ndarray, ...]  # as `rayinput.ray_chunks` gives them
+Piece = TypeVar("Piece", np.ndarray, GivenRays)  # numbers of pixels, (n,) uint32; or a caller's rays
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ class Job:
     """What is asked of a scene, and nothing of how far it is: pieces are traced in any order, anywhere.
 
     flat: the scene. camera: a record of `flatten_camera`, or None where the pieces are a caller's rays.
-    depth: the last generation. layers: as `layers.check_layers` gives them. A job can be pickled: what
-    another process needs beside it is `World(Device(None, job.settings, job.flat.rays), job.flat)`.
+    max_depth: the last generation. layers: as `layers.check_layers` gives them. A job can be pickled: what
+    another process needs beside it is `World(Device(None, job.settings, job.flat.ray_format), job.flat)`.
     """
 
     flat: FlatScene
-    depth: int
+    max_depth: int
     camera: np.ndarray | None = None
     layers: tuple[str, ...] = ()
     settings: Settings = field(default_factory=Settings)
@@ -69,7 +69,7 @@ class Job:
         self,
         device: Device,
         world: World,
-        piece: np.ndarray | Rays,
+        piece: np.ndarray | GivenRays,
         observers: Sequence[Observer] = (),
         budget: int | None = None,
     ) -> Work[Tile]:
@@ -92,7 +92,7 @@ class Job:
         hits = passes.closest(device, world, queue)
         tell(observers, "closest", 0, queue, hits)
         film = Film(device, queue.n // self.samples, self.layers)
-        rays = yield from trace(device, world, queue, hits, film, self.depth, budget, observers)
+        rays = yield from trace(device, world, queue, hits, film, self.max_depth, budget, observers)
         found: dict[str, np.ndarray] = {}
         if any(comes_from(name, Geometry) for name in self.layers):
             found = passes.geometry(device, world, queue, hits, self.samples)
@@ -125,11 +125,11 @@ class Job:
             "size": f"{width} x {height}",
             "spp": str(self.samples),
             "crop": " ".join(map(str, window)),
-            "max_depth": str(self.depth),
+            "max_depth": str(self.max_depth),
             "layers": ",".join(self.layers),
             "scene": self.flat.hash,
             "camera": hashlib.sha256(self.camera.tobytes()).hexdigest(),
-            "kernels": hashlib.sha256(kernel_source(self.flat.rays).encode()).hexdigest(),
+            "kernels": hashlib.sha256(kernel_source(self.flat.ray_format).encode()).hexdigest(),
         }
 
     def ranges(self) -> dict[str, tuple[float, float]]:

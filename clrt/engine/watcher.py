@@ -11,7 +11,7 @@ from clrt import layout
 from clrt.base.errors import LimitError
 from clrt.device.device import Device
 from clrt.engine.apart import LitBy, by_light, by_term
-from clrt.engine.queues import AMBIENT, REFLECTION, TRANSMISSION, Hits, Queue
+from clrt.engine.queues import AMBIENT, REFLECTION, TRANSMISSION, Queue, QueueHits
 from clrt.engine.stage import Stage
 from clrt.engine.world import World
 
@@ -37,7 +37,7 @@ class Seen:
     queue: Queue
     rays: dict[str, np.ndarray]
     parents: list[tuple[int, int]]
-    met: Hits | None = None
+    met: QueueHits | None = None
     hits: dict[str, np.ndarray] = field(default_factory=dict)
     emission: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), np.float32))
     ambient: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), np.float32))
@@ -63,9 +63,9 @@ class Watcher:
         seen = next((s for s in self.generations[stage.generation] if s.queue is stage.queue), None)
         if seen is None:
             return
-        if isinstance(stage.wrote, Hits):
+        if isinstance(stage.wrote, QueueHits):
             seen.met, seen.hits = stage.wrote, stage.values()
-        elif stage.name == "light":
+        elif stage.name == "shade":
             values = stage.values()
             seen.local = values["local"]
             self._take_apart(seen, values["spawn"])

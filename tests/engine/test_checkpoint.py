@@ -17,31 +17,11 @@ import clrt
 from clrt.cli import main
 from clrt.images.file import read_samples
 from tests.disk import small_files
+from validation.reliability.scene import TEXT
 
-SCENE = """
-ambient = 0.1
-[camera]
-origin = [0, 1, 4]
-target = [0, 0, 0]
-width = 600
-height = 400
-[materials.glass]
-diffuse = 0.2
-reflection = 0.3
-transmission = 0.5
-[[lights]]
-type = "point"
-position = [3, 5, 4]
-[[shapes]]
-type = "sphere"
-center = [0, 0, 0]
-radius = 1
-material = "glass"
-[[shapes]]
-type = "plane"
-point = [0, -1, 0]
-normal = [0, 1, 0]
-"""
+# the ball and the floor of a scene that goes through every pass, larger and without files
+SCENE = "ambient = 0.1\n" + TEXT[TEXT.index("[camera]") : TEXT.index('[[shapes]]\ntype = "mesh"')]
+SCENE = SCENE.replace("width = 24", "width = 600").replace("height = 18", "height = 400")
 LAYERS = ("reflection", "depth", "shape")
 
 
@@ -155,7 +135,7 @@ def test_another_render_is_refused(scene: Path, options: dict[str, object], says
 def test_another_scene_camera_or_kernel_is_refused(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = scene.with_name("a.checkpoint")
     broken_off(clrt.Tracer(clrt.load(scene), settings=clrt.Settings(tile=2000)), path, 1, width=90)
-    for old, new, name in (("radius = 1", "radius = 1.01", "scene"), ("[0, 1, 4]", "[0, 1, 5]", "camera")):
+    for old, new, name in (("radius = 1.0", "radius = 1.01", "scene"), ("1.0, 4.0]", "1.0, 5.0]", "camera")):
         scene.write_text(SCENE.replace(old, new))
         with pytest.raises(clrt.ClrtError, match=f"another render: {name} was "):
             clrt.render(clrt.load(scene), width=90, checkpoint=path)

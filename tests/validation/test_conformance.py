@@ -37,7 +37,7 @@ PLANTED = {
     "a cosine": ("light.clh", "material->kd * cosine", "material->kd * 0.999f * cosine",
                  "illuminate", "local_radiance"),
     "ambient light": ("light.cl", "select(material->ka * colors", "select(material->ka * 1.001f * colors",
-                      "light", "local_radiance"),
+                      "shade", "local_radiance"),
     "a mirror": ("bounce.clh", "times(n, 2.0f * dot3(n, u))", "times(n, 1.9999f * dot3(n, u))",
                  "reflect", "child_rays"),
     "a mean": ("film.cl", "= film[i] / samples;", "= film[i] / (samples + 0.001f);", "resolve", "film"),
@@ -99,7 +99,7 @@ def test_the_program_passes_where_the_kernels_are_right(tmp_path: Path) -> None:
     device = planted("a sphere", tmp_path)
     fault = first_fault(device)
     place = bundle.write_bundle(tmp_path, "a sphere", "differs", device, fault)
-    right = Device().variant(scenes["spheres"][1].rays)
+    right = Device().variant(scenes["spheres"][1].ray_format)
     (place / "kernels.cl").write_text(right.kernels.source)
     ran = reproduce(place)
     assert ran.returncode == 0, ran.stdout + ran.stderr
