@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, Final, NoReturn
 
 import tomli
 
@@ -18,6 +18,8 @@ from clrt.base.places import At, PlacedError
 from clrt.formats import toml_scan
 from clrt.formats.lines import json_line, toml_key, toml_line
 from clrt.scene.scene import Scene, read_scene
+
+_DEEP: Final = "nesting: deeper than Python's own readers follow, whatever the limit"
 
 
 def load(path: Path, limits: Limits) -> Scene:
@@ -33,7 +35,7 @@ def load(path: Path, limits: Limits) -> Scene:
             else:
                 table = _parse_json(text)
     except RecursionError:
-        raise LimitError(located(source, "", f"nesting: deeper than the limit of {limits.nesting}")) from None
+        raise LimitError(located(source, "", _DEEP)) from None
     except ValueError as error:  # TOML and JSON errors both carry the line
         raise SceneError(located(source, "", f"wrong syntax: {error}{_named(text, error)}")) from None
     del text  # as large as what is made of it now
@@ -77,7 +79,7 @@ def _value(text: str, limits: Limits, source: str) -> Any:
         toml_scan.check(line, limits, source)
         table = tomli.loads(line)
     except RecursionError:
-        raise LimitError(located(source, "", f"nesting: deeper than the limit of {limits.nesting}")) from None
+        raise LimitError(located(source, "", _DEEP)) from None
     except ValueError:
         return text
     return table["x"] if len(table) == 1 else text

@@ -12,6 +12,7 @@ import clrt
 from clrt import LimitError, Limits
 from clrt.base.errors import SceneError
 from clrt.base.files import read_text_bytes
+from clrt.formats.native import value_list
 from clrt.formats.toml_scan import check
 from clrt.meshfiles.planar import flaws, is_sound, same_turn
 
@@ -139,3 +140,13 @@ def test_a_number_is_no_longer_than_python_reads() -> None:
     check(f"a = {'1' * 4300}\nb = 'x{'1' * 5000}'\n{'c' * 5000} = 1", Limits(), "a.toml")
     with pytest.raises(SceneError, match=r"a\.toml: '-0\.1+\.\.\. is a number of 5 003 characters; 4300"):
         check(f"a = [1, -0.{'1' * 5000}]", Limits(), "a.toml")
+
+
+@pytest.mark.parametrize("suffix", ["toml", "json"])
+def test_a_high_limit_of_nesting_is_not_python_s(tmp_path: Path, suffix: str) -> None:
+    limits, deep = Limits(nesting=10**6), "[" * 5000 + "]" * 5000
+    (tmp_path / f"a.{suffix}").write_text(f"a = {deep}" if suffix == "toml" else deep)
+    with pytest.raises(LimitError, match="nesting: deeper than Python's own readers follow"):
+        clrt.load(tmp_path / f"a.{suffix}", limits=limits)
+    with pytest.raises(LimitError, match="nesting: deeper than Python's own readers follow"):
+        value_list(deep, limits, "--set a")

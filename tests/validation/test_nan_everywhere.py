@@ -31,7 +31,7 @@ PLANTED = {
     "own light": ("light.cl", "weight[b] * (emission + ambient), mine",
                   "weight[b] * (emission + ambient) + (0.0f / 0.0f), mine", "light"),
     "a light's": ("light.clh", "radiance[b] = in_band(light->intensity, s, b) * to.factor",
-                  "radiance[b] = sqrt(-1.0f - falloff) * in_band(light->intensity, s, b) * to.factor",
+                  "radiance[b] = sqrt(-1.0f - to.factor) * in_band(light->intensity, s, b) * to.factor",
                   "illuminate"),
 }  # fmt: skip
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError
+from clrt.device import intel
 from clrt.device.device import Device
 from clrt.device.opencl import cl
 from clrt.version import __version__
@@ -70,9 +71,16 @@ def write_bundle(folder: Path, check: str, detail: str, device: Device, fault: F
                 items=launch.items, local=launch.local, argument=fault.argument, word=fault.word,
                 name=name, item=item, expected=fault.expected, found=fault.found, label=device.info.label,
                 platform=str(device.driver.device.platform.version), count=len(launch.before),
+                library=_library(device),
             ))  # fmt: skip
     _text(place / "report.json", json.dumps(report, indent=1) + "\n")
     return place
+
+
+def _library(device: Device) -> str | None:
+    """Of a driver that clrt found where no loader looks."""
+    found = intel.library() if device.info.platform == intel.PLATFORM else None
+    return None if found is None else str(found)
 
 
 def about(device: Device) -> dict[str, str]:

@@ -12,6 +12,7 @@ import random
 import stat
 import struct
 from dataclasses import dataclass, field
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,6 +28,8 @@ TREE: Final = {
     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}],
     "scenes": [{"nodes": [0]}],
 }  # fmt: skip
+_ALL: Final = 1 << 20  # bytes of arguments; Linux takes 2 MiB of them and the environment
+_EACH: Final = 9  # bytes beside an argument's own: its end and its address
 SCENE: Final = seeds.as_toml({**seeds.RESUMED, "max_depth": 2})
 
 
@@ -76,7 +79,14 @@ def make(seed: int, index: int) -> Command:
     run = draw.choice(_RUNS)(draw)
     for _ in range(draw.choice((1, 1, 2))):
         draw.choice(_CHANGES)(draw, run)
+    run.arguments = _startable(run.arguments)
     return run
+
+
+def _startable(arguments: list[bytes]) -> list[bytes]:
+    """The first ones, as many as a process can be started with: a system has limits of its own."""
+    ends = accumulate(len(argument) + _EACH for argument in arguments)
+    return [argument for argument, end in zip(arguments, ends, strict=True) if end <= _ALL]
 
 
 def _render(draw: random.Random) -> Command:
