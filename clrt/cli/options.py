@@ -69,6 +69,7 @@ def parser() -> _Parser:
     names = ", ".join((*LAYERS, "generation_0 ..."))
     render.add_argument("--layers", type=_names, default=(), metavar="A,B", help=f"all, or some of {names}")
     render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
+    render.add_argument("--trace", metavar="FILE.json", help=_TRACE)
     render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
     render.add_argument("--bits", type=whole, choices=(8, 16), help="bits per sample of .png and .tif (8)")
     render.add_argument("--checkpoint", metavar="FILE", help="keep what is finished; go on from it later")
@@ -146,9 +147,11 @@ def parser() -> _Parser:
     bench.add_argument("--rounds", type=whole, default=9, metavar="N", help="how often a case is timed (9)")
     bench.add_argument("--against", choices=("embree",), help="time Embree on the same rays, too")
     bench.add_argument("--json", metavar="FILE", help="write all times")
+    bench.add_argument("--trace", metavar="FILE.json", help=_TRACE)
     bench.add_argument("--compare", metavar="OLD.json", help="say what is slower or faster than it")
     bench.add_argument("--chart", metavar="FILE", help="draw the roofline chart: .png, .svg or .pdf")
-    _add_device(bench)
+    text = "number or part of a name: `clrt devices`; of two or more, each is timed, and their times compared"
+    bench.add_argument("--device", type=device, action="append", default=[], metavar="D", help=text)
 
     plot = command("plot-spectrum", "Draw a spectrum with its colours, or the matching functions.")
     plot.add_argument(
@@ -184,6 +187,7 @@ def _add_device(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--device", type=device, metavar="D", help="number or part of a name: `clrt devices`")
 
 
+_TRACE = "write when each pass, copy and wait was, for Perfetto"
 _FRAMES = ".mp4 .webm .mkv (lossless), or pictures: 'out/{index:03}_{camera.fov}.png'"
 _SWEPT = "values at a place: camera.fov=20:60:5 (5 from 20 to 60), materials.glass.ior=1.3,1.5"
 

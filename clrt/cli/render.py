@@ -13,6 +13,7 @@ from clrt.base.errors import ClrtError
 from clrt.base.resources import scene_file
 from clrt.cli import interrupted
 from clrt.cli.outputs import check_apart, check_spares
+from clrt.cli.tracing import tracing
 
 if TYPE_CHECKING:
     from clrt.images.image import Image
@@ -27,7 +28,8 @@ def run(options: argparse.Namespace) -> int:
         file = scene_file(options.scene)
         _check_outputs(options, file)
         start = time.perf_counter()
-        image = render(file, options, layers=options.layers)
+        with tracing(options.trace) as save_trace:
+            image = render(file, options, layers=options.layers)
         seconds = time.perf_counter() - start
         saved = image.save(options.output, options.exposure, options.bits)
         beside = []
@@ -35,6 +37,7 @@ def run(options: argparse.Namespace) -> int:
             beside = image.save_layers(options.output, options.exposure, options.bits)
         if options.stats:
             write_json(options.stats, image.stats, indent=2)
+        save_trace()
         if options.checkpoint:
             # not before: it is needed if saving fails; what a link leads to, as that was written
             Path(os.path.realpath(options.checkpoint)).unlink(missing_ok=True)
@@ -84,7 +87,7 @@ def summary(image: Image, path: Path, seconds: float) -> str:
 
 def _outputs(options: argparse.Namespace) -> dict[str, str]:
     """The files that are to be written, by option."""
-    given = {name: getattr(options, name, None) for name in ("output", "stats", "checkpoint")}
+    given = {name: getattr(options, name, None) for name in ("output", "stats", "trace", "checkpoint")}
     files = {f"--{name}": path for name, path in given.items() if path}
     return files | {f"--layers {name}": str(file) for name, file in _layer_files(options).items()}
 
@@ -125,8 +128,8 @@ def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
     check_apart(_outputs(options), {"the scene": scene})
     for file in _layer_files(options).values():
         check_replaceable(file)
-    if options.stats:
-        check_replaceable(options.stats)
+    for path in filter(None, (options.stats, options.trace)):
+        check_replaceable(path)
 
 
 def _holds_layers(output: str) -> bool:

@@ -27,6 +27,7 @@ from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, choose, command, pocl_version
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
+from clrt.device.timeline import current, now
 from clrt.device.tracks import Track, seconds_by_name
 from clrt.device.trial import plain
 from clrt.layout import parameters
@@ -93,6 +94,8 @@ class Driver:
         self.packet = 8 if eight else self.settings.lanes
         self._kernels: dict[layout.RayFormat, Kernels] = {}
         self._spans: list[tuple[int, int, str]] = []
+        timeline = current()
+        self.recorder = timeline.opened(self.info.label) if timeline else None  # None: nobody records
 
     def kernels(self, ray_format: layout.RayFormat) -> Kernels:
         """The kernels for rays that carry this."""
@@ -133,6 +136,8 @@ class Driver:
         """Wait for everything launched on a track, and note the time of each pass."""
         self.wait(track.queue.finish, "finish")
         self._spans += track.take_spans()
+        if self.recorder:
+            self.recorder.settle()
 
     def take_seconds(self) -> dict[str, float]:
         """Seconds by kernel since the last call, on all tracks."""
@@ -148,10 +153,13 @@ class Driver:
         driver. What is waited for goes on, and keeps its buffers and arrays until it is done.
         """
         check_process()
+        begin = now() if self.recorder else 0
         if threading.current_thread() is threading.main_thread():
             self.guard(_waiting.submit(action).result, what)
         else:
             self.guard(action, what)
+        if self.recorder:
+            self.recorder.waited(what, begin)
 
     def guard(self, action: Callable[[], Any], what: str) -> Any:
         """What a call of the driver gives; DeviceError where it is refused."""

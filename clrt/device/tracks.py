@@ -67,9 +67,9 @@ class Track:
     def launched(self, name: str, event: cl.Event) -> None:
         self._events.append((name, event))
 
-    def send(self, target: Any, array: np.ndarray) -> None:
+    def send(self, target: Any, array: np.ndarray) -> cl.Event:
         """Copy an array, which must not change until it is there, to a buffer; does not wait."""
-        kept(cl.enqueue_copy(self.queue, target, array, is_blocking=False))
+        return kept(cl.enqueue_copy(self.queue, target, array, is_blocking=False))
 
     def take_spans(self) -> list[tuple[int, int, str]]:
         """Begin and end (ns) and name of each kernel launched since the last call; all must be done."""

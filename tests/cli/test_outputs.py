@@ -45,6 +45,7 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
     "render": [
         (["render", "{scene}", "-o", "{out}"], ".png"),
         (["render", "{scene}", "-o", "new.png", "--stats", "{out}"], ""),
+        (["render", "{scene}", "-o", "new.png", "--trace", "{out}"], ""),
         (["render", "{scene}", "-o", "new.png", "--checkpoint", "{out}"], ""),
         (["render", "{scene}", "-o", "{stem}.png", "--layers", "depth"], ".depth.png"),
         (["render", "{scene}", "-o", "{stem}.png", "--layers", "all"], ".depth.png"),
@@ -62,6 +63,7 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
     ],
     "bench": [
         (["bench", "--scene", "{scene}", "--quick", "--rounds", "1", "--json", "{out}"], ""),
+        (["bench", "--scene", "{scene}", "--quick", "--rounds", "1", "--trace", "{out}"], ""),
         (["bench", "--scene", "ball.toml", "{scene}", "--quick", "--chart", "{out}"], ".svg"),
     ],
     "validate": [], "plot-spectrum": [],  # which read no scene of the user's; see below
