@@ -8,8 +8,8 @@ import sys
 from typing import TYPE_CHECKING, Any, Final
 
 from clrt.base.errors import ClrtError, legible
-from clrt.base.resources import scene_file
 from clrt.cli.outputs import check_apart, check_spares
+from clrt.cli.source import read, scene_path
 from clrt.cli.terminal import console, marked
 
 if TYPE_CHECKING:
@@ -22,10 +22,9 @@ def run(options: argparse.Namespace) -> int:
     """Print the tree, or JSON, or write files. ClrtError, before rendering, where one cannot be written."""
     import clrt
     from clrt.formats.native import with_values
-    from clrt.formats.shipped import load_scene
     from clrt.raytree.files import check
 
-    file = scene_file(options.scene)
+    file = scene_path(options.scene)
     if not 0 <= options.least <= 100:
         raise ClrtError(f"--least: {options.least} is not allowed; it must be from 0 to 100 percent")
     outputs = {f"-o ({name})" if number else "-o": name for number, name in enumerate(options.output)}
@@ -33,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     for name in options.output:
         check(name)
     limits = clrt.Limits(**dict(options.limit))
-    scene = with_values(load_scene(file, limits=limits), options.set)
+    scene = with_values(read(file, limits), options.set)
     check_spares(outputs, scene)
     settings = clrt.Settings(threads=options.threads, limits=limits)
     with clrt.Tracer(scene, options.device, settings) as tracer:

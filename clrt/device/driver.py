@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import sys
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, cached_property
@@ -21,6 +22,7 @@ import numpy as np
 
 from clrt import layout
 from clrt.base.errors import DeviceError
+from clrt.base.log import log
 from clrt.base.resources import kernel_folder
 from clrt.device import binaries, kernelcache
 from clrt.device.opencl import cl
@@ -92,6 +94,7 @@ class Driver:
         # PoCL 3.0's compiler hangs or aborts on float16; Oclgrind takes its upper half for uninitialised
         eight = "Oclgrind" in self.info.platform or (0,) < pocl_version(self.info) < (3, 1)
         self.packet = 8 if eight else self.settings.lanes
+        log.info("device: %s, %d bits wide packets", self.info.label, 32 * self.packet)
         self._kernels: dict[layout.RayFormat, Kernels] = {}
         self._spans: list[tuple[int, int, str]] = []
         timeline = current()
@@ -107,6 +110,12 @@ class Driver:
 
     def build(self, source: str) -> cl.Program:
         """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
+        begin = time.perf_counter()
+        built = self._build(source)
+        log.info("program of %d characters ready in %.2f s", len(source), time.perf_counter() - begin)
+        return built
+
+    def _build(self, source: str) -> cl.Program:
         check_process()
         digest = hashlib.sha256(f"{self.info.label} {self.info.driver} {source}".encode()).hexdigest()[:16]
         # a folder of PoCL's is for one process at a time; other programs are files of their own

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt import layout
+from clrt.base.log import log
 from clrt.device import hugepages
 from clrt.device.device import Device
 from clrt.flatten.flatten import FlatScene
@@ -80,7 +81,9 @@ class World:
         buffers["scene"] = device.upload(info)
         self.flat, self._buffers = flat, buffers
         self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
-        self.small = int(info["nodes"][0]) < _SMALL
+        nodes = int(info["nodes"][0])
+        log.info("scene on the device: %d primitives, tree of %d nodes", int(info["primitives"][0]), nodes)
+        self.small = nodes < _SMALL
         self.lights = int(info["lights"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])

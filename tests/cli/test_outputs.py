@@ -67,7 +67,8 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
         (["bench", "--scene", "ball.toml", "{scene}", "--quick", "--chart", "{out}"], ".svg"),
     ],
     "validate": [], "plot-spectrum": [],  # which read no scene of the user's; see below
-    "hash": [], "compare": [], "devices": [], "doctor": [], "scenes": [], "selftest": [],  # write nothing
+    # write nothing
+    "hash": [], "check": [], "compare": [], "devices": [], "doctor": [], "scenes": [], "selftest": [],
 }  # fmt: skip
 """Every command; for each of its outputs a command line, and how the output's name has to end."""
 
