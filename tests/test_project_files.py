@@ -22,7 +22,7 @@ def test_the_citation_is_of_this_version() -> None:
 
 
 def test_the_recipe_needs_what_the_wheel_needs() -> None:
-    text = (ROOT / "packaging" / "conda" / "recipe.yaml").read_text("utf-8")
+    text = (ROOT / "installers" / "conda" / "recipe.yaml").read_text("utf-8")
     assert f'version: "{__version__}"' in text and PROJECT["description"].split(":")[0] in text
     run = text.split("  run:\n")[1].split("\ntests:")[0]
     listed = dict(re.findall(r"- ([\w-]+) >=([\d.]+)", run))
