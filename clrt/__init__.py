@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from clrt.formats.shipped import load
     from clrt.images.image import Image, read_image
     from clrt.judging.verdict import Verdict, compare
+    from clrt.raytree.tree import RayTree
     from clrt.scene.camera import Camera
     from clrt.scene.scene import Scene
 
@@ -47,15 +48,16 @@ _HOMES = {
     "clrt.formats.shipped": ("load",),
     "clrt.judging.verdict": ("Verdict", "compare"),
     "clrt.engine.answers": ("Crossings", "Hits"),
+    "clrt.raytree.tree": ("RayTree",),
     "clrt.engine.tracer": ("Tracer", "render"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Camera", "ClrtError", "ClrtWarning", "Crossings", "DeviceError", "DeviceInfo", "Hits", "Image",
-    "LimitError", "Limits", "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "Verdict",
-    "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image", "render", "sweep",
-    "turntable",
+    "LimitError", "Limits", "RayMeshIntersector", "RayTree", "Scene", "SceneError", "Settings", "Tracer",
+    "Verdict", "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image", "render",
+    "sweep", "turntable",
 ]  # fmt: skip
 
 

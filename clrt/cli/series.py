@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 from clrt.base.atomic import check_replaceable, replacing
 from clrt.base.errors import ClrtError
 from clrt.cli import interrupted
+from clrt.cli.source import read, stem
 
 if TYPE_CHECKING:
     from clrt.engine.tracer import Tracer
@@ -38,12 +39,11 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     import clrt
     from clrt.cli.outputs import check_apart, check_spares
     from clrt.cli.progress import progress
-    from clrt.formats.shipped import load_scene
     from clrt.images.naming import frame_name
     from clrt.images.video import SUFFIXES
 
     limits = clrt.Limits(**dict(options.limit))
-    scene, series = values_of(load_scene(file, limits=limits), options)
+    scene, series = values_of(read(file, limits), options)
     film = Path(options.output).suffix.lower() in SUFFIXES
     names = [options.output] if film else [frame_name(options.output, i, v) for i, v in enumerate(series)]
     if len(set(names)) < (1 if film else len(series)):
@@ -62,7 +62,8 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
         "width": options.width, "height": options.height, "spp": options.spp, "max_depth": options.max_depth,
         "crop": tuple(options.crop) if options.crop else None,
     }  # fmt: skip
-    with clrt.Tracer(scene, options.device, settings) as tracer, progress(file.stem, options.quiet) as report:
+    name = stem(file)
+    with clrt.Tracer(scene, options.device, settings) as tracer, progress(name, options.quiet) as report:
         frames = Frames(tracer, scene, series, picture, report)
         if film:
             rows = _to_video(frames, options)

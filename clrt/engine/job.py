@@ -17,7 +17,7 @@ from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.engine import passes
-from clrt.engine.film import Film, finished
+from clrt.engine.film import Film
 from clrt.engine.immersion import immerse
 from clrt.engine.schedule import Work, interleaved
 from clrt.engine.stage import Observer, tell
@@ -26,6 +26,7 @@ from clrt.engine.wavefront import RayCounts, trace
 from clrt.engine.world import World
 from clrt.flatten.camera import near_corners
 from clrt.flatten.flatten import FlatScene
+from clrt.spectra.colorimetry import finished
 
 TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
 
@@ -143,7 +144,7 @@ class Job:
             if len(response) == 3:  # but colours beyond what red, green and blue show are; rounded sums
                 most = 1.001 * brightest * float(np.abs(response).sum(axis=1).max())
                 return -most, most
-            return -_FINITE, brightest  # `film.finished` bounds it above
+            return -_FINITE, brightest  # `colorimetry.finished` bounds it above
 
         special = {
             "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),

@@ -22,6 +22,7 @@ from clrt.engine import passes, queries
 from clrt.engine.answers import Crossings, Hits, check_fields
 from clrt.engine.batch import Batch
 from clrt.engine.checkpoint import Checkpoint
+from clrt.engine.explain import explain
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture
 from clrt.engine.provenance import metadata, stats
@@ -35,6 +36,7 @@ from clrt.flatten.flatten import bands_of, check_ceilings, flatten, flatten_came
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.layout import ceilings
+from clrt.raytree.tree import RayTree
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Document, Scene
 
@@ -258,6 +260,28 @@ class Tracer:
             found[0, pixels], found[1, pixels] = lines["origin"].T, lines["direction"].T
         origins, directions = found.reshape(2, height, width, 3)
         return origins, directions
+
+    @public
+    @_one_at_a_time
+    def explain(
+        self,
+        x: int,
+        y: int,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+        camera: Camera | Mapping[str, Any] | None = None,
+    ) -> RayTree:
+        """All rays of one pixel, x to the right and y down from 0, and what each brings to it: a `RayTree`.
+
+        The other arguments are as for `render`. Raises what it does, ClrtError for a pixel outside of the
+        picture, and LimitError for a pixel of more than 50 000 rays, or a scene of more than 1000 lights.
+        """
+        asked = Request(width, height, spp, max_depth, (), None, camera)
+        task, full, _ = asked.job(self.scene, self.flat, self.settings)
+        place = arguments.whole("x", x, 0, full[0] - 1), arguments.whole("y", y, 0, full[1] - 1)
+        return explain(self.device, self.world, self.scene, task, place, full)
 
     @public
     @_one_at_a_time

@@ -38,7 +38,7 @@ class FlatScene:
     `finite` are the numbers of the primitives that have a box, ascending, `boxes` their boxes (w is 0), wide
     enough that they contain every hit the kernels may find. `n_shapes` is the number of shapes of the scene.
     `group` is how many bands dispersion bends together, 0 where nothing disperses.
-    `response` (rows, bands) float32 turns a pixel's bands into its colour (by `film.finished`),
+    `response` (rows, bands) float32 turns a pixel's bands into its colour (by `colorimetry.finished`),
     `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
     `media` tells in which media rays start; None where rays need no lists of them.
     """
