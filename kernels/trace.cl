@@ -23,7 +23,7 @@ __kernel void closest(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, __glo
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, rays, sequence, first, false, 0);
+        const PacketHit hits = packet_hits(world, load_packet(rays, sequence, first), (intP)(NO_PRIMITIVE), false);
         store_ordered((__global int *)hit_t, sequence, first, as_intP(hits.t));
         store_ordered(hit_primitive, sequence, first, hits.primitive);
         return;
@@ -44,7 +44,8 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, rays, sequence, first, true, own);
+        const intP passed = own_lanes(own, sequence, first);
+        const PacketHit hits = packet_hits(world, load_packet(rays, sequence, first), passed, true);
         store_ordered((__global int *)seen, sequence, first, (hits.primitive < 0) & 1);
         return;
     }
@@ -82,7 +83,7 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
     if (first + PACKET <= n) {
         ALIGNED float t[PACKET];
         ALIGNED int primitive[PACKET];
-        const PacketHit hits = packet_hits(world, rays, 0, first, false, own);
+        const PacketHit hits = packet_hits(world, load_packet(rays, 0, first), own_lanes(own, 0, first), false);
         store_word((__global int *)seen, first, n, (intP)(1));
         for (int b = 0; b < RAY_BANDS; b++) store_field(filter, first, n, b, VALUES, (floatP)(1.0f));
         *(floatP *)t = hits.t;

@@ -174,19 +174,6 @@ def illuminate(
         kernels.launch_packets("illuminate", queue.n, *world.arguments, *groups, np.uint32(terms))
 
 
-def any_hit(device: Device, world: World, queue: Queue) -> Any:
-    """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
-    seen = device.buffer(4 * queue.n, "uint")
-    arguments = (*world.arguments, queue.rays, np.uint32(queue.n), seen, None, None)
-    device.launch_packets("occluded", queue.n, *arguments)
-    return seen
-
-
-def next_hit(device: Device, world: World, queue: Queue, hits: QueueHits) -> None:
-    """Every ray's next hit, in the order of (t, primitive), in place of the one in `hits`; misses stay."""
-    device.launch("next_hit", queue.n, *world.arguments, *queue.arguments, *hits.arguments)
-
-
 def gather(
     device: Device,
     queue: Queue,

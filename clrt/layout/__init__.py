@@ -200,6 +200,20 @@ FEELERS: Final = {
     "own": "int *own",
     "filter": "float *filter",
 }
+# A caller's rays as given: a step of 0 repeats the first vector, bounds without arrays hold for all
+ASKED: Final = {
+    "origins": "const float *origins",
+    "directions": "const float *directions",
+    "t_min": "const float *t_min",
+    "t_max": "const float *t_max",
+    "least": "float least",
+    "most": "float most",
+    "origin_step": "uint origin_step",
+    "direction_step": "uint direction_step",
+    "n": "uint n",
+    "width": "uint width",  # of the picture whose rays these are
+    "patched": "uint patched",  # rays that are taken patch by patch (kernels/asked.clh)
+}
 # a queue that is written while another is read: all but the number of rays, the last parameter of a queue
 CHILD: Final = {field: text.replace("*", "*child_") for field, text in QUEUE.items() if "*" in text}
 

@@ -52,6 +52,7 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
     geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
     groups = {"World": world, "Queue": layout.QUEUE, "Hits": layout.HITS, "Shaded": layout.SHADED}
     groups |= {"Feelers": layout.FEELERS, "Child": layout.CHILD, "Geometry": geometry}
+    groups["Asked"] = layout.ASKED
     groups["Pixels"] = layout.PIXELS
     out += [_c_group(name, list(group.values())) for name, group in groups.items()]
     return "\n".join(out)
