@@ -103,7 +103,8 @@ def test_lights_with_extent_agree_with_mitsubas_own(mitsuba: Any) -> None:
     spread = np.sqrt(np.sum(theirs.error**2)) / theirs.error.size
     assert abs(difference.mean()) <= 5 * spread + 1e-5
     hit = theirs.error.max(axis=2) > 1e-4
-    chance = np.abs(difference[hit]) / (theirs.error[hit] + 1e-3)  # and what 400 points are off by in penumbras
+    # and what 400 points are off by in penumbras
+    chance = np.abs(difference[hit]) / (theirs.error[hit] + 1e-3)
     assert hit.mean() > 0.5 and np.quantile(chance, 0.99) <= 2.5  # measured: 1.55
 
 
