@@ -56,8 +56,8 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 __all__ = [
     "Camera", "ClrtError", "ClrtWarning", "Crossings", "DeviceError", "DeviceInfo", "Hits", "Image",
     "LimitError", "Limits", "RayMeshIntersector", "RayTree", "Scene", "SceneError", "Settings", "Tracer",
-    "Verdict", "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image", "render",
-    "sweep", "turntable",
+    "Verdict", "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image",
+    "render", "sweep", "turntable",
 ]  # fmt: skip
 
 

@@ -222,7 +222,8 @@ def test_tinted_shadows_say_what_light_came_through() -> None:
 def test_points_of_a_light_are_told_apart() -> None:
     """Half of a panel is hidden; the panel itself is seen, and hides none of its own points."""
     scene = clrt.load_dict({
-        "camera": {"origin": [0, 3, 6], "target": [0, 0, 0], "width": 9, "height": 9, "fov": 60}, "max_depth": 0,
+        "camera": {"origin": [0, 3, 6], "target": [0, 0, 0], "width": 9, "height": 9, "fov": 60},
+        "max_depth": 0,
         "lights": [{"type": "point", "position": [9, 9, 9]},
                    {"type": "rectangle", "center": [0, 4, 0], "u": [1, 0, 0], "v": [0, 0, 1], "radiance": 1,
                     "samples": 16, "two_sided": True}],
@@ -241,7 +242,8 @@ def test_points_of_a_light_are_told_apart() -> None:
         for y in range(9):
             tree = tracer.explain(x, y)
             assert np.array_equal(tree.total, tracer.render(crop=(x, y, 1, 1)).pixels[0, 0])
-            assert tree.stats()["rays"]["feelers"] == sum(len(at.feelers) for ray in tree.rays for at in ray.lights)
+            feelers = sum(len(light.feelers) for ray in tree.rays for light in ray.lights)
+            assert tree.stats()["rays"]["feelers"] == feelers
             named |= {tree.names.shape(ray.hit.shape) for ray in tree.rays if ray.hit}
     assert named == {"floor (shapes[0])", "shelf (shapes[1])", "rectangle light (lights[1])"}
 
