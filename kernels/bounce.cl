@@ -28,7 +28,7 @@ inline void store_children(const World world, const Family f, uint first, bool r
     *(floatP *)dz = direction.z;
     for (uint k = 0; k < PACKET && first + k < f.queue.n; k++) {
         const uint i = first + k, at = f.slot[i];
-        if (!(f.lit.spawn[i] & spawn_bit)) continue;
+        if (!(f.shaded.spawn[i] & spawn_bit)) continue;
         store_child(world, f, i, at, reflecting ? CHILD_REFLECTION : CHILD_TRANSMISSION,
                     routed(f.queue.path[i], reflecting ? 1 : 2), vec(ox[k], oy[k], oz[k]), vec(dx[k], dy[k], dz[k]));
         __global float *into = f.child.child_weights + in_block(at, 0, VALUES);
@@ -46,7 +46,7 @@ inline void bounce_packet(const World world, const Family f, bool reflecting)
     const uint first = get_global_id(0) * PACKET, n = f.queue.n;
     if (first >= n) return;
     const int spawn_bit = reflecting ? SPAWN_REFLECTION : SPAWN_TRANSMISSION;
-    intP todo = (load_word(f.lit.spawn, first, n) & spawn_bit) != 0, mine;
+    intP todo = (load_word(f.shaded.spawn, first, n) & spawn_bit) != 0, mine;
     if (!any_of(todo)) return;
     const Surfaces s = load_surfaces(f.hits.surfaces, f.hits.surface_code, f.queue.weights, first, n);
     const VecP u = load_vec(f.queue.rays, first, n, DIRECTION_X, RAY_FIELDS);
@@ -65,8 +65,8 @@ inline void bounce_packet(const World world, const Family f, bool reflecting)
             }
         }
     }
-    if (reflecting) store_children(world, f, first, true, leaves(s, s.n), reflected(s, u), weight);
-    else store_children(world, f, first, false, leaves(s, minus(s.n)), direction, weight);
+    if (reflecting) store_children(world, f, first, true, offset_origin(s, s.n), reflected(s, u), weight);
+    else store_children(world, f, first, false, offset_origin(s, minus(s.n)), direction, weight);
 }
 
 __kernel void reflect(SPAWN_PARAMETERS)
@@ -96,7 +96,7 @@ __kernel void disperse(SPAWN_PARAMETERS)
     const World world = WORLD_OF_PARAMETERS;
     const Family family = FAMILY_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = leaves(s, minus(s.n));
+    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = offset_origin(s, minus(s.n));
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[GROUP][PACKET];
     int place[PACKET], launched[PACKET];
     floatP weight[BANDS];

@@ -91,9 +91,9 @@ INLINED intP settled(const World world, intP code, intP top, intP several, intP 
             *before = select(*before, (intP)(number), swapped);
             done |= mine;
         } else {
-            const intP enters = mine & ~inside & (top == NO_MEDIUM), leaves = mine & inside & (top == medium);
-            *after = select(select(*after, (intP)(medium), enters), (intP)(NO_MEDIUM), leaves);
-            done |= enters | leaves;
+            const intP enters = mine & ~inside & (top == NO_MEDIUM), exits = mine & inside & (top == medium);
+            *after = select(select(*after, (intP)(medium), enters), (intP)(NO_MEDIUM), exits);
+            done |= enters | exits;
         }
     }
     return done;

@@ -5,7 +5,7 @@
 // film, for which only rays whose path word matches are added.
 #include "lanes.clh"
 
-__kernel void gather(QUEUE_PARAMETERS, LIT_PARAMETERS, uint path_mask, uint path_value, uint plane, uint pixels,
+__kernel void gather(QUEUE_PARAMETERS, SHADED_PARAMETERS, uint path_mask, uint path_value, uint plane, uint pixels,
                      __global float *film)
 {
     const uint start = get_global_id(0);

@@ -1,7 +1,7 @@
 // Local light: what a ray's hit sends back by itself, the shadow feelers that decide about the lights, what the lights
 // add, and the count of everything the hit will spawn. One work-item a packet.
 //
-// Queues are dense and in stable order, so `light` counts, a scan gives every ray its places, and `feelers` writes.
+// Queues are dense and in stable order, so `shade` counts, a scan gives every ray its places, and `feelers` writes.
 // After the feelers were traced `illuminate` finds directions to the lights anew and takes the packet's feelers in the
 // same order: that is cheaper than to keep what each would bring, and nothing is computed for a light that is hidden.
 #include "bounce.clh"
@@ -11,7 +11,7 @@
 // `local_radiance` receives weight * (emission + ambient), or the background; where it is not black: SPAWN_LOCAL says
 // so, without which it is not to be read. `spawn` receives the packed counts (layout.SPAWN). In the last generation
 // nothing is spawned: `depth_color` stands for it.
-__kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PARAMETERS,
+__kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS,
                     uint ambient_queue, uint last, uint terms)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -33,13 +33,13 @@ __kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PAR
     }
 
     intP found = select((intP)(SPAWN_HIT), (intP)(0), missed);
-    const VecP start = leaves(s, s.n);
+    const VecP start = offset_origin(s, s.n);
     intP todo = ~missed, mine;
     while (any_of(todo)) {
         __global const Material *material = next_material(world, s, &todo, &mine);
         if (scatters(material, terms))
             for (int l = 0; l < world.scene->lights; l++)
-                found += lit(s, light_sample(world.lights + l, start)) & mine & 1;
+                found += is_above(s, light_sample(world.lights + l, start)) & mine & 1;
 
         intP gathers = (intP)(0);
         if (world.scene->ambient_samples > 0 && !last && terms & TERM_AMBIENT) {
@@ -103,7 +103,7 @@ __kernel void light(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PAR
 
 // One ray to each light above the surface. The feelers of a packet stand light after light, so that neighbours in the
 // queue go the same way (with seven lights they are traced 2.5 times as fast); `owner` says which ray each belongs to.
-__kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PARAMETERS,
+__kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS,
                       FEELERS_PARAMETERS)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -112,7 +112,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_P
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const VecP start = leaves(s, s.n);
+    const VecP start = offset_origin(s, s.n);
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], distance[PACKET];
     int launched[PACKET];
     *(floatP *)ox = start.x;
@@ -122,7 +122,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_P
     const uint lanes = min((uint)PACKET, n - first);
     for (int l = 0; l < world.scene->lights; l++) {
         const LightSample to = light_sample(world.lights + l, start);
-        const intP launch = counted & lit(s, to);
+        const intP launch = counted & is_above(s, to);
         if (!any_of(launch)) continue;
         *(floatP *)dx = to.direction.x;
         *(floatP *)dy = to.direction.y;
@@ -166,7 +166,7 @@ INLINED floatP filtered(__global const float *filter, const uint *place, intP wh
 
 // Adds what comes from the lights that the feelers have reached to `local_radiance`, light after light; SPAWN_LOCAL
 // then says that it is to be read.
-__kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LIT_PARAMETERS,
+__kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS,
                          FEELERS_PARAMETERS, uint terms)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -175,7 +175,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LI
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
-    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = leaves(s, s.n);
+    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = offset_origin(s, s.n);
     const intP bright = (found & SPAWN_LOCAL) != 0;
     const bool any_bright = any_of(bright), tinted = world.scene->tinted;
     floatP value[RAY_BANDS], radiance[RAY_BANDS];
@@ -189,7 +189,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, LI
     for (int l = 0; l < world.scene->lights; l++) {
         __global const Light *light = world.lights + l;
         const LightSample to = light_sample(light, start);
-        const intP launch = counted & lit(s, to);
+        const intP launch = counted & is_above(s, to);
         if (!any_of(launch)) continue;
         intP todo = arrivals(launch, lanes, seen, &at, place), mine;
         lighter |= todo;

@@ -191,7 +191,7 @@ def _material_features(scene: Scene, shape: Shape) -> set[str]:
 
 def _bounce_features(scene: Scene, material: Material) -> set[str]:
     kr, kt, fresnel = material.kr > 0, material.kt > 0, material.fresnel is True
-    same = material.eta == scene.medium_ior
+    same = material.ior_d == scene.medium_ior
     tests = {
         "mirror": kr, "mirror tint": kr and _tinted(material.reflection_color),
         "schlick mirror": kr and material.fresnel == "schlick",

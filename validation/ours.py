@@ -10,7 +10,7 @@ from clrt.base.layers import TERMS
 from clrt.device.device import Device
 from clrt.engine.film import Film, finished
 from clrt.engine.job import Job, halves
-from clrt.engine.queues import Feelers, Lit
+from clrt.engine.queues import Feelers, Shaded
 from clrt.engine.schedule import Work, interleaved
 from clrt.engine.stage import Stage
 from clrt.engine.tiles import tiles
@@ -32,7 +32,7 @@ class Shares:
         self._films: dict[str, Film] = {}
 
     def __call__(self, stage: Stage) -> None:
-        if stage.name == "illuminate" and isinstance(stage.wrote, Lit):
+        if stage.name == "illuminate" and isinstance(stage.wrote, Shaded):
             key = ray_key(stage.generation, stage.kind)
             film = self._films.setdefault(key, Film(self._device, self._pixels, ()))
             film.add(stage.queue, stage.wrote, stage.generation)

@@ -60,7 +60,7 @@ class Prover:
         cl.enqueue_nd_range_kernel(self.device.queue, made, (self.batch,), (64,))
         return self.queue
 
-    def primitives(self, hits: passes.Hits) -> np.ndarray:
+    def primitives(self, hits: passes.QueueHits) -> np.ndarray:
         return self.device.read(hits.primitive, np.empty(self.batch, np.int32))
 
     def fields(self, blocks: Any, fields: int, first: int, count: int) -> np.ndarray:

@@ -20,6 +20,7 @@ from clrt import layout
 from clrt.device.device import Device
 from clrt.device.opencl import cl
 from clrt.flatten.flatten import FlatScene
+from clrt.layout.declarations import c_declarations
 from clrt.scene.scene import Scene
 
 from . import expected
@@ -113,7 +114,7 @@ def check_layout(device: Device, faults: list[Fault] | None = None) -> tuple[boo
         lines.append("    }")
     body = "\n".join(lines)
     source = (
-        f"{layout.c_declarations(device.rays, device.settings.lanes)}\n"
+        f"{c_declarations(device.ray_format, device.settings.lanes)}\n"
         f"__kernel void layout_of_records(__global uint *out)\n{{\n    uint i = 0;\n{body}\n}}\n"
     )
     found, launch = _run(device, source, "layout_of_records", 1, np.empty(len(names), np.uint32))

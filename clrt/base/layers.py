@@ -14,7 +14,7 @@ _GENERATION: Final = re.compile(r"generation_(0|[1-9][0-9]{0,8})")
 _MOST_NAMED: Final = 64  # generations that a message lists
 
 
-class Rays(NamedTuple):
+class Paths(NamedTuple):
     """Light of rays: by layout.PATH[mask] of their path word (None: all set), and generation (None: all)."""
 
     mask: str = ""
@@ -40,7 +40,7 @@ class Spectral(NamedTuple):
     response: str = ""
 
 
-Source = Rays | Term | Geometry | Spectral
+Source = Paths | Term | Geometry | Spectral
 
 
 class Layer(NamedTuple):
@@ -84,11 +84,11 @@ _XYZ: Final = ("X", "Y", "Z")
 
 # fmt: off
 LAYERS: Final = {
-    "direct": Layer((Rays("PATH_ROUTE", 0),), _ROUTE),
-    "reflection": Layer((Rays("PATH_ROUTE", 1),), _ROUTE),
-    "transmission": Layer((Rays("PATH_ROUTE", 2),), _ROUTE),
+    "direct": Layer((Paths("PATH_ROUTE", 0),), _ROUTE),
+    "reflection": Layer((Paths("PATH_ROUTE", 1),), _ROUTE),
+    "transmission": Layer((Paths("PATH_ROUTE", 2),), _ROUTE),
     # also what rays gather in place of the constant term
-    "ambient": Layer((Rays("PATH_GATHERED_FIRST"), Term("TERM_AMBIENT")), _TERM),
+    "ambient": Layer((Paths("PATH_GATHERED_FIRST"), Term("TERM_AMBIENT")), _TERM),
     **{name: Layer((Term(f"TERM_{name.upper()}"),), _TERM) for name in TERMS if name != "ambient"},
     # of the first ray of a pixel; 0 on a miss
     "depth": Layer(_HIT, "distance along the ray, infinite on a miss", 1, "float", ("Z",), "nearness"),
@@ -111,7 +111,7 @@ def find(name: str) -> Layer:
     """The layer of this name, `generation_3` among them; without sources if it is none of ours."""
     numbered = _GENERATION.fullmatch(name)
     if numbered:
-        return Layer((Rays(generation=int(numbered.group(1))),), _GENERATIONS)
+        return Layer((Paths(generation=int(numbered.group(1))),), _GENERATIONS)
     return LAYERS.get(name, _OTHER)
 
 

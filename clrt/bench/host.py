@@ -27,7 +27,7 @@ _BUILDER: Final = ("split_top", "build_subtree", "collapse", "pack_triangles", "
 def builder_cases(device: Device, flat: FlatScene, scene: str, threads: int) -> list[Case]:
     """The tree alone, by the driver's own clock, and all that a Tracer needs to be ready: upload and tree."""
     n = int(flat.scene["primitives"][0])
-    device = device.variant(flat.rays)
+    device = device.variant(flat.ray_format)
 
     def tree() -> float:
         device.driver.take_seconds()

@@ -21,7 +21,7 @@ _SAMPLE: Final = 512  # rays that are walked on the host
 # Floating-point operations a ray, counted in the source for one light and one material, good to about a
 # third: where a pass stands between the two roofs. Most move more than they compute.
 _FLOPS: Final = {
-    "generate": 40, "surface": 60, "cross_boundaries": 60, "light": 80, "feelers": 40, "illuminate": 90,
+    "generate": 40, "surface": 60, "cross_boundaries": 60, "shade": 80, "feelers": 40, "illuminate": 90,
     "reflect": 60, "transmit": 110, "gather_ambient": 70, "gather": 6, "resolve": 3,
 }  # fmt: skip
 

@@ -49,10 +49,10 @@ class Launch:
 class Logged(Device):
     """A Device that keeps what it launches, and how large a buffer was asked for."""
 
-    def __init__(self, wanted: int | str | None, settings: Settings, rays: layout.Rays) -> None:
+    def __init__(self, wanted: int | str | None, settings: Settings, ray_format: layout.RayFormat) -> None:
         self.launched: list[tuple[str, int, tuple[Any, ...], int | None]] = []
         self.sizes: dict[int, int] = {}
-        super().__init__(wanted, settings, rays)
+        super().__init__(wanted, settings, ray_format)
 
     def buffer(self, nbytes: int, kind: str | None = None) -> Any:
         made = super().buffer(nbytes, kind)
@@ -116,12 +116,12 @@ class Recording:
 def record(scene: Scene, width: int, wanted: int | str | None, settings: Settings) -> Recording:
     """The launches of a square picture: see `Recorder`."""
     flat = flatten(scene)
-    device = Logged(wanted, settings, flat.rays)
+    device = Logged(wanted, settings, flat.ray_format)
     world = World(device, flat)
     assert scene.camera is not None
     job = Job(flat, 2, flatten_camera(scene.camera, width, width, 1), settings=settings)
     recorder = Recorder(device, world)
-    for pixels in tiles(width, width, (0, 0, width, width), settings.tile or tile_rays(flat.rays)):
+    for pixels in tiles(width, width, (0, 0, width, width), settings.tile or tile_rays(flat.ray_format)):
         complete(job.trace(device, world, pixels, (recorder,)))
         device.finish()
     return Recording(device, world, recorder.launches, recorder.rays, recorder.world_buffers)

@@ -25,7 +25,7 @@ _SMALL_GRID: Final = 1 << 16  # PoCL compiles a kernel once more for more work-i
 
 
 class Device:
-    """A driver with the kernels for rays that carry `rays`, and the track that launches and buffers are on.
+    """A driver with the kernels for one format of rays, and the track that launches and buffers are on.
 
     wanted: as for `clrt.Tracer`; or a Driver, whose settings and kernels then hold. None of this changes: for
     other rays, or on another track, there is another Device of the same driver.
@@ -35,38 +35,40 @@ class Device:
         self,
         wanted: int | str | Driver | None = None,
         settings: Settings | None = None,
-        rays: layout.Rays | None = None,
+        ray_format: layout.RayFormat | None = None,
         kernels: Path | None = None,
         track: int = 0,
     ) -> None:
         driver = wanted if isinstance(wanted, Driver) else Driver(wanted, settings or Settings(), kernels)
         self.driver, self.settings, self.info = driver, driver.settings, driver.info
-        self.rays, self.packet = rays or layout.Rays(), driver.packet
-        self.kernels = driver.kernels(self.rays)
+        self.ray_format, self.packet = ray_format or layout.RayFormat(), driver.packet
+        self.kernels = driver.kernels(self.ray_format)
         self._number, self.track = track, driver.tracks[track]
         self.queue, self.pool = self.track.queue, self.track.pool
 
-    def variant(self, rays: layout.Rays) -> Device:
+    def variant(self, ray_format: layout.RayFormat) -> Device:
         """The same with kernels for rays that carry this."""
-        return self if rays == self.rays else Device(self.driver, rays=rays, track=self._number)
+        same = ray_format == self.ray_format
+        return self if same else Device(self.driver, ray_format=ray_format, track=self._number)
 
     def for_queue(self, narrow: bool) -> Device:
         """The same with the kernels for a queue of such rays."""
-        return self if narrow == self.rays.narrow else self.variant(replace(self.rays, narrow=narrow))
+        own = self.ray_format
+        return self if narrow == own.narrow else self.variant(replace(own, narrow=narrow))
 
     def on(self, track: int) -> Device:
         """The same on the track of that number, 0 to TRACKS - 1."""
-        return self if track == self._number else Device(self.driver, rays=self.rays, track=track)
+        return self if track == self._number else Device(self.driver, ray_format=self.ray_format, track=track)
 
     @property
     def bands(self) -> int:
         """Bands of the scene."""
-        return self.rays.bands
+        return self.ray_format.bands
 
     @property
     def media(self) -> int:
         """Places in a ray's list of media; 0: none."""
-        return self.rays.media
+        return self.ray_format.media
 
     @property
     def held_bytes(self) -> int:
@@ -108,7 +110,7 @@ class Device:
         may a group have more than `ceilings` allow: its arrays lie on a thread's stack.
         """
         alone = self.info.kind == "CPU" and self.settings.local_size is None
-        most = max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.rays.values * self.packet)))
+        most = max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.ray_format.values * self.packet)))
         self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else most)
 
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:

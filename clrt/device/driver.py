@@ -89,18 +89,18 @@ class Driver:
         except cl.Error as error:
             raise DeviceError(f"{self.info.label}: {error}") from None
         # PoCL 3.0's compiler hangs or aborts on float16; Oclgrind takes its upper half for uninitialised
-        narrow = "Oclgrind" in self.info.platform or (0,) < pocl_version(self.info) < (3, 1)
-        self.packet = 8 if narrow else self.settings.lanes
-        self._kernels: dict[layout.Rays, Kernels] = {}
+        eight = "Oclgrind" in self.info.platform or (0,) < pocl_version(self.info) < (3, 1)
+        self.packet = 8 if eight else self.settings.lanes
+        self._kernels: dict[layout.RayFormat, Kernels] = {}
         self._spans: list[tuple[int, int, str]] = []
 
-    def kernels(self, rays: layout.Rays) -> Kernels:
+    def kernels(self, ray_format: layout.RayFormat) -> Kernels:
         """The kernels for rays that carry this."""
-        if rays not in self._kernels:
+        if ray_format not in self._kernels:
             folder = self._folder or kernel_folder()
-            source = kernel_source(rays, self.settings.lanes, self.packet, folder)
-            self._kernels[rays] = Kernels(self, rays, source)
-        return self._kernels[rays]
+            source = kernel_source(ray_format, self.settings.lanes, self.packet, folder)
+            self._kernels[ray_format] = Kernels(self, ray_format, source)
+        return self._kernels[ray_format]
 
     def build(self, source: str) -> cl.Program:
         """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
@@ -164,8 +164,8 @@ class Driver:
 class Kernels:
     """The kernels of a driver for rays of one format, compiled when the first is asked for."""
 
-    def __init__(self, driver: Driver, rays: layout.Rays, source: str) -> None:
-        self._driver, self.rays, self.source = driver, rays, source
+    def __init__(self, driver: Driver, ray_format: layout.RayFormat, source: str) -> None:
+        self._driver, self.ray_format, self.source = driver, ray_format, source
         self.launched: set[tuple[str, int, bool]] = set()  # name, size of work-groups, is the grid small
         self.groups: dict[str, int] = {}  # work-items of a kernel's work-group
         self._kernels: dict[str, cl.Kernel] = {}

@@ -8,6 +8,7 @@ from typing import Final
 
 from clrt import layout
 from clrt.base.resources import kernel_folder, kernel_text
+from clrt.layout.declarations import c_declarations
 
 KERNEL_FILES: Final = (
     "generate.cl",
@@ -56,8 +57,8 @@ def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
 
 
 def kernel_source(
-    rays: layout.Rays | None = None, lanes: int = 16, packet: int = 16, folder: Path | None = None
+    ray_format: layout.RayFormat | None = None, lanes: int = 16, packet: int = 16, folder: Path | None = None
 ) -> str:
     """The program: the layout's declarations and every kernel file."""
-    declarations = layout.c_declarations(rays, lanes, packet)
+    declarations = c_declarations(ray_format, lanes, packet)
     return declarations + flatten_includes(KERNEL_FILES, folder or kernel_folder())

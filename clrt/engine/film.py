@@ -8,15 +8,15 @@ from typing import Any, TypeVar
 import numpy as np
 
 from clrt import layout
-from clrt.base.layers import Rays, Term, comes_from, find
+from clrt.base.layers import Paths, Term, comes_from, find
 from clrt.device.device import Device
 from clrt.device.tracks import Answer
 from clrt.engine import passes
-from clrt.engine.queues import Hits, Lit, Queue
+from clrt.engine.queues import Queue, QueueHits, Shaded
 from clrt.engine.world import World
 from clrt.spectra.colorimetry import thesis_finish
 
-Kind = TypeVar("Kind", Rays, Term)
+Kind = TypeVar("Kind", Paths, Term)
 
 def finished(values: np.ndarray) -> np.ndarray:
     """Linear colours (..., 3) float32 of what a response gives, which is RGB or the thesis program's own."""
@@ -31,28 +31,28 @@ class Film:
     def __init__(self, device: Device, pixels: int, names: tuple[str, ...]) -> None:
         self.device = device
         self.pixels = pixels
-        self.planes = ("image", *(name for name in names if comes_from(name, Rays, Term)))
-        self.sources = ((Rays(),), *(find(name).sources for name in self.planes[1:]))
+        self.planes = ("image", *(name for name in names if comes_from(name, Paths, Term)))
+        self.sources = ((Paths(),), *(find(name).sources for name in self.planes[1:]))
         self.nbytes = 4 * len(self.planes) * pixels * device.bands
         self.sums: Any = device.buffer(self.nbytes, "float")
         device.fill(self.sums, self.nbytes)
 
-    def add(self, queue: Queue, lit: Lit, generation: int) -> None:
+    def add(self, queue: Queue, shaded: Shaded, generation: int) -> None:
         """Add what a queue brings to its pixels, to the picture and to every layer it belongs to."""
-        for plane, source in self._sources(Rays):
+        for plane, source in self._sources(Paths):
             if source.generation in (None, generation):
                 mask = layout.PATH.get(source.mask, 0)
                 value = mask if source.value is None else source.value
-                passes.gather(self.device, queue, lit, self.sums, plane, self.pixels, mask, value)
+                passes.gather(self.device, queue, shaded, self.sums, plane, self.pixels, mask, value)
 
-    def add_terms(self, world: World, queue: Queue, hits: Hits, last: bool) -> None:
+    def add_terms(self, world: World, queue: Queue, hits: QueueHits, last: bool) -> None:
         """For layers of one term of generation 0: the passes of local light again, with that term only."""
         for plane, source in self._sources(Term):
             term = layout.TERMS[source.name]
-            lit = passes.light(self.device, world, queue, hits, last, term)
-            feelers = passes.feelers(self.device, world, queue, hits, lit)
-            passes.illuminate(self.device, world, queue, hits, lit, feelers, term)
-            passes.gather(self.device, queue, lit, self.sums, plane, self.pixels)
+            shaded = passes.shade(self.device, world, queue, hits, last, term)
+            feelers = passes.feelers(self.device, world, queue, hits, shaded)
+            passes.illuminate(self.device, world, queue, hits, shaded, feelers, term)
+            passes.gather(self.device, queue, shaded, self.sums, plane, self.pixels)
 
     def _sources(self, kind: type[Kind]) -> Iterator[tuple[int, Kind]]:
         """Of each plane that has such a source, the number and the source."""

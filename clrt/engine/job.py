@@ -31,8 +31,8 @@ TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
 
 _FINITE: Final = float(np.finfo(np.float32).max)
 
-Rays = tuple[np.ndarray, ...]  # as `rayinput.ray_chunks` gives them
-Piece = TypeVar("Piece", np.ndarray, Rays)  # numbers of pixels, (n,) uint32; or a caller's rays
+GivenRays = tuple[np.ndarray, ...]  # as `rayinput.ray_chunks` gives them
+Piece = TypeVar("Piece", np.ndarray, GivenRays)  # numbers of pixels, (n,) uint32; or a caller's rays
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Job:
 
     flat: the scene. camera: a record of `flatten_camera`, or None where the pieces are a caller's rays.
     depth: the last generation. layers: as `layers.check_layers` gives them. A job can be pickled: what
-    another process needs beside it is `World(Device(None, job.settings, job.flat.rays), job.flat)`.
+    another process needs beside it is `World(Device(None, job.settings, job.flat.ray_format), job.flat)`.
     """
 
     flat: FlatScene
@@ -68,7 +68,7 @@ class Job:
         self,
         device: Device,
         world: World,
-        piece: np.ndarray | Rays,
+        piece: np.ndarray | GivenRays,
         observers: Sequence[Observer] = (),
         budget: int | None = None,
     ) -> Work[Tile]:
@@ -128,7 +128,7 @@ class Job:
             "layers": ",".join(self.layers),
             "scene": self.flat.hash,
             "camera": hashlib.sha256(self.camera.tobytes()).hexdigest(),
-            "kernels": hashlib.sha256(kernel_source(self.flat.rays).encode()).hexdigest(),
+            "kernels": hashlib.sha256(kernel_source(self.flat.ray_format).encode()).hexdigest(),
         }
 
     def ranges(self) -> dict[str, tuple[float, float]]:

@@ -18,9 +18,9 @@ from clrt.engine.queues import (
     REFLECTION,
     TRANSMISSION,
     Feelers,
-    Hits,
-    Lit,
     Queue,
+    QueueHits,
+    Shaded,
     block_bytes,
     chunks,
     new_queue,
@@ -67,14 +67,14 @@ def arranged(device: Device, rays: Any, n: int) -> Any:
     return sequence
 
 
-def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -> Hits:
+def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -> QueueHits:
     """Nearest hit of every ray, and what the surface is there.
 
     `crossing`: rays that carry lists of media go on through boundaries that they do not see, and their
     weights are what the media leave of them. To be done once.
     """
     n, fields = queue.n, layout.surface_fields(device.media)
-    hits = Hits(
+    hits = QueueHits(
         device.buffer(4 * n, "float"),
         device.buffer(4 * n, "int"),
         device.buffer(block_bytes(n, fields, device.settings.lanes), "float"),
@@ -89,48 +89,54 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
     return hits
 
 
-def light(
-    device: Device, world: World, queue: Queue, hits: Hits, last: bool, terms: int = layout.TERMS["TERM_ALL"]
-) -> Lit:
+def shade(
+    device: Device,
+    world: World,
+    queue: Queue,
+    hits: QueueHits,
+    last: bool,
+    terms: int = layout.TERMS["TERM_ALL"],
+) -> Shaded:
     """Local light of every hit, and the count of what each will spawn."""
     kernels = device.for_queue(queue.narrow)
-    local = device.buffer(block_bytes(queue.n, kernels.rays.values, device.settings.lanes), "float")
+    local = device.buffer(block_bytes(queue.n, kernels.ray_format.values, device.settings.lanes), "float")
     spawn = device.buffer(4 * queue.n, "uint")
     how = (np.uint32(queue.kind == AMBIENT), np.uint32(last), np.uint32(terms))
     arguments = (*world.arguments, *queue.arguments, *hits.arguments, local, spawn, *how)
-    kernels.launch_packets("light", queue.n, *arguments)
-    streams = len(layout.streams(device.rays.group))
+    kernels.launch_packets("shade", queue.n, *arguments)
+    streams = len(layout.streams(device.ray_format.group))
     offsets = device.buffer(4 * chunks(queue.n) * streams, "uint")
     totals = device.buffer(8 * streams, "ulong")
     sizes = (np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks(queue.n)))
     device.launch("count", chunks(queue.n), spawn, *sizes, offsets)
     device.launch("offsets", 1, np.uint32(chunks(queue.n)), offsets, totals, local_size=1)
-    return Lit(local, spawn, offsets, device.ask(totals, np.zeros(streams, np.uint64)))
+    return Shaded(local, spawn, offsets, device.ask(totals, np.zeros(streams, np.uint64)))
 
 
-def _first_places(device: Device, world: World, queue: Queue, lit: Lit, stream: str) -> Any:
+def _first_places(device: Device, world: World, queue: Queue, shaded: Shaded, stream: str) -> Any:
     """Each ray's first place in a stream: a buffer of uint."""
     first = device.buffer(4 * queue.n, "uint")
     sizes = (np.uint32(queue.n), np.uint32(world.ambient_samples), np.uint32(chunks(queue.n)))
-    device.launch("scan", chunks(queue.n), lit.spawn, *sizes, lit.offsets, np.uint32(_STREAM[stream]), first)
+    which = np.uint32(_STREAM[stream])
+    device.launch("scan", chunks(queue.n), shaded.spawn, *sizes, shaded.offsets, which, first)
     return first
 
 
-def feelers(device: Device, world: World, queue: Queue, hits: Hits, lit: Lit) -> Feelers:
+def feelers(device: Device, world: World, queue: Queue, hits: QueueHits, shaded: Shaded) -> Feelers:
     """Emit one shadow feeler for each light above each hit, and find which arrive."""
-    n, lanes = lit.totals["FEELERS"], device.settings.lanes
+    n, lanes = shaded.totals["FEELERS"], device.settings.lanes
     kernels = device.for_queue(queue.narrow)
     found = Feelers(
         n,
-        _first_places(device, world, queue, lit, "FEELERS"),
+        _first_places(device, world, queue, shaded, "FEELERS"),
         device.buffer(4 * n, "uint"),
         device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes), "float"),
         device.buffer(4 * n, "uint"),
-        device.buffer(block_bytes(n if world.tinted else 0, kernels.rays.values, lanes), "float"),
+        device.buffer(block_bytes(n if world.tinted else 0, kernels.ray_format.values, lanes), "float"),
         world.tinted,
     )
     if n:
-        groups = (*queue.arguments, *hits.arguments, *lit.arguments, *found.arguments)
+        groups = (*queue.arguments, *hits.arguments, *shaded.arguments, *found.arguments)
         kernels.launch_packets("feelers", queue.n, *world.arguments, *groups)
         arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
         if world.tinted:
@@ -145,14 +151,14 @@ def illuminate(
     device: Device,
     world: World,
     queue: Queue,
-    hits: Hits,
-    lit: Lit,
+    hits: QueueHits,
+    shaded: Shaded,
     feelers: Feelers,
     terms: int = layout.TERMS["TERM_ALL"],
 ) -> None:
     """Add what comes from the lights that the feelers have reached to the local light. To be done once."""
     if feelers.n:
-        groups = (*queue.arguments, *hits.arguments, *lit.arguments, *feelers.arguments)
+        groups = (*queue.arguments, *hits.arguments, *shaded.arguments, *feelers.arguments)
         kernels = device.for_queue(queue.narrow)
         kernels.launch_packets("illuminate", queue.n, *world.arguments, *groups, np.uint32(terms))
 
@@ -164,7 +170,7 @@ def any_hit(device: Device, world: World, queue: Queue) -> Any:
     return seen
 
 
-def next_hit(device: Device, world: World, queue: Queue, hits: Hits) -> None:
+def next_hit(device: Device, world: World, queue: Queue, hits: QueueHits) -> None:
     """Every ray's next hit, in the order of (t, primitive), in place of the one in `hits`; misses stay."""
     device.launch("next_hit", queue.n, *world.arguments, *queue.arguments, *hits.arguments)
 
@@ -172,7 +178,7 @@ def next_hit(device: Device, world: World, queue: Queue, hits: Hits) -> None:
 def gather(
     device: Device,
     queue: Queue,
-    lit: Lit,
+    shaded: Shaded,
     film: Any,
     plane: int,
     pixels: int,
@@ -182,22 +188,22 @@ def gather(
     """Add what the rays bring to their pixels; only rays with path & path_mask == path_value."""
     where = (np.uint32(path_mask), np.uint32(path_value), np.uint32(plane), np.uint32(pixels))
     kernels = device.for_queue(queue.narrow)
-    kernels.launch("gather", queue.n, *queue.arguments, *lit.arguments, *where, film)
+    kernels.launch("gather", queue.n, *queue.arguments, *shaded.arguments, *where, film)
 
 
 def _sources(
-    kind: str, narrow: bool, parents: list[tuple[Queue, Hits, Lit]]
-) -> list[tuple[str, str, Queue, Hits, Lit]]:
+    kind: str, narrow: bool, parents: list[tuple[Queue, QueueHits, Shaded]]
+) -> list[tuple[str, str, Queue, QueueHits, Shaded]]:
     """The kernel and the stream by which each queue spawns rays of a kind, for those that do."""
     found = []
-    for queue, hits, lit in parents:
+    for queue, hits, shaded in parents:
         kernel, stream = _SPAWNING[kind]
         if queue.narrow != narrow:
             if queue.narrow or kind != TRANSMISSION:
                 continue
             kernel, stream = "disperse", "GROUPS"
-        if lit.totals[stream]:
-            found.append((kernel, stream, queue, hits, lit))
+        if shaded.totals[stream]:
+            found.append((kernel, stream, queue, hits, shaded))
     return found
 
 
@@ -206,7 +212,7 @@ def spawn(
     world: World,
     kind: str,
     generation: int,
-    parents: list[tuple[Queue, Hits, Lit]],
+    parents: list[tuple[Queue, QueueHits, Shaded]],
     narrow: bool = False,
 ) -> Queue | None:
     """The next generation's queue of one kind, from all queues of this generation; None if it is empty.
@@ -218,24 +224,26 @@ def spawn(
     sources = _sources(kind, narrow, parents)
     if not sources:
         return None
-    firsts = [_first_places(device, world, queue, lit, stream) for _, stream, queue, _, lit in sources]
-    total = sum(lit.totals[stream] for _, stream, _, _, lit in sources)
+    firsts = [_first_places(device, world, queue, shaded, stream) for _, stream, queue, _, shaded in sources]
+    total = sum(shaded.totals[stream] for _, stream, _, _, shaded in sources)
     child = new_queue(device.for_queue(narrow), kind, total)
-    for i, (kernel, stream, queue, hits, lit) in enumerate(sources):
-        slots = firsts[i] if len(sources) == 1 else _first_places(device, world, queue, lit, stream)
+    for i, (kernel, stream, queue, hits, shaded) in enumerate(sources):
+        slots = firsts[i] if len(sources) == 1 else _first_places(device, world, queue, shaded, stream)
         for j, (_, other_stream, other, _, other_lit) in enumerate(sources):
             if i != j:
                 sizes = (np.uint32(other_lit.totals[other_stream]), np.uint32(j < i))
                 numbers = (other.pixel_of, firsts[j], np.uint32(other.n), *sizes)
                 device.launch("rank", chunks(queue.n), queue.pixel_of, np.uint32(queue.n), *numbers, slots)
-        groups = (*queue.arguments, *hits.arguments, *lit.arguments, slots, *child.written)
+        groups = (*queue.arguments, *hits.arguments, *shaded.arguments, slots, *child.written)
         kernels = device.for_queue(queue.narrow)
         launch = kernels.launch if kind == AMBIENT else kernels.launch_packets
         launch(kernel, queue.n, *world.arguments, *groups, np.uint32(generation))
     return child
 
 
-def geometry(device: Device, world: World, queue: Queue, hits: Hits, samples: int) -> dict[str, np.ndarray]:
+def geometry(
+    device: Device, world: World, queue: Queue, hits: QueueHits, samples: int
+) -> dict[str, np.ndarray]:
     """What `layers.GEOMETRY` lists of the first of every `samples` rays: by name, (n,) or (n, values)."""
     n = queue.n // samples
     out = {

@@ -40,7 +40,7 @@ class Queue(_Parameters):
     rays: Any  # blocks of layout.RAY_FIELDS
     pixel_of: Any  # uint: place of the pixel in the tile
     path: Any  # uint: layout.PATH
-    weight: Any  # blocks of layout.Rays.values
+    weight: Any  # blocks of layout.RayFormat.values
     media: Any  # blocks of layout.MEDIA numbers of materials, where rays carry them
     device: Device  # whose kernels know what these rays carry
 
@@ -59,7 +59,7 @@ class Queue(_Parameters):
     @property
     def narrow(self) -> bool:
         """Does each ray carry one dispersion group of bands?"""
-        return self.device.rays.narrow
+        return self.device.ray_format.narrow
 
     def words(self, buffer: Any, kind: type[np.generic] = np.uint32, n: int | None = None) -> np.ndarray:
         """(n,) of a buffer with a word a ray, or for `n` other items."""
@@ -72,8 +72,8 @@ class Queue(_Parameters):
         return np.ascontiguousarray(blocks.transpose(1, 0, 2).reshape(fields, -1)[:, :n])
 
     def bands(self, buffer: Any, n: int | None = None) -> np.ndarray:
-        """(layout.Rays.values, n) of a buffer of weight or light."""
-        return self.blocks(buffer, self.device.rays.values, n)
+        """(layout.RayFormat.values, n) of a buffer of weight or light."""
+        return self.blocks(buffer, self.device.ray_format.values, n)
 
     def lines(self, buffer: Any, n: int | None = None) -> dict[str, np.ndarray]:
         """`origin`, `direction` (3, n) and `t_max` (n,) of a buffer of rays."""
@@ -94,7 +94,7 @@ class Queue(_Parameters):
 
 
 @dataclass(frozen=True)
-class Hits(_Parameters):
+class QueueHits(_Parameters):
     t: Any  # float
     primitive: Any  # int, -1 on a miss
     surfaces: Any  # blocks of layout.surface_fields
@@ -121,14 +121,14 @@ class Hits(_Parameters):
 
 
 @dataclass(frozen=True)
-class Lit(_Parameters):
-    """What the pass `light` found for a queue."""
+class Shaded(_Parameters):
+    """What the pass `shade` found for a queue."""
 
     local: Any  # blocks of one value a band: radiance that needs no further ray
     spawn: Any  # uint: layout.SPAWN
     offsets: Any  # uint: for each stream, the first place of each chunk's rays in it
     counted: Answer  # uint64: the items of each stream
-    _fields = attrgetter(*layout.LIT)
+    _fields = attrgetter(*layout.SHADED)
 
     @cached_property
     def totals(self) -> dict[str, int]:
@@ -138,7 +138,7 @@ class Lit(_Parameters):
     def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
         """`spawn`, and `local`: 0 where the word of a ray says that there is no light."""
         spawn, local = queue.words(self.spawn), queue.bands(self.local)
-        local[: queue.device.rays.carried, spawn & layout.SPAWN["SPAWN_LOCAL"] == 0] = 0
+        local[: queue.device.ray_format.carried, spawn & layout.SPAWN["SPAWN_LOCAL"] == 0] = 0
         return {"spawn": spawn, "local": local}
 
 
@@ -151,7 +151,7 @@ class Feelers(_Parameters):
     owner: Any  # uint: the ray that each belongs to
     rays: Any  # blocks of layout.RAY_FIELDS
     seen: Any  # uint: 1 where nothing blocks the light
-    filter: Any  # where shadows are tinted, blocks of layout.Rays.values: what comes through of each band
+    filter: Any  # where shadows are tinted, blocks of layout.RayFormat.values: what comes through a band
     tinted: bool
     _fields = attrgetter(*layout.FEELERS)
 
@@ -172,22 +172,23 @@ def block_bytes(n: int, fields: int, lanes: int) -> int:
     return -(-n // lanes) * lanes * fields * 4
 
 
-def queue_bytes(n: int, rays: layout.Rays, lanes: int) -> int:
+def queue_bytes(n: int, ray_format: layout.RayFormat, lanes: int) -> int:
     """Bytes of a Queue with its hits, local light, counts and places."""
-    return block_bytes(n, _fields(rays), lanes) + 4 * n * _WORDS
+    return block_bytes(n, _fields(ray_format), lanes) + 4 * n * _WORDS
 
 
-def _fields(rays: layout.Rays) -> int:
-    return len(layout.RAY_FIELDS) + layout.surface_fields(rays.media) + 2 * rays.values + rays.media
+def _fields(ray_format: layout.RayFormat) -> int:
+    media = ray_format.media
+    return len(layout.RAY_FIELDS) + layout.surface_fields(media) + 2 * ray_format.values + media
 
 
-def tile_rays(rays: layout.Rays) -> int:
+def tile_rays(ray_format: layout.RayFormat) -> int:
     """Rays of generation 0 to trace at a time: in RGB 131 072, with more bands half the bytes of these.
 
     More of them would pass by the caches, fewer would wait for the host, whose part is small with many bands.
     """
-    number = 1 << 17 if rays.bands <= layout.BANDS else 1 << 16
-    return number * (_fields(layout.Rays()) + _WORDS) // (_fields(rays) + _WORDS)
+    number = 1 << 17 if ray_format.bands <= layout.BANDS else 1 << 16
+    return number * (_fields(layout.RayFormat()) + _WORDS) // (_fields(ray_format) + _WORDS)
 
 
 def picture_tile(rays: int, tile: int) -> int:
@@ -199,9 +200,9 @@ def picture_tile(rays: int, tile: int) -> int:
     return -(-rays // 2) if tile // 2 < rays <= 4 * tile else tile
 
 
-def feeler_bytes(n: int, rays: layout.Rays, lanes: int, tinted: bool) -> int:
+def feeler_bytes(n: int, ray_format: layout.RayFormat, lanes: int, tinted: bool) -> int:
     """Bytes of the Feelers."""
-    fields = len(layout.RAY_FIELDS) + (rays.values if tinted else 0)
+    fields = len(layout.RAY_FIELDS) + (ray_format.values if tinted else 0)
     return block_bytes(n, fields, lanes) + 4 * n * 2  # owner, seen
 
 
@@ -215,7 +216,7 @@ def new_queue(device: Device, kind: str, n: int) -> Queue:
         device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes), "float"),
         device.buffer(4 * n, "uint"),
         device.buffer(4 * n, "uint"),
-        device.buffer(block_bytes(n, device.rays.values, lanes), "float"),
+        device.buffer(block_bytes(n, device.ray_format.values, lanes), "float"),
         media,
         device,
     )

@@ -7,28 +7,25 @@ import os
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import asdict
 from functools import wraps
 from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-from clrt import layout
 from clrt.base import arguments
 from clrt.base.arguments import public
-from clrt.base.errors import ClrtError, SceneError
-from clrt.base.layers import check_layers
-from clrt.base.limits import Branching
-from clrt.base.places import At
+from clrt.base.errors import ClrtError
 from clrt.device.device import Device
 from clrt.device.platforms import check_process
 from clrt.device.settings import Settings
 from clrt.engine import passes
 from clrt.engine.checkpoint import Checkpoint
 from clrt.engine.job import Job
-from clrt.engine.picture import Picture, check_crop, picture_bytes
+from clrt.engine.picture import Picture
+from clrt.engine.provenance import metadata, stats
 from clrt.engine.queues import Queue, picture_tile, tile_rays
 from clrt.engine.rayinput import HIT_BYTES, LIGHT_BYTES, SEEN_BYTES, Hits, ray_chunks
+from clrt.engine.request import Request, camera_of, check_limits, depth_of
 from clrt.engine.tiles import tiles
 from clrt.engine.wavefront import RayCounts
 from clrt.engine.world import World
@@ -37,8 +34,7 @@ from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.layout import ceilings
 from clrt.scene.camera import Camera
-from clrt.scene.scene import Document, Scene, read_camera
-from clrt.version import __version__
+from clrt.scene.scene import Document, Scene
 
 # fields of a scene that say nothing of what is on the device
 _ASIDE = ("version", "camera", "max_depth")
@@ -89,7 +85,7 @@ class Tracer:
         self._closed = False
         self.flat = flatten(self._scene)
         check_ceilings(self.flat, self._scene.source)
-        self.device = Device(opened, self.settings, self.flat.rays)
+        self.device = Device(opened, self.settings, self.flat.ray_format)
         self.world = World(self.device, self.flat)
 
     @property
@@ -116,10 +112,10 @@ class Tracer:
         if not all(getattr(scene, name) is getattr(before, name) for name in _ON_DEVICE):
             flat = flatten(scene, (before, self.flat))
             check_ceilings(flat, scene.source)
-            if flat.rays == self.flat.rays:
+            if flat.ray_format == self.flat.ray_format:
                 cost = self.world.update(self.device, flat)
             else:
-                device = self.device.variant(flat.rays)
+                device = self.device.variant(flat.ray_format)
                 self.world, self.device, cost = World(device, flat), device, "rebuild"
             self.flat = flat
         if cost == "nothing" and scene.camera != before.camera:
@@ -158,7 +154,7 @@ class Tracer:
     @property
     def tile(self) -> int:
         """Rays that are traced at once: the setting, or what suits the scene's number of bands."""
-        return min(self.settings.tile or tile_rays(self.flat.rays), ceilings.RAYS)
+        return min(self.settings.tile or tile_rays(self.flat.ray_format), ceilings.RAYS)
 
     @public
     @_one_at_a_time
@@ -188,7 +184,8 @@ class Tracer:
         progress = arguments.function("progress", progress)
         if checkpoint is not None:
             checkpoint = arguments.path("checkpoint", checkpoint)
-        task, full, window = self._task(width, height, spp, max_depth, layers, crop, camera)
+        asked = Request(width, height, spp, max_depth, layers, crop, camera)
+        task, full, window = asked.job(self.scene, self.flat, self.settings)
         samples = task.samples
         picture = Picture(window, full[0], task.layers, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
@@ -211,10 +208,10 @@ class Tracer:
                 done += len(pixels)
                 if progress:
                     progress(done, total, counts.traced)
-        stats = self._stats(counts, local_size)
+        made = stats(self.device, counts, local_size)
         bands = bands_of(self.scene)
         wavelengths = () if bands is None else tuple(bands.midpoints.tolist())
-        return Image(picture.pixels, picture.layers, stats, self._metadata(), wavelengths)
+        return Image(picture.pixels, picture.layers, made, metadata(self.device, self.flat), wavelengths)
 
     @public
     @_one_at_a_time
@@ -233,37 +230,9 @@ class Tracer:
         Equal for equal pictures' scenes, cameras, sizes, layers and kernels, known without rendering. Raises
         what `render` does.
         """
-        task, _, window = self._task(width, height, spp, max_depth, layers, crop, camera)
+        asked = Request(width, height, spp, max_depth, layers, crop, camera)
+        task, _, window = asked.job(self.scene, self.flat, self.settings)
         return hashlib.sha256(repr(task.identity(window)).encode()).hexdigest()
-
-    def _task(
-        self,
-        width: int | None,
-        height: int | None,
-        spp: int | None,
-        max_depth: int | None,
-        layers: Sequence[str],
-        crop: tuple[int, int, int, int] | None,
-        camera: Camera | Mapping[str, Any] | None,
-    ) -> tuple[Job, tuple[int, int], tuple[int, int, int, int]]:
-        """What is to be rendered, the size of the whole picture, and the window of it; checked."""
-        width, height = arguments.optional("width", width, 1), arguments.optional("height", height, 1)
-        spp, layers = arguments.optional("spp", spp, 1), arguments.names("layers", layers)
-        view = flatten_camera(self._camera(camera), width, height, spp)
-        full = int(view["width"][0]), int(view["height"][0])
-        depth = self._depth(max_depth)
-        names = check_layers(layers, depth, self.flat.response is not None)
-        window = check_crop(crop, *full)
-        self._check_limits(full[0] * full[1], int(view["grid"][0]) ** 2, depth)
-        self.settings.limits.check("host_bytes", picture_bytes(window, names, self.flat.bands))
-        return Job(self.flat, depth, view, names, self.settings), full, window
-
-    def _camera(self, given: Camera | Mapping[str, Any] | None) -> Camera:
-        """The camera that is given, else the scene's."""
-        camera = self.scene.camera if given is None else read_camera(given, At())
-        if camera is None:
-            raise SceneError(f"{self.scene.source or 'scene'}: camera: missing; a picture needs a [camera]")
-        return camera
 
     @public
     @_one_at_a_time
@@ -274,9 +243,9 @@ class Tracer:
 
         camera: as for `render`. They are what `render(spp=1)` traces, bit for bit.
         """
-        view = flatten_camera(self._camera(camera), spp=1)
+        view = flatten_camera(camera_of(self.scene, camera), spp=1)
         height, width = int(view["height"][0]), int(view["width"][0])
-        self._check_limits(width * height, 1, 0)
+        check_limits(self.flat, self.settings.limits, width * height, 1, 0)
         self.settings.limits.check("host_bytes", 4 * 6 * width * height)
         found = np.empty((2, height * width, 3), np.float32)
         record = self.device.upload(view)
@@ -329,7 +298,8 @@ class Tracer:
         origins, directions: (n, 3), as for `intersect`; max_depth (>= 0): in place of the scene's. Each ray
         starts in the media that its origin lies in. Raises LimitError, and ClrtError as `intersect`.
         """
-        task = Job(self.flat, self._depth(max_depth), settings=self.settings)
+        depth = depth_of(self.scene, max_depth, self.settings.limits)
+        task = Job(self.flat, depth, settings=self.settings)
         counts = RayCounts()
         limits = self.settings.limits
         pieces = list(ray_chunks(origins, directions, np.inf, self.tile, limits, LIGHT_BYTES))[::-1]
@@ -345,53 +315,6 @@ class Tracer:
         limits = self.settings.limits
         for chunk in ray_chunks(origins, directions, t_max, self.tile, limits, answer):
             yield passes.adopt(self.device, *chunk)
-
-    def _depth(self, max_depth: int | None) -> int:
-        depth = self.scene.max_depth if max_depth is None else max_depth
-        depth = arguments.whole("max_depth", depth)
-        self.settings.limits.check("depth", depth)
-        ceilings.check_depth(depth)
-        return depth
-
-    def _check_limits(self, pixels: int, samples: int, depth: int) -> None:
-        limits = self.settings.limits
-        limits.check("pixels", pixels)
-        limits.check("samples", samples)
-        ceilings.check_picture(pixels, samples)
-        group = self.flat.group
-        parts = -(-self.flat.bands // group) if group and depth else 1  # rays that dispersion makes of one
-        limits.check_work(pixels * samples * parts, self.world.lights, self._branching(depth))
-
-    def _branching(self, depth: int) -> Branching:
-        info, materials = self.flat.scene[0], self.flat.materials
-        doubling = bool(np.any((materials["kr"] > 0) & (materials["kt"] > 0)))
-        if info["spd"]:  # counts every reflection, whatever its weight
-            return Branching(depth, bool(np.any(materials["kt"] > 0)))
-        tint = np.maximum(materials["mirror"].max(axis=1), materials["fresnel"] == layout.FRESNEL["SCHLICK"])
-        # total internal reflection takes both shares
-        share = materials["kr"] * tint + materials["kt"] * materials["tint"].max(axis=1)
-        least, ambient = float(info["min_weight"]), int(info["ambient_samples"])
-        return Branching(depth, doubling, float(share.max()), least, ambient)
-
-    def _stats(self, counts: RayCounts, local_size: int) -> dict[str, Any]:
-        seconds = self.device.driver.take_seconds()
-        return {
-            **counts.table(),
-            "seconds": seconds,
-            "traced": counts.traced,
-            "device": self.device.info.label,
-            "local_size": local_size,
-        }
-
-    def _metadata(self) -> dict[str, str]:
-        settings = {name: value for name, value in asdict(self.settings).items() if name != "limits"}
-        return {
-            "scene_hash": self.flat.hash,
-            "kernel_hash": self.device.kernels.hash,
-            "device": self.device.info.label,
-            "version": __version__,
-            "settings": ", ".join(f"{name}={value}" for name, value in settings.items()),
-        }
 
 
 def render(

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from clrt.base.errors import ClrtError
-from clrt.engine.queues import Hits, Queue
+from clrt.engine.queues import Queue, QueueHits
 from clrt.engine.stage import Stage
 from clrt.engine.world import World
 
@@ -27,7 +27,7 @@ _LOOKED_AT: Final[dict[str, tuple[tuple[str, str, tuple[str, ...]], ...]]] = {
         ("surface", "hit", ("point", "n", "ns", "offset")),
         ("cross_boundaries", "weight", ("weight",)),
     ),
-    "light": (("light", "local light", ("local",)),),
+    "shade": (("shade", "local light", ("local",)),),
     "feelers": (("feelers", "feeler", ("origin", "direction")),),
     "illuminate": (("illuminate", "direct light", ("local",)),),
     "gather": (("gather", "sum of the film", ("sums",)),),
@@ -46,13 +46,14 @@ class Tripwire:
 
     def __init__(self, world: World, pixels: np.ndarray, width: int = 0) -> None:
         self._shapes, self._pixels, self._width = world.flat.primitives["shape"], pixels, width
-        self._met: list[tuple[int, Queue, Hits]] = []  # what the queues of a generation and the last one hit
+        # what the queues of a generation and the last one hit
+        self._met: list[tuple[int, Queue, QueueHits]] = []
 
     def __call__(self, stage: Stage) -> None:
         if stage.name not in _LOOKED_AT:
             return
         values = stage.values()
-        if isinstance(stage.wrote, Hits):
+        if isinstance(stage.wrote, QueueHits):
             self._met = [met for met in self._met if met[0] >= stage.generation - 1]
             self._met.append((stage.generation, stage.queue, stage.wrote))
             values["t"] = np.where(values["primitive"] < 0, 0, values["t"])

@@ -17,9 +17,9 @@ from clrt.engine.queues import (
     CAMERA,
     REFLECTION,
     TRANSMISSION,
-    Hits,
-    Lit,
     Queue,
+    QueueHits,
+    Shaded,
     feeler_bytes,
     queue_bytes,
 )
@@ -43,16 +43,16 @@ class RayCounts:
 
     generations: list[Counter[str]] = field(default_factory=list)
 
-    def add(self, generation: int, queue: Queue, lit: Lit) -> None:
+    def add(self, generation: int, queue: Queue, shaded: Shaded) -> None:
         while len(self.generations) <= generation:
             self.generations.append(Counter())
         self.generations[generation] += Counter(
             {
                 queue.kind: queue.n,
-                "hits": lit.totals["HIT"],
-                f"{queue.kind}_hits": lit.totals["HIT"] if queue.kind == CAMERA else 0,
-                "total_internal_reflection": lit.totals["TOTAL_INTERNAL"],
-                "feelers": lit.totals["FEELERS"],
+                "hits": shaded.totals["HIT"],
+                f"{queue.kind}_hits": shaded.totals["HIT"] if queue.kind == CAMERA else 0,
+                "total_internal_reflection": shaded.totals["TOTAL_INTERNAL"],
+                "feelers": shaded.totals["FEELERS"],
             }
         )
 
@@ -80,7 +80,7 @@ def trace(
     device: Device,
     world: World,
     queue: Queue,
-    hits: Hits,
+    hits: QueueHits,
     film: Film,
     max_depth: int,
     budget: int | None = None,
@@ -95,22 +95,22 @@ def trace(
     film.add_terms(world, queue, hits, last=max_depth == 0)
     queues = [(queue, hits)]
     for generation in range(max_depth + 1):
-        parents: list[tuple[Queue, Hits, Lit]] = []
+        parents: list[tuple[Queue, QueueHits, Shaded]] = []
         for queue, hits in queues:
-            lit = passes.light(device, world, queue, hits, last=generation == max_depth)
-            parents.append((queue, hits, lit))
-            tell(observers, "light", generation, queue, lit)
+            shaded = passes.shade(device, world, queue, hits, last=generation == max_depth)
+            parents.append((queue, hits, shaded))
+            tell(observers, "shade", generation, queue, shaded)
         yield parents[-1][2].counted
         if budget is not None:
             _check_size(device, world, parents, film.pixels, budget)
-        for queue, hits, lit in parents:
-            feelers = passes.feelers(device, world, queue, hits, lit)
+        for queue, hits, shaded in parents:
+            feelers = passes.feelers(device, world, queue, hits, shaded)
             tell(observers, "feelers", generation, queue, feelers)
-            passes.illuminate(device, world, queue, hits, lit, feelers)
-            tell(observers, "illuminate", generation, queue, lit)
-            film.add(queue, lit, generation)
+            passes.illuminate(device, world, queue, hits, shaded, feelers)
+            tell(observers, "illuminate", generation, queue, shaded)
+            film.add(queue, shaded, generation)
             tell(observers, "gather", generation, queue, film)
-            counts.add(generation, queue, lit)
+            counts.add(generation, queue, shaded)
         queues = []
         for kind, narrow in spawned_kinds(device):
             child = passes.spawn(device, world, kind, generation, parents, narrow)
@@ -130,18 +130,19 @@ def trace(
 
 
 def _check_size(
-    device: Device, world: World, parents: list[tuple[Queue, Hits, Lit]], pixels: int, budget: int
+    device: Device, world: World, parents: list[tuple[Queue, QueueHits, Shaded]], pixels: int, budget: int
 ) -> None:
     lanes = device.settings.lanes
     need = most_feelers = narrow = 0
-    for queue, _, lit in parents:
-        rays = queue.device.rays
-        children = sum(lit.totals[stream] for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT"))
-        need += queue_bytes(queue.n, rays, lanes) + queue_bytes(children, rays, lanes)
-        if lit.totals.get("GROUPS"):
-            narrow += lit.totals["GROUPS"]
-            need += queue_bytes(lit.totals["GROUPS"], device.for_queue(True).rays, lanes)
-        most_feelers = max(most_feelers, feeler_bytes(lit.totals["FEELERS"], rays, lanes, world.tinted))
+    for queue, _, shaded in parents:
+        ray_format = queue.device.ray_format
+        children = sum(shaded.totals[stream] for stream in ("REFLECTION", "TRANSMISSION", "AMBIENT"))
+        need += queue_bytes(queue.n, ray_format, lanes) + queue_bytes(children, ray_format, lanes)
+        if shaded.totals.get("GROUPS"):
+            narrow += shaded.totals["GROUPS"]
+            need += queue_bytes(shaded.totals["GROUPS"], device.for_queue(True).ray_format, lanes)
+        feelers = shaded.totals["FEELERS"]
+        most_feelers = max(most_feelers, feeler_bytes(feelers, ray_format, lanes, world.tinted))
     if need + most_feelers > budget or (narrow > _NARROW_RAYS and pixels > 1):
         raise TooLarge
 
@@ -149,4 +150,5 @@ def _check_size(
 def spawned_kinds(device: Device) -> list[tuple[str, bool]]:
     """The queues of a generation, in their order: kind, and whether its rays carry one dispersion group."""
     kinds = (REFLECTION, TRANSMISSION, AMBIENT)
-    return [(kind, narrow) for narrow in ((False, True) if device.rays.group else (False,)) for kind in kinds]
+    widths = (False, True) if device.ray_format.group else (False,)
+    return [(kind, narrow) for narrow in widths for kind in kinds]

@@ -27,15 +27,15 @@ class World:
     """Owns the scene's buffers on a device. `arguments` are what a kernel's WORLD_PARAMETERS take; `small`:
     the tree is.
 
-    The device's kernels must be those for the scene's rays: `device.variant(flat.rays)`.
+    The device's kernels must be those for the scene's rays: `device.variant(flat.ray_format)`.
     """
 
     flat: FlatScene
     _buffers: dict[str, Any]  # the sections by name, and `count`, the nodes of the tree
 
     def __init__(self, device: Device, flat: FlatScene) -> None:
-        if device.rays != flat.rays:
-            raise ValueError(f"kernels for {device.rays}; the scene has {flat.rays}")
+        if device.ray_format != flat.ray_format:
+            raise ValueError(f"kernels for {device.ray_format}; the scene has {flat.ray_format}")
         self.overflow = device.upload(np.zeros(1, np.uint32))  # 1 once a list of media was too short
         buffers: dict[str, Any] = {
             name: device.upload(getattr(flat, name), kind=kind) for name, kind in _TABLES.items()

@@ -69,9 +69,9 @@ class FlatScene:
         return int(self.scene["ambient"].shape[-1])
 
     @property
-    def rays(self) -> layout.Rays:
+    def ray_format(self) -> layout.RayFormat:
         """What rays carry through this scene."""
-        return layout.Rays(self.bands, self.media_places, self.group)
+        return layout.RayFormat(self.bands, self.media_places, self.group)
 
     @property
     def media_places(self) -> int:

@@ -10,7 +10,8 @@ import numpy as np
 from clrt import layout
 from clrt.scene.lights import DirectionalLight, Light, PointLight
 from clrt.scene.scene import Checker, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
-from clrt.spectra.bands import Bands, conductor, curve, index, light, reflectance
+from clrt.spectra.bands import Bands, conductor, curve, light, reflectance
+from clrt.spectra.curves import ior_at
 
 _FLAT = (Plane, Polygon, Disk)
 _FRESNEL = {False: "CONSTANT", True: "FRESNEL", "schlick": "SCHLICK"}
@@ -61,7 +62,7 @@ def _material(
     record = out[0]
     for field, name in layout.COEFFICIENTS.items():
         record[field] = getattr(material, name)
-    record["ior"] = material.eta
+    record["ior"] = material.ior_d
     record["fresnel"] = layout.FRESNEL[_FRESNEL[material.fresnel]]
     record["thin"] = material.thin
     record["one_sided"] = one_sided
@@ -84,15 +85,15 @@ def _material(
         record["fresnel"] = layout.FRESNEL["CONDUCTOR"]
         record["eta"], record["k"] = conductor(material.conductor, bands)
     record["dispersive"] = bands is not None and material.dispersive
-    record["index"] = material.eta if bands is None else _index(material, bands, group)
+    record["band_ior"] = material.ior_d if bands is None else _band_ior(material, bands, group)
     return out
 
 
-def _index(material: Material, bands: Bands, group: int) -> np.ndarray:
+def _band_ior(material: Material, bands: Bands, group: int) -> np.ndarray:
     """For each band the index of refraction in the middle of its dispersion group."""
     first = np.arange(bands.n) // group * group
     centers = (bands.edges[first] + bands.edges[np.minimum(first + group, bands.n)]) / 2
-    return index(material.ior, centers)
+    return ior_at(material.ior, centers)
 
 
 def _count(bands: Bands | None) -> int:

@@ -1,7 +1,7 @@
 """The one table of record layouts: what the host packs and the kernels read.
 
 Every record that crosses from Python to OpenCL is described here once. `dtype(name)` gives the numpy
-side, `c_declarations(...)` the C side, so the two cannot drift apart. Only `float4`, `float`, `int` and
+side, `clrt.layout.declarations` the C side, so the two cannot drift apart. Only `float4`, `float`, `int` and
 `uint` occur (a `float3` would bring hidden padding), the wide fields come first, and a record that holds a
 `float4` is a multiple of 16 bytes, so that every OpenCL device agrees on the layout; a test asks each device.
 
@@ -15,7 +15,6 @@ Three kinds of data:
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import cache
 from typing import Final
@@ -94,7 +93,7 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
         ("absorption", "float@BANDS"),
         ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
-        ("index", "float@BANDS"),  # of refraction, for each band that of its dispersion group
+        ("band_ior", "float@BANDS"),  # index of refraction, for each band that of its dispersion group
     ),
     # POINT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it
     "Light": (
@@ -174,7 +173,7 @@ HITS: Final = {
     "surfaces": "float *surfaces",
     "code": "int *surface_code",
 }
-LIT: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
+SHADED: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
 FEELERS: Final = {
     "first": "uint *first_feeler",
     "owner": "uint *owner",
@@ -206,7 +205,7 @@ PATH: Final = {
     "PATH_FLAGS": 15,
 }
 
-# What the pass `light` finds that a ray will spawn, packed into one word; streams are what is counted from it
+# What the pass `shade` finds that a ray will spawn, packed into one word; streams are what is counted from it
 SPAWN: Final = {
     "SPAWN_FEELERS": 0xFFFF,  # number of shadow feelers
     "SPAWN_REFLECTION": 1 << 16,
@@ -243,7 +242,7 @@ _NUMPY: Final[dict[str, tuple[type[np.generic], tuple[int, ...]]]] = {
 }
 
 
-def _field_length(kind: str, bands: int) -> tuple[str, int]:
+def field_length(kind: str, bands: int) -> tuple[str, int]:
     """C type and array length of a field; `@-BANDS` pads a band array to a multiple of 4."""
     base, _, count = kind.partition("@")
     if not count:
@@ -261,24 +260,13 @@ def dtype(name: str, bands: int = BANDS) -> np.dtype:
         return np.dtype((element, shape))
     fields: list[tuple[str, type[np.generic], tuple[int, ...]]] = []
     for field, kind in RECORDS[name]:
-        base, length = _field_length(kind, bands)
+        base, length = field_length(kind, bands)
         scalar, shape = _NUMPY[base]
         if length:
             fields.append((field, scalar, (length,)))
         elif "@" not in kind:
             fields.append((field, scalar, shape))
     return np.dtype(fields)
-
-
-def _c_struct(name: str, bands: int) -> str:
-    lines = []
-    for field, kind in RECORDS[name]:
-        base, length = _field_length(kind, bands)
-        if length:
-            lines.append(f"    {base} {field}[{length}];")
-        elif "@" not in kind:
-            lines.append(f"    {base} {field};")
-    return "typedef struct {\n" + "\n".join(lines) + f"\n}} {name};\n"
 
 
 def surface_fields(media: int) -> int:
@@ -292,7 +280,7 @@ def streams(group: int = 0) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Rays:
+class RayFormat:
     """What rays carry: the compile-time constants of the kernels.
 
     bands: of the scene. media: places in the list of media, 0 where there are none. group: bands that
@@ -313,65 +301,3 @@ class Rays:
     def values(self) -> int:
         """Words of a ray's weight, light or contribution: its bands, and which a narrow ray's first is."""
         return self.carried + self.narrow
-
-
-def c_declarations(rays: Rays | None = None, lanes: int = 16, packet: int = 16) -> str:
-    """The C side of this table: constants, structs, and groups of kernel parameters.
-
-    Of each group, such as the world's buffers: `WORLD_PARAMETERS` is the list of them in a signature, `World`
-    the struct that device functions take, `WORLD_OF_PARAMETERS` the initialiser of one from the other.
-    """
-    rays = rays or Rays()
-    constants: dict[str, int] = {
-        "BANDS": rays.bands,
-        "RAY_BANDS": rays.carried,
-        "VALUES": rays.values,
-        "GROUP": rays.group,
-        "NARROW": int(rays.narrow),
-        "MEDIA": rays.media,
-        "LANES": lanes,
-        "PACKET": packet,
-        "WIDE": WIDE,
-        "CHUNK": CHUNK,
-        "ARRANGED": ARRANGED,
-        "STREAMS": len(streams(rays.group)),
-        "RAY_FIELDS": len(RAY_FIELDS),
-        "SURFACE_FIELDS": surface_fields(rays.media),
-    }
-    constants |= KINDS | BLOCKS | FALLOFF | FRESNEL | CHECKER | SURFACE | PATH | SPAWN | TERMS
-    constants |= {f"LIGHT_{kind}": number for kind, number in LIGHT_KINDS.items()}
-    constants |= {f"STREAM_{name}": number for number, name in enumerate(STREAMS)}
-    for fields in (RAY_FIELDS, SURFACE_FIELDS + TOP_FIELDS):
-        constants |= {name: number for number, name in enumerate(fields)}
-    out = [f"#define {name} {value}" for name, value in constants.items()]
-    for name, kinds in (("PRIMITIVE_KINDS", KINDS), ("LIGHT_KINDS", LIGHT_KINDS)):
-        out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
-    floats = {"PAD": PAD, "OFFSET": OFFSET, "BRIGHTEST": BRIGHTEST}
-    out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
-    out += [_c_struct(name, rays.bands) for name in RECORDS]
-    world = {name: f"const {kind} *{name}" for name, kind in WORLD.items()}
-    geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
-    groups = {"World": world, "Queue": QUEUE, "Hits": HITS, "Lit": LIT, "Feelers": FEELERS, "Child": CHILD}
-    groups["Geometry"] = geometry
-    out += [_c_group(name, list(group.values())) for name, group in groups.items()]
-    return "\n".join(out)
-
-
-def _c_group(name: str, parameters: list[str]) -> str:
-    parameters = [_c_type(text) + _c_name(text) for text in parameters]
-    start = f"#define {name.upper()}"
-    return (
-        "typedef struct {\n" + "".join(f"    {parameter};\n" for parameter in parameters) + f"}} {name};\n"
-        f"{start}_PARAMETERS {', '.join(parameters)}\n"
-        f"{start}_OF_PARAMETERS {{{', '.join(map(_c_name, parameters))}}}\n"
-    )
-
-
-def _c_name(parameter: str) -> str:
-    return re.split(r"[ *]", parameter)[-1]
-
-
-def _c_type(text: str) -> str:
-    """The type of a parameter `type name`, so that a name can follow."""
-    kind, star, _ = text.partition("*")
-    return f"__global {kind}*" if star else kind.split()[0] + " "

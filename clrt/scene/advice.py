@@ -175,6 +175,6 @@ def _undispersed(scene: Scene) -> tuple[str, str] | None:
         return None
     for place, material in materials(scene):
         if material.dispersive and material.kt > 0:
-            text = f"without [spectrum] its one index is that at {D_LINE:.2f} nm, {material.eta:.6g}"
+            text = f"without [spectrum] its one index is that at {D_LINE:.2f} nm, {material.ior_d:.6g}"
             return place.key("ior").path, text
     return None

@@ -11,8 +11,8 @@ from clrt.base.places import At, listed
 from clrt.base.records import Record
 from clrt.base.suggest import did_you_mean
 from clrt.spectra.colors import Color, Colored, CurveColor, LightColor, check_color, full
-from clrt.spectra.curves import D_LINE, VISIBLE, index_at
-from clrt.spectra.indices import GLASSES, IOR, LEAST, Dispersion, Index, Metal, check_conductor
+from clrt.spectra.curves import D_LINE, VISIBLE, ior_at
+from clrt.spectra.indices import GLASSES, IOR, LEAST, Dispersion, Ior, Metal, check_conductor
 from clrt.spectra.spectrum import Spectrum, check_points
 
 __all__ = ["IOR", "Checker", "Material", "rgb"]
@@ -51,7 +51,7 @@ class Checker(Record, frozen=True, kw_only=True, tag="checker", tag_field="type"
             check_color(color, "reflectance", at.key("colors").item(index))
 
 
-def check_index(ior: Index, at: At) -> None:
+def check_ior(ior: Ior, at: At) -> None:
     """Raise for an unknown name, or an index that is not at least `LEAST` at every visible wavelength."""
     if isinstance(ior, str):
         names = (*IOR, *GLASSES)
@@ -62,7 +62,7 @@ def check_index(ior: Index, at: At) -> None:
         check_points(ior, at, LEAST)
     elif isinstance(ior, Dispersion):
         ior.check(at)
-        for nm, value in zip(VISIBLE, index_at(ior, VISIBLE), strict=True):
+        for nm, value in zip(VISIBLE, ior_at(ior, VISIBLE), strict=True):
             if not value >= LEAST:
                 raise at.error(float(value), f"the index at {nm:g} nm must be a number >= {LEAST:g}")
     elif not ior >= LEAST:
@@ -88,7 +88,7 @@ class Material(Colored, frozen=True, kw_only=True):
     shininess: Coefficient = 32.0
     reflection: Coefficient | None = None
     transmission: Coefficient | None = None
-    ior: Index = 1.5
+    ior: Ior = 1.5
     fresnel: Annotated[
         bool | Literal["schlick"], Meta(description="fresnel must be true, false or 'schlick'")
     ] = False
@@ -108,7 +108,7 @@ class Material(Colored, frozen=True, kw_only=True):
         Colored.check(self, at)
         if isinstance(self.color, Checker):
             self.color.check(at.key("color"))
-        check_index(self.ior, at.key("ior"))
+        check_ior(self.ior, at.key("ior"))
         if self.conductor is not None:
             check_conductor(self.conductor, at.key("conductor"))
             if self.kt > 0:
@@ -142,9 +142,9 @@ class Material(Colored, frozen=True, kw_only=True):
         return not isinstance(self.ior, (int, float)) and self.ior not in IOR
 
     @property
-    def eta(self) -> float:
+    def ior_d(self) -> float:
         """Index of refraction as a number: of a dispersive glass that at helium's d line, 587.56 nm."""
-        return float(index_at(self.ior, np.array(D_LINE)))
+        return float(ior_at(self.ior, np.array(D_LINE)))
 
     @property
     def is_medium(self) -> bool:

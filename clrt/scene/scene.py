@@ -17,12 +17,11 @@ from clrt.base.files import resolve
 from clrt.base.frozen import FrozenDict
 from clrt.base.limits import Limits
 from clrt.base.places import At, known_keys, listed
-from clrt.base.records import float32, read, table_of, tagged
-from clrt.base.suggest import did_you_mean
+from clrt.base.records import read, table_of, tagged
 from clrt.scene.advice import check_lines, warn
 from clrt.scene.camera import Camera
 from clrt.scene.edit import Draft
-from clrt.scene.lights import LIGHTS, DirectionalLight, Light, PointLight
+from clrt.scene.lights import DirectionalLight, Light, PointLight
 from clrt.scene.materials import IOR, Checker, Material, rgb
 from clrt.scene.mesh import Mesh, MeshData, Meshes, edited_mesh, read_mesh
 from clrt.scene.save import save
@@ -39,7 +38,8 @@ from clrt.scene.shapes import (
     Shape,
     Sphere,
 )
-from clrt.scene.transforms import Step, is_similarity
+from clrt.scene.tables import check_material, listing, names_files, read_lights, read_materials
+from clrt.scene.transforms import Step
 from clrt.spectra.colors import Background, Colored, LightColor
 from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
 
@@ -63,7 +63,6 @@ SHAPES: dict[str, type[Shape]] = {
     "disk": Disk,
     "box": Box,
 }
-_CHECKERED = (Sphere, Plane, Polygon, Disk)
 _DEFAULT_MATERIAL = Material()
 
 
@@ -122,9 +121,9 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         values = self._read_settings({name: getattr(self, name) for name in _Settings.__struct_fields__}, at)
         values["camera"] = read_camera(self.camera, at)
         # what reads mesh files leaves cycles behind
-        with no_collections(paused=not _names_files(self.shapes)):
-            values["materials"] = _read_materials(self.materials, at.key("materials"))
-            values["lights"] = _read_lights(self.lights, at.key("lights"), self.limits)
+        with no_collections(paused=not names_files(self.shapes)):
+            values["materials"] = read_materials(self.materials, at.key("materials"))
+            values["lights"] = read_lights(self.lights, at.key("lights"), self.limits)
             values["shapes"] = self._read_shapes(self.shapes, values["materials"], at.key("shapes"))
         for name, value in values.items():
             msgspec.structs.force_setattr(self, name, value)
@@ -144,12 +143,12 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         shapes: list[Shape] = []
         checkered = {name for name, material in materials.items() if isinstance(material.color, Checker)}
         meshes = Meshes()
-        for index, one in enumerate(_listing(data, at, "shapes")):
+        for index, one in enumerate(listing(data, at, "shapes")):
             place = at.item(index)
             shape = self._read_shape(one, place, meshes)
             name = shape.material
             if not (name is None or (type(name) is str and name in materials and name not in checkered)):
-                _check_material(shape, materials, place)
+                check_material(shape, materials, place)
             shapes.append(shape)
             meshes.primitives += shape.primitives
             self.limits.check("primitives", meshes.primitives, at.source, at.path)
@@ -236,7 +235,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         if "camera" in values:
             values["camera"] = read_camera(values["camera"], at)
         if "lights" in values:
-            values["lights"] = _read_lights(values["lights"], at.key("lights"), self.limits)
+            values["lights"] = read_lights(values["lights"], at.key("lights"), self.limits)
         if "materials" in values:
             values["materials"] = self._edit_materials(draft, at.key("materials"))
         if "shapes" in values:
@@ -251,7 +250,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         """The materials as the draft has them; all shapes of those that are new can have them."""
         materials, touched = draft.values["materials"], draft.touched.get("materials")
         if touched is None:
-            materials = _read_materials(materials, at)
+            materials = read_materials(materials, at)
         else:
             materials = FrozenDict({
                 name: read(Material, value, at.key(name)) if name in touched else value
@@ -260,7 +259,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         place = At(self.source, "shapes")
         for index, shape in enumerate(self.shapes if "shapes" not in draft.values else ()):
             if isinstance(shape.material, str) and (touched is None or shape.material in touched):
-                _check_material(shape, materials, place.item(index))
+                check_material(shape, materials, place.item(index))
         return materials
 
     def _edit_shapes(self, draft: Draft, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
@@ -277,7 +276,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             else:
                 shapes[index] = self._read_shape(new, place, Meshes())
         for index in range(len(shapes)) if "materials" in draft.values else numbers:
-            _check_material(shapes[index], materials, at.item(index))
+            check_material(shapes[index], materials, at.item(index))
         self.limits.check("primitives", sum(shape.primitives for shape in shapes), at.source, at.path)
         vertices = sum(len(shape.data().vertices) for shape in shapes if isinstance(shape, Mesh))
         self.limits.check("vertices", vertices, at.source, at.path)
@@ -314,52 +313,3 @@ def read_scene(
 def read_camera(data: object, at: At) -> Camera | None:
     """The checked camera that `data`, a table or a Camera, describes; None for None."""
     return None if data is None else read(Camera, data, at.key("camera")).upright()
-
-
-def _read_materials(data: object, at: At) -> dict[str, Material]:
-    if not isinstance(data, Mapping):
-        raise at.error(data, "materials must be a table of named materials")
-    for name in data:
-        if not isinstance(name, str):
-            raise at.error(name, "a material's name must be a text")
-    return FrozenDict({name: read(Material, value, at.key(name)) for name, value in data.items()})
-
-
-def _read_lights(data: object, at: At, limits: Limits) -> tuple[Light, ...]:
-    lights = _listing(data, at, "lights")
-    limits.check("lights", len(lights), at.source, at.path)
-    return tuple(
-        read(tagged(LIGHTS, light, at.item(i), "light"), light, at.item(i)) for i, light in enumerate(lights)
-    )
-
-
-def _names_files(shapes: object) -> bool:
-    if not isinstance(shapes, (list, tuple)):
-        return False
-    return any(isinstance(s, Mesh) or (isinstance(s, Mapping) and "file" in s) for s in shapes)
-
-
-def _listing(data: object, at: At, noun: str) -> list[Any] | tuple[Any, ...]:
-    if isinstance(data, Mapping):
-        raise at.error(data, f"{noun} must be a list of tables; in TOML each is a [[{noun}]]: two brackets")
-    if not isinstance(data, (list, tuple)):
-        raise at.error(data, f"{noun} must be a list of tables")
-    return data
-
-
-def _check_material(shape: Shape, materials: Mapping[str, Material], at: At) -> None:
-    material: object = shape.material
-    if isinstance(material, str):
-        if material not in materials:
-            known = f"the materials are {listed(materials)}{did_you_mean(material, materials)}"
-            raise at.key("material").error(material, known if materials else "the scene has no materials")
-        material = materials[material]
-    if isinstance(material, Material) and isinstance(material.color, Checker):
-        if not isinstance(shape, _CHECKERED):
-            raise at.key("material").says(
-                f"a checker is for spheres, planes, polygons and disks, not a {shape.type}"
-            )
-        if isinstance(shape, Sphere) and not is_similarity(float32(shape.matrix)):
-            raise at.key("transform").says(
-                "a sphere with a checker must stay round; use one scale for all axes"
-            )

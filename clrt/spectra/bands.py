@@ -19,13 +19,12 @@ from clrt.spectra.curves import (
     VISIBLE,
     Curve,
     curve_of,
-    index_at,
     is_lamp,
     metal,
     normal_reflectance,
     samples,
 )
-from clrt.spectra.indices import Index, Metal
+from clrt.spectra.indices import Metal
 from clrt.spectra.spectrum import Points, Spectrum
 from clrt.spectra.tables import columns
 
@@ -108,11 +107,6 @@ def curve(value: float | tuple[Any, ...] | Spectrum, bands: Bands | None) -> np.
         weights = upsampling(VISIBLE) * cells(curve_of("D65")) * matching(VISIBLE).sum(axis=0)
         return weights @ cells(found) / weights.sum(axis=1)
     return _at_midpoints(value, found, bands)
-
-
-def index(ior: Index, nm: np.ndarray) -> np.ndarray:
-    """Index of refraction at wavelengths in nm, shape of `nm`. RGB pictures take it at `curves.D_LINE`."""
-    return index_at(ior, nm)
 
 
 def conductor(value: Metal, bands: Bands | None) -> tuple[np.ndarray, np.ndarray]:

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from clrt.spectra.indices import IOR, Index
+from clrt.spectra.indices import IOR, Ior
 from clrt.spectra.spectrum import LAMPS, METALS, Spectrum
 from clrt.spectra.tables import columns, rows
 
@@ -70,7 +70,7 @@ def samples(points: Iterable[tuple[float, float]]) -> Curve:
     return Curve(nm, values)
 
 
-def index_at(ior: Index, nm: np.ndarray) -> np.ndarray:
+def ior_at(ior: Ior, nm: np.ndarray) -> np.ndarray:
     """Index of refraction at wavelengths in nm, shape of `nm`. Formulas: NaN where n^2 is below 0."""
     if isinstance(ior, str) and ior in IOR:
         ior = IOR[ior]

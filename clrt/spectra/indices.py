@@ -64,7 +64,7 @@ class Conductor(Record, frozen=True, kw_only=True):
                 raise at.key(name).error(value, f"{name} must be >= {least:g}")
 
 
-Index = Annotated[
+Ior = Annotated[
     float | str | Points | Dispersion,
     Meta(description="ior must be a number >= 0.001, a name, [nm, index] pairs, or a formula's table"),
 ]

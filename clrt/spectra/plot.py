@@ -9,9 +9,9 @@ import numpy as np
 
 from clrt.images.file import encode
 from clrt.images.plotting import drawing, subplots
-from clrt.spectra.bands import Bands, index, light, reflectance, upsampling
+from clrt.spectra.bands import Bands, light, reflectance, upsampling
 from clrt.spectra.colorimetry import RGB_OF_XYZ, cells, matching, xyz_of
-from clrt.spectra.curves import curve_of, is_lamp
+from clrt.spectra.curves import curve_of, ior_at, is_lamp
 from clrt.spectra.indices import GLASSES
 from clrt.spectra.spectrum import METALS, REFLECTANCES, Spectrum
 
@@ -40,7 +40,7 @@ def draw(value: str | Spectrum, bands: int | None = None) -> Any:
         _finish(axes, "Reflectance of metals, seen straight on", "reflectance")
     elif value in (*GLASSES, "glasses"):
         names = GLASSES if value == "glasses" else (str(value),)
-        _several(axes, {name: index(name, SHOWN) for name in names}, None, "center right")
+        _several(axes, {name: ior_at(name, SHOWN) for name in names}, None, "center right")
         _finish(axes, "Index of refraction", "index of refraction")
     else:
         _spectrum(axes, value, bands)

@@ -12,7 +12,8 @@ import clrt
 from clrt import layout
 from clrt.device.device import Device
 from clrt.flatten.flatten import flatten
-from clrt.spectra.bands import Bands, index
+from clrt.spectra.bands import Bands
+from clrt.spectra.curves import ior_at
 from validation.twin.scenes import in_bands, scenes
 
 GLASS: dict[str, Any] = {"type": "sphere", "center": [0, 0.3, 0], "radius": 0.8}
@@ -44,18 +45,18 @@ def test_each_band_is_bent_by_the_index_of_its_group(group: int) -> None:
     edges = Bands(6).edges
     for first in range(0, 6, group):
         last = min(first + group, 6)
-        bent = index("SF11", np.array((edges[first] + edges[last]) / 2))
+        bent = ior_at("SF11", np.array((edges[first] + edges[last]) / 2))
         alone = bands_of(scene(float(bent)))[..., first:last]
         np.testing.assert_allclose(split[..., first:last], alone, atol=1e-5 * alone.max(), rtol=0)
     # that would be no news if all wavelengths were bent alike
-    assert np.abs(split - bands_of(scene(float(index("SF11", np.array(540.0)))))).max() > 0.01 * split.max()
+    assert np.abs(split - bands_of(scene(float(ior_at("SF11", np.array(540.0)))))).max() > 0.01 * split.max()
 
 
 def test_without_dispersion_no_ray_is_narrow() -> None:
     flat = flatten(scene(1.7))
-    assert flat.rays == layout.Rays(bands=6)
-    assert flatten(scene("BK7")).rays == layout.Rays(bands=6, group=1)
-    assert flatten(scene("BK7", spectrum=None)).rays == layout.Rays()
+    assert flat.ray_format == layout.RayFormat(bands=6)
+    assert flatten(scene("BK7")).ray_format == layout.RayFormat(bands=6, group=1)
+    assert flatten(scene("BK7", spectrum=None)).ray_format == layout.RayFormat()
 
 
 def test_each_group_of_a_split_ray_counts_as_a_ray() -> None:
@@ -134,4 +135,4 @@ def test_the_kernels_must_be_those_for_the_scenes_rays() -> None:
     flat = in_bands(scenes()["nothing"][1], 5)
     with pytest.raises(ValueError, match="bands=3"):
         World(Device(), flat)
-    World(Device().variant(flat.rays), flat)
+    World(Device().variant(flat.ray_format), flat)

@@ -57,7 +57,7 @@ def test_the_measurement_of_faults_sees_a_leak_and_a_foreign_error(
     scene, out = write_scene(tmp_path), tmp_path / "out.exr"
     expected = faults.whole_run(scene, out).hash
     hoard: list[Any] = []
-    plain = passes.light
+    plain = passes.shade
 
     def leaking(device: Any, *arguments: Any, **named: Any) -> Any:
         hoard.append(device.buffer(64))
@@ -65,7 +65,7 @@ def test_the_measurement_of_faults_sees_a_leak_and_a_foreign_error(
 
     never = 10**6
     with monkeypatch.context() as patch:
-        patch.setattr(passes, "light", leaking)
+        patch.setattr(passes, "shade", leaking)
         wrong, _ = faults.one(scene, out, never, expected)
         assert wrong.endswith(" buffers left") and int(wrong.split()[0]) > 0
     hoard.clear()

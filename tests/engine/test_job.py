@@ -16,7 +16,7 @@ import pytest
 import clrt
 from clrt.bench.recorder import Recorder
 from clrt.device.device import Device
-from clrt.engine.job import TILE_BYTES, Job, Rays, Tile, halves
+from clrt.engine.job import TILE_BYTES, GivenRays, Job, Tile, halves
 from clrt.engine.rayinput import ray_chunks
 from clrt.engine.schedule import TooLarge, complete
 from clrt.engine.stage import Stage
@@ -36,7 +36,7 @@ CALLERS = {
         "clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1, "clrt/engine/raymesh.py": 1,
         "validation/proofs.py": 1,
     },
-    "light": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1},
+    "shade": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1},
     "feelers": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1},
     "illuminate": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1},
     "gather": {"clrt/engine/film.py": 2},
@@ -97,9 +97,9 @@ def picture_job(name: str, layers: tuple[str, ...] = (), **settings: Any) -> tup
     return job, np.arange(48 * 27, dtype=np.uint32)
 
 
-def done(job: Job, piece: np.ndarray | Rays) -> Tile:
+def done(job: Job, piece: np.ndarray | GivenRays) -> Tile:
     """What a job gives for a piece, with all that it needs made anew."""
-    device = Device(None, job.settings, job.flat.rays)
+    device = Device(None, job.settings, job.flat.ray_format)
     return complete(job.trace(device, World(device, job.flat), piece))
 
 
@@ -145,12 +145,12 @@ def test_an_observer_sees_every_pass_in_order_and_changes_nothing() -> None:
     tile = complete(job.trace(device, world, pixels, (seen.append, lambda stage: stage.values() and None)))
     assert np.array_equal(tile.layers["image"], done(job, pixels).layers["image"])
     assert [stage.name for stage in seen[:6]] == [
-        "generate", "closest", "light", "feelers", "illuminate", "gather"
+        "generate", "closest", "shade", "feelers", "illuminate", "gather"
     ]  # fmt: skip
     assert [stage.name for stage in seen[-3:]] == ["geometry", "resolve", "develop"]
     for row, kinds in enumerate(tile.rays.generations):
         for kind in ("camera", "reflection", "transmission"):
-            queues = [s.queue.n for s in seen if s.name == "light" and (s.generation, s.kind) == (row, kind)]
+            queues = [s.queue.n for s in seen if s.name == "shade" and (s.generation, s.kind) == (row, kind)]
             assert sum(queues) == kinds[kind]
 
 

@@ -99,7 +99,7 @@ RAY, SURFACE = len(layout.RAY_FIELDS), len(layout.SURFACE_FIELDS)
     ("name", "buffer", "fields", "says"),
     [
         ("closest", "surfaces", SURFACE, "hit is nan after the pass surface"),
-        ("light", "local", 3, "local light is nan after the pass light"),
+        ("shade", "local", 3, "local light is nan after the pass shade"),
         ("illuminate", "local", 3, "direct light is nan after the pass illuminate"),
     ],
 )
@@ -146,7 +146,7 @@ def test_a_ray_of_a_few_bands() -> None:
     def wrong(stage: Stage) -> None:
         if stage.name == "spawn" and stage.queue.narrow and not spoiled:
             group = tracer.flat.group
-            assert tracer.flat.bands > stage.queue.device.rays.values == group + 1
+            assert tracer.flat.bands > stage.queue.device.ray_format.values == group + 1
             row = stage.queue.n - 1
             pixel = int(one_tile(tracer)[stage.values()["pixel_of"][row]])
             spoiled.append((pixel % 40, pixel // 40))

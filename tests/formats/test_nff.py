@@ -46,7 +46,7 @@ s 1 2 3 4
     material = scene.material_of(ball)
     assert (material.color, material.diffuse, material.ka) == ((1, 0.5, 0.25), 0.7, 0.7)
     assert (material.specular, material.kr, material.shininess) == (0.2, 0.2, 30)
-    assert (material.kt, material.eta) == (0.1, 1.0)
+    assert (material.kt, material.ior_d) == (0.1, 1.0)
     camera = scene.camera
     assert camera is not None
     assert (camera.origin, camera.target, camera.up) == ((2, 1, 1), (0, 0, 0), (0, 0, 1))

@@ -108,7 +108,7 @@ def check_nff(scene: Scene, text: str) -> None:
             return
         *color, kd, ks, shine, transmission, ior = said["f"][fill]
         m = scene.material_of(shape)
-        same([*m.color, m.diffuse, m.ka, m.specular, m.kr, m.shininess, m.kt, m.eta],
+        same([*m.color, m.diffuse, m.ka, m.specular, m.kr, m.shininess, m.kt, m.ior_d],
              [*color, kd, kd, ks, ks, shine, transmission, ior or 1])  # fmt: skip
         assert not m.fresnel and not m.thin and m.conductor is None
 
@@ -205,7 +205,7 @@ def check_thesis(scene: Scene, text: str) -> None:
             continue
         spectrum, (diffuse, specular, through, index, smooth) = surface
         assert reflectance(m.color, BANDS).tolist() == powers(spectrum).tolist()
-        same([m.diffuse, m.ka, m.specular, m.kr, m.kt, m.eta, m.shininess],
+        same([m.diffuse, m.ka, m.specular, m.kr, m.kt, m.ior_d, m.shininess],
              [diffuse, diffuse, specular, specular, through, index or 1, smooth])  # fmt: skip
 
 

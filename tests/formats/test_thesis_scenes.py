@@ -102,7 +102,7 @@ Surface Spectrum 600 750 Constants 1 0 0 0 10
     assert scene.shapes[4].coefficients == tuple(range(1, 11))
     material = scene.material_of(scene.shapes[0])
     assert bands_of(scene, 0).tolist() == [1.0] * 20 and (material.diffuse, material.ka) == (0.6, 0.6)
-    assert (material.specular, material.kr, material.kt, material.eta, material.shininess) == (
+    assert (material.specular, material.kr, material.kt, material.ior_d, material.shininess) == (
         0.3,
         0.3,
         0.1,
@@ -113,7 +113,7 @@ Surface Spectrum 600 750 Constants 1 0 0 0 10
     mesh = scene.shapes[5]
     assert isinstance(mesh, Mesh) and mesh.primitives == 2
     assert bands_of(scene, 5).tolist() == [0.0] * 13 + [1.0] * 7  # from 614 nm
-    assert scene.material_of(mesh).eta == 1.0  # an index of 0 stands for none
+    assert scene.material_of(mesh).ior_d == 1.0  # an index of 0 stands for none
 
 
 PROGRAM = Bands(20, 380, 740)

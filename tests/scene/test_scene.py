@@ -60,7 +60,7 @@ def test_defaults_are_those_of_the_documentation() -> None:
     assert (camera.width, camera.height, camera.spp, camera.jitter) == (640, 480, 1, None)
     material = Material()
     assert (material.color, material.ka, material.diffuse, material.kr, material.kt) == (0.8, 1, 1, 0, 0)
-    assert (material.shininess, material.eta, material.fresnel, material.thin) == (32, 1.5, False, False)
+    assert (material.shininess, material.ior_d, material.fresnel, material.thin) == (32, 1.5, False, False)
 
 
 def test_same_scene_from_toml_json_dict_and_objects(tmp_path: Path) -> None:
@@ -113,8 +113,8 @@ def test_colours_and_presets() -> None:
     assert rgb(0.5) == (0.5, 0.5, 0.5)
     assert rgb((1, 2, 3)) == (1.0, 2.0, 3.0)
     presets = {"air": 1.0, "water": 1.333, "ice": 1.31, "glass": 1.5, "diamond": 2.419}
-    assert {name: Material(ior=name).eta for name in presets} == presets
-    assert Material(ior=1.7).eta == 1.7
+    assert {name: Material(ior=name).ior_d for name in presets} == presets
+    assert Material(ior=1.7).ior_d == 1.7
 
 
 def test_fresnel_switches_the_default_of_both_coefficients() -> None:

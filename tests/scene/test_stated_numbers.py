@@ -77,24 +77,24 @@ def test_coefficients_that_are_not_given(keys: dict[str, Any], coefficients: tup
 
 
 def test_named_indices() -> None:
-    found = {name: Material(ior=name).eta for name in stated.NAMED_INDEX}
+    found = {name: Material(ior=name).ior_d for name in stated.NAMED_INDEX}
     assert found == stated.NAMED_INDEX
 
 
 @pytest.mark.parametrize("name", stated.GLASSES)
 def test_glasses_have_their_data_sheets_index_and_dispersion(name: str) -> None:
     index, abbe, off, abbe_off = stated.GLASSES[name]
-    d, f, c = curves.index_at(name, np.array([stated.LINES[line] for line in "dFC"]))
-    assert d == pytest.approx(index, abs=off) and Material(ior=name).eta == d
+    d, f, c = curves.ior_at(name, np.array([stated.LINES[line] for line in "dFC"]))
+    assert d == pytest.approx(index, abs=off) and Material(ior=name).ior_d == d
     assert (d - 1) / (f - c) == pytest.approx(abbe, abs=abbe_off)
 
 
 def test_other_dispersive_indices() -> None:
     for name, (index, off) in stated.SODIUM.items():
-        assert curves.index_at(name, np.array(stated.LINES["D"])) == pytest.approx(index, abs=off)
+        assert curves.ior_at(name, np.array(stated.LINES["D"])) == pytest.approx(index, abs=off)
     nm = np.linspace(380.0, 750.0, 200)
     for name in published.SELLMEIER:
-        np.testing.assert_allclose(curves.index_at(name, nm), published.index(name, nm), rtol=1e-12)
+        np.testing.assert_allclose(curves.ior_at(name, nm), published.index(name, nm), rtol=1e-12)
 
 
 @pytest.mark.parametrize("name", METALS)

@@ -14,7 +14,7 @@ with warnings.catch_warnings():
 
 from clrt.formats.thesis import SPECTRA
 from clrt.images.file import encode
-from clrt.spectra.bands import Bands, conductor, curve, index, light, reflectance
+from clrt.spectra.bands import Bands, conductor, curve, light, reflectance
 from clrt.spectra.colorimetry import (
     RGB_OF_XYZ,
     WHITE,
@@ -26,7 +26,7 @@ from clrt.spectra.colorimetry import (
     thesis_matrix,
     xyz_matrix,
 )
-from clrt.spectra.curves import Curve, curve_of, normal_reflectance
+from clrt.spectra.curves import Curve, curve_of, ior_at, normal_reflectance
 from clrt.spectra.indices import GLASSES, Dispersion, Sellmeier
 from clrt.spectra.spectrum import LAMPS, METALS, PATCHES, Spectral, Spectrum
 
@@ -213,7 +213,7 @@ def test_lights_are_averages_and_reflectances_midpoints() -> None:
 # ------------------------------------------------------------------------------------------ indices
 def test_bk7() -> None:
     """The model's number 10: indices at the d, F and C lines, and a prism's deviations."""
-    n = index("BK7", np.array([587.5618, 486.1327, 656.2725]))
+    n = ior_at("BK7", np.array([587.5618, 486.1327, 656.2725]))
     assert n == pytest.approx([1.516800035, 1.522376290, 1.514322347], abs=5e-10)
     into = np.arcsin(n[0] * np.sin(np.pi / 6))  # at d's least deviation the ray goes through symmetrically
     inside = np.arcsin(np.sin(into) / n)
@@ -227,16 +227,16 @@ def test_glasses_have_their_published_indices() -> None:
                  "water-dispersive": 1.33340, "diamond-dispersive": 2.4175}  # fmt: skip
     assert set(published) == set(GLASSES)
     for name, nd in published.items():
-        assert float(index(name, np.array(587.5618))) == pytest.approx(nd, abs=6e-5)
+        assert float(ior_at(name, np.array(587.5618))) == pytest.approx(nd, abs=6e-5)
 
 
 def test_formulas_and_pairs() -> None:
     nm = np.array([400.0, 550.0, 700.0])
-    assert index(Dispersion(cauchy=(1.5, 0.004)), nm) == pytest.approx(1.5 + 0.004 / (nm / 1000) ** 2)
+    assert ior_at(Dispersion(cauchy=(1.5, 0.004)), nm) == pytest.approx(1.5 + 0.004 / (nm / 1000) ** 2)
     own = Sellmeier(B=(1.03961212, 0.231792344, 1.01046945), C=(0.00600069867, 0.0200179144, 103.560653))
-    assert index(Dispersion(sellmeier=own), nm) == pytest.approx(index("BK7", nm), abs=1e-12)
-    assert index(((400, 1.6), (700, 1.5)), nm).tolist() == [1.6, 1.55, 1.5]
-    assert index("water", nm).tolist() == [1.333] * 3
+    assert ior_at(Dispersion(sellmeier=own), nm) == pytest.approx(ior_at("BK7", nm), abs=1e-12)
+    assert ior_at(((400, 1.6), (700, 1.5)), nm).tolist() == [1.6, 1.55, 1.5]
+    assert ior_at("water", nm).tolist() == [1.333] * 3
 
 
 @pytest.mark.parametrize("name", METALS)

@@ -99,7 +99,7 @@ def test_the_program_passes_where_the_kernels_are_right(tmp_path: Path) -> None:
     device = planted("a sphere", tmp_path)
     fault = first_fault(device)
     place = bundle.write_bundle(tmp_path, "a sphere", "differs", device, fault)
-    right = Device().variant(scenes["spheres"][1].rays)
+    right = Device().variant(scenes["spheres"][1].ray_format)
     (place / "kernels.cl").write_text(right.kernels.source)
     ran = reproduce(place)
     assert ran.returncode == 0, ran.stdout + ran.stderr

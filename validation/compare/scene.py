@@ -288,7 +288,7 @@ _OF_MATERIALS: tuple[tuple[str, str, _OfMaterial], ...] = (
     ("reflections missing", "nothing is reflected", lambda m: {"reflection": 0.0}),
     ("transmission missing", "nothing is transmitted", lambda m: {"transmission": 0.0}),
     ("no refraction", "light goes straight through, as if ior were 1", lambda m: {"ior": 1.0}),
-    ("ior inverted", "the indices of both sides are swapped", lambda m: {"ior": 1 / m.eta}),
+    ("ior inverted", "the indices of both sides are swapped", lambda m: {"ior": 1 / m.ior_d}),
     ("mirrors without tint", "reflection_color is not used", lambda m: {"reflection_color": 1.0}),
     ("transmission without tint", "transmission_color is not used", lambda m: {"transmission_color": 1.0}),
     ("highlights without tint", "highlight_color is not used", lambda m: {"highlight_color": 1.0}),

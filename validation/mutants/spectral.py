@@ -32,10 +32,10 @@ _MEDIA: Final = (
     Mutant("the weakest medium on top", "kernels/media.clh", "priority >= highest", "priority <= highest",
            ("the stronger medium", "the other stronger medium")),
     Mutant("the media of the wrong side handed on", "kernels/media.clh",
-           "leaves = surface_code & SURFACE_INSIDE;", "leaves = !(surface_code & SURFACE_INSIDE);",
+           "exits = surface_code & SURFACE_INSIDE;", "exits = !(surface_code & SURFACE_INSIDE);",
            ("ice in water in a glass",)),
     Mutant("the same index on both sides", "kernels/bounce.clh",
-           "r->eta_i = indices(world, s, s.before, band)", "r->eta_i = indices(world, s, s.after, band)",
+           "r->eta_i = iors(world, s, s.before, band)", "r->eta_i = iors(world, s, s.after, band)",
            ("ice in water in a glass",)),
 )  # fmt: skip
 
@@ -45,7 +45,7 @@ _METALS: Final = (
     Mutant("no phase from k", "kernels/bounce.clh", "imaginary = 2.0f * eta * k", "imaginary = 0.0f",
            ("weak metals", "gold")),
     Mutant("the medium before a metal forgotten", "kernels/bounce.clh",
-           "bounce.before = 1.0f / index_before(world, s, band)", "bounce.before = 1.0f",
+           "bounce.before = 1.0f / ior_before(world, s, band)", "bounce.before = 1.0f",
            ("metals in water",)),
     Mutant("metals polarise", "kernels/bounce.clh", "return (s + p) * 0.5f;", "return s;", ("weak metals",)),
     Mutant("eta and k exchanged", "clrt/flatten/materials.py", 'record["eta"], record["k"] = conductor',
@@ -53,10 +53,10 @@ _METALS: Final = (
 )  # fmt: skip
 
 _DISPERSION: Final = (
-    Mutant("one index for all bands", "clrt/flatten/materials.py", "return index(material.ior, centers)",
-           "return index(material.ior, centers * 0 + 587.56)", ("dispersion",)),
-    Mutant("the index of the next group", "clrt/flatten/materials.py", "return index(material.ior, centers)",
-           "return index(material.ior, centers + bands.width * group)", ("dispersion",)),
+    Mutant("one index for all bands", "clrt/flatten/materials.py", "return ior_at(material.ior, centers)",
+           "return ior_at(material.ior, centers * 0 + 587.56)", ("dispersion",)),
+    Mutant("the index of the next group", "clrt/flatten/materials.py", "return ior_at(material.ior, centers)",
+           "return ior_at(material.ior, centers + bands.width * group)", ("dispersion",)),
     Mutant("the index at a group's start", "clrt/flatten/materials.py",
            "(bands.edges[first] + bands.edges[np.minimum(first + group, bands.n)]) / 2", "bands.edges[first]",
            ("dispersion in groups",)),

@@ -73,9 +73,9 @@ class Media:
         latest = shorter.shape[1] - 1 - np.argmax(listed[:, ::-1], axis=1)
         removed = shorter.copy()
         removed[np.flatnonzero(known), latest[known]] = -1
-        of_none, leaves = (medium < 0)[:, None], ~enters[:, None]
-        before = np.where(leaves & ~known[:, None], longer, shorter)
-        after = np.where(leaves, removed, longer)
+        of_none, exits = (medium < 0)[:, None], ~enters[:, None]
+        before = np.where(exits & ~known[:, None], longer, shorter)
+        after = np.where(exits, removed, longer)
         return np.where(of_none, shorter, before), np.where(of_none, shorter, after)
 
 

@@ -46,7 +46,7 @@ class Colors:
         return self._mean(spectra.by_nm(value)) if found is None else found
 
     def eta(self, material: Material) -> float:
-        return material.eta
+        return material.ior_d
 
     def metal(self, value: Any) -> tuple[Array, Array]:
         """eta and k (3,) of a conductor."""

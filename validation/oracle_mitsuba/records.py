@@ -111,7 +111,7 @@ class Material:
         return not isinstance(self.ior, (int, float)) and self.ior not in NAMED_INDEX
 
     @property
-    def eta(self) -> float:
+    def ior_d(self) -> float:
         """The index in RGB."""
         return float(index(self, np.array([HELIUM_D]))[0])
 

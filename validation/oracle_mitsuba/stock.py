@@ -83,7 +83,7 @@ def material_class(material: Material, scene: Scene) -> str | None:
     if material.kt == 0:
         return "mirror"
     plain = set(rgb(material.reflection_color)) | set(rgb(material.transmission_color)) == {1.0}
-    unbent = material.thin or material.eta == scene.medium_ior
+    unbent = material.thin or material.ior_d == scene.medium_ior
     return "sheet" if plain and unbent and abs(material.kr + material.kt - 1) < 1e-9 else None
 
 
@@ -198,7 +198,7 @@ def _bsdf(material: Material, scene: Scene, part: Part, faint: float) -> Plugin:
     }
     if kind == "glass":
         plugin = "thindielectric" if material.thin else "dielectric"
-        return {"type": plugin, "int_ior": material.eta, "ext_ior": float(scene.medium_ior), **tints}
+        return {"type": plugin, "int_ior": material.ior_d, "ext_ior": float(scene.medium_ior), **tints}
     if kind == "mirror":
         return _mirror(tints["specular_reflectance"])
     if kind == "highlight":

@@ -15,7 +15,7 @@ import numpy as np
 from . import skies
 from .hashing import GATHERED, child_path, cosine_direction
 from .media import Media
-from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Lit, Rays
+from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded
 from .world import Hits, World
 
 Array = np.ndarray
@@ -92,16 +92,16 @@ class Table:
             clear = np.where(sigma > 0, np.exp(-sigma * hits.t[:, None]), 1.0)
         return replace(rays, media=here, weight=rays.weight * clear), hits, beyond
 
-    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Lit:
+    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Shaded:
         """The rays' own light, and the rays they spawn; those of the last generation bring depth_color
         instead."""
-        lit = Lit(np.zeros_like(rays.direction), np.zeros((4, *rays.direction.shape)), [])
+        shaded = Shaded(np.zeros_like(rays.direction), np.zeros((4, *rays.direction.shape)), [])
         met = np.flatnonzero(hits.shape >= 0)
         missed = np.flatnonzero(hits.shape < 0)
         ambient = self.settings["ambient"]
-        lit.light[missed] = ambient if kind == AMBIENT else self.background(rays.direction[missed])
+        shaded.light[missed] = ambient if kind == AMBIENT else self.background(rays.direction[missed])
         if not met.size:
-            return lit
+            return shaded
         here = rays.take(met)
         spot = self._spot(here, hits.take(met), beyond[met])
         share = self.of["ka"][spot.shape, None] * spot.F
@@ -109,18 +109,18 @@ class Table:
         gathers &= not last and self.settings["ambient_samples"] > 0
         constant = np.where(gathers[:, None], 0.0, share * ambient)
         received = [self._received(index, here, spot) for index in range(len(self.lights))]
-        lit.terms[:, met] = np.stack(
+        shaded.terms[:, met] = np.stack(
             [self.of["e"][spot.shape], constant, *sum(received, np.zeros((2, *share.shape)))]
         )
-        lit.light[met] = lit.terms[:, met].sum(axis=0)
+        shaded.light[met] = shaded.terms[:, met].sum(axis=0)
         for name, rows, weight, child in self._bounced(here, spot):
             if last:
-                lit.light[met[rows]] += weight * self.settings["depth_color"]
+                shaded.light[met[rows]] += weight * self.settings["depth_color"]
             else:
-                lit.children.append((name, child))
+                shaded.children.append((name, child))
         if gathers.any():
-            lit.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
-        return lit
+            shaded.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
+        return shaded
 
     def _spot(self, rays: Rays, hits: Hits, beyond: Array) -> Spot:
         u = rays.direction

@@ -105,7 +105,7 @@ def _lobes(source: Scene, material: Material, part: Part, place: str, notes: lis
             notes.append(f"{place}: Fresnel's shares in place of constant ones")
         boundary = {
             "type": "thindielectric" if material.thin else "dielectric",
-            "int_ior": material.eta, "ext_ior": float(source.medium_ior),
+            "int_ior": material.ior_d, "ext_ior": float(source.medium_ior),
         }  # fmt: skip
         lobes.append((max(mirror.max(), clear.max()), lambda scale: {
             **boundary, "specular_reflectance": color(scale * mirror),

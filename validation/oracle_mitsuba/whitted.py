@@ -44,7 +44,7 @@ class Shader(Protocol):
     def meet(self, rays: Rays) -> tuple[Rays, Hits, Array]:
         """The rays as they arrive, what they meet, and the states of media beyond (n,)."""
 
-    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Lit:
+    def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Shaded:
         """The rays' own light, and the rays they spawn; the last generation gets depth_color for these."""
 
 
@@ -62,12 +62,12 @@ def trace(shader: Shader, rays: Rays, pixels: int, sums: dict[str, Array]) -> Hi
         for kind, queue in queues.items():
             queue, hits, beyond = shader.meet(queue)
             first = first or hits
-            lit = shader.shade(queue, hits, beyond, kind, last=generation == shader.max_depth)
-            _add(sums, f"generation {generation} {kind}", queue, lit.light, pixels)
+            shaded = shader.shade(queue, hits, beyond, kind, last=generation == shader.max_depth)
+            _add(sums, f"generation {generation} {kind}", queue, shaded.light, pixels)
             if generation == 0:
-                for term, light in zip(TERMS, lit.terms, strict=True):
+                for term, light in zip(TERMS, shaded.terms, strict=True):
                     _add(sums, f"generation 0 {kind} {term}", queue, light, pixels)
-            for name, child in lit.children:
+            for name, child in shaded.children:
                 spawned.setdefault(name, []).append(child)
         queues = {name: Rays.joined(found) for name, found in spawned.items()}
         queues = {name: queue for name, queue in queues.items() if len(queue.pixel)}
@@ -82,7 +82,7 @@ def _add(sums: dict[str, Array], name: str, rays: Rays, light: Array, pixels: in
 
 
 @dataclass(frozen=True, eq=False)
-class Lit:
+class Shaded:
     """What surfaces make of a queue of n rays."""
 
     light: Array  # (n, 3): the rays' own

@@ -75,13 +75,13 @@ def _no_material(m: Material) -> str:
     colours = (m.emission, m.highlight_color, m.reflection_color, m.transmission_color, m.absorption)
     if isinstance(m.color, Checker):
         return "checker as the model has it"
-    if not _plain((m.color, *colours)) or m.conductor is not None or not isinstance(m.eta, float):
+    if not _plain((m.color, *colours)) or m.conductor is not None or not isinstance(m.ior_d, float):
         return "spectra"
     if m.fresnel:
         return "Fresnel terms as the model has them"
     if m.priority or np.any(np.asarray(m.absorption) != 0):
         return "media as the model has them"
-    if m.kt > 0 and (m.thin or m.eta == 1):
+    if m.kt > 0 and (m.thin or m.ior_d == 1):
         return "bodies that light goes straight through: it does not count these as a generation"
     if m.specular > 0 and np.ptp(_rgb(m.highlight_color)) > 0:
         return "colour of a highlight of its own"
@@ -114,7 +114,7 @@ def to_pov(scene: Scene) -> str:
         moved = "" if stays else _matrix(shape.matrix)
         texture, interior = _texture(material), ""
         if material.kt > 0:
-            interior = f" interior {{ ior {float(material.eta)!r} }}"
+            interior = f" interior {{ ior {float(material.ior_d)!r} }}"
         blocks = material.kt > 0 and scene.shadow == "opaque"
         lines.append(f"{form} {texture}{interior} {moved}{' no_shadow' if blocks else ''} {closed}")
         if blocks:  # a twin that nobody sees casts the shadow

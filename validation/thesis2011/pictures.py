@@ -96,7 +96,7 @@ class Program:
             np.array([m.diffuse for m in found]),
             np.array([m.specular for m in found]),
             np.array([m.kt for m in found]),
-            np.array([m.eta for m in found]),
+            np.array([m.ior_d for m in found]),
             np.array([m.shininess for m in found]),
         )
 

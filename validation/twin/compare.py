@@ -94,7 +94,7 @@ def compare_picture(
     camera = flatten_camera(scene.camera, width, height, spp)
     pixels = np.arange(int(camera["width"][0]) * int(camera["height"][0]), dtype=np.uint32)
     depth = scene.max_depth if max_depth is None else max_depth
-    device = device.variant(flat.rays)
+    device = device.variant(flat.ray_format)
     job = Job(flat, depth, camera, (*LAYERS, "position"), device.settings)
     with np.errstate(all="ignore"):
         return _compare(device, job, pixels, generate(camera, pixels, flat.bands), observe)
@@ -115,7 +115,7 @@ def compare_rays(
     """
     o, d = (np.ascontiguousarray(array, np.float32) for array in (origins, directions))
     limit = np.array(np.broadcast_to(np.asarray(t_max, np.float32), (len(o),)))
-    device = device.variant(flat.rays)
+    device = device.variant(flat.ray_format)
     job = Job(flat, max_depth, None, (*LAYERS, "position"), device.settings)
     rays = o, d, limit, np.arange(len(o), dtype=np.uint32)
     with np.errstate(all="ignore"):

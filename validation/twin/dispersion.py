@@ -32,11 +32,11 @@ def bounces(flat: FlatScene, at: Crossed, s: Surface, which: Array) -> tuple[Bou
     u, narrow = at.queue.rays.direction[:, which], at.queue.band
     nowhere = Groups([], [], np.zeros(len(which), bool))
     if flat.group == 0:
-        return bounce_at(s, u, *at.indices(flat, s, which)), nowhere
+        return bounce_at(s, u, *at.iors(flat, s, which)), nowhere
     if narrow is not None:
-        return bounce_at(s, u, *at.indices(flat, s, which, narrow[which])), nowhere
+        return bounce_at(s, u, *at.iors(flat, s, which, narrow[which])), nowhere
     first = list(range(0, flat.bands, flat.group))
-    parts = [bounce_at(s, u, *at.indices(flat, s, which, band)) for band in first]
+    parts = [bounce_at(s, u, *at.iors(flat, s, which, band)) for band in first]
     rows = [slice(band, band + flat.group) for band in first]
     whole = Bounce(
         parts[0].reflected,

@@ -8,10 +8,10 @@ import numpy as np
 
 from clrt import layout
 from clrt.base import layers
-from clrt.base.layers import Rays, Term, comes_from
+from clrt.base.layers import Paths, Term, comes_from
 from clrt.engine.film import finished
 
-from .local import SPAWN, Feelers, Lit
+from .local import SPAWN, Feelers, Shaded
 from .math import Array
 from .queues import Queue
 
@@ -30,10 +30,10 @@ class Film:
     """Planes (bands, pixels) of sums: the picture, then the layers of radiance among `names`."""
 
     def __init__(self, pixels: int, names: tuple[str, ...] = (), bands: int = layout.BANDS) -> None:
-        self.planes = ("image", *(name for name in names if comes_from(name, Rays, Term)))
+        self.planes = ("image", *(name for name in names if comes_from(name, Paths, Term)))
         self.sums = np.zeros((len(self.planes), bands, pixels), np.float32)
 
-    def add(self, queue: Queue, found: Lit, shadows: Feelers, generation: int) -> None:
+    def add(self, queue: Queue, found: Shaded, shadows: Feelers, generation: int) -> None:
         """What a queue brings, to the picture and to every layer it belongs to."""
         value = arriving(found, shadows)
         for plane, name in enumerate(self.planes):
@@ -42,7 +42,7 @@ class Film:
                 mask, match = _BY_PATH.get(name, (0, 0))
                 self._put(plane, queue, value, queue.path & np.uint32(mask) == match)
 
-    def add_term(self, name: str, queue: Queue, found: Lit, shadows: Feelers) -> None:
+    def add_term(self, name: str, queue: Queue, found: Shaded, shadows: Feelers) -> None:
         """What one term of generation 0 brings, to its layer."""
         self._put(self.planes.index(name), queue, arriving(found, shadows), np.ones(len(queue), bool))
 
@@ -71,7 +71,7 @@ def developed(means: Array, response: Array) -> Array:
     return total
 
 
-def arriving(found: Lit, shadows: Feelers) -> Array:
+def arriving(found: Shaded, shadows: Feelers) -> Array:
     """Local light and then every light seen, in order: (bands, n)."""
     value = found.local.copy()
     seen = shadows.seen != 0
@@ -80,7 +80,7 @@ def arriving(found: Lit, shadows: Feelers) -> Array:
     return value
 
 
-def rays_counted(queue: Queue, found: Lit, shadows: Feelers) -> dict[str, int]:
+def rays_counted(queue: Queue, found: Shaded, shadows: Feelers) -> dict[str, int]:
     """A queue's part of the statistics."""
     hits = len(found.which)
     inside = int(np.count_nonzero(found.spawn & SPAWN["SPAWN_TOTAL_INTERNAL"]))

@@ -197,8 +197,8 @@ def quadric_roots(q: Array, rays: Rays, front_only: Array) -> tuple[Array, Array
     swapped = (r0 > r1) | np.isnan(r0)
 
     def counted(r: Array) -> Array:
-        leaves = front_only & (a * r + b > 0.0)
-        hit = (discriminant >= 0.0) & (np.abs(r) < 1e30) & quadric_clips(q, p + d * r) & ~leaves
+        exits = front_only & (a * r + b > 0.0)
+        hit = (discriminant >= 0.0) & (np.abs(r) < 1e30) & quadric_clips(q, p + d * r) & ~exits
         return np.where(hit, r + shift, _NO_HIT)
 
     return counted(np.where(swapped, r1, r0)), counted(np.where(swapped, r0, r1))

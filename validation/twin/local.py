@@ -1,4 +1,4 @@
-"""The float32 twin's local light: the passes `light`, `feelers` and `illuminate`, a queue at a time."""
+"""The float32 twin's local light: the passes `shade`, `feelers` and `illuminate`, a queue at a time."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .shading import (
     AMBIENT,
     Bounce,
     ambient_share,
+    is_above,
     light_sample,
-    lit,
     local_light,
     reflected_light,
 )
@@ -30,7 +30,7 @@ SPAWN = {name: np.uint32(bit) for name, bit in layout.SPAWN.items()}
 
 
 @dataclass(frozen=True)
-class Lit:
+class Shaded:
     """The local light of a queue's rays (bands, n) and the packed word of what each will spawn.
 
     `which` are the rays that hit; `surface` and `bounce` are theirs. `groups` and `parts`: how they part into
@@ -61,7 +61,7 @@ class Feelers:
     contribution: Array
 
 
-def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> Lit:
+def shade(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> Shaded:
     """Local light of every ray, and what each will spawn; in the last generation `depth_color` instead."""
     info, queue, hits = flat.scene[0], found_at.queue, found_at.hits
     which = np.flatnonzero(hits.primitive >= 0)
@@ -95,7 +95,7 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
         value = np.where(goes_on, value + weight * bounce.transmit * depth_color, value)
     found = np.full(len(which), SPAWN["SPAWN_HIT"])
     for source in _lights(flat):
-        found += lit(s, light_sample(source, s.leave(s.n)), terms).astype(np.uint32)
+        found += is_above(s, light_sample(source, s.offset_origin(s.n)), terms).astype(np.uint32)
     if not last and terms == ALL:
         found |= np.where(reflects, SPAWN["SPAWN_REFLECTION"], np.uint32(0))
         found |= np.where(transmits, SPAWN["SPAWN_TRANSMISSION"], np.uint32(0))
@@ -106,7 +106,7 @@ def light(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> L
     local, spawn = _of_misses(flat, queue, terms), np.zeros(len(queue), np.uint32)
     local[:, which], spawn[which] = value, found
     spawn |= np.where((local != 0.0).any(axis=0), SPAWN["SPAWN_LOCAL"], np.uint32(0))
-    return Lit(local, spawn, which, s, bounce, groups, [part & (not last) for part in parts])
+    return Shaded(local, spawn, which, s, bounce, groups, [part & (not last) for part in parts])
 
 
 def _passes_on(info: np.void, s: Surface, weight: Array, bounce: Bounce, row: int) -> Array:
@@ -141,12 +141,12 @@ def _lights(flat: FlatScene) -> Array:
     return flat.lights[: int(flat.scene["lights"][0])]
 
 
-def feelers(flat: FlatScene, queue: Queue, found: Lit, terms: int = ALL) -> Feelers:
+def feelers(flat: FlatScene, queue: Queue, found: Shaded, terms: int = ALL) -> Feelers:
     """One feeler to each light above each hit, and which of them arrive."""
     s, direction = found.surface, queue.rays.direction[:, found.which]
-    start = s.leave(s.n)
+    start = s.offset_origin(s.n)
     ways = [light_sample(source, start) for source in _lights(flat)]
-    above = np.array([lit(s, to, terms) for to in ways], bool).reshape(len(ways), len(found.which))
+    above = np.array([is_above(s, to, terms) for to in ways], bool).reshape(len(ways), len(found.which))
     radiance = [
         reflected_light(source, to, s, direction, terms)
         for source, to in zip(_lights(flat), ways, strict=True)

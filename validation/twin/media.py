@@ -30,7 +30,7 @@ class Crossed:
     before: Array | None = None
     after: Array | None = None
 
-    def indices(
+    def iors(
         self, flat: FlatScene, s: Surface, which: Array, band: Array | int | None = None
     ) -> tuple[Array, Array]:
         """On the rays' side and behind the surfaces `s` that the rays `which` hit, in a band of each."""
@@ -38,13 +38,13 @@ class Crossed:
         if self.before is None or self.after is None:
             metal = s.material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
             enters = (s.material["thin"] != 0) | ~s.inside | metal
-            own = s.material["ior"] if band is None else s.material["index"][np.arange(len(which)), band]
+            own = s.material["ior"] if band is None else s.material["band_ior"][np.arange(len(which)), band]
             return np.where(enters, around, own), np.where(enters, own, around)
         before, after = self.before[which], self.after[which]
         if band is None:
             ior = np.append(flat.materials["ior"], around)  # _NONE is the last
             return ior[before], ior[after]
-        index = np.append(flat.materials["index"], np.full((1, flat.bands), around), axis=0)
+        index = np.append(flat.materials["band_ior"], np.full((1, flat.bands), around), axis=0)
         return index[before, band], index[after, band]
 
 

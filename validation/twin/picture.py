@@ -9,7 +9,7 @@ of operations, but by brute force and over whole arrays of rays.
     twin_shading    light, reflection and transmission at a surface
     twin_media      lists of media, the boundaries that they hide, absorption
     twin_queues     camera rays, rays of the caller
-    twin_local      the passes `light` and `feelers`
+    twin_local      the passes `shade` and `feelers`
     twin_wavefront  children, and the loop over generations
     twin_film       sums and layers
     twin_compare    a device and the twin, stage by stage

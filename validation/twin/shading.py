@@ -55,7 +55,7 @@ def _place(light: np.void, start: Array) -> Array:
 _SAMPLES = {layout.LIGHT_KINDS["POINT"]: _point, layout.LIGHT_KINDS["DIRECTIONAL"]: _directional}
 
 
-def lit(s: Surface, to: LightSample, terms: int) -> Array:
+def is_above(s: Surface, to: LightSample, terms: int) -> Array:
     """Above the surface, both the true and the shaded one, where something scatters."""
     above = (dot(s.n, to.direction) > 0.0) & (dot(s.ns, to.direction) > 0.0)
     coefficients = {DIFFUSE: s.material["kd"], HIGHLIGHT: s.material["ks"]}

@@ -41,7 +41,7 @@ class Surface:
     def relative(self) -> Array:
         return self.point - self.center
 
-    def leave(self, side: Array) -> Array:
+    def offset_origin(self, side: Array) -> Array:
         """Where a ray that leaves towards the side of `side` starts."""
         return self.point + side * self.offset
 

@@ -18,7 +18,7 @@ from clrt.flatten.flatten import FlatScene
 from .dispersion import carried, own_bands
 from .film import TERMS, Film, arriving, rays_counted
 from .geometry import nearest_hit, primitives_of
-from .local import SPAWN, Feelers, Lit, feelers, light
+from .local import SPAWN, Feelers, Shaded, feelers, shade
 from .math import Array, combine
 from .media import Crossed, crossed, handed_on, immersed
 from .queues import FLAGS, Queue, merged, new_queue
@@ -45,7 +45,7 @@ class Stage:
 
 
 def spawned(
-    flat: FlatScene, kind: str, narrow: bool, generation: int, parents: list[tuple[Queue, Lit]]
+    flat: FlatScene, kind: str, narrow: bool, generation: int, parents: list[tuple[Queue, Shaded]]
 ) -> Queue:
     """The next generation's queue of one kind, of all bands or of narrow rays."""
     parts = []
@@ -63,7 +63,7 @@ def spawned(
     return new_queue(kind, origin, origin, none, none, weight, None, media, band)
 
 
-def narrow_children(flat: FlatScene, queue: Queue, found: Lit) -> Queue:
+def narrow_children(flat: FlatScene, queue: Queue, found: Shaded) -> Queue:
     """Transmission rays of one group of bands each, by parent and then by group."""
     groups = found.groups
     hit, group = np.nonzero(np.array(found.parts, bool).reshape(len(groups.first), -1).T)
@@ -73,8 +73,9 @@ def narrow_children(flat: FlatScene, queue: Queue, found: Lit) -> Queue:
     weight = np.where(own_bands(flat, band), weight, np.float32(0.0))
     lists = None if queue.media is None else handed_on(flat, queue.media[:, parent], s)
     path = child_path(queue.path[parent], 2, 2)
+    origin = s.offset_origin(-s.n)
     return new_queue(
-        "transmission", s.leave(-s.n), direction, queue.pixel_of[parent], path, weight, None, lists, band
+        "transmission", origin, direction, queue.pixel_of[parent], path, weight, None, lists, band
     )
 
 
@@ -85,7 +86,7 @@ def child_path(path: Array, number: int, route: int) -> Array:
     return np.asarray(key & ~FLAGS | np.where(flags & _ROUTE, flags, flags | np.uint32(route)))
 
 
-def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: Lit) -> Queue:
+def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: Shaded) -> Queue:
     """The rays of one kind that a queue's hits spawn, with the same bands, in the order of their parents."""
     bit, flag, number = {
         "reflection": ("SPAWN_REFLECTION", 1, 1),
@@ -104,7 +105,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: L
         weight = weight * ambient_share(s) / np.float32(samples)
         return new_queue(
             kind,
-            np.repeat(s.leave(s.n), samples, axis=1),
+            np.repeat(s.offset_origin(s.n), samples, axis=1),
             direction.reshape(3, -1),
             np.repeat(pixel_of, samples),
             np.repeat(key & ~FLAGS | flags, samples),
@@ -116,7 +117,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: L
     direction, share = (
         (bounce.reflected, bounce.reflect) if kind == "reflection" else (bounce.transmitted, bounce.transmit)
     )
-    origin = s.leave(s.n) if kind == "reflection" else s.leave(-s.n)
+    origin = s.offset_origin(s.n) if kind == "reflection" else s.offset_origin(-s.n)
     if kind == "transmission" and lists is not None:
         lists = handed_on(flat, lists, s)
     path, weight = child_path(path, number, flag), weight * share[:, chosen]
@@ -134,7 +135,7 @@ def generations(
     for generation in range(max_depth + 1):
         for at, found in met:
             local = carried(flat, found.local, at.queue.band)
-            yield stage("light", generation, at.queue, {"spawn": found.spawn, "local": local})
+            yield stage("shade", generation, at.queue, {"spawn": found.spawn, "local": local})
         for at, found in met:
             queue = at.queue
             shadows = feelers(flat, queue, found)
@@ -157,11 +158,11 @@ def generations(
 
 def _met(
     flat: FlatScene, queue: Queue, generation: int, max_depth: int
-) -> Generator[Stage, None, tuple[Crossed, Lit]]:
+) -> Generator[Stage, None, tuple[Crossed, Shaded]]:
     """What the rays of a queue meet, and the light there."""
     at = crossed(flat, queue, nearest_hit(flat, queue.rays))
     yield stage("closest", generation, at.queue, {"t": at.hits.t, "primitive": at.hits.primitive})
-    found = light(flat, at, last=generation == max_depth)
+    found = shade(flat, at, last=generation == max_depth)
     yield stage("surface", generation, at.queue, surface_values(flat, at, found))
     return at, found
 
@@ -169,7 +170,7 @@ def _met(
 def _add_terms(flat: FlatScene, at: Crossed, last: bool, film: Film) -> None:
     for name in film.planes:
         if name in TERMS:
-            found = light(flat, at, last, TERMS[name])
+            found = shade(flat, at, last, TERMS[name])
             film.add_term(name, at.queue, found, feelers(flat, at.queue, found, TERMS[name]))
 
 
@@ -202,7 +203,7 @@ def queue_values(flat: FlatScene, queue: Queue) -> dict[str, Array]:
     }
 
 
-def surface_values(flat: FlatScene, at: Crossed, found: Lit) -> dict[str, Array]:
+def surface_values(flat: FlatScene, at: Crossed, found: Shaded) -> dict[str, Array]:
     """Zeros and the code -1 on a miss; what crossing boundaries made of rays that carry lists of media."""
     s, which, hits = found.surface, found.which, at.hits
     n = len(hits.t)

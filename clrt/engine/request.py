@@ -1,0 +1,90 @@
+"""What is asked of a `Tracer`: a picture or a depth, checked against what may be asked, and as a job."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from clrt import layout
+from clrt.base import arguments
+from clrt.base.errors import SceneError
+from clrt.base.layers import check_layers
+from clrt.base.limits import Branching, Limits
+from clrt.base.places import At
+from clrt.device.settings import Settings
+from clrt.engine.job import Job
+from clrt.engine.picture import check_crop, picture_bytes
+from clrt.flatten.flatten import FlatScene, flatten_camera
+from clrt.layout import ceilings
+from clrt.scene.camera import Camera
+from clrt.scene.scene import Scene, read_camera
+
+
+@dataclass(frozen=True)
+class Request:
+    """A picture as `Tracer.render` is asked for it; None is what the scene says."""
+
+    width: int | None
+    height: int | None
+    spp: int | None
+    max_depth: int | None
+    layers: Sequence[str]
+    crop: tuple[int, int, int, int] | None
+    camera: Camera | Mapping[str, Any] | None
+
+    def job(
+        self, scene: Scene, flat: FlatScene, settings: Settings
+    ) -> tuple[Job, tuple[int, int], tuple[int, int, int, int]]:
+        """What is to be rendered, the size of the whole picture, and the window of it; checked."""
+        width, height = (
+            arguments.optional(name, getattr(self, name), 1) for name in ("width", "height")
+        )
+        spp, layers = arguments.optional("spp", self.spp, 1), arguments.names("layers", self.layers)
+        view = flatten_camera(camera_of(scene, self.camera), width, height, spp)
+        full = int(view["width"][0]), int(view["height"][0])
+        depth = depth_of(scene, self.max_depth, settings.limits)
+        names = check_layers(layers, depth, flat.response is not None)
+        window = check_crop(self.crop, *full)
+        check_limits(flat, settings.limits, full[0] * full[1], int(view["grid"][0]) ** 2, depth)
+        settings.limits.check("host_bytes", picture_bytes(window, names, flat.bands))
+        return Job(flat, depth, view, names, settings), full, window
+
+
+def camera_of(scene: Scene, given: Camera | Mapping[str, Any] | None) -> Camera:
+    """The camera that is given, else the scene's."""
+    camera = scene.camera if given is None else read_camera(given, At())
+    if camera is None:
+        raise SceneError(f"{scene.source or 'scene'}: camera: missing; a picture needs a [camera]")
+    return camera
+
+
+def depth_of(scene: Scene, given: int | None, limits: Limits) -> int:
+    """The number of bounces that is given, else the scene's; LimitError beyond what may be."""
+    depth = arguments.whole("max_depth", scene.max_depth if given is None else given)
+    limits.check("depth", depth)
+    ceilings.check_depth(depth)
+    return depth
+
+
+def check_limits(flat: FlatScene, limits: Limits, pixels: int, samples: int, depth: int) -> None:
+    """Raise LimitError for a picture of more pixels, samples a pixel or work than may be."""
+    limits.check("pixels", pixels)
+    limits.check("samples", samples)
+    ceilings.check_picture(pixels, samples)
+    parts = -(-flat.bands // flat.group) if flat.group and depth else 1  # rays that dispersion makes of one
+    limits.check_work(pixels * samples * parts, int(flat.scene[0]["lights"]), _branching(flat, depth))
+
+
+def _branching(flat: FlatScene, depth: int) -> Branching:
+    info, materials = flat.scene[0], flat.materials
+    doubling = bool(np.any((materials["kr"] > 0) & (materials["kt"] > 0)))
+    if info["spd"]:  # counts every reflection, whatever its weight
+        return Branching(depth, bool(np.any(materials["kt"] > 0)))
+    tint = np.maximum(materials["mirror"].max(axis=1), materials["fresnel"] == layout.FRESNEL["SCHLICK"])
+    # total internal reflection takes both shares
+    share = materials["kr"] * tint + materials["kt"] * materials["tint"].max(axis=1)
+    least, ambient = float(info["min_weight"]), int(info["ambient_samples"])
+    return Branching(depth, doubling, float(share.max()), least, ambient)
