@@ -75,6 +75,8 @@ def parser() -> _Parser:
     render.add_argument("--check", action="store_true", help="name the first number that is not finite")
     render.add_argument("--quiet", action="store_true", help="neither progress nor a closing line")
 
+    _add_cluster(render)
+
     hashing = command("hash", "Print the hash of a scene's picture, or of the pixels in an .exr file.")
     _add_scene(hashing)
     _add_frame(hashing)
@@ -171,8 +173,14 @@ _FRAMES = ".mp4 .webm .mkv (lossless), or pictures: 'out/{index:03}_{camera.fov}
 _SWEPT = "values at a place: camera.fov=20:60:5 (5 from 20 to 60), materials.glass.ior=1.3,1.5"
 
 
+def _add_cluster(parser: argparse.ArgumentParser) -> None:
+    """Who computes, where that is not this process."""
+    parser.add_argument("--cluster", metavar="WHERE", help="local:N workers here, or dask's tcp://HOST:PORT")
+
+
 def _add_series(parser: argparse.ArgumentParser) -> None:
     """What a series of pictures has beside each of them."""
+    _add_cluster(parser)
     parser.add_argument("--manifest", metavar="FILE.csv", help="values, hashes (frames.csv beside them)")
     parser.add_argument("--fps", type=float, default=25.0, metavar="N", help="frames a second (25)")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
