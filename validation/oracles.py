@@ -27,7 +27,7 @@ from .oracle64 import edge_mask, render64
 from .oracle_mitsuba import Mitsuba, Source
 from .oracle_mitsuba.modes import SPECTRAL as BY_WAVELENGTH
 from .oracle_mitsuba.modes import supports
-from .oracle_mitsuba.records import read
+from .oracle_mitsuba.reading import read
 from .oracle_povray.scene import not_in_pov
 from .ours import TERMS, ray_key, render_ours
 from .types import Case, OracleImage

@@ -49,12 +49,12 @@ class Job:
     """What is asked of a scene, and nothing of how far it is: pieces are traced in any order, anywhere.
 
     flat: the scene. camera: a record of `flatten_camera`, or None where the pieces are a caller's rays.
-    depth: the last generation. layers: as `layers.check_layers` gives them. A job can be pickled: what
+    max_depth: the last generation. layers: as `layers.check_layers` gives them. A job can be pickled: what
     another process needs beside it is `World(Device(None, job.settings, job.flat.ray_format), job.flat)`.
     """
 
     flat: FlatScene
-    depth: int
+    max_depth: int
     camera: np.ndarray | None = None
     layers: tuple[str, ...] = ()
     settings: Settings = field(default_factory=Settings)
@@ -91,7 +91,7 @@ class Job:
         hits = passes.closest(device, world, queue)
         tell(observers, "closest", 0, queue, hits)
         film = Film(device, queue.n // self.samples, self.layers)
-        rays = yield from trace(device, world, queue, hits, film, self.depth, budget, observers)
+        rays = yield from trace(device, world, queue, hits, film, self.max_depth, budget, observers)
         found: dict[str, np.ndarray] = {}
         if any(comes_from(name, Geometry) for name in self.layers):
             found = passes.geometry(device, world, queue, hits, self.samples)
@@ -124,7 +124,7 @@ class Job:
             "size": f"{width} x {height}",
             "spp": str(self.samples),
             "crop": " ".join(map(str, window)),
-            "max_depth": str(self.depth),
+            "max_depth": str(self.max_depth),
             "layers": ",".join(self.layers),
             "scene": self.flat.hash,
             "camera": hashlib.sha256(self.camera.tobytes()).hexdigest(),

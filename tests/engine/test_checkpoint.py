@@ -17,31 +17,11 @@ import clrt
 from clrt.cli import main
 from clrt.images.file import read_samples
 from tests.disk import small_files
+from validation.reliability.scene import TEXT
 
-SCENE = """
-ambient = 0.1
-[camera]
-origin = [0, 1, 4]
-target = [0, 0, 0]
-width = 600
-height = 400
-[materials.glass]
-diffuse = 0.2
-reflection = 0.3
-transmission = 0.5
-[[lights]]
-type = "point"
-position = [3, 5, 4]
-[[shapes]]
-type = "sphere"
-center = [0, 0, 0]
-radius = 1
-material = "glass"
-[[shapes]]
-type = "plane"
-point = [0, -1, 0]
-normal = [0, 1, 0]
-"""
+# the ball and the floor of a scene that goes through every pass, larger and without files
+SCENE = "ambient = 0.1\n" + TEXT[TEXT.index("[camera]") : TEXT.index('[[shapes]]\ntype = "mesh"')]
+SCENE = SCENE.replace("width = 24", "width = 600").replace("height = 18", "height = 400")
 LAYERS = ("reflection", "depth", "shape")
 
 

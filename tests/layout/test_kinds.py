@@ -63,7 +63,7 @@ def test_layers_have_pictures_and_terms():
     assert shown == set(layers.PICTURES) == set(layerpicture._PICTURES) | {"none"}
     assert set(layers.TERMS) < set(layers.LAYERS)
     masks = {source.mask for layer in layers.LAYERS.values() for source in layer.sources
-             if isinstance(source, layers.Rays)}  # fmt: skip
+             if isinstance(source, layers.Paths)}  # fmt: skip
     assert masks < set(layout.PATH)
 
 

@@ -28,7 +28,7 @@ from tests.mitsuba_rooms import (
     stock_room,
 )
 from validation.oracle_mitsuba import meshing, stock
-from validation.oracle_mitsuba.records import read
+from validation.oracle_mitsuba.reading import read
 from validation.oracle_mitsuba.xml import to_xml, write_xml
 
 

@@ -23,7 +23,8 @@ import numpy as np
 
 from ..types import OracleImage
 from . import modes
-from .records import Source, read
+from .reading import read
+from .records import Source
 from .worker import HEADER, send
 
 START_SECONDS: Final = 120.0  # a first start compiles Mitsuba's Python files

@@ -64,7 +64,8 @@ def radiance(job: dict[str, Any]) -> Any:
 
 
 def _scene(job: dict[str, Any]) -> Any:
-    from .records import Source, read
+    from .reading import read
+    from .records import Source
 
     return read(Source(**job["source"]))
 

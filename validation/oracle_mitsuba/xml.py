@@ -16,7 +16,8 @@ from clrt.scene.scene import Checker, Scene
 
 from .forms import Array
 from .plugins import Plugin
-from .records import Source, read
+from .reading import read
+from .records import Source
 from .translate import translated
 
 VERSION = "3.0.0"

@@ -158,7 +158,7 @@ def _compare(
     pixels = len(queue) // job.samples
     film = Film(pixels, LAYERS, job.flat.bands)
     counts: list[Counter[str]] = []
-    stages = generations(job.flat, queue, job.depth, film, counts)
+    stages = generations(job.flat, queue, job.max_depth, film, counts)
     watch = Lockstep(chain(stages, _last_stages(job.flat, queue, film, job.samples)))
     try:
         observers = (watch,) if observe is None else (watch, observe)

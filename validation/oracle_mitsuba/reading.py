@@ -1,0 +1,114 @@
+"""A scene's tables, as a file or the caller states them, as the records of `records`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from .records import (
+    LIGHTS,
+    SHAPES,
+    Camera,
+    Checker,
+    Conductor,
+    DirectionalLight,
+    Formula,
+    Material,
+    Mesh,
+    PointLight,
+    Scene,
+    Shape,
+    Source,
+    Spectral,
+    Spectrum,
+)
+
+COLORS = ("highlight_color", "reflection_color", "transmission_color", "emission", "absorption")
+
+
+def read(source: Source) -> Scene:
+    """The scene, with what the caller wants otherwise."""
+    tables = {key: value for key, value in source.tables.items() if key not in ("$schema", "version")}
+    for key in ("ambient", "depth_color"):
+        if key in tables:
+            tables[key] = color(tables[key])
+    back = tables.get("background", 0.0)
+    tables["background"] = back if isinstance(back, str) and back not in LIGHTS else color(back)
+    tables["materials"] = {name: material(table) for name, table in tables.get("materials", {}).items()}
+    tables["lights"] = tuple(map(_light, tables.get("lights", ())))
+    tables["shapes"] = tuple(_shape(table, source.folder) for table in tables.get("shapes", ()))
+    if tables.get("spectrum") is not None:
+        spectral = dict(tables["spectrum"])
+        tables["spectrum"] = Spectral(**{key: frozen(value) for key, value in spectral.items()})
+    if tables.get("camera") is not None:
+        wanted = {name: getattr(source, name) for name in ("width", "height", "spp")}
+        camera = dict(tables["camera"]) | {name: value for name, value in wanted.items() if value is not None}
+        tables["camera"] = Camera(**{key: frozen(value) for key, value in camera.items()})
+    scene = Scene(**tables, folder=source.folder)
+    return scene if source.max_depth is None else replace(scene, max_depth=source.max_depth)
+
+
+def frozen(value: Any) -> Any:
+    """Lists and arrays as tuples, so that equal materials are equal."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    return tuple(map(frozen, value)) if isinstance(value, (list, tuple)) else value
+
+
+def color(value: Any) -> Any:
+    """A number, three numbers, or a Spectrum."""
+    value = frozen(value)
+    if isinstance(value, str):
+        return Spectrum("name", value)
+    if isinstance(value, Mapping):
+        scale = float(value.get("scale", 1.0))
+        ((kind, said),) = ((key, said) for key, said in value.items() if key not in ("scale", "type"))
+        return Spectrum(kind, frozen(said), scale)
+    return Spectrum("samples", value) if isinstance(value, tuple) and isinstance(value[0], tuple) else value
+
+
+def material(table: Any) -> Material:
+    values = {key: frozen(value) for key, value in table.items()}
+    for key in COLORS:
+        if key in values:
+            values[key] = color(values[key])
+    if "color" in values:
+        shown = values["color"]
+        if isinstance(shown, Mapping) and shown.get("type") == "checker":
+            keys = {key: value for key, value in shown.items() if key != "type"}
+            if "colors" in keys:
+                keys["colors"] = tuple(color(part) for part in keys["colors"])
+            values["color"] = Checker(**keys)
+        else:
+            values["color"] = color(shown)
+    ior = values.get("ior", 1.5)
+    if isinstance(ior, Mapping):
+        ((kind, numbers),) = ior.items()
+        numbers = [numbers["B"], numbers["C"]] if kind == "sellmeier" else numbers
+        values["ior"] = Formula(kind, frozen(numbers))
+    metal = values.get("conductor")
+    if isinstance(metal, Mapping):
+        values["conductor"] = Conductor(frozen(metal["eta"]), frozen(metal["k"]))
+    return Material(**values)
+
+
+def _light(table: Any) -> Any:
+    kind = {"point": PointLight, "directional": DirectionalLight}[table["type"]]
+    values = {key: frozen(value) for key, value in table.items()}
+    if "intensity" in values:
+        values["intensity"] = color(values["intensity"])
+    return kind(**values)
+
+
+def _shape(table: Any, folder: str | None) -> Shape:
+    kind = SHAPES[table["type"]]
+    values = {key: value for key, value in table.items() if key not in ("type", "name")}
+    if isinstance(values.get("material"), Mapping):
+        values["material"] = material(values["material"])
+    if kind is Mesh:
+        values["folder"] = folder
+    assert values.keys() <= {each.name for each in fields(kind)}
+    return kind(**values)
