@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 import os
@@ -67,11 +68,12 @@ def _distributed() -> Any:
 
 @contextmanager
 def _client(distributed: Any, place: Any, name: str) -> Iterator[Any]:
-    # connections are tried again until the time is over: also where nobody ever answers
     try:
+        if isinstance(place, str):
+            asyncio.run(asyncio.wait_for(_asked(distributed, place), _PATIENCE + 1))
         client = distributed.Client(place, timeout=_PATIENCE, set_as_default=False)
     except Exception as error:  # of distributed, tornado, asyncio, ssl, socket
-        said = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        said = f"{type(error).__name__}: {error}" if str(error) else f"nothing in {_PATIENCE:.0f} s"
         raise ClrtError(
             f"{name}: no scheduler answers there ({said}); `dask scheduler` starts one, see docs/cluster.md"
         ) from None
@@ -80,6 +82,15 @@ def _client(distributed: Any, place: Any, name: str) -> Iterator[Any]:
     finally:
         with contextlib.suppress(Exception):  # it is being left
             client.close(timeout=2)
+
+
+async def _asked(distributed: Any, address: str) -> None:
+    """Ask a scheduler who it is: a Client waits for ever where a port takes what comes and never answers."""
+    security = distributed.Security().get_connection_args("client")
+    if address.startswith("tls") and security.get("ssl_context") is None:
+        raise ValueError("no certificates: see distributed.comm.tls in dask's configuration")
+    async with distributed.rpc(address, timeout=_PATIENCE, connection_args=security) as scheduler:
+        await scheduler.identity()
 
 
 @contextmanager
@@ -93,7 +104,7 @@ def _local(distributed: Any, workers: int) -> Iterator[Any]:
             cluster = distributed.LocalCluster(
                 n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", memory_limit=0,
                 dashboard_address=None, worker_dashboard_address=None, silence_logs=logging.CRITICAL,
-                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
+                preload=["clrt.cluster.preload"], scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             )  # fmt: skip
         except Exception as error:
             spent = exhausted(error) or f"{type(error).__name__}: {error}"

@@ -38,8 +38,9 @@ class Task:
 class Report:
     """What was done: orders with an answer, those that were lost and done again, questions for arrays.
 
-    sent: bytes of arrays, without those of small scenes, which travel with each order. workers: their
-    answers; setups: seconds until each had a scene, walls: seconds of each order on its worker.
+    sent: bytes of arrays, without small ones, which travel with each order. workers: their answers;
+    orders: how many each says it has done, ever. setups, walls: seconds of each order on its worker, until
+    there were scene and kernels, and then.
     """
 
     answers: int = 0
@@ -47,6 +48,7 @@ class Report:
     asked: int = 0
     sent: int = 0
     workers: dict[Worker, int] = field(default_factory=dict)
+    orders: dict[Worker, int] = field(default_factory=dict)
     setups: list[float] = field(default_factory=list)
     walls: list[float] = field(default_factory=list)
 
@@ -114,7 +116,7 @@ class Farm:
             self._kernels[ray_format] = hashlib.sha256(kernel_source(ray_format).encode()).hexdigest()
         return Order(
             __version__, task.parcel.scene, self._kernels[ray_format], task.parcel.recipe,
-            tuple(task.parcel.arrays), self.device, job.settings, job.depth, job.camera, job.layers,
+            tuple(task.parcel.arrays), self.device, job.settings, job.max_depth, job.camera, job.layers,
             task.pixels,
         )  # fmt: skip
 
@@ -145,6 +147,7 @@ class Farm:
         told = self.report
         told.answers += 1
         told.workers[said.worker] = told.workers.get(said.worker, 0) + 1
+        told.orders[said.worker] = max(said.orders, told.orders.get(said.worker, 0))
         told.setups.append(said.setup)
         told.walls.append(said.wall)
         return said

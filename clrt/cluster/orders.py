@@ -27,7 +27,7 @@ class Order:
     needs: tuple[str, ...]
     device: int | str | None
     settings: Settings
-    depth: int
+    max_depth: int
     camera: np.ndarray
     layers: tuple[str, ...]
     pixels: np.ndarray
@@ -35,7 +35,7 @@ class Order:
 
     def seal(self) -> bytes:
         """SHA-256 of what is asked for."""
-        asked = repr((self.scene, self.kernels, self.depth, self.layers)).encode()
+        asked = repr((self.scene, self.kernels, self.max_depth, self.layers)).encode()
         return hashlib.sha256(asked + self.camera.tobytes() + self.pixels.tobytes()).digest()
 
 
