@@ -1,8 +1,8 @@
 """Measure what a cluster costs, for docs/cluster.md: `python docs/make_cluster.py`.
 
-One process with one thread, and 1 and 2 local workers with one thread each, in turns, render the same picture
-of 64 tiles of the usual size. Times are processor times, so that other work on the machine does not count. All raw values go
-to docs/cluster.json; the tables of docs/cluster.md follow from them (`tables`).
+One process with one thread, and 1 and 2 local workers with one thread each, in turns, render a picture of 84
+tiles of the usual size. Times are processor times, so that other work on the machine counts little. All raw
+values go to docs/cluster.json; the tables of docs/cluster.md follow from them (`tables`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ def one_process(tracer: clrt.Tracer, size: dict[str, int]) -> dict[str, Any]:
     return {"cpu": time.process_time() - cpu, "wall": time.perf_counter() - wall, "hash": image.hash}
 
 
-def on_workers(executor: Any, settings: clrt.Settings, scene: clrt.Scene, size: dict[str, int]) -> dict[str, Any]:
+def on_workers(
+    executor: Any, settings: clrt.Settings, scene: clrt.Scene, size: dict[str, int]
+) -> dict[str, Any]:
     """Processor seconds of client (with the scheduler) and of each worker, and what an order took."""
     client = executor._client
     before = client.run(time.process_time)
@@ -57,22 +59,17 @@ def measure() -> dict[str, Any]:
     scene, size = clrt.load(SCENE), {"width": WIDTH, "height": HEIGHT, "spp": SPP}
     settings = clrt.Settings(threads=1)
     rounds: list[dict[str, Any]] = []
-    with (
-        clrt.Tracer(scene, settings=settings) as tracer,
-        connected("local:1", settings) as (one, _),
-        connected("local:2", settings) as (two, _),
-    ):
-        for number in range(ROUNDS + 1):
-            found = {
-                "process": one_process(tracer, size),
-                "local:1": on_workers(one, settings, scene, size),
-                "local:2": on_workers(two, settings, scene, size),
-            }
-            if number:  # what is new is compiled in the first
-                rounds.append(found)
-            else:
-                first = found
+    first: dict[str, Any] = {}
+    with clrt.Tracer(scene, settings=settings) as tracer:
         device = tracer.device.info.label
+        first["process"] = one_process(tracer, size)  # what is new is compiled in the first
+        for _ in range(ROUNDS):
+            found = {"process": one_process(tracer, size)}
+            for name in ("local:1", "local:2"):  # one at a time: schedulers are never quite idle
+                with connected(name, settings) as (executor, _):
+                    first[name] = on_workers(executor, settings, scene, size)
+                    found[name] = on_workers(executor, settings, scene, size)
+            rounds.append(found)
     pieces = len(first["local:1"]["orders"])
     picture = {"scene": SCENE, "rays": WIDTH * HEIGHT * SPP, "pieces": pieces}
     return {"device": device, "picture": picture, "first": first, "rounds": rounds}
@@ -82,7 +79,8 @@ def tables(told: dict[str, Any]) -> str:
     """The tables of docs/cluster.md."""
     rounds, spread = told["rounds"], statistics.median
     here = spread(one["process"]["cpu"] for one in rounds)
-    lines = ["| | processor time | of one process |", "|---|---|---|", f"| one process, one thread | {here:.2f} s | 1 |"]
+    lines = ["| | processor time | of one process |", "|---|---|---|"]
+    lines.append(f"| one process, one thread | {here:.2f} s | 1 |")
     for name in ("local:1", "local:2"):
         workers = spread(sum(one[name]["workers"]) for one in rounds)
         client = spread(one[name]["client"] for one in rounds)
@@ -96,8 +94,8 @@ def tables(told: dict[str, Any]) -> str:
     pieces = math.ceil(BIG / (1 << 17))
     lines += [
         "",
-        f"An order of {rays:.0f} rays takes a worker {order * 1e3:.0f} ms, client and scheduler {each * 1e3:.1f} ms; a new worker is "
-        f"ready for the scene in {setup:.2f} s.",
+        f"An order of {rays:.0f} rays takes a worker {order * 1e3:.0f} ms, client and scheduler "
+        f"{each * 1e3:.1f} ms; a new worker is ready for the scene in {setup:.2f} s.",
         "",
         "| workers | time | speed-up | of it all |",
         "|---|---|---|---|",
@@ -111,7 +109,7 @@ def tables(told: dict[str, Any]) -> str:
 
 
 def costs(told: dict[str, Any]) -> tuple[float, float, float]:
-    """Processor seconds of a worker and of the client for an order, and of a worker's start with the scene."""
+    """Processor seconds of a worker and of the client for an order; seconds of a worker's start."""
     rounds, pieces = told["rounds"], told["picture"]["pieces"]
     order = statistics.median(one["local:1"]["workers"][0] / pieces for one in rounds)
     each = statistics.median(one["local:1"]["client"] / pieces for one in rounds)

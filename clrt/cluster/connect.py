@@ -27,6 +27,7 @@ _CONFIG: Final[dict[str, Any]] = {
     # whose death takes an order with it is a matter of chance; the client counts itself (`farm._LOSSES`)
     "distributed.scheduler.allowed-failures": 3,
     "distributed.worker.multiprocessing-method": "spawn",  # OpenCL's threads do not survive a fork
+    "distributed.worker.profile.enabled": False,  # looks at each worker a hundred times a second
     "distributed.scheduler.http.routes": [],  # nor do they show anything
     "distributed.worker.http.routes": [],
 }
@@ -71,7 +72,9 @@ def _client(distributed: Any, place: Any, name: str) -> Iterator[Any]:
     try:
         if isinstance(place, str):
             asyncio.run(asyncio.wait_for(_asked(distributed, place), _PATIENCE + 1))
-        client = distributed.Client(place, timeout=_PATIENCE, set_as_default=False)
+        # answers come by the scheduler's connection, since workers may stand behind a wall; not here
+        direct = not isinstance(place, str)
+        client = distributed.Client(place, timeout=_PATIENCE, set_as_default=False, direct_to_workers=direct)
     except Exception as error:  # of distributed, tornado, asyncio, ssl, socket
         said = f"{type(error).__name__}: {error}" if str(error) else f"nothing in {_PATIENCE:.0f} s"
         raise ClrtError(

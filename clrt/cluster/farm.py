@@ -14,7 +14,7 @@ import numpy as np
 
 from clrt.base.errors import ClrtError, one_line
 from clrt.cluster.orders import Answer, Lacking, Order, Refusal, Worker, sealed
-from clrt.cluster.parcels import Parcel
+from clrt.cluster.parcels import LARGE, Parcel
 from clrt.cluster.pool import Pool
 from clrt.device.source import kernel_source
 from clrt.engine.job import Job
@@ -115,7 +115,7 @@ class Farm:
         if ray_format not in self._kernels:
             self._kernels[ray_format] = hashlib.sha256(kernel_source(ray_format).encode()).hexdigest()
         return Order(
-            __version__, task.parcel.scene, self._kernels[ray_format], task.parcel.recipe,
+            __version__, task.parcel.scene, self._kernels[ray_format], _small(task.parcel.recipe),
             tuple(task.parcel.arrays), self.device, job.settings, job.max_depth, job.camera, job.layers,
             task.pixels,
         )  # fmt: skip
@@ -177,18 +177,26 @@ class Farm:
         self.report.asked += 1
         key = lacking.worker, errand.order.scene
         if key in self._sending:
-            self._held.append(replace(errand, to=None, order=replace(errand.order, arrays={})))
+            self._held.append(self._bare(errand))
             return
         self._sending.add(key)
         names = {*errand.order.arrays, *lacking.arrays}
         arrays = {name: errand.task.parcel.arrays[name] for name in names}
         self.report.sent += sum(array.nbytes for array in arrays.values())
-        self._hand_in(replace(errand, to=lacking.worker, order=replace(errand.order, arrays=arrays)))
+        order = replace(errand.order, recipe=errand.task.parcel.recipe, arrays=arrays)
+        self._hand_in(replace(errand, to=lacking.worker, order=order))
 
     def _again(self, errand: _Errand, why: str) -> None:
         self.report.lost += 1
         if errand.losses + 1 >= _LOSSES:
             pixels = f"{len(errand.task.pixels)} pixels from {errand.task.pixels[0]} on"
             raise ClrtError(f"{pixels} were lost {_LOSSES} times, the last time by {why}")
-        again = replace(errand.order, arrays={})
-        self._hand_in(replace(errand, losses=errand.losses + 1, to=None, order=again))
+        self._hand_in(replace(self._bare(errand), losses=errand.losses + 1))
+
+    def _bare(self, errand: _Errand) -> _Errand:
+        """The same without what only one worker lacked."""
+        return replace(errand, to=None, order=self._order(errand.task))
+
+
+def _small(recipe: bytes) -> bytes:
+    return recipe if len(recipe) < LARGE else b""

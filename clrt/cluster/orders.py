@@ -16,8 +16,8 @@ from clrt.engine.wavefront import KINDS, RayCounts
 class Order:
     """Pixels to be traced: a pure task, that gives the same bits wherever and however often it is done.
 
-    scene, kernels: hashes that the worker must find, too. recipe, needs, arrays: as in `parcels`; `arrays`
-    holds what the worker said that it lacks. pixels: numbers y * width + x, (n,) uint32.
+    scene, kernels: hashes that the worker must find, too. needs: large arrays of the scene, by `parcels`;
+    recipe (b"": none), arrays: what the worker said that it lacks. pixels: y * width + x, (n,) uint32.
     """
 
     version: str
@@ -74,7 +74,7 @@ class Answer:
 
 @dataclass(frozen=True)
 class Lacking:
-    """The worker has not these arrays; nothing was done."""
+    """The worker has neither the scene, its recipe, nor these arrays; nothing was done."""
 
     worker: Worker
     arrays: tuple[str, ...]

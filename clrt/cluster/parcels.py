@@ -17,7 +17,7 @@ import numpy as np
 from clrt.base.errors import ClrtError
 from clrt.flatten.flatten import FlatScene
 
-_LARGE: Final = 1 << 14  # bytes from which an array travels alone: a question and its answer cost more below
+LARGE: Final = 1 << 14  # bytes from which something travels only where it lacks: below, asking costs more
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ def packed(flat: FlatScene) -> Parcel:
 
     class Taking(pickle.Pickler):
         def persistent_id(self, found: Any) -> str | None:
-            if not isinstance(found, np.ndarray) or found.nbytes < _LARGE:
+            if not isinstance(found, np.ndarray) or found.nbytes < LARGE:
                 return None
             name = digest(found, flat.digests.get(id(found)))
             arrays[name] = found

@@ -37,6 +37,7 @@ from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene
 
 _PIECES: Final = 4  # of a picture or of the pictures left, a worker: the last ones to end leave few idle
+_TILES: Final = 4  # of a piece at most: a second of one core, what a worker that ends takes with it
 _LEAST: Final = 1 << 13  # rays of a piece: with fewer what is done for each shows
 
 
@@ -244,4 +245,4 @@ class Remote:
         tile = min(self.settings.tile or tile_rays(sheet.job.flat.ray_format), ceilings.RAYS)
         pieces = -(-_PIECES * self.farm.pool.workers // most)
         even = -(-sheet.total * samples // pieces)
-        return max(1, min(max(even, _LEAST), tile) // samples)
+        return max(1, min(max(even, _LEAST), _TILES * tile) // samples)

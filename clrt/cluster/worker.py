@@ -32,7 +32,7 @@ from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.engine.job import Job
-from clrt.engine.queues import picture_tile, tile_rays
+from clrt.engine.queues import tile_rays
 from clrt.engine.wavefront import RayCounts
 from clrt.engine.world import World
 from clrt.flatten.flatten import FlatScene
@@ -135,7 +135,7 @@ class _Bench:
                 raise ClrtError("an array has changed on its way; is the network's memory sound?")
         known = {name: order.arrays.get(name, self.arrays.get(name)) for name in order.needs}
         missing = tuple(name for name, array in known.items() if array is None)
-        if missing:
+        if missing or not order.recipe:
             raise _Lacks(missing)
         return {name: array for name, array in known.items() if array is not None}
 
@@ -186,11 +186,10 @@ def _kernels(ray_format: layout.RayFormat) -> str:
 def _traced(job: Job, scene: _Scene, pixels: np.ndarray) -> tuple[dict[str, np.ndarray], RayCounts, int]:
     """Layers, counts and the size of work-groups of some pixels, in their order."""
     tile = min(job.settings.tile or tile_rays(scene.flat.ray_format), ceilings.RAYS)
-    size = tile if job.settings.tile else picture_tile(len(pixels) * job.samples, tile)
     order = np.argsort(pixels)
     layers: dict[str, np.ndarray] = {}
     rays, local_size = RayCounts(), 0
-    for part, found in job.tiles(scene.device, scene.world, list(_cut(pixels, max(1, size // job.samples)))):
+    for part, found in job.tiles(scene.device, scene.world, list(_cut(pixels, max(1, tile // job.samples)))):
         place = order[np.searchsorted(pixels, part, sorter=order)]
         for name, values in found.layers.items():
             if name not in layers:

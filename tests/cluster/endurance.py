@@ -1,4 +1,4 @@
-"""The long run: a picture again and again while workers are killed and paused. `python -m tests.cluster.endurance`.
+"""The long run, `python -m tests.cluster.endurance`: pictures while workers are killed and paused.
 
 Prints a line for each picture and, at the end, JSON. It fails where a picture differs, or was rendered twice
 by more than what was lost.
@@ -14,6 +14,7 @@ import signal
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import clrt
@@ -29,7 +30,12 @@ def pids(executor: Any) -> list[int]:
 
 
 def disturbed(
-    executor: Any, settings: clrt.Settings, scene: clrt.Scene, after: int, what: Callable[[int], None], **size: Any
+    executor: Any,
+    settings: clrt.Settings,
+    scene: clrt.Scene,
+    after: int,
+    what: Callable[[int], None],
+    **size: Any,
 ) -> tuple[clrt.Image, Report]:
     """A picture, and its report; once so many pieces are there, `what` is done to one of the workers."""
     victim = random.choice(pids(executor))
@@ -56,10 +62,8 @@ def pause(pid: int, seconds: float = 25.0) -> None:
     os.kill(pid, signal.SIGSTOP)
 
     def resume() -> None:
-        try:
+        with suppress(ProcessLookupError):  # it was given up
             os.kill(pid, signal.SIGCONT)
-        except ProcessLookupError:  # it was given up
-            pass
 
     timer = threading.Timer(seconds, resume)
     timer.daemon = True
