@@ -24,7 +24,8 @@ from clrt.cluster.connect import connected  # noqa: E402
 
 SCENE, WIDTH, HEIGHT, SPP, ROUNDS = "showcase", 2048, 1024, 4, 3
 WORKERS = (1, 2, 10, 100, 1000)
-BIG = 3840 * 2160 * 16  # rays of generation 0 of the picture that the model is asked about
+BIG_SPP = 16
+BIG = 3840 * 2160 * BIG_SPP  # rays of generation 0 of the picture that the model is asked about
 MARK = "<!-- measured -->"
 
 
@@ -71,7 +72,7 @@ def measure() -> dict[str, Any]:
                     found[name] = on_workers(executor, settings, scene, size)
             rounds.append(found)
     pieces = len(first["local:1"]["orders"])
-    picture = {"scene": SCENE, "rays": WIDTH * HEIGHT * SPP, "pieces": pieces}
+    picture = {"scene": SCENE, "rays": WIDTH * HEIGHT * SPP, "spp": SPP, "pieces": pieces}
     return {"device": device, "picture": picture, "first": first, "rounds": rounds}
 
 
@@ -90,19 +91,19 @@ def tables(told: dict[str, Any]) -> str:
         text = f"{workers:.2f} s in workers, {client:.2f} s in client and scheduler"
         lines.append(f"| `{name}`, one thread a worker | {text} | {ratio:.2f} |")
     order, each, setup = costs(told)
-    rays = told["picture"]["rays"] / told["picture"]["pieces"]
+    rays, samples = told["picture"]["rays"] / told["picture"]["pieces"], told["picture"]["spp"]
     pieces = math.ceil(BIG / (1 << 17))
     lines += [
         "",
-        f"An order of {rays:.0f} rays takes a worker {order * 1e3:.0f} ms, client and scheduler "
-        f"{each * 1e3:.1f} ms; a new worker is ready for the scene in {setup:.2f} s.",
+        f"A task of {rays:.0f} rays ({rays / samples:.0f} pixels) takes a worker {order * 1e3:.0f} ms, client and "
+        f"scheduler {each * 1e3:.1f} ms; a new worker is ready for the scene in {setup:.2f} s.",
         "",
         "| workers | time | speed-up | of it all |",
         "|---|---|---|---|",
     ]
-    whole = order * BIG / rays
+    whole, served = order * BIG / rays, each * BIG / BIG_SPP / (rays / samples)
     for workers in WORKERS:
-        seconds = setup + max(math.ceil(pieces / workers) * whole / pieces, pieces * each)
+        seconds = setup + max(math.ceil(pieces / workers) * whole / pieces, served)
         gain = whole / seconds
         lines.append(f"| {workers} | {seconds:.1f} s | {gain:.1f} | {100 * gain / workers:.0f} % |")
     return "\n".join(lines)

@@ -37,7 +37,6 @@ from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene
 
 _PIECES: Final = 4  # of a picture or of the pictures left, a worker: the last ones to end leave few idle
-_TILES: Final = 4  # of a piece at most: a second of one core, what a worker that ends takes with it
 _LEAST: Final = 1 << 13  # rays of a piece: with fewer what is done for each shows
 
 
@@ -245,4 +244,6 @@ class Remote:
         tile = min(self.settings.tile or tile_rays(sheet.job.flat.ray_format), ceilings.RAYS)
         pieces = -(-_PIECES * self.farm.pool.workers // most)
         even = -(-sheet.total * samples // pieces)
-        return max(1, min(max(even, _LEAST), _TILES * tile) // samples)
+        # of two tiles one keeps many cores busy while the host looks at the other; to one core it is the same
+        largest = tile if self.settings.threads == 1 else 2 * tile
+        return max(1, min(max(even, _LEAST), largest) // samples)

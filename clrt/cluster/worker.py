@@ -12,7 +12,6 @@ import socket
 import sys
 import threading
 import time
-import warnings
 from collections import OrderedDict
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
@@ -23,7 +22,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from clrt import layout
-from clrt.base.errors import ClrtError, ClrtWarning, DeviceError, MemoryLimitError, exhausted
+from clrt.base.errors import ClrtError, DeviceError, MemoryLimitError, exhausted
 from clrt.base.resources import validation_module
 from clrt.cluster.orders import Answer, Lacking, Order, Refusal, Worker, sealed
 from clrt.cluster.parcels import digest, unpacked
@@ -50,8 +49,7 @@ def work(order: Order) -> Answer | Lacking | Refusal:
     """Do an order. Whatever is wrong is in the answer, with the worker's name, and never raised."""
     me = _myself()
     try:
-        with _lock, np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore", ClrtWarning)  # a worker's terminal is nobody's
+        with _lock, np.errstate(all="ignore"):
             return _bench().done(order, me)
     except _Lacks as lacks:
         return Lacking(me, lacks.arrays)

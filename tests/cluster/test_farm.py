@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+import json
 import pickle
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
@@ -342,6 +344,16 @@ def test_a_checkpoint_goes_on_there_and_here(mesh: clrt.Scene, tmp_path: Path) -
             assert 600 < told[0][0] <= 900 and told[-1][0] == 1200, "what was finished was done again"
             again = clrt.render(mesh, executor=second, **both)
             assert again.hash == right.hash and again.stats["rays"] == right.stats["rays"]
+
+
+def test_the_page_s_tables_follow_from_its_raw_values() -> None:
+    docs = Path(__file__).resolve().parents[2] / "docs"
+    spec = importlib.util.spec_from_file_location("make_cluster", docs / "make_cluster.py")
+    assert spec and spec.loader
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    tables = made.tables(json.loads((docs / "cluster.json").read_text("utf-8")))
+    assert f"{made.MARK}\n{tables}\n{made.MARK}" in (docs / "cluster.md").read_text("utf-8")
 
 
 def test_a_scene_forgets_identities_on_its_way(mesh: clrt.Scene) -> None:
