@@ -36,6 +36,7 @@ import clrt
 from clrt.bench import chart, host, machine, report, scaling, suite
 from clrt.bench.frames import frame_times
 from clrt.device.platforms import devices
+from validation.reliability import kept as figures
 
 OTHER_DRIVER = "PoCL 3.0"
 DRIVERS = ("PoCL 3.1", OTHER_DRIVER)
@@ -45,16 +46,26 @@ FEW = 3  # rounds of what is only compared with itself, against nine
 def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> None:
     """Everything anew, into `kept`/*.json."""
     rounds = {"rounds": FEW} if quick else {}
+    stamp = _stamp("bench")
     suite.run(suite.Plan(embree=True, quick=quick, **rounds), print).save(kept / "bench.json")
+    _keep(kept / "bench.json", {**json.loads((kept / "bench.json").read_text()), "stamp": stamp})
     if any(OTHER_DRIVER in info.label for info in devices()):
         groups = ("kernels", "builder", "frames")
         plan = suite.Plan(device=OTHER_DRIVER, groups=groups, rounds=FEW, quick=quick)
         suite.run(plan, print).save(kept / "bench_pocl30.json")
-    _keep(kept / "scaling.json", scaling.run(quick, rounds=FEW))
+    stamp = _stamp("scaling")
+    _keep(kept / "scaling.json", {**scaling.run(quick, rounds=FEW), "stamp": stamp})
     if spd:
-        _keep(kept / "povray.json", peers(spd, 1 if quick else 5))
+        stamp = _stamp("povray")
+        _keep(kept / "povray.json", {**peers(spd, 1 if quick else 5), "stamp": stamp})
     if thesis:
-        _keep(kept / "thesis.json", processes(thesis, 1 if quick else 5))
+        stamp = _stamp("thesis")
+        _keep(kept / "thesis.json", {**processes(thesis, 1 if quick else 5), "stamp": stamp})
+
+
+def _stamp(name: str) -> dict[str, Any]:
+    """What a file of times is of; taken before they are."""
+    return figures.stamp(figures.FILES[f"performance/{name}.json"])
 
 
 def processes(scene: Path, rounds: int) -> dict[str, Any]:

@@ -1,5 +1,7 @@
 """Write the figures of docs/validation.md from a run of the suite, or from several that are parts of one.
 
+What they are made from is kept in docs/validation.json, with a stamp of the code.
+
     clrt validate --full --spd FOLDER --report report.html
     python docs/make_validation.py report.json
 """
@@ -17,6 +19,7 @@ from typing import Any
 from clrt.base.resources import validation_module
 
 PAGE = Path(__file__).parent / "validation.md"
+KEPT = PAGE.with_suffix(".json")
 BEGIN, END = "<!-- figures: make_validation.py writes what follows -->\n", "<!-- end of figures -->\n"
 SHOWN = ("exponent 36 for 40", "lost share at total internal reflection", "Snell without the square",
          "spheres 0.1 % too large", "one generation too few")  # fmt: skip
@@ -110,6 +113,11 @@ def main() -> None:
     before, _, rest = PAGE.read_text("utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
     PAGE.write_text(before + BEGIN + "\n" + "\n".join(figures(runs)) + "\n\n" + END + after, encoding="utf-8")
+    stamps = [run["stamp"] for run in runs]
+    same = {stamp.get("code") for stamp in stamps}  # parts of one run are of one code, or of none
+    first = {**stamps[0], "dirty": any(stamp["dirty"] for stamp in stamps)} if all(stamps) else {}
+    kept = {"stamp": first if len(same) == 1 else {}, "runs": runs}
+    KEPT.write_text(json.dumps(kept) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ small pictures of all scenes that ship the hashes that they had where this versi
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -45,25 +45,30 @@ Check = Callable[[], tuple[bool, str]]
 
 
 def run_selftest(
-    device: int | str | Device | None = None, quick: bool = False, blaming: bool = False
-) -> Iterator[Result]:
+    device: int | str | Device | None = None, quick: bool = False, blaming: bool = False,
+    only: Collection[str] = (),
+) -> Iterator[Result]:  # fmt: skip
     """The result of each check on a device, as it comes; a device as `clrt.render` takes it, or one opened.
 
     quick: without light in bands, whose kernels take long to compile, and the scenes that scripts make.
-    blaming: look for the kernel where a check fails.
+    blaming: look for the kernel where a check fails. only: of `names`, those to do; none: all.
     Raises DeviceError when there is no device, or when it cannot build the kernels.
     """
     opened = device if isinstance(device, Device) else Device(device)
+    chosen = set(only or names(quick))
     for name, probing in (("layout of records", check_layout), ("arithmetic", check_arithmetic)):
+        if name not in chosen:
+            continue
         faults: list[Fault] = []
         result = _timed(name, partial(probing, opened, faults))
         yield replace(result, fault=faults[0] if faults and blaming else None)
     for seed, (name, (scene, flat)) in enumerate(scenes().items()):
-        if not (quick and scene.spectrum is not None):
+        if name in chosen:
             result = _timed(name, _twin_check(opened, scene, flat, seed))
             again = blaming and not result.passed
             yield replace(result, fault=blame(opened, scene, flat, seed)) if again else result
-    if not isinstance(device, Device):  # a device of the caller's may have kernels of its own
+    # a device of the caller's may have kernels of its own
+    if not isinstance(device, Device) and "expected pictures" in chosen:
         yield _timed("expected pictures", lambda: expected.check(opened.info.index, quick))
 
 

@@ -12,12 +12,12 @@ from clrt.cli.judging import DIGITS, VERDICTS, judge, plain, read, reporting, sc
 from clrt.cli.terminal import console
 from clrt.judging.verdict import certainty
 
-SAME, DIFFERS, UNREADABLE = 0, 1, 2  # exit codes
+SAME, DIFFERS = 0, 1  # exit codes
 _FIGURES = ("SSIM", "FLIP", "PSNR")
 
 
 def run(pictures: Any, options: argparse.Namespace) -> int:
-    """Print a row a picture; 0 where all show the same, 1 where one does not, 2 where one cannot be read."""
+    """Print a row a picture; 0 where all show the same, else 1. ClrtError at the end for what is not read."""
     from clrt.scene.scene import Scene
 
     names = [options.b, *options.more]
@@ -50,8 +50,10 @@ def run(pictures: Any, options: argparse.Namespace) -> int:
         print(json.dumps(rows, indent=2, allow_nan=False))
     else:
         _show(names, results, options)
-    if any(isinstance(found, ClrtError) for found in results):
-        return UNREADABLE
+    unread = [str(found) for found in results if isinstance(found, ClrtError)]
+    if unread:
+        rest = f" (and {len(unread) - 1} more of {len(names)})" if len(unread) > 1 else ""
+        raise ClrtError(f"{unread[0]}{rest}")
     return SAME if all(found.passed for found in results) else DIFFERS
 
 

@@ -154,6 +154,7 @@ def parser() -> _Parser:
     scenes.add_argument("--json", action="store_true", help="print JSON")
     selftest = command("selftest", "Check that a device computes what the reference does, bit for bit.")
     selftest.add_argument("--quick", action="store_true", help="without light in bands and generated scenes")
+    selftest.add_argument("--only", type=_names, metavar="A,B", help="arithmetic, spheres ...")
     selftest.add_argument("--junit", metavar="F.xml", help="write the results as JUnit XML")
     selftest.add_argument("--bundle", metavar="DIR", help="for what differs: kernel, inputs, a program")
     _add_device(selftest)

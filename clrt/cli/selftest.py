@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from clrt.base.errors import ClrtError
 from clrt.base.resources import validation_module
 from clrt.cli.terminal import say
 
@@ -15,17 +16,17 @@ def run(options: argparse.Namespace) -> int:
     from clrt.device.platforms import choose
 
     selftest = validation_module("selftest")
+    names = _names(selftest.names(options.quick), options.only)
     if options.junit:
         check_replaceable(options.junit)
     if options.bundle:
         validation_module("conformance.bundle").check_folder(Path(options.bundle))
     print(f"on {choose(options.device)[0].label}:", flush=True)
-    names = selftest.names(options.quick)
     least = "" if options.quick else "; --quick takes a third of that"
     say(f"{len(names)} checks, half a minute; kernels that were never used are compiled first{least}")
     width, results = max(map(len, names)), []
     blaming = bool(options.junit or options.bundle)
-    for result in selftest.run_selftest(options.device, options.quick, blaming):
+    for result in selftest.run_selftest(options.device, options.quick, blaming, names):
         verdict = "same" if result.passed else "DIFFERENT"
         print(f"{verdict:9}  {result.name:{width}}  {result.detail} ({result.seconds:.1f} s)", flush=True)
         results.append(result)
@@ -37,6 +38,14 @@ def run(options: argparse.Namespace) -> int:
     failed = sum(not result.passed for result in results)
     print(f"{failed} of {len(names)} checks failed" if failed else f"all {len(names)} checks passed")
     return 1 if failed else 0
+
+
+def _names(known: list[str], wanted: list[str] | None) -> list[str]:
+    """The checks to do. ClrtError for one that is not known."""
+    for name in wanted or ():
+        if name not in known:
+            raise ClrtError(f"--only: {name!r} is not one of {', '.join(known)}")
+    return [name for name in known if name in wanted] if wanted else known
 
 
 def _bundle(options: argparse.Namespace, result: object) -> str:

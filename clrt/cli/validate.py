@@ -6,6 +6,7 @@ import argparse
 import shlex
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -39,9 +40,9 @@ def run(options: argparse.Namespace) -> int:
         if options.report:
             validation_module("suite.files").check_beside(Path(options.report))
             _check_spares(Path(options.report), options.spd)
-        plan = _plan(suite, options)
+        plan, stamp = _plan(suite, options), _stamp()
         with progress_bar() as progress:
-            result = suite.run(plan, progress)
+            result = replace(suite.run(plan, progress), stamp=stamp)
         if options.report:
             write(result, Path(options.report))
     except ModuleNotFoundError as error:
@@ -49,6 +50,12 @@ def run(options: argparse.Namespace) -> int:
         raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
     _show(result)
     return 0 if result.passed else FAILED
+
+
+def _stamp() -> dict[str, Any]:
+    """Of the code that is run, taken before it is: of a checkout only, an installed copy has a version."""
+    kept = validation_module("reliability.kept")
+    return kept.stamp(kept.FILES["validation.json"]) if kept.checkout() else {}
 
 
 def _check_spares(report: Path, spd: str | None) -> None:

@@ -49,7 +49,7 @@ def test_the_recorded_rays_are_those_of_a_render(scene: clrt.Scene, recording: R
         assert cases["closest", name].items == rays[1][kind] > 0
     assert {c.name for c in cases.values()} >= {
         "cross_boundaries",  # the glass of these scenes is nested, so their rays carry lists of media
-        "light",
+        "shade",
         "feelers",
         "gather",
         "count",

@@ -135,7 +135,7 @@ def test_another_render_is_refused(scene: Path, options: dict[str, object], says
 def test_another_scene_camera_or_kernel_is_refused(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = scene.with_name("a.checkpoint")
     broken_off(clrt.Tracer(clrt.load(scene), settings=clrt.Settings(tile=2000)), path, 1, width=90)
-    for old, new, name in (("radius = 1", "radius = 1.01", "scene"), ("[0, 1, 4]", "[0, 1, 5]", "camera")):
+    for old, new, name in (("radius = 1.0", "radius = 1.01", "scene"), ("1.0, 4.0]", "1.0, 5.0]", "camera")):
         scene.write_text(SCENE.replace(old, new))
         with pytest.raises(clrt.ClrtError, match=f"another render: {name} was "):
             clrt.render(clrt.load(scene), width=90, checkpoint=path)

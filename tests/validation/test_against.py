@@ -58,8 +58,9 @@ NAMED = {
 
 
 def judge(command: str, case: str = "", **options: Any) -> Any:
+    """Judged with all the time that a search for causes takes where kernels are compiled on the way."""
     name = case or cases.own_case(str(SCENE))
-    return against.judge_case(against.Task(name, programs.parse(command), **options))
+    return against.judge_case(against.Task(name, programs.parse(command), **{"seconds": 200.0, **options}))
 
 
 def test_the_table_has_every_fault() -> None:

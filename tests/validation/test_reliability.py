@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import re
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +20,9 @@ from clrt.base.resources import shipped_scenes, validation_module
 from clrt.cli import main
 from clrt.device.info import DeviceInfo
 from clrt.formats.shipped import load_scene
+from tests import report_samples
 from validation.reliability import __main__ as page
-from validation.reliability import accuracy, code, drivers, intel, sameness
+from validation.reliability import accuracy, code, drivers, intel, kept, sameness
 from validation.reliability.figures import Figure
 from validation.reliability.rows import ROWS, Row
 
@@ -38,16 +41,81 @@ def test_nothing_wrong_is_published(row: page.Row) -> None:
         warnings.warn(f"docs/reliability.md, {row.name}: {state}; run: make reliability", stacklevel=1)
 
 
+@pytest.mark.parametrize("name", kept.FILES)
+def test_the_figures_of_other_pages_are_told_where_they_are_old(name: str) -> None:
+    state = kept.stale(name)
+    if state:
+        warnings.warn(f"docs/{name}: {state}", stacklevel=1)
+    else:
+        assert json.loads((DOCS / name).read_text())["stamp"]["commit"]
+
+
+def test_a_figure_is_as_old_as_its_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    name, modules = "figures.json", ("clrt.version",)
+    monkeypatch.setattr(kept, "FILES", {name: modules})
+    monkeypatch.setattr(code, "commit", lambda: ("abc1234", False))
+    assert kept.stale(name, tmp_path) == "not measured"
+    (tmp_path / name).write_text("{}")
+    assert kept.stale(name, tmp_path) == "without a stamp of its code"
+    stamp = kept.stamp(modules)
+    assert stamp["commit"] == "abc1234" and stamp["processor"] and stamp["device"]
+    (tmp_path / name).write_text(json.dumps({"stamp": stamp}))
+    assert kept.stale(name, tmp_path) == ""
+    (tmp_path / name).write_text(json.dumps({"stamp": {**stamp, "dirty": True}}))
+    assert kept.stale(name, tmp_path) == "measured with changes that no commit holds"
+    changed = tmp_path / "changed.py"
+    changed.write_text("# of tomorrow\n")
+    monkeypatch.setattr(code, "_file", lambda module: changed)
+    code.digest.cache_clear()
+    code._imports.cache_clear()
+    try:
+        (tmp_path / name).write_text(json.dumps({"stamp": stamp}))
+        assert kept.stale(name, tmp_path) == kept.STALE
+    finally:
+        code.digest.cache_clear()
+        code._imports.cache_clear()
+
+
+def test_parts_of_one_run_are_of_one_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """docs/validation.json: runs of different code have no stamp, and count as stale."""
+    spec = importlib.util.spec_from_file_location("make_validation", DOCS / "make_validation.py")
+    assert spec and spec.loader
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    monkeypatch.setattr(maker, "PAGE", tmp_path / "validation.md")
+    monkeypatch.setattr(maker, "KEPT", tmp_path / "validation.json")
+    files = validation_module("suite.files")
+    stamp = {"commit": "abc1234", "dirty": False, "code": "one"}
+    for stamps, expected in (([stamp, stamp], stamp), ([stamp, {**stamp, "code": "other"}], {}),
+                             ([stamp, {}], {}),
+                             ([stamp, {**stamp, "dirty": True}], {**stamp, "dirty": True})):  # fmt: skip
+        (tmp_path / "validation.md").write_text(f"{maker.BEGIN}{maker.END}")
+        names = []
+        for number, one in enumerate(stamps):
+            names.append(str(tmp_path / f"{number}.json"))
+            result = replace(report_samples.result(), stamp=one)
+            Path(names[-1]).write_text(json.dumps(files.plain(result), default=str))
+        monkeypatch.setattr(sys, "argv", ["make_validation", *names])
+        maker.main()
+        found = json.loads((tmp_path / "validation.json").read_text())
+        assert found["stamp"] == expected and len(found["runs"]) == 2
+        assert "| oracle |" in (tmp_path / "validation.md").read_text()
+
+
 def test_what_is_not_good_is_an_error_of_a_release(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     good = {row.name: {"tried": row.count, "wrong": 0, "code": row.code, "dirty": False} for row in ROWS}
     monkeypatch.setattr(sys, "argv", ["reliability", "--check"])
     monkeypatch.setattr(page, "measure", lambda row: pytest.fail("nothing is measured"))
+    monkeypatch.setattr(kept, "FILES", {})
     for figures, ended in ((good, 0), ({**good, "twin": {**good["twin"], "code": "other"}}, 1)):
         monkeypatch.setattr(page, "kept", lambda figures=figures: figures)
         assert page.main() == ended
         assert (page.STALE in capsys.readouterr().out) == bool(ended)
+    monkeypatch.setattr(page, "kept", lambda: good)
+    monkeypatch.setattr(kept, "FILES", {"no.json": ()})
+    assert page.main() == 1 and "docs/no.json: not measured" in capsys.readouterr().out
 
 
 def test_a_row_that_cannot_be_run_here_says_so(
@@ -61,12 +129,13 @@ def test_a_row_that_cannot_be_run_here_says_so(
     row = Row("odd", "things that fail", 3, "things", ran, ("clrt.version",), lambda: reasons[0])
     old = {"tried": 3, "wrong": 0, "detail": "all well", "seconds": 1, "date": "2026-01-02",
            "commit": "abc1234", "device": "PoCL / a CPU", "code": "other", "dirty": False}  # fmt: skip
-    kept, shown = tmp_path / "kept.json", tmp_path / "page.md"
-    for name, value in (("ROWS", (row,)), ("KEPT", kept), ("PAGE", shown)):
+    figures_file, shown = tmp_path / "kept.json", tmp_path / "page.md"
+    monkeypatch.setattr(kept, "FILES", {})
+    for name, value in (("ROWS", (row,)), ("KEPT", figures_file), ("PAGE", shown)):
         monkeypatch.setattr(page, name, value)
 
     def run(figures: dict[str, Any], *options: str) -> tuple[int, str]:
-        kept.write_text(json.dumps(figures))
+        figures_file.write_text(json.dumps(figures))
         shown.write_text(f"before {page.START}{page.END} after")
         monkeypatch.setattr(sys, "argv", ["reliability", *options])
         return page.main(), capsys.readouterr().out

@@ -22,7 +22,7 @@ from clrt.base.resources import PACKAGE
 from . import gates
 from .commands import Command, make
 
-PATIENCE: Final = 90  # seconds of wall time
+PATIENCE: Final = 300  # seconds of wall time: some compile all kernels, beside others that do
 PROGRAM: Final = (b"-P", b"-m", b"clrt")
 CODES: Final = (0, 1, 2, 130)
 MUCH: Final = 1 << 16  # bytes on stderr: a fault is one line

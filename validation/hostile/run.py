@@ -27,7 +27,7 @@ from clrt.base.resources import PACKAGE
 from . import commands, gates, process
 from .mutate import make
 
-PATIENCE: Final = 120.0  # seconds of wall time after which a process counts as hanging
+PATIENCE: Final = 600.0  # seconds of wall time, then a process hangs; kernels of many bands take minutes
 CEILING: Final = 4 << 30  # bytes at which a process is ended, before the machine has none left
 TURNS: Final = 1000  # inputs a process; then a new one, so that no leak hides what an input costs
 COMMANDS: Final = 200  # of so many tasks one is a command, which costs as much as many inputs

@@ -17,12 +17,13 @@ from clrt.device.platforms import choose
 from clrt.version import __version__
 
 from . import code
+from . import kept as pages
 from .rows import ROWS, Row, timed
 
 DOCS: Final = Path(__file__).resolve().parents[2] / "docs"
 KEPT: Final = DOCS / "reliability.json"
 PAGE: Final = DOCS / "reliability.md"
-STALE: Final = "older than the code that it is about"
+STALE: Final = pages.STALE
 START, END = "<!-- figures -->", "<!-- end of figures -->"
 
 
@@ -104,7 +105,8 @@ def main() -> int:
     parser.add_argument("--only", action="append", choices=[row.name for row in ROWS], metavar="ROW")
     parser.add_argument("--list", action="store_true", help="say how the figures stand")
     parser.add_argument(
-        "--check", action="store_true", help="as --list; exit code 1 unless all that can be run here are good"
+        "--check", action="store_true", help="as --list; exit code 1 unless all that can be run here are "
+        "good and the figures of the other pages are of this code",
     )
     options = parser.parse_args()
     figures = kept()
@@ -126,6 +128,11 @@ def main() -> int:
                 figures[row.name]["unable"] = why
                 keep(figures)
         bad |= bool(state) and not why
+    if options.list or options.check:
+        for name in pages.FILES:
+            state = pages.stale(name)
+            print(f"docs/{name}: {state or 'good'}")
+            bad |= bool(state)
     return int(bad and not options.list)
 
 

@@ -111,7 +111,7 @@ def plain(result: SuiteResult) -> dict[str, Any]:
     """The run as JSON has it; figures that are not finite become null."""
     return {
         "passed": result.passed, "subject": result.subject, "command": result.command,
-        "started": result.started,
+        "started": result.started, "stamp": result.stamp,
         "seconds": result.seconds,
         "device": result.device, "versions": result.versions, "seed": result.seed,
         "notes": list(result.notes),

@@ -1,0 +1,55 @@
+"""The figures of the other pages: files of raw values, each with a stamp of what it was measured with.
+
+A file is stale where its stamp is of other code than there is now, or it has none.
+"""
+
+from __future__ import annotations
+
+import datetime
+import json
+from pathlib import Path
+from typing import Any, Final
+
+from clrt.bench.machine import processor_name
+from clrt.device.platforms import choose
+from clrt.version import __version__
+
+from . import code
+
+DOCS: Final = code.ROOT / "docs"
+STALE: Final = "older than the code that it is about"
+FILES: Final[dict[str, tuple[str, ...]]] = {
+    "performance/bench.json": ("clrt.bench.suite",),
+    "performance/scaling.json": ("clrt.bench.scaling",),
+    "performance/povray.json": ("clrt.bench.frames",),
+    "performance/thesis.json": code.PROGRAM,
+    "validation.json": ("validation.suite.run",),
+}
+"""Files below docs, and the modules that each depends on."""
+
+
+def stamp(modules: tuple[str, ...]) -> dict[str, Any]:
+    """Commit, whether files have changed since, the code's hash, date, version, machine and driver; now."""
+    commit, dirty = code.commit()
+    return {
+        "commit": commit, "dirty": dirty, "code": code.digest(modules), "version": __version__,
+        "date": datetime.date.today().isoformat(), "processor": processor_name(), "device": choose()[0].label,
+    }  # fmt: skip
+
+
+def stale(name: str, docs: Path = DOCS) -> str:
+    """What is wrong with a file of `FILES`; "" where its figures are of this code."""
+    try:
+        found = json.loads((docs / name).read_text("utf-8")).get("stamp")
+    except FileNotFoundError:
+        return "not measured"
+    if not found:
+        return "without a stamp of its code"
+    if found["code"] != code.digest(FILES[name]):
+        return STALE
+    return "measured with changes that no commit holds" if found["dirty"] else ""
+
+
+def checkout() -> bool:
+    """Whether this is a checkout, whose commit can be told, and no installed copy."""
+    return (code.ROOT / ".git").exists()
