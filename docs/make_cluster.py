@@ -95,8 +95,8 @@ def tables(told: dict[str, Any]) -> str:
     pieces = math.ceil(BIG / (1 << 17))
     lines += [
         "",
-        f"A task of {rays:.0f} rays ({rays / samples:.0f} pixels) takes a worker {order * 1e3:.0f} ms, client and "
-        f"scheduler {each * 1e3:.1f} ms; a new worker is ready for the scene in {setup:.2f} s.",
+        f"A task of {rays:.0f} rays ({rays / samples:.0f} pixels) takes a worker {order * 1e3:.0f} ms, "
+        f"client and scheduler {each * 1e3:.1f} ms; a new worker is ready for the scene in {setup:.2f} s.",
         "",
         "| workers | time | speed-up | of it all |",
         "|---|---|---|---|",

@@ -76,10 +76,10 @@ class DaskPool(Pool):
         now = time.monotonic()
         if self.client.status != "running":
             raise self._gone("the connection is closed")
-        if now - self._heard > _PING or not self._workers:
+        if now - self._heard > min(_PING, _WORKERS) or not self._workers:
             self._ask()
             self._heard = now
-        if now - self._peopled > _WORKERS:
+        if not self._workers and now - self._peopled > _WORKERS:
             raise ClrtError(
                 f"{self._name}: no worker has come in {_WORKERS:.0f} s; start some: "
                 f"dask worker {self._name} --nthreads 1"

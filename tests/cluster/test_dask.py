@@ -169,7 +169,7 @@ def test_a_scheduler_without_workers(scene: clrt.Scene, monkeypatch: pytest.Monk
 
     monkeypatch.setattr(pool, "_WORKERS", 1.0)
     with (
-        distributed.LocalCluster(0, host="127.0.0.1", dashboard_address=None) as cluster,
+        distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=None) as cluster,
         distributed.Client(cluster, set_as_default=False) as client,
         pytest.raises(clrt.ClrtError, match=r"^tcp://.*: no worker has come in 1 s; start some: dask worker"),
     ):
