@@ -48,7 +48,7 @@ def is_program() -> bool:
 
     A process that such a one has spawned has its name, too; it is ended by the one that did.
     """
-    if "--multiprocessing-fork" in sys.orig_argv:
+    if sys.orig_argv[-1:] and sys.orig_argv[-1].endswith("multiprocessing-fork"):
         return False
     name = getattr(sys, "argv", [""])[0]
     if name == "-m":  # so far: the module is only being looked for
