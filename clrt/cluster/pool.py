@@ -82,7 +82,7 @@ class DaskPool(Pool):
         if not self._workers and now - self._peopled > _WORKERS:
             raise ClrtError(
                 f"{self._name}: no worker has come in {_WORKERS:.0f} s; start some: "
-                f"dask worker {self._name} --nthreads 1"
+                f"dask worker {self._name} (docs/cluster.md)"
             )
 
     def _ask(self) -> None:
