@@ -18,13 +18,14 @@ from clrt.version import __version__
 if TYPE_CHECKING:
     from clrt.base.errors import ClrtError, ClrtWarning, DeviceError, LimitError, SceneError
     from clrt.base.limits import Limits
+    from clrt.cluster.pictures import render, sweep
     from clrt.device.info import DeviceInfo
     from clrt.device.platforms import devices
     from clrt.device.settings import Settings
     from clrt.engine.answers import Crossings, Hits
     from clrt.engine.raymesh import RayMeshIntersector
-    from clrt.engine.sweep import camera_path, sweep, turntable
-    from clrt.engine.tracer import Tracer, render
+    from clrt.engine.sweep import camera_path, turntable
+    from clrt.engine.tracer import Tracer
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
     from clrt.images.image import Image, read_image
@@ -41,7 +42,7 @@ _HOMES = {
     "clrt.device.info": ("DeviceInfo",),
     "clrt.device.platforms": ("devices",),
     "clrt.engine.raymesh": ("RayMeshIntersector",),
-    "clrt.engine.sweep": ("camera_path", "sweep", "turntable"),
+    "clrt.engine.sweep": ("camera_path", "turntable"),
     "clrt.scene.camera": ("Camera",),
     "clrt.scene.scene": ("Scene",),
     "clrt.device.settings": ("Settings",),
@@ -49,7 +50,8 @@ _HOMES = {
     "clrt.judging.verdict": ("Verdict", "compare"),
     "clrt.engine.answers": ("Crossings", "Hits"),
     "clrt.raytree.tree": ("RayTree",),
-    "clrt.engine.tracer": ("Tracer", "render"),
+    "clrt.engine.tracer": ("Tracer",),
+    "clrt.cluster.pictures": ("render", "sweep"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

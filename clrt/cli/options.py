@@ -107,6 +107,8 @@ def parser() -> _Parser:
     _add_set(check, _SET)
     check.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
 
+    _add_cluster(render)
+
     hashing = command("hash", "Print the hash of a scene's picture, or of the pixels in an .exr file.")
     _add_scene(hashing)
     hashing.add_argument("--json", action="store_true", help="print JSON")
@@ -210,8 +212,14 @@ _FRAMES = ".mp4 .webm .mkv (lossless), or pictures: 'out/{index:03}_{camera.fov}
 _SWEPT = "values at a place: camera.fov=20:60:5 (5 from 20 to 60), materials.glass.ior=1.3,1.5"
 
 
+def _add_cluster(parser: argparse.ArgumentParser) -> None:
+    """Who computes, where that is not this process."""
+    parser.add_argument("--cluster", metavar="WHERE", help="local:N workers here, or dask's tcp://HOST:PORT")
+
+
 def _add_series(parser: argparse.ArgumentParser) -> None:
     """What a series of pictures has beside each of them."""
+    _add_cluster(parser)
     parser.add_argument("--manifest", metavar="FILE.csv", help="values, hashes (frames.csv beside them)")
     parser.add_argument("--fps", type=float, default=25.0, metavar="N", help="frames a second (25)")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")

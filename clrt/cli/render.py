@@ -110,13 +110,16 @@ def _to_stream(options: argparse.Namespace) -> int:
 def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()) -> Image:
     """The image of a scene file, with a progress bar on stderr where that is a terminal."""
     import clrt
+    from clrt.cli.clusters import cluster
     from clrt.cli.progress import progress
     from clrt.formats.native import with_values
 
     limits = clrt.Limits(**dict(options.limit))
     scene = with_values(read(file, limits), options.set)
     _check_layers(options, file, scene)
-    with progress(stem(file), getattr(options, "quiet", False)) as report:
+    settings = clrt.Settings(threads=options.threads, limits=limits, check=getattr(options, "check", False))
+    quiet = getattr(options, "quiet", False)
+    with cluster(options, settings) as (workers, settings), progress(stem(file), quiet) as report:
         return clrt.render(
             scene,
             width=options.width,
@@ -126,11 +129,10 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
             device=options.device,
             layers=layers,
             progress=report,
-            settings=clrt.Settings(
-                threads=options.threads, limits=limits, check=getattr(options, "check", False)
-            ),
+            settings=settings,
             crop=tuple(options.crop) if options.crop else None,
             checkpoint=getattr(options, "checkpoint", None),
+            **workers,
         )
 
 

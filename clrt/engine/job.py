@@ -134,6 +134,10 @@ class Job:
             "kernels": hashlib.sha256(kernel_source(self.flat.ray_format).encode()).hexdigest(),
         }
 
+    def fingerprint(self, window: tuple[int, int, int, int]) -> str:
+        """SHA-256 (hexadecimal) of `identity`."""
+        return hashlib.sha256(repr(self.identity(window)).encode()).hexdigest()
+
     def ranges(self) -> dict[str, tuple[float, float]]:
         """The least and the most that a number of the picture ("image") and of each layer can be."""
         flat, brightest = self.flat, float(np.float32(layout.BRIGHTEST))

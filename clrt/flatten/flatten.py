@@ -100,6 +100,10 @@ class FlatScene:
         """By the identity of an array its SHA-256: those that scenes share are looked through once."""
         return {}
 
+    def __getstate__(self) -> dict[str, object]:
+        """Without what was computed from it: identities of arrays mean nothing in another process."""
+        return {entry.name: getattr(self, entry.name) for entry in fields(self)}
+
     def _digest(self, array: np.ndarray) -> bytes:
         if id(array) not in self.digests:
             self.digests[id(array)] = hashlib.sha256(np.ascontiguousarray(array).view(np.uint8).data).digest()
