@@ -21,9 +21,10 @@ if TYPE_CHECKING:
     from clrt.device.info import DeviceInfo
     from clrt.device.platforms import devices
     from clrt.device.settings import Settings
+    from clrt.engine.answers import Crossings, Hits
     from clrt.engine.raymesh import RayMeshIntersector
     from clrt.engine.sweep import camera_path, sweep, turntable
-    from clrt.engine.tracer import Hits, Tracer, render
+    from clrt.engine.tracer import Tracer, render
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
     from clrt.images.image import Image, read_image
@@ -47,15 +48,16 @@ _HOMES = {
     "clrt.formats.shipped": ("load",),
     "clrt.judging.verdict": ("Verdict", "compare"),
     "clrt.raytree.tree": ("RayTree",),
-    "clrt.engine.tracer": ("Hits", "Tracer", "render"),
+    "clrt.engine.answers": ("Crossings", "Hits"),
+    "clrt.engine.tracer": ("Tracer", "render"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Camera", "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError",
-    "Limits", "RayMeshIntersector", "RayTree", "Scene", "SceneError", "Settings", "Tracer", "Verdict",
-    "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image", "render",
-    "sweep", "turntable",
+    "Camera", "ClrtError", "ClrtWarning", "Crossings", "DeviceError", "DeviceInfo", "Hits", "Image",
+    "LimitError", "Limits", "RayMeshIntersector", "RayTree", "Scene", "SceneError", "Settings", "Tracer",
+    "Verdict", "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image",
+    "render", "sweep", "turntable",
 ]  # fmt: skip
 
 

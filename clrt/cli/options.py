@@ -73,7 +73,7 @@ def parser() -> _Parser:
     render.add_argument("scene", metavar="SCENE", nargs="+", help=_SCENE)
     text = ".exr .png .tif .jpg .bmp; '-': PNG to standard output; of several scenes 'out/{name}.png'"
     render.add_argument("-o", "--output", metavar="OUT", required=True, help=text)
-    _add_frame(render)
+    _add_frame(render, spp=" (the scene's; where it says none, 4 for .png .jpg .bmp)")
     names = ", ".join((*LAYERS, "generation_0 ..."))
     render.add_argument("--layers", type=_names, default=(), metavar="A,B", help=f"all, or some of {names}")
     render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
@@ -218,14 +218,16 @@ def _add_series(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-q", "--quiet", action="store_true", help="neither progress nor a closing line")
 
 
-def _add_frame(parser: argparse.ArgumentParser, many: bool = False, crop: bool = True) -> None:
-    """What the picture is, and where it is computed; by default as the scene says."""
+def _add_frame(
+    parser: argparse.ArgumentParser, many: bool = False, spp: str = "", crop: bool = True
+) -> None:
+    """What the picture is, and where it is computed; by default as the scene says. `spp`: what else holds."""
     parser.add_argument("--width", type=whole, metavar="N", help="pixels in a row; alone, keeps the aspect")
     parser.add_argument("--height", type=whole, metavar="N", help="rows of pixels; alone, keeps the aspect")
     if crop:
         sides = ("X", "Y", "W", "H")
         parser.add_argument("--crop", type=whole, nargs=4, metavar=sides, help="only these pixels")
-    parser.add_argument("--spp", type=whole, metavar="N", help="samples per pixel: 1, 4, 9, 16 ...")
+    parser.add_argument("--spp", type=whole, metavar="N", help=f"samples per pixel: 1, 4, 9, 16 ...{spp}")
     parser.add_argument("--max-depth", type=whole, metavar="N", help="generations after the camera's")
     _add_device(parser)
     parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")

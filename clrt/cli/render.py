@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from clrt.images.image import Image
     from clrt.scene.scene import Scene
 
+_SMOOTH = 4  # samples a pixel where nobody says a number
+_LOOKED_AT = (".png", ".jpg", ".jpeg", ".bmp")  # what is a picture for eyes, not for measuring
 _DEEPEST = 1000  # generation whose layer's file is looked at beforehand: renders of more are refused, mostly
 
 
@@ -119,7 +121,7 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
             scene,
             width=options.width,
             height=options.height,
-            spp=options.spp,
+            spp=_samples(options, scene),
             max_depth=options.max_depth,
             device=options.device,
             layers=layers,
@@ -130,6 +132,14 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
             crop=tuple(options.crop) if options.crop else None,
             checkpoint=getattr(options, "checkpoint", None),
         )
+
+
+def _samples(options: argparse.Namespace, scene: Scene) -> int | None:
+    """Samples a pixel in place of the scene's: first pictures to look at are not jagged."""
+    output = Path(getattr(options, "output", "")).suffix.lower()
+    unsaid = options.spp is None and scene.camera is not None and scene.camera.spp is None
+    allowed = dict(options.limit).get("samples", _SMOOTH) >= _SMOOTH and scene.conformance == "none"
+    return _SMOOTH if unsaid and allowed and output in _LOOKED_AT else options.spp
 
 
 def summary(image: Image, path: Path, seconds: float) -> str:

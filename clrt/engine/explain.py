@@ -131,20 +131,20 @@ def _media(seen: Seen, i: int, hit: Hit | None, flat: FlatScene) -> tuple[tuple[
 
 
 def _light(number: int, lit: LitBy, i: int, bands: slice) -> LightShare:
-    at = [] if lit.feelers is None else np.flatnonzero(lit.feelers["owner"] == i).tolist()
-    feeler = None
-    if lit.feelers is not None and at:
-        (k,) = at
-        words = lit.feelers
-        through = _numbers(words["filter"][bands, k]) if "filter" in words else (1.0,) * bands.stop
-        seen = bool(words["seen"][k])
-        feeler = Feeler(
-            _numbers(words["origin"][:, k]), _numbers(words["direction"][:, k]), float(words["t_max"][k]),
-            seen, lit.met[k], through if seen else (0.0,) * bands.stop,
-        )  # fmt: skip
+    words = lit.feelers or {"owner": np.zeros(0)}
+    feelers = tuple(_feeler(lit, words, k, bands) for k in np.flatnonzero(words["owner"] == i).tolist())
     return LightShare(
-        number, feeler, *(_numbers(values[bands, i]) for values in (lit.diffuse, lit.highlight, lit.brings))
+        number, feelers, *(_numbers(values[bands, i]) for values in (lit.diffuse, lit.highlight, lit.brings))
     )
+
+
+def _feeler(lit: LitBy, words: Words, k: int, bands: slice) -> Feeler:
+    seen = bool(words["seen"][k])
+    through = _numbers(words["filter"][bands, k]) if "filter" in words else (1.0,) * bands.stop
+    return Feeler(
+        _numbers(words["origin"][:, k]), _numbers(words["direction"][:, k]), float(words["t_max"][k]),
+        seen, lit.met[k], through if seen else (0.0,) * bands.stop,
+    )  # fmt: skip
 
 
 def _numbers(values: np.ndarray) -> Numbers:

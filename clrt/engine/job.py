@@ -86,7 +86,9 @@ class Job:
             immerse(device, world, queue, piece[0])
         else:
             camera, corners = self._camera
-            queue, reported = passes.generate(device, device.upload(camera, wait=False), piece, self.samples)
+            record = device.upload(camera, wait=False)
+            seed = int(camera["seed"][0])
+            queue, reported = passes.generate(device, record, piece, self.samples, seed)
             immerse(device, world, queue, corners if len(corners) == 1 else None, corners)
         tell(observers, "adopt" if reported is None else "generate", 0, queue, queue)
         hits = passes.closest(device, world, queue)
@@ -146,7 +148,7 @@ class Job:
 
         special = {
             "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
-            "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes - 1.0),
+            "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
         }  # fmt: skip
         light = seen(flat.response)
         return {"image": light, **{name: special.get(name, light) for name in self.layers}}

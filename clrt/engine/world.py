@@ -22,7 +22,6 @@ _SMALL: Final = 1024  # nodes: they and what their leaves hold stay in a core's 
 # what the builder writes, and the record that counts it
 _MADE: Final = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
 _TABLES: Final = {name: kind for name, kind in layout.WORLD.items() if name not in _MADE}
-_TREE: Final = ("boxes", "finite", "triangles", "spheres")  # what the tree is made of, besides kinds
 
 
 class World:
@@ -54,9 +53,8 @@ class World:
         buffers = self._buffers.copy()
         for name in changed:
             buffers[name] = device.upload(getattr(flat, name), kind=_TABLES[name])
-        grown = not all(_same(getattr(self.flat, name), getattr(flat, name)) for name in _TREE)
-        kinds = self.flat.primitives[["kind", "index"]], flat.primitives[["kind", "index"]]
-        if grown or ("primitives" in changed and not np.array_equal(*kinds)):
+        moved = {"primitives", "triangles", "spheres"} & set(changed) or self.flat.boxes is not flat.boxes
+        if moved and not all(map(_same, _in_tree(self.flat), _in_tree(flat))):
             buffers |= _build_tree(device, flat, buffers)
             changed.append("tree")
         elif not changed and _same(self.flat.scene, flat.scene):
@@ -67,11 +65,12 @@ class World:
 
     def lit_by(self, device: Device, number: int) -> World:
         """The same world with one of its lights alone, for passes that are to say what that one brings."""
-        info = self.flat.scene.copy()
-        info["nodes"], info["lights"] = self._buffers["count"], 1
-        alone, light = copy(self), self.flat.lights[number : number + 1]
-        alone._buffers = self._buffers | {"scene": device.upload(info), "lights": device.upload(light)}
-        alone.arguments, alone.lights = tuple(alone._buffers[name] for name in layout.WORLD), 1
+        alone, lights = copy(self), self.flat.lights.copy()
+        # each keeps its number, by which points of a light with extent are drawn; those of no kind do not shine
+        others = np.arange(len(lights)) != number
+        lights["kind"][others], lights["extended"][others], lights["samples"][others] = -1, 0, 1
+        alone._buffers = self._buffers | {"lights": device.upload(lights)}
+        alone.arguments = tuple(alone._buffers[name] for name in layout.WORLD)
         return alone
 
     def _take(self, device: Device, flat: FlatScene, buffers: dict[str, Any]) -> None:
@@ -85,8 +84,16 @@ class World:
         log.info("scene on the device: %d primitives, tree of %d nodes", int(info["primitives"][0]), nodes)
         self.small = nodes < _SMALL
         self.lights = int(info["lights"][0])
+        self.surfaces = bool(info["surfaces"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])
+
+
+def _in_tree(flat: FlatScene) -> list[np.ndarray]:
+    """What the tree is made of, and the kinds: all but the surfaces of lights, which are the last of each."""
+    own = flat.primitives[: int(flat.scene["primitives"][0] - flat.scene["surfaces"][0])]
+    spheres = np.count_nonzero(own["kind"] == layout.KINDS["SPHERE"])
+    return [flat.boxes, flat.finite, flat.triangles, flat.spheres[:spheres], own["kind"], own["index"]]
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:

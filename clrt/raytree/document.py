@@ -53,7 +53,7 @@ def _light(tree: RayTree, light: LightShare) -> dict[str, Any]:
     return {
         "light": light.light, "name": tree.names.light(light.light), "diffuse": _list(light.diffuse),
         "highlight": _list(light.highlight), "brings": _list(light.brings),
-        "feeler": None if light.feeler is None else _feeler(tree, light.feeler),
+        "feelers": [_feeler(tree, feeler) for feeler in light.feelers],
     }  # fmt: skip
 
 

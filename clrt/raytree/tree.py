@@ -55,13 +55,13 @@ class Feeler:
 class LightShare:
     """What one light brings to the pixel at a hit, weighted: by band, as all below.
 
-    light: its number in the scene. feeler: None where the light does not stand above the surface, or the
-    material reflects none of it directly. diffuse, highlight: the terms, each rounded by itself; brings:
-    both together, as the kernels add it.
+    light: its number in the scene. feelers: one for each of its points above the surface, one in all for a
+    light without extent; none where the material reflects none of it directly. diffuse, highlight: the terms,
+    each rounded by itself; brings: both together, as the kernels add it.
     """
 
     light: int
-    feeler: Feeler | None
+    feelers: tuple[Feeler, ...]
     diffuse: Numbers
     highlight: Numbers
     brings: Numbers
@@ -187,7 +187,7 @@ class RayTree:
             row["hits"] += ray.hit is not None
             row["camera_hits"] += ray.kind == "camera" and ray.hit is not None
             row["total_internal_reflection"] += ray.total_internal
-            row["feelers"] += sum(light.feeler is not None for light in ray.lights)
+            row["feelers"] += sum(len(light.feelers) for light in ray.lights)
         names = ("camera", "camera_hits", "reflection", "transmission", "ambient",
                  "total_internal_reflection", "feelers", "hits")  # fmt: skip
         table = [{name: row[name] for name in names} for row in rows]

@@ -43,7 +43,7 @@ def ways(tree: RayTree, feelers: bool = True) -> tuple[list[Way], np.ndarray, np
         end = _end(start, ray.direction, ray.hit.t if ray.hit else np.inf, size)
         found.append(Way(ray.kind, ray.number, start, end, share))
         for light in ray.lights if feelers else ():
-            if (way := light.feeler) is not None:
+            for way in light.feelers:
                 reach = way.distance if way.seen or not way.met else way.met[-1].t
                 end = _end(np.array(way.origin), way.direction, min(reach, 2 * size), size)
                 kind = "light" if way.seen else "blocked"

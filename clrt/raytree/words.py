@@ -69,22 +69,27 @@ def lines(tree: RayTree, ray: Ray) -> list[Line]:
 
 
 def _light(tree: RayTree, ray: Ray, light: LightShare) -> list[Line]:
-    name, feeler = tree.names.light(light.light), light.feeler
-    if feeler is None:
+    name = tree.names.light(light.light)
+    if not light.feelers:
         return []
-    if not feeler.seen:
-        behind = [f"{tree.names.shape(met.shape)} after {met.t:.4g}" for met in feeler.met[-1:]]
-        return [Line(f"{name}: blocked by {behind[0] if behind else 'what is there'}", 0.0, "", True)]
-    through = ""
-    if feeler.met:
-        through = f" through {', '.join(tree.names.shape(met.shape) for met in feeler.met)}"
-        through += f" (x {numbers(feeler.filter)})"
+    arriving = [feeler for feeler in light.feelers if feeler.seen]
+    hiding = {tree.names.shape(f.met[-1].shape): f.met[-1].t for f in light.feelers if not f.seen and f.met}
+    if not arriving:
+        where = f" after {next(iter(hiding.values())):.4g}" if len(light.feelers) == 1 and hiding else ""
+        return [Line(f"{name}: blocked by {', '.join(hiding) or 'what is there'}{where}", 0.0, "", True)]
+    about = ""
+    if len(light.feelers) > 1:
+        about = f", {len(arriving)} of {len(light.feelers)} feelers arrive"
+        about += f" (others: {', '.join(hiding)})" if hiding else ""
+    elif arriving[0].met:
+        about = f" through {', '.join(tree.names.shape(met.shape) for met in arriving[0].met)}"
+        about += f" (x {numbers(arriving[0].filter)})"
     found = [
-        _line(tree, ray, f"{name}, {term}{through}", value)
+        _line(tree, ray, f"{name}, {term}{about}", value)
         for term, value in (("diffuse", light.diffuse), ("highlight", light.highlight))
         if any(value)
     ]
-    return found or [Line(f"{name}{through}: arrives, adds nothing", 0.0, "")]
+    return found or [Line(f"{name}{about}: arrives, adds nothing", 0.0, "")]
 
 
 def _line(tree: RayTree, ray: Ray, text: str, value: Sequence[float]) -> Line:

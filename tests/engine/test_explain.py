@@ -42,12 +42,11 @@ def check_sums(tree: RayTree, image: clrt.Image, one: clrt.Image) -> None:
         for light in ray.lights:
             both = np.add(light.diffuse, light.highlight)
             assert np.allclose(both, light.brings, rtol=2.0**-20, atol=1e-30)
-            if light.feeler is None:
+            if not any(feeler.seen for feeler in light.feelers):
                 assert not any(light.brings)
-            elif not light.feeler.seen:
-                assert not any(light.brings) and light.feeler.met[-1].blocks
-            else:
-                assert not any(met.blocks for met in light.feeler.met)
+            for feeler in light.feelers:
+                assert [met.blocks for met in feeler.met[-1:]] == ([True] if not feeler.seen else
+                                                                   [False] * len(feeler.met[-1:]))
 
 
 @pytest.mark.parametrize("seed", [21, 22])
@@ -190,13 +189,13 @@ def test_blockers_are_named() -> None:
                    {"type": "sphere", "center": [0, 3, 0], "radius": 0.5, "name": "ball"}],
     })  # fmt: skip
     (ray,) = clrt.Tracer(scene).explain(4, 4).rays
-    above, aside, below = ray.lights
-    assert above.feeler and not above.feeler.seen and above.feeler.distance == pytest.approx(5)
-    assert [(met.shape, met.blocks) for met in above.feeler.met] == [(1, True)]
-    assert above.feeler.met[0].t == pytest.approx(2.5, rel=1e-5) and not any(above.brings)
-    assert aside.feeler and aside.feeler.seen and aside.feeler.distance == np.inf and not aside.feeler.met
-    assert below.feeler is None  # under the floor
-    assert np.allclose(aside.brings, aside.diffuse) and min(aside.brings) > 0
+    above, aside, below = ((*light.feelers, None)[0] for light in ray.lights)
+    assert above and not above.seen and above.distance == pytest.approx(5)
+    assert [(met.shape, met.blocks) for met in above.met] == [(1, True)]
+    assert above.met[0].t == pytest.approx(2.5, rel=1e-5) and not any(ray.lights[0].brings)
+    assert aside and aside.seen and aside.distance == np.inf and not aside.met
+    assert below is None  # under the floor
+    assert np.allclose(ray.lights[1].brings, ray.lights[1].diffuse) and min(ray.lights[1].brings) > 0
 
 
 def test_tinted_shadows_say_what_light_came_through() -> None:
@@ -208,11 +207,11 @@ def test_tinted_shadows_say_what_light_came_through() -> None:
         "camera": {"origin": [0, 0.5, 6], "target": [0, 0, 0], "width": 3, "height": 3},
         "shapes": [{"type": "box", "min": [-3, -1, -3], "max": [3, 0, 3]}, *disks],
     }  # fmt: skip
-    feeler = clrt.Tracer(clrt.load_dict(table)).explain(1, 1).rays[0].lights[0].feeler
+    feeler = clrt.Tracer(clrt.load_dict(table)).explain(1, 1).rays[0].lights[0].feelers[0]
     assert feeler and feeler.seen and [met.shape for met in feeler.met] == [1, 2]
     assert np.allclose(feeler.filter, [0.25, 0.36, 0.49])
     table["shapes"].append({"type": "disk", "center": [0, 3, 0], "normal": [0, 1, 0], "radius": 1})
-    feeler = clrt.Tracer(clrt.load_dict(table)).explain(1, 1).rays[0].lights[0].feeler
+    feeler = clrt.Tracer(clrt.load_dict(table)).explain(1, 1).rays[0].lights[0].feelers[0]
     assert feeler and not feeler.seen and feeler.filter == (0.0, 0.0, 0.0)
     assert [(met.shape, met.blocks) for met in feeler.met] == [(1, False), (2, False), (3, True)]
 

@@ -35,8 +35,7 @@ ROOT = Path(__file__).parents[2]
 CALLERS = {
     "generate": {"clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1},
     "adopt": {
-        "clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1, "clrt/engine/raymesh.py": 1,
-        "validation/proofs.py": 1,
+        "clrt/engine/job.py": 1, "validation/proofs.py": 1,
     },
     "shade": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1, "clrt/engine/apart.py": 2},
     "feelers": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1, "clrt/engine/apart.py": 1},
@@ -45,10 +44,9 @@ CALLERS = {
     "spawn": {"clrt/engine/wavefront.py": 1},
     "closest": {
         "clrt/engine/job.py": 1, "clrt/engine/wavefront.py": 1,
-        "clrt/engine/tracer.py": 1, "clrt/engine/raymesh.py": 2, "clrt/engine/apart.py": 1,
         "clrt/bench/kernels.py": 2, "validation/proofs.py": 3,
     },
-    "geometry": {"clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1},
+    "geometry": {"clrt/engine/job.py": 1},
     "immerse": {"clrt/engine/job.py": 2},
     "trace": {"clrt/engine/job.py": 1},
 }  # fmt: skip

@@ -139,7 +139,7 @@ PLANTED = [
     ("quadric.clh", "b = dot3(d, w),", f"b = dot3(d, w) * {ULP},", "quadrics", "closest"),
     ("triangle.clh", "s.u = e.y / ", f"s.u = {ULP} * e.y / ", "meshes", "surface"),
     ("film.cl", "out_uv[2 * i] = at.u", f"out_uv[2 * i] = at.u * {ULP}", "meshes", "geometry"),
-    ("light.cl", "(emission + ambient), mine", f"(emission + ambient) * {ULP}, mine", "spheres", "light"),
+    ("light.cl", "(emission + ambient), mine", f"(emission + ambient) * {ULP}, mine", "spheres", "shade"),
     ("light.clh", "material->ks * power(", f"{ULP} * material->ks * power(", "spheres", "illuminate"),
     ("bounce.clh", "times(n, 2.0f * dot3(n, u))", "times(n, 2.0000002f * dot3(n, u))", "spheres", "reflect"),
     ("bounce.clh", "(s * s + p * p) * 0.5f", "(s * s + p * p) * 0.50000006f", "spheres", "reflect"),
