@@ -66,7 +66,7 @@ class World:
     def lit_by(self, device: Device, number: int) -> World:
         """The same world with one of its lights alone, for passes that are to say what that one brings."""
         alone, lights = copy(self), self.flat.lights.copy()
-        # each keeps its number, by which points of a light with extent are drawn; those of no kind do not shine
+        # each keeps its number, by which points of it may be drawn; those of no kind do not shine
         others = np.arange(len(lights)) != number
         lights["kind"][others], lights["extended"][others], lights["samples"][others] = -1, 0, 1
         alone._buffers = self._buffers | {"lights": device.upload(lights)}

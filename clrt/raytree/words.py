@@ -36,7 +36,9 @@ def summary(tree: RayTree) -> str:
     """How many rays it took."""
     counts = tree.stats()["rays"]
     samples = f"{tree.samples} sample{'s' if tree.samples > 1 else ''}"
-    return f"{samples}, {len(tree.rays)} rays, {counts['feelers']} shadow feelers"
+    rays, feelers = len(tree.rays), counts["feelers"]
+    plural = "" if rays == 1 else "s"
+    return f"{samples}, {rays} ray{plural}, {feelers} shadow feeler{'' if feelers == 1 else 's'}"
 
 
 def heading(tree: RayTree, ray: Ray) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.raytree.page import page
 from clrt.raytree.tree import Ray, RayTree
 from validation.cases.chance import scene as by_chance
 from validation.oracle64.hashing import FLAGS
@@ -74,6 +75,19 @@ def test_of_scenes_that_ship_too(name: str) -> None:
         tree = tracer.explain(x, y, width=64)
         check_sums(tree, image, tracer.render(width=64, crop=(x, y, 1, 1)))
         assert sum(tree.shares) == pytest.approx(1.0) or not any(tree.value)
+
+
+def test_lights_with_extent_have_a_feeler_for_each_point() -> None:
+    """Of each light its own: those of the second are drawn by its number."""
+    tracer = clrt.Tracer("panel-room")
+    image = tracer.render(width=64, spp=4)
+    most = 0
+    for x, y in ((20, image.height // 2), (33, image.height - 5)):
+        tree = tracer.explain(x, y, width=64, spp=4)
+        check_sums(tree, image, tracer.render(width=64, spp=4, crop=(x, y, 1, 1)))
+        most = max(len(light.feelers) for ray in tree.rays for light in ray.lights)
+        assert page(tree) and tree.as_dict()
+    assert most > 1
 
 
 def test_the_tree_hangs_together() -> None:
