@@ -104,15 +104,3 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
         cross_surfaces(world, ray, hit, i, passed, seen, filter);
     }
 }
-
-// Moves every ray that hits something to its next hit: none is stepped over and none is met twice, however close
-// together they lie, because no distance is added. For those who look at a few rays.
-__kernel void next_hit(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS)
-{
-    const uint i = get_global_id(0);
-    if (i >= n || hit_primitive[i] < 0) return;
-    const World world = WORLD_OF_PARAMETERS;
-    const Hit hit = nearest_hit(world, load_ray(rays, i), hit_t[i], hit_primitive[i], false, NO_PRIMITIVE);
-    hit_t[i] = hit.t;
-    hit_primitive[i] = hit.primitive;
-}

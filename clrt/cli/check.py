@@ -78,5 +78,5 @@ def _words(row: dict[str, Any]) -> str:
     if row["camera"] is None:
         return f"right; {counts}; no camera"
     width, height, spp = row["camera"]
-    samples = f"{spp} sample{'' if spp == 1 else 's'} each"
-    return f"right; {counts}; {width} x {height} pixels, {samples}, max_depth {row['max_depth']}"
+    samples = "" if spp is None else f", {spp} sample{'' if spp == 1 else 's'} each"
+    return f"right; {counts}; {width} x {height} pixels{samples}, max_depth {row['max_depth']}"

@@ -5,7 +5,7 @@ By the same passes as the picture's, run again with one term, or in the same wor
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -13,7 +13,9 @@ import numpy as np
 from clrt import layout
 from clrt.device.device import Device
 from clrt.engine import passes
-from clrt.engine.queues import Feelers, Queue, QueueHits
+from clrt.engine.batch import Batch
+from clrt.engine.queries import all_hits
+from clrt.engine.queues import Queue, QueueHits
 from clrt.engine.world import World
 from clrt.raytree.tree import Crossing
 
@@ -40,8 +42,10 @@ def by_term(device: Device, world: World, queue: Queue, hits: QueueHits, last: b
     return lit.decoded(queue)["local"]
 
 
-def by_light(device: Device, alone: World, queue: Queue, hits: QueueHits, last: bool) -> LitBy:
-    """What the only light of a world brings."""
+def by_light(
+    device: Device, alone: World, number: int, queue: Queue, hits: QueueHits, last: bool
+) -> LitBy:
+    """What the light of this number brings, in a world where it is alone."""
     found = []
     feelers = None
     for term in (layout.TERMS["TERM_DIFFUSE"], layout.TERMS["TERM_HIGHLIGHT"], _DIRECT):
@@ -53,26 +57,32 @@ def by_light(device: Device, alone: World, queue: Queue, hits: QueueHits, last: 
     diffuse, highlight, brings = found
     if not feelers.n:
         return LitBy(diffuse, highlight, brings, None, [])
-    met = _met(device, alone, replace(queue, n=feelers.n, rays=feelers.rays), feelers)
-    return LitBy(diffuse, highlight, brings, feelers.decoded(queue), met)
+    words = feelers.decoded(queue)
+    return LitBy(diffuse, highlight, brings, words, _met(device, alone, number, words))
 
 
-def _met(device: Device, world: World, feelers: Queue, lit: Feelers) -> list[tuple[Crossing, ...]]:
-    """What each of these rays meets up to its t_max: all, as far as light comes through, where shadows are
-    tinted, else the first. The surface of the light that they go to is none."""
-    shapes, materials = world.flat.primitives["shape"], world.flat.primitives["material"]
-    opaque = world.flat.materials["kt"] == 0
-    found: list[list[Crossing]] = [[] for _ in range(feelers.n)]
-    hits = passes.closest(device, world, feelers, crossing=False)
-    own = feelers.words(lit.own, np.int32) if lit.own is not None else np.full(feelers.n, -1, np.int32)
-    going = np.ones(feelers.n, bool)
-    while True:
-        t, primitive = feelers.words(hits.t, np.float32), feelers.words(hits.primitive, np.int32)
-        going &= primitive >= 0
-        for number in np.flatnonzero(going & (primitive != own)).tolist():
-            blocks = not world.tinted or bool(opaque[materials[primitive[number]]])
-            found[number].append(Crossing(int(shapes[primitive[number]]), float(t[number]), blocks))
-            going[number] = not blocks
-        if not going.any():
-            return [tuple(met) for met in found]
-        passes.next_hit(device, world, feelers, hits)
+def _met(
+    device: Device, world: World, light: int, feelers: dict[str, np.ndarray]
+) -> list[tuple[Crossing, ...]]:
+    """What stands in each feeler's way: all that light comes through, up to what blocks it.
+
+    Where shadows are opaque, the first surface does. The light's own surface is in nobody's way.
+    """
+    batch = Batch(feelers["origin"].T, feelers["direction"].T, 0.0, feelers["t_max"])
+    crossed = all_hits(device, world, batch, ("t", "primitive", "shape"))
+    materials, opaque = world.flat.primitives["material"], world.flat.materials["kt"] == 0
+    found = []
+    for ray, seen in enumerate(feelers["seen"].tolist()):
+        met: list[Crossing] = []
+        for k in range(int(crossed.splits[ray]), int(crossed.splits[ray + 1])):
+            shape, primitive = int(crossed.shape[k]), int(crossed.primitive[k])
+            if shape == world.flat.n_shapes + light:
+                continue
+            blocks = not seen and (not world.tinted or bool(opaque[materials[primitive]]))
+            if seen and not world.tinted:
+                break
+            met.append(Crossing(shape, float(crossed.t[k]), blocks))
+            if blocks:
+                break
+        found.append(tuple(met))
+    return found

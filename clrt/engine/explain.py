@@ -15,7 +15,7 @@ from clrt.engine.schedule import complete
 from clrt.engine.watcher import Seen, Watcher
 from clrt.engine.world import World
 from clrt.flatten.flatten import FlatScene
-from clrt.raytree.tree import Crossing, Feeler, Hit, LightShare, Numbers, Ray, RayTree
+from clrt.raytree.tree import Feeler, Hit, LightShare, Numbers, Ray, RayTree
 from clrt.scene.scene import Scene
 
 MOST_LIGHTS: Final = 1000  # each is looked at by itself
@@ -27,8 +27,8 @@ def explain(
     device: Device, world: World, scene: Scene, job: Job, place: tuple[int, int], size: tuple[int, int]
 ) -> RayTree:
     """The rays of the pixel at `place` (x, y) in a job's picture of that size, and what they bring."""
-    if len(scene.lights) > MOST_LIGHTS:
-        text = f"the scene has {len(scene.lights)} lights; at most {MOST_LIGHTS} can be explained"
+    if world.lights > MOST_LIGHTS:
+        text = f"the scene has {world.lights} lights; at most {MOST_LIGHTS} can be explained"
         raise LimitError(f"explain: {text}")
     watcher = Watcher(device, world, job.max_depth)
     pixel = np.array([place[1] * size[0] + place[0]], np.uint32)
@@ -131,19 +131,19 @@ def _media(seen: Seen, i: int, hit: Hit | None, flat: FlatScene) -> tuple[tuple[
 
 
 def _light(number: int, lit: LitBy, i: int, bands: slice) -> LightShare:
-    at = [] if lit.feelers is None else np.flatnonzero(lit.feelers["owner"] == i).tolist()
-    feelers = tuple(_feeler(lit.feelers, lit.met[k], k, bands) for k in at if lit.feelers is not None)
+    words = lit.feelers or {"owner": np.zeros(0)}
+    feelers = tuple(_feeler(lit, words, k, bands) for k in np.flatnonzero(words["owner"] == i).tolist())
     return LightShare(
         number, feelers, *(_numbers(values[bands, i]) for values in (lit.diffuse, lit.highlight, lit.brings))
     )
 
 
-def _feeler(words: Words, met: tuple[Crossing, ...], k: int, bands: slice) -> Feeler:
-    through = _numbers(words["filter"][bands, k]) if "filter" in words else (1.0,) * bands.stop
+def _feeler(lit: LitBy, words: Words, k: int, bands: slice) -> Feeler:
     seen = bool(words["seen"][k])
+    through = _numbers(words["filter"][bands, k]) if "filter" in words else (1.0,) * bands.stop
     return Feeler(
         _numbers(words["origin"][:, k]), _numbers(words["direction"][:, k]), float(words["t_max"][k]),
-        seen, met, through if seen else (0.0,) * bands.stop,
+        seen, lit.met[k], through if seen else (0.0,) * bands.stop,
     )  # fmt: skip
 
 

@@ -174,11 +174,6 @@ def illuminate(
         kernels.launch_packets("illuminate", queue.n, *world.arguments, *groups, np.uint32(terms))
 
 
-def next_hit(device: Device, world: World, queue: Queue, hits: QueueHits) -> None:
-    """Every ray's next hit, in the order of (t, primitive), in place of the one in `hits`; misses stay."""
-    device.launch("next_hit", queue.n, *world.arguments, *queue.arguments, *hits.arguments)
-
-
 def gather(
     device: Device,
     queue: Queue,

@@ -92,7 +92,9 @@ class Watcher:
         where = self._device, self._world, seen.queue, seen.met, seen.generation == self._depth
         seen.emission, seen.ambient = by_term(*where, "emission"), by_term(*where, "ambient")
         if (spawn & layout.SPAWN["SPAWN_FEELERS"]).any():
-            seen.lights = [by_light(where[0], alone, *where[2:]) for alone in self._alone]
+            seen.lights = [
+                by_light(where[0], alone, number, *where[2:]) for number, alone in enumerate(self._alone)
+            ]
 
 
 def parents_of(child: Queue, before: list[Seen], ambient_samples: int) -> list[tuple[int, int]]:

@@ -66,7 +66,7 @@ class World:
     def lit_by(self, device: Device, number: int) -> World:
         """The same world with one of its lights alone, for passes that are to say what that one brings."""
         alone, lights = copy(self), self.flat.lights.copy()
-        lights["samples"][np.arange(len(lights)) != number] = 0  # what looks random goes by a light's number
+        lights["samples"][np.arange(len(lights)) != number] = 0  # their numbers, by which points are drawn, stay
         alone._buffers = self._buffers | {"lights": device.upload(lights)}
         alone.arguments = tuple(alone._buffers[name] for name in layout.WORLD)
         return alone
@@ -81,6 +81,7 @@ class World:
         nodes = int(info["nodes"][0])
         log.info("scene on the device: %d primitives, tree of %d nodes", int(info["primitives"][0]), nodes)
         self.small = nodes < _SMALL
+        self.lights = int(info["lights"][0])
         self.surfaces = bool(info["surfaces"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])

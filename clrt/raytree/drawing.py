@@ -42,8 +42,8 @@ def drawing(tree: RayTree, view: str, least: float = 0.0, feelers: bool = True) 
     SubElement(svg, "title").text = f"the rays from the {view}"
     SubElement(svg, "rect", {"width": "100%", "height": "100%", "fill": "#ffffff"})
     for number in sorted({ray.hit.shape for ray in tree.rays if ray.hit is not None}):
-        if number >= len(tree.scene.shapes):  # a light that is seen
-            continue
+        if number >= len(tree.scene.shapes):
+            continue  # a light that is seen
         shape = tree.scene.shapes[number]
         made = triangles_of(shape, low, high)
         if made is None:

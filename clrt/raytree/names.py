@@ -16,18 +16,15 @@ class Names:
     shape_of: Mapping[int, int]
 
     def shape(self, number: int) -> str:
-        """The shape's own name, else its kind; with its number in the scene file."""
-        count = len(self.scene.shapes)
-        if number >= count:  # a light that is seen
-            return self.light(number - count)
+        """The shape's own name, else its kind; with its number in the scene file. Beyond them are lights."""
+        if number >= len(self.scene.shapes):
+            return self.light(number - len(self.scene.shapes))
         shape = self.scene.shapes[number]
         return f"{shape.name or kind_of(shape)} (shapes[{number}])"
 
     def material_of(self, number: int) -> str:
         """The name of a shape's material; "" for one that has none."""
-        if number >= len(self.scene.shapes):
-            return ""
-        material = self.scene.shapes[number].material
+        material = self.scene.shapes[number].material if number < len(self.scene.shapes) else None
         return material if isinstance(material, str) else ""
 
     def material(self, number: int) -> str:

@@ -36,7 +36,9 @@ def summary(tree: RayTree) -> str:
     """How many rays it took."""
     counts = tree.stats()["rays"]
     samples = f"{tree.samples} sample{'s' if tree.samples > 1 else ''}"
-    return f"{samples}, {len(tree.rays)} rays, {counts['feelers']} shadow feelers"
+    rays, feelers = len(tree.rays), counts["feelers"]
+    plural = "" if rays == 1 else "s"
+    return f"{samples}, {rays} ray{plural}, {feelers} shadow feeler{'' if feelers == 1 else 's'}"
 
 
 def heading(tree: RayTree, ray: Ray) -> str:
@@ -69,26 +71,27 @@ def lines(tree: RayTree, ray: Ray) -> list[Line]:
 
 
 def _light(tree: RayTree, ray: Ray, light: LightShare) -> list[Line]:
-    name, count = tree.names.light(light.light), len(light.feelers)
+    name = tree.names.light(light.light)
     if not light.feelers:
         return []
-    arrived = [feeler for feeler in light.feelers if feeler.seen]
-    if not arrived:
-        ends = [met for feeler in light.feelers for met in feeler.met[-1:]]
-        behind = " and ".join(dict.fromkeys(tree.names.shape(met.shape) for met in ends)) or "what is there"
-        after = f" after {ends[0].t:.4g}" if count == 1 and ends else ""
-        return [Line(f"{name}: blocked by {behind}{after}", 0.0, "", True)]
-    through = f", {len(arrived)} of {count} points seen" if count > 1 else ""
-    passed = dict.fromkeys(tree.names.shape(met.shape) for feeler in arrived for met in feeler.met)
-    if passed:
-        through += f" through {', '.join(passed)}"
-        through += f" (x {numbers(np.mean([feeler.filter for feeler in arrived], axis=0).tolist())})"
+    arriving = [feeler for feeler in light.feelers if feeler.seen]
+    hiding = {tree.names.shape(f.met[-1].shape): f.met[-1].t for f in light.feelers if not f.seen and f.met}
+    if not arriving:
+        where = f" after {next(iter(hiding.values())):.4g}" if len(light.feelers) == 1 and hiding else ""
+        return [Line(f"{name}: blocked by {', '.join(hiding) or 'what is there'}{where}", 0.0, "", True)]
+    about = ""
+    if len(light.feelers) > 1:
+        about = f", {len(arriving)} of {len(light.feelers)} feelers arrive"
+        about += f" (others: {', '.join(hiding)})" if hiding else ""
+    elif arriving[0].met:
+        about = f" through {', '.join(tree.names.shape(met.shape) for met in arriving[0].met)}"
+        about += f" (x {numbers(arriving[0].filter)})"
     found = [
-        _line(tree, ray, f"{name}, {term}{through}", value)
+        _line(tree, ray, f"{name}, {term}{about}", value)
         for term, value in (("diffuse", light.diffuse), ("highlight", light.highlight))
         if any(value)
     ]
-    return found or [Line(f"{name}{through}: arrives, adds nothing", 0.0, "")]
+    return found or [Line(f"{name}{about}: arrives, adds nothing", 0.0, "")]
 
 
 def _line(tree: RayTree, ray: Ray, text: str, value: Sequence[float]) -> Line:

@@ -185,7 +185,7 @@ def test_scenes_are_checked(scene: str, capsys: pytest.CaptureFixture[str]) -> N
     assert main(["check", "-q", scene]) == 0 and capsys.readouterr().out == ""
     assert main(["check", "--json", scene, "wrong.toml"]) == 1
     right, wrong = json.loads(capsys.readouterr().out)
-    assert (right["error"], right["shapes"], right["camera"]) == (None, 1, [8, 8, 1])
+    assert (right["error"], right["shapes"], right["camera"]) == (None, 1, [8, 8, None])
     assert wrong["error"].startswith("wrong.toml:1: ambient") and "shapes" not in wrong
     assert main(["check", scene, "--set", "camera.width=0"]) == 1
     assert "camera.width: 0 is not allowed" in capsys.readouterr().err

@@ -44,7 +44,6 @@ CALLERS = {
     "spawn": {"clrt/engine/wavefront.py": 1},
     "closest": {
         "clrt/engine/job.py": 1, "clrt/engine/wavefront.py": 1,
-        "clrt/engine/apart.py": 1,
         "clrt/bench/kernels.py": 2, "validation/proofs.py": 3,
     },
     "geometry": {"clrt/engine/job.py": 1},
