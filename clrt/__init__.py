@@ -18,17 +18,19 @@ from clrt.version import __version__
 if TYPE_CHECKING:
     from clrt.base.errors import ClrtError, ClrtWarning, DeviceError, LimitError, SceneError
     from clrt.base.limits import Limits
+    from clrt.cluster.pictures import render, sweep
     from clrt.device.info import DeviceInfo
     from clrt.device.platforms import devices
     from clrt.device.settings import Settings
     from clrt.engine.answers import Crossings, Hits
     from clrt.engine.raymesh import RayMeshIntersector
-    from clrt.engine.sweep import camera_path, sweep, turntable
-    from clrt.engine.tracer import Tracer, render
+    from clrt.engine.sweep import camera_path, turntable
+    from clrt.engine.tracer import Tracer
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
     from clrt.images.image import Image, read_image
     from clrt.judging.verdict import Verdict, compare
+    from clrt.raytree.tree import RayTree
     from clrt.scene.camera import Camera
     from clrt.scene.scene import Scene
 
@@ -40,22 +42,24 @@ _HOMES = {
     "clrt.device.info": ("DeviceInfo",),
     "clrt.device.platforms": ("devices",),
     "clrt.engine.raymesh": ("RayMeshIntersector",),
-    "clrt.engine.sweep": ("camera_path", "sweep", "turntable"),
+    "clrt.engine.sweep": ("camera_path", "turntable"),
     "clrt.scene.camera": ("Camera",),
     "clrt.scene.scene": ("Scene",),
     "clrt.device.settings": ("Settings",),
     "clrt.formats.shipped": ("load",),
     "clrt.judging.verdict": ("Verdict", "compare"),
     "clrt.engine.answers": ("Crossings", "Hits"),
-    "clrt.engine.tracer": ("Tracer", "render"),
+    "clrt.raytree.tree": ("RayTree",),
+    "clrt.engine.tracer": ("Tracer",),
+    "clrt.cluster.pictures": ("render", "sweep"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Camera", "ClrtError", "ClrtWarning", "Crossings", "DeviceError", "DeviceInfo", "Hits", "Image",
-    "LimitError", "Limits", "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "Verdict",
-    "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image", "render", "sweep",
-    "turntable",
+    "LimitError", "Limits", "RayMeshIntersector", "RayTree", "Scene", "SceneError", "Settings", "Tracer",
+    "Verdict", "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image",
+    "render", "sweep", "turntable",
 ]  # fmt: skip
 
 

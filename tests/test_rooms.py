@@ -11,8 +11,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = (
-    "base", "layout", "images", "spectra", "meshfiles", "scene", "formats", "flatten", "device", "engine",
-    "judging", "diagnosis", "bench", "cli",
+    "base", "layout", "images", "spectra", "meshfiles", "scene", "formats", "flatten", "raytree", "device",
+    "engine", "cluster", "judging", "diagnosis", "bench", "cli",
 )  # fmt: skip
 """From the ground up."""
 # The public names of `clrt`, each imported when it is first asked for, stand above all rooms.
@@ -21,7 +21,8 @@ ABOVE = ("clrt", "clrt.__main__")
 VALIDATION = {
     "clrt/base/resources.py", "clrt/cli/compare.py", "clrt/cli/convert.py", "clrt/cli/selftest.py",
     "clrt/cli/validate.py", "clrt/cli/validate_against.py", "clrt/cli/validating.py",
-    "clrt/diagnosis/doctor.py", "clrt/diagnosis/probe.py", "clrt/judging/verdict.py",
+    "clrt/cluster/worker.py", "clrt/diagnosis/doctor.py", "clrt/diagnosis/probe.py",
+    "clrt/judging/verdict.py",
 }  # fmt: skip
 
 

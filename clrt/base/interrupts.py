@@ -44,7 +44,12 @@ _said = False
 
 
 def is_program() -> bool:
-    """Whether this process is `clrt` or `python -m clrt`, as far as its first import can know."""
+    """Whether this process is `clrt` or `python -m clrt`, as far as its first import can know.
+
+    A process that such a one has spawned has its name, too; it is ended by the one that did.
+    """
+    if sys.orig_argv[-1:] and sys.orig_argv[-1].endswith("multiprocessing-fork"):
+        return False
     name = getattr(sys, "argv", [""])[0]
     if name == "-m":  # so far: the module is only being looked for
         given = sys.orig_argv

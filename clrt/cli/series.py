@@ -6,7 +6,7 @@ import argparse
 import csv
 import hashlib
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, Final
 from clrt.base.atomic import check_replaceable, replacing
 from clrt.base.errors import ClrtError
 from clrt.cli import interrupted
+from clrt.cli.source import read, stem
 
 if TYPE_CHECKING:
-    from clrt.engine.tracer import Tracer
+    from clrt.cli.frames import Frames
     from clrt.scene.scene import Scene
 
 Values = dict[str, Any]
@@ -36,14 +37,15 @@ def render_series(options: argparse.Namespace, file: Path, values_of: Series) ->
 
 def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     import clrt
+    from clrt.cli.clusters import cluster
+    from clrt.cli.frames import Frames, Maker, OneTracer, Workers
     from clrt.cli.outputs import check_apart, check_spares
     from clrt.cli.progress import progress
-    from clrt.formats.shipped import load_scene
     from clrt.images.naming import frame_name
     from clrt.images.video import SUFFIXES
 
     limits = clrt.Limits(**dict(options.limit))
-    scene, series = values_of(load_scene(file, limits=limits), options)
+    scene, series = values_of(read(file, limits), options)
     film = Path(options.output).suffix.lower() in SUFFIXES
     names = [options.output] if film else [frame_name(options.output, i, v) for i, v in enumerate(series)]
     if len(set(names)) < (1 if film else len(series)):
@@ -62,8 +64,14 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
         "width": options.width, "height": options.height, "spp": options.spp, "max_depth": options.max_depth,
         "crop": tuple(options.crop) if options.crop else None,
     }  # fmt: skip
-    with clrt.Tracer(scene, options.device, settings) as tracer, progress(file.stem, options.quiet) as report:
-        frames = Frames(tracer, scene, series, picture, report)
+    with ExitStack() as stack:
+        workers, settings = stack.enter_context(cluster(options, settings))
+        maker: Maker
+        if workers:
+            maker = Workers(workers["executor"], options.device, settings, picture)
+        else:
+            maker = OneTracer(stack.enter_context(clrt.Tracer(scene, options.device, settings)), picture)
+        frames = Frames(maker, scene, series, stack.enter_context(progress(stem(file), options.quiet)))
         if film:
             rows = _to_video(frames, options)
         else:
@@ -77,33 +85,6 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     return 0
 
 
-class Frames:
-    """The pictures of a series, one after the other on one Tracer."""
-
-    def __init__(
-        self, tracer: Tracer, scene: Scene, series: list[Values], picture: Mapping[str, Any], report: Any
-    ) -> None:
-        self.tracer, self.scene, self.series = tracer, scene, series
-        self.picture, self.report = picture, report
-        self.rays = 0
-
-    def turn_to(self, index: int) -> str:
-        """Let the tracer have the scene of a frame; what identifies its picture."""
-        self.tracer.update(self.scene.replace(self.series[index]))
-        return self.tracer.identity(**self.picture)
-
-    def render(self, index: int) -> Any:
-        image = self.tracer.render(**self.picture)
-        self.rays += image.stats["traced"]
-        self.told(index)
-        return image
-
-    def told(self, index: int) -> None:
-        """Tell the progress bar that a frame is done."""
-        if self.report:
-            self.report(index + 1, len(self.series), self.rays)
-
-
 def _to_files(
     frames: Frames, names: list[str], options: argparse.Namespace, manifest: str | None
 ) -> list[dict[str, Any]]:
@@ -113,24 +94,26 @@ def _to_files(
     for name in names:
         check_writable(name, options.exposure)
     before = _known(manifest)
-    rows: list[dict[str, Any]] = []
+    rows: dict[int, dict[str, Any]] = {}
+
+    def is_there(index: int, identity: str) -> bool:
+        file, identity = Path(names[index]), f"{identity} {options.exposure:g}"
+        rows[index] = {"index": index, "file": file.name, "identity": identity, "rays": ""}
+        old = before.get((file.name, identity))
+        if old is None or old["sha256"] != _sha256(file):
+            return False
+        rows[index] |= {"picture": old["picture"], "sha256": old["sha256"]}
+        return True
+
     try:
-        for index, name in enumerate(names):
-            identity = f"{frames.turn_to(index)} {options.exposure:g}"
-            row = {"index": index, "file": Path(name).name, "identity": identity, "rays": ""}
-            old = before.get((Path(name).name, identity))
-            if old and old["sha256"] == _sha256(Path(name)):
-                rows.append(row | {"picture": old["picture"], "sha256": old["sha256"]})
-                frames.told(index)
-                continue
-            image = frames.render(index)
-            saved = image.save(name, options.exposure)
-            more = {"picture": image.hash, "sha256": _sha256(saved), "rays": image.stats["traced"]}
-            rows.append(row | more)
+        for index, image in frames.images(is_there):
+            saved = image.save(names[index], options.exposure)
+            rows[index] |= {"picture": image.hash, "sha256": _sha256(saved), "rays": image.stats["traced"]}
     finally:  # of a series that was broken off, too
-        if manifest and rows:
-            _write(manifest, frames.series, rows)
-    return rows
+        done = [rows[index] for index in sorted(rows) if "picture" in rows[index]]
+        if manifest and done:
+            _write(manifest, frames.series, done)
+    return done
 
 
 def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any]]:
@@ -139,10 +122,14 @@ def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any
 
     if not 0 < options.fps <= 1000:
         raise ClrtError(f"--fps: {options.fps} is not allowed; it must be from 0 to 1000 frames a second")
-    rows: list[dict[str, Any]] = []
+    rows: dict[int, dict[str, Any]] = {}
+
+    def is_there(index: int, identity: str) -> bool:
+        rows[index] = {"index": index, "file": "", "sha256": "", "identity": identity}
+        return False
+
     with ExitStack() as stack:
-        for index in range(len(frames.series)):
-            identity, image = frames.turn_to(index), frames.render(index)
+        for index, image in frames.images(is_there):
             if index == 0:
                 size = image.width, image.height
                 put = stack.enter_context(writing(options.output, *size, options.fps))
@@ -150,9 +137,8 @@ def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any
                 text = "a video's frames have one size; give --width and --height"
                 raise ClrtError(f"{options.output}: {text}")
             put(encode(image.pixels, options.exposure))
-            row = {"index": index, "file": "", "picture": image.hash, "sha256": "", "identity": identity}
-            rows.append(row | {"rays": image.stats["traced"]})
-    return rows
+            rows[index] |= {"picture": image.hash, "rays": image.stats["traced"]}
+    return [*rows.values()]
 
 
 def _known(manifest: str | None) -> dict[tuple[str, str], dict[str, str]]:

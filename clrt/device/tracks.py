@@ -76,9 +76,9 @@ class Track:
         """Nobody will ask for the times of the launches until now."""
         self._events.clear()
 
-    def send(self, target: Any, array: np.ndarray) -> None:
+    def send(self, target: Any, array: np.ndarray) -> cl.Event:
         """Copy an array, which must not change until it is there, to a buffer; does not wait."""
-        kept(cl.enqueue_copy(self.queue, target, array, is_blocking=False))
+        return kept(cl.enqueue_copy(self.queue, target, array, is_blocking=False))
 
     def take_spans(self) -> list[tuple[int, int, str]]:
         """Begin and end (ns) and name of each kernel launched since the last call; all must be done."""

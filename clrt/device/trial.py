@@ -90,6 +90,11 @@ def verdict(info: DeviceInfo, anew: bool = False) -> tuple[str, bool]:
     return _verdict(f"{info.label}\0{info.driver}", info.label, lambda: _tried(info), anew)
 
 
+def kept_verdict(key: str, label: str, tried: Callable[[], str]) -> str:
+    """What is wrong with a device ('' where nothing is) by another trial, kept as those of drivers are."""
+    return _verdict(key, label, tried, anew=False)[0]
+
+
 def _verdict(key: str, label: str, tried: Callable[[], str], anew: bool) -> tuple[str, bool]:
     """The verdict that is kept under a key, or that of a new trial."""
     file = _file(key)

@@ -17,7 +17,7 @@ from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.engine import passes
-from clrt.engine.film import Film, finished
+from clrt.engine.film import Film
 from clrt.engine.immersion import immerse
 from clrt.engine.schedule import Work, interleaved
 from clrt.engine.stage import Observer, tell
@@ -26,6 +26,7 @@ from clrt.engine.wavefront import RayCounts, trace
 from clrt.engine.world import World
 from clrt.flatten.camera import near_corners
 from clrt.flatten.flatten import FlatScene
+from clrt.spectra.colorimetry import finished
 
 TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
 
@@ -133,6 +134,10 @@ class Job:
             "kernels": hashlib.sha256(kernel_source(self.flat.ray_format).encode()).hexdigest(),
         }
 
+    def fingerprint(self, window: tuple[int, int, int, int]) -> str:
+        """SHA-256 (hexadecimal) of `identity`."""
+        return hashlib.sha256(repr(self.identity(window)).encode()).hexdigest()
+
     def ranges(self) -> dict[str, tuple[float, float]]:
         """The least and the most that a number of the picture ("image") and of each layer can be."""
         flat, brightest = self.flat, float(np.float32(layout.BRIGHTEST))
@@ -143,7 +148,7 @@ class Job:
             if len(response) == 3:  # but colours beyond what red, green and blue show are; rounded sums
                 most = 1.001 * brightest * float(np.abs(response).sum(axis=1).max())
                 return -most, most
-            return -_FINITE, brightest  # `film.finished` bounds it above
+            return -_FINITE, brightest  # `colorimetry.finished` bounds it above
 
         special = {
             "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),

@@ -1,9 +1,8 @@
-"""Many pictures of scenes that differ in a few values."""
+"""Scenes that differ in a few values, and cameras on a way: what many pictures are made of."""
 
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any, Final
@@ -14,46 +13,13 @@ import numpy as np
 from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, fault
-from clrt.device.settings import Settings
-from clrt.engine.tracer import Tracer
 from clrt.flatten.mesh import unit
-from clrt.formats.shipped import as_scene
-from clrt.images.image import Image
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene
 
 Values = dict[str, Any]
 MOST: Final = 1 << 20  # cameras of a path: eleven hours of a video
 PICTURES: Final = 100_000  # of a sweep: all values are looked at before the first
-
-
-@public
-def sweep(
-    scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
-    changes: Mapping[str, Sequence[Any]],
-    device: int | str | None = None,
-    settings: Settings | None = None,
-    **picture: Any,
-) -> Iterator[tuple[Values, Image]]:
-    """A picture for every combination of values: {"camera.fov": [20, 30], "materials.glass.ior": [1.3, 1.5]}.
-
-    Gives (values, Image) one after the other, the last place changing fastest. Places are those of
-    `Scene.replace`, and `"camera"` takes whole cameras. picture: as for `Tracer.render` (`width`, `spp`,
-    `layers`, ...). All values are looked at before the first picture: SceneError names the place of one that
-    is wrong. One Tracer does all, so that what does not change is done once.
-    """
-    base = as_scene(scene, arguments.optional_instance("settings", settings, Settings).limits)
-    found = checked(base, changes)
-    return _pictures(Tracer(base, device, settings), base, found, picture)
-
-
-def _pictures(
-    tracer: Tracer, base: Scene, changes: Mapping[str, Sequence[Any]], picture: Mapping[str, Any]
-) -> Iterator[tuple[Values, Image]]:
-    with tracer:
-        for values in combinations(changes):
-            tracer.update(base.replace(values))
-            yield values, tracer.render(**picture)
 
 
 def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
@@ -22,25 +21,27 @@ from clrt.engine import passes, queries
 from clrt.engine.answers import Crossings, Hits, check_fields
 from clrt.engine.batch import Batch
 from clrt.engine.checkpoint import Checkpoint
+from clrt.engine.explain import explain
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture
-from clrt.engine.provenance import metadata, stats
+from clrt.engine.provenance import metadata, stats, wavelengths
 from clrt.engine.queues import picture_tile, tile_rays
 from clrt.engine.rayinput import LIGHT_BYTES, ray_chunks
 from clrt.engine.request import Request, camera_of, check_limits, depth_of
 from clrt.engine.tiles import tiles
 from clrt.engine.wavefront import RayCounts
 from clrt.engine.world import World
-from clrt.flatten.flatten import bands_of, check_ceilings, flatten, flatten_camera
+from clrt.flatten.flatten import check_ceilings, flatten, flatten_camera
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.layout import ceilings
+from clrt.raytree.tree import RayTree
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Document, Scene
 
 # fields of a scene that say nothing of what is on the device
 _ASIDE = ("version", "camera", "max_depth")
-_ON_DEVICE = [name for name in (*Document.__struct_fields__, "folder") if name not in _ASIDE]
+ON_DEVICE = [name for name in (*Document.__struct_fields__, "folder") if name not in _ASIDE]
 Progress = Callable[[int, int, int], None]
 Method = TypeVar("Method", bound=Callable[..., Any])
 
@@ -111,7 +112,7 @@ class Tracer:
         """
         scene = as_scene(scene, self.settings.limits)
         before, cost = self._scene, "nothing"
-        if not all(getattr(scene, name) is getattr(before, name) for name in _ON_DEVICE):
+        if not all(getattr(scene, name) is getattr(before, name) for name in ON_DEVICE):
             flat = flatten(scene, (before, self.flat))
             check_ceilings(flat, scene.source)
             if flat.ray_format == self.flat.ray_format:
@@ -210,10 +211,10 @@ class Tracer:
                 done += len(pixels)
                 if progress:
                     progress(done, total, counts.traced)
-        made = stats(self.device, counts, local_size)
-        bands = bands_of(self.scene)
-        wavelengths = () if bands is None else tuple(bands.midpoints.tolist())
-        return Image(picture.pixels, picture.layers, made, metadata(self.device, self.flat), wavelengths)
+        label, seconds = self.device.info.label, self.device.driver.take_seconds()
+        told = metadata(self.device.kernels.hash, label, self.device.settings, self.flat)
+        made = stats(counts, local_size, seconds, label)
+        return Image(picture.pixels, picture.layers, made, told, wavelengths(self.scene))
 
     @public
     @_one_at_a_time
@@ -234,7 +235,7 @@ class Tracer:
         """
         asked = Request(width, height, spp, max_depth, layers, crop, camera)
         task, _, window = asked.job(self.scene, self.flat, self.settings)
-        return hashlib.sha256(repr(task.identity(window)).encode()).hexdigest()
+        return task.fingerprint(window)
 
     @public
     @_one_at_a_time
@@ -258,6 +259,28 @@ class Tracer:
             found[0, pixels], found[1, pixels] = lines["origin"].T, lines["direction"].T
         origins, directions = found.reshape(2, height, width, 3)
         return origins, directions
+
+    @public
+    @_one_at_a_time
+    def explain(
+        self,
+        x: int,
+        y: int,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+        camera: Camera | Mapping[str, Any] | None = None,
+    ) -> RayTree:
+        """All rays of one pixel, x to the right and y down from 0, and what each brings to it: a `RayTree`.
+
+        The other arguments are as for `render`. Raises what it does, ClrtError for a pixel outside of the
+        picture, and LimitError for a pixel of more than 50 000 rays, or a scene of more than 1000 lights.
+        """
+        asked = Request(width, height, spp, max_depth, (), None, camera)
+        task, full, _ = asked.job(self.scene, self.flat, self.settings)
+        place = arguments.whole("x", x, 0, full[0] - 1), arguments.whole("y", y, 0, full[1] - 1)
+        return explain(self.device, self.world, self.scene, task, place, full)
 
     @public
     @_one_at_a_time
@@ -326,25 +349,3 @@ class Tracer:
             found[numbers] = tile.layers["image"]
             counts.merge(tile.rays)
         return found.reshape(*batch.shape, 3), dict(counts.table())
-
-
-def render(
-    scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
-    width: int | None = None,
-    height: int | None = None,
-    spp: int | None = None,
-    max_depth: int | None = None,
-    device: int | str | None = None,
-    layers: Sequence[str] = (),
-    progress: Progress | None = None,
-    settings: Settings | None = None,
-    crop: tuple[int, int, int, int] | None = None,
-    checkpoint: str | os.PathLike[str] | None = None,
-    camera: Camera | Mapping[str, Any] | None = None,
-) -> Image:
-    """The picture of a scene, a dict, a scene file or a shipped scene's name.
-
-    `Tracer(scene, device, settings).render(...)`, which see for what each argument may be and what is raised.
-    """
-    tracer = Tracer(scene, device, settings)
-    return tracer.render(width, height, spp, max_depth, layers, progress, crop, checkpoint, camera)

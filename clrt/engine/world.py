@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any, Final
 
 import numpy as np
 
 from clrt import layout
+from clrt.base.log import log
 from clrt.device import hugepages
 from clrt.device.device import Device
 from clrt.flatten.flatten import FlatScene
@@ -61,6 +63,14 @@ class World:
         self._take(device, flat, buffers)
         return "rebuild" if "tree" in changed else "tables"
 
+    def lit_by(self, device: Device, number: int) -> World:
+        """The same world with one of its lights alone, for passes that are to say what that one brings."""
+        alone, lights = copy(self), self.flat.lights.copy()
+        lights["samples"][np.arange(len(lights)) != number] = 0  # their numbers, by which points are drawn, stay
+        alone._buffers = self._buffers | {"lights": device.upload(lights)}
+        alone.arguments = tuple(alone._buffers[name] for name in layout.WORLD)
+        return alone
+
     def _take(self, device: Device, flat: FlatScene, buffers: dict[str, Any]) -> None:
         """Hold a scene whose sections are on the device, all but its own record."""
         info = flat.scene.copy()
@@ -68,7 +78,10 @@ class World:
         buffers["scene"] = device.upload(info)
         self.flat, self._buffers = flat, buffers
         self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
-        self.small = int(info["nodes"][0]) < _SMALL
+        nodes = int(info["nodes"][0])
+        log.info("scene on the device: %d primitives, tree of %d nodes", int(info["primitives"][0]), nodes)
+        self.small = nodes < _SMALL
+        self.lights = int(info["lights"][0])
         self.surfaces = bool(info["surfaces"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])

@@ -38,7 +38,7 @@ class FlatScene:
     `finite` are the numbers of the primitives that have a box, ascending, `boxes` their boxes (w is 0), wide
     enough that they contain every hit the kernels may find. `n_shapes` is the number of shapes of the scene.
     `group` is how many bands dispersion bends together, 0 where nothing disperses.
-    `response` (rows, bands) float32 turns a pixel's bands into its colour (by `film.finished`),
+    `response` (rows, bands) float32 turns a pixel's bands into its colour (by `colorimetry.finished`),
     `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
     `media` tells in which media rays start; None where rays need no lists of them.
     """
@@ -99,6 +99,10 @@ class FlatScene:
     def digests(self) -> dict[int, bytes]:
         """By the identity of an array its SHA-256: those that scenes share are looked through once."""
         return {}
+
+    def __getstate__(self) -> dict[str, object]:
+        """Without what was computed from it: identities of arrays mean nothing in another process."""
+        return {entry.name: getattr(self, entry.name) for entry in fields(self)}
 
     def _digest(self, array: np.ndarray) -> bytes:
         if id(array) not in self.digests:

@@ -292,7 +292,7 @@ def _numbers() -> list[Any]:
     for command, made in parser().commands.items():
         for action in made._actions:
             assert action.type not in (int,), f"{command} {action.option_strings}: an int has no bounds"
-            if action.type is whole:
+            if action.type is whole and action.option_strings:
                 found.append((command, action.option_strings[0], action.nargs or 1))
     return found
 
@@ -301,7 +301,7 @@ NUMBERS = _numbers()
 ARGUMENTS = {
     "render": ["room", "-o", "a.png"], "hash": ["room"], "compare": ["room", "room"], "validate": [],
     "bench": ["--only", "none"], "plot-spectrum": ["D65"], "sweep": ["room", "-o", "{index}.png"],
-    "turntable": ["room", "-o", "{index}.png"],
+    "turntable": ["room", "-o", "{index}.png"], "explain": ["room", "1", "1"],
 }  # fmt: skip
 
 
@@ -314,6 +314,7 @@ def test_numbers_are_of_32_bits(
     for command, option, count in NUMBERS:
         said = fault(capsys, command, *ARGUMENTS[command], f"{option}", *[text] * count)
         assert option in said
+    assert "X: " in fault(capsys, "explain", "room", text, "1") if text else True
     assert not list(tmp_path.iterdir())
 
 

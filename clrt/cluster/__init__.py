@@ -1,0 +1,1 @@
+"""Pictures by many processes: tasks, the workers that do them, and who hands them out."""

@@ -1,0 +1,116 @@
+"""Executors as the farm sees them: how many work there, how an order is handed in, whether they live."""
+
+from __future__ import annotations
+
+import os
+import time
+import warnings
+from concurrent.futures import Executor, Future
+from typing import Any, Final
+
+from clrt.base.errors import ClrtError, show
+from clrt.cluster.orders import Order, Worker
+from clrt.cluster.worker import work
+
+_PING: Final = 10.0  # seconds of silence after which a scheduler is asked whether it is there
+_ANSWER: Final = 30.0  # seconds that it may take to say so: one that is busy with 1,000 workers takes one
+_WORKERS: Final = 60.0  # seconds without any worker: one that is started anew takes 5
+
+
+class Pool:
+    """Any `concurrent.futures.Executor`."""
+
+    def __init__(self, executor: Executor) -> None:
+        self.executor = executor
+
+    @property
+    def workers(self) -> int:
+        """How many orders are done at a time, as far as that is known."""
+        return int(getattr(self.executor, "_max_workers", 0) or os.cpu_count() or 1)
+
+    def submit(self, order: Order, to: Worker | None = None) -> Future[Any]:
+        """Hand in an order, if possible to that worker."""
+        try:
+            return self.executor.submit(work, order)
+        except RuntimeError as error:  # it was shut down, or is broken
+            raise ClrtError(f"executor: {error or type(error).__name__}; give one that is running") from None
+
+    def check(self) -> None:
+        """ClrtError where nothing will come any more. Asked each second in which nothing comes."""
+
+    def heard(self) -> None:
+        """An answer has come."""
+
+
+class DaskPool(Pool):
+    """The executor of a `distributed.Client`."""
+
+    def __init__(self, executor: Any) -> None:
+        super().__init__(executor)
+        self.client = executor._client
+        self._workers, self._asked = 1, 0.0
+        self._heard = self._peopled = time.monotonic()
+
+    @property
+    def workers(self) -> int:
+        if time.monotonic() - self._asked > 2.0:
+            self._ask()
+        return max(1, self._workers)
+
+    def submit(self, order: Order, to: Worker | None = None) -> Future[Any]:
+        # never `pure`: dask would answer an order that comes again with what it said before
+        where: dict[str, Any] = {"pure": False}
+        if to is not None and to.address:
+            where |= {"workers": [to.address], "allow_other_workers": True}  # it may be gone by then
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of large orders: a scene is sent once a worker
+            try:
+                return self.executor.submit(work, order, **where)
+            except Exception as error:  # in tornado's or dask's own words
+                raise self._gone(error) from None
+
+    def heard(self) -> None:
+        self._heard = self._peopled = time.monotonic()
+
+    def check(self) -> None:
+        now = time.monotonic()
+        if self.client.status != "running":
+            raise self._gone("the connection is closed")
+        if now - self._heard > min(_PING, _WORKERS) or not self._workers:
+            self._ask()
+            self._heard = now
+        if not self._workers and now - self._peopled > _WORKERS:
+            raise ClrtError(
+                f"{self._name}: no worker has come in {_WORKERS:.0f} s; start some: "
+                f"dask worker {self._name} (docs/cluster.md)"
+            )
+
+    def _ask(self) -> None:
+        """How many workers there are."""
+        try:
+            found = self.client.sync(self.client.scheduler.ncores, callback_timeout=_ANSWER)
+        except Exception as error:  # of distributed, tornado, asyncio
+            raise self._gone(error) from None
+        self._workers, self._asked = len(found), time.monotonic()
+        if found:
+            self._peopled = self._asked
+
+    @property
+    def _name(self) -> str:
+        return str(getattr(self.client.scheduler, "address", "the scheduler"))
+
+    def _gone(self, why: object) -> ClrtError:
+        said = why if isinstance(why, str) else f"{type(why).__name__}: {why}"
+        return ClrtError(f"{self._name}: the scheduler does not answer ({said})")
+
+
+def pool_of(executor: object) -> Pool:
+    """An executor, or a Client of distributed, as a pool. ClrtError for anything else."""
+    if hasattr(executor, "get_executor"):
+        executor = executor.get_executor()
+    if type(executor).__module__.startswith("distributed."):
+        return DaskPool(executor)
+    if not isinstance(executor, Executor):
+        right = "it must be a concurrent.futures.Executor, such as client.get_executor() of distributed"
+        raise ClrtError(f"executor: {show(executor)} is not allowed; {right}")
+    return Pool(executor)

@@ -1,0 +1,130 @@
+"""Measure what a cluster costs, for docs/cluster.md: `python docs/make_cluster.py`.
+
+One process with one thread, and 1 and 2 local workers with one thread each, in turns, render a picture of 84
+tiles of the usual size. Times are processor times, so that other work on the machine counts little. All raw
+values go to docs/cluster.json; the tables of docs/cluster.md follow from them (`tables`).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+FOLDER = Path(__file__).resolve().parent
+sys.path.insert(0, str(FOLDER.parent))
+
+import clrt  # noqa: E402
+from clrt.cluster import pictures  # noqa: E402
+from clrt.cluster.connect import connected  # noqa: E402
+
+SCENE, WIDTH, HEIGHT, SPP, ROUNDS = "showcase", 2048, 1024, 4, 3
+WORKERS = (1, 2, 10, 100, 1000)
+BIG_SPP = 16
+BIG = 3840 * 2160 * BIG_SPP  # rays of generation 0 of the picture that the model is asked about
+MARK = "<!-- measured -->"
+
+
+def one_process(tracer: clrt.Tracer, size: dict[str, int]) -> dict[str, Any]:
+    """Processor and wall seconds of a picture here."""
+    cpu, wall = time.process_time(), time.perf_counter()
+    image = tracer.render(**size)
+    return {"cpu": time.process_time() - cpu, "wall": time.perf_counter() - wall, "hash": image.hash}
+
+
+def on_workers(
+    executor: Any, settings: clrt.Settings, scene: clrt.Scene, size: dict[str, int]
+) -> dict[str, Any]:
+    """Processor seconds of client (with the scheduler) and of each worker, and what an order took."""
+    client = executor._client
+    before = client.run(time.process_time)
+    cpu, wall = time.process_time(), time.perf_counter()
+    remote = pictures.Remote(executor, None, settings)
+    sheet = pictures.Sheet(*remote.plan(scene, pictures.request(**size)))
+    (done,) = remote.sheets(iter([sheet]), 1)
+    image, report = done.image(), remote.farm.report
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    after = client.run(time.process_time)
+    return {
+        "client": cpu, "workers": [after[name] - before[name] for name in before], "wall": wall,
+        "orders": report.walls, "setups": report.setups, "sent": report.sent, "hash": image.hash,
+    }  # fmt: skip
+
+
+def measure() -> dict[str, Any]:
+    """All raw values."""
+    scene, size = clrt.load(SCENE), {"width": WIDTH, "height": HEIGHT, "spp": SPP}
+    settings = clrt.Settings(threads=1)
+    rounds: list[dict[str, Any]] = []
+    first: dict[str, Any] = {}
+    with clrt.Tracer(scene, settings=settings) as tracer:
+        device = tracer.device.info.label
+        first["process"] = one_process(tracer, size)  # what is new is compiled in the first
+        for _ in range(ROUNDS):
+            found = {"process": one_process(tracer, size)}
+            for name in ("local:1", "local:2"):  # one at a time: schedulers are never quite idle
+                with connected(name, settings) as (executor, _):
+                    first[name] = on_workers(executor, settings, scene, size)
+                    found[name] = on_workers(executor, settings, scene, size)
+            rounds.append(found)
+    pieces = len(first["local:1"]["orders"])
+    picture = {"scene": SCENE, "rays": WIDTH * HEIGHT * SPP, "spp": SPP, "pieces": pieces}
+    return {"device": device, "picture": picture, "first": first, "rounds": rounds}
+
+
+def tables(told: dict[str, Any]) -> str:
+    """The tables of docs/cluster.md."""
+    rounds, spread = told["rounds"], statistics.median
+    here = spread(one["process"]["cpu"] for one in rounds)
+    lines = ["| | processor time | of one process |", "|---|---|---|"]
+    lines.append(f"| one process, one thread | {here:.2f} s | 1 |")
+    for name in ("local:1", "local:2"):
+        workers = spread(sum(one[name]["workers"]) for one in rounds)
+        client = spread(one[name]["client"] for one in rounds)
+        ratio = spread(
+            (sum(one[name]["workers"]) + one[name]["client"]) / one["process"]["cpu"] for one in rounds
+        )
+        text = f"{workers:.2f} s in workers, {client:.2f} s in client and scheduler"
+        lines.append(f"| `{name}`, one thread a worker | {text} | {ratio:.2f} |")
+    order, each, setup = costs(told)
+    rays, samples = told["picture"]["rays"] / told["picture"]["pieces"], told["picture"]["spp"]
+    pieces = math.ceil(BIG / (1 << 17))
+    lines += [
+        "",
+        f"A task of {rays:.0f} rays ({rays / samples:.0f} pixels) takes a worker {order * 1e3:.0f} ms, "
+        f"client and scheduler {each * 1e3:.1f} ms; a new worker is ready for the scene in {setup:.2f} s.",
+        "",
+        "| workers | time | speed-up | of it all |",
+        "|---|---|---|---|",
+    ]
+    whole, served = order * BIG / rays, each * BIG / BIG_SPP / (rays / samples)
+    for workers in WORKERS:
+        seconds = setup + max(math.ceil(pieces / workers) * whole / pieces, served)
+        gain = whole / seconds
+        lines.append(f"| {workers} | {seconds:.1f} s | {gain:.1f} | {100 * gain / workers:.0f} % |")
+    return "\n".join(lines)
+
+
+def costs(told: dict[str, Any]) -> tuple[float, float, float]:
+    """Processor seconds of a worker and of the client for an order; seconds of a worker's start."""
+    rounds, pieces = told["rounds"], told["picture"]["pieces"]
+    order = statistics.median(one["local:1"]["workers"][0] / pieces for one in rounds)
+    each = statistics.median(one["local:1"]["client"] / pieces for one in rounds)
+    return order, each, max(told["first"]["local:1"]["setups"])
+
+
+def main() -> None:
+    """Measure, and write file and page."""
+    told = measure()
+    (FOLDER / "cluster.json").write_text(json.dumps(told) + "\n", encoding="utf-8")
+    page = FOLDER / "cluster.md"
+    before, _, after = page.read_text(encoding="utf-8").split(MARK)
+    page.write_text(f"{before}{MARK}\n{tables(told)}\n{MARK}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

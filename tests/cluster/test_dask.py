@@ -1,0 +1,191 @@
+"""dask's workers: killed, paused, unreachable; none of it changes a picture or holds up the client."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import clrt
+from clrt.cli import main
+from clrt.cluster import connect, pictures, pool
+from clrt.cluster.connect import connected
+from tests.cluster.endurance import disturbed, kill, pause, pids, settle
+
+psutil = pytest.importorskip("psutil", reason="needs the optional dependency clrt[cluster]")
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+SIZE = {"width": 160, "height": 90}
+
+
+@pytest.fixture(scope="module")
+def scene() -> clrt.Scene:
+    return clrt.load("bubble")
+
+
+@pytest.fixture(scope="module")
+def right(scene: clrt.Scene) -> clrt.Image:
+    return clrt.render(scene, **SIZE)
+
+
+@pytest.fixture(scope="module")
+def workers() -> Iterator[Any]:
+    with connected("local:2", clrt.Settings()) as (executor, settings):
+        yield executor, settings
+
+
+@pytest.fixture(autouse=True)
+def small_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pictures, "_LEAST", 900)
+    monkeypatch.setattr(pictures, "_PIECES", 8)
+
+
+def calm(executor: Any, settings: clrt.Settings, scene: clrt.Scene) -> tuple[clrt.Image, Any]:
+    return disturbed(executor, settings, scene, 10**6, kill, **SIZE)
+
+
+def test_nothing_is_done_twice(workers: Any, scene: clrt.Scene, right: clrt.Image) -> None:
+    """Each worker says how many orders it has done: as many as its answers that have come."""
+    image, before = calm(*workers, scene)
+    assert image.hash == right.hash and image.stats["generations"] == right.stats["generations"]
+    _, after = calm(*workers, scene)
+    assert after.answers == sum(after.workers.values()) == 16
+    assert len(after.orders) == 2 and after.sent == after.lost == 0
+    for worker, orders in after.orders.items():
+        assert orders - before.orders.get(worker, 0) == after.workers[worker]
+
+
+def test_workers_listen_to_this_machine_alone(workers: Any) -> None:
+    processes = [psutil.Process(pid) for pid in (os.getpid(), *pids(workers[0]))]
+    sockets = [one for found in processes for one in found.net_connections() if one.status == "LISTEN"]
+    assert {one.laddr.ip for one in sockets} == {"127.0.0.1"}
+    assert workers[1].threads >= 1
+
+
+@pytest.mark.parametrize("what", [kill, kill, pause])
+def test_a_worker_may_end_or_hang(what: Any, workers: Any, scene: clrt.Scene, right: clrt.Image) -> None:
+    """Whoever is left does no more orders than its answers that have come."""
+    executor, settings = workers
+    settle(executor, 2)
+    _, before = calm(executor, settings, scene)
+    image, after = disturbed(executor, settings, scene, random.randrange(1, 9), what, **SIZE)
+    assert image.hash == right.hash and image.stats["generations"] == right.stats["generations"]
+    assert after.answers == 16
+    left = {worker for worker in after.workers if worker.pid in pids(executor)}
+    for worker in left & after.orders.keys():
+        assert after.orders[worker] - before.orders.get(worker, 0) == after.workers[worker]
+
+
+def test_the_page_s_code_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    (block,) = re.findall(r"```python\n(.*?)```", (DOCS / "cluster.md").read_text("utf-8"), re.DOTALL)
+    exec(block, {"__name__": "__main__"})
+    assert capsys.readouterr().out.count("True") == 1
+
+
+def test_a_series_on_workers_is_that_of_one_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """And goes on where it was broken off."""
+    monkeypatch.chdir(tmp_path)
+    rows = {}
+    for name, more in {"one": [], "many": ["--cluster", "local:1"]}.items():
+        run = ["sweep", "bubble", "--set", "camera.fov=30,40", "--set", "ambient=0,0.2", "--width", "24",
+               "-o", f"{name}{{index}}.png", "--manifest", f"{name}.csv", "--quiet"]  # fmt: skip
+        assert main(run + more) == 0
+        lines = Path(f"{name}.csv").read_text().replace(name, "").splitlines()
+        rows[name] = [[cell for i, cell in enumerate(line.split(",")) if i != 5] for line in lines]
+        Path(f"{name}2.png").unlink()
+    assert rows["one"] == rows["many"] and len(rows["one"]) == 5
+    stamp = Path("many1.png").stat().st_mtime_ns
+    assert main(run + more) == 0
+    assert Path("many2.png").exists() and Path("many1.png").stat().st_mtime_ns == stamp
+
+
+def test_ctrl_c_ends_all_workers(tmp_path: Path) -> None:
+    """As a terminal sends it: to every process. What is finished is kept, and gone on from."""
+    command = [sys.executable, "-m", "clrt", "render", "bubble", "-o", "b.png", "--spp", "16"]
+    command += ["--checkpoint", "c", "--cluster", "local:2", "--width", "1600"]
+    root = str(Path(__file__).resolve().parents[2])
+    child = subprocess.Popen(
+        command, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        env={**os.environ, "PYTHONPATH": root},
+    )  # fmt: skip
+    deadline = time.monotonic() + 120
+    while not (tmp_path / "c").exists() and time.monotonic() < deadline and child.poll() is None:
+        time.sleep(0.2)
+    family = psutil.Process(child.pid).children(recursive=True)
+    assert len(family) >= 2
+    os.killpg(child.pid, signal.SIGINT)
+    said = child.communicate(timeout=30)[1]
+    assert child.returncode == 130
+    assert said == "clrt: interrupted; c holds what is finished: the same command goes on from there\n"
+    assert psutil.wait_procs(family, timeout=10)[1] == []
+
+
+WRONG = {
+    "local:0": "--cluster: 0 workers are not allowed",
+    "local:two": "--cluster: 'local:two' is not allowed; give local:N .* or a scheduler: tcp://HOST:PORT",
+    "example.org:8786": "is not allowed; give local:N",
+    "tcp://127.0.0.1:1": "tcp://127.0.0.1:1: no scheduler answers there",
+    "tls://127.0.0.1:1": "no scheduler answers there .*no certificates",
+}
+
+
+@pytest.mark.parametrize("address", WRONG)
+def test_addresses_where_nobody_is(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connect, "_PATIENCE", 0.5)
+    with pytest.raises(clrt.ClrtError, match=WRONG[address]), connected(address, clrt.Settings()):
+        pass
+
+
+def test_a_port_that_takes_all_and_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(connect, "_PATIENCE", 0.5)
+    start = time.monotonic()
+    with socket.create_server(("127.0.0.1", 0)) as hole:
+        address = f"tcp://127.0.0.1:{hole.getsockname()[1]}"
+        text = f"{address}: no scheduler answers there"
+        with pytest.raises(clrt.ClrtError, match=text), connected(address, clrt.Settings()):
+            pass
+    assert time.monotonic() - start < 20
+
+
+def test_dask_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    text = "--cluster needs dask.distributed: .*install"
+    with pytest.raises(clrt.ClrtError, match=text), connected("local:1", clrt.Settings()):
+        pass
+
+
+def test_a_scheduler_without_workers(scene: clrt.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    import distributed
+
+    monkeypatch.setattr(pool, "_WORKERS", 1.0)
+    with (
+        distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address=None) as cluster,
+        distributed.Client(cluster, set_as_default=False) as client,
+        pytest.raises(clrt.ClrtError, match=r"^tcp://.*: no worker has come in 1 s; start some: dask worker"),
+    ):
+        clrt.render(scene, executor=client, **SIZE)  # a Client does, too
+
+
+def test_a_scheduler_that_is_lost(workers: Any, scene: clrt.Scene) -> None:
+    """The last test: the cluster is gone after it."""
+    executor, settings = workers
+
+    def leave(done: int, total: int, rays: int) -> None:
+        if not gone:
+            gone.append(threading.Thread(target=executor._client.cluster.close))
+            gone[0].start()
+
+    gone: list[threading.Thread] = []
+    with pytest.raises(clrt.ClrtError, match=r"the scheduler does not answer|it has given up"):
+        clrt.render(scene, executor=executor, settings=settings, progress=leave, width=1000)
+    gone[0].join()

@@ -1,0 +1,367 @@
+"""Pictures by an executor's workers are those of one process, and what goes wrong there is one ClrtError."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import pickle
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import replace
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.cluster import parcels, pictures, worker
+from clrt.cluster.farm import Report
+from clrt.cluster.orders import Answer, Lacking, Order
+from clrt.flatten.flatten import flatten
+
+SIZE = {"width": 40, "height": 30, "max_depth": 2}
+
+
+class Here(Executor):
+    """Does at once what it is given; `before` and `after` may change orders and answers."""
+
+    def __init__(
+        self,
+        before: Callable[[Order], Order] = lambda order: order,
+        after: Callable[[Any], Any] = lambda answer: answer,
+    ) -> None:
+        self.before, self.after, self._max_workers = before, after, 2
+        self.answers: list[Any] = []
+
+    def submit(self, function: Any, /, *arguments: Any, **_: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        try:
+            order = pickle.loads(pickle.dumps(self.before(arguments[0])))
+            answer = pickle.loads(pickle.dumps(self.after(function(order))))
+            self.answers.append(answer)
+            future.set_result(answer)
+        except BaseException as error:
+            future.set_exception(error)
+        return future
+
+
+@pytest.fixture(autouse=True)
+def fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A worker that knows nothing, whose device needs no proof; small pieces."""
+    worker._bench.cache_clear()
+    monkeypatch.setattr(worker, "check", lambda device: None)
+    monkeypatch.setattr(pictures, "_LEAST", 100)
+    yield
+    worker._bench.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def mesh() -> clrt.Scene:
+    """A scene with an array that travels alone."""
+    side = np.linspace(-1, 1, 24)
+    x, z = (array.reshape(-1) for array in np.meshgrid(side, side))
+    corner = (np.arange(23)[:, None] * 24 + np.arange(23)).reshape(-1)
+    faces = np.concatenate([corner[:, None] + [0, 24, 1], corner[:, None] + [1, 24, 25]])
+    vertices = np.stack([x, 0.2 * np.sin(7 * x) * np.cos(5 * z), z], 1)
+    shape = {"type": "mesh", "vertices": vertices.tolist(), "faces": faces.tolist(), "material": "m"}
+    camera = {"origin": [0, 2, 3], "target": [0, 0, 0], "width": 40, "height": 30}
+    light = {"type": "point", "position": [1, 3, 1]}
+    materials = {"m": {"diffuse": 0.5, "specular": 0.4, "reflection": 0.3}}
+    return clrt.load_dict({"camera": camera, "lights": [light], "materials": materials, "shapes": [shape]})
+
+
+def done(executor: Executor, scene: clrt.Scene, **size: Any) -> tuple[clrt.Image, Report]:
+    remote = pictures.Remote(executor, None, None)
+    (sheet,) = remote.sheets(iter([pictures.Sheet(*remote.plan(scene, pictures.request(**size)))]), 1)
+    return sheet.image(), remote.farm.report
+
+
+def same(one: clrt.Image, other: clrt.Image) -> None:
+    assert one.hash == other.hash and one.wavelengths == other.wavelengths
+    assert one.layers.keys() == other.layers.keys()
+    for name, layer in one.layers.items():
+        assert layer.dtype == other.layers[name].dtype and layer.tobytes() == other.layers[name].tobytes()
+    for key in ("rays", "generations", "traced", "device", "local_size"):
+        assert one.stats[key] == other.stats[key], key
+    assert one.stats["seconds"].keys() >= {"closest", "gather"} <= other.stats["seconds"].keys()
+    assert one.metadata == other.metadata
+
+
+@pytest.mark.parametrize("name", ["bubble", "rainbow"])
+def test_the_picture_is_that_of_one_process(name: str) -> None:
+    """Media, bands that disperse, layers of all kinds, samples, a part of the picture, settings, a camera."""
+    scene = clrt.load(name)
+    more: dict[str, Any] = {"layers": ["diffuse", "depth", "shape"], "spp": 4, "crop": (3, 2, 30, 20)}
+    assert scene.camera is not None
+    more |= {"settings": clrt.Settings(lanes=8, tile=1000), "camera": replace_origin(scene), **SIZE}
+    executor = Here()
+    same(clrt.render(scene, executor=executor, **more), clrt.render(scene, **more))
+    assert len(executor.answers) > 2
+
+
+def replace_origin(scene: clrt.Scene) -> clrt.Camera:
+    assert scene.camera is not None
+    moved = scene.replace({"camera.fov": 25}).camera
+    assert moved is not None
+    return moved
+
+
+def test_threads_do(mesh: clrt.Scene) -> None:
+    with ThreadPoolExecutor(2) as executor:
+        same(clrt.render(mesh, executor=executor, **SIZE), clrt.render(mesh, **SIZE))
+
+
+def test_a_series_is_that_of_one_process_and_a_mesh_travels_once(mesh: clrt.Scene) -> None:
+    changes = {"materials.m.reflection": [0.1, 0.6], "camera.fov": [30, 50]}
+    parcels_sent: list[int] = []
+
+    def weigh(order: Order) -> Order:
+        if order.arrays:
+            parcels_sent.append(len(order.arrays))
+        return order
+
+    executor = Here(weigh)
+    there = [*clrt.sweep(mesh, changes, executor=executor, width=24)]
+    for (values, image), (other, right) in zip(there, clrt.sweep(mesh, changes, width=24), strict=True):
+        assert values == other
+        same(image, right)
+    assert len(parcels_sent) == 1, "the mesh was sent again"
+    assert all(isinstance(answer, (Answer, Lacking)) for answer in executor.answers)
+    scenes = worker._bench().scenes.values()
+    assert len({id(scene.flat.triangles) for scene in scenes}) == 1 < len(scenes), "it is kept twice"
+    assert len({id(scene.world._buffers["nodes"]) for scene in scenes}) == 1, "the tree was built again"
+
+
+def test_an_abandoned_series_hands_in_no_more(mesh: clrt.Scene) -> None:
+    executor = Here()
+    pictures_of = clrt.sweep(mesh, {"camera.fov": range(20, 60)}, executor=executor, width=24)
+    next(pictures_of)
+    pictures_of.close()  # type: ignore[attr-defined]
+    assert len(executor.answers) < 20
+
+
+def test_what_a_worker_has_not_is_sent_again(mesh: clrt.Scene) -> None:
+    """Each order goes to a worker that has just been started."""
+
+    def forget(order: Order) -> Order:
+        worker._bench.cache_clear()
+        return order
+
+    image, report = done(Here(forget), mesh, **SIZE)
+    same(image, clrt.render(mesh, **SIZE))
+    assert report.asked >= report.answers > 2 and report.lost == 0
+
+
+def test_a_worker_forgets_what_was_unused_for_longest() -> None:
+    scene, executor = clrt.load("bubble"), Here()
+    for fov in range(20, 20 + worker._SCENES + 2):
+        clrt.render(scene.replace({"ambient": fov / 100}), 8, 6, executor=executor)
+    assert len(worker._bench().scenes) == worker._SCENES
+
+
+def test_no_memory_for_two_scenes_is_no_fault(mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    executor, kept = Here(), []
+    settings = clrt.Settings(limits=clrt.Limits(device_bytes=16 << 20))
+    trace = worker._traced
+
+    def traced(*arguments: Any) -> Any:
+        kept.append(len(worker._bench().scenes))
+        if kept[-1] > 1:
+            raise worker.MemoryLimitError("full")
+        return trace(*arguments)
+
+    monkeypatch.setattr(worker, "_traced", traced)
+    for ambient in (0.1, 0.2):
+        changed = mesh.replace({"ambient": ambient})
+        same(clrt.render(changed, executor=executor, settings=settings, **SIZE),
+             clrt.render(changed, settings=settings, **SIZE))  # fmt: skip
+    assert 2 in kept
+
+
+@pytest.mark.parametrize("times", [2, 100])
+def test_answers_that_change_on_the_way(mesh: clrt.Scene, times: int) -> None:
+    """They are asked for again, a few times."""
+    left = [times]
+
+    def damage(answer: Any) -> Any:
+        if not isinstance(answer, Answer) or not left[0]:
+            return answer
+        left[0] -= 1
+        image = answer.layers["image"].copy()
+        image.view(np.uint32).reshape(-1)[5] ^= 1
+        return replace(answer, layers={**answer.layers, "image": image})
+
+    if times > 10:
+        with pytest.raises(clrt.ClrtError, match=r"pixels from 0 on were lost 5 times, .* changed on"):
+            done(Here(after=damage), mesh, **SIZE)
+        return
+    image, report = done(Here(after=damage), mesh, **SIZE)
+    same(image, clrt.render(mesh, **SIZE))
+    assert report.lost == times
+
+
+class KilledWorker(Exception):
+    """As dask calls it."""
+
+
+def test_orders_whose_worker_ends_are_done_again(mesh: clrt.Scene) -> None:
+    left = [3]
+
+    def end(order: Order) -> Order:
+        if left[0] and order.recipe:
+            left[0] -= 1
+            raise KilledWorker
+        return order
+
+    image, report = done(Here(end), mesh, **SIZE)
+    same(image, clrt.render(mesh, **SIZE))
+    assert report.lost == 3
+
+
+def poisoned(order: Order) -> Order:
+    if 600 in order.pixels:
+        raise KilledWorker
+    return order
+
+
+def test_what_always_ends_its_worker_is_given_up(mesh: clrt.Scene) -> None:
+    with pytest.raises(clrt.ClrtError, match=r"lost 5 times, the last time by the end of its worker"):
+        done(Here(poisoned), mesh, **SIZE)
+
+
+def flip(order: Order) -> Order:
+    if not order.arrays:
+        return order
+    name, array = next(iter(order.arrays.items()))
+    changed = array.copy()
+    changed.view(np.uint8).reshape(-1)[77] ^= 1
+    return replace(order, arrays={**order.arrays, name: changed})
+
+
+def other_recipe(order: Order) -> Order:
+    return replace(order, scene="0" * 64)
+
+
+REFUSED: dict[str, Callable[[Order], Order]] = {
+    "it has clrt .*, the client 0.0.1": lambda order: replace(order, version="0.0.1"),
+    "its kernels are others: .*, not 123": lambda order: replace(order, kernels="123"),
+    "its scene is another one than was sent: .*, not 000000": other_recipe,
+    "an array has changed on its way": flip,
+    "device 'no such' is not here": lambda order: replace(order, device="no such"),
+}
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_a_worker_that_differs_is_refused_by_name(text: str, mesh: clrt.Scene) -> None:
+    with pytest.raises(clrt.ClrtError, match=rf"^worker \S+, process \d+: {text}") as caught:
+        done(Here(REFUSED[text]), mesh, **SIZE)
+    assert isinstance(caught.value, clrt.DeviceError) == ("device" in text)
+
+
+def test_a_worker_that_fails_the_self_test_is_refused(
+    mesh: clrt.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The verdict is kept for the machine, so that it is asked for once."""
+    monkeypatch.undo()
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    asked: list[None] = []
+    for fault in ("spheres: 1 is 2", ""):
+        monkeypatch.setattr(worker, "_fault", lambda device, fault=fault: asked.append(None) or fault)
+        if fault:
+            for _ in range(2):
+                with pytest.raises(clrt.DeviceError, match=r"^worker .*: fails the self-test: spheres: 1"):
+                    done(Here(), mesh, **SIZE)
+            for file in (tmp_path / "verdicts").iterdir():
+                file.unlink()
+        else:
+            done(Here(), mesh, **SIZE)
+    assert len(asked) == 2
+
+
+def test_other_faults_name_the_worker_too(mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(worker, "_traced", lambda *_: (_ for _ in ()).throw(MemoryError()))
+    with pytest.raises(clrt.ClrtError, match=r"^worker .*: this machine has no memory left"):
+        done(Here(), mesh, **SIZE)
+    monkeypatch.setattr(worker, "_traced", lambda *_: {}["odd"])
+    with pytest.raises(clrt.ClrtError, match=r"^a worker cannot do its work: KeyError: 'odd'"):
+        done(Here(), mesh, **SIZE)
+
+
+def end_all(*_: Any) -> None:
+    raise BrokenProcessPool("a process ended")
+
+
+def test_executors_that_are_broken_or_closed(mesh: clrt.Scene) -> None:
+    with pytest.raises(clrt.ClrtError, match=r"^executor: its processes have ended \(a process ended\)"):
+        done(Here(end_all), mesh, **SIZE)
+    closed = ThreadPoolExecutor(1)
+    closed.shutdown()
+    with pytest.raises(clrt.ClrtError, match=r"^executor: cannot schedule new futures after shutdown; give"):
+        done(closed, mesh, **SIZE)
+    with pytest.raises(clrt.ClrtError, match=r"^executor: 3 is not allowed; it must be a concurrent.futures"):
+        clrt.render(mesh, executor=3)  # type: ignore[arg-type]
+    with pytest.raises(clrt.ClrtError, match=r"^checkpoint: it keeps one picture"):
+        clrt.sweep(mesh, {"ambient": [0.1]}, executor=Here(), checkpoint="c")
+
+
+def test_a_process_without_a_driver(mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a process of its own, which is spawned."""
+    monkeypatch.setenv("CLRT_DRIVER", "no such driver")
+    text = r"^worker \S+, process \d+: CLRT_DRIVER='no such driver' is no driver"
+    with (
+        ProcessPoolExecutor(1, get_context("spawn")) as executor,
+        pytest.raises(clrt.DeviceError, match=text),
+    ):
+        clrt.render(mesh, executor=executor, **SIZE)
+
+
+def _note(told: list[tuple[int, ...]], *row: int) -> None:
+    told.append(row)
+
+
+def test_a_checkpoint_goes_on_there_and_here(mesh: clrt.Scene, tmp_path: Path) -> None:
+    """What one process finished is not done again by workers, nor the reverse."""
+    right, file = clrt.render(mesh, **SIZE), tmp_path / "c"
+
+    def leave(done: int, total: int, rays: int) -> None:
+        if done >= 600:
+            raise KeyboardInterrupt
+
+    for first in (None, Here()):
+        for second in (None, Here()):
+            file.unlink(missing_ok=True)
+            both: dict[str, Any] = {"settings": clrt.Settings(tile=300), "checkpoint": file, **SIZE}
+            with pytest.raises(KeyboardInterrupt):
+                clrt.render(mesh, executor=first, progress=leave, **both)
+            told: list[tuple[int, ...]] = []
+            note = partial(_note, told)
+            image = clrt.render(mesh, executor=second, progress=note, **both)
+            assert image.hash == right.hash and image.stats["generations"] == right.stats["generations"]
+            assert 600 < told[0][0] <= 900 and told[-1][0] == 1200, "what was finished was done again"
+            again = clrt.render(mesh, executor=second, **both)
+            assert again.hash == right.hash and again.stats["rays"] == right.stats["rays"]
+
+
+def test_the_page_s_tables_follow_from_its_raw_values() -> None:
+    docs = Path(__file__).resolve().parents[2] / "docs"
+    spec = importlib.util.spec_from_file_location("make_cluster", docs / "make_cluster.py")
+    assert spec and spec.loader
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    tables = made.tables(json.loads((docs / "cluster.json").read_text("utf-8")))
+    assert f"{made.MARK}\n{tables}\n{made.MARK}" in (docs / "cluster.md").read_text("utf-8")
+
+
+def test_a_scene_forgets_identities_on_its_way(mesh: clrt.Scene) -> None:
+    """What is kept by the identity of an array means another one in another process."""
+    flat = flatten(mesh)
+    right = flat.hash
+    copied = pickle.loads(pickle.dumps(flat))
+    assert not {"hash", "digests"} & vars(copied).keys() and copied.hash == right
+    parcel = parcels.packed(flat)
+    assert len(parcel.recipe) < parcels.LARGE < sum(array.nbytes for array in parcel.arrays.values())
+    assert parcels.unpacked(right, parcel.recipe, parcel.arrays).hash == right
