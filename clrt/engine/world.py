@@ -66,7 +66,8 @@ class World:
     def lit_by(self, device: Device, number: int) -> World:
         """The same world with one of its lights alone, for passes that are to say what that one brings."""
         alone, lights = copy(self), self.flat.lights.copy()
-        lights["samples"][np.arange(len(lights)) != number] = 0  # the numbers, by which points are drawn, stay
+        # the others keep their numbers, by which points are drawn
+        lights["samples"][np.arange(len(lights)) != number] = 0
         alone._buffers = self._buffers | {"lights": device.upload(lights)}
         alone.arguments = tuple(alone._buffers[name] for name in layout.WORLD)
         return alone

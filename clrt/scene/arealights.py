@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, Final
 
 import numpy as np
 from msgspec import Meta
 
 from clrt.base.places import At
 from clrt.base.records import Vector, float32, is_zero
-from clrt.layout import ceilings
 from clrt.spectra.colors import Colored, LightColor
 
+MOST_SAMPLES: Final = (1 << 16) - 1  # feelers that a hit can count
 Samples = Annotated[
     int,
-    Meta(ge=1, le=ceilings.LIGHTS, description=f"must be a whole number from 1 to {ceilings.LIGHTS}"),
+    Meta(ge=1, le=MOST_SAMPLES, description=f"must be a whole number from 1 to {MOST_SAMPLES}"),
 ]
 Radius = Annotated[float, Meta(gt=0, description="a radius must be > 0")]
 

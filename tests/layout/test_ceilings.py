@@ -15,6 +15,7 @@ from clrt import layout
 from clrt.base.layers import check_layers
 from clrt.base.limits import Limits
 from clrt.layout import ceilings
+from clrt.scene.arealights import MOST_SAMPLES
 
 CAMERA = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 4, "height": 3}
 BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"diffuse": 0.8}}
@@ -50,7 +51,7 @@ def test_sums_over_a_chunk_fit_a_word() -> None:
 
 def test_the_usual_limits_are_within_the_ceilings() -> None:
     usual = Limits()
-    assert usual.lights == ceilings.LIGHTS
+    assert usual.lights == ceilings.LIGHTS == MOST_SAMPLES
     assert usual.depth <= ceilings.DEPTH and usual.primitives <= ceilings.PRIMITIVES
     assert usual.pixels <= ceilings.PIXELS and usual.samples <= ceilings.RAYS
     assert usual.bands <= min(ceilings.BANDS, ceilings.GROUPS)

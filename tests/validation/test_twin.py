@@ -121,7 +121,8 @@ def test_the_scenes_hold_every_primitive_and_every_term() -> None:
     assert somewhere("materials", "checker") == set(layout.CHECKER.values())
     for field in ("thin", "one_sided"):
         assert somewhere("materials", field) == {0, 1}
-    assert somewhere("lights", "kind") == set(layout.LIGHT_KINDS.values())
+    assert somewhere("lights", "kind") == set((layout.LIGHT_KINDS | layout.EXTENDED_KINDS).values())
+    assert somewhere("materials", "light") == somewhere("lights", "two_sided") | {2} == {0, 1, 2}
     assert somewhere("lights", "falloff") == set(layout.FALLOFF.values())
     for field in ("tinted", "spd", "one_sided", "background_width", "min_weight", "ambient_samples"):
         assert len(somewhere("scene", field)) > 1, field
@@ -135,7 +136,8 @@ ULP = "1.0000001f"
 # A row: a file, a text in it, the same with a fault that moves one number by about an ulp (or rays to each
 # other's places), a scene that shows it, and the pass that must be named.
 PLANTED = [
-    ("generate.cl", "add(forward, in_view)", f"add(forward, times(in_view, {ULP}))", "spheres", "generate"),
+    ("generate.cl", "direction = unit3(add(forward, in_view))",
+     f"direction = unit3(add(forward, times(in_view, {ULP})))", "spheres", "generate"),
     ("quadric.clh", "b = dot3(d, w),", f"b = dot3(d, w) * {ULP},", "quadrics", "closest"),
     ("triangle.clh", "s.u = e.y / ", f"s.u = {ULP} * e.y / ", "meshes", "surface"),
     ("film.cl", "out_uv[2 * i] = at.u", f"out_uv[2 * i] = at.u * {ULP}", "meshes", "geometry"),
