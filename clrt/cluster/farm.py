@@ -72,7 +72,7 @@ class Farm:
         self._done: SimpleQueue[Future[Any]] = SimpleQueue()
         self._errands: dict[Future[Any], _Errand] = {}
         self._held: deque[_Errand] = deque()  # wait until arrays have arrived somewhere
-        self._sending: set[tuple[Worker, str]] = set()  # to whom, of which scene
+        self._sending: set[Worker] = set()  # to whom; of other scenes, too: they may share arrays
         self._kernels: dict[Any, str] = {}
 
     def work(self, tasks: Iterator[Task]) -> Generator[tuple[Task, Answer]]:
@@ -128,7 +128,7 @@ class Farm:
     def _answer(self, errand: _Errand, future: Future[Any]) -> Answer | None:
         """What became of an errand; None where it is under way again."""
         if errand.to is not None:  # the arrays have arrived, or were lost
-            self._sending.discard((errand.to, errand.order.scene))
+            self._sending.discard(errand.to)
             held, self._held = self._held, deque()
             for other in held:
                 self._hand_in(other)
@@ -175,11 +175,10 @@ class Farm:
     def _send(self, errand: _Errand, lacking: Lacking) -> None:
         """Send what a worker lacks, unless that is on its way: then wait until it has arrived."""
         self.report.asked += 1
-        key = lacking.worker, errand.order.scene
-        if key in self._sending:
+        if lacking.worker in self._sending:
             self._held.append(self._bare(errand))
             return
-        self._sending.add(key)
+        self._sending.add(lacking.worker)
         names = {*errand.order.arrays, *lacking.arrays}
         arrays = {name: errand.task.parcel.arrays[name] for name in names}
         self.report.sent += sum(array.nbytes for array in arrays.values())
