@@ -22,13 +22,15 @@ if TYPE_CHECKING:
     from clrt.device.info import DeviceInfo
     from clrt.device.platforms import devices
     from clrt.device.settings import Settings
+    from clrt.engine.answers import Crossings, Hits
     from clrt.engine.raymesh import RayMeshIntersector
     from clrt.engine.sweep import camera_path, turntable
-    from clrt.engine.tracer import Hits, Tracer
+    from clrt.engine.tracer import Tracer
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
     from clrt.images.image import Image, read_image
     from clrt.judging.verdict import Verdict, compare
+    from clrt.raytree.tree import RayTree
     from clrt.scene.camera import Camera
     from clrt.scene.scene import Scene
 
@@ -46,15 +48,18 @@ _HOMES = {
     "clrt.device.settings": ("Settings",),
     "clrt.formats.shipped": ("load",),
     "clrt.judging.verdict": ("Verdict", "compare"),
-    "clrt.engine.tracer": ("Hits", "Tracer"),
+    "clrt.engine.answers": ("Crossings", "Hits"),
+    "clrt.raytree.tree": ("RayTree",),
+    "clrt.engine.tracer": ("Tracer",),
     "clrt.cluster.pictures": ("render", "sweep"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
-    "Camera", "ClrtError", "ClrtWarning", "DeviceError", "DeviceInfo", "Hits", "Image", "LimitError",
-    "Limits", "RayMeshIntersector", "Scene", "SceneError", "Settings", "Tracer", "Verdict", "__version__",
-    "camera_path", "compare", "devices", "load", "load_dict", "read_image", "render", "sweep", "turntable",
+    "Camera", "ClrtError", "ClrtWarning", "Crossings", "DeviceError", "DeviceInfo", "Hits", "Image",
+    "LimitError", "Limits", "RayMeshIntersector", "RayTree", "Scene", "SceneError", "Settings", "Tracer",
+    "Verdict", "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image",
+    "render", "sweep", "turntable",
 ]  # fmt: skip
 
 

@@ -3,21 +3,12 @@
 #include "children.clh"
 
 // Direction `index` of a cosine-distributed set about n: the R2 sequence (Roberts 2018) shifted by a hash, on the
-// disk by the concentric map (Shirley and Chiu 1997), in the frame of Duff et al. 2017.
+// disk, in the frame of Duff et al. 2017.
 inline Vec cosine_direction(Vec n, uint key, uint index)
 {
-    const float x = 2.0f * unit_interval(mix_bits(key + 1u) + index * 0xC13FA9A9u) - 1.0f;
-    const float y = 2.0f * unit_interval(mix_bits(key + 2u) + index * 0x91E10DA5u) - 1.0f;
-    float sine, cosine, disk_x = 0.0f, disk_y = 0.0f;
-    if (fabs(x) > fabs(y)) {
-        sine_cosine(0.785398163f * (y / x), &sine, &cosine);
-        disk_x = x * cosine;
-        disk_y = x * sine;
-    } else if (y != 0.0f) {
-        sine_cosine(0.785398163f * (x / y), &sine, &cosine);
-        disk_x = y * sine;
-        disk_y = y * cosine;
-    }
+    float disk_x, disk_y;
+    disk(unit_interval(mix_bits(key + 1u) + index * 0xC13FA9A9u),
+         unit_interval(mix_bits(key + 2u) + index * 0x91E10DA5u), &disk_x, &disk_y);
     const float sign = n.z < 0.0f ? -1.0f : 1.0f;
     const float a = -1.0f / (sign + n.z);
     const float b = n.x * n.y * a;
@@ -48,6 +39,7 @@ __kernel void gather_ambient(SPAWN_PARAMETERS)
         Vec direction = cosine_direction(shading, key, k);
         if (!(dot3(direction, geometric) > 0.0f)) direction = cosine_direction(geometric, key, k);
         store_child(world, family, i, child, CHILD_AMBIENT, flags, start, direction);
+        family.child.child_path[child] = (combine(key, k) & ~(uint)PATH_FLAGS) | flags;
         for (int b = 0; b < RAY_BANDS; b++)
             child_weights[in_block(child, b, VALUES)] = weights[in_block(i, b, VALUES)]
                 * (material->ka * (second ? material->color2 : material->color)[band_at(band, b)]) / (float)samples;

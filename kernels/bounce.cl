@@ -41,7 +41,7 @@ inline void store_children(const World world, const Family f, uint first, bool r
 }
 
 // `reflecting`: reflection rays, else transmission rays
-inline void bounce_packet(const World world, const Family f, bool reflecting)
+inline void bounce_packet(const World world, const Family f, const Pixels pixels, bool reflecting)
 {
     const uint first = get_global_id(0) * PACKET, n = f.queue.n;
     if (first >= n) return;
@@ -50,37 +50,42 @@ inline void bounce_packet(const World world, const Family f, bool reflecting)
     if (!any_of(todo)) return;
     const Surfaces s = load_surfaces(f.hits.surfaces, f.hits.surface_code, f.queue.weights, first, n);
     const VecP u = load_vec(f.queue.rays, first, n, DIRECTION_X, RAY_FIELDS);
+    const Streams streams = gloss_streams(world, pixels, f.queue.path, first, n);
     VecP direction = u;
+    if (reflecting) direction = reflected(s, u);
     floatP weight[RAY_BANDS];
     for (int b = 0; b < RAY_BANDS; b++) weight[b] = (floatP)(0.0f);
     while (any_of(todo)) {
         __global const Material *material = next_material(world, s, &todo, &mine);
         const int together = bands_together(disperses(world, s, material) & mine);
         for (int from = 0; from < RAY_BANDS; from += together) {
-            const Bounce bounce = bounce_at(world, s, material, from, u);
-            direction = choose(direction, bounce.transmitted, mine);
+            const Bounce bounce = bounce_at(world, s, material, from, u, streams);
+            if (!reflecting) direction = choose(direction, bounce.transmitted, mine);
+            else if (material->alpha > 0.0f) direction = choose(direction, bounce.glossy, mine);
             for (int b = from; b < min(from + together, RAY_BANDS); b++) {
                 const floatP share = reflecting ? reflects(s, material, bounce, b) : transmits(s, material, bounce, b);
                 weight[b] = select(weight[b], load_field(f.queue.weights, first, n, b, VALUES) * share, mine);
             }
         }
     }
-    if (reflecting) store_children(world, f, first, true, offset_origin(s, s.n), reflected(s, u), weight);
+    if (reflecting) store_children(world, f, first, true, offset_origin(s, s.n), direction, weight);
     else store_children(world, f, first, false, offset_origin(s, minus(s.n)), direction, weight);
 }
 
-__kernel void reflect(SPAWN_PARAMETERS)
+__kernel void reflect(SPAWN_PARAMETERS, PIXELS_PARAMETERS)
 {
     const World world = WORLD_OF_PARAMETERS;
     const Family family = FAMILY_OF_PARAMETERS;
-    bounce_packet(world, family, true);
+    const Pixels pixels = PIXELS_OF_PARAMETERS;
+    bounce_packet(world, family, pixels, true);
 }
 
 __kernel void transmit(SPAWN_PARAMETERS)
 {
     const World world = WORLD_OF_PARAMETERS;
     const Family family = FAMILY_OF_PARAMETERS;
-    bounce_packet(world, family, false);
+    const Pixels none = {0, 0, 0};  // what transmits is not rough
+    bounce_packet(world, family, none, false);
 }
 
 #if GROUP && !NARROW
@@ -97,6 +102,7 @@ __kernel void disperse(SPAWN_PARAMETERS)
     const Family family = FAMILY_OF_PARAMETERS;
     const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
     const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = offset_origin(s, minus(s.n));
+    const Streams streams = {(uintP)(0u), (uintP)(0u)};  // what transmits is not rough
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[GROUP][PACKET];
     int place[PACKET], launched[PACKET];
     floatP weight[BANDS];
@@ -109,7 +115,7 @@ __kernel void disperse(SPAWN_PARAMETERS)
         __global const Material *material = next_material(world, s, &todo, &mine);
         for (int from = 0; from < BANDS; from += GROUP) {
             const int to = min(from + GROUP, BANDS);
-            const Bounce bounce = bounce_at(world, s, material, from, u);
+            const Bounce bounce = bounce_at(world, s, material, from, u, streams);
             *(intP *)launched = mine & passes_on(world, s, material, bounce, weight, from, to);
             *(floatP *)dx = bounce.transmitted.x;
             *(floatP *)dy = bounce.transmitted.y;

@@ -60,7 +60,7 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
         list = next;
         moved = true;
         const Ray ray = load_ray(rays, i);
-        const Hit hit = nearest_hit(world, ray, hit_t[i], hit_primitive[i], false);
+        const Hit hit = nearest_hit(world, ray, hit_t[i], hit_primitive[i], false, NO_PRIMITIVE);
         hit_t[i] = hit.t;
         hit_primitive[i] = hit.primitive;
         store_surface(world, ray, hit.primitive, hit.t, i, i + 1, surfaces, surface_code);

@@ -1,14 +1,47 @@
-// All hits of a ray, one after the other: each launch moves every ray that still hits something to its next hit, in
-// the order of (t, primitive number). No hit is stepped over and none is met twice, however close together they
-// lie, because nothing is moved and no distance is added; the price is a walk from the root for every hit.
-#include "intersect.clh"
+// All that rays cross: counted first, so that the answers have their places, then written there, ray after ray. The
+// walk is done twice; to keep what the first one finds would take memory that nobody can bound.
+#include "asked.clh"
+#include "crossings.clh"
 
-__kernel void next_hit(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS)
+INLINED Ray asked_ray(const Asked asked, uint i)
+{
+    __global const float *o = asked.origins + (size_t)i * asked.origin_step;
+    __global const float *d = asked.directions + (size_t)i * asked.direction_step;
+    const Ray ray = {vec(o[0], o[1], o[2]), unit3(vec(d[0], d[1], d[2])), asked.t_max ? asked.t_max[i] : asked.most};
+    return ray;
+}
+
+INLINED Crossed between(const Asked asked, const Ray ray, uint i)
+{
+    const float least = asked.t_min ? asked.t_min[i] : asked.least;
+    const Crossed found = {least < 0.0f ? 0.0f : least, ray.t_max, 0, 0, 0};
+    return found;
+}
+
+__kernel void count_crossings(WORLD_PARAMETERS, ASKED_PARAMETERS, __global int *crossings)
 {
     const uint i = get_global_id(0);
-    if (i >= n || hit_primitive[i] < 0) return;
+    if (i >= n) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Hit hit = nearest_hit(world, load_ray(rays, i), hit_t[i], hit_primitive[i], false);
-    hit_t[i] = hit.t;
-    hit_primitive[i] = hit.primitive;
+    const Asked asked = ASKED_OF_PARAMETERS;
+    const Ray ray = asked_ray(asked, i);
+    Crossed found = between(asked, ray, i);
+    cross_all(world, ray, &found);
+    crossings[i] = (int)found.count;
+}
+
+// `place`: where those of each ray begin
+__kernel void list_crossings(WORLD_PARAMETERS, ASKED_PARAMETERS, __global const uint *place, __global float *found_t,
+                             __global int *found_primitive)
+{
+    const uint i = get_global_id(0);
+    if (i >= n) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const Asked asked = ASKED_OF_PARAMETERS;
+    const Ray ray = asked_ray(asked, i);
+    Crossed found = between(asked, ray, i);
+    found.t = found_t + place[i];
+    found.primitive = found_primitive + place[i];
+    cross_all(world, ray, &found);
+    sort_crossed(&found);
 }

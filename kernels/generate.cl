@@ -1,8 +1,9 @@
 // Camera rays: generation 0 (thesis 1.3).
 //
 // A tile is a list of pixel numbers; ray i is sample i % (grid*grid) of the tile's pixel i / (grid*grid). The ray
-// remembers the pixel's place in the tile, not in the picture, so that the film of a tile is dense. One work-item
-// a packet.
+// remembers the pixel's place in the tile, not in the picture, so that the film of a tile is dense. With an aperture
+// it starts on a lens instead of in the eye, and goes through the point that is in focus (Cook, Porter, Carpenter 1984,
+// "Distributed Ray Tracing"). One work-item a packet.
 #include "lanes.clh"
 
 // pixel numbers at the places; rays with a pixel each have their places in order
@@ -13,6 +14,17 @@ inline uintP pixels_at(__global const uint *pixels, uintP place, uint samples, u
     *(uintP *)lane = place;
     for (uint k = 0; k < PACKET; k++) lane[k] = pixels[min(lane[k], (n - 1) / samples)];
     return *(uintP *)lane;
+}
+
+// Where on the lens the ray of a sample starts, from the lens's middle. A pixel's samples are a sequence that fills the
+// lens evenly, shifted by the pixel's hash; its factors are not those of lights, which would tie one to the other.
+inline VecP on_lens(const Camera camera, uintP pixel, uintP sample)
+{
+    const uintP h = combine(combine((uintP)(camera.seed), pixel), (uintP)(0x80000000u));
+    floatP x, y;
+    disk(unit_interval(mix_bits(h + 1u) + sample * 0x9E3779B9u),
+         unit_interval(mix_bits(h + 2u) + sample * 0x6A09E667u), &x, &y);
+    return times(add(times(same(camera.right), x), times(same(camera.up), y)), (floatP)(camera.aperture));
 }
 
 __kernel void generate(__global const Camera *cameras, __global const uint *pixels, QUEUE_PARAMETERS,
@@ -43,7 +55,13 @@ __kernel void generate(__global const Camera *cameras, __global const uint *pixe
 
     const VecP forward = same(camera.forward);
     VecP origin = same(camera.origin), direction = forward;
-    if (camera.orthographic) {
+    if (camera.aperture > 0.0f) {
+        const VecP lens = on_lens(camera, pixel, sample), to_pixel = add(forward, in_view);
+        if (camera.orthographic) origin = add(origin, in_view);
+        direction = unit3(sub(camera.orthographic ? forward : to_pixel, times(lens, (floatP)(1.0f / camera.focus))));
+        const floatP ahead = dot3(direction, forward);
+        origin = add(add(origin, lens), times(direction, camera.near / ahead));
+    } else if (camera.orthographic) {
         origin = add(add(origin, in_view), times(forward, (floatP)(camera.near)));
     } else {
         direction = unit3(add(forward, in_view));

@@ -8,10 +8,18 @@
 #include "light.clh"
 #include "sky.clh"
 
+// Where the surface of a light shows nothing: behind, unless it shines on both sides; and to ambient rays, since feelers
+// have counted it.
+INLINED intP dark(__global const Material *material, const Surfaces s, uint ambient_queue)
+{
+    if (ambient_queue) return (intP)(-1);
+    return material->light == 2 ? (intP)(0) : (s.code & SURFACE_INSIDE) != 0;
+}
+
 // `local_radiance` receives weight * (emission + ambient), or the background; where it is not black: SPAWN_LOCAL says
 // so, without which it is not to be read. `spawn` receives the packed counts (layout.SPAWN). In the last generation
 // nothing is spawned: `depth_color` stands for it.
-__kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS,
+__kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS, PIXELS_PARAMETERS,
                     uint ambient_queue, uint last, uint terms)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -34,12 +42,19 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
 
     intP found = select((intP)(SPAWN_HIT), (intP)(0), missed);
     const VecP start = offset_origin(s, s.n);
+    const Pixels pixels = PIXELS_OF_PARAMETERS;
+    const Streams streams = light_streams(world, pixels, path, first, n);
+    const Streams facets = gloss_streams(world, pixels, path, first, n);
     intP todo = ~missed, mine;
     while (any_of(todo)) {
         __global const Material *material = next_material(world, s, &todo, &mine);
         if (scatters(material, terms))
-            for (int l = 0; l < world.scene->lights; l++)
-                found += is_above(s, light_sample(world.lights + l, start)) & mine & 1;
+            for (int l = 0; l < world.scene->lights; l++) {
+                __global const Light *light = world.lights + l;
+                Draw draw = light_draw(light, streams, l);
+                for (int i = 0; i < light->samples; i++, draw = next_draw(draw))
+                    found += is_above(s, light_sample(light, start, draw)) & mine & 1;
+            }
 
         intP gathers = (intP)(0);
         if (world.scene->ambient_samples > 0 && !last && terms & TERM_AMBIENT) {
@@ -52,6 +67,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
         for (int b = 0; b < RAY_BANDS; b++) {
             floatP emission = (floatP)(0.0f), ambient = emission;
             if (terms & TERM_EMISSION) emission = in_band(material->emission, s, b);
+            if (material->light) emission = select(emission, (floatP)(0.0f), dark(material, s, ambient_queue));
             if (terms & TERM_AMBIENT)
                 ambient = select(material->ka * colors(material, s, b) * in_band(world.scene->ambient, s, b), ambient,
                                  gathers);
@@ -65,7 +81,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
         intP transmitted = (intP)(0), total_internal = (intP)(0), groups = (intP)(0);
         for (int from = 0; from < RAY_BANDS; from += together) {
             const int to = min(from + together, RAY_BANDS);
-            const Bounce bounce = bounce_at(world, s, material, from, u);
+            const Bounce bounce = bounce_at(world, s, material, from, u, facets);
             for (int b = from; b < to; b++) most = larger(weight[b] * reflects(s, material, bounce, b), most);
             transmitted = passes_on(world, s, material, bounce, weight, from, to);
             total_internal |= bounce.total_internal;
@@ -79,7 +95,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
         }
         for (int from = 0; from < RAY_BANDS; from += together) {
             const int to = min(from + together, RAY_BANDS);
-            const Bounce bounce = bounce_at(world, s, material, from, u);
+            const Bounce bounce = bounce_at(world, s, material, from, u, facets);
             transmitted = mine & passes_on(world, s, material, bounce, weight, from, to);
             for (int b = from; b < to; b++) {
                 const floatP instead = in_band(world.scene->depth_color, s, b);
@@ -101,9 +117,10 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     store_word((__global int *)spawn, first, n, found);
 }
 
-// One ray to each light above the surface. The feelers of a packet stand light after light, so that neighbours in the
-// queue go the same way (with seven lights they are traced 2.5 times as fast); `owner` says which ray each belongs to.
-__kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS,
+// One ray to each light above the surface, or to each of its points. The feelers of a packet stand light after light, so
+// that neighbours in the queue go the same way (with seven lights they are traced 2.5 times as fast); `owner` says which
+// ray each belongs to.
+__kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS, PIXELS_PARAMETERS,
                       FEELERS_PARAMETERS)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -120,22 +137,30 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADE
     *(floatP *)oz = start.z;
     uint at = first_feeler[first];
     const uint lanes = min((uint)PACKET, n - first);
+    const Pixels pixels = PIXELS_OF_PARAMETERS;
+    const Streams streams = light_streams(world, pixels, path, first, n);
     for (int l = 0; l < world.scene->lights; l++) {
-        const LightSample to = light_sample(world.lights + l, start);
-        const intP launch = counted & is_above(s, to);
-        if (!any_of(launch)) continue;
-        *(floatP *)dx = to.direction.x;
-        *(floatP *)dy = to.direction.y;
-        *(floatP *)dz = to.direction.z;
-        *(floatP *)distance = to.distance;
-        *(intP *)launched = launch;
-        for (uint k = 0; k < lanes; k++) {
-            if (!launched[k]) continue;
-            store_ray(feeler_rays, at, vec(ox[k], oy[k], oz[k]), vec(dx[k], dy[k], dz[k]), distance[k]);
+        __global const Light *light = world.lights + l;
+        Draw draw = light_draw(light, streams, l);
+        for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
+            const LightSample to = light_sample(light, start, draw);
+            const intP launch = counted & is_above(s, to);
+            if (!any_of(launch)) continue;
+            *(floatP *)dx = to.direction.x;
+            *(floatP *)dy = to.direction.y;
+            *(floatP *)dz = to.direction.z;
+            *(floatP *)distance = to.distance;
+            *(intP *)launched = launch;
+            for (uint k = 0; k < lanes; k++) {
+                if (!launched[k]) continue;
+                store_ray(feeler_rays, at, vec(ox[k], oy[k], oz[k]), vec(dx[k], dy[k], dz[k]), distance[k]);
 #if NARROW
-            if (world.scene->tinted) filter[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
+                if (world.scene->tinted)
+                    filter[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
 #endif
-            owner[at++] = first + k;
+                if (world.scene->surfaces) own[at] = light->surface;
+                owner[at++] = first + k;
+            }
         }
     }
 }
@@ -166,7 +191,7 @@ INLINED floatP filtered(__global const float *filter, const uint *place, intP wh
 
 // Adds what comes from the lights that the feelers have reached to `local_radiance`, light after light; SPAWN_LOCAL
 // then says that it is to be read.
-__kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS,
+__kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS, PIXELS_PARAMETERS,
                          FEELERS_PARAMETERS, uint terms)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -186,20 +211,25 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
     uint at = first_feeler[first], place[PACKET];
     const uint lanes = min((uint)PACKET, n - first);
     intP lighter = (intP)(0);
+    const Pixels pixels = PIXELS_OF_PARAMETERS;
+    const Streams streams = light_streams(world, pixels, path, first, n);
     for (int l = 0; l < world.scene->lights; l++) {
         __global const Light *light = world.lights + l;
-        const LightSample to = light_sample(light, start);
-        const intP launch = counted & is_above(s, to);
-        if (!any_of(launch)) continue;
-        intP todo = arrivals(launch, lanes, seen, &at, place), mine;
-        lighter |= todo;
-        while (any_of(todo)) {
-            __global const Material *material = next_material(world, s, &todo, &mine);
-            reflected_light(light, to, s, material, u, terms, radiance);
-            for (int b = 0; b < RAY_BANDS; b++) {
-                floatP brings = load_field(weights, first, n, b, VALUES) * radiance[b];
-                if (tinted) brings *= filtered(filter, place, mine, b);
-                value[b] = select(value[b], value[b] + brings, mine);
+        Draw draw = light_draw(light, streams, l);
+        for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
+            const LightSample to = light_sample(light, start, draw);
+            const intP launch = counted & is_above(s, to);
+            if (!any_of(launch)) continue;
+            intP todo = arrivals(launch, lanes, seen, &at, place), mine;
+            lighter |= todo;
+            while (any_of(todo)) {
+                __global const Material *material = next_material(world, s, &todo, &mine);
+                reflected_light(light, to, s, material, u, terms, radiance);
+                for (int b = 0; b < RAY_BANDS; b++) {
+                    floatP brings = load_field(weights, first, n, b, VALUES) * radiance[b];
+                    if (tinted) brings *= filtered(filter, place, mine, b);
+                    value[b] = select(value[b], value[b] + brings, mine);
+                }
             }
         }
     }

@@ -23,43 +23,44 @@ __kernel void closest(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, __glo
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, rays, sequence, first, false);
+        const PacketHit hits = packet_hits(world, load_packet(rays, sequence, first), (intP)(NO_PRIMITIVE), false);
         store_ordered((__global int *)hit_t, sequence, first, as_intP(hits.t));
         store_ordered(hit_primitive, sequence, first, hits.primitive);
         return;
     }
     for (uint i = first; i < n; i++) {
         const uint place = place_in(sequence, i);
-        const Hit hit = nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, false);
+        const Hit hit = nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, false, NO_PRIMITIVE);
         hit_t[place] = hit.t;
         hit_primitive[place] = hit.primitive;
     }
 }
 
+// `own`: of each ray the primitive that it passes by (the light it goes to); null: there are none
 __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,
-                       __global const uint *sequence)
+                       __global const uint *sequence, __global const int *own)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        const PacketHit hits = packet_hits(world, rays, sequence, first, true);
+        const intP passed = own_lanes(own, sequence, first);
+        const PacketHit hits = packet_hits(world, load_packet(rays, sequence, first), passed, true);
         store_ordered((__global int *)seen, sequence, first, (hits.primitive < 0) & 1);
         return;
     }
     for (uint i = first; i < n; i++) {
         const uint place = place_in(sequence, i);
-        seen[place] = nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, true).primitive < 0;
+        const int passed = own_of(own, place);
+        seen[place] = nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, true, passed).primitive < 0;
     }
 }
 
-// Follows feeler i from its first hit through all it crosses, or until an opaque surface: is it seen, and what share of
-// each band comes through.
-inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i,
+// Follows feeler i, of which all is seen so far, from its first hit through all it crosses, or until an opaque surface:
+// is it seen, and what share of each band comes through.
+inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i, int own,
                            __global uint *seen, __global float *filter)
 {
-    seen[i] = 1;
-    for (int b = 0; b < RAY_BANDS; b++) filter[in_block(i, b, VALUES)] = 1.0f;
     while (hit.primitive >= 0) {
         __global const Material *material = world.materials + world.primitives[hit.primitive].material;
         const int band = first_band(filter, i);
@@ -69,12 +70,12 @@ inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i,
             seen[i] = 0;
             return;
         }
-        hit = nearest_hit(world, ray, hit.t, hit.primitive, false);
+        hit = nearest_hit(world, ray, hit.t, hit.primitive, false, own);
     }
 }
 
 __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,
-                              __global float *filter)
+                              __global float *filter, __global const int *own)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
@@ -82,17 +83,36 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
     if (first + PACKET <= n) {
         ALIGNED float t[PACKET];
         ALIGNED int primitive[PACKET];
-        const PacketHit hits = packet_hits(world, rays, 0, first, false);
+        const PacketHit hits = packet_hits(world, load_packet(rays, 0, first), own_lanes(own, 0, first), false);
+        store_word((__global int *)seen, first, n, (intP)(1));
+        for (int b = 0; b < RAY_BANDS; b++) store_field(filter, first, n, b, VALUES, (floatP)(1.0f));
         *(floatP *)t = hits.t;
         *(intP *)primitive = hits.primitive;
-        for (int lane = 0; lane < PACKET; lane++) {
+        for (uint left = lanes_of(hits.primitive >= 0); left; left = without_first(left)) {
+            const int lane = first_lane(left);
             const Hit hit = {t[lane], primitive[lane]};
-            cross_surfaces(world, load_ray(rays, first + lane), hit, first + lane, seen, filter);
+            cross_surfaces(world, load_ray(rays, first + lane), hit, first + lane, own_of(own, first + lane), seen, filter);
         }
         return;
     }
     for (uint i = first; i < n; i++) {
         const Ray ray = load_ray(rays, i);
-        cross_surfaces(world, ray, nearest_hit(world, ray, 0.0f, BEFORE_ALL, false), i, seen, filter);
+        const int passed = own_of(own, i);
+        const Hit hit = nearest_hit(world, ray, 0.0f, BEFORE_ALL, false, passed);
+        seen[i] = 1;
+        for (int b = 0; b < RAY_BANDS; b++) filter[in_block(i, b, VALUES)] = 1.0f;
+        cross_surfaces(world, ray, hit, i, passed, seen, filter);
     }
+}
+
+// Moves every ray that hits something to its next hit: none is stepped over and none is met twice, however close
+// together they lie, because no distance is added. For those who look at a few rays.
+__kernel void next_hit(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS)
+{
+    const uint i = get_global_id(0);
+    if (i >= n || hit_primitive[i] < 0) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const Hit hit = nearest_hit(world, load_ray(rays, i), hit_t[i], hit_primitive[i], false, NO_PRIMITIVE);
+    hit_t[i] = hit.t;
+    hit_primitive[i] = hit.primitive;
 }

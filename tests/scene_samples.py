@@ -12,6 +12,7 @@ from clrt.scene.scene import (
     Cylinder,
     DirectionalLight,
     Disk,
+    DiskLight,
     Ellipsoid,
     Material,
     Mesh,
@@ -20,8 +21,11 @@ from clrt.scene.scene import (
     PointLight,
     Polygon,
     Quadric,
+    RectangleLight,
     Scene,
     Sphere,
+    SphereLight,
+    SpotLight,
     Step,
 )
 
@@ -43,6 +47,10 @@ def every_kind() -> Scene:
         lights=[
             PointLight(position=(1, 2, 3), falloff="inverse-square"),
             DirectionalLight(direction=(0, -1, 0)),
+            SpotLight(position=(1, 2, 3), target=(0, 0, 0), penumbra=0.5),
+            RectangleLight(center=(0, 3, 0), u=(1, 0, 0), v=(0, 0, 1), samples=4),
+            DiskLight(center=(0, 3, 1), normal=(0, -1, 0), radius=0.5, two_sided=True),
+            SphereLight(center=(2, 3, 1), radius=0.25, radiance=(3, 2, 1), visible=False),
         ],
         shapes=[
             Sphere(center=(0, 0, 0), radius=1, material="red", name="ball"),

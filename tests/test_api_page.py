@@ -30,18 +30,18 @@ def rows(heading: str) -> dict[str, list[str]]:
 def test_every_public_name_is_on_the_page():
     words = set(re.findall(r"\w+", PAGE))
     assert [name for name in clrt.__all__ if name not in words] == []
-    listed = {*rows("Scenes and pictures"), "Hits", "RayMeshIntersector"}
+    listed = {*rows("Scenes and pictures"), "Crossings", "Hits", "RayMeshIntersector"}
     errors = {"SceneError", "DeviceError", "LimitError", "DeviceInfo"}
     assert set(clrt.__all__) - errors == listed
 
 
 @pytest.mark.parametrize(
-    "name", ["Tracer", "Image", "Scene", "RayMeshIntersector", "Hits", "DeviceInfo", "Verdict"]
+    "name", ["Tracer", "Image", "Scene", "RayMeshIntersector", "Hits", "Crossings", "DeviceInfo", "Verdict"]
 )
 def test_every_method_is_on_the_page(name: str):
     kind = getattr(clrt, name)
     own = [key for key, value in vars(kind).items() if not key.startswith("_") and inspect.isfunction(value)]
-    records = ("Hits", "DeviceInfo", "Image", "Verdict")
+    records = ("Crossings", "Hits", "DeviceInfo", "Image", "Verdict")
     own += [field.name for field in fields(kind)] if name in records else []
     words = set(re.findall(r"\w+", PAGE))
     assert own and [method for method in own if method not in words] == []
@@ -80,3 +80,11 @@ def test_the_code_about_many_pictures_runs(capsys: pytest.CaptureFixture[str]):
     (block,) = re.findall(r"```python\n(.*?)```", (DOCS / "sweeps.md").read_text("utf-8"), re.DOTALL)
     exec(block, {})
     assert capsys.readouterr().out.count("'materials.glass.ior': 1.5") == 2
+
+
+def test_the_code_about_rays_runs():
+    blocks = re.findall(r"```python\n(.*?)```", (DOCS / "queries.md").read_text("utf-8"), re.DOTALL)
+    space: dict[str, Any] = {}
+    assert len(blocks) == 4
+    for block in blocks:
+        exec(block, space)

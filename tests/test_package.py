@@ -49,9 +49,15 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_the_wheel_holds_the_files_of_the_tree(wheel: Path):
     with zipfile.ZipFile(wheel) as archive:
         held = {name for name in archive.namelist() if ".dist-info/" not in name}
+        beside = {name.partition(".data/data/")[2] for name in held if ".data/data/" in name}
+        held = {name for name in held if ".data/" not in name}
         (metadata,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
         text = archive.read(metadata).decode()
     assert held == set(tree())
+    assert beside == {
+        "share/man/man1/clrt.1", "share/bash-completion/completions/clrt",
+        "share/zsh/site-functions/_clrt", "share/clrt/completion/clrt.csh",
+    }  # fmt: skip
     assert f"Version: {__version__}\n" in text and "License-File: LICENSE\n" in text
 
 

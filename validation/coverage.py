@@ -23,6 +23,7 @@ from clrt.scene.scene import (
     Shape,
     Spectrum,
     Sphere,
+    SpotLight,
 )
 from clrt.scene.transforms import is_similarity
 
@@ -43,9 +44,11 @@ MATERIALS: Final = (
     "checker on a polygon", "checker on a sphere", "mirror", "mirror tint", "schlick mirror",
     "schlick highlight",
     "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
+    "rough mirror", "rough metal",
 )  # fmt: skip
-LIGHTS: Final = ("point light", "inverse square", "directional light", "several lights", "no light",
-                 "shadows", "tinted shadows")
+LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
+                 "rectangle light", "disk light", "sphere light", "two-sided light", "visible light",
+                 "several lights", "no light", "shadows", "tinted shadows")
 SETTINGS: Final = (
     "background colour", "background image", "ambient rays", "depth colour", "least weight", "medium index",
     "one-sided surfaces", "no bounces",
@@ -53,7 +56,7 @@ SETTINGS: Final = (
 CAMERAS: Final = (
     "perspective", "orthographic", "vertical field of view", "up vector", "near", "mirrored camera",
     "shifted camera",
-    "jitter", "4 samples", "16 samples", "64 samples",
+    "jitter", "4 samples", "16 samples", "64 samples", "lens",
 )  # fmt: skip
 SPECTRA: Final = (
     "bands", "colours in bands", "spectra in RGB", "named spectrum", "black body", "gaussian", "band", "line",
@@ -118,10 +121,17 @@ def _scene_features(scene: Scene) -> set[str]:
 
 def _light_features(scene: Scene) -> set[str]:
     lights = scene.lights
-    sun = [not light.place[3] for light in lights]
+    kinds = {light.type for light in lights}
+    spots = [light for light in lights if isinstance(light, SpotLight)]
     tinted = scene.shadow == "tinted" and any(scene.material_of(shape).kt > 0 for shape in scene.shapes)
     tests = {
-        "point light": not all(sun), "directional light": any(sun), "several lights": len(lights) > 1,
+        "point light": "point" in kinds, "directional light": "directional" in kinds,
+        "spot light": any(light.penumbra > 0 for light in spots),
+        "spot without penumbra": any(light.penumbra == 0 for light in spots),
+        "visible light": any(getattr(light, "visible", False) for light in lights),
+        "two-sided light": any(getattr(light, "two_sided", False) for light in lights),
+        **{f"{kind} light": kind in kinds for kind in ("rectangle", "disk", "sphere")},
+        "several lights": len(lights) > 1,
         "inverse square": any(light.falloff != "none" for light in lights),
         "no light": not lights, "shadows": bool(lights) and len(scene.shapes) > 1,
         "tinted shadows": tinted and bool(lights),
@@ -137,7 +147,7 @@ def _camera_features(scene: Scene) -> set[str]:
         camera.type: True, "vertical field of view": camera.fov_axis == "vertical", "near": camera.near > 0,
         "up vector": camera.up not in (None, (0.0, 1.0, 0.0)), "mirrored camera": camera.mirror,
         "shifted camera": camera.shift != (0.0, 0.0), "jitter": camera.jitter is not None,
-        f"{camera.spp} samples": camera.spp in (4, 16, 64),
+        f"{camera.samples} samples": camera.samples in (4, 16, 64), "lens": camera.aperture > 0,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 
@@ -201,6 +211,8 @@ def _bounce_features(scene: Scene, material: Material) -> set[str]:
         "thin": kt and material.thin, "equal indices": kt and same,
         "absorption": material.is_medium and _is_lit(material.absorption),
         "priority": material.is_medium and material.priority != 0,
+        "rough mirror": material.alpha > 0 and material.conductor is None,
+        "rough metal": material.alpha > 0 and material.conductor is not None,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from clrt.base.layers import TERMS
 from clrt.device.device import Device
-from clrt.engine.film import Film, finished
+from clrt.engine.film import Film
 from clrt.engine.job import Job, halves
 from clrt.engine.queues import Feelers, Shaded
 from clrt.engine.schedule import Work, interleaved
@@ -16,6 +16,7 @@ from clrt.engine.stage import Stage
 from clrt.engine.tiles import tiles
 from clrt.engine.tracer import Tracer
 from clrt.flatten.flatten import flatten_camera
+from clrt.spectra.colorimetry import finished
 from clrt.version import __version__
 
 from .types import OracleImage

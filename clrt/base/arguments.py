@@ -150,11 +150,8 @@ def device(name: str, value: object) -> int | str | None:
     raise ClrtError(fault("", name, value, right))
 
 
-def array(name: str, value: object, kind: type[np.floating], form: str) -> np.ndarray:
-    """`value`, real numbers in nested lists or an array, as an array of `kind`; `form` names its shape.
-
-    What is beyond the range of `kind` becomes infinite.
-    """
+def real_numbers(name: str, value: object, form: str) -> np.ndarray:
+    """`value`, real numbers in nested lists or an array, as an array of its own type; `form`: its shape."""
     right = f"it must be numbers in an array of shape {form}"
     try:
         found = np.asarray(value)
@@ -164,8 +161,16 @@ def array(name: str, value: object, kind: type[np.floating], form: str) -> np.nd
         raise ClrtError(fault("", name, value, right))
     if np.ma.is_masked(value):
         raise ClrtError(f"{name}: {np.ma.count_masked(value)} of its numbers are masked; fill them in")
+    return found
+
+
+def array(name: str, value: object, kind: type[np.floating], form: str) -> np.ndarray:
+    """`value`, real numbers in nested lists or an array, as an array of `kind`; `form` names its shape.
+
+    What is beyond the range of `kind` becomes infinite.
+    """
     with np.errstate(over="ignore", invalid="ignore"):
-        return found.astype(kind, copy=False)
+        return real_numbers(name, value, form).astype(kind, copy=False)
 
 
 def vectors(name: str, value: object, kind: type[np.floating]) -> np.ndarray:

@@ -14,7 +14,7 @@ from clrt.base.atomic import write_json
 from clrt.base.errors import ClrtError, show
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
-from clrt.bench import bands, roof
+from clrt.bench import bands, queries, roof
 from clrt.bench.frames import shares
 from clrt.bench.timing import Measurement
 
@@ -73,6 +73,8 @@ def tables(report: Report) -> Iterable[Table]:
         yield _passes(report, report.roof)
     if report.of("embree"):
         yield _against(report)
+    if report.of("queries"):
+        yield _queries(report.of("queries"))
     others = report.of("builder", "launch", "compile", "program")
     if others:
         yield _others(others)
@@ -148,6 +150,19 @@ def _frames(measurements: Iterable[Measurement]) -> Table:
             f"{m.extra['rays'] / m.median / 1e6:.1f}",
             *(f"{part[name]:.0%}" for name in ("tracing", "passes", "host")),
         )
+    return rows
+
+
+def _queries(measurements: list[Measurement]) -> Table:
+    lacking = "" if queries.compared(measurements) else "; embreex is not here to compare with"
+    right = ("rays", "ms a call", "spread", "Mrays/s", "of the kernel's rate", "times embreex")
+    rows = table(f"queries on one core, processor time{lacking}", ("scene", "query"), right)
+    for m in measurements:
+        ratios = [queries.ratio(measurements, m, other) for other in (queries.KERNEL, queries.EMBREEX)]
+        said = ["" if ratio is None else f"{ratio:.2f}" for ratio in ratios]
+        name = f"{m.name}: {m.queue}" if m.queue else m.name
+        row = (m.scene, name, str(m.items), f"{m.median * 1e3:.3f}", spread(m), f"{1e3 / m.ns:.2f}")
+        rows.add_row(*row, *said)
     return rows
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt.bench import bands, embree, host, kernels, machine, roof, scenes
+from clrt.bench import bands, embree, host, kernels, machine, queries, roof, scenes
 from clrt.bench.frames import frame_times
 from clrt.bench.report import Report
 from clrt.bench.timing import Measurement, Tell, measure
@@ -17,7 +17,7 @@ from clrt.device.settings import Settings
 from clrt.flatten.flatten import flatten
 from clrt.scene.scene import Scene
 
-GROUPS: Final = ("kernels", "builder", "launch", "compile", "frames", "bands", "program")
+GROUPS: Final = ("kernels", "queries", "builder", "launch", "compile", "frames", "bands", "program")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +49,9 @@ def run(plan: Plan, tell: Tell | None = None) -> Report:
     if "kernels" in plan.groups:
         with machine.one_core():
             found += _on_one_core(plan, library, tell)
+    if "queries" in plan.groups:
+        with machine.one_core():
+            found += queries.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
     if "builder" in plan.groups:
         found += _builders(plan, library, tell)
     if "launch" in plan.groups:

@@ -35,6 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             options = read(arguments)
             command = options.command
+            terminal.tell_more(options.verbose)
             code: int = import_module(f"clrt.cli.{command.replace('-', '_')}").run(options)
         except ClrtError as error:
             code = say(f"error: {error}", FAULT)
@@ -47,9 +48,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return interrupted()
         except SystemExit as leaving:  # argparse has said all: help, or what is wrong
             code = leaving.code if isinstance(leaving.code, int) else 0
+        finally:
+            terminal.tell_more(0)
         out.flush()
         lost = out.failure is not None and not isinstance(out.failure, BrokenPipeError)  # who left saw enough
-        if lost and code == 0 and command not in _SAVE:
+        if lost and code == 0 and (command not in _SAVE or options.output == "-"):
             assert out.failure is not None
             reason = out.failure.strerror or out.failure
             return say(f"error: the answer cannot be written to standard output: {reason}", FAULT)

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from clrt.base.errors import ClrtError
 from clrt.base.resources import scene_file
 from clrt.cli.outputs import check_apart, check_spares
 from clrt.cli.terminal import console, marked
+from clrt.cli.tracing import tracing
 
 if TYPE_CHECKING:
     from clrt.bench.timing import Tell
@@ -30,7 +32,8 @@ def run(options: argparse.Namespace) -> int:
     from clrt.bench import report, suite
 
     old = report.load(options.compare) if options.compare else None
-    outputs = {"--json": options.json, "--chart": options.chart}
+    outputs = {"--json": options.json, "--chart": options.chart, "--trace": options.trace}
+    _check_devices(options)
     scenes = {f"the scene {name}": scene_file(name) for name in options.scene or ()}
     check_apart(outputs, {"the report of --compare": options.compare, **scenes})
     for path in filter(None, outputs.values()):
@@ -40,8 +43,12 @@ def run(options: argparse.Namespace) -> int:
         check_spares(outputs, scene)
     if old:
         _check_same_machine(old, plan)
-    with _reporting() as tell:
-        measured = suite.run(plan, tell)
+    with _reporting() as tell, tracing(options.trace) as save_trace:
+        reports = [suite.run(replace(plan, device=device), tell) for device in options.device or [None]]
+    save_trace()
+    if len(reports) > 1:
+        return _show_beside(reports, options.json)
+    (measured,) = reports
     _show(measured)
     if options.json:
         measured.save(options.json)
@@ -67,7 +74,7 @@ def _plan(options: argparse.Namespace) -> Any:
         check_chart(options.chart, groups)
     return suite.Plan(
         groups=groups,
-        device=options.device,
+        device=next(iter(options.device), None),
         rounds=options.rounds,
         quick=options.quick,
         embree=options.against == "embree",
@@ -107,6 +114,35 @@ def _show(measured: Any) -> None:
     )
     for table in report.tables(measured):
         terminal.print(table)
+
+
+def _check_devices(options: argparse.Namespace) -> None:
+    """ClrtError for what one report is needed for, where there will be several; and for a device twice."""
+    if len(options.device) < 2:
+        return
+    for name in ("compare", "chart"):
+        if getattr(options, name):
+            raise ClrtError(f"--{name}: is for one --device; give it {len(options.device)} runs of their own")
+    from clrt.device.platforms import choose
+
+    labels = [choose(wanted)[0].label for wanted in options.device]
+    for number, label in enumerate(labels):
+        if label in labels[:number]:
+            raise ClrtError(f"--device: {options.device[number]}: is {label}, which was named before")
+
+
+def _show_beside(reports: Sequence[Any], file: str | None) -> int:
+    """The times of several devices in one table."""
+    from clrt.bench.beside import beside, save
+
+    terminal = console(width=None if sys.stdout.isatty() else 200, highlight=False)
+    for number, measured in enumerate(reports, 1):
+        terminal.print(f"{number}: {marked(str(measured.machine['device']))}")
+    for table in beside(reports):
+        terminal.print(table)
+    if file:
+        save(reports, file)
+    return 0
 
 
 def _check_same_machine(old: Any, plan: Any) -> None:

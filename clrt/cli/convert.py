@@ -6,19 +6,24 @@ import argparse
 from pathlib import Path
 
 from clrt.base.atomic import check_replaceable
-from clrt.base.resources import scene_file
 from clrt.cli.outputs import check_apart, check_spares
+from clrt.cli.source import STREAM, read, scene_path
 
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene of `options.input` to `options.output`. ClrtError leaves the output as it was."""
     from clrt.formats.native import with_values
-    from clrt.formats.shipped import load_scene
 
-    source = scene_file(options.input)
+    source = scene_path(options.input)
+    if options.output == STREAM:
+        from clrt.scene.save import encoded
+
+        scene = with_values(read(source), options.set)
+        print(encoded(scene, Path("scene.toml")).decode(), end="")
+        return 0
     check_replaceable(options.output)
     check_apart({"OUT": options.output}, {"the scene": source})
-    scene = with_values(load_scene(source), options.set)
+    scene = with_values(read(source), options.set)
     check_spares({"OUT": options.output}, scene)
     if Path(options.output).suffix.lower() == ".xml":
         from clrt.base.resources import validation_module

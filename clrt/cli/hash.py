@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 
-from clrt.base.resources import scene_file
+from clrt.base.errors import legible
+from clrt.cli.source import scene_path
 
 
 def run(options: argparse.Namespace) -> int:
@@ -18,6 +20,9 @@ def run(options: argparse.Namespace) -> int:
     else:
         from clrt.cli.render import render
 
-        value = render(scene_file(options.scene), options).hash
-    print(f"{value}  {options.scene}")
+        value = render(scene_path(options.scene), options).hash
+    if options.json:
+        print(json.dumps(legible({"hash": value, "scene": options.scene})))
+    else:
+        print(f"{value}  {options.scene}")
     return 0

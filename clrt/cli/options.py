@@ -13,6 +13,7 @@ from typing import Any, Final, NoReturn
 
 from clrt.base.errors import ClrtError, show
 from clrt.base.layers import LAYERS
+from clrt.cli.examples import epilog
 from clrt.cli.terminal import FAULT, say
 from clrt.version import __version__
 
@@ -60,30 +61,63 @@ def parser() -> _Parser:
     commands = made.add_subparsers(dest="command", metavar="COMMAND", required=True)
 
     def command(name: str, text: str) -> argparse.ArgumentParser:
-        return commands.add_parser(name, help=text, description=text, allow_abbrev=False)
+        formatter = argparse.RawDescriptionHelpFormatter
+        more = epilog(name)
+        added = commands.add_parser(
+            name, help=text, description=text, epilog=more, formatter_class=formatter, allow_abbrev=False
+        )
+        added.add_argument("-v", "--verbose", action="count", default=0, help="say what is done (-vv: more)")
+        return added
 
-    render = command("render", "Render a scene to a picture.")
-    _add_scene(render)
-    render.add_argument("-o", "--output", metavar="OUT", required=True, help=".exr .png .tif .jpg .bmp")
-    _add_frame(render)
+    render = command("render", "Render a scene to a picture; or several, each to its own.")
+    render.add_argument("scene", metavar="SCENE", nargs="+", help=_SCENE)
+    text = ".exr .png .tif .jpg .bmp; '-': PNG to standard output; of several scenes 'out/{name}.png'"
+    render.add_argument("-o", "--output", metavar="OUT", required=True, help=text)
+    _add_frame(render, spp=" (the scene's; where it says none, 4 for .png .jpg .bmp)")
     names = ", ".join((*LAYERS, "generation_0 ..."))
     render.add_argument("--layers", type=_names, default=(), metavar="A,B", help=f"all, or some of {names}")
     render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
+    render.add_argument("--trace", metavar="FILE.json", help=_TRACE)
     render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
     render.add_argument("--bits", type=whole, choices=(8, 16), help="bits per sample of .png and .tif (8)")
     render.add_argument("--checkpoint", metavar="FILE", help="keep what is finished; go on from it later")
     render.add_argument("--check", action="store_true", help="name the first number that is not finite")
-    render.add_argument("--quiet", action="store_true", help="neither progress nor a closing line")
+    render.add_argument("-q", "--quiet", action="store_true", help="neither progress nor a closing line")
+
+    explain = command("explain", "Say where a pixel's light comes from: all its rays as a tree.")
+    _add_scene(explain)
+    explain.add_argument("x", metavar="X", type=whole, help="column of the pixel, from 0 at the left")
+    explain.add_argument("y", metavar="Y", type=whole, help="row of the pixel, from 0 at the top")
+    explain.add_argument(
+        "-o", "--output", metavar="OUT", action="append", default=[],
+        help=".html, .json or .glb (rays as tubes among the shapes); may be repeated",
+    )  # fmt: skip
+    explain.add_argument("--json", action="store_true", help="print JSON")
+    explain.add_argument(
+        "--least", type=float, default=0.5, metavar="PERCENT",
+        help="leave out branches that bring less of the pixel (0.5)",
+    )  # fmt: skip
+    explain.add_argument("-q", "--quiet", action="store_true", help="print nothing")
+    _add_frame(explain, crop=False)
+
+    check = command("check", "Say whether scenes are right, and what is in them, without rendering.")
+    check.add_argument("scenes", metavar="SCENE", nargs="+", help=_SCENE)
+    check.add_argument("--json", action="store_true", help="print JSON")
+    check.add_argument("-q", "--quiet", action="store_true", help="only what is wrong")
+    _add_set(check, _SET)
+    check.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
 
     _add_cluster(render)
 
     hashing = command("hash", "Print the hash of a scene's picture, or of the pixels in an .exr file.")
     _add_scene(hashing)
+    hashing.add_argument("--json", action="store_true", help="print JSON")
     _add_frame(hashing)
 
     convert = command("convert", "Read a scene in any known format; write it as .toml, .json, .xml or .pov.")
-    convert.add_argument("input", metavar="IN", help="scene file, or the name of a scene that ships")
-    convert.add_argument("output", metavar="OUT", help=".toml, .json, .xml (for Mitsuba), .pov (POV-Ray)")
+    convert.add_argument("input", metavar="IN", help=_SCENE)
+    text = ".toml, .json, .xml (for Mitsuba), .pov (POV-Ray), or '-': TOML to standard output"
+    convert.add_argument("output", metavar="OUT", help=text)
     _add_set(convert, _SET)
 
     sweep = command("sweep", "Render a scene for every combination of some values, to files or a video.")
@@ -132,9 +166,11 @@ def parser() -> _Parser:
     bench.add_argument("--rounds", type=whole, default=9, metavar="N", help="how often a case is timed (9)")
     bench.add_argument("--against", choices=("embree",), help="time Embree on the same rays, too")
     bench.add_argument("--json", metavar="FILE", help="write all times")
+    bench.add_argument("--trace", metavar="FILE.json", help=_TRACE)
     bench.add_argument("--compare", metavar="OLD.json", help="say what is slower or faster than it")
     bench.add_argument("--chart", metavar="FILE", help="draw the roofline chart: .png, .svg or .pdf")
-    _add_device(bench)
+    text = "number or part of a name: `clrt devices`; of two or more, each is timed, and their times compared"
+    bench.add_argument("--device", type=device, action="append", default=[], metavar="D", help=text)
 
     plot = command("plot-spectrum", "Draw a spectrum with its colours, or the matching functions.")
     plot.add_argument(
@@ -163,13 +199,15 @@ def parser() -> _Parser:
 
 
 def _add_scene(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", metavar="SCENE", help="scene file, or a name from `clrt scenes`")
+    parser.add_argument("scene", metavar="SCENE", help=_SCENE)
 
 
 def _add_device(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--device", type=device, metavar="D", help="number or part of a name: `clrt devices`")
 
 
+_SCENE = "scene file, a name from `clrt scenes`, or '-': standard input"
+_TRACE = "write when each pass, copy and wait was, for Perfetto"
 _FRAMES = ".mp4 .webm .mkv (lossless), or pictures: 'out/{index:03}_{camera.fov}.png'"
 _SWEPT = "values at a place: camera.fov=20:60:5 (5 from 20 to 60), materials.glass.ior=1.3,1.5"
 
@@ -185,15 +223,17 @@ def _add_series(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--manifest", metavar="FILE.csv", help="values, hashes (frames.csv beside them)")
     parser.add_argument("--fps", type=float, default=25.0, metavar="N", help="frames a second (25)")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
-    parser.add_argument("--quiet", action="store_true", help="neither progress nor a closing line")
+    parser.add_argument("-q", "--quiet", action="store_true", help="neither progress nor a closing line")
 
 
-def _add_frame(parser: argparse.ArgumentParser, many: bool = False) -> None:
-    """What the picture is, and where it is computed; by default as the scene says."""
+def _add_frame(parser: argparse.ArgumentParser, many: bool = False, crop: bool = True, spp: str = "") -> None:
+    """What the picture is, and where it is computed; by default as the scene says. `spp`: what else holds."""
     parser.add_argument("--width", type=whole, metavar="N", help="pixels in a row; alone, keeps the aspect")
     parser.add_argument("--height", type=whole, metavar="N", help="rows of pixels; alone, keeps the aspect")
-    parser.add_argument("--crop", type=whole, nargs=4, metavar=("X", "Y", "W", "H"), help="only these pixels")
-    parser.add_argument("--spp", type=whole, metavar="N", help="samples per pixel: 1, 4, 9, 16 ...")
+    if crop:
+        sides = ("X", "Y", "W", "H")
+        parser.add_argument("--crop", type=whole, nargs=4, metavar=sides, help="only these pixels")
+    parser.add_argument("--spp", type=whole, metavar="N", help=f"samples per pixel: 1, 4, 9, 16 ...{spp}")
     parser.add_argument("--max-depth", type=whole, metavar="N", help="generations after the camera's")
     _add_device(parser)
     parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")

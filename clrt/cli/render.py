@@ -6,28 +6,69 @@ import argparse
 import os
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from clrt.base.atomic import check_replaceable, write_json
 from clrt.base.errors import ClrtError
-from clrt.base.resources import scene_file
-from clrt.cli import interrupted
+from clrt.cli import interrupted, terminal
 from clrt.cli.outputs import check_apart, check_spares
+from clrt.cli.source import STREAM, read, scene_path, stem
+from clrt.cli.tracing import tracing
 
 if TYPE_CHECKING:
     from clrt.images.image import Image
     from clrt.scene.scene import Scene
 
+_SMOOTH = 4  # samples a pixel where nobody says a number
+_LOOKED_AT = (".png", ".jpg", ".jpeg", ".bmp")  # what is a picture for eyes, not for measuring
 _DEEPEST = 1000  # generation whose layer's file is looked at beforehand: renders of more are refused, mostly
 
 
+_ONE: Final = ("stats", "trace", "checkpoint")  # files that a render of several scenes has no names for
+
+
 def run(options: argparse.Namespace) -> int:
-    """Render `options.scene` to `options.output`. ClrtError, before rendering, when it cannot be saved."""
+    """Render each of `options.scene` to a file. ClrtError, before rendering, when one cannot be saved."""
+    each = [argparse.Namespace(**{**vars(options), "scene": name}) for name in options.scene]
+    if len(each) > 1:
+        _name_apart(each)
+    for one in each:
+        code = _run(one)
+        if code:
+            return code
+    return 0
+
+
+def _name_apart(each: list[argparse.Namespace]) -> None:
+    """Give each of several scenes an output of its own, and look at all of them."""
+    from clrt.images.naming import frame_name
+
+    pattern = each[0].output
+    for name in _ONE:
+        if getattr(each[0], name):
+            raise ClrtError(f"--{name}: is for one scene; give it {len(each)} renders of their own")
+    files = [scene_path(one.scene) for one in each]
+    for number, (one, file) in enumerate(zip(each, files, strict=True)):
+        one.output = frame_name(pattern, number, {"name": stem(file)})
+        if one.output in [other.output for other in each[:number]]:
+            what = f"several pictures would be {one.output}; put {{name}} or {{index}} into the name"
+            raise ClrtError(f"{pattern}: {what}")
+    inputs = {f"the scene {file}": file for file in files}
+    check_apart({f"-o ({one.output})": one.output for one in each}, inputs)
+    for one, file in zip(each, files, strict=True):
+        _check_outputs(one, file)
+
+
+def _run(options: argparse.Namespace) -> int:
+    """Render `options.scene` to `options.output`."""
+    if options.output == STREAM:
+        return _to_stream(options)
     try:
-        file = scene_file(options.scene)
+        file = scene_path(options.scene)
         _check_outputs(options, file)
         start = time.perf_counter()
-        image = render(file, options, layers=options.layers)
+        with tracing(options.trace) as save_trace:
+            image = render(file, options, layers=options.layers)
         seconds = time.perf_counter() - start
         saved = image.save(options.output, options.exposure, options.bits)
         beside = []
@@ -35,6 +76,7 @@ def run(options: argparse.Namespace) -> int:
             beside = image.save_layers(options.output, options.exposure, options.bits)
         if options.stats:
             write_json(options.stats, image.stats, indent=2)
+        save_trace()
         if options.checkpoint:
             # not before: it is needed if saving fails; what a link leads to, as that was written
             Path(os.path.realpath(options.checkpoint)).unlink(missing_ok=True)
@@ -47,25 +89,42 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _to_stream(options: argparse.Namespace) -> int:
+    """The picture as PNG on standard output, and nothing else there."""
+    from tempfile import TemporaryDirectory
+
+    if options.layers:
+        raise ClrtError("-o -: --layers needs files; give -o the name of an .exr")
+    try:
+        with TemporaryDirectory(prefix="clrt-") as folder:
+            file = os.path.join(folder, "a.png")
+            named = argparse.Namespace(**{**vars(options), "output": file, "quiet": True})
+            code = _run(named)
+            data = Path(named.output).read_bytes() if code == 0 else b""
+    except KeyboardInterrupt:
+        return interrupted(options.checkpoint)
+    terminal.write_bytes(data)
+    return code
+
+
 def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()) -> Image:
     """The image of a scene file, with a progress bar on stderr where that is a terminal."""
     import clrt
     from clrt.cli.clusters import cluster
     from clrt.cli.progress import progress
     from clrt.formats.native import with_values
-    from clrt.formats.shipped import load_scene
 
     limits = clrt.Limits(**dict(options.limit))
-    scene = with_values(load_scene(file, limits=limits), options.set)
+    scene = with_values(read(file, limits), options.set)
     _check_layers(options, file, scene)
     settings = clrt.Settings(threads=options.threads, limits=limits, check=getattr(options, "check", False))
     quiet = getattr(options, "quiet", False)
-    with cluster(options, settings) as (workers, settings), progress(file.stem, quiet) as report:
+    with cluster(options, settings) as (workers, settings), progress(stem(file), quiet) as report:
         return clrt.render(
             scene,
             width=options.width,
             height=options.height,
-            spp=options.spp,
+            spp=_samples(options, scene),
             max_depth=options.max_depth,
             device=options.device,
             layers=layers,
@@ -77,6 +136,14 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
         )
 
 
+def _samples(options: argparse.Namespace, scene: Scene) -> int | None:
+    """Samples a pixel in place of the scene's: first pictures to look at are not jagged."""
+    output = Path(getattr(options, "output", "")).suffix.lower()
+    unsaid = options.spp is None and scene.camera is not None and scene.camera.spp is None
+    allowed = dict(options.limit).get("samples", _SMOOTH) >= _SMOOTH and scene.conformance == "none"
+    return _SMOOTH if unsaid and allowed and output in _LOOKED_AT else options.spp
+
+
 def summary(image: Image, path: Path, seconds: float) -> str:
     """The line after a render: where the picture is, its size, how long and how fast, and on what."""
     rate = image.stats["traced"] / seconds / 1e6
@@ -86,7 +153,7 @@ def summary(image: Image, path: Path, seconds: float) -> str:
 
 def _outputs(options: argparse.Namespace) -> dict[str, str]:
     """The files that are to be written, by option."""
-    given = {name: getattr(options, name, None) for name in ("output", "stats", "checkpoint")}
+    given = {name: getattr(options, name, None) for name in ("output", "stats", "trace", "checkpoint")}
     files = {f"--{name}": path for name, path in given.items() if path}
     return files | {f"--layers {name}": str(file) for name, file in _layer_files(options).items()}
 
@@ -127,8 +194,8 @@ def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
     check_apart(_outputs(options), {"the scene": scene})
     for file in _layer_files(options).values():
         check_replaceable(file)
-    if options.stats:
-        check_replaceable(options.stats)
+    for path in filter(None, (options.stats, options.trace)):
+        check_replaceable(path)
 
 
 def _holds_layers(output: str) -> bool:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 from clrt.base.atomic import check_replaceable, replacing
 from clrt.base.errors import ClrtError
 from clrt.cli import interrupted
+from clrt.cli.source import read, stem
 
 if TYPE_CHECKING:
     from clrt.cli.frames import Frames
@@ -40,12 +41,11 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     from clrt.cli.frames import Frames, Maker, OneTracer, Workers
     from clrt.cli.outputs import check_apart, check_spares
     from clrt.cli.progress import progress
-    from clrt.formats.shipped import load_scene
     from clrt.images.naming import frame_name
     from clrt.images.video import SUFFIXES
 
     limits = clrt.Limits(**dict(options.limit))
-    scene, series = values_of(load_scene(file, limits=limits), options)
+    scene, series = values_of(read(file, limits), options)
     film = Path(options.output).suffix.lower() in SUFFIXES
     names = [options.output] if film else [frame_name(options.output, i, v) for i, v in enumerate(series)]
     if len(set(names)) < (1 if film else len(series)):
@@ -71,7 +71,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
             maker = Workers(workers["executor"], options.device, settings, picture)
         else:
             maker = OneTracer(stack.enter_context(clrt.Tracer(scene, options.device, settings)), picture)
-        frames = Frames(maker, scene, series, stack.enter_context(progress(file.stem, options.quiet)))
+        frames = Frames(maker, scene, series, stack.enter_context(progress(stem(file), options.quiet)))
         if film:
             rows = _to_video(frames, options)
         else:

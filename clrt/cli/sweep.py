@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from clrt.base.resources import scene_file
 from clrt.cli.series import render_series
+from clrt.cli.source import scene_path
 
 if TYPE_CHECKING:
     from clrt.scene.scene import Scene
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def run(options: argparse.Namespace) -> int:
     """Render the series. ClrtError, before anything is rendered, for values that the scene does not take."""
-    return render_series(options, scene_file(options.scene), _values)
+    return render_series(options, scene_path(options.scene), _values)
 
 
 def _values(scene: Scene, options: argparse.Namespace) -> tuple[Scene, list[dict[str, Any]]]:

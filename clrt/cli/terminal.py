@@ -12,9 +12,10 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from typing import TYPE_CHECKING, Any, Final
 
-from clrt.base.errors import one_line, printable
+from clrt.base.errors import ClrtError, one_line, printable
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -138,6 +139,57 @@ def marked(text: str) -> str:
     from rich.markup import escape
 
     return escape(printable(text))
+
+
+def tell_more(verbose: int) -> None:
+    """Put what clrt logs on stderr, a line each: with 1 what it does, with 2 details, with 0 nothing."""
+    if not verbose and "clrt.base.log" not in sys.modules:
+        return  # nobody has logged: spare the import
+    import logging
+
+    from clrt.base.log import log
+
+    log.handlers[:] = [handler for handler in log.handlers if not isinstance(handler, _lines())]
+    log.setLevel(logging.NOTSET)
+    if verbose:
+        log.addHandler(_lines()())
+        log.setLevel(logging.INFO if verbose == 1 else logging.DEBUG)
+
+
+@cache
+def _lines() -> Any:
+    """The class of handlers whose records are lines like all others on stderr."""
+    import logging
+
+    class Lines(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            say(record.getMessage())
+
+    return Lines
+
+
+def write_bytes(data: bytes) -> None:
+    """Put what is no text on standard output. ClrtError where that fails, but for a reader that left."""
+    sys.stdout.flush()
+    out = sys.stdout
+    inner = out.inner if isinstance(out, Stream) else out
+    binary = getattr(inner, "buffer", None)
+    if binary is None or (isinstance(out, Stream) and out.failure):
+        raise ClrtError("-: standard output is closed; give the name of a file")
+    if out.isatty():
+        raise ClrtError("-: a terminal cannot show a picture; lead standard output to a file or a program")
+    try:
+        binary.write(data)
+        binary.flush()
+    except BrokenPipeError as error:
+        if isinstance(out, Stream):
+            out.failure = error
+            out._drop()
+    except (OSError, ValueError) as error:
+        if isinstance(out, Stream):
+            out.failure = OSError(errno.EBADF, str(error))
+            out._drop()
+        raise ClrtError(f"-: standard output cannot be written: {error}") from None
 
 
 def _escaped(text: str) -> str:

@@ -6,8 +6,8 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from clrt.base.errors import ClrtError
-from clrt.base.resources import scene_file
 from clrt.cli.series import render_series
+from clrt.cli.source import scene_path
 
 if TYPE_CHECKING:
     from clrt.scene.scene import Scene
@@ -19,7 +19,7 @@ def run(options: argparse.Namespace) -> int:
     """Render the circle. ClrtError for a scene without a camera."""
     if not 1 <= options.frames <= _MOST:
         raise ClrtError(f"--frames: {options.frames} is not allowed; it must be from 1 to {_MOST}")
-    return render_series(options, scene_file(options.scene), _values)
+    return render_series(options, scene_path(options.scene), _values)
 
 
 def _values(scene: Scene, options: argparse.Namespace) -> tuple[Scene, list[dict[str, Any]]]:

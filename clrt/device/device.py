@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,6 +17,7 @@ from clrt.device.driver import TRACKS, Driver
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, pocl_version
 from clrt.device.settings import Settings
+from clrt.device.timeline import now
 from clrt.device.tracks import Answer, kept
 from clrt.layout import ceilings, parameters
 
@@ -95,12 +97,16 @@ class Device:
             kernel.set_args(*arguments)
             return cl.enqueue_nd_range_kernel(self.queue, kernel, (total,), (local,))
 
+        recorder = self.driver.recorder
+        before = now() if recorder else 0
         sizes = (name, local, total < _SMALL_GRID)
         if sizes in self.kernels.launched:
             event = self.driver.guard(enqueue, f"kernel {name}")
         else:
             event = self._first_launch(enqueue, sizes)
         self.track.launched(name, event)
+        if recorder:
+            recorder.enqueued("pass", name, self._number, event, before, items)
 
     def launch_packets(self, name: str, rays: int, *arguments: Any) -> None:
         """Run a kernel whose work-items take a packet of `rays` each.
@@ -167,16 +173,26 @@ class Device:
     def write(self, target: Any, array: np.ndarray, wait: bool = True) -> None:
         """Copy an array to the start of a buffer; `wait` as for `upload`."""
         if array.nbytes and wait:
-            self.driver.wait(lambda: cl.enqueue_copy(self.queue, target, array, is_blocking=True), "upload")
+            copy = partial(cl.enqueue_copy, self.queue, target, array, is_blocking=True)
+            self.driver.wait(lambda: self._command("upload", copy), "upload")
         elif array.nbytes:
-            self.driver.guard(lambda: self.track.send(target, array), "upload")
+            self._command("upload", lambda: self.track.send(target, array))
+
+    def _command(self, name: str, action: Callable[[], cl.Event]) -> cl.Event:
+        """The event of a copy that is given to the driver; who records is told of it."""
+        recorder = self.driver.recorder
+        before = now() if recorder else 0
+        event: cl.Event = self.driver.guard(action, name)
+        if recorder:
+            recorder.enqueued("copy", name, self._number, event, before)
+        return event
 
     def ask(self, source: Any, array: np.ndarray) -> Answer:
         """Fill `array` from the start of a buffer, once all passes before it are done; does not wait."""
         if not array.nbytes:
             return Answer(array, None, self.driver.wait)
-        copied = self.driver.guard(
-            lambda: cl.enqueue_copy(self.queue, array, source, is_blocking=False), "read"
+        copied = self._command(
+            "read", lambda: cl.enqueue_copy(self.queue, array, source, is_blocking=False)
         )
         return Answer(array, kept(copied), self.driver.wait)
 
@@ -188,7 +204,7 @@ class Device:
         """Fill the start of a buffer with one 32-bit integer."""
         if nbytes:
             pattern = np.array([word], np.int32)
-            self.driver.guard(lambda: cl.enqueue_fill_buffer(self.queue, target, pattern, 0, nbytes), "fill")
+            self._command("fill", lambda: cl.enqueue_fill_buffer(self.queue, target, pattern, 0, nbytes))
 
     def flush(self) -> None:
         """See to it that everything launched begins."""

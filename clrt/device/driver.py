@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import sys
 import threading
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, cached_property
@@ -21,12 +22,14 @@ import numpy as np
 
 from clrt import layout
 from clrt.base.errors import DeviceError
+from clrt.base.log import log
 from clrt.base.resources import kernel_folder
 from clrt.device import binaries, kernelcache
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, choose, command, pocl_version
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
+from clrt.device.timeline import current, now
 from clrt.device.tracks import Track, seconds_by_name
 from clrt.device.trial import plain
 from clrt.layout import parameters
@@ -91,8 +94,11 @@ class Driver:
         # PoCL 3.0's compiler hangs or aborts on float16; Oclgrind takes its upper half for uninitialised
         eight = "Oclgrind" in self.info.platform or (0,) < pocl_version(self.info) < (3, 1)
         self.packet = 8 if eight else self.settings.lanes
+        log.info("device: %s, %d bits wide packets", self.info.label, 32 * self.packet)
         self._kernels: dict[layout.RayFormat, Kernels] = {}
         self._spans: list[tuple[int, int, str]] = []
+        timeline = current()
+        self.recorder = timeline.opened(self.info.label) if timeline else None  # None: nobody records
 
     def kernels(self, ray_format: layout.RayFormat) -> Kernels:
         """The kernels for rays that carry this."""
@@ -104,6 +110,12 @@ class Driver:
 
     def build(self, source: str) -> cl.Program:
         """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
+        begin = time.perf_counter()
+        built = self._build(source)
+        log.info("program of %d characters ready in %.2f s", len(source), time.perf_counter() - begin)
+        return built
+
+    def _build(self, source: str) -> cl.Program:
         check_process()
         digest = hashlib.sha256(f"{self.info.label} {self.info.driver} {source}".encode()).hexdigest()[:16]
         # a folder of PoCL's is for one process at a time; other programs are files of their own
@@ -133,6 +145,8 @@ class Driver:
         """Wait for everything launched on a track, and note the time of each pass."""
         self.wait(track.queue.finish, "finish")
         self._spans += track.take_spans()
+        if self.recorder:
+            self.recorder.settle()
 
     def take_seconds(self) -> dict[str, float]:
         """Seconds by kernel since the last call, on all tracks."""
@@ -148,10 +162,13 @@ class Driver:
         driver. What is waited for goes on, and keeps its buffers and arrays until it is done.
         """
         check_process()
+        begin = now() if self.recorder else 0
         if threading.current_thread() is threading.main_thread():
             self.guard(_waiting.submit(action).result, what)
         else:
             self.guard(action, what)
+        if self.recorder:
+            self.recorder.waited(what, begin)
 
     def guard(self, action: Callable[[], Any], what: str) -> Any:
         """What a call of the driver gives; DeviceError where it is refused."""

@@ -22,6 +22,7 @@ KERNEL_FILES: Final = (
     "compact.cl",
     "film.cl",
     "tree.cl",
+    "query.cl",
     "crossings.cl",
 )
 _ONCE: Final = "#pragma once"

@@ -67,9 +67,18 @@ class Track:
     def launched(self, name: str, event: cl.Event) -> None:
         self._events.append((name, event))
 
-    def send(self, target: Any, array: np.ndarray) -> None:
+    @property
+    def last(self) -> cl.Event | None:
+        """The launch that is done last, of those whose times nobody has taken yet."""
+        return self._events[-1][1] if self._events else None
+
+    def forget(self) -> None:
+        """Nobody will ask for the times of the launches until now."""
+        self._events.clear()
+
+    def send(self, target: Any, array: np.ndarray) -> cl.Event:
         """Copy an array, which must not change until it is there, to a buffer; does not wait."""
-        kept(cl.enqueue_copy(self.queue, target, array, is_blocking=False))
+        return kept(cl.enqueue_copy(self.queue, target, array, is_blocking=False))
 
     def take_spans(self) -> list[tuple[int, int, str]]:
         """Begin and end (ns) and name of each kernel launched since the last call; all must be done."""

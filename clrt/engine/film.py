@@ -14,15 +14,8 @@ from clrt.device.tracks import Answer
 from clrt.engine import passes
 from clrt.engine.queues import Queue, QueueHits, Shaded
 from clrt.engine.world import World
-from clrt.spectra.colorimetry import thesis_finish
 
 Kind = TypeVar("Kind", Paths, Term)
-
-def finished(values: np.ndarray) -> np.ndarray:
-    """Linear colours (..., 3) float32 of what a response gives, which is RGB or the thesis program's own."""
-    if values.shape[-1] == 3:
-        return values
-    return np.minimum(thesis_finish(values), layout.BRIGHTEST).astype(np.float32)
 
 
 class Film:

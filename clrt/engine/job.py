@@ -17,7 +17,7 @@ from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.engine import passes
-from clrt.engine.film import Film, finished
+from clrt.engine.film import Film
 from clrt.engine.immersion import immerse
 from clrt.engine.schedule import Work, interleaved
 from clrt.engine.stage import Observer, tell
@@ -26,6 +26,7 @@ from clrt.engine.wavefront import RayCounts, trace
 from clrt.engine.world import World
 from clrt.flatten.camera import near_corners
 from clrt.flatten.flatten import FlatScene
+from clrt.spectra.colorimetry import finished
 
 TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
 
@@ -85,7 +86,9 @@ class Job:
             immerse(device, world, queue, piece[0])
         else:
             camera, corners = self._camera
-            queue, reported = passes.generate(device, device.upload(camera, wait=False), piece, self.samples)
+            record = device.upload(camera, wait=False)
+            seed = int(camera["seed"][0])
+            queue, reported = passes.generate(device, record, piece, self.samples, seed)
             immerse(device, world, queue, corners if len(corners) == 1 else None, corners)
         tell(observers, "adopt" if reported is None else "generate", 0, queue, queue)
         hits = passes.closest(device, world, queue)
@@ -145,11 +148,11 @@ class Job:
             if len(response) == 3:  # but colours beyond what red, green and blue show are; rounded sums
                 most = 1.001 * brightest * float(np.abs(response).sum(axis=1).max())
                 return -most, most
-            return -_FINITE, brightest  # `film.finished` bounds it above
+            return -_FINITE, brightest  # `colorimetry.finished` bounds it above
 
         special = {
             "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
-            "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes - 1.0),
+            "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
         }  # fmt: skip
         light = seen(flat.response)
         return {"image": light, **{name: special.get(name, light) for name in self.layers}}

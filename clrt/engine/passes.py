@@ -5,6 +5,7 @@ Nothing here decides what the picture is; the kernels do.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from clrt.engine.queues import (
     REFLECTION,
     TRANSMISSION,
     Feelers,
+    Pixels,
     Queue,
     QueueHits,
     Shaded,
@@ -37,13 +39,19 @@ _SPAWNING = {
 _SCATTERED = (REFLECTION, AMBIENT)  # queues whose feelers start here and there: they gain by being arranged
 
 
-def generate(device: Device, camera: Any, pixels: np.ndarray, samples: int) -> tuple[Queue, Any]:
-    """Camera rays of a tile: `samples` a pixel number. Also a buffer with the work-group size it ran with."""
+def generate(
+    device: Device, camera: Any, pixels: np.ndarray, samples: int, seed: int = 0
+) -> tuple[Queue, Any]:
+    """Camera rays of a tile: `samples` a pixel number. Also a buffer with the work-group size it ran with.
+
+    `seed`: of the camera, for those who ask for light.
+    """
     queue = new_queue(device, CAMERA, len(pixels) * samples)
     local_size = device.buffer(4, "uint")
     numbers = device.upload(pixels, wait=False)
     device.launch_packets("generate", queue.n, camera, numbers, *queue.arguments, local_size)
-    return queue, local_size
+    found = Pixels(numbers, np.uint32(seed), np.uint32(samples))
+    return replace(queue, pixels=found), local_size
 
 
 def adopt(
@@ -54,9 +62,9 @@ def adopt(
     Directions are normalised. Numbers stand for the pixels of camera rays: what looks random depends on them.
     """
     queue = new_queue(device, CAMERA, len(origins))
-    given = (device.upload(array, wait=False) for array in (origins, directions, t_max, numbers))
+    given = [device.upload(array, wait=False) for array in (origins, directions, t_max, numbers)]
     device.launch("adopt", queue.n, *given, *queue.arguments)
-    return queue
+    return replace(queue, pixels=Pixels(given[-1], np.uint32(0), np.uint32(1)))
 
 
 def arranged(device: Device, rays: Any, n: int) -> Any:
@@ -102,8 +110,8 @@ def shade(
     local = device.buffer(block_bytes(queue.n, kernels.ray_format.values, device.settings.lanes), "float")
     spawn = device.buffer(4 * queue.n, "uint")
     how = (np.uint32(queue.kind == AMBIENT), np.uint32(last), np.uint32(terms))
-    arguments = (*world.arguments, *queue.arguments, *hits.arguments, local, spawn, *how)
-    kernels.launch_packets("shade", queue.n, *arguments)
+    groups = (*queue.arguments, *hits.arguments, local, spawn, *queue.pixels.arguments)
+    kernels.launch_packets("shade", queue.n, *world.arguments, *groups, *how)
     streams = len(layout.streams(device.ray_format.group))
     offsets = device.buffer(4 * chunks(queue.n) * streams, "uint")
     totals = device.buffer(8 * streams, "ulong")
@@ -123,7 +131,7 @@ def _first_places(device: Device, world: World, queue: Queue, shaded: Shaded, st
 
 
 def feelers(device: Device, world: World, queue: Queue, hits: QueueHits, shaded: Shaded) -> Feelers:
-    """Emit one shadow feeler for each light above each hit, and find which arrive."""
+    """Emit a shadow feeler for each point of a light above each hit, and find which arrive."""
     n, lanes = shaded.totals["FEELERS"], device.settings.lanes
     kernels = device.for_queue(queue.narrow)
     found = Feelers(
@@ -132,18 +140,20 @@ def feelers(device: Device, world: World, queue: Queue, hits: QueueHits, shaded:
         device.buffer(4 * n, "uint"),
         device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes), "float"),
         device.buffer(4 * n, "uint"),
+        device.buffer(4 * n, "int") if world.surfaces else None,
         device.buffer(block_bytes(n if world.tinted else 0, kernels.ray_format.values, lanes), "float"),
         world.tinted,
     )
     if n:
-        groups = (*queue.arguments, *hits.arguments, *shaded.arguments, *found.arguments)
+        lit_by = (*shaded.arguments, *queue.pixels.arguments, *found.arguments)
+        groups = (*queue.arguments, *hits.arguments, *lit_by)
         kernels.launch_packets("feelers", queue.n, *world.arguments, *groups)
         arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
         if world.tinted:
-            kernels.launch_packets("occluded_tinted", n, *arguments, found.filter)
+            kernels.launch_packets("occluded_tinted", n, *arguments, found.filter, found.own)
         else:
             sequence = arranged(device, found.rays, n) if queue.kind in _SCATTERED else None
-            device.launch_packets("occluded", n, *arguments, sequence)
+            device.launch_packets("occluded", n, *arguments, sequence, found.own)
     return found
 
 
@@ -158,16 +168,10 @@ def illuminate(
 ) -> None:
     """Add what comes from the lights that the feelers have reached to the local light. To be done once."""
     if feelers.n:
-        groups = (*queue.arguments, *hits.arguments, *shaded.arguments, *feelers.arguments)
+        lit_by = (*shaded.arguments, *queue.pixels.arguments, *feelers.arguments)
+        groups = (*queue.arguments, *hits.arguments, *lit_by)
         kernels = device.for_queue(queue.narrow)
         kernels.launch_packets("illuminate", queue.n, *world.arguments, *groups, np.uint32(terms))
-
-
-def any_hit(device: Device, world: World, queue: Queue) -> Any:
-    """A buffer of uint: 1 where the way of the ray is free up to its t_max."""
-    seen = device.buffer(4 * queue.n, "uint")
-    device.launch_packets("occluded", queue.n, *world.arguments, queue.rays, np.uint32(queue.n), seen, None)
-    return seen
 
 
 def next_hit(device: Device, world: World, queue: Queue, hits: QueueHits) -> None:
@@ -237,7 +241,8 @@ def spawn(
         groups = (*queue.arguments, *hits.arguments, *shaded.arguments, slots, *child.written)
         kernels = device.for_queue(queue.narrow)
         launch = kernels.launch if kind == AMBIENT else kernels.launch_packets
-        launch(kernel, queue.n, *world.arguments, *groups, np.uint32(generation))
+        drawn = queue.pixels.arguments if kernel == "reflect" else ()
+        launch(kernel, queue.n, *world.arguments, *groups, np.uint32(generation), *drawn)
     return child
 
 

@@ -32,6 +32,19 @@ class _Parameters:
 
 
 @dataclass(frozen=True)
+class Pixels(_Parameters):
+    """Which pixels the rays of generation 0 belong to, `samples` next to each other; of others not known."""
+
+    numbers: Any  # uint: of the pixels in the picture
+    seed: np.uint32
+    samples: np.uint32
+    _fields = attrgetter(*layout.PIXELS)
+
+
+_UNKNOWN: Final = Pixels(None, np.uint32(0), np.uint32(0))
+
+
+@dataclass(frozen=True)
 class Queue(_Parameters):
     """Rays of one kind and generation, in the order of their pixels."""
 
@@ -43,6 +56,7 @@ class Queue(_Parameters):
     weight: Any  # blocks of layout.RayFormat.values
     media: Any  # blocks of layout.MEDIA numbers of materials, where rays carry them
     device: Device  # whose kernels know what these rays carry
+    pixels: Pixels = _UNKNOWN
 
     _fields = attrgetter(*layout.CHILD)
 
@@ -151,6 +165,7 @@ class Feelers(_Parameters):
     owner: Any  # uint: the ray that each belongs to
     rays: Any  # blocks of layout.RAY_FIELDS
     seen: Any  # uint: 1 where nothing blocks the light
+    own: Any  # int: where lights are seen, the primitive of the one that each goes to, -1 of others
     filter: Any  # where shadows are tinted, blocks of layout.RayFormat.values: what comes through a band
     tinted: bool
     _fields = attrgetter(*layout.FEELERS)
@@ -200,10 +215,12 @@ def picture_tile(rays: int, tile: int) -> int:
     return -(-rays // 2) if tile // 2 < rays <= 4 * tile else tile
 
 
-def feeler_bytes(n: int, ray_format: layout.RayFormat, lanes: int, tinted: bool) -> int:
+def feeler_bytes(
+    n: int, ray_format: layout.RayFormat, lanes: int, tinted: bool, surfaces: bool = False
+) -> int:
     """Bytes of the Feelers."""
     fields = len(layout.RAY_FIELDS) + (ray_format.values if tinted else 0)
-    return block_bytes(n, fields, lanes) + 4 * n * 2  # owner, seen
+    return block_bytes(n, fields, lanes) + 4 * n * (2 + surfaces)  # owner, seen, own
 
 
 def new_queue(device: Device, kind: str, n: int) -> Queue:

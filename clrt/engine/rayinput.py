@@ -1,9 +1,8 @@
-"""The rays that a caller asks about, checked, as float32, in pieces; and the answers."""
+"""The rays along which a caller asks for light, checked, as float32, in pieces."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -12,26 +11,7 @@ from clrt.base.arguments import array, rays
 from clrt.base.errors import ClrtError
 from clrt.base.limits import Limits
 
-HIT_BYTES: Final = 2 * 44  # of a ray in `Hits`, and of what they are made from
-SEEN_BYTES: Final = 2 * 5
-LIGHT_BYTES: Final = 2 * 12
-
-
-@dataclass(frozen=True)
-class Hits:
-    """Answers to n rays. A miss has primitive = shape = -1 and t = inf.
-
-    t: (n,) float32, distance. primitive, shape: (n,) int32. normal: (n, 3) float32, the outward geometric
-    unit normal (0 on a miss). u, v: (n,) float32, barycentric weights of a triangle's second and third
-    corner, 0 on other primitives.
-    """
-
-    t: np.ndarray
-    primitive: np.ndarray
-    shape: np.ndarray
-    normal: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
+LIGHT_BYTES: Final = 2 * 12  # of a ray: what arrives along it, and what that is made from
 
 
 def ray_chunks(

@@ -16,8 +16,6 @@ from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, show
 from clrt.device.settings import Settings
-from clrt.engine import passes
-from clrt.engine.queues import Queue
 from clrt.engine.tracer import Tracer
 from clrt.formats import load_dict
 
@@ -25,6 +23,9 @@ from clrt.formats import load_dict
 # rounded to float32, and so is the decision which side of an edge a ray passes.
 _SAME_PLACE: Final = 1e-6
 _STEEP: Final = 1e-3  # |cosine| from which on a face's plane gives a better distance than float32 does
+_STEP: Final = 1 << 17  # rays at a time: what is made for them stays in the caches
+# along which inside is told from outside: a line both ways, and one more where a surface is not closed
+_WAYS: Final = ((0.4395064455, 0.617598629942, 0.652231566745), (-0.2182178902, 0.8728715609, -0.4364357805))
 
 
 class RayMeshIntersector:
@@ -67,7 +68,8 @@ class RayMeshIntersector:
         """Faces and rays of all hits, (m,) int64 each, ray by ray and along each ray.
 
         multiple_hits = False: each ray's first only; max_hits: at most so many of a ray (0: none). A ray
-        through a common edge hits both its faces. return_locations: also the points, (m, 3) float64; faces
+        through a common edge or corner hits as many of its faces as keep inside and outside apart: one, or
+        none or two where it only touches the mesh. return_locations: also the points, (m, 3) float64; faces
         that a ray crosses in one place and in one sense, inwards or outwards, then count once: on a closed
         mesh a ray's hits alternate.
         """
@@ -99,10 +101,20 @@ class RayMeshIntersector:
 
     @public
     def contains_points(self, points: Any) -> np.ndarray:
-        """(n,) bool: which points are inside a closed mesh; those on its surface may be either."""
-        from trimesh.ray.ray_util import contains_points
+        """(n,) bool: which points are inside a closed mesh; those on its surface may be either.
 
-        return np.asarray(contains_points(self, arguments.vectors("points", points, np.float64)))
+        By the parity of what a ray crosses, which is right for every ray. Where a mesh has holes, and so a
+        ray each way says another thing, a third decides.
+        """
+        given = arguments.vectors("points", points, np.float64)
+        low, high = np.asarray(self.mesh.bounds if len(self.mesh.faces) else np.full((2, 3), np.nan))
+        found = ((given >= low) & (given <= high)).all(axis=1)
+        (left,) = np.nonzero(found)
+        odd = [self._faces.odd(given[left], way) for way in (np.array(_WAYS[0]), -np.array(_WAYS[0]))]
+        found[left] = odd[0]
+        doubtful = left[odd[0] != odd[1]]
+        found[doubtful] = self._faces.odd(given[doubtful], np.array(_WAYS[1]))
+        return found
 
     @property
     def _faces(self) -> _Faces:
@@ -130,16 +142,21 @@ class _Faces:
 
     def first(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         out = np.full(len(origins), -1, np.int64)
-        for part, queue, _ in self._queues(origins, directions):
-            hits = passes.closest(self.tracer.device, self.tracer.world, queue, crossing=False)
-            out[part] = queue.words(hits.primitive, np.int32)
+        for part, rays, _ in self._moved(origins, directions):
+            out[part] = self.tracer.intersect(*rays, fields=["primitive"]).primitive
         return out
 
     def any(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         out = np.zeros(len(origins), bool)
-        for part, queue, _ in self._queues(origins, directions):
-            seen = passes.any_hit(self.tracer.device, self.tracer.world, queue)
-            out[part] = queue.words(seen) == 0
+        for part, rays, _ in self._moved(origins, directions):
+            out[part] = self.tracer.occluded(*rays)
+        return out
+
+    def odd(self, points: np.ndarray, direction: np.ndarray) -> np.ndarray:
+        """(n,) bool: whether the mesh is crossed an odd number of times on the way from each point."""
+        out = np.zeros(len(points), bool)
+        for part, rays, _ in self._moved(points, np.broadcast_to(direction, points.shape)):
+            out[part] = self.tracer.count_hits(*rays) % 2 == 1
         return out
 
     def every(
@@ -147,45 +164,34 @@ class _Faces:
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Rays, faces (m,) int64 and distances (m,) float64 of all hits, or the first `most` of each ray."""
         found = [(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))]
-        device, world = self.tracer.device, self.tracer.world
-        for part, queue, ahead in self._queues(origins, directions):
-            hits = passes.closest(device, world, queue, crossing=False)
-            turn = 0
-            while most is None or turn < most:
-                face = queue.words(hits.primitive, np.int32)
-                (ray,) = np.nonzero(face >= 0)
-                if not len(ray):
-                    break
-                t = queue.words(hits.t, np.float32)[ray] + ahead[ray]
-                found.append((ray + part.start, face[ray].astype(np.int64), t))
-                passes.next_hit(device, world, queue, hits)
-                turn += 1
-        rays, faces, t = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
-        order = np.argsort(rays, kind="stable")
-        return rays[order], faces[order], t[order]
+        for part, rays, ahead in self._moved(origins, directions):
+            if most == 1:  # as `first`
+                nearest = self.tracer.intersect(*rays, fields=["t", "primitive"])
+                (ray,) = np.nonzero(nearest.primitive >= 0)
+                face, t = nearest.primitive[ray], nearest.t[ray]
+            else:
+                hits = self.tracer.all_hits(*rays, fields=["t", "primitive"])
+                ray, face, t = hits.rays, hits.primitive, hits.t
+                if most is not None:
+                    kept = np.arange(len(hits)) - hits.splits[ray] < most
+                    ray, face, t = ray[kept], face[kept], t[kept]
+            found.append((ray + part.start, face.astype(np.int64), t + ahead[ray]))
+        rays_hit, faces, distances = (np.concatenate(arrays) for arrays in zip(*found, strict=True))
+        return rays_hit, faces, distances
 
-    def _queues(
+    def _moved(
         self, origins: np.ndarray, directions: np.ndarray
-    ) -> Iterator[tuple[slice, Queue, np.ndarray]]:
-        """The rays in tiles: which, their queue, and how far each has been moved on to the mesh (float64)."""
-        step = self.tracer.tile
-        for start in range(0, len(origins), step):
-            part = slice(start, min(start + step, len(origins)))
+    ) -> Iterator[tuple[slice, tuple[np.ndarray, np.ndarray], np.ndarray]]:
+        """The rays piece by piece: which, as float32, and how far each was moved on to the mesh (float64)."""
+        for start in range(0, len(origins), _STEP):
+            part = slice(start, min(start + _STEP, len(origins)))
             local, d = origins[part] - self.center, directions[part]
             # rounding a far origin to float32 would bend the ray's way through the mesh
             ahead = -np.einsum("ij,ij->i", local, d) - 1.01 * self.radius
             ahead = np.where((ahead > 0) & (ahead < np.inf), ahead, 0.0)
             with np.errstate(over="ignore", invalid="ignore"):  # what is not finite misses
                 near = (local + d * ahead[:, None]).astype(np.float32)
-            n = len(near)
-            arrays = (
-                near,
-                d.astype(np.float32),
-                np.full(n, np.inf, np.float32),
-                np.arange(n, dtype=np.uint32),
-            )
-            yield part, passes.adopt(self.tracer.device, *arrays), ahead
-            self.tracer.device.finish()
+            yield part, (near, d.astype(np.float32)), ahead
 
 
 def _rays(origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -75,7 +75,7 @@ def check_limits(flat: FlatScene, limits: Limits, pixels: int, samples: int, dep
     limits.check("samples", samples)
     ceilings.check_picture(pixels, samples)
     parts = -(-flat.bands // flat.group) if flat.group and depth else 1  # rays that dispersion makes of one
-    limits.check_work(pixels * samples * parts, int(flat.scene[0]["lights"]), _branching(flat, depth))
+    limits.check_work(pixels * samples * parts, flat.feelers, _branching(flat, depth))
 
 
 def _branching(flat: FlatScene, depth: int) -> Branching:

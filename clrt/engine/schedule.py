@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from clrt.base.errors import LimitError, MemoryLimitError
+from clrt.base.log import log
 from clrt.device.device import TRACKS, Device
 from clrt.device.tracks import Answer
 
@@ -75,7 +76,9 @@ def interleaved(
             yield now.piece, end.value
         except TooLarge:
             free.append(now.device)
-            pieces += split(now.piece)
+            parts = split(now.piece)
+            log.debug("a piece needs too much memory: done in %d parts", len(parts))
+            pieces += parts
         except MemoryLimitError as error:
             free.append(now.device)
             together = 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import wraps
 from typing import Any, NoReturn, TypeVar
@@ -17,13 +17,16 @@ from clrt.base.errors import ClrtError
 from clrt.device.device import Device
 from clrt.device.platforms import check_process
 from clrt.device.settings import Settings
-from clrt.engine import passes
+from clrt.engine import passes, queries
+from clrt.engine.answers import Crossings, Hits, check_fields
+from clrt.engine.batch import Batch
 from clrt.engine.checkpoint import Checkpoint
+from clrt.engine.explain import explain
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture
 from clrt.engine.provenance import metadata, stats, wavelengths
-from clrt.engine.queues import Queue, picture_tile, tile_rays
-from clrt.engine.rayinput import HIT_BYTES, LIGHT_BYTES, SEEN_BYTES, Hits, ray_chunks
+from clrt.engine.queues import picture_tile, tile_rays
+from clrt.engine.rayinput import LIGHT_BYTES, ray_chunks
 from clrt.engine.request import Request, camera_of, check_limits, depth_of
 from clrt.engine.tiles import tiles
 from clrt.engine.wavefront import RayCounts
@@ -32,6 +35,7 @@ from clrt.flatten.flatten import check_ceilings, flatten, flatten_camera
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.layout import ceilings
+from clrt.raytree.tree import RayTree
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Document, Scene
 
@@ -258,59 +262,90 @@ class Tracer:
 
     @public
     @_one_at_a_time
-    def intersect(
-        self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
-    ) -> Hits:
-        """Nearest hits of n rays: origins, directions (n, 3); t_max a number or (n,).
+    def explain(
+        self,
+        x: int,
+        y: int,
+        width: int | None = None,
+        height: int | None = None,
+        spp: int | None = None,
+        max_depth: int | None = None,
+        camera: Camera | Mapping[str, Any] | None = None,
+    ) -> RayTree:
+        """All rays of one pixel, x to the right and y down from 0, and what each brings to it: a `RayTree`.
 
-        Only hits with 0 < t < t_max count. Directions need not have unit length; t is a distance. A zero or
-        non-finite direction misses. ClrtError for other shapes, and for anything but real numbers.
+        The other arguments are as for `render`. Raises what it does, ClrtError for a pixel outside of the
+        picture, and LimitError for a pixel of more than 50 000 rays, or a scene of more than 1000 lights.
         """
-        parts = []
-        for queue in self._adopted(origins, directions, t_max, HIT_BYTES):
-            hits = passes.closest(self.device, self.world, queue, crossing=False)
-            parts.append(passes.geometry(self.device, self.world, queue, hits, 1))
-            self.device.finish()
-        found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        u, v = found["uv"].T
-        return Hits(found["depth"], found["primitive"], found["shape"], found["normal"], u, v)
+        asked = Request(width, height, spp, max_depth, (), None, camera)
+        task, full, _ = asked.job(self.scene, self.flat, self.settings)
+        place = arguments.whole("x", x, 0, full[0] - 1), arguments.whole("y", y, 0, full[1] - 1)
+        return explain(self.device, self.world, self.scene, task, place, full)
 
     @public
     @_one_at_a_time
-    def occluded(
-        self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray = np.inf
-    ) -> np.ndarray:
-        """(n,) bool: does anything stand within 0 < t < t_max. Rays and errors as for `intersect`."""
-        parts = []
-        for queue in self._adopted(origins, directions, t_max, SEEN_BYTES):
-            seen = passes.any_hit(self.device, self.world, queue)
-            parts.append(queue.words(seen) == 0)
-        return np.concatenate(parts)
+    def intersect(
+        self, origins: Any, directions: Any, t_max: Any = np.inf, t_min: Any = 0.0,
+        fields: Sequence[str] | None = None,
+    ) -> Hits:
+        """Nearest hits of rays: origins, directions (..., 3); t_min, t_max (...); all broadcast as in numpy.
+
+        So one origin does for many directions. Only hits with t_min < t < t_max and t > 0 count. Directions
+        need not have unit length; t is a distance. A zero or non-finite direction misses, and so does a NaN
+        anywhere. fields: names of those of `Hits` that are wanted, None for all; what is not asked for is
+        not computed. float32 arrays that are C-contiguous are read where they lie, so nobody may change them
+        meanwhile; others are copied piece by piece. ClrtError for other shapes, and for anything but real
+        numbers; LimitError where the answers need more than `Limits.host_bytes`.
+        """
+        names = check_fields(fields)
+        return queries.intersect(self.device, self.world, Batch(origins, directions, t_min, t_max), names)
+
+    @public
+    @_one_at_a_time
+    def occluded(self, origins: Any, directions: Any, t_max: Any = np.inf, t_min: Any = 0.0) -> np.ndarray:
+        """(...) bool: does anything stand within t_min < t < t_max. Rays and errors as for `intersect`."""
+        return queries.occluded(self.device, self.world, Batch(origins, directions, t_min, t_max))
+
+    @public
+    @_one_at_a_time
+    def count_hits(self, origins: Any, directions: Any, t_max: Any = np.inf, t_min: Any = 0.0) -> np.ndarray:
+        """(...) int32: how many surfaces each ray crosses. Rays and errors as for `intersect`.
+
+        A closed surface of triangles or polygons is crossed an odd number of times from within, an even one
+        from outside, also through edges and corners and along faces; what is only touched counts 0 or 2.
+        """
+        return queries.count_hits(self.device, self.world, Batch(origins, directions, t_min, t_max))
+
+    @public
+    @_one_at_a_time
+    def all_hits(
+        self, origins: Any, directions: Any, t_max: Any = np.inf, t_min: Any = 0.0,
+        fields: Sequence[str] | None = None,
+    ) -> Crossings:
+        """All that rays cross, counted as by `count_hits`, in the order of (t, primitive) along each ray.
+
+        Rays, fields and errors as for `intersect`.
+        """
+        names = check_fields(fields)
+        return queries.all_hits(self.device, self.world, Batch(origins, directions, t_min, t_max), names)
 
     @public
     @_one_at_a_time
     def radiance(
-        self, origins: np.ndarray, directions: np.ndarray, max_depth: int | None = None
+        self, origins: Any, directions: Any, max_depth: int | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Radiance along n rays, (n, 3) float32 linear Rec.709, and ray counts as in Image.stats.
+        """Radiance along rays, (..., 3) float32 linear Rec.709, and ray counts as in Image.stats.
 
-        origins, directions: (n, 3), as for `intersect`; max_depth (>= 0): in place of the scene's. Each ray
+        origins, directions: (..., 3), as for `intersect`; max_depth (>= 0): in place of the scene's. Each ray
         starts in the media that its origin lies in. Raises LimitError, and ClrtError as `intersect`.
         """
         depth = depth_of(self.scene, max_depth, self.settings.limits)
         task = Job(self.flat, depth, settings=self.settings)
         counts = RayCounts()
-        limits = self.settings.limits
-        pieces = list(ray_chunks(origins, directions, np.inf, self.tile, limits, LIGHT_BYTES))[::-1]
-        found = np.empty((sum(len(chunk[0]) for chunk in pieces), 3), np.float32)
+        batch = Batch(origins, directions, 0.0, np.inf)
+        pieces = [*ray_chunks(*batch.flat(), np.inf, self.tile, self.settings.limits, LIGHT_BYTES)][::-1]
+        found = np.empty((batch.n, 3), np.float32)
         for (_, _, _, numbers), tile in task.tiles(self.device, self.world, pieces):
             found[numbers] = tile.layers["image"]
             counts.merge(tile.rays)
-        return found, dict(counts.table())
-
-    def _adopted(
-        self, origins: np.ndarray, directions: np.ndarray, t_max: float | np.ndarray, answer: int
-    ) -> Iterator[Queue]:
-        limits = self.settings.limits
-        for chunk in ray_chunks(origins, directions, t_max, self.tile, limits, answer):
-            yield passes.adopt(self.device, *chunk)
+        return found.reshape(*batch.shape, 3), dict(counts.table())

@@ -141,8 +141,8 @@ def _check_size(
         if shaded.totals.get("GROUPS"):
             narrow += shaded.totals["GROUPS"]
             need += queue_bytes(shaded.totals["GROUPS"], device.for_queue(True).ray_format, lanes)
-        feelers = shaded.totals["FEELERS"]
-        most_feelers = max(most_feelers, feeler_bytes(feelers, ray_format, lanes, world.tinted))
+        feelers = feeler_bytes(shaded.totals["FEELERS"], ray_format, lanes, world.tinted, world.surfaces)
+        most_feelers = max(most_feelers, feelers)
     if need + most_feelers > budget or (narrow > _NARROW_RAYS and pixels > 1):
         raise TooLarge
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any, Final
 
 import numpy as np
 
 from clrt import layout
+from clrt.base.log import log
 from clrt.device import hugepages
 from clrt.device.device import Device
 from clrt.flatten.flatten import FlatScene
@@ -20,7 +22,6 @@ _SMALL: Final = 1024  # nodes: they and what their leaves hold stay in a core's 
 # what the builder writes, and the record that counts it
 _MADE: Final = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
 _TABLES: Final = {name: kind for name, kind in layout.WORLD.items() if name not in _MADE}
-_TREE: Final = ("boxes", "finite", "triangles", "spheres")  # what the tree is made of, besides kinds
 
 
 class World:
@@ -52,9 +53,8 @@ class World:
         buffers = self._buffers.copy()
         for name in changed:
             buffers[name] = device.upload(getattr(flat, name), kind=_TABLES[name])
-        grown = not all(_same(getattr(self.flat, name), getattr(flat, name)) for name in _TREE)
-        kinds = self.flat.primitives[["kind", "index"]], flat.primitives[["kind", "index"]]
-        if grown or ("primitives" in changed and not np.array_equal(*kinds)):
+        moved = {"primitives", "triangles", "spheres"} & set(changed) or self.flat.boxes is not flat.boxes
+        if moved and not all(map(_same, _in_tree(self.flat), _in_tree(flat))):
             buffers |= _build_tree(device, flat, buffers)
             changed.append("tree")
         elif not changed and _same(self.flat.scene, flat.scene):
@@ -63,6 +63,14 @@ class World:
         self._take(device, flat, buffers)
         return "rebuild" if "tree" in changed else "tables"
 
+    def lit_by(self, device: Device, number: int) -> World:
+        """The same world with one of its lights alone, for passes that are to say what that one brings."""
+        alone, lights = copy(self), self.flat.lights.copy()
+        lights["samples"][np.arange(len(lights)) != number] = 0  # what looks random goes by a light's number
+        alone._buffers = self._buffers | {"lights": device.upload(lights)}
+        alone.arguments = tuple(alone._buffers[name] for name in layout.WORLD)
+        return alone
+
     def _take(self, device: Device, flat: FlatScene, buffers: dict[str, Any]) -> None:
         """Hold a scene whose sections are on the device, all but its own record."""
         info = flat.scene.copy()
@@ -70,10 +78,19 @@ class World:
         buffers["scene"] = device.upload(info)
         self.flat, self._buffers = flat, buffers
         self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
-        self.small = int(info["nodes"][0]) < _SMALL
-        self.lights = int(info["lights"][0])
+        nodes = int(info["nodes"][0])
+        log.info("scene on the device: %d primitives, tree of %d nodes", int(info["primitives"][0]), nodes)
+        self.small = nodes < _SMALL
+        self.surfaces = bool(info["surfaces"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])
+
+
+def _in_tree(flat: FlatScene) -> list[np.ndarray]:
+    """What the tree is made of, and the kinds: all but the surfaces of lights, which are the last of each."""
+    own = flat.primitives[: int(flat.scene["primitives"][0] - flat.scene["surfaces"][0])]
+    spheres = np.count_nonzero(own["kind"] == layout.KINDS["SPHERE"])
+    return [flat.boxes, flat.finite, flat.triangles, flat.spheres[:spheres], own["kind"], own["index"]]
 
 
 def _same(one: np.ndarray, other: np.ndarray) -> bool:

@@ -29,7 +29,7 @@ def flatten_camera(
     the samples per pixel, `jitter` their seed. Raises `SceneError` for numbers that make no picture.
     """
     width, height = picture_size(camera, width, height)
-    grid = _grid(camera.spp if spp is None else spp)
+    grid = _grid(camera.samples if spp is None else spp)
     seed = camera.jitter if jitter is None else jitter
     forward, right, up = axes(camera)
     half_width, half_height = _half_extents(camera, width, height)
@@ -43,6 +43,7 @@ def flatten_camera(
     record["half_width"], record["half_height"] = half_width, half_height
     record["shift_x"], record["shift_y"] = camera.shift
     record["near"] = camera.near
+    record["aperture"], record["focus"] = camera.aperture, camera.in_focus
     record["orthographic"] = camera.type == "orthographic"
     record["width"], record["height"], record["grid"] = width, height, grid
     record["jitter"] = seed is not None
@@ -71,14 +72,19 @@ def near_corners(camera: np.ndarray) -> np.ndarray:
     record = camera[0]
     origin, forward, right, up = (record[name][:3].astype(np.float64) for name in _VECTORS)
     near = float(record["near"])
+    # the lens narrows towards what is in focus, and widens beyond it
+    lens = float(record["aperture"]) * abs(1 - near / float(record["focus"]))
+    square = lens * np.array([right + up, right - up, up - right, -right - up])
+    around = square if record["aperture"] > 0 else np.zeros((1, 3))
     if not record["orthographic"] and near == 0:
-        return origin[None]
+        return origin + around
     scale = 1.0 if record["orthographic"] else near
     x = 2 * (float(record["shift_x"]) + np.array([0, record["width"]])) / float(record["width"]) - 1
     y = 1 - 2 * (float(record["shift_y"]) + np.array([0, record["height"]])) / float(record["height"])
     x, y = x * scale * float(record["half_width"]), y * scale * float(record["half_height"])
     across, above = (grid.reshape(-1, 1) for grid in np.meshgrid(x, y))
-    return origin + near * forward + across * right + above * up
+    corners = origin + near * forward + across * right + above * up
+    return (corners[:, None] + around).reshape(-1, 3)
 
 
 def picture_size(camera: Camera, width: int | None, height: int | None) -> tuple[int, int]:

@@ -17,6 +17,7 @@ from clrt.base.errors import SceneError, located
 from clrt.flatten.camera import flatten_camera
 from clrt.flatten.geometry import GEOMETRY, geometry
 from clrt.flatten.hidden import warn_of_hidden_view
+from clrt.flatten.lightsurfaces import add_surfaces, visible_lights, without_surfaces
 from clrt.flatten.materials import MaterialTable, flatten_lights
 from clrt.flatten.media import Media, media_of, needs_lists, shape_boxes
 from clrt.flatten.overlaps import warn_of_overlaps
@@ -37,7 +38,7 @@ class FlatScene:
     `finite` are the numbers of the primitives that have a box, ascending, `boxes` their boxes (w is 0), wide
     enough that they contain every hit the kernels may find. `n_shapes` is the number of shapes of the scene.
     `group` is how many bands dispersion bends together, 0 where nothing disperses.
-    `response` (rows, bands) float32 turns a pixel's bands into its colour (by `film.finished`),
+    `response` (rows, bands) float32 turns a pixel's bands into its colour (by `colorimetry.finished`),
     `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
     `media` tells in which media rays start; None where rays need no lists of them.
     """
@@ -89,6 +90,11 @@ class FlatScene:
                 digest.update(self._digest(value))
         return digest.hexdigest()
 
+    @property
+    def feelers(self) -> int:
+        """The most that a hit sends: one to each light, or to each of its points."""
+        return int(self.lights["samples"].sum())
+
     @cached_property
     def digests(self) -> dict[int, bytes]:
         """By the identity of an array its SHA-256: those that scenes share are looked through once."""
@@ -118,6 +124,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
     bands = bands_of(scene)
     materials = MaterialTable(scene, bands)
     numbers = [materials.number(shape) for shape in scene.shapes]
+    glowing = {number: materials.glowing(light) for number, light in visible_lights(scene).items()}
     before = known[1] if known and _same_shapes(scene, known[0]) else None
     sections = _geometry_of(before, numbers) if before else geometry(collect(scene, numbers), scene)
     sections["materials"] = materials.records()
@@ -129,6 +136,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
     if before is None:
         warn_of_hidden_view(scene, *shape_boxes(len(scene.shapes), sections))
+    add_surfaces(scene, sections, glowing)
     boxes, finite = sections.pop("boxes"), sections.pop("finite")
     kept = {
         name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)
@@ -160,7 +168,7 @@ def _same_shapes(scene: Scene, other: Scene) -> bool:
 
 def _geometry_of(flat: FlatScene, materials: list[int]) -> dict[str, np.ndarray]:
     """What `geometry` gives for shapes flattened before that now have materials of these numbers."""
-    sections = {name: getattr(flat, name) for name in GEOMETRY}
+    sections = without_surfaces({name: getattr(flat, name) for name in GEOMETRY}, flat.n_shapes)
     for name in ("primitives", "unbounded"):
         if not flat.scene[name][0]:  # what stands in for none
             sections[name] = sections[name][:0]
@@ -214,6 +222,8 @@ def _scene_info(
     info["ambient_samples"] = scene.ambient_samples
     info["tinted"] = scene.shadow == "tinted"
     info["spd"] = scene.conformance == "spd"
+    info["rough"] = (sections["materials"]["alpha"] > 0).any()
+    info["extended"] = sections["lights"]["extended"].any()
     info["one_sided"] = sections["materials"]["one_sided"].any()
     info["medium_ior"], info["min_weight"] = scene.medium_ior, scene.min_weight
     info["background_height"], info["background_width"] = image
@@ -228,7 +238,7 @@ def _scene_info(
 def check_ceilings(flat: FlatScene, source: str = "") -> None:
     """Raise LimitError for a scene that the kernels cannot number or count."""
     info = flat.scene[0]
-    ceilings.check("lights", int(info["lights"]), ceilings.LIGHTS, source)
+    ceilings.check("lights", flat.feelers, ceilings.LIGHTS, source)
     ceilings.check("ambient_samples", int(info["ambient_samples"]), ceilings.AMBIENT, source)
     ceilings.check("primitives", int(info["primitives"]), ceilings.PRIMITIVES, source)
     ceilings.check("materials", len(flat.materials), ceilings.MATERIALS, source)

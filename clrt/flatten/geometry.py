@@ -16,8 +16,8 @@ from clrt.flatten.shapes import Collected, concatenated
 from clrt.scene.scene import Mesh, Scene
 
 _CHUNK = 1 << 15  # boxes treated at once: what fits the cache
-_LARGEST = 1e15  # |coordinate|, and 1 / it a scene's least size: float32 loses products beyond
-_TOO_LARGE = f"its coordinates are beyond {_LARGEST:g}, whose products float32 cannot hold; make it smaller"
+LARGEST: Final = 1e15  # |coordinate|, and 1 / it a scene's least size: float32 loses products beyond
+_TOO_LARGE = f"its coordinates are beyond {LARGEST:g}, whose products float32 cannot hold; make it smaller"
 _LOWEST, _HIGHEST = np.float32(-np.inf), np.float32(np.inf)
 
 
@@ -130,7 +130,7 @@ def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes
     """Raise for the first shape that float32 cannot hold."""
     for kind in ("SPHERE", "DISK", "TRIANGLE", "POLYGON"):
         reach = np.maximum(-boxes[kind].low, boxes[kind].high).max(axis=1)
-        _refuse(scene, sections, kind, ~(reach <= _LARGEST), _TOO_LARGE)
+        _refuse(scene, sections, kind, ~(reach <= LARGEST), _TOO_LARGE)
     quadrics = sections["quadrics"]
     fields = ("center", "diagonal", "mixed", "gradient", "reach")
     finite = [np.isfinite(quadrics[name]).all(axis=1) for name in fields]
@@ -173,8 +173,8 @@ def _warn_of_smallness(scene: Scene, sections: dict[str, np.ndarray]) -> None:
     if len(boxes) == 0 or len(sections["unbounded"]):
         return
     size = float((boxes["high"] - boxes["low"])[:, :3].max())
-    if size < 1 / _LARGEST:
-        text = f"all shapes are below {1 / _LARGEST:g}, whose products float32 loses; scale the scene up"
+    if size < 1 / LARGEST:
+        text = f"all shapes are below {1 / LARGEST:g}, whose products float32 loses; scale the scene up"
         notices.warn(scene.source, "shapes", text)
 
 

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
 
 from clrt import layout
-from clrt.scene.lights import DirectionalLight, Light, PointLight
+from clrt.scene.arealights import AreaLight
+from clrt.scene.lights import (
+    DirectionalLight,
+    DiskLight,
+    Light,
+    PointLight,
+    RectangleLight,
+    SphereLight,
+    SpotLight,
+)
 from clrt.scene.scene import Checker, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
 from clrt.spectra.bands import Bands, conductor, curve, light, reflectance
 from clrt.spectra.curves import ior_at
@@ -44,6 +54,13 @@ class MaterialTable:
             self._by_identity[key] = self._by_value.setdefault(record, len(self._by_value))
         return self._by_identity[key]
 
+    def glowing(self, light: AreaLight) -> int:
+        """The number of what a visible light's surface is made of: black, it sends the radiance."""
+        black = Material(color=0.0, diffuse=0.0, emission=light.radiance)
+        record = _material(black, "PLAIN", False, self._bands, self._group)
+        record["light"] = 2 if light.two_sided else 1
+        return self._by_value.setdefault(record.tobytes(), len(self._by_value))
+
     def records(self) -> np.ndarray:
         """All of them in the order of their numbers, dtype Material."""
         out = np.frombuffer(b"".join(self._by_value), layout.dtype("Material", _count(self._bands))).copy()
@@ -65,6 +82,7 @@ def _material(
     record["ior"] = material.ior_d
     record["fresnel"] = layout.FRESNEL[_FRESNEL[material.fresnel]]
     record["thin"] = material.thin
+    record["alpha"] = material.alpha
     record["one_sided"] = one_sided
     record["checker"] = layout.CHECKER[checker]
     record["medium"], record["priority"] = -1, material.priority
@@ -105,24 +123,69 @@ def flatten_lights(scene: Scene, bands: Bands | None) -> np.ndarray:
     out = np.zeros(len(scene.lights), layout.dtype("Light", _count(bands)))
     for record, source in zip(out, scene.lights, strict=True):
         kind, fill = _LIGHTS[type(source)]
-        record["kind"] = layout.LIGHT_KINDS[kind]
+        record["kind"] = (layout.LIGHT_KINDS | layout.EXTENDED_KINDS)[kind]
+        record["samples"], record["surface"] = 1, -1
         record["intensity"] = light(source.intensity, bands)
         fill(record, source)
     return out
 
 
-def _point(record: np.void, source: PointLight) -> None:
+def _point(record: np.void, source: PointLight | SpotLight) -> None:
     record["place"][:3] = source.position
     record["falloff"] = layout.FALLOFF[_FALLOFF[source.falloff]]
 
 
 def _directional(record: np.void, source: DirectionalLight) -> None:
-    direction = np.asarray(source.direction, np.float64)
-    record["place"][:3] = -direction / np.linalg.norm(direction)
+    record["place"][:3] = -_unit(source.direction)
+
+
+def _spot(record: np.void, source: SpotLight) -> None:
+    _point(record, source)
+    record["axis"][:3] = _unit(np.subtract(source.target, source.position))
+    record["angle"] = math.radians(source.angle)
+    record["width"] = math.radians(source.angle * source.penumbra)
+
+
+def _rectangle(record: np.void, source: RectangleLight) -> None:
+    _area(record, source)
+    record["axis"][:3] = _unit(source.normal)
+    record["u"][:3], record["v"][:3] = source.u, source.v
+    record["share"] = source.area / (math.pi * source.samples)
+
+
+def _disk(record: np.void, source: DiskLight) -> None:
+    _area(record, source)
+    x, y, z = normal = _unit(source.normal)
+    record["axis"][:3] = normal
+    sign = -1.0 if z < 0 else 1.0  # the frame about the normal, as in kernels/frame.clh
+    a = -1 / (sign + z)
+    record["u"][:3] = source.radius * np.array([1 + sign * x * x * a, sign * x * y * a, -sign * x])
+    record["v"][:3] = source.radius * np.array([x * y * a, sign + y * y * a, -y])
+    record["share"] = source.area / (math.pi * source.samples)
+
+
+def _sphere(record: np.void, source: SphereLight) -> None:
+    _area(record, source)
+    record["radius"] = source.radius
+
+
+def _area(record: np.void, source: RectangleLight | DiskLight | SphereLight) -> None:
+    record["place"][:3] = source.center
+    record["samples"], record["extended"] = source.samples, 1
+    record["two_sided"] = source.two_sided
+
+
+def _unit(way: Any) -> np.ndarray:
+    """A way of any length but 0, as (3,) float64 of length 1."""
+    return np.asarray(way, np.float64) / np.linalg.norm(way)
 
 
 # class of a scene's lights -> the kernels' kind, and what fills in a record's other fields
 _LIGHTS: Final[dict[type[Light], tuple[str, Callable[[np.void, Any], None]]]] = {
     PointLight: ("POINT", _point),
     DirectionalLight: ("DIRECTIONAL", _directional),
+    SpotLight: ("SPOT", _spot),
+    RectangleLight: ("RECTANGLE", _rectangle),
+    DiskLight: ("DISK", _disk),
+    SphereLight: ("SPHERE", _sphere),
 }

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, Final, NoReturn
+from typing import Any, BinaryIO, Final, NoReturn
 
 import tomli
 
@@ -14,6 +15,7 @@ from clrt.base.collector import no_collections
 from clrt.base.errors import LimitError, SceneError, located, show
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
+from clrt.base.notices import bounded
 from clrt.base.places import At, PlacedError
 from clrt.formats import toml_scan
 from clrt.formats.lines import json_line, toml_key, toml_line
@@ -24,9 +26,24 @@ _DEEP: Final = "nesting: deeper than Python's own readers follow, whatever the l
 
 def load(path: Path, limits: Limits) -> Scene:
     """The scene in a .toml or .json file."""
-    source = path.name
     toml = path.suffix.lower() == ".toml"
-    text = _text(read_text_bytes(path, limits), source)
+    return _read(lambda: read_text_bytes(path, limits), toml, path.name, path.parent, limits)
+
+
+def load_stream(stream: BinaryIO, source: str, limits: Limits) -> Scene:
+    """The scene that comes from a stream, as TOML, or as JSON if it begins with a brace.
+
+    Files that it names are looked up in the current folder. LimitError for more than `limits.text_bytes`.
+    """
+    data = stream.read(limits.text_bytes + 1)
+    limits.check("text_bytes", len(data), source)
+    toml = not data.removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"{")
+    with bounded(source):
+        return _read(lambda: data, toml, source, Path(), limits)
+
+
+def _read(fetch: Callable[[], bytes], toml: bool, source: str, folder: Path, limits: Limits) -> Scene:
+    text = _text(fetch(), source)
     try:
         with no_collections():
             if toml:
@@ -41,9 +58,9 @@ def load(path: Path, limits: Limits) -> Scene:
     del text  # as large as what is made of it now
     limits.check("nesting", _depth(table, limits.nesting + 1), source)
     try:
-        return read_scene(table, folder=path.parent, source=source, limits=limits)
+        return read_scene(table, folder=folder, source=source, limits=limits)
     except PlacedError as error:
-        text = _text(read_text_bytes(path, limits), source)
+        text = _text(fetch(), source)
         line = (toml_line if toml else json_line)(text, error.path)
         if line is None or error.at.source != source:
             raise

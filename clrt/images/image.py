@@ -155,6 +155,18 @@ class Image:
         return saved
 
     @public
+    def to_xarray(self) -> Any:
+        """The picture ("pixels") and its layers as an `xarray.Dataset`: their arrays are shared, not copied.
+
+        Dimensions: y, x (pixels from the top left), then channel ("R", "G", "B"), axis ("x", "y", "z") of
+        normals and positions, cie ("X", "Y", "Z"), wavelength (nm) of bands. Its attrs are `metadata`. Raises
+        ClrtError without xarray.
+        """
+        from clrt.images.dataset import dataset
+
+        return dataset(self)
+
+    @public
     def show(self, exposure: float = 0.0) -> None:
         """Show the picture below a notebook's cell, else in the desktop's viewer; ClrtError without one.
 

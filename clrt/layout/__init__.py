@@ -86,25 +86,36 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # checker = 0: plain; 1: flat (side of a square `checker_size`); 2: sphere (squares round the equator)
     "Material": (
         *((field, "float") for field in COEFFICIENTS), ("ior", "float"), ("checker_size", "float"),
+        ("alpha", "float"),  # width of the lobe of a rough mirror, 0 of a perfect one
         ("fresnel", "int"), ("thin", "int"), ("one_sided", "int"), ("checker", "int"),
         # `medium` = the number of the material that stands for the medium within, -1 where rays do not enter
         ("medium", "int"), ("priority", "int"), ("dispersive", "int"),
+        ("light", "int"),  # 0; of the surface of a light 1, 2 where it shines on both sides
         ("color", "float@BANDS"), ("color2", "float@BANDS"), ("highlight", "float@BANDS"),
         ("mirror", "float@BANDS"), ("tint", "float@BANDS"), ("emission", "float@BANDS"),
         ("absorption", "float@BANDS"),
         ("eta", "float@BANDS"), ("k", "float@BANDS"),  # of a conductor: its complex index eta + ik
         ("band_ior", "float@BANDS"),  # index of refraction, for each band that of its dispersion group
     ),
-    # POINT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it
+    # POINT, SPOT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it. SPOT: `axis` = unit
+    # vector that it shines along; `angle` from it where the light ends, `width` of the penumbra, in radians.
+    # EXTENDED_KINDS: `place`.xyz the middle, `axis` = unit normal, `u`, `v` = half sides or radii across each
+    # other, `share` of a point: area / (pi samples); `radius` of a sphere. `samples` feelers at a hit, 1
+    # of others; `surface` = the primitive by which rays see it, -1 without one
     "Light": (
-        ("place", "float4"),
-        ("kind", "int"), ("falloff", "int"), ("pad0", "int"), ("pad1", "int"),
+        ("place", "float4"), ("axis", "float4"), ("u", "float4"), ("v", "float4"),
+        ("kind", "int"), ("falloff", "int"), ("angle", "float"), ("width", "float"),
+        ("samples", "int"), ("extended", "int"), ("two_sided", "int"), ("surface", "int"),
+        ("share", "float"), ("radius", "float"), ("pad0", "int"), ("pad1", "int"),
         ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
     ),
     # What holds for the whole scene; section `scene` has exactly one
     "SceneInfo": (
         ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
         ("ambient_samples", "int"), ("tinted", "int"), ("spd", "int"), ("one_sided", "int"),
+        # is there a light with extent; how many are seen: their primitives are the last
+        ("extended", "int"), ("surfaces", "int"),
+        ("rough", "int"),  # is there a rough mirror
         ("medium_ior", "float"), ("min_weight", "float"),
         ("background_width", "int"), ("background_height", "int"),
         ("ambient", "float@BANDS"), ("background", "float@BANDS"), ("depth_color", "float@BANDS"),
@@ -116,7 +127,10 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("origin", "float4"), ("forward", "float4"), ("right", "float4"), ("up", "float4"),
         ("half_width", "float"), ("half_height", "float"), ("shift_x", "float"), ("shift_y", "float"),
         ("near", "float"), ("orthographic", "int"), ("width", "int"), ("height", "int"),
-        ("grid", "int"), ("jitter", "int"), ("seed", "uint"), ("pad0", "int"),
+        ("grid", "int"), ("jitter", "int"), ("seed", "uint"),
+        ("aperture", "float"),  # radius of the lens, 0 for a pinhole
+        ("focus", "float"),  # how far along the view is sharp
+        ("pad0", "int"), ("pad1", "int"), ("pad2", "int"),
     ),
 }
 
@@ -128,7 +142,9 @@ SECTIONS: Final = {
     "QUADRIC": "quadrics",
 }  # fmt: skip
 KINDS: Final = {kind: number for number, kind in enumerate(SECTIONS)}
-LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1}  # in kernels LIGHT_POINT, sampled by `light_point`
+# in kernels LIGHT_POINT, sampled by `light_point`
+LIGHT_KINDS: Final = {"POINT": 0, "DIRECTIONAL": 1, "SPOT": 2}
+EXTENDED_KINDS: Final = {"RECTANGLE": 16, "DISK": 17, "SPHERE": 18}  # likewise, a point at a time
 FALLOFF: Final = {"FALLOFF_NONE": 0, "INVERSE_SQUARE": 1}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
@@ -173,13 +189,30 @@ HITS: Final = {
     "surfaces": "float *surfaces",
     "code": "int *surface_code",
 }
+# pixels' numbers and samples of each, of rays of generation 0; deeper there are none, and 0 samples
+PIXELS: Final = {"numbers": "uint *numbers", "seed": "uint seed", "samples": "uint samples"}
 SHADED: Final = {"local": "float *local_radiance", "spawn": "uint *spawn"}
 FEELERS: Final = {
     "first": "uint *first_feeler",
     "owner": "uint *owner",
     "rays": "float *feeler_rays",
     "seen": "uint *seen",
+    "own": "int *own",
     "filter": "float *filter",
+}
+# A caller's rays as given: a step of 0 repeats the first vector, bounds without arrays hold for all
+ASKED: Final = {
+    "origins": "const float *origins",
+    "directions": "const float *directions",
+    "t_min": "const float *t_min",
+    "t_max": "const float *t_max",
+    "least": "float least",
+    "most": "float most",
+    "origin_step": "uint origin_step",
+    "direction_step": "uint direction_step",
+    "n": "uint n",
+    "width": "uint width",  # of the picture whose rays these are
+    "patched": "uint patched",  # rays that are taken patch by patch (kernels/asked.clh)
 }
 # a queue that is written while another is read: all but the number of rays, the last parameter of a queue
 CHILD: Final = {field: text.replace("*", "*child_") for field, text in QUEUE.items() if "*" in text}

@@ -30,7 +30,7 @@ AMBIENT: Final = _UINT // layout.CHUNK  # a chunk's ambient rays are added up in
 
 _WHY: Final = "is the most that the kernels can hold, whatever the limits are"
 _ADVICE: Final = {
-    "lights": "use fewer lights",
+    "lights": "use fewer lights, or lower their samples",
     "dispersion groups": "use fewer bands, or a larger spectrum.group",
     "bands": "use fewer bands",
     "materials": "use fewer materials",

@@ -36,12 +36,14 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
     }
     constants |= layout.KINDS | layout.BLOCKS | layout.FALLOFF | layout.FRESNEL | layout.CHECKER
     constants |= layout.SURFACE | layout.PATH | layout.SPAWN | layout.TERMS
-    constants |= {f"LIGHT_{kind}": number for kind, number in layout.LIGHT_KINDS.items()}
+    lights = layout.LIGHT_KINDS | layout.EXTENDED_KINDS
+    constants |= {f"LIGHT_{kind}": number for kind, number in lights.items()}
     constants |= {f"STREAM_{name}": number for number, name in enumerate(layout.STREAMS)}
     for fields in (layout.RAY_FIELDS, layout.SURFACE_FIELDS + layout.TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
-    for name, kinds in (("PRIMITIVE_KINDS", layout.KINDS), ("LIGHT_KINDS", layout.LIGHT_KINDS)):
+    lists = {"LIGHT_KINDS": layout.LIGHT_KINDS, "EXTENDED_KINDS": layout.EXTENDED_KINDS}
+    for name, kinds in {"PRIMITIVE_KINDS": layout.KINDS, **lists}.items():
         out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
     floats = {"PAD": layout.PAD, "OFFSET": layout.OFFSET, "BRIGHTEST": layout.BRIGHTEST}
     out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
@@ -50,6 +52,8 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
     geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
     groups = {"World": world, "Queue": layout.QUEUE, "Hits": layout.HITS, "Shaded": layout.SHADED}
     groups |= {"Feelers": layout.FEELERS, "Child": layout.CHILD, "Geometry": geometry}
+    groups["Asked"] = layout.ASKED
+    groups["Pixels"] = layout.PIXELS
     out += [_c_group(name, list(group.values())) for name, group in groups.items()]
     return "\n".join(out)
 

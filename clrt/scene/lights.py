@@ -1,4 +1,4 @@
-"""Light sources: points and directions."""
+"""Light sources: points, directions, spots, and those with extent."""
 
 from __future__ import annotations
 
@@ -7,8 +7,13 @@ from typing import Annotated, ClassVar, Literal
 from msgspec import Meta
 
 from clrt.base.places import At
-from clrt.base.records import Vector, is_zero
+from clrt.base.records import Vector, float32, is_zero
+from clrt.scene.arealights import DiskLight, RectangleLight, SphereLight
 from clrt.spectra.colors import Colored, LightColor
+
+Falloff = Annotated[
+    Literal["none", "inverse-square"], Meta(description="falloff must be 'none' or 'inverse-square'")
+]
 
 
 class PointLight(Colored, frozen=True, kw_only=True, tag="point", tag_field="type"):
@@ -16,9 +21,7 @@ class PointLight(Colored, frozen=True, kw_only=True, tag="point", tag_field="typ
 
     position: Vector
     intensity: LightColor = 1.0
-    falloff: Annotated[
-        Literal["none", "inverse-square"], Meta(description="falloff must be 'none' or 'inverse-square'")
-    ] = "none"
+    falloff: Falloff = "none"
 
     @property
     def place(self) -> tuple[float, float, float, float]:
@@ -45,8 +48,41 @@ class DirectionalLight(Colored, frozen=True, kw_only=True, tag="directional", ta
             raise at.key("direction").error(self.direction, "a direction must not be zero")
 
 
-Light = PointLight | DirectionalLight
+class SpotLight(Colored, frozen=True, kw_only=True, tag="spot", tag_field="type"):
+    """A point light that shines from `position` towards `target`, into a cone.
+
+    `angle`: from the axis to where the light ends, in degrees. `penumbra`: the part of it, from outside, over
+    which the light grows to all of it, linearly in the angle.
+    """
+
+    position: Vector
+    target: Vector
+    intensity: LightColor = 1.0
+    angle: Annotated[
+        float, Meta(gt=0, le=90, description="must be an angle from the axis, above 0 and up to 90 degrees")
+    ] = 30.0
+    penumbra: Annotated[
+        float, Meta(ge=0, le=1, description="must be a part of the angle, from 0 to 1")
+    ] = 0.1
+    falloff: Falloff = "none"
+
+    @property
+    def place(self) -> tuple[float, float, float, float]:
+        """As `PointLight.place`."""
+        return (*self.position, 1.0)
+
+    def check(self, at: At) -> None:
+        Colored.check(self, at)
+        if is_zero(float32(self.target) - float32(self.position)):
+            raise at.key("target").error(self.target, "a spot's target must not be at its position")
+
+
+Light = PointLight | DirectionalLight | SpotLight | RectangleLight | DiskLight | SphereLight
 LIGHTS: dict[str, type[Light]] = {
     "point": PointLight,
     "directional": DirectionalLight,
+    "spot": SpotLight,
+    "rectangle": RectangleLight,
+    "disk": DiskLight,
+    "sphere": SphereLight,
 }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 from msgspec import Meta
@@ -17,6 +17,7 @@ from clrt.spectra.spectrum import Spectrum, check_points
 
 __all__ = ["IOR", "Checker", "Material", "rgb"]
 
+SMOOTHEST: Final = 0.01  # roughness below which a mirror is a perfect one
 Coefficient = Annotated[float, Meta(ge=0, description="must be a number >= 0")]
 
 
@@ -103,6 +104,7 @@ class Material(Colored, frozen=True, kw_only=True):
     ] = 0
     thin: bool = False
     conductor: Metal | None = None
+    roughness: Annotated[float, Meta(ge=0, le=1, description="must be a number from 0 to 1")] = 0.0
 
     def check(self, at: At) -> None:
         Colored.check(self, at)
@@ -115,6 +117,10 @@ class Material(Colored, frozen=True, kw_only=True):
                 raise at.key("transmission").error(self.transmission, "a conductor transmits nothing; use 0")
             if self.fresnel == "schlick":
                 raise at.key("fresnel").error("schlick", "a conductor has its own Fresnel reflection")
+
+        if self.roughness > 0 and self.kt > 0:
+            text = "what is rough transmits nothing; use transmission = 0, or roughness = 0"
+            raise at.key("roughness").error(self.roughness, text)
 
     @property
     def ka(self) -> float:
@@ -135,6 +141,11 @@ class Material(Colored, frozen=True, kw_only=True):
         """
         given = self.fresnel is True and self.conductor is None
         return float(given) if self.transmission is None else self.transmission
+
+    @property
+    def alpha(self) -> float:
+        """Width of the lobe of a rough mirror, `roughness` squared; 0 where it is too smooth to differ."""
+        return self.roughness**2 if self.roughness >= SMOOTHEST and self.kr > 0 else 0.0
 
     @property
     def dispersive(self) -> bool:

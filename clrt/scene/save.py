@@ -17,6 +17,13 @@ if TYPE_CHECKING:
 
 def save(scene: Scene, path: Path) -> None:
     """Write the scene as `Scene.save` promises."""
+    data = encoded(scene, path)
+    with replacing(path) as temporary:
+        temporary.write_bytes(data)
+
+
+def encoded(scene: Scene, path: Path) -> bytes:
+    """What a file of this name holds of the scene: names of other files are as seen from its folder."""
     import tomli_w  # which only those who save need
 
     suffix = path.suffix.lower()
@@ -26,12 +33,10 @@ def save(scene: Scene, path: Path) -> None:
     table = _moved(scene, path)
     text = tomli_w.dumps(table) if suffix == ".toml" else json.dumps(table, indent=2) + "\n"
     try:
-        data = text.encode("utf-8")
+        return text.encode("utf-8")
     except UnicodeEncodeError as error:
         what = f"{show(text[error.start : error.end])} is half a character; no file can hold it"
         raise SceneError(located(str(path), "", what)) from None
-    with replacing(path) as temporary:
-        temporary.write_bytes(data)
 
 
 def _moved(scene: Scene, path: Path) -> dict[str, Any]:

@@ -21,7 +21,15 @@ from clrt.base.records import read, table_of, tagged
 from clrt.scene.advice import check_lines, warn
 from clrt.scene.camera import Camera
 from clrt.scene.edit import Draft
-from clrt.scene.lights import DirectionalLight, Light, PointLight
+from clrt.scene.lights import (
+    DirectionalLight,
+    DiskLight,
+    Light,
+    PointLight,
+    RectangleLight,
+    SphereLight,
+    SpotLight,
+)
 from clrt.scene.materials import IOR, Checker, Material, rgb
 from clrt.scene.mesh import Mesh, MeshData, Meshes, edited_mesh, read_mesh
 from clrt.scene.save import save
@@ -44,9 +52,10 @@ from clrt.spectra.colors import Background, Colored, LightColor
 from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
 
 __all__ = [
-    "IOR", "SHAPES", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk",
+    "IOR", "SHAPES", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk", "DiskLight",
     "Ellipsoid", "Light", "Material", "Mesh", "MeshData", "Paraboloid", "Plane", "PointLight",
-    "Polygon", "Quadric", "Scene", "Shape", "Spectral", "Spectrum", "Sphere", "Step", "read_scene", "rgb",
+    "Polygon", "Quadric", "RectangleLight", "Scene", "Shape", "Spectral", "Spectrum", "Sphere", "SphereLight",
+    "SpotLight", "Step", "read_scene", "rgb",
 ]  # fmt: skip
 
 AnyShape = Sphere | Plane | Polygon | Mesh | Quadric | Ellipsoid | Cylinder | Cone | Paraboloid | Disk | Box

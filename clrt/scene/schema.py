@@ -9,19 +9,22 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
 
 from clrt.scene.scene import Document
 
+SCHEMA_ID: Final = "urn:uuid:cb22609a-8dbe-4bf7-a02c-49b0179bedef"
+"""By which other schemas can refer to this one, of scenes of `version = 1`. Nobody serves it: no address."""
 SCHEMA_FILE = Path(__file__).with_name("scene.schema.json")
 
 
 def schema() -> dict[str, Any]:
     """The JSON schema of scene files; `clrt/scene/scene.schema.json` is this."""
     made = msgspec.json.schema(Document, schema_hook=lambda kind: {})
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": "A clrt scene"}
+    dialect = "https://json-schema.org/draft/2020-12/schema"
+    head = {"$schema": dialect, "$id": SCHEMA_ID, "title": "A clrt scene"}
     document = made["$defs"].pop("Document")
     for key in ("title", "description"):
         document.pop(key)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from clrt import layout
 from clrt.spectra.curves import VISIBLE, Curve, curve_of
 from clrt.spectra.tables import columns
 
@@ -106,3 +107,10 @@ def thesis_finish(values: np.ndarray) -> np.ndarray:
     shown = rows[:3] / np.where(top > 0, top, 1.0) * rows[3]
     linear = np.where(shown <= 0.04045, shown / 12.92, ((np.maximum(shown, 0) + 0.055) / 1.055) ** 2.4)
     return np.moveaxis(linear, 0, -1)
+
+
+def finished(values: np.ndarray) -> np.ndarray:
+    """Linear colours (..., 3) float32 of what a response gives, which is RGB or the thesis program's own."""
+    if values.shape[-1] == 3:
+        return values
+    return np.minimum(thesis_finish(values), layout.BRIGHTEST).astype(np.float32)

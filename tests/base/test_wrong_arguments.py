@@ -79,6 +79,7 @@ def _calls(
     mesh = trimesh.creation.icosphere(subdivisions=1)
     mesh_rays = clrt.RayMeshIntersector(mesh)
     rays = {"origins": ONE, "directions": [[0, 0, -1]]}
+    bounds = {"t_max": 5.0, "t_min": 0.5}
     many = {"ray_origins": ONE, "ray_directions": [[0, 0, -1]]}
     (folder / "scene.toml").write_text('[[shapes]]\ntype = "sphere"\ncenter = [0, 0, 0]\nradius = 1\n')
     picture = image.save(folder / "picture.png")
@@ -105,10 +106,15 @@ def _calls(
                                  **small}),
         "Tracer": (clrt.Tracer, {"scene": scene, "device": None, "settings": None}),
         "Tracer.render": (tracer.render, small),
-        "Tracer.intersect": (tracer.intersect, {**rays, "t_max": 5.0}),
-        "Tracer.occluded": (tracer.occluded, {**rays, "t_max": 5.0}),
+        "Tracer.intersect": (tracer.intersect, {**rays, **bounds, "fields": ["t"]}),
+        "Tracer.occluded": (tracer.occluded, {**rays, **bounds}),
+        "Tracer.count_hits": (tracer.count_hits, {**rays, **bounds}),
+        "Tracer.all_hits": (tracer.all_hits, {**rays, **bounds, "fields": ["t"]}),
         "Tracer.radiance": (tracer.radiance, {**rays, "max_depth": 1}),
         "Tracer.update": (clrt.Tracer(scene).update, {"scene": scene}),
+        "Tracer.explain": (tracer.explain, {"x": 1, "y": 2, "width": 4, "height": 3, "spp": 1, "max_depth": 1,
+                                            "camera": None}),
+        "RayTree.save": (tracer.explain(1, 2).save, {"path": folder / "tree.json"}),
         "Tracer.camera_rays": (tracer.camera_rays, {"camera": None}),
         "Tracer.identity": (tracer.identity, {"width": 4, "height": 3, "spp": 1, "max_depth": 1,
                                               "layers": ["depth"], "crop": None, "camera": None}),

@@ -81,9 +81,44 @@ def test_crop_layers_exposure_and_stats_for_real(scene: Path, capsys: pytest.Cap
     whole = clrt.render(clrt.load(scene)).pixels
     assert np.array_equal(read_image(out), whole[2:10, 3:13])
     assert json.loads(stats.read_text())["rays"]["camera"] == 80
-    assert main(["render", str(scene), "-o", str(scene.with_name("a.png")), "--exposure", "2"]) == 0
+    png = ["render", str(scene), "-o", str(scene.with_name("a.png"))]
+    assert main([*png, "--exposure", "2", "--spp", "1"]) == 0
     clrt.Image(whole).save(scene.with_name("b.png"), exposure=2)
     assert np.array_equal(read_image(scene.with_name("a.png")), read_image(scene.with_name("b.png")))
+
+
+@pytest.mark.parametrize(
+    ("suffix", "camera", "top", "options", "samples"),
+    [
+        ("png", "", "", [], 4), ("jpg", "", "", [], 4), ("jpeg", "", "", [], 4), ("BMP", "", "", [], 4),
+        ("exr", "", "", [], 1), ("tif", "", "", [], 1),
+        ("png", "spp = 1", "", [], 1), ("png", "spp = 9", "", [], 9), ("png", "", "", ["--spp", "1"], 1),
+        ("png", "", "", ["--set", "camera.spp=1"], 1), ("png", "", "", ["--set", "camera.fov=30"], 4),
+        ("png", "", "", ["--limit", "samples=2"], 1), ("png", "", "conformance = 'spd'", [], 1),
+    ],
+)  # fmt: skip
+def test_pictures_to_look_at_have_4_samples_where_nobody_says_a_number(
+    tmp_path: Path, suffix: str, camera: str, top: str, options: list[str], samples: int
+):
+    scene, out, stats = (tmp_path / name for name in ("a.toml", f"a.{suffix}", "a.json"))
+    scene.write_text(f"{top}\nambient = 1.0\n[camera]\norigin = [0, 0, 4]\ntarget = [0, 0, 0]\n{camera}\n")
+    size = ["--width", "8", "--height", "6", "--quiet", "--stats", str(stats)]
+    assert main(["render", str(scene), "-o", str(out), *size, *options]) == 0
+    assert json.loads(stats.read_text())["rays"]["camera"] == 8 * 6 * samples
+    assert clrt.load(scene).camera.samples == (9 if "9" in camera else 1)
+
+
+def test_a_hash_is_that_of_the_scene_s_own_samples(scene: Path, capsys: pytest.CaptureFixture[str]):
+    assert main(["hash", str(scene)]) == 0
+    assert capsys.readouterr().out.split()[0] == clrt.render(clrt.load(scene)).hash
+
+
+def test_a_stated_sample_is_saved_and_an_unstated_one_is_not(scene: Path):
+    for given, said in ((None, False), (1, True), (4, True)):
+        loaded = clrt.load(scene).replace({"camera.spp": given})
+        loaded.save(scene.with_name("b.toml"))
+        assert ("spp" in scene.with_name("b.toml").read_text()) == said
+        assert clrt.load(scene.with_name("b.toml")).camera.spp == given
 
 
 @pytest.mark.parametrize(

@@ -45,12 +45,14 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
     "render": [
         (["render", "{scene}", "-o", "{out}"], ".png"),
         (["render", "{scene}", "-o", "new.png", "--stats", "{out}"], ""),
+        (["render", "{scene}", "-o", "new.png", "--trace", "{out}"], ""),
         (["render", "{scene}", "-o", "new.png", "--checkpoint", "{out}"], ""),
         (["render", "{scene}", "-o", "{stem}.png", "--layers", "depth"], ".depth.png"),
         (["render", "{scene}", "-o", "{stem}.png", "--layers", "all"], ".depth.png"),
     ],
     "convert": [(["convert", "{scene}", "{out}"], ".json"), (["convert", "{scene}", "{out}"], ".toml"),
                 (["convert", "{scene}", "{out}"], ".xml")],
+    "explain": [(["explain", "{scene}", "0", "0", "-o", "{out}"], ending) for ending in (".json", ".html")],
     "sweep": [
         (["sweep", "{scene}", "--set", "ambient=0.1", "-o", "{out}"], ".png"),
         (["sweep", "{scene}", "--set", "ambient=0,1", "-o", "n{{index}}.png", "--manifest", "{out}"], ""),
@@ -61,10 +63,12 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
     ],
     "bench": [
         (["bench", "--scene", "{scene}", "--quick", "--rounds", "1", "--json", "{out}"], ""),
+        (["bench", "--scene", "{scene}", "--quick", "--rounds", "1", "--trace", "{out}"], ""),
         (["bench", "--scene", "ball.toml", "{scene}", "--quick", "--chart", "{out}"], ".svg"),
     ],
     "validate": [], "plot-spectrum": [],  # which read no scene of the user's; see below
-    "hash": [], "compare": [], "devices": [], "doctor": [], "scenes": [], "selftest": [],  # write nothing
+    # write nothing
+    "hash": [], "check": [], "compare": [], "devices": [], "doctor": [], "scenes": [], "selftest": [],
 }  # fmt: skip
 """Every command; for each of its outputs a command line, and how the output's name has to end."""
 
@@ -79,6 +83,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     Path("ball.toml").write_text(ROOM)
     Path("room.toml").write_text(f'background = "sky.exr"\n{ROOM}{MESHES}')
     monkeypatch.setattr(clrt, "render", lambda *_, **__: pytest.fail("it renders"))
+    monkeypatch.setattr("clrt.engine.tracer.Tracer.explain", lambda *_, **__: pytest.fail("it explains"))
     monkeypatch.setattr("clrt.bench.suite.run", lambda *_: pytest.fail("it measures"))
     return tmp_path
 

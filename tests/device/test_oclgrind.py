@@ -146,6 +146,19 @@ def test_questions_about_rays():
         assert (hits.primitive >= 0).any() and (hits.primitive[[5, 6]] == -1).all()
         assert np.array_equal(tracer.occluded(origins, directions), hits.primitive >= 0)
         assert tracer.radiance(origins, directions)[0].shape == (37, 3)
+        patches = tracer.intersect(origins[:36].reshape(9, 4, 3), directions[:36].reshape(9, 4, 3), t_min=0.5)
+        assert patches.normal.shape == (9, 4, 3)
+        assert np.isfinite(tracer.occluded(origins[:1], directions, np.full(37, 9.0), np.arange(37.0))).all()
+
+
+def test_what_rays_cross():
+    generator = np.random.default_rng(2)
+    origins = np.zeros((19, 3), np.float32) + generator.integers(-2, 3, (19, 3))
+    directions = generator.integers(-1, 2, (19, 3)) - origins
+    for shapes in ("spheres", "flat", "round", "meshes"):
+        tracer = clrt.Tracer(scene(shapes, one_sided="opaque"), settings=clrt.Settings(tile=11))
+        found = tracer.all_hits(origins, directions)
+        assert np.array_equal(found.counts, tracer.count_hits(origins, directions)) and found.counts.any()
 
 
 def test_all_hits_of_a_ray():

@@ -21,6 +21,7 @@ from clrt.engine.rayinput import ray_chunks
 from clrt.engine.schedule import TooLarge, complete
 from clrt.engine.stage import Stage
 from clrt.engine.tripwire import Tripwire
+from clrt.engine.watcher import Watcher
 from clrt.engine.world import World
 from clrt.flatten.flatten import flatten_camera
 from clrt.formats.shipped import load_scene
@@ -28,25 +29,25 @@ from validation.ours import Shares
 from validation.twin.compare import Lockstep
 
 ROOT = Path(__file__).parents[2]
-# Who may launch a pass of the loop. `film.py` makes layers of single terms of generation 0; the others ask
-# about rays that nothing follows. What is not named here has one caller: the loop or the job around it.
+# Who may launch a pass of the loop. `film.py` makes layers of single terms of generation 0, `apart.py` takes
+# a pixel's light apart; the others ask about rays that nothing follows. What is not named here has one
+# caller: the loop or the job around it.
 CALLERS = {
     "generate": {"clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1},
     "adopt": {
-        "clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1, "clrt/engine/raymesh.py": 1,
-        "validation/proofs.py": 1,
+        "clrt/engine/job.py": 1, "validation/proofs.py": 1,
     },
-    "shade": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1},
-    "feelers": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1},
-    "illuminate": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1},
+    "shade": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1, "clrt/engine/apart.py": 2},
+    "feelers": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1, "clrt/engine/apart.py": 1},
+    "illuminate": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1, "clrt/engine/apart.py": 1},
     "gather": {"clrt/engine/film.py": 2},
     "spawn": {"clrt/engine/wavefront.py": 1},
     "closest": {
         "clrt/engine/job.py": 1, "clrt/engine/wavefront.py": 1,
-        "clrt/engine/tracer.py": 1, "clrt/engine/raymesh.py": 2, "clrt/bench/kernels.py": 2,
-        "validation/proofs.py": 3,
+        "clrt/engine/apart.py": 1,
+        "clrt/bench/kernels.py": 2, "validation/proofs.py": 3,
     },
-    "geometry": {"clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1},
+    "geometry": {"clrt/engine/job.py": 1},
     "immerse": {"clrt/engine/job.py": 2},
     "trace": {"clrt/engine/job.py": 1},
 }  # fmt: skip
@@ -83,7 +84,7 @@ def test_the_loop_stands_once() -> None:
     assert found == CALLERS
 
 
-@pytest.mark.parametrize("observer", [Tripwire, Lockstep, Recorder, Shares])
+@pytest.mark.parametrize("observer", [Tripwire, Lockstep, Recorder, Shares, Watcher])
 def test_observers_are_short(observer: type) -> None:
     assert len(inspect.getsourcelines(observer)[0]) < 100
 

@@ -78,15 +78,15 @@ def test_a_ray_through_edges_and_corners_enters_once_and_leaves_once():
     assert np.array_equal(rays, np.repeat(np.arange(5), 2))
     assert points == pytest.approx(np.repeat(towards, 2, axis=0) * np.tile([-1, 1], 5)[:, None])
     _, every = ray.intersects_id(-3 * towards, towards)
-    assert (np.bincount(every)[:3] == 4).all()
+    assert (np.bincount(every) == 2).all()
 
 
-def test_an_edge_that_is_only_touched_is_entered_and_left():
+def test_an_edge_that_is_only_touched_is_entered_and_left_or_neither():
     """Along y, the octahedron's edge from (1, 0, 0) to (0, 0, 1) is a silhouette."""
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     ray = RayMeshIntersector(trimesh.convex.convex_hull(corners))
     points, _, _ = ray.intersects_location([[0.5, -4, 0.5]], [[0, 1, 0]])
-    assert len(points) == 2 and points == pytest.approx(np.array([[0.5, 0, 0.5]] * 2), abs=1e-9)
+    assert len(points) in (0, 2) and np.allclose(points, [0.5, 0, 0.5], atol=1e-9)
 
 
 def test_coincident_faces_are_all_found_and_hits_can_be_limited():
@@ -142,3 +142,16 @@ def test_the_tracer_does_not_need_trimesh():
     """Only who has a trimesh mesh needs trimesh."""
     code = "import sys; sys.modules['trimesh'] = None; import clrt.engine.raymesh"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_inside_is_told_from_outside_for_every_point():
+    """Rows of points whose lines run through corners and edges; a surface that is open, by majority."""
+    ray = RayMeshIntersector(BOX)
+    axis = np.linspace(-2, 2, 17)[:-1] + 0.1
+    points = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    assert np.array_equal(ray.contains_points(points), (np.abs(points) < 1).all(axis=1))
+    opened = trimesh.Trimesh(BOX.vertices, BOX.faces[BOX.face_normals @ [0, 0, 1.0] < 0.5])
+    found = RayMeshIntersector(opened).contains_points([[0, 0, -0.9], [0, 0, 0.999], [0, 0, 1.01], [3, 0, 0]])
+    assert found.tolist()[0] and found.tolist()[2:] == [False, False]
+    assert RayMeshIntersector(trimesh.Trimesh()).contains_points(points[:3]).tolist() == [False] * 3
+    assert ray.contains_points(np.zeros((0, 3))).shape == (0,)

@@ -192,10 +192,10 @@ def test_layers_and_answers_have_a_limit_of_host_memory() -> None:
     names = ["direct", "reflection", "transmission", "ambient", "emission", "diffuse", "highlight", "normal"]
     with pytest.raises(clrt.LimitError, match="host_bytes"):  # before any of its 15 GB is asked for
         clrt.render(scene, width=16384, height=8192, layers=names)
-    tracer = clrt.Tracer(scene, settings=clrt.Settings(limits=Limits(host_bytes=880)))
+    tracer = clrt.Tracer(scene, settings=clrt.Settings(limits=Limits(host_bytes=320)))
     o, d = np.zeros((11, 3)), np.ones((11, 3))
     tracer.intersect(o[:10], d[:10])
-    for ask in (tracer.intersect, lambda o, d: tracer.occluded(np.tile(o, (9, 1)), np.tile(d, (9, 1)))):
+    for ask in (tracer.intersect, lambda o, d: tracer.occluded(np.tile(o, (30, 1)), np.tile(d, (30, 1)))):
         with pytest.raises(clrt.LimitError, match=r"rays: host_bytes: .* fewer rays"):
             ask(o, d)
 

@@ -52,9 +52,12 @@ def test_tables_of_lights_have_every_light():
     lights = set(lights_of_scenes.LIGHTS.values())
     kinds = [kind for kind, _ in flatten_materials._LIGHTS.values()]
     assert lights == set(typing.get_args(scene.Light)) == set(flatten_materials._LIGHTS)
-    assert lights == set(validation_module("oracle64.radiance").LIGHTS)
-    assert sorted(kinds) == sorted(layout.LIGHT_KINDS)
-    assert set(layout.LIGHT_KINDS.values()) == set(validation_module("twin.shading")._SAMPLES)
+    oracle, twin = validation_module("oracle64.lights"), validation_module("twin.lights")
+    assert lights == set(oracle.LIGHTS) | set(oracle.EXTENDED)
+    assert sorted(kinds) == sorted(layout.LIGHT_KINDS | layout.EXTENDED_KINDS)
+    assert set(layout.LIGHT_KINDS.values()) == set(twin._SAMPLES)
+    assert set(layout.EXTENDED_KINDS.values()) == set(twin.EXTENDED)
+    assert not set(layout.LIGHT_KINDS.values()) & set(layout.EXTENDED_KINDS.values())
     assert all(name == kind.__struct_config__.tag for name, kind in lights_of_scenes.LIGHTS.items())
 
 

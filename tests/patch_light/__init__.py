@@ -10,8 +10,7 @@ ENTRIES: Final[dict[str, dict[str, str]]] = {
         '#include "light_point.clh"\n': '#include "light_point.clh"\n#include "light_patch.clh"\n'
     },
     "clrt/layout/__init__.py": {
-        '"DIRECTIONAL": 1}': '"DIRECTIONAL": 1, "PATCH": 2}',
-        '        ("place", "float4"),\n': '        ("place", "float4"), ("axis", "float4"),\n',
+        '"SPOT": 2}': '"SPOT": 2, "PATCH": 3}',
     },
     "clrt/scene/lights.py": {
         "Light = PointLight |": '''\
@@ -38,7 +37,7 @@ Light = PatchLight | PointLight |''',
         '    "point": PointLight,\n': '    "point": PointLight,\n    "patch": PatchLight,\n',
     },
     "clrt/flatten/materials.py": {
-        "import DirectionalLight, Light,": "import DirectionalLight, Light, PatchLight,",
+        "    Light,\n    PointLight,\n": "    Light,\n    PatchLight,\n    PointLight,\n",
         "def _directional(": '''\
 def _patch(record: np.void, source: PatchLight) -> None:
     record["place"][:3] = source.position

@@ -34,6 +34,19 @@ def camera(**keys: Any) -> dict[str, Any]:
     return {"camera": {**CAMERA, **keys}}
 
 
+def spot(**keys: Any) -> dict[str, Any]:
+    return {"lights": [{"type": "spot", "position": [1, 2, 3], "target": [0, 0, 0], **keys}]}
+
+
+def lamp(kind: str, **keys: Any) -> dict[str, Any]:
+    of = {
+        "rectangle": {"u": [1, 0, 0], "v": [0, 1, 0]},
+        "disk": {"normal": [0, 0, 1], "radius": 1},
+        "sphere": {"radius": 1},
+    }
+    return {"lights": [{"type": kind, "center": [0, 3, 0], **of[kind], **keys}]}
+
+
 def material(**keys: Any) -> dict[str, Any]:
     return {"materials": {"m": keys}}
 
@@ -52,7 +65,31 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     ({"shapes": [3]}, ["shapes[0]", "3 is not allowed", "a table with a type"]),
     ({"shapes": {}}, ["shapes", "{}", "must be a list"]),
     ({"lights": "sun"}, ["lights", "'sun'", "must be a list"]),
-    ({"lights": [{"type": "spot"}]}, ["lights[0].type", "'spot'", "clrt has no spot lights"]),
+    ({"lights": [{"type": "ies"}]}, ["lights[0].type", "'ies'", "clrt has no measured lights"]),
+    (spot(angle=0), ["lights[0].angle", "0", "an angle from the axis, above 0 and up to 90 degrees"]),
+    (spot(angle=90.5), ["lights[0].angle", "90.5", "up to 90 degrees"]),
+    (spot(angle=math.nan), ["lights[0].angle", "nan", "finite"]),
+    (spot(penumbra=1.5), ["lights[0].penumbra", "1.5", "a part of the angle, from 0 to 1"]),
+    (spot(penumbra=-0.1), ["lights[0].penumbra", "-0.1", "from 0 to 1"]),
+    (spot(target=[1, 2, 3]), ["lights[0].target", "(1.0, 2.0, 3.0)", "not be at its position"]),
+    (lamp("rectangle", u=[0, 0, 0]), ["lights[0].u", "(0.0, 0.0, 0.0)", "a half side must not be zero"]),
+    (lamp("rectangle", v=[-2, 0, 0]), ["lights[0].v", "(-2.0, 0.0, 0.0)", "must not be parallel"]),
+    (lamp("rectangle", v=[0, 1e-38, 0]), ["lights[0].v", "1e-38", "nor the area 0"]),
+    (lamp("rectangle", u=[1e30, 0, 0], v=[0, 1e30, 0]), ["lights[0].v", "or infinite in float32"]),
+    (lamp("rectangle", u=[1, 0]), ["lights[0].u", "[1, 0]", "3 numbers"]),
+    (lamp("disk", radius=0), ["lights[0].radius", "0", "a radius must be > 0"]),
+    (lamp("disk", radius=1e-20), ["lights[0].radius", "1e-20", "area is 0 or infinite"]),
+    (lamp("disk", normal=[0, 0, 0]), ["lights[0].normal", "must not be zero"]),
+    (lamp("sphere", radius=-1), ["lights[0].radius", "-1", "a radius must be > 0"]),
+    (lamp("sphere", samples=0), ["lights[0].samples", "0", "a whole number from 1 to 65535"]),
+    (lamp("disk", samples=65536), ["lights[0].samples", "65536", "from 1 to 65535"]),
+    (lamp("disk", samples=2.5), ["lights[0].samples", "2.5", "a whole number"]),
+    (lamp("sphere", radiance=-1), ["lights[0].radiance", "-1", "a colour"]),
+    (lamp("sphere", intensity=1), ["lights[0]", "'intensity'", "radiance"]),
+    (lamp("sphere", two_sided=1), ["lights[0].two_sided", "1"]),
+    (spot(falloff="square"), ["lights[0].falloff", "'square'", "'none' or 'inverse-square'"]),
+    (spot(cone_angle=20), ["lights[0]", "'cone_angle'", "clrt calls it 'angle'"]),
+    ({"lights": [{"type": "spotlight"}]}, ["lights[0].type", "'spotlight'", "clrt calls it 'spot'"]),
     ({"lights": [{"type": "point"}]}, ["lights[0]", "'position' is missing", "3 numbers"]),
     ({"materials": []}, ["materials", "[]", "named materials"]),
     ({"camera": 5}, ["camera", "5 is not allowed"]),
@@ -88,6 +125,22 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     ({"medium_ior": 0}, ["medium_ior", "0", "> 0"]),
     ({"lights": [{"type": "point", "position": [0, 0, 0], "intensity": -1}]}, ["lights[0].intensity", "-1"]),
     ({"lights": [{"type": "directional", "direction": [0, 0, 0]}]}, ["lights[0].direction", "not be zero"]),
+    (material(roughness=-0.1), ["materials.m.roughness", "-0.1", "a number from 0 to 1"]),
+    (material(roughness=1.5), ["materials.m.roughness", "1.5", "a number from 0 to 1"]),
+    (material(roughness=math.nan), ["materials.m.roughness", "nan", "finite"]),
+    (material(roughness="satin"), ["materials.m.roughness", "'satin'", "a number from 0 to 1"]),
+    (material(roughness=0.3, transmission=0.5), ["materials.m.roughness", "0.3", "transmits nothing"]),
+    (material(roughness=0.005, fresnel=True), ["materials.m.roughness", "0.005", "transmission = 0"]),
+    (camera(aperture=-0.1), ["camera.aperture", "-0.1", "a radius from 0 to 1e18"]),
+    (camera(aperture=math.nan), ["camera.aperture", "nan", "finite"]),
+    (camera(aperture="f/2"), ["camera.aperture", "'f/2'", "a radius from 0 to 1e18"]),
+    (camera(aperture=1e19), ["camera.aperture", "1e+19", "a radius from 0 to 1e18"]),
+    (camera(aperture=2.0, focus=1e-6), ["camera.aperture", "2.0", "at most 1e+06 times", "1e-06"]),
+    (camera(near=1e19), ["camera.near", "1e+19", "a distance from 0 to 1e18"]),
+    (camera(focus=0), ["camera.focus", "0", "a distance > 0 along the view"]),
+    (camera(focus=-2.5), ["camera.focus", "-2.5", "a distance > 0 along the view"]),
+    (camera(focus=1e-50), ["camera.focus", "1e-50", "a distance > 0 along the view"]),
+    (camera(focus=math.inf), ["camera.focus", "inf", "finite"]),
     (material(ior="glas"), ["materials.m.ior", "'glas'", "air, water", "did you mean 'glass'"]),
     (material(ior=-1.5), ["materials.m.ior", "-1.5", ">= 0.001"]),
     (material(fresnel="yes"), ["materials.m.fresnel", "'yes'", "'schlick'"]),
@@ -200,7 +253,7 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     (camera(spp=0), ["camera.spp", "0", "square number"]),
     (camera(jitter=-1), ["camera.jitter", "-1", "a seed"]),
     (camera(size=0), ["camera.size", "0", "> 0"]),
-    (camera(near=-1), ["camera.near", "-1", ">= 0"]),
+    (camera(near=-1), ["camera.near", "-1", "from 0 to"]),
     # files
     ({"background": "sky.exr"}, ["background", "'sky.exr'", "no such file"]),
     ({"background": "../../etc/hostname"}, ["background", "'../../etc/hostname'", "in the scene's folder"]),

@@ -8,7 +8,10 @@ from .parts import CLOSED, OPEN, Table, room, with_material
 
 _POINT: Table = {"type": "point", "position": [-4, 6, 8]}
 _LAMP: Table = {**_POINT, "intensity": [90, 80, 70], "falloff": "inverse-square"}
+_SPOT: Table = {"type": "spot", "position": [-4, 5, 7], "target": [-0.5, 0, 0], "angle": 21, "penumbra": 0.6}
+_SHARP: Table = {**_SPOT, "position": [5, 3, 8], "angle": 16, "penumbra": 0, "intensity": [50, 60, 70]}
 _SUN: Table = {"type": "directional", "direction": [0.5, -0.8, -1], "intensity": [0.3, 0.35, 0.3]}
+_SPOTS = [{**_SPOT, "intensity": [70, 60, 50]}, _SHARP]
 _MIRROR: Table = {"diffuse": 0.0, "reflection": 0.85, "reflection_color": [1, 0.9, 0.7]}
 _GLASS: Table = {"diffuse": 0.0, "fresnel": True, "ior": 1.5}
 _SHEET: Table = {"diffuse": 0.0, "reflection": 0.3, "transmission": 0.7, "ior": 1.0}
@@ -23,6 +26,11 @@ def scenes() -> Iterator[tuple[str, Table, str]]:
     """Name, scene and the stock configuration that expresses it."""
     yield "stock S1: lamp", _diffuse([_LAMP]), "S1"
     yield "stock S1: sun", _diffuse([_SUN, _LAMP]), "S1"
+    lens = {"aperture": 0.03, "focus": 7.0, "spp": 4}
+    yield "stock S1: lens", _diffuse([_LAMP], lens), "S1"
+    yield "stock S1: spots", _diffuse([{**spot, "falloff": "inverse-square"} for spot in _SPOTS]), "S1"
+    faint = [{**spot, "intensity": [0.5, 0.45, 0.4]} for spot in _SPOTS]
+    yield "stock S5: spots", _diffuse(faint), "S5"
     yield "stock S5", _diffuse([{**_POINT, "intensity": 0.7}, _SUN]), "S5"
     yield "stock S2", _mirrors(), "S2"
     yield "stock S4", _lobe(), "S4"
@@ -35,14 +43,14 @@ def _matte(red: float, green: float, blue: float) -> Table:
     return {"color": [red, green, blue], "diffuse": 0.8, "ambient": 0.0}
 
 
-def _stage(shapes: list[Table], lights: list[Table]) -> Table:
+def _stage(shapes: list[Table], lights: list[Table], camera: Table | None = None) -> Table:
     """The usual room without ambient light, which Mitsuba does not have."""
     table = room([], ambient=0.0, lights=lights)
     walls = [{**wall, "material": {**wall["material"], "ambient": 0.0}} for wall in table["shapes"]]
-    return {**table, "shapes": [*walls, *shapes]}
+    return {**table, "camera": {**table["camera"], **(camera or {})}, "shapes": [*walls, *shapes]}
 
 
-def _diffuse(lights: list[Table]) -> Table:
+def _diffuse(lights: list[Table], camera: Table | None = None) -> Table:
     """Every primitive that Mitsuba itself has, to the precision of its numbers, side by side."""
     shapes = []
     for number, name in enumerate(EXACT):
@@ -50,7 +58,7 @@ def _diffuse(lights: list[Table]) -> Table:
         at = (-2.6 + 1.3 * column, 1.5 - 1.4 * row, 0.3 * (number % 3))
         color = _matte(0.4 + 0.1 * row, 0.5, 0.7 - 0.1 * column)
         shapes.append(with_material(_BODIES[name](at, 0.55), color))
-    return _stage(shapes, lights)
+    return _stage(shapes, lights, camera)
 
 
 def _mirrors() -> Table:

@@ -55,7 +55,16 @@ def _local() -> dict[str, Table]:
 def _bounces() -> dict[str, Table]:
     """What a hit passes on."""
     metal = {"color": 0.3, "diffuse": 0.1, "reflection_color": [0.9, 0.6, 0.3], "fresnel": "schlick"}
+    gold = {"diffuse": 0.0, "conductor": {"eta": 0.2, "k": 3.1}}
+    coat = {"color": 0.3, "diffuse": 0.2, "fresnel": True, "transmission": 0.0, "ior": 1.6}
     return {
+        "rough mirror": _pair({"color": 0.3, "diffuse": 0.1, "reflection": 0.8, "roughness": 0.3,
+                               "reflection_color": [0.9, 0.8, 0.7]}),
+        "rough metal": _pair({**gold, "roughness": 0.2}, {**gold, "roughness": 0.6, "reflection": 0.9}),
+        "rough coat": _pair({**coat, "roughness": 0.25}, medium_ior=1.2),
+        "rough schlick": _pair({**metal, "reflection": 0.8, "roughness": 0.4}),
+        "rough smooth mesh": room([with_material(CLOSED["smooth mesh"]((0, 0, 0), 1.8),
+                                                 {**gold, "roughness": 0.5})]),
         "mirror": _pair({"color": 0.3, "diffuse": 0.1, "reflection": 0.8}),
         "tinted mirror": _pair({"color": 0.3, "diffuse": 0.1, "reflection": 0.8,
                                 "reflection_color": [1, 0.7, 0.4]}),
@@ -92,7 +101,41 @@ def _lights() -> dict[str, Table]:
             "material": {"diffuse": 0.05, "fresnel": True, "transmission_color": [0.8, 1, 0.8]}}  # fmt: skip
     post = {"type": "cylinder", "p0": [-1.8, -2.4, 0], "p1": [-1.8, 0, 0], "radius": 0.3, "caps": True,
             "material": _MATTE}  # fmt: skip
+    spot: Table = {"type": "spot", "position": [-3, 5, 6], "target": [-0.2, -0.3, 0.5]}
+    spots = [{**spot, "angle": 17, "penumbra": 0.5, "intensity": [0.5, 0.7, 0.8]},
+             {**spot, "position": [4, 5, 3], "angle": 24, "penumbra": 0, "intensity": [22, 15, 9],
+              "falloff": "inverse-square"}]  # fmt: skip
+    hidden: Table = {"visible": False}
+    panel = {"type": "rectangle", "center": [-3, 4, 4], "u": [-0.2, 0.5, -0.8], "v": [1, 0, 0.4],
+             "samples": 6, "radiance": [6, 5, 4], **hidden}  # fmt: skip
+    plate = {"type": "disk", "center": [2.6, 0.4, 2], "normal": [1, 0.2, 0.3], "radius": 0.7, "samples": 5,
+             "radiance": [1, 2, 3], "two_sided": True, **hidden}  # fmt: skip
+    bulb = {"type": "sphere", "center": [1, 3, 3], "radius": 0.9, "samples": 4, "radiance": 2, **hidden}
+    inside = {**bulb, "center": [0.7, 1.3, 1.6], "radius": 0.6, "radiance": 0.4}  # and a ball in it
+    around = {"type": "sphere", "center": [0, 0, 0], "radius": 30, "samples": 3, "radiance": 0.3,
+              "two_sided": True, **hidden}  # fmt: skip
+    bright = {"diffuse": 0.4, "reflection": 0.5}
+    four: Table = {"camera": {**CAMERA, "spp": 4, "jitter": 2, "width": 80, "height": 60}}
     return {
+        "rectangle": _pair(_SHINY, lights=[panel]),
+        "disk and sphere": _pair(_SHINY, lights=[plate, {**bulb, "radiance": 1.5}, inside]),
+        "within a sphere of light": _pair(_SHINY, lights=[around]),
+        "lights that are seen": _pair(bright, lights=[
+            {**plate, "visible": True, "radiance": [0.7, 0.9, 0.8]},
+            {**bulb, "center": [-2, 1, 1.5], "visible": True, "radiance": 0.8},
+            {**panel, "center": [1.4, 2, -1], "u": [1, 0.2, 0], "v": [0, 0.6, 0.4], "visible": True,
+             "radiance": [0.9, 0.8, 0.7]}]),
+        "lights seen from all sides": _pair(
+            {**_GLASS, "specular": 0.3}, ambient_samples=2, max_depth=3, **four, lights=[
+                {**around, "radius": 12, "visible": True, "samples": 2},
+                {**plate, "visible": True, "samples": 2},
+                {**panel, "center": [-1.7, 1.4, 1.8], "u": [0.5, 0, 0], "v": [0, -0.4, 0], "visible": True,
+                 "samples": 2, "radiance": 0.6}]),
+        "lights with extent in mirrors": _pair(bright, lights=[panel, bulb], max_depth=2, **four),
+        "lights with extent and ambient rays": _pair(_MATTE, lights=[plate, around], ambient_samples=2,
+                                                     max_depth=1, **four),
+        "spots": _pair(_SHINY, lights=spots),
+        "spots on matte": _pair(_MATTE, lights=spots),
         "point light": _pair(_SHINY, lights=[{**point, "intensity": [0.9, 0.8, 0.7]}]),
         "inverse square": _pair(_SHINY,
                                 lights=[{**point, "intensity": [60, 55, 50], "falloff": "inverse-square"}]),

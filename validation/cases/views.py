@@ -44,6 +44,10 @@ _CAMERAS: dict[str, Table] = {
     "16 samples": {"spp": 16},
     "16 jittered samples": {"spp": 16, "jitter": 12},
     "64 samples": {"spp": 64},
+    "lens": {"aperture": 0.03, "focus": 6.5},
+    "lens beyond near": {"aperture": 0.04, "near": 3.0, "mirror": True, "shift": [2, -1], "spp": 4,
+                         "jitter": 2},
+    "orthographic lens": {"type": "orthographic", "size": 6.2, "aperture": 0.03, "focus": 7.0, "near": 0.5},
 }
 
 

@@ -64,7 +64,13 @@ Quadric Constants 1 0 1 0 0 0 0 0 0 -9 Surface Spectrum 600 700 Constants 0.5 0 
 
 RESUMED: Final[Table] = {
     "camera": {"origin": [0, 0, 4], "target": [0, 0, 0], **SIDE},
-    "lights": [{"type": "point", "position": [3, 5, 4]}],
+    "lights": [
+        {"type": "point", "position": [3, 5, 4]},
+        {"type": "spot", "position": [-3, 5, 4], "target": [0, 0, 0], "angle": 25, "penumbra": 0.2},
+        {"type": "rectangle", "center": [0, 4, 0], "u": [0.5, 0, 0], "v": [0, 0, 0.5], "samples": 3},
+        {"type": "disk", "center": [2, 3, 0], "normal": [-1, -1, 0], "radius": 0.4, "samples": 2},
+        {"type": "sphere", "center": [-2, 3, 1], "radius": 0.3, "samples": 2, "two_sided": True},
+    ],
     "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}],
 }
 """The scene whose checkpoint is spoiled."""

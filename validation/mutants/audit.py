@@ -34,7 +34,8 @@ _STARTS: Final = (
     Mutant("H4: inside of a quadric beyond its clip", "clrt/flatten/inside.py",
            "if shape.clip is not None:", "if False:", ("camera in a clipped quadric",)),
     Mutant("H5: rays looked for at the eye, not at the near plane", "clrt/flatten/camera.py",
-           "return origin + near * forward + across", "return origin + across", ("near plane in glass",)),
+           "corners = origin + near * forward + across", "corners = origin + across",
+           ("near plane in glass",)),
 )  # fmt: skip
 _READING: Final = (
     Mutant("rotations clockwise", "clrt/scene/transforms.py",

@@ -9,6 +9,7 @@ import numpy as np
 
 from . import optics
 from .film import Rays
+from .gloss import Facets, facets
 from .spot import Spot
 from .vectors import Array, Bools, Ints, dot
 from .world import World
@@ -45,6 +46,7 @@ def bounce(world: World, rays: Rays, spot: Spot) -> Bounce:
     """Reflected and transmitted rays of hits; a ray of all bands splits at an index that is a curve."""
     eta_i, eta_t, curved = indices(world, spot)
     splits = curved & (rays.group < 0) & (world.surfaces.kt[spot.shape] > 0)
+    facet = facets(rays, spot, world.surfaces.alpha[spot.shape])
     reflects, total = np.zeros_like(rays.weight), np.zeros(len(rays), bool)
     transmitted: list[Spawned] = []
     for group in (-1, *range(world.palette.groups)):
@@ -54,7 +56,8 @@ def bounce(world: World, rays: Rays, spot: Spot) -> Bounce:
             continue
         ours = np.full(len(rows), group) if group >= 0 else rays.group[rows]
         at = np.maximum(ours, 0)
-        passed = _pass(world, rays[rows], spot.take(rows), eta_i[rows, at], eta_t[rows, at])
+        passed = _pass(world, rays[rows], spot.take(rows), eta_i[rows, at], eta_t[rows, at],
+                       facet.take(rows))  # fmt: skip
         mine = (ours[:, None] < 0) | (world.palette.group_of == ours[:, None])
         reflects[rows] += np.where(mine, passed.reflects, 0.0)
         total[rows] |= passed.total
@@ -63,6 +66,8 @@ def bounce(world: World, rays: Rays, spot: Spot) -> Bounce:
     mirrored = optics.reflect(rays.direction, spot.ns)
     below = dot(mirrored, spot.n) <= 0
     mirrored = np.where(below[:, None], optics.reflect(rays.direction, spot.n), mirrored)
+    rough = world.surfaces.alpha[spot.shape] > 0
+    mirrored = np.where(rough[:, None], facet.direction, mirrored)
     asked = (world.surfaces.kr[spot.shape] > 0) | (world.surfaces.kt[spot.shape] > 0)
     kept = np.flatnonzero(_worth(world, rays.weight * reflects, asked))
     child = replace(
@@ -85,8 +90,12 @@ def indices(world: World, spot: Spot) -> tuple[Array, Array, Bools]:
     return np.where(inside[:, None], eta_t, eta_i), np.where(inside[:, None], eta_i, eta_t), curved
 
 
-def _pass(world: World, rays: Rays, spot: Spot, eta_i: Array, eta_t: Array) -> _Passed:
+def _pass(
+    world: World, rays: Rays, spot: Spot, eta_i: Array, eta_t: Array, facet: Facets
+) -> _Passed:
     of, shape, u = world.surfaces, spot.shape, rays.direction
+    rough = of.alpha[shape] > 0
+    cosine = np.where(rough, facet.cosine, -dot(spot.ns, u))
     thin = of.thin[shape]
     transmitted, k = optics.refract(u, spot.ns, eta_i / eta_t)
     above = (k >= 0) & (dot(transmitted, spot.n) >= 0)
@@ -95,15 +104,15 @@ def _pass(world: World, rays: Rays, spot: Spot, eta_i: Array, eta_t: Array) -> _
     transmitted = np.where(thin[:, None], u, transmitted)
 
     total = (k < 0) & ~thin & (of.kt[shape] > 0)
-    share = optics.fresnel(eta_i, eta_t, -dot(bent, u))
+    share = optics.fresnel(eta_i, eta_t, np.where(rough, cosine, -dot(bent, u)))
     share = np.where(thin, 2 * share / (1 + share), share)[:, None]
     metal = np.flatnonzero(of.conductor[shape])
     if metal.size:
         share = np.repeat(share, of.metal.shape[1], axis=1)
-        cosine = -dot(spot.ns[metal], u[metal])
-        share[metal] = optics.conductor(eta_i[metal, None], of.metal[shape[metal]], cosine)
+        share[metal] = optics.conductor(eta_i[metal, None], of.metal[shape[metal]], cosine[metal])
     mirror = of.mirror[shape]
-    mirror = np.where(of.schlick[shape, None], optics.schlick(mirror, -dot(spot.ns, u)), mirror)
+    mirror = np.where(of.schlick[shape, None], optics.schlick(mirror, cosine), mirror)
+    mirror = np.where(rough, facet.passed, 1.0)[:, None] * mirror
     reflects, transmits = of.kr[shape, None] * mirror, of.kt[shape, None] * of.tint[shape]
     by_fresnel = (of.fresnel | of.conductor)[shape, None]
     reflects, transmits = (
@@ -141,7 +150,7 @@ def _joined(spawned: list[Spawned]) -> Spawned:
     """Children of several rows, in the order of their parents."""
     parent = np.concatenate([part.parent for part in spawned])
     order = np.argsort(parent, kind="stable")
-    names = ("origin", "direction", "weight", "path", "pixel", "media", "group")
+    names = ("origin", "direction", "weight", "path", "pixel", "media", "group", "base", "sample")
     joined: dict[str, Any] = {
         name: np.concatenate([getattr(part.rays, name) for part in spawned])[order] for name in names
     }

@@ -14,8 +14,13 @@ from .surfaces import longitude_latitude
 from .vectors import Array, dot, unit
 
 
-def camera_rays(camera: Camera, width: int, height: int, x: Array, y: Array) -> tuple[Array, Array]:
-    """Origins and directions (n, 3) through the points x, y (n,) of the image: pixel 0 is [0, 1), y down."""
+def camera_rays(
+    camera: Camera, width: int, height: int, x: Array, y: Array, lens: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Origins and directions (n, 3) through the points x, y (n,) of the image: pixel 0 is [0, 1), y down.
+
+    lens: points (n,), (n,) of the unit disk, where on the lens rays start if there is one.
+    """
     forward, right, up = basis(camera)
     by_width = camera.fov_axis == "horizontal"
     half = camera.size / 2 if camera.type == "orthographic" else np.tan(np.radians(camera.fov) / 2)
@@ -23,10 +28,28 @@ def camera_rays(camera: Camera, width: int, height: int, x: Array, y: Array) -> 
     across = ((2 * (x + camera.shift[0]) / width - 1) * half_width)[:, None] * right
     down = ((1 - 2 * (y + camera.shift[1]) / height) * half_height)[:, None] * up
     origin = np.broadcast_to(np.asarray(camera.origin, float), across.shape)
+    if camera.aperture > 0:
+        return _through_lens(camera, origin, across + down, lens)
     if camera.type == "orthographic":
         return origin + across + down + camera.near * forward, np.broadcast_to(forward, across.shape)
     direction = unit(forward + across + down)
     return origin + (camera.near / dot(direction, forward[None]))[:, None] * direction, direction
+
+
+def _through_lens(
+    camera: Camera, origin: Array, in_view: Array, lens: tuple[Array, Array]
+) -> tuple[Array, Array]:
+    """Rays from the lens through the points in focus that the pinhole sees at the same places."""
+    forward, right, up = basis(camera)
+    distance = camera.focus or float(np.linalg.norm(np.subtract(camera.target, camera.origin)))
+    if camera.type == "orthographic":
+        origin = origin + in_view
+        sharp = origin + distance * forward
+    else:
+        sharp = origin + distance * (forward + in_view)
+    start = origin + camera.aperture * (lens[0][:, None] * right + lens[1][:, None] * up)
+    direction = unit(sharp - start)
+    return start + (camera.near / dot(direction, forward[None]))[:, None] * direction, direction
 
 
 def basis(camera: Camera) -> tuple[Array, Array, Array]:

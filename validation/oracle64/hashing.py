@@ -58,14 +58,27 @@ def jitter(h: Words) -> tuple[Array, Array]:
     return interval(mix(h + np.uint32(1))), interval(mix(h + np.uint32(2)))
 
 
+def pair(h: Words, i: Any) -> tuple[Array, Array]:
+    """Numbers i (one, or one for each) of the sequences that begin at hashes, in [0, 1)^2."""
+    return interval(mix(h + np.uint32(1)) + word(i * 0xC13FA9A9)), interval(
+        mix(h + np.uint32(2)) + word(i * 0x91E10DA5)
+    )
+
+
+def lens(seed: int, pixel: Any, sample: Any) -> tuple[Array, Array]:
+    """Where on the unit disk the rays of a lens start."""
+    h = combine(combine(word(np.full(np.shape(pixel), seed)), pixel), 0x80000000)
+    u1 = interval(mix(h + np.uint32(1)) + word(np.asarray(sample, np.int64) * 0x9E3779B9))
+    u2 = interval(mix(h + np.uint32(2)) + word(np.asarray(sample, np.int64) * 0x6A09E667))
+    return concentric(u1, u2)
+
+
 def cosine_direction(h: Words, i: int, n: Array) -> Array:
     """Direction i of the cosine-distributed ones about the unit normals n (m, 3).
 
     A point of the R2 sequence (Roberts 2018), moved by the hash, taken to the disk, lifted to the hemisphere.
     """
-    u1 = interval(mix(h + np.uint32(1)) + word(i * 0xC13FA9A9))
-    u2 = interval(mix(h + np.uint32(2)) + word(i * 0x91E10DA5))
-    a, b = concentric(u1, u2)
+    a, b = concentric(*pair(h, i))
     t, s = frame(n)
     c = np.sqrt(np.maximum(0, 1 - a * a - b * b))
     d = a[:, None] * t + b[:, None] * s + c[:, None] * n

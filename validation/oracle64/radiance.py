@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from clrt.scene.scene import DirectionalLight, PointLight, Scene
+from clrt.scene.scene import Scene
 
 from . import hashing, optics
 from .bounce import Spawned, bounce
 from .camera import Background
 from .film import ROUTES, Film, Rays
+from .lights import Way, ways
 from .spot import Spot, spot_at, visible_hit
-from .vectors import Array, dot, unit
+from .vectors import Array, dot
 from .world import World, visibility
 
 
@@ -61,17 +62,27 @@ def radiance(job: Job, rays: Rays, generation: int) -> Array:
 
 def shade(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     """e + ka F A + the lights' share + kr M L(reflected) + kt Tt L(transmitted)."""
-    emission = job.world.surfaces.emission[spot.shape]
+    emission = emitted(job, rays, spot)
     job.film.add(rays, generation, emission, "emission")
     light = emission + ambient_light(job, rays, spot, generation)
-    for source in job.scene.lights:
-        light += lit_by(job, source, rays, spot, generation)
+    origin = spot.leave(spot.n)
+    for number, source in enumerate(job.scene.lights):
+        for way in ways(source, number, origin, rays):
+            light += lit_by(job, number, way, rays, spot, generation)
     passed = bounce(job.world, rays, spot)
     if generation < job.max_depth:
         job.film.count(generation, "total_internal_reflection", np.count_nonzero(passed.total))
     light += follow(job, rays, generation, passed.reflection, hashing.REFLECTION)
     light += follow(job, rays, generation, passed.transmission, hashing.TRANSMISSION)
     return np.asarray(light)
+
+
+def emitted(job: Job, rays: Rays, spot: Spot) -> Array:
+    """e; of a light's surface its radiance, on a side that shines, and not to ambient rays."""
+    emission, lamp = job.world.surfaces.emission[spot.shape], job.world.lamp[spot.shape]
+    both = np.array([getattr(light, "two_sided", False) for light in job.scene.lights] + [True], bool)
+    dark = (lamp >= 0) & ((~spot.enters & ~both[lamp]) | (rays.kind == "ambient"))
+    return np.where(dark[:, None], 0.0, emission)
 
 
 def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
@@ -85,16 +96,17 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     if gathers.any():
         parents, n, ns = rays[gathers], spot.n[gathers], spot.ns[gathers]
         h = hashing.child(parents.path, hashing.AMBIENT)
-        flags = hashing.GATHERED | (hashing.GATHERED_FIRST if generation == 0 else 0)
-        path = hashing.key(h) | parents.path & np.uint32(hashing.FLAGS) | np.uint32(flags)
+        flags: Any = hashing.GATHERED | (hashing.GATHERED_FIRST if generation == 0 else 0)
+        flags = parents.path & np.uint32(hashing.FLAGS) | np.uint32(flags)
         origin, weight = spot.leave(spot.n)[gathers], parents.weight * share[gathers] / samples
         for i in range(samples):
             direction = hashing.cosine_direction(h, i, ns)
             below = dot(direction, n) <= 0
             direction[below] = hashing.cosine_direction(h[below], i, n[below])
+            key = hashing.key(hashing.combine(h, i))
             gatherers = replace(
-                parents, origin=origin, direction=direction, weight=weight, path=path,
-                media=spot.before[gathers], kind="ambient",
+                parents, origin=origin, direction=direction, weight=weight, path=key | flags, base=key,
+                sample=np.zeros(len(key), int), media=spot.before[gathers], kind="ambient",
             )  # fmt: skip
             seen = radiance(job, gatherers, generation + 1)
             light[gathers] += share[gathers] / samples * seen
@@ -102,39 +114,24 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     return light
 
 
-def point(source: Any, origin: Array) -> tuple[Array, Array, Array]:
-    """Directions (n, 3) to a light, distances (n,), and the factors (n,) by which its intensity arrives."""
-    to_light = np.array(source.position) - origin
-    distance = np.sqrt(dot(to_light, to_light))
-    fades = source.falloff == "inverse-square"
-    return unit(to_light), distance, distance**-2.0 if fades else np.ones_like(distance)
-
-
-def directional(source: Any, origin: Array) -> tuple[Array, Array, Array]:
-    """As `point`."""
-    distance = np.full(len(origin), np.inf)
-    return np.broadcast_to(-unit(source.direction), origin.shape), distance, np.ones_like(distance)
-
-
-LIGHTS: dict[Any, Any] = {PointLight: point, DirectionalLight: directional}
-
-
-def lit_by(job: Job, source: Any, rays: Rays, spot: Spot, generation: int) -> Array:
-    """I f(r) [kd F (ns.l) + ks H (r.v)^m] where the light is seen, else 0."""
-    of, shape = job.world.surfaces, spot.shape
+def lit_by(job: Job, number: int, way: Way, rays: Rays, spot: Spot, generation: int) -> Array:
+    """I f(r) [kd F (ns.l) + ks H (r.v)^m] where a light, or one of its points, is seen, else 0."""
+    of, shape, source = job.world.surfaces, spot.shape, job.scene.lights[number]
     origin = spot.leave(spot.n)
-    direction, distance, factor = LIGHTS[type(source)](source, origin)
+    direction, distance, factor = way
     cosine = dot(spot.ns, direction)
     asked = (dot(spot.n, direction) > 0) & (cosine > 0) & ((of.kd[shape] > 0) | (of.ks[shape] > 0))
     job.film.count(generation, "feelers", np.count_nonzero(asked))
     seen = np.zeros_like(spot.color)
-    seen[asked] = visibility(job.world, origin[asked], direction[asked], distance[asked])
+    seen[asked] = visibility(job.world, origin[asked], direction[asked], distance[asked], number)
 
     received = job.world.palette.light(source.intensity) * seen * factor[:, None]
     received = np.where(asked[:, None], received, 0.0)
     mirrored = 2 * cosine[:, None] * spot.ns - direction
     alignment = dot(mirrored, -rays.direction)
     lobe = np.where(alignment > 0, np.maximum(alignment, 0) ** of.m[shape], 0.0)
+    if getattr(source, "visible", False):  # mirrors show it
+        lobe = np.where(of.kr[shape] > 0, 0.0, lobe)
     highlight = of.highlight[shape]
     highlight = np.where(of.schlick[shape, None], optics.schlick(highlight, cosine), highlight)
     diffuse = received * (of.kd[shape] * cosine)[:, None] * spot.color
@@ -158,8 +155,9 @@ def follow(job: Job, rays: Rays, generation: int, spawned: Spawned, number: int)
         job.film.count(generation + 1, ROUTES[number], len(spawned.parent))
         route = parents.path & np.uint32(hashing.FLAGS)
         route = np.where(route & np.uint32(hashing.ROUTE), route, route | np.uint32(number)).astype(np.uint32)
-        path = hashing.key(hashing.child(parents.path, number)) | route
-        traced = replace(children, weight=parents.weight * share, path=path, kind=ROUTES[number])
+        key = hashing.key(hashing.child(parents.path, number))
+        own = {"path": key | route, "base": key, "sample": np.zeros(len(key), int)}
+        traced = replace(children, weight=parents.weight * share, kind=ROUTES[number], **own)
         returned = share * radiance(job, traced, generation + 1)
     np.add.at(light, spawned.parent, returned)
     return light

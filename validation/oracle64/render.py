@@ -76,7 +76,7 @@ def _hits(world: World, origin: Array, direction: Array, t: Array, primitive: In
         path, pixel = hashing.word(np.zeros(count)), np.arange(count)
         rays = _fresh(world, origin[hit], direction[hit], path, pixel, nothing)
         spot = spot_at(world, rays, Met(t[hit], primitive[hit], nothing, nothing))
-        shape[hit], normal[hit], position[hit] = spot.shape, spot.outward, spot.point
+        shape[hit], normal[hit], position[hit] = world.shown[spot.shape], spot.outward, spot.point
     return Hits64(t, primitive, shape, normal, position)
 
 
@@ -129,8 +129,9 @@ def render64(
         raise ValueError("the scene has no camera")
     camera = _shifted(scene.camera, shift)
     width, height = _size(camera, width, height)
-    grid = math.isqrt(spp or camera.spp)
-    if grid * grid != (spp or camera.spp):
+    spp = spp or camera.spp or 1
+    grid = math.isqrt(spp)
+    if grid * grid != spp:
         raise ValueError(f"spp = {spp} is not a square number")
     with np.errstate(all="ignore"):
         job = _job(scene, width * height, max_depth)
@@ -221,17 +222,21 @@ def _camera_block(
     place = (0.5, 0.5) if camera.jitter is None else hashing.jitter(h)
     x = np.asarray(pixel % width + (sample % grid + place[0]) / grid, float)
     y = np.asarray(pixel // width + (sample // grid + place[1]) / grid, float)
-    origin, direction = camera_rays(camera, width, height, x, y)
-    return _fresh(world, origin, direction, hashing.key(h), pixel)
+    seed = camera.jitter or 0
+    lens = hashing.lens(seed, pixel, sample)
+    origin, direction = camera_rays(camera, width, height, x, y, lens)
+    return _fresh(world, origin, direction, hashing.key(h), pixel, seed=seed, sample=sample)
 
 
 def _fresh(world: World, origin: Array, direction: Array, path: Words, pixel: Ints,
-           media: Ints | None = None) -> Rays:  # fmt: skip
+           media: Ints | None = None, seed: int = 0, sample: Any = 0) -> Rays:  # fmt: skip
     """Rays of all bands that start in the media that are there."""
     if media is None:
         media = around(world.batches, world.shape_of, world.media, origin)
     weight = np.ones((len(pixel), world.palette.bands))
-    return Rays(origin, direction, weight, path, pixel, media, np.full(len(pixel), -1))
+    base = hashing.combine(hashing.word(np.full(len(pixel), seed)), pixel)
+    sample = np.broadcast_to(sample, len(pixel))
+    return Rays(origin, direction, weight, path, pixel, media, np.full(len(pixel), -1), base, sample)
 
 
 def _geometry(world: World, camera: Camera, width: int, height: int, grid: int) -> dict[str, Any]:

@@ -31,6 +31,7 @@ class Surfaces:
     m: Array
     kr: Array
     kt: Array
+    alpha: Array  # GGX's, 0 of perfect mirrors
     eta: Array  # (s, groups)
     metal: NDArray[np.complex128]  # (s, bands): a conductor's index eta + ik, else 1
     highlight: Array  # H
@@ -77,7 +78,7 @@ class Surfaces:
 
 
 _COLORS = ("color", "other_color", "highlight", "mirror", "tint", "emission")
-_NUMBERS = ("ka", "kd", "ks", "m", "kr", "kt", "size", "divisions")
+_NUMBERS = ("ka", "kd", "ks", "m", "kr", "kt", "alpha", "size", "divisions")
 _FLAGS = ("fresnel", "schlick", "thin", "conductor", "curved")
 _NAMES = (*_COLORS, *_NUMBERS, *_FLAGS, "eta", "metal", "checker")
 
@@ -94,6 +95,7 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
         **{name: palette.reflectance(tint) for name, tint in tints.items()},
         "emission": palette.light(material.emission), "ka": material.ka, "kd": material.diffuse,
         "ks": material.specular, "m": material.shininess, "kr": material.kr, "kt": material.kt,
+        "alpha": material.roughness**2 if material.roughness >= 0.01 and material.kr > 0 else 0.0,
         "eta": palette.index(material.ior), "curved": palette.is_curve(material.ior),
         "conductor": metal is not None, "metal": palette.metal(metal),
         "thin": material.thin, "fresnel": material.fresnel is True, "schlick": material.fresnel == "schlick",

@@ -10,6 +10,7 @@ import numpy as np
 from clrt.scene.scene import Scene
 
 from .batch import Batch
+from .lights import with_surfaces
 from .media import Media
 from .palette import Palette
 from .primitives import gather
@@ -29,22 +30,29 @@ class World:
     trees: list[list[Node]]
     shape_of: Ints  # (primitives,)
     palette: Palette
-    surfaces: Surfaces  # one row a shape
+    surfaces: Surfaces  # one row a shape, and then one a visible light
+    lamp: Ints  # (rows,): of each the light's number, -1 of shapes
     media: Media
 
     @classmethod
     def of(cls, scene: Scene, leaf: int = LEAF) -> World:
         """The world of a scene; with `leaf` as large as the scene, brute force."""
+        scene, lamp = with_surfaces(scene)
         batches, shape_of = gather(scene)
         trees = [build(batch, leaf) for batch in batches]
         palette = Palette.of(scene)
         surfaces = Surfaces.of(scene, palette, batches, shape_of)
-        return cls(scene, batches, trees, shape_of, palette, surfaces, Media.of(scene, palette))
+        return cls(scene, batches, trees, shape_of, palette, surfaces, lamp, Media.of(scene, palette))
+
+    @cached_property
+    def shown(self) -> Ints:
+        """The number (rows,) that a layer shows of each: lights are counted after all shapes."""
+        return np.where(self.lamp < 0, np.arange(len(self.lamp)), np.count_nonzero(self.lamp < 0) + self.lamp)
 
     @cached_property
     def hides_backs(self) -> Bools:
         """Shapes (s,) that are invisible from behind."""
-        opaque = self.surfaces.kt == 0
+        opaque = (self.surfaces.kt == 0) & (self.lamp < 0)
         return opaque if self.scene.one_sided == "opaque" else np.zeros_like(opaque)
 
     def located(self, primitive: Ints) -> list[tuple[Batch, Ints, Ints]]:
@@ -101,10 +109,11 @@ def nearest_hit(world: World, origin: Array, direction: Array, after: Hit | None
     return t, primitive
 
 
-def visibility(world: World, origin: Array, direction: Array, length: Array) -> Array:
+def visibility(world: World, origin: Array, direction: Array, length: Array, light: int) -> Array:
     """What of a light at distance `length` arrives (n, bands): 0 behind a blocker at t < length, else 1.
 
-    With tinted shadows every transmissive surface crossed multiplies it by kt Tt.
+    Its own surface, that of light number `light`, does not count. With tinted shadows every transmissive
+    surface crossed multiplies it by kt Tt.
     """
     seen = np.ones((len(origin), world.palette.bands))
     reach = length.copy()
@@ -115,6 +124,7 @@ def visibility(world: World, origin: Array, direction: Array, length: Array) -> 
             ray, which = np.repeat(rays, len(rows)), np.tile(rows, len(rays))
             crossed = visible_roots(world, batch, which, origin[ray], direction[ray]) < length[ray, None]
             shape = world.shape_of[batch.ids[which]]
+            crossed &= (world.lamp[shape] != light)[:, None]
             opaque = (world.surfaces.kt[shape] == 0) | (not tinted)
             blocked = ray[across(np.logical_or, crossed) & opaque]
             seen[blocked], reach[blocked] = 0.0, -np.inf  # no box is nearer: such a ray is done

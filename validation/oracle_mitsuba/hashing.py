@@ -47,17 +47,31 @@ def cosine_direction(h: Array, index: int, n: Array) -> Array:
     """Direction number `index` about unit normals n (m, 3): Shirley and Chiu's map of the square to the disk,
     lifted."""
     with np.errstate(over="ignore"):
-        a = 2 * unit(mix(h + np.uint32(1)) + np.uint32(index * 0xC13FA9A9 & 0xFFFFFFFF)) - 1
-        b = 2 * unit(mix(h + np.uint32(2)) + np.uint32(index * 0x91E10DA5 & 0xFFFFFFFF)) - 1
+        u1 = unit(mix(h + np.uint32(1)) + np.uint32(index * 0xC13FA9A9 & 0xFFFFFFFF))
+        u2 = unit(mix(h + np.uint32(2)) + np.uint32(index * 0x91E10DA5 & 0xFFFFFFFF))
+    x, y = on_disk(u1, u2)
+    z = np.sqrt(np.maximum(0.0, 1 - x * x - y * y))
+    t, s = basis(n)
+    return np.asarray(x[:, None] * t + y[:, None] * s + z[:, None] * n)
+
+
+def pair(h: Array, place: Array) -> tuple[Array, Array]:
+    """Numbers `place` of the sequences that begin at hashes, both in [0, 1)."""
+    place = np.asarray(place, np.uint32)
+    with np.errstate(over="ignore"):
+        u1 = unit(mix(h + np.uint32(1)) + place * np.uint32(0xC13FA9A9))
+        return u1, unit(mix(h + np.uint32(2)) + place * np.uint32(0x91E10DA5))
+
+
+def on_disk(u1: Array, u2: Array) -> tuple[Array, Array]:
+    """Points of the unit disk for points of the unit square (Shirley and Chiu's map)."""
+    a, b = 2 * u1 - 1, 2 * u2 - 1
     wide = np.abs(a) > np.abs(b)
     with np.errstate(all="ignore"):
         r = np.where(wide, a, b)
         angle = np.where(wide, np.pi / 4 * (b / a), np.pi / 2 - np.pi / 4 * (a / b))
     angle = np.where(r == 0, 0.0, angle)
-    x, y = r * np.cos(angle), r * np.sin(angle)
-    z = np.sqrt(np.maximum(0.0, 1 - x * x - y * y))
-    t, s = basis(n)
-    return np.asarray(x[:, None] * t + y[:, None] * s + z[:, None] * n)
+    return r * np.cos(angle), r * np.sin(angle)
 
 
 def basis(n: Array) -> tuple[Array, Array]:

@@ -15,8 +15,10 @@ import numpy as np
 
 from . import engine
 from .engine import dr, mi
+from .lights import Way
 from .plugins import rgb
 from .skies import environment
+from .surfaces import emitter
 from .table import Optics, Spot, Table, dot, normalized
 
 Array = np.ndarray
@@ -38,20 +40,10 @@ class Lobes(Table):
         }
 
     def plugins(self) -> dict[str, Any]:
-        """Emitters: an intensity of pi I under a reflectance of F kd gives I F kd."""
+        """Emitters."""
         plugins = {"sky": environment(self.settings["background"])}
         for index, light in enumerate(self.lights):
-            strength = rgb(np.pi * light["intensity"])
-            if light["type"] == "point":
-                position = (light["at"] - self.center).tolist()
-                plugins[f"light_{index}"] = {"type": "point", "position": position, "intensity": strength}
-            else:
-                direction = (-light["at"]).tolist()
-                plugins[f"light_{index}"] = {
-                    "type": "directional",
-                    "direction": direction,
-                    "irradiance": strength,
-                }
+            plugins[f"light_{index}"] = emitter(light, self.center, rgb)
         return plugins
 
     def background(self, direction: Array) -> Array:
@@ -63,13 +55,13 @@ class Lobes(Table):
         si.wi = engine.vector(-direction)
         return engine.rows(self.world.scene.environment().eval(si), n)
 
-    def local(self, index: int, u: Array, spot: Spot, L: Array, distance: Array) -> Array:
+    def local(self, index: int, u: Array, spot: Spot, way: Way) -> Array:
         """Light number `index` on diffuse surfaces, and no highlight (2, n, 3)."""
         n, light = len(u), self.lights[index]
         si = self._interaction(u, spot, spot.ns)
         emitter = self.emitters[f"light_{index}"]
         sample, strength = emitter.sample_direction(si, mi.Point2f(0.5), mi.Bool(True))
-        if light["type"] == "point" and not light["falloff"]:
+        if light["near"] and not light["falloff"]:
             strength = strength * dr.square(sample.dist)
         reflected = self._plugin(self.diffuse, spot).eval(
             mi.BSDFContext(), si, si.to_local(sample.d), mi.Bool(True)
@@ -108,9 +100,29 @@ class Lobes(Table):
             total,
         )
 
-    def _interaction(self, u: Array, spot: Spot, n: Array) -> Any:
-        """A hit for Mitsuba: `n` is on the ray's side, Mitsuba's frame is the surface's."""
-        outward = np.where((dot(spot.outward, spot.n) < 0)[:, None], -n, n)
+    def gloss(self, u: Array, spot: Spot, n: Array, draws: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Mitsuba's `roughconductor`; of what is no metal it gives the direction and Smith's share."""
+        count, metal = len(u), self.of["conductor"][spot.shape]
+        si = self._interaction(u, spot, n, facing=True)
+        plugin = self._facets(spot)
+        # its first axis across the plane of incidence points the other way
+        at = mi.Point2f(*(mi.Float(np.ascontiguousarray(d, np.float32)) for d in (1 - draws[0], draws[1])))
+        sample, weight = plugin.sample(mi.BSDFContext(), si, mi.Float(0.5), at, mi.Bool(True))
+        back = normalized(engine.rows(si.to_world(sample.wo), count))
+        cosine = np.sqrt(np.maximum((1 - dot(u, back)) / 2, 0.0))  # half of the angle between the two
+        share = np.nan_to_num(engine.rows(weight, count).copy())
+        return back, np.where(metal[:, None], share, share * self.on_facet(cosine, spot))
+
+    def _facets(self, spot: Spot) -> Any:
+        kinds, row = np.unique(np.stack([spot.shape, spot.eta_i]), axis=1, return_inverse=True)
+        plugins = [
+            _rough({name: self.of[name][int(shape)] for name in self.of}, outer) for shape, outer in kinds.T
+        ]
+        return _as_plugins(_pointers(plugins, self.made)[row.ravel()])
+
+    def _interaction(self, u: Array, spot: Spot, n: Array, facing: bool = False) -> Any:
+        """A hit for Mitsuba: `n` is on the ray's side, its frame is the surface's, or with `facing` n's."""
+        outward = np.where(((dot(spot.outward, spot.n) < 0) & (not facing))[:, None], -n, n)
         si = dr.zeros(mi.SurfaceInteraction3f, len(u))
         si.t = mi.Float(1.0)
         si.p = engine.point(spot.leave(spot.n) - self.center)
@@ -151,6 +163,15 @@ def _twosided(kind: str, **colors: Array) -> dict[str, Any]:
     if kind == "conductor" and "eta" not in colors:
         plain["material"] = "none"
     return {"type": "twosided", "inner": plain}
+
+
+def _rough(of: dict[str, Any], outer: float) -> dict[str, Any]:
+    made = {"type": "roughconductor", "distribution": "ggx", "sample_visible": True}
+    made["alpha"] = float(of["alpha"])
+    if not of["conductor"]:
+        return {**made, "material": "none", "specular_reflectance": rgb(np.full(3, float(of["kr"])))}
+    index = {"eta": rgb(of["n"] / outer), "k": rgb(of["k"] / outer)}
+    return {**made, **index, "specular_reflectance": rgb(of["kr"] * of["M"])}
 
 
 def _boundary(of: dict[str, Any], outer: float, inner: float) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from . import stock
-from .records import Checker, Mesh, Scene
+from .records import AreaLight, Checker, Mesh, Scene
 
 LAYER_B = ("table", "bsdf")
 SPECTRAL = "spectral"  # the table mode, three bands at a time
@@ -41,6 +41,9 @@ def _bsdf_supports(scene: Scene) -> str | None:
         return "Mitsuba has no ambient rays (ambient_samples)"
     if scene.shadow == "tinted":
         return "Mitsuba has no tinted shadows"
+    for number, light in enumerate(scene.lights):
+        if isinstance(light, AreaLight):
+            return f"lights[{number}]: the points of lights with extent are left to the table mode"
     for number, shape in enumerate(scene.shapes):
         material = scene.material_of(shape)
         if material.specular > 0 and scene.lights:

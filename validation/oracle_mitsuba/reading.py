@@ -11,6 +11,7 @@ import numpy as np
 from .records import (
     LIGHTS,
     SHAPES,
+    AreaLight,
     Camera,
     Checker,
     Conductor,
@@ -24,6 +25,7 @@ from .records import (
     Source,
     Spectral,
     Spectrum,
+    SpotLight,
 )
 
 COLORS = ("highlight_color", "reflection_color", "transmission_color", "emission", "absorption")
@@ -96,11 +98,12 @@ def material(table: Any) -> Material:
 
 
 def _light(table: Any) -> Any:
-    kind = {"point": PointLight, "directional": DirectionalLight}[table["type"]]
+    kinds = {"point": PointLight, "directional": DirectionalLight, "spot": SpotLight}
     values = {key: frozen(value) for key, value in table.items()}
-    if "intensity" in values:
-        values["intensity"] = color(values["intensity"])
-    return kind(**values)
+    for name in ("intensity", "radiance"):
+        if name in values:
+            values[name] = color(values[name])
+    return kinds.get(table["type"], AreaLight)(**values)
 
 
 def _shape(table: Any, folder: str | None) -> Shape:

@@ -88,6 +88,7 @@ class Material:
     priority: int = 0
     thin: bool = False
     conductor: Any = None
+    roughness: float = 0.0
 
     @property
     def ka(self) -> float:
@@ -104,6 +105,11 @@ class Material:
         if self.transmission is not None:
             return self.transmission
         return 1.0 if self.fresnel is True and self.conductor is None else 0.0
+
+    @property
+    def alpha(self) -> float:
+        """GGX's, 0 of a perfect mirror."""
+        return self.roughness**2 if self.roughness >= 0.01 and self.kr > 0 else 0.0
 
     @property
     def varies(self) -> bool:
@@ -229,6 +235,37 @@ class DirectionalLight:
 
 
 @dataclass(frozen=True, eq=False)
+class SpotLight:
+    position: Any
+    target: Any
+    intensity: Any = 1.0
+    angle: float = 30.0
+    penumbra: float = 0.1
+    falloff: str = "none"
+    type: str = "spot"
+
+
+@dataclass(frozen=True, eq=False)
+class AreaLight:
+    """A rectangle, a disk or a sphere, by its `type`."""
+
+    type: str
+    center: Any
+    u: Any = None
+    v: Any = None
+    normal: Any = None
+    radius: Any = None
+    radiance: Any = 1.0
+    samples: int = 16
+    two_sided: bool = False
+    visible: bool = True
+
+    @property
+    def intensity(self) -> Any:
+        return self.radiance
+
+
+@dataclass(frozen=True, eq=False)
 class Camera:
     origin: Any
     target: Any
@@ -238,6 +275,8 @@ class Camera:
     fov_axis: str = "horizontal"
     size: float = 2.0
     near: float = 0.0
+    aperture: float = 0.0
+    focus: float | None = None
     mirror: bool = False
     shift: Any = (0.0, 0.0)
     width: int = 640

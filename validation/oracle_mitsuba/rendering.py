@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import stock, surfaces
-from .hashing import camera_words
+from .hashing import combine
 from .insides import starting
 from .lobes import Lobes
 from .modes import SPECTRAL
@@ -41,7 +41,8 @@ def radiance(scene: Scene, mode: str, origin: Array, direction: Array) -> Array:
     job = _job(scene, mode, packed(geometry(scene, POLISHED)), COLORS)
     start = _start(scene, job, origin)
     sums: dict[str, Array] = {}
-    _trace(_shader(job), origin, direction, pixels, camera_words(0, pixels, 0), start, len(pixels), sums)
+    base, sample = combine(np.uint32(0), pixels), np.zeros(len(pixels), np.uint32)
+    _trace(_shader(job), origin, direction, pixels, (base, sample), start, len(pixels), sums)
     return np.asarray(sum(sums[name] for name in _whole(sums)))
 
 
@@ -84,17 +85,25 @@ def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -
     width, height, spp = camera.width, camera.height, camera.spp
     job = _job(scene, mode, world, palette)
     view = surfaces.view(scene, width, height, spp, world["size"], world["center"])
-    positions, paths = view["positions"].reshape(-1, 2), view["paths"].ravel()
-    origin, direction = camera_rays(view["sensor"], view["eye"], positions)
+    positions = view["positions"].reshape(-1, 2)
+    lens = None if view["lens"] is None else view["lens"].reshape(-1, 2)
+    eye = view["eye"] if view["eye"] is None or lens is None else view["eye"].reshape(-1, 3)
+    thin = lens if camera.type == "perspective" else None
+    origin, direction = camera_rays(view["sensor"], eye, positions, thin)
+    if lens is not None and thin is None:
+        origin, direction = surfaces.bent(camera, origin, direction, lens)
     origin = origin + world["center"]
-    start = _start(scene, job, np.asarray(camera.origin, float)[None] if view["eye"] is not None else origin)
+    one_eye = eye is not None and lens is None
+    start = _start(scene, job, np.asarray(camera.origin, float)[None] if one_eye else origin)
     start = np.broadcast_to(start, len(positions))
     shader, pixels = _shader(job), width * height
     sums: dict[str, Array] = {}
     t, shape = np.full(len(positions), np.inf), np.full(len(positions), -1)
     for begin in range(0, len(positions), BLOCK):
         block = np.arange(begin, min(begin + BLOCK, len(positions)))  # sample by sample
-        rays = origin[block], direction[block], block % pixels, paths[block], start[block]
+        sample, pixel = np.divmod(block, pixels)
+        streams = combine(np.uint32(view["seed"]), pixel), sample
+        rays = origin[block], direction[block], pixel, streams, start[block]
         first = _trace(shader, *rays, pixels, sums)
         t[block], shape[block] = first.t, first.shape
     by_ray = {name: (total / spp).reshape(height, width, 3) for name, total in sums.items()}
@@ -113,9 +122,9 @@ def _shader(job: dict[str, Any]) -> Table:
     return Lobes(job) if job["mode"] == "bsdf" else Table(job)
 
 
-def _trace(shader: Any, origin: Any, direction: Any, pixel: Any, path: Any, media: Any, pixels: int,
+def _trace(shader: Any, origin: Any, direction: Any, pixel: Any, streams: Any, media: Any, pixels: int,
            sums: Any) -> Any:  # fmt: skip
-    nowhere = np.full(len(pixel), -1)
-    rays = Rays(origin, direction, np.ones_like(direction), pixel, path & ~np.uint32(15), nowhere, media)
+    nowhere, path = np.full(len(pixel), -1), combine(*streams) & ~np.uint32(15)
+    rays = Rays(origin, direction, np.ones_like(direction), pixel, path, nowhere, media, *streams)
     with np.errstate(divide="ignore", invalid="ignore"):
         return trace(shader, rays, pixels, sums)

@@ -14,21 +14,28 @@ Array = np.ndarray
 PATHS = 1 << 21  # traced together
 
 
-def camera_rays(sensor: dict[str, Any], eye: Array | None, position: Array) -> tuple[Array, Array]:
+def camera_rays(
+    sensor: dict[str, Any], eye: Array | None, position: Array, lens: Array | None = None
+) -> tuple[Array, Array]:
     """Origins and unit directions (n, 3) through positions (n, 2) of the image, 0 to 1.
 
-    eye: where all rays start, or None: where Mitsuba starts them (its near plane).
+    eye: where rays start, (3,) or (n, 3), or None: where Mitsuba starts them (its near plane). lens: (n, 2),
+    0 to 1, what a thin lens makes points of the disk of; None where there is none.
     """
-    ray = _sampled(engine.load(sensor), position)
+    ray = _sampled(engine.load(sensor), position, lens)
     direction = engine.rows(ray.d, len(position))
     direction = direction / np.linalg.norm(direction, axis=1, keepdims=True)
     origin = engine.rows(ray.o, len(position)) if eye is None else np.broadcast_to(eye, direction.shape)
     return origin, direction
 
 
-def _sampled(sensor: Any, position: Array) -> Any:
+def _sampled(sensor: Any, position: Array, lens: Array | None = None) -> Any:
     x, y = (mi.Float(np.ascontiguousarray(position[:, k], np.float32)) for k in range(2))
-    return sensor.sample_ray(0.0, 0.5, mi.Point2f(x, y), mi.Point2f(0.5))[0]
+    at = mi.Point2f(0.5)
+    if lens is not None:  # Mitsuba's +x is to the left
+        u1, u2 = (mi.Float(np.ascontiguousarray(u, np.float32)) for u in (1 - lens[:, 0], lens[:, 1]))
+        at = mi.Point2f(u1, u2)
+    return sensor.sample_ray(0.0, 0.5, mi.Point2f(x, y), at)[0]
 
 
 def stock_render(job: dict[str, Any]) -> dict[str, Any]:
@@ -46,7 +53,7 @@ def stock_render(job: dict[str, Any]) -> dict[str, Any]:
     for begin in range(0, n, block):
         rows = slice(begin, min(begin + block, n))
         count = rows.stop - rows.start
-        ray = mi.RayDifferential3f(_rays(scene, job, np.repeat(job["positions"][rows], paths, axis=0)))
+        ray = mi.RayDifferential3f(_rays(scene, job, np.repeat(np.arange(n)[rows], paths)))
         sampler = mi.load_dict({"type": "independent", "sample_count": paths})
         sampler.seed(job["seed"] * n + begin, count * paths)
         light, _, _ = integrator.sample(scene, sampler, ray)
@@ -56,16 +63,17 @@ def stock_render(job: dict[str, Any]) -> dict[str, Any]:
     return {"mean": mean, "error": error if paths > 1 else None, **_first_hits(scene, job)}
 
 
-def _rays(scene: Any, job: dict[str, Any], position: Array) -> Any:
-    ray = _sampled(scene.sensors()[0], position)
-    if job["eye"] is not None:
-        ray.o = engine.point(np.broadcast_to(job["eye"], (len(position), 3)))
+def _rays(scene: Any, job: dict[str, Any], rows: Array) -> Any:
+    lens, eye = job["lens"], job["eye"]
+    ray = _sampled(scene.sensors()[0], job["positions"][rows], None if lens is None else lens[rows])
+    if eye is not None:
+        ray.o = engine.point(np.broadcast_to(eye if eye.ndim == 1 else eye[rows], (len(rows), 3)))
     return ray
 
 
 def _first_hits(scene: Any, job: dict[str, Any]) -> dict[str, Array]:
     n = len(job["positions"])
-    ray = mi.Ray3f(_rays(scene, job, job["positions"]))
+    ray = mi.Ray3f(_rays(scene, job, np.arange(n)))
     si = scene.ray_intersect(ray)
     dr.eval(si.t, si.n, si.shape)
     number = engine.words(si.shape, n)

@@ -13,6 +13,7 @@ written here.
 | S4 | highlight | a mirror in an environment (d.L)^m, on one convex shape |
 | S5 | diffuse | S1 times the squared distance of the light: no falloff |
 | S6 | diffuse, mirror, sheet | S2 with `mask`: reflects a, lets 1 - a through unbent; random |
+| S7 | diffuse | `area` emitters on black shapes out of sight, `direct`, points at random |
 | S8 | diffuse, mirror, glass | S2 with `dielectric` and `thindielectric`; random |
 """
 
@@ -28,7 +29,7 @@ from .forms import Array
 from .parts import EXACT, Part, geometry, is_endless
 from .plugins import Plugin, shape, shifted
 from .plugins import rgb as color
-from .records import Ellipsoid, Material, PointLight, Quadric, Scene, Sphere, rgb
+from .records import AreaLight, DirectionalLight, Ellipsoid, Material, Quadric, Scene, Sphere, rgb
 from .skies import HALF_TURN
 
 FAINT = 1e-5  # reflectances are this much lower, lights this much stronger
@@ -51,6 +52,7 @@ CONFIGURATIONS = {
     "S4": Configuration(frozenset({"highlight"})),
     "S5": Configuration(frozenset({"diffuse"})),
     "S6": Configuration(frozenset({"diffuse", "mirror", "sheet"}), 256),
+    "S7": Configuration(frozenset({"diffuse"}), 256),
     "S8": Configuration(frozenset({"diffuse", "mirror", "glass"}), 256),
 }
 
@@ -72,6 +74,8 @@ def material_class(material: Material, scene: Scene) -> str | None:
     """The one class that a material wholly belongs to, or None."""
     lit = material.diffuse > 0 or (material.ka > 0 and max(rgb(scene.ambient)) > 0)
     shines, emits = material.specular > 0, max(rgb(material.emission)) > 0
+    if material.alpha > 0:
+        return None
     if sum([lit, shines, emits, material.kr > 0 or material.kt > 0]) > 1:
         return None
     if material.kr == 0 and material.kt == 0:
@@ -106,6 +110,8 @@ def supports(scene: Scene, name: str) -> str | None:
 
 def _settings_support(scene: Scene, name: str) -> str | None:
     kinds = {material_class(scene.material_of(item), scene) for item in scene.shapes}
+    if scene.camera is not None and scene.camera.aperture > 0 and scene.camera.type == "orthographic":
+        return "an orthographic camera with a lens"
     if scene.one_sided != "none" or (scene.shadow == "tinted" and kinds & {"glass", "sheet"}):
         return "Mitsuba has neither one-sided visibility nor tinted shadows"
     if scene.min_weight > 0 or (max(rgb(scene.depth_color)) > 0 and kinds & {"mirror", "glass", "sheet"}):
@@ -124,7 +130,13 @@ def _lights_support(scene: Scene, name: str) -> str | None:
     if not scene.lights and name not in PATHS:
         return "there are no lights"
     for number, light in enumerate(scene.lights):
-        point = isinstance(light, PointLight)
+        if isinstance(light, AreaLight) != (name == "S7"):
+            return f"lights[{number}]: S7 is for lights with extent, and the others for those without"
+        if isinstance(light, AreaLight):
+            if light.two_sided:
+                return f"lights[{number}]: Mitsuba's shine on one side"
+            continue
+        point = not isinstance(light, DirectionalLight)
         if name == "S4" and point:
             return f"lights[{number}]: a point light; the environment needs a directional one"
         if point and light.falloff == "none" and name != "S5":
@@ -142,6 +154,9 @@ def work(scene: Scene, name: str, paths: int | None) -> Work:
     parts = [textures.shaped(part, scene) for part in world.parts]
     base = surfaces.view(scene, *size, spp, world.size, world.center)
     base["positions"] = base["positions"].reshape(-1, 2)
+    if base["lens"] is not None:
+        base["lens"] = base["lens"].reshape(-1, 2)
+        base["eye"] = None if base["eye"] is None else base["eye"].reshape(-1, 3)
     base["paths"] = paths or CONFIGURATIONS[name].paths
 
     def add(children: dict[str, Plugin], integrator: Plugin, light: int | None) -> None:
@@ -158,7 +173,8 @@ def work(scene: Scene, name: str, paths: int | None) -> Work:
 
     for index, source in enumerate(surfaces.lights(scene)):
         children = _shapes(scene, parts, world.center, FAINT if name in PATHS else 1.0)
-        children["light"] = _lobe(scene, source) if name == "S4" else _light(source, world.center)
+        lamp = surfaces.emitter(source, world.center, color) if name != "S4" else _lobe(scene, source)
+        children["light"] = lamp
         if name in PATHS:
             add(_strengthened(children), _path(depth + 2), index)
         else:
@@ -216,13 +232,6 @@ def _mirror(tint: Plugin) -> Plugin:
     }
 
 
-def _light(source: dict[str, Any], center: Array) -> Plugin:
-    strength = color(np.pi * source["intensity"])
-    if source["type"] == "point":
-        return {"type": "point", "position": (source["at"] - center).tolist(), "intensity": strength}
-    return {"type": "directional", "direction": (-source["at"]).tolist(), "irradiance": strength}
-
-
 def _strengthened(children: dict[str, Plugin]) -> dict[str, Plugin]:
     """The scene with its light 1 / FAINT times as strong."""
     light = dict(children["light"])
@@ -258,7 +267,7 @@ def finish(work: Work, answers: list[dict[str, Any]]) -> dict[str, Any]:
             work.name == "S5"
             and light is not None
             and not sources[light]["falloff"]
-            and sources[light]["type"] == "point"
+            and sources[light]["near"]
         ):
             factor = np.sum((answer["point"] - (sources[light]["at"] - work.center)) ** 2, axis=1)
         total += np.where(np.isfinite(answer["t"]), factor, work.name in PATHS)[:, None] * answer["mean"]

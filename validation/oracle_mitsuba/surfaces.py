@@ -9,9 +9,21 @@ import numpy as np
 
 from . import skies
 from .forms import Array
-from .hashing import camera_words, mix, unit
+from .hashing import basis, camera_words, combine, mix, on_disk, unit
 from .palette import Bands, Colors
-from .records import Camera, Checker, Disk, Material, Plane, PointLight, Polygon, Scene, Sphere
+from .records import (
+    AreaLight,
+    Camera,
+    Checker,
+    DirectionalLight,
+    Disk,
+    Material,
+    Plane,
+    Polygon,
+    Scene,
+    Sphere,
+    SpotLight,
+)
 
 Palette = Colors | Bands
 COLORS = Colors()
@@ -20,9 +32,13 @@ PLAIN, SQUARES, GLOBE = 0, 1, 2
 
 
 def materials(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
-    """One row a shape, and a last one for misses: coefficients, tints, flags and checkers in the model's
-    letters."""
+    """One row a shape, one a light, and a last one for misses: coefficients, tints, flags and checkers in the
+    model's letters."""
     rows = [_row(palette, shape, scene.material_of(shape)) for shape in scene.shapes]
+    rows += [
+        _row(palette, None, Material(color=0.0, diffuse=0.0, emission=light.intensity))
+        for light in scene.lights
+    ]
     rows.append(_row(palette, None, Material()))
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
@@ -52,6 +68,7 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
         "fresnel": material.fresnel is True,
         "schlick": material.fresnel == "schlick",
         "conductor": metal is not None,
+        "alpha": material.alpha,
         "n": n,
         "k": k,
         "pattern": pattern,
@@ -94,7 +111,7 @@ def media(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
     number = [distinct.index(m) if bounds else -1 for m, bounds in zip(materials, bounding, strict=True)]
     sigma = [palette.absorption(m.absorption) for m in distinct]
     return {
-        "number": np.array([*number, -1]),
+        "number": np.array([*number, *(-1 for _ in scene.lights), -1]),
         "priority": np.array([*(float(m.priority) for m in distinct), -np.inf]),
         "eta": np.array([*(palette.eta(m) for m in distinct), float(scene.medium_ior)]),
         "sigma": np.array([*sigma, (0.0, 0.0, 0.0)]),
@@ -102,21 +119,77 @@ def media(scene: Scene, palette: Palette = COLORS) -> dict[str, Array]:
 
 
 def lights(scene: Scene, palette: Palette = COLORS) -> list[dict[str, Any]]:
-    """Each light's `type`, `at` (position, or unit direction to it), `intensity` (3,) and `falloff`
-    (bool)."""
-    found: list[dict[str, Any]] = []
-    for light in scene.lights:
-        point = isinstance(light, PointLight)
-        at = np.asarray(light.position if isinstance(light, PointLight) else light.direction, float)
-        found.append(
-            {
-                "type": light.type,
-                "at": at if point else -at / np.linalg.norm(at),
-                "intensity": palette.light(light.intensity),
-                "falloff": isinstance(light, PointLight) and light.falloff == "inverse-square",
-            }
-        )
+    """Each light's `type`, `near` (bool: it has a place), `at` (that, or a unit direction to it),
+    `intensity` (3,), `falloff` (bool), and what only its kind has."""
+    return [_light(light, palette) for light in scene.lights]
+
+
+def _light(light: Any, palette: Palette) -> dict[str, Any]:
+    found = {"type": light.type, "near": True, "intensity": palette.light(light.intensity)}
+    if isinstance(light, DirectionalLight):
+        at = np.asarray(light.direction, float)
+        return found | {"near": False, "at": -at / np.linalg.norm(at), "falloff": False}
+    if isinstance(light, AreaLight):
+        return found | {"falloff": True} | _extent(light)
+    found |= {"at": np.asarray(light.position, float), "falloff": light.falloff == "inverse-square"}
+    if isinstance(light, SpotLight):
+        axis = np.subtract(light.target, light.position)
+        found |= {"axis": axis / np.linalg.norm(axis), "angle": light.angle, "penumbra": light.penumbra}
     return found
+
+
+def _extent(light: AreaLight) -> dict[str, Any]:
+    """Middle, half sides `u`, `v` or radii across each other, normal and `area`; of a sphere `radius`."""
+    found = {name: getattr(light, name) for name in ("samples", "two_sided", "visible", "radius")}
+    found["at"] = np.asarray(light.center, float)
+    if light.type == "rectangle":
+        u, v = np.asarray(light.u, float), np.asarray(light.v, float)
+        normal = np.cross(u, v)
+        return found | {"u": u, "v": v, "area": 4 * np.linalg.norm(normal), "normal": _length_1(normal)}
+    if light.type == "disk":
+        normal = _length_1(np.asarray(light.normal, float))
+        u, v = (light.radius * side[0] for side in basis(normal[None]))
+        return found | {"u": u, "v": v, "area": np.pi * light.radius**2, "normal": normal}
+    return found
+
+
+def _length_1(v: Array) -> Array:
+    return np.asarray(v / np.linalg.norm(v))
+
+
+def emitter(light: dict[str, Any], center: Array, color: Any) -> dict[str, Any]:
+    """Mitsuba's plugin for a light, about `center`; `color` makes three numbers a plugin.
+
+    An intensity of pi I on a reflectance of F kd sends I F kd.
+    """
+    strength = color(np.pi * light["intensity"])
+    if not light["near"]:
+        return {"type": "directional", "direction": (-light["at"]).tolist(), "irradiance": strength}
+    place = light["at"] - center
+    if "samples" in light:
+        return _area_emitter(light, place, color(light["intensity"]))
+    if light["type"] == "point":
+        return {"type": "point", "position": place.tolist(), "intensity": strength}
+    to_world = np.eye(4)
+    across = np.cross(np.eye(3)[np.argmin(np.abs(light["axis"]))], light["axis"])
+    to_world[:3, 0] = across / np.linalg.norm(across)
+    to_world[:3, 1] = np.cross(light["axis"], to_world[:3, 0])
+    to_world[:3, 2], to_world[:3, 3] = light["axis"], place
+    cone = {"cutoff_angle": light["angle"], "beam_width": light["angle"] * (1 - light["penumbra"])}
+    return {"type": "spot", "to_world": to_world, "intensity": strength, **cone}
+
+
+def _area_emitter(light: dict[str, Any], place: Array, radiance: Any) -> dict[str, Any]:
+    """A black shape that shines on one side."""
+    black = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.0, 0.0, 0.0]}}
+    inner = {"bsdf": black, "emitter": {"type": "area", "radiance": radiance}}
+    if light["type"] == "sphere":
+        return {"type": "sphere", "center": place.tolist(), "radius": float(light["radius"]), **inner}
+    to_world = np.eye(4)
+    sides = (light["u"], light["v"], light["normal"], place)
+    for column, side in enumerate(sides):
+        to_world[:3, column] = side
+    return {"type": light["type"], "to_world": to_world, **inner}
 
 
 def settings(scene: Scene, palette: Palette = COLORS) -> dict[str, Any]:
@@ -160,11 +233,14 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
     plugin: dict[str, Any] = {"type": camera.type, "near_clip": near, "far_clip": near + 1e3 * scale}
     stretch = 1.0
     if camera.type == "perspective":
-        plugin["type"] = "perspective"
         plugin["fov"] = camera.fov
         plugin["fov_axis"] = "x" if camera.fov_axis == "horizontal" else "y"
-        plugin["principal_point_offset_x"] = camera.shift[0] / width
-        plugin["principal_point_offset_y"] = camera.shift[1] / height
+        if camera.aperture > 0:  # it has no principal point: `view` moves the samples
+            plugin["type"] = "thinlens"
+            plugin["aperture_radius"], plugin["focus_distance"] = camera.aperture, focus(camera)
+        else:
+            plugin["principal_point_offset_x"] = camera.shift[0] / width
+            plugin["principal_point_offset_y"] = camera.shift[1] / height
     else:  # the view is 2 units wide under a scale; it has no principal point, so the camera itself is moved
         stretch = (camera.size if camera.fov_axis == "horizontal" else camera.size * width / height) / 2
         pixel = 2 * stretch / width
@@ -185,6 +261,11 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
     return plugin
 
 
+def focus(camera: Camera) -> float:
+    """How far along the view things are sharp."""
+    return camera.focus or float(np.linalg.norm(np.subtract(camera.target, camera.origin)))
+
+
 def upright(forward: Array) -> Array:
     """The default way up: y, or z for a camera that looks along y."""
     return np.array((0.0, 0.0, 1.0) if np.hypot(forward[0], forward[2]) < 1e-6 else (0.0, 1.0, 0.0))
@@ -193,19 +274,55 @@ def upright(forward: Array) -> Array:
 def view(scene: Scene, width: int, height: int, spp: int, size: float, center: Array) -> dict[str, Any]:
     """The camera's plugin about `center`, samples and their path words.
 
-    `eye`: where its rays start about `center`, None: where Mitsuba starts them, on its near plane.
+    `eye`: where its rays start about `center`, None: where Mitsuba starts them, on its near plane. `lens`:
+    what its thin lens makes points of the disk of, (spp, h w, 2) from 0 to 1, None for a pinhole.
     """
     camera = scene.camera
     assert camera is not None
     at_eye = camera.type == "perspective" and camera.near == 0
     positions, paths = film_positions(camera, width, height, spp)
+    lens, eye = None, np.asarray(camera.origin) - center
+    if camera.aperture > 0:
+        lens = lens_positions(camera, width * height, spp)
+        if camera.type == "perspective":
+            positions = positions + np.divide(camera.shift, (width, height))
+        eye = eye + on_lens(camera, lens)
     return {
         "sensor": sensor(camera, width, height, size, center),
         "center": center,
-        "eye": np.asarray(camera.origin) - center if at_eye else None,
+        "eye": eye if at_eye else None,
+        "lens": lens,
         "positions": positions,
         "paths": paths,
+        "seed": camera.jitter or 0,
     }
+
+
+def lens_positions(camera: Camera, pixels: int, spp: int) -> Array:
+    """The model's two numbers for the lens of every sample, (spp, pixels, 2)."""
+    h = combine(combine(np.uint32(camera.jitter or 0), np.arange(pixels)), 0x80000000)
+    sample = np.arange(spp, dtype=np.uint32)[:, None]
+    with np.errstate(over="ignore"):
+        u1 = unit(mix(h + np.uint32(1)) + sample * np.uint32(0x9E3779B9))
+        u2 = unit(mix(h + np.uint32(2)) + sample * np.uint32(0x6A09E667))
+    return np.stack([u1, u2], -1)
+
+
+def on_lens(camera: Camera, lens: Array) -> Array:
+    """Where rays start from the lens's middle (..., 3)."""
+    rows = -sensor(camera, 1, 1, 1.0)["to_world"][:3, 0], sensor(camera, 1, 1, 1.0)["to_world"][:3, 1]
+    right, up = (row / np.linalg.norm(row) for row in rows)
+    x, y = on_disk(lens[..., 0], lens[..., 1])
+    return np.asarray(camera.aperture * (x[..., None] * right + y[..., None] * up))
+
+
+def bent(camera: Camera, origin: Array, direction: Array, lens: Array) -> tuple[Array, Array]:
+    """Rays of a camera without a lens, as the lens sends them: Mitsuba's orthographic camera has none."""
+    off = on_lens(camera, lens)
+    direction = direction * focus(camera) - off
+    return origin + off * (1 - camera.near / focus(camera)), direction / np.linalg.norm(
+        direction, axis=-1, keepdims=True
+    )
 
 
 def film_positions(camera: Camera, width: int, height: int, spp: int) -> tuple[Array, Array]:

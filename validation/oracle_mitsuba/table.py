@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from . import skies
-from .hashing import GATHERED, child_path, cosine_direction
+from .facets import facet, smith
+from .hashing import GATHERED, basis, child_path, combine, cosine_direction, on_disk, pair
+from .lights import Way, surface, unhidden, ways
 from .media import Media
-from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded
+from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
 from .world import Hits, World
 
 Array = np.ndarray
@@ -54,6 +56,7 @@ class Table:
     def __init__(self, job: dict[str, Any]) -> None:
         self.of = job["materials"]
         self.lights, self.settings = job["lights"], job["settings"]
+        self.shapes = len(self.of["kd"]) - len(self.lights) - 1
         self.max_depth: int = self.settings["max_depth"]
         background = self.settings["background"]
         image = skies.read(background) if isinstance(background, str) else background
@@ -73,7 +76,7 @@ class Table:
 
         Rays come back with the states of media on this side of their hits, and weaker by what absorbs.
         """
-        hits = self.world.nearest(rays.origin, rays.direction, rays.form)
+        hits = self._nearest(rays)
         here, beyond = rays.media.copy(), rays.media.copy()
         todo = np.flatnonzero(hits.shape >= 0)
         while todo.size:
@@ -85,12 +88,25 @@ class Table:
             here[todo] = beyond[todo]
             start = hits.t[todo] + self.world.step(hits.point[todo])
             ahead = rays.take(todo)
-            hits.put(todo, self.world.nearest(ahead.origin, ahead.direction, ahead.form, start))
+            hits.put(todo, self._nearest(ahead, start))
             todo = todo[hits.shape[todo] >= 0]
         sigma = self.media.sigma[self.media.top(here)]
         with np.errstate(invalid="ignore"):
             clear = np.where(sigma > 0, np.exp(-sigma * hits.t[:, None]), 1.0)
         return replace(rays, media=here, weight=rays.weight * clear), hits, beyond
+
+    def _nearest(self, rays: Rays, start: Any = None) -> Hits:
+        """Nearest hits beyond `start`: of shapes, which Mitsuba finds, and of lights that are seen."""
+        hits = self.world.nearest(rays.origin, rays.direction, rays.form, start)
+        for number, light in enumerate(self.lights):
+            if not light.get("visible"):
+                continue
+            t, outward = surface(light, rays.origin, rays.direction)
+            rows = np.flatnonzero((t < hits.t) & (t > (0.0 if start is None else start)))
+            point = rays.origin[rows] + t[rows, None] * rays.direction[rows]
+            shape, form = np.full(len(rows), self.shapes + number), np.full(len(rows), -1)
+            hits.put(rows, Hits(t[rows], shape, point, outward[rows], outward[rows], form))
+        return hits
 
     def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Shaded:
         """The rays' own light, and the rays they spawn; those of the last generation bring depth_color
@@ -110,7 +126,7 @@ class Table:
         constant = np.where(gathers[:, None], 0.0, share * ambient)
         received = [self._received(index, here, spot) for index in range(len(self.lights))]
         shaded.terms[:, met] = np.stack(
-            [self.of["e"][spot.shape], constant, *sum(received, np.zeros((2, *share.shape)))]
+            [self._emission(spot, kind), constant, *sum(received, np.zeros((2, *share.shape)))]
         )
         shaded.light[met] = shaded.terms[:, met].sum(axis=0)
         for name, rows, weight, child in self._bounced(here, spot):
@@ -121,6 +137,13 @@ class Table:
         if gathers.any():
             shaded.children.append((AMBIENT, self._gatherers(here, spot, share, np.flatnonzero(gathers))))
         return shaded
+
+    def _emission(self, spot: Spot, kind: str) -> Array:
+        """e (n, 3); of lights on a side that shines, nothing for ambient rays: feelers count them."""
+        number = np.maximum(spot.shape - self.shapes, -1)  # -1 of all that is no light
+        both = np.array([*(light.get("two_sided", False) for light in self.lights), False])
+        dark = (number >= 0) & ((~both[number] & ~spot.enters) | (kind == AMBIENT))
+        return np.where(dark[:, None], 0.0, self.of["e"][spot.shape])
 
     def _spot(self, rays: Rays, hits: Hits, beyond: Array) -> Spot:
         u = rays.direction
@@ -163,37 +186,35 @@ class Table:
 
     def _received(self, index: int, rays: Rays, spot: Spot) -> Array:
         """What light number `index` adds at hits: diffuse and highlight (2, n, 3)."""
-        light, of, shape = self.lights[index], self.of, spot.shape
+        of, shape = self.of, spot.shape
         origin = spot.leave(spot.n)
-        towards = (
-            light["at"] - origin if light["type"] == "point" else np.broadcast_to(light["at"], origin.shape)
-        )
-        distance = np.linalg.norm(towards, axis=1)
-        L = towards / np.where(distance > 0, distance, 1.0)[:, None]
-        lit = (dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & ((of["kd"][shape] > 0) | (of["ks"][shape] > 0))
-        rows = np.flatnonzero(lit)
+        scatters = (of["kd"][shape] > 0) | (of["ks"][shape] > 0)
         added = np.zeros((2, *origin.shape))
-        if rows.size:
-            reach = distance[rows] if light["type"] == "point" else np.full(len(rows), np.inf)
-            seen = self.world.visible(origin[rows], L[rows], spot.form[rows], reach, self.clear)
-            part = spot.take(rows)
-            added[:, rows] = seen * self.local(index, rays.direction[rows], part, L[rows], distance[rows])
+        for way in ways(self.lights[index], index, origin, rays.base, rays.sample):
+            L, distance, factor = way
+            rows = np.flatnonzero((dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & scatters)
+            if rows.size:
+                seen = self.world.visible(origin[rows], L[rows], spot.form[rows], distance[rows], self.clear)
+                seen = seen * unhidden(self.lights, index, origin[rows], L[rows], distance[rows])
+                here = L[rows], distance[rows], factor[rows]
+                added[:, rows] += seen * self.local(index, rays.direction[rows], spot.take(rows), here)
         return added
 
-    def local(self, index: int, u: Array, spot: Spot, L: Array, distance: Array) -> Array:
-        """I f(r) kd F (Ns.L) and I f(r) ks H (R.V)^m, unshadowed (2, n, 3), the light in direction L (n,
-        3)."""
+    def local(self, index: int, u: Array, spot: Spot, way: Way) -> Array:
+        """I f(r) kd F (Ns.L) and I f(r) ks H (R.V)^m, unshadowed (2, n, 3), of a light this way."""
         light, of, shape = self.lights[index], self.of, spot.shape
+        L, _, factor = way
         cosine = dot(spot.ns, L)
         aligned = -dot(2 * cosine[:, None] * spot.ns - L, u)
         with np.errstate(all="ignore"):
             lobe = np.where(aligned > 0, aligned ** of["m"][shape], 0.0)
+        if light.get("visible"):  # mirrors show it
+            lobe = np.where(of["kr"][shape] > 0, 0.0, lobe)
         highlight = self._faded(of["H"][shape], shape, cosine)
         value = np.stack(
             [(of["kd"][shape] * cosine)[:, None] * spot.F, (of["ks"][shape] * lobe)[:, None] * highlight]
         )
-        falloff = 1 / distance**2 if light["falloff"] else np.ones_like(distance)
-        return np.asarray(light["intensity"] * falloff[:, None] * value)
+        return np.asarray(light["intensity"] * factor[:, None] * value)
 
     def _faded(self, tint: Array, shape: Array, cosine: Array) -> Array:
         """Schlick's approximation on the shapes that have it: a tint goes to 1 at grazing angles."""
@@ -203,8 +224,10 @@ class Table:
     def _bounced(self, rays: Rays, spot: Spot) -> Iterator[tuple[str, Array, Array, Rays]]:
         """Reflected and transmitted rays, with the rows (m,) they come from and their shares (m, 3) of
         those."""
-        found = self.optics(rays.direction, spot, spot.ns)
-        again = np.flatnonzero((dot(found.reflected, spot.n) <= 0) | (dot(found.transmitted, spot.n) >= 0))
+        found = self._rough(self.optics(rays.direction, spot, spot.ns), rays, spot)
+        smooth = self.of["alpha"][spot.shape] == 0
+        astray = (dot(found.reflected, spot.n) <= 0) | (dot(found.transmitted, spot.n) >= 0)
+        again = np.flatnonzero(smooth & astray)
         if again.size:  # a shading normal that bends a ray through the surface: the geometric one does not
             part = spot.take(again)
             by_n = self.optics(rays.direction[again], part, part.n)
@@ -225,8 +248,9 @@ class Table:
                 path = child_path(rays.path[rows], number) | rays.path[rows] & np.uint32(15)
                 media = spot.beyond if name == TRANSMISSION else spot.media
                 start = spot.leave(side)
-                child = Rays(start, direction, weight, rays.pixel, rays.path, spot.form, media).take(rows)
-                yield name, rows, share[rows], replace(child, path=path)
+                child = Rays(start, direction, weight, rays.pixel, rays.path, spot.form, media, rays.base,
+                             rays.sample).take(rows)  # fmt: skip
+                yield name, rows, share[rows], drawing(replace(child, path=path))
 
     def optics(self, u: Array, spot: Spot, n: Array) -> Optics:
         """Reflection and refraction of directions u at the normals n, in the model's formulas."""
@@ -255,11 +279,52 @@ class Table:
         transmits = np.where(lost, 0.0, np.where(by_fresnel, kt * (1 - fresnel), kt))
         return Optics(reflected, transmitted, reflects, transmits, total)
 
+    def _rough(self, found: Optics, rays: Rays, spot: Spot) -> Optics:
+        """The same with one ray for each rough mirror: about the shading normal, else about the true one."""
+        rows = np.flatnonzero(self.of["alpha"][spot.shape] > 0)
+        if not rows.size:
+            return found
+        part, u = spot.take(rows), rays.direction[rows]
+        draws = pair(combine(rays.base[rows], np.uint32(0x80000001)), rays.sample[rows])
+        back, share = self.gloss(u, part, part.ns, draws)
+        below = np.flatnonzero((share.max(axis=1) > 0) & (dot(back, part.n) <= 0))
+        if below.size:
+            again = part.take(below)
+            draws = draws[0][below], draws[1][below]
+            back[below], share[below] = self.gloss(u[below], again, again.n, draws)
+        found.reflected[rows], found.reflects[rows] = back, share
+        return found
+
+    def gloss(self, u: Array, spot: Spot, n: Array, draws: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Reflected directions (m, 3) about normals n, and their shares (m, 3)."""
+        of, shape = self.of, spot.shape
+        alpha, frame = of["alpha"][shape], np.stack([*basis(n), n], 1)
+        v = -np.einsum("nij,nj->ni", frame, u)
+        half = facet(v, alpha, *on_disk(*draws))
+        cosine = dot(v, half)
+        back = 2 * cosine[:, None] * half - v
+        shadowed = smith(back, alpha)[:, None] * of["kr"][shape, None]
+        return np.einsum("nij,ni->nj", frame, back), shadowed * self.on_facet(cosine, spot)
+
+    def on_facet(self, cosine: Array, spot: Spot) -> Array:
+        """Fresnel's share and the tint (m, 3) of a mirror met at angles of these cosines."""
+        of, shape = self.of, spot.shape
+        tint = self._faded(of["M"][shape], shape, cosine)
+        eta_i, eta_t = spot.eta_i, spot.eta_t
+        cos_t = np.sqrt(np.maximum(1 - (eta_i / eta_t) ** 2 * (1 - cosine**2), 0.0))
+        along = (eta_t * cosine - eta_i * cos_t) / (eta_t * cosine + eta_i * cos_t)
+        across = (eta_i * cosine - eta_t * cos_t) / (eta_i * cosine + eta_t * cos_t)
+        share = np.where(cos_t == 0, 1.0, np.where(eta_i == eta_t, 0.0, (along**2 + across**2) / 2))
+        share = np.where(of["thin"][shape], 2 * share / (1 + share), share)[:, None]
+        share = np.where(of["fresnel"][shape, None], share, 1.0)
+        metal = conductor(of["n"][shape], of["k"][shape], eta_i, cosine)
+        return np.asarray(tint * np.where(of["conductor"][shape, None], metal, share))
+
     def _gatherers(self, rays: Rays, spot: Spot, share: Array, rows: Array) -> Rays:
         """The ambient rays of hits `rows` (m,): cosine-distributed about the shading normal."""
         samples = self.settings["ambient_samples"]
         h = child_path(rays.path[rows], 3, masked=False)
-        path = child_path(rays.path[rows], 3) | rays.path[rows] & np.uint32(15) | GATHERED
+        flags = rays.path[rows] & np.uint32(15) | GATHERED
         n, ns = spot.n[rows], spot.ns[rows]
         queues = []
         for i in range(samples):
@@ -268,7 +333,9 @@ class Table:
             direction[below] = cosine_direction(h[below], i, n[below])
             weight = rays.weight[rows] * share[rows] / samples
             origin, form = spot.leave(spot.n)[rows], spot.form[rows]
-            queues.append(Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows]))
+            path = combine(h, np.uint32(i)) & ~np.uint32(15) | flags
+            child = Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows], h, h)
+            queues.append(drawing(child))
         return Rays.joined(queues)
 
 

@@ -114,7 +114,10 @@ def _lobes(source: Scene, material: Material, part: Part, place: str, notes: lis
     elif material.kr > 0:
         if material.fresnel:
             notes.append(f"{place}.fresnel: a mirror that reflects alike at every angle")
-        lobes.append((mirror.max(), lambda scale: _mirror("conductor", scale * mirror)))
+        kind, lobe = "conductor", {}
+        if material.alpha > 0:
+            kind, lobe = "roughconductor", {"distribution": "ggx", "alpha": material.alpha}
+        lobes.append((mirror.max(), lambda scale: _mirror(kind, scale * mirror, **lobe)))
     return [lobe for lobe in lobes if lobe[0] > 0]
 
 
@@ -145,15 +148,13 @@ def _sum(lobes: list[Lobe], place: str, notes: list[str]) -> Plugin:
 
 def _light(light: dict[str, Any], look_at: Array, place: str, notes: list[str]) -> Plugin:
     """pi I, as a reflectance of 1 then sends I."""
-    strength = np.pi * light["intensity"]
-    if light["type"] == "directional":
-        return {"type": "directional", "direction": (-light["at"]).tolist(), "irradiance": color(strength)}
-    if not light["falloff"]:
+    if light["near"] and not light["falloff"]:
         notes.append(
             f"{place}.falloff: Mitsuba's lights have one; this one is as bright at the camera's target"
         )
-        strength = strength * max(float(np.sum((light["at"] - look_at) ** 2)), 1e-12)
-    return {"type": "point", "position": light["at"].tolist(), "intensity": color(strength)}
+        square = max(float(np.sum((light["at"] - look_at) ** 2)), 1e-12)
+        light = light | {"intensity": light["intensity"] * square}
+    return surfaces.emitter(light, np.zeros(3), color)
 
 
 def _sky(source: Scene) -> Plugin | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -25,6 +25,8 @@ class Rays:
     path: Array  # (n,) uint32: the hash word and flags
     form: Array  # (n,) int: which of the world's forms the ray starts on, or -1
     media: Array  # (n,) int: a state of media.Media
+    base: Array  # (n,) uint32: the hash that numbers are drawn from: of generation 0 the pixel's
+    sample: Array  # (n,): which stretch of these is the ray's: which sample of its pixel it is
 
     def take(self, rows: Array) -> Rays:
         return Rays(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
@@ -33,6 +35,11 @@ class Rays:
     def joined(queues: list[Rays]) -> Rays:
         names = Rays.__dataclass_fields__
         return Rays(*(np.concatenate([getattr(queue, name) for queue in queues]) for name in names))
+
+
+def drawing(rays: Rays) -> Rays:
+    """Rays below generation 0, which draw numbers from their own keys."""
+    return replace(rays, base=rays.path & ~np.uint32(15), sample=np.zeros(len(rays.path), np.uint32))
 
 
 class Shader(Protocol):

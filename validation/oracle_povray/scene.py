@@ -15,7 +15,7 @@ import numpy as np
 
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError, located
-from clrt.scene.scene import Camera, Checker, Material, PointLight, Scene
+from clrt.scene.scene import Camera, Checker, DirectionalLight, Material, PointLight, Scene
 
 from ..oracle64.camera import basis
 
@@ -32,8 +32,8 @@ def not_in_pov(scene: Scene) -> str | None:
         "light in bands": scene.spectrum is not None, "background image": isinstance(scene.background, str),
         "ambient rays": scene.ambient_samples > 0, "depth colour": scene.depth_color != 0,
         "least weight": scene.min_weight > 0, "one-sided surfaces": scene.one_sided != "none",
-        "ray counts by rule": scene.conformance != "none", "more than one sample": camera.spp != 1,
-        "jitter": camera.jitter is not None,
+        "ray counts by rule": scene.conformance != "none", "more than one sample": camera.samples != 1,
+        "jitter": camera.jitter is not None, "lens": camera.aperture > 0,
         "near plane": camera.near > 0 and camera.type == "perspective",
         "colours by name or spectrum": not _plain((scene.ambient, scene.background)),
     }  # fmt: skip
@@ -41,6 +41,8 @@ def not_in_pov(scene: Scene) -> str | None:
     if found:
         return f"POV-Ray has no {found} as the model has them"
     for number, light in enumerate(scene.lights):
+        if not isinstance(light, (PointLight, DirectionalLight)):
+            return f"lights[{number}]: POV-Ray has no {light.type} light as the model has it"
         if not _plain((light.intensity,)):
             return f"lights[{number}].intensity: only red, green and blue are written"
     bodies = 0
@@ -77,6 +79,8 @@ def _no_material(m: Material) -> str:
         return "checker as the model has it"
     if not _plain((m.color, *colours)) or m.conductor is not None or not isinstance(m.ior_d, float):
         return "spectra"
+    if m.alpha > 0:
+        return "rough mirrors"
     if m.fresnel:
         return "Fresnel terms as the model has them"
     if m.priority or np.any(np.asarray(m.absorption) != 0):

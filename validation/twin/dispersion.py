@@ -29,14 +29,14 @@ class Groups:
 
 def bounces(flat: FlatScene, at: Crossed, s: Surface, which: Array) -> tuple[Bounce, Groups]:
     """What becomes of rays `which` at surfaces `s`: by band, and by group where rays are of all bands."""
-    u, narrow = at.queue.rays.direction[:, which], at.queue.band
+    u, narrow, streams = at.queue.rays.direction[:, which], at.queue.band, at.queue.streams[which]
     nowhere = Groups([], [], np.zeros(len(which), bool))
     if flat.group == 0:
-        return bounce_at(s, u, *at.iors(flat, s, which)), nowhere
+        return bounce_at(s, u, *at.iors(flat, s, which), streams), nowhere
     if narrow is not None:
-        return bounce_at(s, u, *at.iors(flat, s, which, narrow[which])), nowhere
+        return bounce_at(s, u, *at.iors(flat, s, which, narrow[which]), streams), nowhere
     first = list(range(0, flat.bands, flat.group))
-    parts = [bounce_at(s, u, *at.iors(flat, s, which, band)) for band in first]
+    parts = [bounce_at(s, u, *at.iors(flat, s, which, band), streams) for band in first]
     rows = [slice(band, band + flat.group) for band in first]
     whole = Bounce(
         parts[0].reflected,

@@ -9,7 +9,7 @@ import numpy as np
 from clrt import layout
 from clrt.base import layers
 from clrt.base.layers import Paths, Term, comes_from
-from clrt.engine.film import finished
+from clrt.spectra.colorimetry import finished
 
 from .local import SPAWN, Feelers, Shaded
 from .math import Array

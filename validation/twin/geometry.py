@@ -263,22 +263,27 @@ def _roots(
     return np.where(behind, _NO_HIT, t), np.full_like(t, _NO_HIT)
 
 
-def nearest_hit(flat: FlatScene, rays: Rays, after: Hits | None = None) -> Hits:
+def nearest_hit(
+    flat: FlatScene, rays: Rays, after: Hits | None = None, own: Array | None = None
+) -> Hits:
     """The first hit of n rays, or the first that comes after the hits `after` in the order of (t, primitive).
 
-    A zero or NaN direction misses.
+    A zero or NaN direction misses. `own` (n,): primitives that rays pass by, -1 for none.
     """
     n = len(rays)
+    own = np.full(n, NO_PRIMITIVE) if own is None else own
     if after is None:
         after = Hits(np.zeros(n, np.float32), np.full(n, BEFORE_ALL))
     parts = [slice(start, start + _RAYS) for start in range(0, max(n, 1), _RAYS)]
-    found = [_nearest(flat, rays[part], Hits(after.t[part], after.primitive[part])) for part in parts]
+    found = [
+        _nearest(flat, rays[part], Hits(after.t[part], after.primitive[part]), own[part]) for part in parts
+    ]
     return Hits(
         np.concatenate([hits.t for hits in found]), np.concatenate([hits.primitive for hits in found])
     )
 
 
-def _nearest(flat: FlatScene, rays: Rays, after: Hits) -> Hits:
+def _nearest(flat: FlatScene, rays: Rays, after: Hits, own: Array) -> Hits:
     n = len(rays)
     best_t, best = rays.t_max, np.full(n, NO_PRIMITIVE, np.int32)
     column = rays[:, None]
@@ -288,6 +293,7 @@ def _nearest(flat: FlatScene, rays: Rays, after: Hits) -> Hits:
         first, second = _roots(flat, kind, count, numbers, column, frame)
         t = np.where(precedes(after_t, after_primitive, first, numbers), first, second)
         t = np.where(precedes(after_t, after_primitive, t, numbers), t, np.float32(np.inf))
+        t = np.where(numbers == own[:, None], np.float32(np.inf), t)
         which = t.argmin(axis=1)  # the lowest number among equals
         nearest, number = t[np.arange(n), which], numbers[which]
         better = precedes(nearest, number, best_t, best)

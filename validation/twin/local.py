@@ -11,6 +11,7 @@ from clrt.flatten.flatten import FlatScene
 
 from .dispersion import Groups, bounces, own_bands
 from .geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit, primitives_of
+from .lights import light_samples
 from .math import Array, larger
 from .media import Crossed
 from .queues import Queue
@@ -20,7 +21,6 @@ from .shading import (
     Bounce,
     ambient_share,
     is_above,
-    light_sample,
     local_light,
     reflected_light,
 )
@@ -48,7 +48,7 @@ class Shaded:
 
 @dataclass(frozen=True)
 class Feelers:
-    """Shadow feelers in the order of their rays and lights.
+    """Shadow feelers in the order of their rays, lights and their points.
 
     `filter` (bands, n): the share of each band that comes through. `contribution` (bands, n): what they bring
     if they arrive.
@@ -85,7 +85,7 @@ def shade(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> S
     if last or not (terms & AMBIENT and info["ambient_samples"] > 0):
         gathers = np.zeros_like(gathers)
 
-    value = weight * local_light(flat, s, gathers, terms)
+    value = weight * local_light(flat, s, gathers, terms, ambient=queue.kind == "ambient")
     if last and terms == ALL:
         depth_color = info["depth_color"][:, None]
         value = np.where(reflects, value + weight * bounce.reflect * depth_color, value)
@@ -94,8 +94,8 @@ def shade(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> S
             goes_on[row : row + flat.group] |= part
         value = np.where(goes_on, value + weight * bounce.transmit * depth_color, value)
     found = np.full(len(which), SPAWN["SPAWN_HIT"])
-    for source in _lights(flat):
-        found += is_above(s, light_sample(source, s.offset_origin(s.n)), terms).astype(np.uint32)
+    for _, to in light_samples(_lights(flat), s.offset_origin(s.n), queue.streams[which]):
+        found += is_above(s, to, terms).astype(np.uint32)
     if not last and terms == ALL:
         found |= np.where(reflects, SPAWN["SPAWN_REFLECTION"], np.uint32(0))
         found |= np.where(transmits, SPAWN["SPAWN_TRANSMISSION"], np.uint32(0))
@@ -142,16 +142,14 @@ def _lights(flat: FlatScene) -> Array:
 
 
 def feelers(flat: FlatScene, queue: Queue, found: Shaded, terms: int = ALL) -> Feelers:
-    """One feeler to each light above each hit, and which of them arrive."""
+    """One feeler to each point of a light above each hit, and which of them arrive."""
     s, direction = found.surface, queue.rays.direction[:, found.which]
     start = s.offset_origin(s.n)
-    ways = [light_sample(source, start) for source in _lights(flat)]
+    found_by = list(light_samples(_lights(flat), start, queue.streams[found.which]))
+    ways = [to for _, to in found_by]
     above = np.array([is_above(s, to, terms) for to in ways], bool).reshape(len(ways), len(found.which))
-    radiance = [
-        reflected_light(source, to, s, direction, terms)
-        for source, to in zip(_lights(flat), ways, strict=True)
-    ]
-    hit, number = np.nonzero(above.T)  # by ray, then by light
+    radiance = [reflected_light(source, to, s, direction, terms) for source, to in found_by]
+    hit, number = np.nonzero(above.T)  # by ray, then by light and its points
 
     def chosen(parts: list[Array], empty: tuple[int, ...]) -> Array:
         return np.stack(parts)[number, ..., hit].T if parts else np.zeros(empty, np.float32)
@@ -161,26 +159,26 @@ def feelers(flat: FlatScene, queue: Queue, found: Shaded, terms: int = ALL) -> F
         chosen([to.direction for to in ways], (3, 0)),
         chosen([to.distance for to in ways], (0,)),
     )
-    ray = found.which[hit]
+    ray, own = found.which[hit], np.array([light["surface"] for light, _ in found_by], np.int32)[number]
     contribution = queue.weight[:, ray] * chosen(radiance, (flat.bands, 0))
     through = np.ones_like(contribution)
     if flat.scene["tinted"][0]:
-        seen = _tint(flat, rays, through)
+        seen = _tint(flat, rays, own, through)
         contribution *= through
     else:
-        seen = nearest_hit(flat, rays).primitive < 0
+        seen = nearest_hit(flat, rays, own=own).primitive < 0
     if queue.band is not None:
         contribution = np.where(own_bands(flat, queue.band[ray]), contribution, np.float32(0.0))
     return Feelers(ray, rays, seen.astype(np.uint32), through, contribution)
 
 
-def _tint(flat: FlatScene, rays: Rays, through: Array) -> Array:
+def _tint(flat: FlatScene, rays: Rays, own: Array, through: Array) -> Array:
     """Multiply by kt Tt of every surface crossed, in order, up to the first opaque one. Which get through?"""
     seen = np.ones(len(rays), bool)
     at = Hits(np.zeros(len(rays), np.float32), np.full(len(rays), BEFORE_ALL, np.int32))
     crossing = np.arange(len(rays))
     while len(crossing):
-        at = nearest_hit(flat, rays[crossing], at)
+        at = nearest_hit(flat, rays[crossing], at, own[crossing])
         hit = at.primitive != NO_PRIMITIVE
         crossing, at = crossing[hit], Hits(at.t[hit], at.primitive[hit])
         material = flat.materials[primitives_of(flat)["material"][at.primitive]]

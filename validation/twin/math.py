@@ -43,6 +43,11 @@ def larger(a: Any, b: Any) -> Array:
     return np.where(a > b, a, b)
 
 
+def smaller(a: Any, b: Any) -> Array:
+    """The smaller number; `b` where `a` is NaN."""
+    return np.where(a < b, a, b)
+
+
 def largest_coordinate(v: Array) -> Array:
     a = np.abs(v)
     return larger(larger(a[0], a[1]), a[2])
@@ -114,6 +119,35 @@ def sine_cosine(a: Array) -> tuple[Array, Array]:
     sine = a * (1.0 - z * (0.166666667 - z * (0.00833333333 - z * 0.000198412698)))
     cosine = 1.0 - z * (0.5 - z * (0.0416666667 - z * (0.00138888889 - z * 0.0000248015873)))
     return sine, cosine
+
+
+def disk(u1: Array, u2: Array) -> tuple[Array, Array]:
+    """The unit square onto the unit disk (Shirley and Chiu 1997)."""
+    a, b = 2.0 * u1 - 1.0, 2.0 * u2 - 1.0
+    wide = np.abs(a) > np.abs(b)
+    radius = np.where(wide, a, b)
+    sine, cosine = sine_cosine(0.785398163 * (np.where(wide, b, a) / radius))
+    along, across, middle = radius * cosine, radius * sine, radius == 0.0
+    x, y = np.where(wide, along, across), np.where(wide, across, along)
+    return np.where(middle, np.float32(0.0), x), np.where(middle, np.float32(0.0), y)
+
+
+def turn(u: Array) -> tuple[Array, Array]:
+    """Sine and cosine of `u` whole turns, 0 <= u < 1."""
+    quarter = np.floor(4.0 * u + 0.5)
+    s, c = sine_cosine(1.57079633 * (4.0 * u - quarter))
+    aside, back = (quarter == 1.0) | (quarter == 3.0), (quarter == 2.0) | (quarter == 3.0)
+    x, y = np.where(aside, -s, c), np.where(aside, c, s)
+    return np.where(back, -y, y), np.where(back, -x, x)
+
+
+def frame_about(n: Array) -> tuple[Array, Array]:
+    """Two unit vectors that make an orthonormal frame with unit vectors n (Duff et al. 2017)."""
+    sign = np.where(n[2] < 0.0, -ONE, ONE)
+    a = -1.0 / (sign + n[2])
+    b = n[0] * n[1] * a
+    tangent = vector(1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0])
+    return tangent, vector(b, sign + n[1] * n[1] * a, -n[1])
 
 
 def mix_bits(x: Array | np.uint32) -> Array:

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from clrt import layout
 
 from .geometry import Rays
-from .math import Array, combine, dot, mix_bits, unit, unit_interval
+from .math import Array, combine, disk, dot, mix_bits, unit, unit_interval
 
 FLAGS = np.uint32(layout.PATH["PATH_FLAGS"])
+
+
+@dataclass(frozen=True)
+class Streams:
+    """What rays draw numbers from, (n,) uint32 each: a hash, and which stretch of its sequence is a ray's."""
+
+    base: Array
+    sample: Array
+
+    def __getitem__(self, rows: Array) -> Streams:
+        return Streams(self.base[rows], self.sample[rows])
 
 
 @dataclass(frozen=True)
@@ -19,7 +30,7 @@ class Queue:
     """n rays of one kind and generation, those of a pixel next to each other; weight is (bands, n).
 
     media: (places, n) int32, numbers of materials, where rays carry lists of them. band: (n,) int32, the
-    first band of each, where the rays are narrow.
+    first band of each, where the rays are narrow. first: what rays of generation 0 draw from.
     """
 
     kind: str
@@ -29,9 +40,15 @@ class Queue:
     weight: Array
     media: Array | None = None
     band: Array | None = None
+    first: Streams | None = None
 
     def __len__(self) -> int:
         return len(self.rays)
+
+    @property
+    def streams(self) -> Streams:
+        """Of generation 0 those of the pixels; deeper each ray has its own."""
+        return self.first or Streams(self.path & ~FLAGS, np.zeros_like(self.path))
 
 
 def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
@@ -55,23 +72,43 @@ def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
     above = (1.0 - 2.0 * y / np.float32(height)) * c["half_height"]
     origin, forward, right, up = (c[name][:3, None] for name in ("origin", "forward", "right", "up"))
     in_view = right * across + up * above
-    if c["orthographic"]:
+    if c["aperture"] > 0.0:
+        lens = _on_lens(c, pixel, sample)
+        ahead = np.repeat(forward, len(pixel), axis=1) if c["orthographic"] else forward + in_view
+        if c["orthographic"]:
+            origin = origin + in_view
+        direction = unit(ahead - lens * (np.float32(1.0) / c["focus"]))
+        origin = origin + lens + direction * (c["near"] / dot(direction, forward))
+    elif c["orthographic"]:
         origin = origin + in_view + forward * c["near"]
         direction = np.repeat(forward, len(pixel), axis=1)
     else:
         direction = unit(forward + in_view)
         origin = origin + direction * (c["near"] / dot(direction, forward))
-    return new_queue("camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)))
+    queue = new_queue("camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)))
+    return replace(queue, first=Streams(combine(np.full_like(pixel, c["seed"]), pixel), sample))
+
+
+def _on_lens(c: np.void, pixel: Array, sample: Array) -> Array:
+    """Where on the lens rays start, (3, n) from its middle."""
+    h = combine(combine(np.full_like(pixel, c["seed"]), pixel), np.uint32(0x80000000))
+    u1 = unit_interval(mix_bits(h + np.uint32(1)) + sample * np.uint32(0x9E3779B9))
+    u2 = unit_interval(mix_bits(h + np.uint32(2)) + sample * np.uint32(0x6A09E667))
+    x, y = disk(u1, u2)
+    return np.asarray((c["right"][:3, None] * x + c["up"][:3, None] * y) * c["aperture"])
 
 
 def adopt(
     origins: Array, directions: Array, t_max: Array, numbers: Array, bands: int = layout.BANDS
 ) -> Queue:
     """A queue of the caller's rays: (n, 3), (n, 3) of any length, (n,) float32; their numbers (n,) uint32."""
-    path = combine(combine(np.zeros_like(numbers), numbers), np.zeros_like(numbers)) & ~FLAGS
+    none = np.zeros_like(numbers)
+    first = Streams(combine(none, numbers), none)
+    path = combine(first.base, none) & ~FLAGS
     place = np.arange(len(numbers), dtype=np.uint32)
     weight = ones(bands, len(numbers))
-    return new_queue("camera", origins.T, unit(directions.T), place, path, weight, t_max)
+    queue = new_queue("camera", origins.T, unit(directions.T), place, path, weight, t_max)
+    return replace(queue, first=first)
 
 
 def ones(bands: int, n: int) -> Array:

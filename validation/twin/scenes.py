@@ -160,6 +160,26 @@ def _ambient() -> Table:
     ]}
 
 
+def _rough() -> Table:
+    """Every kind of mirror, rough: on balls, coarse smooth meshes and within each other's reflections."""
+    def at(x: float, y: float, scale: float) -> list[Table]:
+        return [{"scale": [scale] * 3}, {"translate": [x, y, 0]}]
+
+    gold = {"diffuse": 0.0, "conductor": {"eta": 0.2, "k": 3.1}, "roughness": 0.3}
+    coat = {"fresnel": True, "transmission": 0.0, "ior": 1.7, "roughness": 0.5, "reflection": 0.9}
+    ball = {"type": "sphere", "radius": 0.5}
+    return {"camera": {**_CAMERA, "spp": 4, "jitter": 4}, "max_depth": 3, "shapes": [
+        {**_FLOOR, "material": {**_MIRROR, "roughness": 0.15}},
+        {**ball, "center": [-1.2, 0.3, 0], "material": {**_SCHLICK, "roughness": 1.0}},
+        {**ball, "center": [0, 0.6, -0.4], "material": gold},
+        {**ball, "center": [1.2, 0.3, 0], "material": coat},
+        {**_rings(4, 5), "smooth": True, "material": {**gold, "roughness": 0.7},
+         "transform": at(-0.7, -0.6, 0.5)},
+        {**_rings(3, 4), "smooth": True, "material": {**_MIRROR, "roughness": 0.009},
+         "transform": at(0.6, -0.7, 0.4)},
+    ]}
+
+
 def _one_sided() -> Table:
     flat, meshes = _flat()["shapes"][1:4], _meshes()["shapes"][2:]
     return {"one_sided": "opaque", "shapes": [*_quadrics()["shapes"], *flat, *meshes]}
@@ -175,11 +195,50 @@ def _orthographic() -> Table:
     return {**_spheres(), "camera": camera}
 
 
+def _lens() -> Table:
+    """Wide open, near in focus, beyond the near plane and before it."""
+    return {**_flat(), "camera": {**_CAMERA, "aperture": 0.25, "near": 0.3, "jitter": 9, "mirror": True}}
+
+
+def _orthographic_lens() -> Table:
+    camera = {**_orthographic()["camera"], "aperture": 0.3, "focus": 3.1, "spp": 4}
+    return {**_spheres(), "camera": camera}
+
+
 def _sky() -> Table:
     camera = {**_CAMERA, "near": 1.0, "fov": 110, "fov_axis": "vertical", "mirror": True}
     return {"camera": camera, "shapes": [
         {"type": "sphere", "center": [0, 0, 1], "radius": 1, "material": {**_MIRROR, "reflection": 0.9}},
         {"type": "ellipsoid", "center": [-2, 0, 0.5], "radii": [1, 0.3, 0.5], "material": _GLASS}]}
+
+
+def _lamps() -> Table:
+    """Every kind of light, on surfaces that scatter in every way."""
+    spot = {"type": "spot", "position": [2, 3, 4], "target": [0, 0, 0]}
+    disk = {"type": "disk", "center": [-0.5, 1, -0.3], "normal": [0.2, -0.3, -0.1], "radius": 0.5}
+    lights = [
+        {**spot, "intensity": [0.5, 0.6, 0.7]},
+        {**spot, "angle": 9, "penumbra": 0, "intensity": [20, 8, 8], "falloff": "inverse-square"},
+        {**spot, "position": [0.3, -0.1, 0], "angle": 90, "penumbra": 1, "intensity": 0.4},
+        {"type": "rectangle", "center": [-1, 1.2, 1], "u": [0.7, 0, 0.2], "v": [0.1, 0.2, 0.6], "samples": 4},
+        {**disk, "samples": 3, "two_sided": True},
+        {"type": "sphere", "center": [1.5, 0.5, 1.7], "radius": 0.4, "radiance": [3, 4, 5], "samples": 5},
+        # around the camera and all that it sees, shining inwards
+        {"type": "sphere", "center": [0.5, 0, 0], "radius": 9, "radiance": 0.2, "samples": 1,
+         "two_sided": True},
+        {"type": "sphere", "center": [-0.9, -0.8, 0.9], "radius": 0.5, "samples": 2, "visible": False},
+    ]  # fmt: skip
+    shapes = [*_spheres()["shapes"][1:], *_meshes()["shapes"][3:]]
+    return {"lights": lights, "max_depth": 3, "camera": {**_CAMERA, "spp": 4}, "shapes": shapes}
+
+
+def _lamps_gathered() -> Table:
+    """Lights seen by ambient rays, through glass, in mirrors, from within."""
+    panel = {"type": "rectangle", "center": [-0.5, 1, 0.5], "u": [0.7, 0, 0.2], "v": [0, 0.2, 0.6]}
+    lights = [{**panel, "samples": 2}, {"type": "sphere", "center": [0.3, 0.9, 5.5], "radius": 0.5,
+                                        "samples": 2, "radiance": [0.3, 0.2, 0.1], "two_sided": True}]
+    camera = {**_CAMERA, "spp": 4, "jitter": 3, "width": 16, "height": 12}
+    return {**_tinted(), "lights": lights, "ambient_samples": 3, "max_depth": 2, "camera": camera}
 
 
 def _empty() -> Table:
@@ -189,8 +248,10 @@ def _empty() -> Table:
 _SCENES = {
     "spheres": _spheres, "flat shapes": _flat, "quadrics": _quadrics, "meshes": _meshes,
     "inside glass": _inside_glass, "media": media, "media from within": media_within,
-    "tinted shadows": _tinted, "ambient samples": _ambient,
+    "tinted shadows": _tinted, "ambient samples": _ambient, "lights": _lamps,
+    "lights gathered": _lamps_gathered,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
+    "rough mirrors": _rough, "lens": _lens, "orthographic lens": _orthographic_lens,
     "nothing": _empty,
     "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,
 }  # fmt: skip

@@ -9,50 +9,16 @@ import numpy as np
 from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
-from .math import ONE, Array, combine, dot, larger, mix_bits, power, sine_cosine, unit, unit_interval, vector
+from .gloss import facet_at
+from .lights import LightSample
+from .math import ONE, Array, combine, disk, dot, frame_about, larger, mix_bits, power, unit, unit_interval
+from .queues import Streams
 from .surface import Surface, bands, color_of
 
 EMISSION, AMBIENT, DIFFUSE, HIGHLIGHT, ALL = (
     layout.TERMS[f"TERM_{name}"] for name in ("EMISSION", "AMBIENT", "DIFFUSE", "HIGHLIGHT", "ALL")
 )
 _ZERO = np.float32(0.0)
-
-
-@dataclass(frozen=True)
-class LightSample:
-    """The way from n points to one light, and the factor (n,) by which its intensity arrives.
-
-    Unit directions (3, n), 0 where it does not shine; distances (n,), infinite where it is directional.
-    """
-
-    direction: Array
-    distance: Array
-    factor: Array
-
-
-def light_sample(light: np.void, start: Array) -> LightSample:
-    """By kind of light, as `kernels/light.clh`."""
-    return _SAMPLES[int(light["kind"])](light, start)
-
-
-def _point(light: np.void, start: Array) -> LightSample:
-    way = _place(light, start) - start
-    distance = np.sqrt(dot(way, way))
-    fades = light["falloff"] == layout.FALLOFF["INVERSE_SQUARE"]
-    factor = ONE / (distance * distance) if fades else np.ones_like(distance)
-    return LightSample(way * (ONE / distance), distance, factor)
-
-
-def _directional(light: np.void, start: Array) -> LightSample:
-    far = np.full(start.shape[1], np.inf, np.float32)
-    return LightSample(_place(light, start), far, np.ones_like(far))
-
-
-def _place(light: np.void, start: Array) -> Array:
-    return np.repeat(light["place"][:3, None], start.shape[1], axis=1)
-
-
-_SAMPLES = {layout.LIGHT_KINDS["POINT"]: _point, layout.LIGHT_KINDS["DIRECTIONAL"]: _directional}
 
 
 def is_above(s: Surface, to: LightSample, terms: int) -> Array:
@@ -77,6 +43,8 @@ def reflected_light(light: np.void, to: LightSample, s: Surface, u: Array, terms
     aligned = -dot(mirror, u)
     diffuse = material["kd"] * cosine if terms & DIFFUSE else np.zeros_like(cosine)
     shine = np.where(aligned > 0.0, material["ks"] * power(aligned, material["shininess"]), _ZERO)
+    seen_instead = (light["surface"] >= 0) & (material["kr"] > 0.0)
+    shine = np.where(seen_instead, _ZERO, shine)
     if not terms & HIGHLIGHT:
         shine = np.zeros_like(cosine)
     fade = np.where(_is_schlick(s), schlick(cosine), _ZERO)
@@ -85,13 +53,15 @@ def reflected_light(light: np.void, to: LightSample, s: Surface, u: Array, terms
     return light["intensity"][:, None] * to.factor * (diffuse * color_of(s) + shine * highlight)
 
 
-def local_light(flat: FlatScene, s: Surface, gathers: Array, terms: int) -> Array:
-    """e + ka F A, without the ambient term where rays gather it instead."""
+def local_light(flat: FlatScene, s: Surface, gathers: Array, terms: int, ambient: bool) -> Array:
+    """e + ka F A, without the ambient term where rays gather it. `ambient`: the rays are ambient ones."""
     emission = bands(s.material["emission"]) if terms & EMISSION else np.zeros_like(color_of(s))
-    ambient = ambient_share(s) * flat.scene["ambient"][0][:, None]
+    dark = (s.material["light"] == 1) & s.inside | (s.material["light"] > 0) & ambient
+    emission = np.where(dark, _ZERO, emission)
+    constant = ambient_share(s) * flat.scene["ambient"][0][:, None]
     if not terms & AMBIENT:
-        ambient = np.zeros_like(ambient)
-    return emission + np.where(gathers, _ZERO, ambient)
+        constant = np.zeros_like(constant)
+    return emission + np.where(gathers, _ZERO, constant)
 
 
 def ambient_share(s: Surface) -> Array:
@@ -114,8 +84,10 @@ class Refraction:
 
 
 def refraction(n: Array, u: Array, eta_i: Array, eta_t: Array) -> Refraction:
-    eta = eta_i / eta_t
-    cos_i = -dot(n, u)
+    return cosines_at(-dot(n, u), eta_i / eta_t)
+
+
+def cosines_at(cos_i: Array, eta: Array) -> Refraction:
     k = 1.0 - eta * eta * (1.0 - cos_i * cos_i)
     return Refraction(eta, cos_i, k, np.sqrt(larger(k, _ZERO)))
 
@@ -160,13 +132,17 @@ class Bounce:
     total_internal: Array  # a transmission was asked for and could not leave
 
 
-def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
-    """`eta_i`, `eta_t`: indices on the rays' side and behind the surfaces."""
+def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array, streams: Streams) -> Bounce:
+    """`eta_i`, `eta_t`: indices on the rays' side and behind the surfaces. `streams`: what gloss draws on."""
     material = s.material
+    rough = material["alpha"] > 0.0
+    facet = facet_at(s.n, s.ns, u, material["alpha"], streams)
+    cosine = np.where(rough, facet.cosine, -dot(s.ns, u))
     thin = material["thin"] != 0
 
     up = mirrored(s.ns, u)
     reflected = np.where(dot(up, s.n) > 0.0, up, mirrored(s.n, u))
+    reflected = np.where(rough, facet.direction, reflected)
 
     # straight through a thin sheet and between equal indices; what would stay above takes the true normal
     straight = thin | (eta_i == eta_t)
@@ -179,16 +155,20 @@ def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
     transmitted = np.where(straight, u, np.where(stays, refracted(s.n, u, true), down))
     total_internal = (material["kt"] > 0.0) & ~straight & (r.k < 0.0)
 
-    share = np.where(eta_i == eta_t, _ZERO, fresnel(r, eta_i, eta_t))
+    on_facet = cosines_at(facet.cosine, eta_i / eta_t)
+    both = zip(vars(r).values(), vars(on_facet).values(), strict=True)
+    share = fresnel(Refraction(*(np.where(rough, b, a) for a, b in both)), eta_i, eta_t)
+    share = np.where(eta_i == eta_t, _ZERO, share)
     share = np.where(thin, 2.0 * share / (1.0 + share), share)
-    fade = np.where(_is_schlick(s), schlick(-dot(s.ns, u)), _ZERO)
+    fade = np.where(_is_schlick(s), schlick(cosine), _ZERO)
     mirror = bands(material["mirror"])
     reflect = material["kr"] * (mirror + (1.0 - mirror) * fade)
+    reflect = np.where(rough, reflect * facet.passed, reflect)
     transmit = material["kt"] * bands(material["tint"])
     metal = material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
     before = ONE / eta_i
     index = bands(material["eta"]) * before, bands(material["k"]) * before
-    share = np.where(metal, conductor(*index, -dot(s.ns, u)), share)
+    share = np.where(metal, conductor(*index, cosine), share)
     split = metal | (material["fresnel"] == layout.FRESNEL["FRESNEL"])
     return Bounce(
         reflected,
@@ -201,28 +181,12 @@ def bounce_at(s: Surface, u: Array, eta_i: Array, eta_t: Array) -> Bounce:
 
 def cosine_direction(n: Array, key: Array, index: Array) -> Array:
     """Direction `index` of a cosine-distributed set about n: the R2 sequence (Roberts 2018) plus a hash."""
-    x = 2.0 * unit_interval(mix_bits(key + np.uint32(1)) + index * np.uint32(0xC13FA9A9)) - 1.0
-    y = 2.0 * unit_interval(mix_bits(key + np.uint32(2)) + index * np.uint32(0x91E10DA5)) - 1.0
-    disk_x, disk_y = _concentric(x, y)
-    sign = np.where(n[2] < 0.0, -ONE, ONE)
-    a = -1.0 / (sign + n[2])
-    b = n[0] * n[1] * a
-    tangent = vector(1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0])
-    bitangent = vector(b, sign + n[1] * n[1] * a, -n[1])
+    u1 = unit_interval(mix_bits(key + np.uint32(1)) + index * np.uint32(0xC13FA9A9))
+    u2 = unit_interval(mix_bits(key + np.uint32(2)) + index * np.uint32(0x91E10DA5))
+    disk_x, disk_y = disk(u1, u2)
+    tangent, bitangent = frame_about(n)
     height = np.sqrt(larger(1.0 - disk_x * disk_x - disk_y * disk_y, _ZERO))
     return unit(tangent * disk_x + bitangent * disk_y + n * height)
-
-
-def _concentric(x: Array, y: Array) -> tuple[Array, Array]:
-    """The square [-1, 1]^2 onto the disk (Shirley and Chiu 1997)."""
-    wide = np.abs(x) > np.abs(y)
-    radius, ratio = np.where(wide, x, y), np.where(wide, y / x, x / y)
-    sine, cosine = sine_cosine(0.785398163 * ratio)
-    along, across = radius * cosine, radius * sine
-    center = ~wide & (y == 0.0)
-    return np.where(center, _ZERO, np.where(wide, along, across)), np.where(
-        center, _ZERO, np.where(wide, across, along)
-    )
 
 
 def ambient_directions(s: Surface, path: Array, samples: int) -> tuple[Array, Array]:

@@ -102,13 +102,14 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: S
         samples = int(flat.scene["ambient_samples"][0])
         direction, key = ambient_directions(s, path, samples)
         flags = path & FLAGS | np.uint32(_GATHERED | (_GATHERED_FIRST if generation == 0 else 0))
+        own = combine(key[:, None], np.arange(samples, dtype=np.uint32))
         weight = weight * ambient_share(s) / np.float32(samples)
         return new_queue(
             kind,
             np.repeat(s.offset_origin(s.n), samples, axis=1),
             direction.reshape(3, -1),
             np.repeat(pixel_of, samples),
-            np.repeat(key & ~FLAGS | flags, samples),
+            (own & ~FLAGS | flags[:, None]).ravel(),
             np.repeat(weight, samples, axis=1),
             media=None if lists is None else np.repeat(lists, samples, axis=1),
             band=None if band is None else np.repeat(band, samples),

@@ -1,0 +1,40 @@
+"""An image as labelled arrays: `xarray.Dataset`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from clrt.base.errors import MissingPackage
+from clrt.base.install import pip_install
+from clrt.base.layers import find
+
+if TYPE_CHECKING:
+    from clrt.images.image import Image
+
+_AXES: Final = {"light": ("channel", ["R", "G", "B"]), "luminance": ("cie", ["X", "Y", "Z"]),
+                "direction": ("axis", ["x", "y", "z"]), "place": ("axis", ["x", "y", "z"])}  # fmt: skip
+
+
+def dataset(image: Image) -> Any:
+    """What `Image.to_xarray` promises."""
+    try:
+        import xarray
+    except ImportError:
+        need = f"to_xarray: needs xarray; install it with: {pip_install('xarray')}"
+        raise MissingPackage(need) from None
+    coords: dict[str, Any] = {"y": np.arange(image.height), "x": np.arange(image.width)}
+    arrays: dict[str, Any] = {}
+    for name, values in {"pixels": image.pixels, **image.layers}.items():
+        dims: tuple[str, ...] = ("y", "x")
+        if name == "bands":
+            dims += ("wavelength",)
+            coords["wavelength"] = ("wavelength", list(image.wavelengths), {"units": "nm"})
+        elif values.ndim == 3:
+            axis, labels = _AXES[find(name).picture if name != "pixels" else "light"]
+            dims += (axis,)
+            coords[axis] = labels
+        about = "linear Rec.709 radiance" if name == "pixels" else find(name).holds
+        arrays[name] = (dims, values, {"long_name": about})
+    return xarray.Dataset(arrays, coords, dict(image.metadata))

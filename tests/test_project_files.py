@@ -1,0 +1,58 @@
+"""The files around the code say what the code says: version, dependencies, identity of the schema."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+
+from clrt.scene.schema import SCHEMA_FILE, SCHEMA_ID, schema
+from clrt.version import __version__
+
+ROOT = Path(__file__).resolve().parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+CONDA_NAMES = {"OpenImageIO": "py-openimageio"}
+
+
+def test_the_citation_is_of_this_version() -> None:
+    text = (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f'version: "{__version__}"' in text and "cff-version: 1.2.0" in text
+    assert f"license: {PROJECT['license']}" in text and PROJECT["authors"][0]["name"] in text
+
+
+def test_the_recipe_needs_what_the_wheel_needs() -> None:
+    text = (ROOT / "installers" / "conda" / "recipe.yaml").read_text("utf-8")
+    assert f'version: "{__version__}"' in text and PROJECT["description"].split(":")[0] in text
+    run = text.split("  run:\n")[1].split("\ntests:")[0]
+    listed = dict(re.findall(r"- ([\w-]+) >=([\d.]+)", run))
+    assert listed.pop("python") == PROJECT["requires-python"].removeprefix(">=")
+    needed = dict(re.fullmatch(r"([\w-]+)>=([\d.]+)", line).groups() for line in PROJECT["dependencies"])  # type: ignore[union-attr]
+    assert listed == {CONDA_NAMES.get(name, name): version for name, version in needed.items()}
+    for command in re.findall(r"- (clrt .+)", text.split("\ntests:")[1]):
+        from clrt.cli.options import parser
+
+        words = command.split()[1:]
+        if words != ["--version"]:
+            assert parser().parse_args(words).command
+
+
+def test_the_schema_is_known_by_one_name() -> None:
+    held = json.loads(SCHEMA_FILE.read_text("utf-8"))
+    assert held["$id"] == schema()["$id"] == SCHEMA_ID
+    assert re.fullmatch(r"urn:uuid:[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}", SCHEMA_ID)
+
+
+def test_pages_lead_to_files_that_are_there() -> None:
+    for page in ("CHANGELOG.md", "CONTRIBUTING.md", "docs/versions.md", "docs/explain.md", "README.md"):
+        file = ROOT / page
+        for target in re.findall(r"\]\(([\w./-]+)\)", file.read_text("utf-8")):
+            assert (file.parent / target).exists(), (page, target)
+
+
+def test_changes_name_what_there_is() -> None:
+    from clrt.cli.options import parser
+
+    text = (ROOT / "CHANGELOG.md").read_text("utf-8")
+    named = set(re.findall(r"`clrt (\w[\w-]*)", text))
+    assert named and named <= set(parser().commands)
