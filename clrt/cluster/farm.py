@@ -22,6 +22,7 @@ from clrt.version import __version__
 
 _AHEAD: Final = 3  # orders a worker, so that it has the next one when it has done one
 _LOSSES: Final = 5  # times that an order may be lost: it is likely then that it is what ends the workers
+_LOST: Final = ("FutureCancelledError", "CommClosedError")  # what dask says where its scheduler is gone
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,8 +158,7 @@ class Farm:
         try:
             return future.result()
         except CancelledError:
-            self.pool.check()
-            raise ClrtError("executor: it has given up what it was to do; was it shut down?") from None
+            raise self._given_up() from None
         except BrokenExecutor as error:
             raise ClrtError(
                 f"executor: its processes have ended ({one_line(str(error))}); those of dask.distributed are "
@@ -167,10 +167,16 @@ class Farm:
         except Exception as error:
             if type(error).__name__ == "KilledWorker":  # the scheduler's limit is not ours
                 return None
+            if type(error).__name__ in _LOST:
+                raise self._given_up() from None
             raise ClrtError(
                 f"a worker cannot do its work: {type(error).__name__}: {error}; it needs clrt {__version__} "
                 "and the same Python packages"
             ) from error
+
+    def _given_up(self) -> ClrtError:
+        self.pool.check()  # which may know more
+        return ClrtError("executor: it has given up what it was to do; was it, or its scheduler, shut down?")
 
     def _send(self, errand: _Errand, lacking: Lacking) -> None:
         """Send what a worker lacks, unless that is on its way: then wait until it has arrived."""
