@@ -22,6 +22,7 @@ from clrt.version import __version__
 
 _AHEAD: Final = 3  # orders a worker, so that it has the next one when it has done one
 _LOSSES: Final = 5  # times that an order may be lost: it is likely then that it is what ends the workers
+_LOST: Final = ("FutureCancelledError", "CommClosedError")  # what dask says where its scheduler is gone
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,7 @@ class Farm:
         self._done: SimpleQueue[Future[Any]] = SimpleQueue()
         self._errands: dict[Future[Any], _Errand] = {}
         self._held: deque[_Errand] = deque()  # wait until arrays have arrived somewhere
-        self._sending: set[tuple[Worker, str]] = set()  # to whom, of which scene
+        self._sending: set[Worker] = set()  # to whom; of other scenes, too: they may share arrays
         self._kernels: dict[Any, str] = {}
 
     def work(self, tasks: Iterator[Task]) -> Generator[tuple[Task, Answer]]:
@@ -128,7 +129,7 @@ class Farm:
     def _answer(self, errand: _Errand, future: Future[Any]) -> Answer | None:
         """What became of an errand; None where it is under way again."""
         if errand.to is not None:  # the arrays have arrived, or were lost
-            self._sending.discard((errand.to, errand.order.scene))
+            self._sending.discard(errand.to)
             held, self._held = self._held, deque()
             for other in held:
                 self._hand_in(other)
@@ -157,8 +158,7 @@ class Farm:
         try:
             return future.result()
         except CancelledError:
-            self.pool.check()
-            raise ClrtError("executor: it has given up what it was to do; was it shut down?") from None
+            raise self._given_up() from None
         except BrokenExecutor as error:
             raise ClrtError(
                 f"executor: its processes have ended ({one_line(str(error))}); those of dask.distributed are "
@@ -167,19 +167,24 @@ class Farm:
         except Exception as error:
             if type(error).__name__ == "KilledWorker":  # the scheduler's limit is not ours
                 return None
+            if type(error).__name__ in _LOST:
+                raise self._given_up() from None
             raise ClrtError(
                 f"a worker cannot do its work: {type(error).__name__}: {error}; it needs clrt {__version__} "
                 "and the same Python packages"
             ) from error
 
+    def _given_up(self) -> ClrtError:
+        self.pool.check()  # which may know more
+        return ClrtError("executor: it has given up what it was to do; was it, or its scheduler, shut down?")
+
     def _send(self, errand: _Errand, lacking: Lacking) -> None:
         """Send what a worker lacks, unless that is on its way: then wait until it has arrived."""
         self.report.asked += 1
-        key = lacking.worker, errand.order.scene
-        if key in self._sending:
+        if lacking.worker in self._sending:
             self._held.append(self._bare(errand))
             return
-        self._sending.add(key)
+        self._sending.add(lacking.worker)
         names = {*errand.order.arrays, *lacking.arrays}
         arrays = {name: errand.task.parcel.arrays[name] for name in names}
         self.report.sent += sum(array.nbytes for array in arrays.values())

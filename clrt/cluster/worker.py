@@ -25,7 +25,7 @@ from clrt import layout
 from clrt.base.errors import ClrtError, DeviceError, MemoryLimitError, exhausted
 from clrt.base.resources import validation_module
 from clrt.cluster.orders import Answer, Lacking, Order, Refusal, Worker, sealed
-from clrt.cluster.parcels import digest, unpacked
+from clrt.cluster.parcels import LARGE, digest, unpacked
 from clrt.device import kernelcache, trial
 from clrt.device.device import Device
 from clrt.device.settings import Settings
@@ -149,7 +149,7 @@ class _Bench:
     def _world(self, device: Device, flat: FlatScene) -> World:
         """The scene on the device. What another one has there of the same arrays is shared, the tree too."""
         for other in reversed(self.scenes.values()):
-            alike = all(getattr(other.flat, name) is getattr(flat, name) for name in _TREE)
+            alike = all(_same(getattr(other.flat, name), getattr(flat, name)) for name in _TREE)
             if alike and other.device.driver is device.driver and other.flat.ray_format == flat.ray_format:
                 world = copy.copy(other.world)
                 world.update(device, flat)
@@ -169,6 +169,13 @@ class _Bench:
             if isinstance(value, np.ndarray)
         )
         return sum({id(array): array.nbytes for array in arrays}.values())
+
+
+def _same(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two arrays are one; small ones, which come with each scene, whether they hold the same."""
+    if one is other:
+        return True
+    return one.nbytes < LARGE and one.shape == other.shape and one.tobytes() == other.tobytes()
 
 
 @cache

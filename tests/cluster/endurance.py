@@ -25,7 +25,11 @@ from clrt.cluster.farm import Report
 
 def pids(executor: Any) -> list[int]:
     """The processes of a dask executor's workers."""
-    return [*executor._client.run(os.getpid).values()]
+    while True:
+        try:
+            return [*executor._client.run(os.getpid).values()]
+        except OSError:  # one that is paused still: dask gives it up soon
+            time.sleep(1)
 
 
 def disturbed(
