@@ -23,7 +23,7 @@ PACKAGES = {"povray", "pocl-opencl-icd", "g++", "libembree-dev", "chromium", "po
 OTHERS_OPTIONS = {
     "options.py", "install.py", "doctor.py", "host.py", "embree.py", "scaling.py", "plugin.py",
 }  # fmt: skip
-OTHERS = {"intel-opencl-rt"}  # of PyPI, and of no extra here
+OTHERS = {"intel-opencl-rt", "embreex"}  # of PyPI, and of no extra here
 _COMMAND = re.compile(r"\bclrt ([a-z][a-z-]*)((?: +(?:--?[a-zA-Z][\w-]*|[^\s`;,()]+))*)")
 
 
