@@ -11,6 +11,7 @@ from .parts import CHECKERED, CLOSED, OPEN, Table
 _ALL = {**CLOSED, **OPEN}
 _CHANCE_OF_CHECKER = 0.4
 _CHANCE_OF_SPECTRA = 0.3  # of a scene; of a colour in it
+_CHANCE_OF_ROUGHNESS = 0.1  # of a mirror or a metal
 _LIGHTS = ("D65", "A", "F2", "F11", "sun")
 _METALS = ("gold", "silver", "copper", "aluminium", "iron")
 
@@ -38,7 +39,16 @@ def scene(seed: int, number: int) -> Table:
         _fill(more, shape["material"])
     if more.random() < _CHANCE_OF_SPECTRA:
         _colour(more, table)
+    _roughen(np.random.default_rng([seed, number, 2]), table)
     return table
+
+
+def _roughen(draw: np.random.Generator, table: Table) -> None:
+    """Mirrors and metals that are not smooth."""
+    for material in (shape["material"] for shape in table["shapes"]):
+        mirror = "conductor" in material or material.get("reflection", 0) > 0
+        if draw.random() < _CHANCE_OF_ROUGHNESS and mirror and not material.get("transmission"):
+            material["roughness"] = round(float(draw.uniform(0.05, 0.6)), 3)
 
 
 def _fill(draw: np.random.Generator, material: Table) -> None:
