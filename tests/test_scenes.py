@@ -52,7 +52,7 @@ def test_each_is_described(scenes: dict[str, Scene]):
         assert f"`{name}`" in documented, name
         assert file.stat().st_size < 300_000, name
         camera = scenes[name].camera
-        assert camera is not None and camera.width * camera.height * camera.samples <= 1280 * 720 * 9, name
+        assert camera is not None and camera.width * camera.height * camera.spp <= 1280 * 720 * 9, name
 
 
 def test_each_figure_of_the_thesis_that_shows_an_effect_has_a_scene():

@@ -147,7 +147,7 @@ def _camera_features(scene: Scene) -> set[str]:
         camera.type: True, "vertical field of view": camera.fov_axis == "vertical", "near": camera.near > 0,
         "up vector": camera.up not in (None, (0.0, 1.0, 0.0)), "mirrored camera": camera.mirror,
         "shifted camera": camera.shift != (0.0, 0.0), "jitter": camera.jitter is not None,
-        f"{camera.samples} samples": camera.samples in (4, 16, 64), "lens": camera.aperture > 0,
+        f"{camera.spp} samples": camera.spp in (4, 16, 64), "lens": camera.aperture > 0,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from ctypes import c_float
-from functools import cache
+from functools import cache, partial
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -23,6 +23,11 @@ from clrt.base.suggest import did_you_mean
 
 _TINY, _HUGE = 1e-30, 1e30  # well within float32
 Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
+
+
+class Unstated(int):
+    """A default number that can be told from the same number where somebody states it."""
+
 
 class Record(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of a scene: frozen, keyword-only, no unknown keys."""
@@ -131,7 +136,8 @@ def table_of(record: Record) -> dict[str, Any]:
     table = {"type": record.type} if record.__struct_config__.tag else {}
     for name, default in _defaults(record.__class__).items():
         value = getattr(record, name)
-        if value is not None and (isinstance(value, (list, np.ndarray)) or value != default):
+        stated = isinstance(default, Unstated) and not isinstance(value, Unstated)
+        if value is not None and (isinstance(value, (list, np.ndarray)) or value != default or stated):
             table[name] = _as_builtin(value)
     return table
 
@@ -161,9 +167,12 @@ def plain(data: object, cls: type, at: At) -> dict[str, Any]:
     if not isinstance(data, (Mapping, cls)):
         raise at.error(data, f"must be a table of keys or a {cls.__name__}")
     try:
-        return msgspec.to_builtins(dict(data) if isinstance(data, Mapping) else data, enc_hook=_from_numpy)
+        found: dict[str, Any]
+        found = msgspec.to_builtins(dict(data) if isinstance(data, Mapping) else data, enc_hook=_from_numpy)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
         raise at.says(str(error)) from None
+    value_of = data.get if isinstance(data, Mapping) else partial(getattr, data)
+    return {name: value for name, value in found.items() if not isinstance(value_of(name, None), Unstated)}
 
 
 def tagged(kinds: Mapping[str, type[R]], data: object, at: At, noun: str) -> type[R]:
@@ -206,4 +215,6 @@ def _from_numpy(value: object) -> object:
         return value.tolist()
     if isinstance(value, Mapping):
         return dict(value)
+    if isinstance(value, Unstated):
+        return int(value)
     raise TypeError(f"an object of class {type(value).__name__} cannot be part of a scene")

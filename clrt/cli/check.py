@@ -8,6 +8,7 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 from clrt.base.errors import ClrtError, ClrtWarning, legible
+from clrt.base.records import Unstated
 from clrt.cli.source import read, scene_path
 from clrt.cli.terminal import say
 
@@ -65,8 +66,12 @@ def _contents(scene: Scene, bands: int) -> dict[str, Any]:
         "shapes": len(scene.shapes), "primitives": sum(shape.primitives for shape in scene.shapes),
         "lights": len(scene.lights), "materials": len(scene.materials), "bands": bands,
         "max_depth": scene.max_depth,
-        "camera": None if camera is None else [camera.width, camera.height, camera.spp],
+        "camera": None if camera is None else [camera.width, camera.height, _stated(camera.spp)],
     }  # fmt: skip
+
+
+def _stated(number: int) -> int | None:
+    return None if isinstance(number, Unstated) else number
 
 
 def _words(row: dict[str, Any]) -> str:

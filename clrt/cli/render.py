@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 from clrt.base.atomic import check_replaceable, write_json
 from clrt.base.errors import ClrtError
+from clrt.base.records import Unstated
 from clrt.cli import interrupted, terminal
 from clrt.cli.outputs import check_apart, check_spares
 from clrt.cli.source import STREAM, read, scene_path, stem
@@ -139,7 +140,7 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
 def _samples(options: argparse.Namespace, scene: Scene) -> int | None:
     """Samples a pixel in place of the scene's: first pictures to look at are not jagged."""
     output = Path(getattr(options, "output", "")).suffix.lower()
-    unsaid = options.spp is None and scene.camera is not None and scene.camera.spp is None
+    unsaid = options.spp is None and scene.camera is not None and isinstance(scene.camera.spp, Unstated)
     allowed = dict(options.limit).get("samples", _SMOOTH) >= _SMOOTH and scene.conformance == "none"
     return _SMOOTH if unsaid and allowed and output in _LOOKED_AT else options.spp
 

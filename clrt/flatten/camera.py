@@ -29,7 +29,7 @@ def flatten_camera(
     the samples per pixel, `jitter` their seed. Raises `SceneError` for numbers that make no picture.
     """
     width, height = picture_size(camera, width, height)
-    grid = _grid(camera.samples if spp is None else spp)
+    grid = _grid(camera.spp if spp is None else spp)
     seed = camera.jitter if jitter is None else jitter
     forward, right, up = axes(camera)
     half_width, half_height = _half_extents(camera, width, height)

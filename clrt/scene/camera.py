@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Annotated, Final, Literal
 
 import msgspec
@@ -11,7 +12,7 @@ from msgspec import Meta
 
 from clrt.base.explain import FLOAT32_MAX
 from clrt.base.places import At
-from clrt.base.records import Record, Vector, float32, is_zero
+from clrt.base.records import Record, Unstated, Vector, float32, is_zero
 
 Side = Annotated[int, Meta(ge=1, le=1 << 16, description="must be a whole number of pixels from 1 to 65536")]
 
@@ -50,10 +51,9 @@ class Camera(Record, frozen=True, kw_only=True):
     shift: Annotated[tuple[float, float], Meta(description="must be 2 numbers (pixels)")] = (0.0, 0.0)
     width: Side = 640
     height: Side = 480
-    spp: (
-        Annotated[int, Meta(ge=1, le=1 << 24, description="must be a square number such as 1, 4, 9 or 16")]
-        | None
-    ) = None
+    spp: Annotated[
+        int, Meta(ge=1, le=1 << 24, description="must be a square number such as 1, 4, 9 or 16")
+    ] = msgspec.field(default_factory=partial(Unstated, 1))
     jitter: (
         Annotated[int, Meta(ge=0, lt=1 << 32, description="must be a seed from 0 to 4294967295")] | None
     ) = None
@@ -72,15 +72,10 @@ class Camera(Record, frozen=True, kw_only=True):
         if self.aperture > _WIDEST * self.in_focus:
             text = f"a lens's radius is at most {_WIDEST:g} times the distance in focus, {self.in_focus:g}"
             raise at.key("aperture").error(self.aperture, text)
-        root = math.isqrt(self.samples)
-        if root * root != self.samples:
+        root = math.isqrt(self.spp)
+        if root * root != self.spp:
             near = f"{root * root} or {(root + 1) ** 2}"
             raise at.key("spp").error(self.spp, f"spp must be a square number: {near} is the nearest")
-
-    @property
-    def samples(self) -> int:
-        """Samples a pixel: `spp`, or 1 where none is stated."""
-        return 1 if self.spp is None else self.spp
 
     @property
     def in_focus(self) -> float:

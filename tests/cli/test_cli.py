@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import OpenImageIO as oiio
 import pytest
 
 import clrt
+from clrt.base.records import Unstated
 from clrt.base.resources import scene_file, shipped_scenes, validation_module
 from clrt.cli import main
 from clrt.images.file import read_samples
@@ -105,7 +107,7 @@ def test_pictures_to_look_at_have_4_samples_where_nobody_says_a_number(
     size = ["--width", "8", "--height", "6", "--quiet", "--stats", str(stats)]
     assert main(["render", str(scene), "-o", str(out), *size, *options]) == 0
     assert json.loads(stats.read_text())["rays"]["camera"] == 8 * 6 * samples
-    assert clrt.load(scene).camera.samples == (9 if "9" in camera else 1)
+    assert clrt.load(scene).camera.spp == (9 if "9" in camera else 1)
 
 
 def test_a_hash_is_that_of_the_scene_s_own_samples(scene: Path, capsys: pytest.CaptureFixture[str]):
@@ -114,11 +116,14 @@ def test_a_hash_is_that_of_the_scene_s_own_samples(scene: Path, capsys: pytest.C
 
 
 def test_a_stated_sample_is_saved_and_an_unstated_one_is_not(scene: Path):
-    for given, said in ((None, False), (1, True), (4, True)):
-        loaded = clrt.load(scene).replace({"camera.spp": given})
+    unstated = clrt.load(scene)
+    one, four = (unstated.replace({"camera.spp": spp}) for spp in (1, 4))
+    for loaded, said in ((unstated, False), (one, True), (four, True)):
         loaded.save(scene.with_name("b.toml"))
         assert ("spp" in scene.with_name("b.toml").read_text()) == said
-        assert clrt.load(scene.with_name("b.toml")).camera.spp == given
+        again = clrt.load(scene.with_name("b.toml")).camera.spp
+        assert again == loaded.camera.spp and isinstance(again, Unstated) != said
+    assert isinstance(pickle.loads(pickle.dumps(unstated)).camera.spp, Unstated)
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def test_defaults_are_those_of_the_documentation() -> None:
     camera = scene.camera
     assert camera is not None
     assert (camera.type, camera.up, camera.fov, camera.size) == ("perspective", (0, 1, 0), 45, 2)
-    assert (camera.width, camera.height, camera.samples, camera.jitter) == (640, 480, 1, None)
+    assert (camera.width, camera.height, camera.spp, camera.jitter) == (640, 480, 1, None)
     material = Material()
     assert (material.color, material.ka, material.diffuse, material.kr, material.kt) == (0.8, 1, 1, 0, 0)
     assert (material.shininess, material.ior_d, material.fresnel, material.thin) == (32, 1.5, False, False)

@@ -287,7 +287,7 @@ def test_configurations_are_as_many_as_promised() -> None:
         scene = load_scene(name)
         assert scene.camera
         rays = sameness.WIDTH * round(sameness.WIDTH * scene.camera.height / scene.camera.width)
-        cut = [-(-rays * scene.camera.samples // tile) for tile in sameness.TILES]
+        cut = [-(-rays * scene.camera.spp // tile) for tile in sameness.TILES]
         assert cut == sorted(set(cut), reverse=True), f"{name}: {cut} tiles: some are the same"
     assert sameness.picture("room", 32, chosen[0]) == sameness.picture("room", 32, {})
 

@@ -197,7 +197,7 @@ def tables(scene: dict[str, Any] | Path) -> dict[str, Any]:
 def _case(name: str, table: dict[str, Any], tags: set[str], oracles: tuple[str, ...] = ORACLES) -> Case:
     scene = loaded(table)
     assert scene.camera is not None
-    spp = scene.camera.samples
+    spp = scene.camera.spp
     size = _SIZES.get(spp, (WIDTH, HEIGHT))
     return Case(name, table, frozenset(features_of(scene) | tags), oracles, *size, spp)
 

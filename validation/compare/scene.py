@@ -280,8 +280,8 @@ def _of_camera(scene: Scene, change: Callable[[str, str, Scene], _Change]) -> It
         f"the field of view is {camera.fov / 2:g} degrees, not {camera.fov:g}",
         fov=camera.fov / 2,
     )
-    for spp in (4, 16) if camera.samples == 1 else (1,):
-        yield seen(f"{spp} samples a pixel", f"{spp} samples a pixel in place of {camera.samples}", spp=spp)
+    for spp in (4, 16) if camera.spp == 1 else (1,):
+        yield seen(f"{spp} samples a pixel", f"{spp} samples a pixel in place of {camera.spp}", spp=spp)
 
 
 _OF_MATERIALS: tuple[tuple[str, str, _OfMaterial], ...] = (

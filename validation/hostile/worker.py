@@ -69,7 +69,7 @@ def frame(scene: clrt.Scene) -> dict[str, Any]:
     camera = scene.camera
     if camera is not None and LARGEST < camera.width * camera.height <= limits.pixels:
         how["width"], how["height"] = SIDES
-    if camera is not None and SAMPLES < camera.samples <= limits.samples:
+    if camera is not None and SAMPLES < camera.spp <= limits.samples:
         how["spp"] = 1
     return how
 

@@ -129,7 +129,7 @@ def render64(
         raise ValueError("the scene has no camera")
     camera = _shifted(scene.camera, shift)
     width, height = _size(camera, width, height)
-    spp = spp or camera.spp or 1
+    spp = spp or camera.spp
     grid = math.isqrt(spp)
     if grid * grid != spp:
         raise ValueError(f"spp = {spp} is not a square number")

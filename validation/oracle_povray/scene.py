@@ -32,7 +32,7 @@ def not_in_pov(scene: Scene) -> str | None:
         "light in bands": scene.spectrum is not None, "background image": isinstance(scene.background, str),
         "ambient rays": scene.ambient_samples > 0, "depth colour": scene.depth_color != 0,
         "least weight": scene.min_weight > 0, "one-sided surfaces": scene.one_sided != "none",
-        "ray counts by rule": scene.conformance != "none", "more than one sample": camera.samples != 1,
+        "ray counts by rule": scene.conformance != "none", "more than one sample": camera.spp != 1,
         "jitter": camera.jitter is not None, "lens": camera.aperture > 0,
         "near plane": camera.near > 0 and camera.type == "perspective",
         "colours by name or spectrum": not _plain((scene.ambient, scene.background)),

@@ -84,7 +84,7 @@ class Program:
             write_scene(scene, file, origin)
             places = {
                 f"scene{self.scene_suffix}": str(file), f"out{self.out_suffix}": str(out),
-                "width": str(camera.width), "height": str(camera.height), "spp": str(camera.samples),
+                "width": str(camera.width), "height": str(camera.height), "spp": str(camera.spp),
                 "depth": str(scene.max_depth),
             }  # fmt: skip
             command = [_PLACE.sub(lambda found: places[found[1]], text) for text in self.arguments]

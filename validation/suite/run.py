@@ -147,7 +147,7 @@ def rays_of(scene: Scene) -> int:
     """About how many rays a scene's picture takes, as far as its size and samples tell."""
     assert scene.camera is not None
     bands = scene.spectrum.bands if scene.spectrum is not None else 3
-    samples = scene.camera.width * scene.camera.height * scene.camera.samples
+    samples = scene.camera.width * scene.camera.height * scene.camera.spp
     return samples * (1 + scene.ambient_samples) * bands
 
 
