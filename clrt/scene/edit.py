@@ -45,10 +45,12 @@ class Draft:
     def _edit_one_of(self, top: str, old: Any, steps: Sequence[Step], value: Any, at: At) -> None:
         """Change a part of one of many, or put another in its place."""
         whole = top in self.values and top not in self.touched
-        if top not in self.values:
+        number, *rest = steps
+        if not isinstance(old, (Mapping, list, tuple)):  # what was given for all of them
+            raise at.says(f"{show(old)} has no part {show(str(number))}")
+        if whole or top not in self.values:
             old = dict(old) if isinstance(old, Mapping) else list(old)
             self.values[top] = old
-        number, *rest = steps
         if not isinstance(old, Mapping) and isinstance(number, str):
             number = _named(old, number, at)
         present = number in old if isinstance(old, Mapping) else number < len(old)  # type: ignore[operator]

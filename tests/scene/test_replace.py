@@ -171,3 +171,17 @@ def test_whatever_is_asked_for_is_a_scene_or_one_error(changes: dict[str, Any], 
             assert other == clrt.load_dict(other.to_dict())
         except clrt.ClrtError as error:
             assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize("whole", [None, 5, "abc", 1.5])
+@pytest.mark.parametrize("top", ["lights", "shapes", "materials"])
+def test_parts_of_what_is_no_list_and_no_table(scene: clrt.Scene, top: str, whole: Any) -> None:
+    with pytest.raises(clrt.SceneError, match=rf"{top}: .* has no part '0'"):
+        scene.replace({top: whole, f"{top}[0]": None})
+
+
+def test_what_is_given_stays_as_it_is(scene: clrt.Scene) -> None:
+    light = {"type": "point", "position": [0, 1, 0]}
+    for told in ([light], (light,)):
+        found = scene.replace({"lights": told, "lights[0].position": [0, 2, 0]})
+        assert found.lights[0].position == (0.0, 2.0, 0.0) and told[0]["position"] == [0, 1, 0]

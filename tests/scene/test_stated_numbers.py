@@ -154,3 +154,16 @@ def test_overrides_change_the_picture_and_nothing_else() -> None:
     camera = {**table["camera"], "width": 20, "height": 10, "spp": 9}  # type: ignore[dict-item]
     assert other == clrt.load_dict({**table, "camera": camera, "max_depth": 7})
     assert scene == clrt.load_dict(table) and isinstance(other, Scene)
+
+
+def test_a_whole_number_beyond_float32_is_refused_as_such() -> None:
+    for huge in (10**40, -(10**40)):
+        table = {"type": "sphere", "center": [0, huge, 0], "radius": 1}
+        with pytest.raises(clrt.SceneError, match=r"shapes\[0\]\.center\[1\]: .*numbers must be finite and at most"):
+            clrt.load_dict({"shapes": [table]})
+
+
+def test_a_spot_stands_at_its_position() -> None:
+    spot = {"type": "spot", "position": [1, 2, 3], "target": [0, 0, 0]}
+    (light,) = clrt.load_dict({"lights": [spot]}).lights
+    assert light.place == (1.0, 2.0, 3.0, 1.0)
