@@ -45,6 +45,7 @@ PLANTED = {
     "contraction": ("math.clh", "return a.x * b.x + a.y * b.y + a.z * b.z;",
                     "return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));", "generate", "rays"),
 }  # fmt: skip
+RUN = {"a camera ray", "a shadow", "contraction"}  # whose programs run: each compiles all kernels
 
 
 def planted(name: str, folder: Path) -> Device:
@@ -89,9 +90,10 @@ def test_the_right_kernel_is_blamed_and_a_program_shows_it(name: str, tmp_path: 
     assert report["driver"] and report["device"] == device.info.label
     item, items = report["first work-item"], report["work-items"]
     assert item is None or 0 <= item < items
-    ran = reproduce(place)
-    assert ran.returncode == 1, ran.stdout + ran.stderr
-    assert f"found {fault.found:#010x}, expected {fault.expected:#010x}" in ran.stdout
+    if name in RUN:
+        ran = reproduce(place)
+        assert ran.returncode == 1, ran.stdout + ran.stderr
+        assert f"found {fault.found:#010x}, expected {fault.expected:#010x}" in ran.stdout
 
 
 def test_the_program_passes_where_the_kernels_are_right(tmp_path: Path) -> None:
