@@ -29,7 +29,7 @@ SCENE: dict[str, Any] = {
 # file, what stands there once, a NaN in its place, the pass that is blamed
 PLANTED = {
     "own light": ("light.cl", "weight[b] * (emission + ambient), mine",
-                  "weight[b] * (emission + ambient) + (0.0f / 0.0f), mine", "light"),
+                  "weight[b] * (emission + ambient) + (0.0f / 0.0f), mine", "shade"),
     "a light's": ("light.clh", "radiance[b] = in_band(light->intensity, s, b) * to.factor",
                   "radiance[b] = sqrt(-1.0f - to.factor) * in_band(light->intensity, s, b) * to.factor",
                   "illuminate"),
