@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import clrt
 from clrt import layout
 from clrt.base.errors import SceneError
 from clrt.flatten.flatten import FlatScene, flatten
@@ -236,6 +237,26 @@ def test_the_hash_is_stable_and_sees_every_change() -> None:
         flat(SPHERE, PLANE),
     ]
     assert len({first, *(scene.hash for scene in others)}) == 7
+
+
+def test_what_is_hit_has_a_normal() -> None:
+    """Slivers that are lines in float32, which rounding gives an area where a ray sees them."""
+    draw = np.random.default_rng(5)
+    start = draw.uniform(-2, 2, (4000, 3)).astype(np.float32)
+    step = draw.uniform(-1, 1, (4000, 3)).astype(np.float32) / 256
+    corners = np.stack([start, start + step * 3, start + step * 8], axis=1)
+    ends = corners.reshape(-1, 3)
+    mesh = {"type": "mesh", "vertices": ends.tolist(), "faces": np.arange(len(ends)).reshape(-1, 3).tolist()}
+    tracer = clrt.Tracer(clrt.load_dict({"shapes": [mesh]}))
+    aims = (corners[:, :2].mean(axis=1) + corners[:, 2]) / 2
+    hits = 0
+    for _ in range(8):
+        origins = draw.normal(size=(4000, 3)) * 6
+        found = tracer.intersect(origins, aims - origins, fields=("primitive", "normal"))
+        seen = found.primitive >= 0
+        assert np.isfinite(found.normal).all()
+        hits += int(seen.sum())
+    assert hits > 10  # others are seen though they are as thin
 
 
 def test_a_mesh_of_half_a_million_triangles_takes_no_loop_over_them() -> None:
