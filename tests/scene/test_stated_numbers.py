@@ -159,7 +159,8 @@ def test_overrides_change_the_picture_and_nothing_else() -> None:
 def test_a_whole_number_beyond_float32_is_refused_as_such() -> None:
     for huge in (10**40, -(10**40)):
         table = {"type": "sphere", "center": [0, huge, 0], "radius": 1}
-        with pytest.raises(clrt.SceneError, match=r"shapes\[0\]\.center\[1\]: .*numbers must be finite and at most"):
+        says = r"shapes\[0\]\.center\[1\]: .*numbers must be finite and at most"
+        with pytest.raises(clrt.SceneError, match=says):
             clrt.load_dict({"shapes": [table]})
 
 
