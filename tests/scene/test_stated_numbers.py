@@ -162,6 +162,9 @@ def test_a_whole_number_beyond_float32_is_refused_as_such() -> None:
         says = r"shapes\[0\]\.center\[1\]: .*numbers must be finite and at most"
         with pytest.raises(clrt.SceneError, match=says):
             clrt.load_dict({"shapes": [table]})
+        light = {"type": "point", "position": [0, 0, huge]}
+        with pytest.raises(clrt.SceneError, match=r"lights\[0\]\.position\[2\]: .*numbers must be finite"):
+            clrt.load_dict({"lights": [light]})
 
 
 def test_a_spot_stands_at_its_position() -> None:
