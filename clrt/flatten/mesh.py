@@ -10,7 +10,6 @@ import numpy as np
 from clrt import layout
 from clrt.scene.mesh import MeshData
 
-_ROWS: Final = 1 << 16  # triangles that are looked at at a time
 IDENTITY: Final = np.eye(4)
 """The matrix of what has no transform: known by what it is, for scenes of many small meshes."""
 
@@ -78,8 +77,6 @@ def mesh_triangles(
     out = np.zeros(len(triangles), layout.dtype("Triangle"))
     for name, corner in zip(("v0", "v1", "v2"), order, strict=True):
         out[name][:, :3] = vertices[triangles[:, corner]]
-    for start in range(0, len(out), _ROWS):
-        _collapse(out[start : start + _ROWS])
     if data.normals is None:
         out["normals"] = -1
         return out, np.zeros((0, 4), np.float32)
@@ -87,21 +84,6 @@ def mesh_triangles(
     normals = np.zeros((len(triangles), 3, 4), np.float32)
     normals[:, :, :3] = world_normals(data.normals, matrix).astype(np.float32)[triangles[:, order]]
     return out, normals.reshape(-1, 4)
-
-
-def _collapse(triangles: np.ndarray) -> None:
-    """Make points of triangles whose normal vanishes in float32: no ray hits a point.
-
-    Rounding may give such a sliver an area where a ray sees it; there it would have no normal.
-    """
-    with np.errstate(all="ignore"):
-        x, y, z = (triangles["v1"] - triangles["v0"])[:, :3].T
-        u, v, w = (triangles["v2"] - triangles["v0"])[:, :3].T
-        a, b, c = y * w - z * v, z * u - x * w, x * v - y * u
-        flat = np.flatnonzero(~(a * a + b * b + c * c > 0))
-    if flat.size:
-        for name in ("v1", "v2"):
-            triangles[name][flat] = triangles["v0"][flat]
 
 
 def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

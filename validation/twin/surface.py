@@ -117,7 +117,9 @@ def _on_triangle(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Arra
     _, u, v = triangle_hit(v0, v1, v2, rays, frame_of(rays.direction))
     s.uv[:, at] = u, v
     s.point[:, at] = v0 + ((v1 - v0) * u + (v2 - v0) * v)
-    s.outward[:, at] = unit(triangle_normal(v0, v1, v2))
+    normal = triangle_normal(v0, v1, v2)
+    with np.errstate(all="ignore"):
+        s.outward[:, at] = np.where(dot(normal, normal) > 0, unit(normal), -rays.direction)
     reach = [largest_coordinate(corner) for corner in corners]
     s.offset[at] = _OFFSET * larger(larger(reach[0], reach[1]), reach[2])
     first = triangle["normals"]
