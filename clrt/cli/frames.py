@@ -6,8 +6,9 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
 from contextlib import closing
 from typing import Any, Protocol
 
-from clrt.cluster.pictures import Plan, Remote, Sheet, request
+from clrt.cluster.pictures import Plan, Remote, Sheet
 from clrt.device.settings import Settings
+from clrt.engine.request import Request
 from clrt.engine.tracer import Tracer
 from clrt.images.image import Image
 from clrt.scene.scene import Scene
@@ -75,7 +76,7 @@ class Workers:
     def __init__(
         self, executor: Any, device: int | str | None, settings: Settings, picture: Mapping[str, Any]
     ) -> None:
-        self.remote, self.asked = Remote(executor, device, settings), request(**picture)
+        self.remote, self.asked = Remote(executor, device, settings), Request(**picture)
         self._plans: dict[int, Plan] = {}
 
     def turn_to(self, index: int, scene: Scene) -> str:

@@ -103,7 +103,7 @@ def sweep(
     picture = {name: value for name, value in picture.items() if name != "checkpoint"}
     progress = arguments.function("progress", picture.pop("progress", None))
     remote = Remote(executor, device, settings)
-    return _there(remote, base, found, request(**picture), progress)
+    return _there(remote, base, found, Request(**picture), progress)
 
 
 def _here(
@@ -127,19 +127,6 @@ def _there(
     with closing(remote.sheets(sheets, len(many))) as done:
         for values, sheet in zip(many, done, strict=True):
             yield values, sheet.image()
-
-
-def request(
-    width: int | None = None,
-    height: int | None = None,
-    spp: int | None = None,
-    max_depth: int | None = None,
-    layers: Sequence[str] = (),
-    crop: tuple[int, int, int, int] | None = None,
-    camera: Camera | Mapping[str, Any] | None = None,
-) -> Request:
-    """What `Tracer.render` would be asked for; None is what the scene says."""
-    return Request(width, height, spp, max_depth, layers, crop, camera)
 
 
 Plan = tuple[Scene, Parcel, Job, tuple[int, int], tuple[int, int, int, int]]

@@ -27,13 +27,13 @@ from clrt.scene.scene import Scene, read_camera
 class Request:
     """A picture as `Tracer.render` is asked for it; None is what the scene says."""
 
-    width: int | None
-    height: int | None
-    spp: int | None
-    max_depth: int | None
-    layers: Sequence[str]
-    crop: tuple[int, int, int, int] | None
-    camera: Camera | Mapping[str, Any] | None
+    width: int | None = None
+    height: int | None = None
+    spp: int | None = None
+    max_depth: int | None = None
+    layers: Sequence[str] = ()
+    crop: tuple[int, int, int, int] | None = None
+    camera: Camera | Mapping[str, Any] | None = None
 
     def job(
         self, scene: Scene, flat: FlatScene, settings: Settings

@@ -21,6 +21,7 @@ import clrt
 from clrt.cluster import pictures
 from clrt.cluster.connect import connected
 from clrt.cluster.farm import Report
+from clrt.engine.request import Request
 
 
 def pids(executor: Any) -> list[int]:
@@ -50,7 +51,7 @@ def disturbed(
             what(victim)
 
     remote = pictures.Remote(executor, None, settings)
-    sheet = pictures.Sheet(*remote.plan(scene, pictures.request(**size)), progress)
+    sheet = pictures.Sheet(*remote.plan(scene, Request(**size)), progress)
     (done,) = remote.sheets(iter([sheet]), 1)
     return done.image(), remote.farm.report
 

@@ -21,6 +21,7 @@ import clrt
 from clrt.cluster import parcels, pictures, worker
 from clrt.cluster.farm import Report
 from clrt.cluster.orders import Answer, Lacking, Order
+from clrt.engine.request import Request
 from clrt.flatten.flatten import flatten
 
 SIZE = {"width": 40, "height": 30, "max_depth": 2}
@@ -76,7 +77,7 @@ def mesh() -> clrt.Scene:
 
 def done(executor: Executor, scene: clrt.Scene, **size: Any) -> tuple[clrt.Image, Report]:
     remote = pictures.Remote(executor, None, None)
-    (sheet,) = remote.sheets(iter([pictures.Sheet(*remote.plan(scene, pictures.request(**size)))]), 1)
+    (sheet,) = remote.sheets(iter([pictures.Sheet(*remote.plan(scene, Request(**size)))]), 1)
     return sheet.image(), remote.farm.report
 
 
