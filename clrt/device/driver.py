@@ -24,7 +24,7 @@ from clrt import layout
 from clrt.base.errors import DeviceError
 from clrt.base.log import log
 from clrt.base.resources import kernel_folder
-from clrt.device import binaries, kernelcache
+from clrt.device import binaries, intel, kernelcache
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, choose, command, pocl_version
 from clrt.device.settings import Settings
@@ -38,6 +38,9 @@ TRACKS: Final = 2  # pieces of work that go on at the same time
 _GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
 # PoCL keeps what it compiled by itself; a checker like Oclgrind has to see every kernel being compiled
 _KEEPS_PROGRAMS: Final = ("Portable Computing Language", "Oclgrind")
+# Kernels take packets of rays in vectors of their own. Intel's compiler would vectorise each once more, across
+# work-items: it then takes four times as long, and pictures a sixth to a half more (docs/performance.md)
+_AS_WRITTEN: Final = "#define __kernel __kernel __attribute__((intel_vec_len_hint(1)))\n#line 1\n"
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
 
 
@@ -54,7 +57,10 @@ def _program(context: cl.Context, source: str) -> cl.Program:
     options = ["-cl-std=CL1.2"]
     if device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
         options.append("-cl-fp32-correctly-rounded-divide-sqrt")
-    if device.platform.name.strip() in _KEEPS_PROGRAMS:
+    platform = device.platform.name.strip()
+    if platform == intel.PLATFORM:
+        source = _AS_WRITTEN + source
+    if platform in _KEEPS_PROGRAMS:
         return binaries.quietly(cl.Program(context, source), options)
     return binaries.built(context, source, options)
 
