@@ -39,7 +39,7 @@ _GROUP: Final = 64  # work-items of a work-group, unless the settings say otherw
 # PoCL keeps what it compiled by itself; a checker like Oclgrind has to see every kernel being compiled
 _KEEPS_PROGRAMS: Final = ("Portable Computing Language", "Oclgrind")
 # Kernels take packets of rays in vectors of their own. Intel's compiler would vectorise each once more, across
-# work-items: it then takes four times as long, and pictures a sixth to a half more (docs/performance.md)
+# work-items: it then takes three to four times as long, and pictures a sixth to a half more (docs/design.md)
 _AS_WRITTEN: Final = "#define __kernel __kernel __attribute__((intel_vec_len_hint(1)))\n#line 1\n"
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
 
@@ -57,10 +57,7 @@ def _program(context: cl.Context, source: str) -> cl.Program:
     options = ["-cl-std=CL1.2"]
     if device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
         options.append("-cl-fp32-correctly-rounded-divide-sqrt")
-    platform = device.platform.name.strip()
-    if platform == intel.PLATFORM:
-        source = _AS_WRITTEN + source
-    if platform in _KEEPS_PROGRAMS:
+    if device.platform.name.strip() in _KEEPS_PROGRAMS:
         return binaries.quietly(cl.Program(context, source), options)
     return binaries.built(context, source, options)
 
@@ -127,17 +124,22 @@ class Driver:
         # a folder of PoCL's is for one process at a time; other programs are files of their own
         beside = self.device.platform.name.strip() not in _KEEPS_PROGRAMS
         with kernelcache.compiling(f"program-{digest}", beside):
+            given = self.given(source)
             try:
-                return _program(self.context, source)
+                return _program(self.context, given)
             except cl.Error:
                 pass  # builds fail without a reason where a process outside clrt's lock compiles, too
             try:
-                return _program(self.context, source)
+                return _program(self.context, given)
             except cl.Error as error:
                 raise DeviceError(
                     f"{self.info.label}: the kernels do not build: {plain(str(error))}; what mends it says: "
                     f"{command('doctor')}"
                 ) from None
+
+    def given(self, source: str) -> str:
+        """What the driver's compiler is given of a source."""
+        return _AS_WRITTEN + source if self.device.platform.name.strip() == intel.PLATFORM else source
 
     @property
     def held_bytes(self) -> int:
