@@ -38,7 +38,7 @@ TRACKS: Final = 2  # pieces of work that go on at the same time
 _GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
 # PoCL keeps what it compiled by itself; a checker like Oclgrind has to see every kernel being compiled
 _KEEPS_PROGRAMS: Final = ("Portable Computing Language", "Oclgrind")
-# Kernels take packets of rays in vectors of their own. Intel's compiler would vectorise each once more, across
+# Kernels take packets of rays in vectors of their own. Intel's compiler would vectorise each once more, over
 # work-items: it then takes three to four times as long, and pictures a sixth to a half more (docs/design.md)
 _AS_WRITTEN: Final = "#define __kernel __kernel __attribute__((intel_vec_len_hint(1)))\n#line 1\n"
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
