@@ -42,8 +42,8 @@ def built(context: cl.Context, source: str, options: list[str]) -> cl.Program:
 def _place(device: cl.Device, source: str, options: list[str]) -> tuple[Path, bytes]:
     platform = device.platform
     parts = (
-        platform.name, platform.version, device.name, device.driver_version, str(device.max_compute_units),
-        signature(), *options, os.environ.get(_MORE_OPTIONS, ""), source,
+        platform.name, platform.version, device.name, device.driver_version, signature(), *options,
+        os.environ.get(_MORE_OPTIONS, ""), source,
     )  # fmt: skip
     name = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     return Path(os.environ[kernelcache.VARIABLE]) / "binaries" / name[:32], name.encode()

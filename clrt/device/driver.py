@@ -24,7 +24,7 @@ from clrt import layout
 from clrt.base.errors import DeviceError
 from clrt.base.log import log
 from clrt.base.resources import kernel_folder
-from clrt.device import binaries, kernelcache
+from clrt.device import binaries, intel, kernelcache
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, choose, command, pocl_version
 from clrt.device.settings import Settings
@@ -38,6 +38,9 @@ TRACKS: Final = 2  # pieces of work that go on at the same time
 _GROUP: Final = 64  # work-items of a work-group, unless the settings say otherwise
 # PoCL keeps what it compiled by itself; a checker like Oclgrind has to see every kernel being compiled
 _KEEPS_PROGRAMS: Final = ("Portable Computing Language", "Oclgrind")
+# Kernels take packets of rays in vectors of their own. Intel's compiler would vectorise each once more, over
+# work-items: it then takes three to four times as long, and pictures a sixth to a half more (docs/design.md)
+_AS_WRITTEN: Final = "#define __kernel __kernel __attribute__((intel_vec_len_hint(1)))\n#line 1\n"
 _waiting = ThreadPoolExecutor(1, "clrt-wait")
 
 
@@ -121,17 +124,22 @@ class Driver:
         # a folder of PoCL's is for one process at a time; other programs are files of their own
         beside = self.device.platform.name.strip() not in _KEEPS_PROGRAMS
         with kernelcache.compiling(f"program-{digest}", beside):
+            given = self.given(source)
             try:
-                return _program(self.context, source)
+                return _program(self.context, given)
             except cl.Error:
                 pass  # builds fail without a reason where a process outside clrt's lock compiles, too
             try:
-                return _program(self.context, source)
+                return _program(self.context, given)
             except cl.Error as error:
                 raise DeviceError(
                     f"{self.info.label}: the kernels do not build: {plain(str(error))}; what mends it says: "
                     f"{command('doctor')}"
                 ) from None
+
+    def given(self, source: str) -> str:
+        """What the driver's compiler is given of a source."""
+        return _AS_WRITTEN + source if self.device.platform.name.strip() == intel.PLATFORM else source
 
     @property
     def held_bytes(self) -> int:

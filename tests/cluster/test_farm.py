@@ -5,12 +5,9 @@ from __future__ import annotations
 import importlib.util
 import json
 import pickle
-from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -18,67 +15,12 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.cluster import parcels, pictures, worker
-from clrt.cluster.farm import Report
+from clrt.cluster import parcels, worker
 from clrt.cluster.orders import Answer, Lacking, Order
-from clrt.engine.request import Request
 from clrt.flatten.flatten import flatten
+from tests.farm_samples import SIZE, Here, done
 
-SIZE = {"width": 40, "height": 30, "max_depth": 2}
-
-
-class Here(Executor):
-    """Does at once what it is given; `before` and `after` may change orders and answers."""
-
-    def __init__(
-        self,
-        before: Callable[[Order], Order] = lambda order: order,
-        after: Callable[[Any], Any] = lambda answer: answer,
-    ) -> None:
-        self.before, self.after, self._max_workers = before, after, 2
-        self.answers: list[Any] = []
-
-    def submit(self, function: Any, /, *arguments: Any, **_: Any) -> Future[Any]:
-        future: Future[Any] = Future()
-        try:
-            order = pickle.loads(pickle.dumps(self.before(arguments[0])))
-            answer = pickle.loads(pickle.dumps(self.after(function(order))))
-            self.answers.append(answer)
-            future.set_result(answer)
-        except BaseException as error:
-            future.set_exception(error)
-        return future
-
-
-@pytest.fixture(autouse=True)
-def fresh(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A worker that knows nothing, whose device needs no proof; small pieces."""
-    worker._bench.cache_clear()
-    monkeypatch.setattr(worker, "check", lambda device: None)
-    monkeypatch.setattr(pictures, "_LEAST", 100)
-    yield
-    worker._bench.cache_clear()
-
-
-@pytest.fixture(scope="module")
-def mesh() -> clrt.Scene:
-    """A scene with an array that travels alone."""
-    side = np.linspace(-1, 1, 24)
-    x, z = (array.reshape(-1) for array in np.meshgrid(side, side))
-    corner = (np.arange(23)[:, None] * 24 + np.arange(23)).reshape(-1)
-    faces = np.concatenate([corner[:, None] + [0, 24, 1], corner[:, None] + [1, 24, 25]])
-    vertices = np.stack([x, 0.2 * np.sin(7 * x) * np.cos(5 * z), z], 1)
-    shape = {"type": "mesh", "vertices": vertices.tolist(), "faces": faces.tolist(), "material": "m"}
-    camera = {"origin": [0, 2, 3], "target": [0, 0, 0], "width": 40, "height": 30}
-    light = {"type": "point", "position": [1, 3, 1]}
-    materials = {"m": {"diffuse": 0.5, "specular": 0.4, "reflection": 0.3}}
-    return clrt.load_dict({"camera": camera, "lights": [light], "materials": materials, "shapes": [shape]})
-
-
-def done(executor: Executor, scene: clrt.Scene, **size: Any) -> tuple[clrt.Image, Report]:
-    remote = pictures.Remote(executor, None, None)
-    (sheet,) = remote.sheets(iter([pictures.Sheet(*remote.plan(scene, Request(**size)))]), 1)
-    return sheet.image(), remote.farm.report
+pytestmark = pytest.mark.usefixtures("fresh")
 
 
 def same(one: clrt.Image, other: clrt.Image) -> None:
@@ -232,92 +174,6 @@ def poisoned(order: Order) -> Order:
 def test_what_always_ends_its_worker_is_given_up(mesh: clrt.Scene) -> None:
     with pytest.raises(clrt.ClrtError, match=r"lost 5 times, the last time by the end of its worker"):
         done(Here(poisoned), mesh, **SIZE)
-
-
-def flip(order: Order) -> Order:
-    if not order.arrays:
-        return order
-    name, array = next(iter(order.arrays.items()))
-    changed = array.copy()
-    changed.view(np.uint8).reshape(-1)[77] ^= 1
-    return replace(order, arrays={**order.arrays, name: changed})
-
-
-def other_recipe(order: Order) -> Order:
-    return replace(order, scene="0" * 64)
-
-
-REFUSED: dict[str, Callable[[Order], Order]] = {
-    "it has clrt .*, the client 0.0.1": lambda order: replace(order, version="0.0.1"),
-    "its kernels are others: .*, not 123": lambda order: replace(order, kernels="123"),
-    "its scene is another one than was sent: .*, not 000000": other_recipe,
-    "an array has changed on its way": flip,
-    "device 'no such' is not here": lambda order: replace(order, device="no such"),
-}
-
-
-@pytest.mark.parametrize("text", REFUSED)
-def test_a_worker_that_differs_is_refused_by_name(text: str, mesh: clrt.Scene) -> None:
-    with pytest.raises(clrt.ClrtError, match=rf"^worker \S+, process \d+: {text}") as caught:
-        done(Here(REFUSED[text]), mesh, **SIZE)
-    assert isinstance(caught.value, clrt.DeviceError) == ("device" in text)
-
-
-def test_a_worker_that_fails_the_self_test_is_refused(
-    mesh: clrt.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The verdict is kept for the machine, so that it is asked for once."""
-    monkeypatch.undo()
-    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
-    asked: list[None] = []
-    for fault in ("spheres: 1 is 2", ""):
-        monkeypatch.setattr(worker, "_fault", lambda device, fault=fault: asked.append(None) or fault)
-        if fault:
-            for _ in range(2):
-                with pytest.raises(clrt.DeviceError, match=r"^worker .*: fails the self-test: spheres: 1"):
-                    done(Here(), mesh, **SIZE)
-            for file in (tmp_path / "verdicts").iterdir():
-                file.unlink()
-        else:
-            done(Here(), mesh, **SIZE)
-    assert len(asked) == 2
-
-
-def test_other_faults_name_the_worker_too(mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(worker, "_traced", lambda *_: (_ for _ in ()).throw(MemoryError()))
-    with pytest.raises(clrt.ClrtError, match=r"^worker .*: this machine has no memory left"):
-        done(Here(), mesh, **SIZE)
-    monkeypatch.setattr(worker, "_traced", lambda *_: {}["odd"])
-    with pytest.raises(clrt.ClrtError, match=r"^a worker cannot do its work: KeyError: 'odd'"):
-        done(Here(), mesh, **SIZE)
-
-
-def end_all(*_: Any) -> None:
-    raise BrokenProcessPool("a process ended")
-
-
-def test_executors_that_are_broken_or_closed(mesh: clrt.Scene) -> None:
-    with pytest.raises(clrt.ClrtError, match=r"^executor: its processes have ended \(a process ended\)"):
-        done(Here(end_all), mesh, **SIZE)
-    closed = ThreadPoolExecutor(1)
-    closed.shutdown()
-    with pytest.raises(clrt.ClrtError, match=r"^executor: cannot schedule new futures after shutdown; give"):
-        done(closed, mesh, **SIZE)
-    with pytest.raises(clrt.ClrtError, match=r"^executor: 3 is not allowed; it must be a concurrent.futures"):
-        clrt.render(mesh, executor=3)  # type: ignore[arg-type]
-    with pytest.raises(clrt.ClrtError, match=r"^checkpoint: it keeps one picture"):
-        clrt.sweep(mesh, {"ambient": [0.1]}, executor=Here(), checkpoint="c")
-
-
-def test_a_process_without_a_driver(mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a process of its own, which is spawned."""
-    monkeypatch.setenv("CLRT_DRIVER", "no such driver")
-    text = r"^worker \S+, process \d+: CLRT_DRIVER='no such driver' is no driver"
-    with (
-        ProcessPoolExecutor(1, get_context("spawn")) as executor,
-        pytest.raises(clrt.DeviceError, match=text),
-    ):
-        clrt.render(mesh, executor=executor, **SIZE)
 
 
 def _note(told: list[tuple[int, ...]], *row: int) -> None:

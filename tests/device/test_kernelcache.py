@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import clrt
-from clrt.device import binaries, kernelcache, platforms, trial
+from clrt.device import binaries, intel, kernelcache, platforms, trial
 from clrt.device import driver as driver_module
 from clrt.device.opencl import cl
 
@@ -156,9 +156,9 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "binaries"
 
 
-def build(source: str = SOURCE) -> tuple[list[str], list[str]]:
+def build(source: str = SOURCE, threads: int | None = None) -> tuple[list[str], list[str]]:
     """Build anew, as in a new process: what watchers were told, and the kernels' names."""
-    context, told = driver_module.Driver(None, clrt.Settings(), None).context, []
+    context, told = driver_module.Driver(None, clrt.Settings(threads=threads), None).context, []
     kernelcache.watchers.append(told.append)
     try:
         program = driver_module._program.__wrapped__(context, source)
@@ -181,6 +181,22 @@ def test_a_program_is_compiled_once_and_damage_is_found(kept: Path) -> None:
     first.write_bytes(data[second])  # whole, but another program
     assert build() == compiled or build(SOURCE.replace("2.0f", "3.0f")) == compiled
     assert [file.stat().st_mode & 0o077 for file in [kept]] == [0]
+
+
+def test_fewer_threads_take_what_all_compiled(kept: Path) -> None:
+    assert build()[0] == ["compiling kernels"]
+    assert build(threads=1) == ([], ["twice"])
+
+
+def test_intels_compiler_leaves_kernels_as_wide_as_they_are_written() -> None:
+    """It would take four times as long, for slower pictures."""
+    driver = driver_module.Driver(None, clrt.Settings(), None)
+    if driver.info.platform != intel.PLATFORM:
+        assert driver.given(SOURCE) == SOURCE
+        return
+    kernel = cl.Kernel(driver.build(SOURCE), "twice")
+    together = cl.kernel_sub_group_info.MAX_SUB_GROUP_SIZE_FOR_NDRANGE
+    assert kernel.get_sub_group_info(driver.device, together, [64]) == 64  # 16: as many go through a vector
 
 
 def test_a_binary_that_the_driver_refuses_is_compiled_again(kept: Path) -> None:

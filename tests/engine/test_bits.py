@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import warnings
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ from clrt.formats.shipped import load_scene
 from clrt.images.image import Image
 from clrt.layout.ceilings import PACKETS
 from tests.random_scenes import crowd, crowd_rays
+from validation import expected as small
 from validation.twin.picture import trace32
 
 WHOLE = 1 << 24  # rays of a tile: more than any picture here has
@@ -34,6 +36,7 @@ SETTINGS: dict[str, dict[str, int]] = {
     "2 threads": {"threads": 2},
     "all at once": {"tile": 1 << 10, "local_size": 8, "lanes": 8, "threads": 1},
 }
+EXPECTED = json.loads(small.FILE.read_text())  # of every scene: tests/validation/test_twin.py
 USUAL = clrt.Settings()
 assert (USUAL.tile, USUAL.local_size, USUAL.lanes) == (None, None, 16)
 LARGE = {"sphereflake": 500, "mountain": 420, "thesis_4_3_transmission": 230}  # pixels wide
@@ -70,6 +73,7 @@ def two_drivers() -> tuple[str, str]:
 @pytest.mark.parametrize("name", shipped_scenes())
 def test_every_shipped_scene_has_one_hash(name: str) -> None:
     scene = load_scene(name)
+    assert clrt.render(scene, width=small.WIDTH).hash == EXPECTED[name]
     expected = picture(scene, 64)
     assert len(np.unique(expected.pixels)) > 50
     for how, settings in SETTINGS.items():

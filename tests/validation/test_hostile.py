@@ -94,6 +94,34 @@ def test_each_kind_of_failure_is_noticed(
     assert [failure["status"] for failure in outcome.failures] == [status]
 
 
+BUILDS = """
+import time
+import clrt
+from clrt.device import kernelcache
+whole = clrt.render
+def render(*a, **k):
+    folder = kernelcache.prepare()
+    with kernelcache.compiling("planted"):
+        end = time.process_time() + 0.4
+        while time.process_time() < end: pass
+    (folder / "launched" / "planted").unlink()  # else it is known the next time
+    return whole(*a, **k)
+clrt.render = render
+"""
+
+
+def test_kernels_that_are_compiled_are_no_input_s_cost(
+    hostile: ModuleType, gates: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Also those that PoCL compiles when they are launched for the first time."""
+    monkeypatch.setattr(hostile, "_BOOT", BUILDS + hostile._BOOT)
+    monkeypatch.setattr(gates, "RENDER_SECONDS", 0.3)
+    task = {"folder": str(hostile.CORPUS), "scene": "coincident.toml"}
+    outcome = hostile.run([task], workers=1)
+    assert not outcome.failures, said(outcome.failures)
+    assert outcome.worst.render_seconds < 0.3
+
+
 ONE_AFTER_THE_OTHER = """
 from validation.hostile import memory
 assert memory.peak_can_be_reset()

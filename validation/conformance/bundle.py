@@ -53,7 +53,7 @@ def write_bundle(folder: Path, check: str, detail: str, device: Device, fault: F
             "kernel": fault.kernel, "pass": fault.where, "build options": launch.options,
             "work-items": launch.items, "work-group": launch.local, "first work-item": item,
         }  # fmt: skip
-        _text(place / "kernels.cl", launch.source)
+        _text(place / "kernels.cl", device.driver.given(launch.source))
         _inputs(place / "inputs.npz", launch)
         if fault.argument is not None:
             assert fault.word is not None

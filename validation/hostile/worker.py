@@ -15,11 +15,15 @@ import tempfile
 import time
 import traceback
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
 
 import clrt
+from clrt.device import kernelcache
+from clrt.device.opencl import cl
 
 from . import finite, seeds
 from .memory import Cost, measured
@@ -118,18 +122,29 @@ class _Builds:
 
     @classmethod
     def watch(cls) -> None:
-        from clrt.device.opencl import cl
-
-        build = cl.Program.build
+        """Count programs that are built, and launches for which the driver compiles: PoCL does most then."""
+        build, compiling = cl.Program.build, kernelcache.compiling
 
         def timed(*arguments: Any, **options: Any) -> Any:
-            start = time.process_time()
-            try:
+            with cls._counted():
                 return build(*arguments, **options)
-            finally:
-                cls.seconds += time.process_time() - start
+
+        @contextmanager
+        def watched(what: str, beside: bool = False) -> Iterator[bool]:
+            with compiling(what, beside) as known, nullcontext() if known else cls._counted():
+                yield known
 
         cl.Program.build = timed  # type: ignore[method-assign]
+        kernelcache.compiling = watched
+
+    @classmethod
+    @contextmanager
+    def _counted(cls) -> Iterator[None]:
+        before, start = cls.seconds, time.process_time()
+        try:
+            yield
+        finally:
+            cls.seconds = before + time.process_time() - start  # with what was counted within it, once
 
 
 def warm(folder: Path, device: int | str | None) -> None:

@@ -16,10 +16,11 @@ import numpy as np
 from . import engine
 from .engine import dr, mi
 from .lights import Way
+from .optics import Optics, dot, normalized
 from .plugins import rgb
 from .skies import environment
 from .surfaces import emitter
-from .table import Optics, Spot, Table, dot, normalized
+from .table import Spot, Table
 
 Array = np.ndarray
 

@@ -1,4 +1,4 @@
-"""Backgrounds as Mitsuba's environments."""
+"""Backgrounds: as Mitsuba's environments, and as the model reads them."""
 
 from __future__ import annotations
 
@@ -45,3 +45,23 @@ def read(path: str) -> Array:
 
     bitmap = mi.Bitmap(path).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
     return np.array(bitmap, np.float64)
+
+
+def longitude_latitude(direction: Array) -> tuple[Array, Array]:
+    """u and v in [0, 1]: -z is in the middle, u grows towards +x, v from +y downwards."""
+    u = 0.5 + np.arctan2(direction[:, 0], -direction[:, 2]) / (2 * np.pi)
+    return u, np.arccos(np.clip(direction[:, 1], -1.0, 1.0)) / np.pi
+
+
+def bilinear(image: Array, direction: Array) -> Array:
+    """A lat-long image (h, w, 3) in directions (n, 3)."""
+    height, width = image.shape[:2]
+    u, v = longitude_latitude(direction)
+    x, y = u * width - 0.5, np.clip(v * height - 0.5, 0, height - 1)
+    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    right, low = (left + 1) % width, np.minimum(top + 1, height - 1)
+    fx, fy = (x - left)[:, None], (y - top)[:, None]
+    left = left % width
+    upper = image[top, left] * (1 - fx) + image[top, right] * fx
+    lower = image[low, left] * (1 - fx) + image[low, right] * fx
+    return np.asarray(upper * (1 - fy) + lower * fy)

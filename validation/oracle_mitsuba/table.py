@@ -17,6 +17,7 @@ from .facets import facet, smith
 from .hashing import GATHERED, basis, child_path, combine, cosine_direction, on_disk, pair
 from .lights import Way, surface, unhidden, ways
 from .media import Media
+from .optics import Optics, conductor, dot, normalized
 from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
 from .world import Hits, World
 
@@ -171,7 +172,7 @@ class Table:
         pattern = of["pattern"][shape]
         offset = hits.point - of["origin"][shape]
         squares = [np.floor(dot(offset, of[side][shape]) / of["size"][shape]) for side in ("across", "up")]
-        u, v = longitude_latitude(hits.outward)
+        u, v = skies.longitude_latitude(hits.outward)
         divisions = of["divisions"][shape]
         fields = [np.floor(u * divisions), np.floor(v * divisions / 2)]
         cell = np.where(pattern == GLOBE, fields[0] + fields[1], squares[0] + squares[1])
@@ -182,7 +183,7 @@ class Table:
         """Radiance (n, 3) of directions that meet nothing."""
         if self.sky is None:
             return np.broadcast_to(self.settings["background"], direction.shape)
-        return bilinear(self.sky, direction)
+        return skies.bilinear(self.sky, direction)
 
     def _received(self, index: int, rays: Rays, spot: Spot) -> Array:
         """What light number `index` adds at hits: diffuse and highlight (2, n, 3)."""
@@ -337,58 +338,3 @@ class Table:
             child = Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows], h, h)
             queues.append(drawing(child))
         return Rays.joined(queues)
-
-
-@dataclass(frozen=True, eq=False)
-class Optics:
-    """Directions that light goes on in (n, 3), its shares (n, 3), and where reflection is total (n,)."""
-
-    reflected: Array
-    transmitted: Array
-    reflects: Array
-    transmits: Array
-    total: Array
-
-
-def conductor(n: Array, k: Array, eta_i: Array, cosine: Array) -> Array:
-    """Unpolarised reflectance (m, 3) of a metal with index n + ik (m, 3) beside eta_i, both (m,).
-
-    In real numbers (Hecht, "Optics", 4.6; Pharr, Humphreys, "Physically Based Rendering", 1st edition, 9.2).
-    """
-    n, k = n / eta_i[:, None], k / eta_i[:, None]
-    c2 = (cosine**2)[:, None]
-    s2, c = 1 - c2, cosine[:, None]
-    difference = n**2 - k**2 - s2
-    both = np.sqrt(difference**2 + 4 * n**2 * k**2)  # a^2 + b^2
-    a = np.sqrt(np.maximum((both + difference) / 2, 0))
-    across = (both + c2 - 2 * a * c) / (both + c2 + 2 * a * c)
-    within = (c2 * both + s2**2 - 2 * a * c * s2) / (c2 * both + s2**2 + 2 * a * c * s2)
-    return np.asarray(across * (1 + within) / 2)
-
-
-def dot(a: Array, b: Array) -> Array:
-    return np.asarray(np.einsum("ni,ni->n", a, b))
-
-
-def normalized(a: Array) -> Array:
-    return np.asarray(a / np.linalg.norm(a, axis=1, keepdims=True))
-
-
-def longitude_latitude(direction: Array) -> tuple[Array, Array]:
-    """u and v in [0, 1]: -z is in the middle, u grows towards +x, v from +y downwards."""
-    u = 0.5 + np.arctan2(direction[:, 0], -direction[:, 2]) / (2 * np.pi)
-    return u, np.arccos(np.clip(direction[:, 1], -1.0, 1.0)) / np.pi
-
-
-def bilinear(image: Array, direction: Array) -> Array:
-    """A lat-long image (h, w, 3) in directions (n, 3)."""
-    height, width = image.shape[:2]
-    u, v = longitude_latitude(direction)
-    x, y = u * width - 0.5, np.clip(v * height - 0.5, 0, height - 1)
-    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
-    right, low = (left + 1) % width, np.minimum(top + 1, height - 1)
-    fx, fy = (x - left)[:, None], (y - top)[:, None]
-    left = left % width
-    upper = image[top, left] * (1 - fx) + image[top, right] * fx
-    lower = image[low, left] * (1 - fx) + image[low, right] * fx
-    return np.asarray(upper * (1 - fy) + lower * fy)
