@@ -36,7 +36,8 @@ def explain(
     device.finish()
     flat, value = job.flat, tile.layers["image"][0]
     rays = rays_of(watcher.generations, flat)
-    return RayTree(scene, *place, *size, job.samples, job.max_depth, flat.bands, flat.response, value, rays)
+    numbers = job.samples, job.max_depth, flat.bands
+    return RayTree(scene, *place, *size, *numbers, flat.response, value, rays, tuple(watcher.weights))
 
 
 def rays_of(generations: list[list[Seen]], flat: FlatScene) -> tuple[Ray, ...]:

@@ -61,6 +61,11 @@ class Job:
     settings: Settings = field(default_factory=Settings)
 
     @property
+    def filtered(self) -> bool:
+        """Are samples weighed?"""
+        return self.camera is not None and bool(self.camera["filter"][0])
+
+    @property
     def samples(self) -> int:
         """Rays of generation 0 for a pixel."""
         return 1 if self.camera is None else int(self.camera["grid"][0]) ** 2
@@ -79,8 +84,10 @@ class Job:
         """
         if self.settings.check:
             width = 0 if self.camera is None else int(self.camera["width"][0])
-            observers = (*observers, Tripwire(world, piece[3] if isinstance(piece, tuple) else piece, width))
-        reported = None
+            numbers = piece[3] if isinstance(piece, tuple) else piece
+            places = np.repeat(numbers, self.samples) if self.filtered else numbers
+            observers = (*observers, Tripwire(world, places, width))
+        reported = record = weights = None
         if isinstance(piece, tuple):
             queue = passes.adopt(device, *piece)
             immerse(device, world, queue, piece[0])
@@ -91,9 +98,12 @@ class Job:
             queue, reported = passes.generate(device, record, piece, self.samples, seed)
             immerse(device, world, queue, corners if len(corners) == 1 else None, corners)
         tell(observers, "adopt" if reported is None else "generate", 0, queue, queue)
+        if self.filtered:
+            weights = passes.weigh_samples(device, record, queue)
+            tell(observers, "weigh_samples", 0, queue, weights)
         hits = passes.closest(device, world, queue)
         tell(observers, "closest", 0, queue, hits)
-        film = Film(device, queue.n // self.samples, self.layers)
+        film = Film(device, queue.n // (1 if self.filtered else self.samples), self.layers, weights)
         rays = yield from trace(device, world, queue, hits, film, self.max_depth, budget, observers)
         found: dict[str, np.ndarray] = {}
         if any(comes_from(name, Geometry) for name in self.layers):
@@ -142,11 +152,13 @@ class Job:
         """The least and the most that a number of the picture ("image") and of each layer can be."""
         flat, brightest = self.flat, float(np.float32(layout.BRIGHTEST))
 
+        negative = self.camera is not None and int(self.camera["filter"][0]) == layout.FILTERS["MITCHELL"]
+
         def seen(response: np.ndarray | None) -> tuple[float, float]:
-            if response is None:  # radiance is never negative
-                return 0.0, brightest
+            if response is None:  # radiance is never negative, but for what a filter takes off
+                return -4 * brightest if negative else 0.0, brightest
             if len(response) == 3:  # but colours beyond what red, green and blue show are; rounded sums
-                most = 1.001 * brightest * float(np.abs(response).sum(axis=1).max())
+                most = (4 if negative else 1) * 1.001 * brightest * float(np.abs(response).sum(axis=1).max())
                 return -most, most
             return -_FINITE, brightest  # `colorimetry.finished` bounds it above
 
