@@ -27,11 +27,11 @@ class Film:
 
     def __init__(self, device: Device, pixels: int, names: tuple[str, ...], weights: Weights | None = None) -> None:
         self.device = device
-        self.pixels = pixels
+        self.pixels = pixels * (weights.samples if weights else 1)
         self.weights = weights
         self.planes = ("image", *(name for name in names if comes_from(name, Paths, Term)))
         self.sources = ((Paths(),), *(find(name).sources for name in self.planes[1:]))
-        self.nbytes = 4 * len(self.planes) * pixels * device.bands
+        self.nbytes = 4 * len(self.planes) * self.pixels * device.bands
         self.sums: Any = device.buffer(self.nbytes, "float")
         device.fill(self.sums, self.nbytes)
 

@@ -193,7 +193,7 @@ def gather(
 
 def weigh_samples(device: Device, camera: Any, queue: Queue) -> Weights:
     """What each camera ray counts for in its pixel, by the camera's filter."""
-    found = Weights(device.buffer(4 * queue.n, "float"))
+    found = Weights(device.buffer(4 * queue.n, "float"), int(queue.pixels.samples))
     device.launch_packets("weigh_samples", queue.n, camera, queue.pixels.numbers, np.uint32(queue.n), found.buffer)
     return found
 

@@ -161,6 +161,7 @@ class Weights:
     """What each camera ray counts for in its pixel, by the camera's filter."""
 
     buffer: Any  # float
+    samples: int  # of a pixel
 
     def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
         """`weights` (n,) float32."""

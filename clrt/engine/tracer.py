@@ -40,7 +40,7 @@ from clrt.scene.camera import Camera
 from clrt.scene.scene import Document, Scene
 
 # fields of a scene that say nothing of what is on the device
-_ASIDE = ("version", "camera", "max_depth")
+_ASIDE = ("version", "camera", "max_depth", "adaptive")
 ON_DEVICE = [name for name in (*Document.__struct_fields__, "folder") if name not in _ASIDE]
 Progress = Callable[[int, int, int], None]
 Method = TypeVar("Method", bound=Callable[..., Any])

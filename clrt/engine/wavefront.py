@@ -76,6 +76,15 @@ class RayCounts:
         )
 
 
+@dataclass(frozen=True)
+class Tile:
+    """What was found for a piece: counts, the picture ("image") and layers, the work-group size of pixels."""
+
+    rays: RayCounts
+    layers: dict[str, np.ndarray]
+    local_size: int = 0
+
+
 def trace(
     device: Device,
     world: World,
