@@ -72,6 +72,12 @@ class Job:
         return self.grid**2
 
     @property
+    def piece_samples(self) -> int:
+        """By how many rays of a pixel pieces are cut. An adaptive one goes through its pixels tile by tile, and few
+        of them get the finer grids, so that many make a tile there."""
+        return self.samples if self.adaptive is None else 1
+
+    @property
     def refinements(self) -> int:
         """How often the grid's sides may double."""
         return 0 if self.adaptive is None else (self.adaptive[0] // self.grid).bit_length() - 1
@@ -198,7 +204,7 @@ class Job:
 
         special = {
             "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
-            "samples": (1.0, float(ceilings.RAYS)), "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
+            "samples": (0.0, float(ceilings.RAYS)), "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
         }  # fmt: skip
         light = seen(flat.response)
         return {"image": light, **{name: special.get(name, light) for name in self.layers}}

@@ -189,7 +189,7 @@ class Tracer:
             checkpoint = arguments.path("checkpoint", checkpoint)
         asked = Request(width, height, spp, max_depth, layers, crop, camera)
         task, full, window = asked.job(self.scene, self.flat, self.settings)
-        samples = task.samples
+        samples = task.piece_samples
         picture = Picture(window, full[0], task.layers, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
         self.device.driver.take_seconds()
