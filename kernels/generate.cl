@@ -4,7 +4,7 @@
 // remembers the pixel's place in the tile, not in the picture, so that the film of a tile is dense. With an aperture
 // it starts on a lens instead of in the eye, and goes through the point that is in focus (Cook, Porter, Carpenter 1984,
 // "Distributed Ray Tracing"). One work-item a packet.
-#include "lanes.clh"
+#include "filter.clh"
 
 // pixel numbers at the places; rays with a pixel each have their places in order
 inline uintP pixels_at(__global const uint *pixels, uintP place, uint samples, uint first, uint n)
@@ -36,19 +36,18 @@ __kernel void generate(__global const Camera *cameras, __global const uint *pixe
     const Camera camera = cameras[0];
     const uint samples = camera.grid * camera.grid;
     const uintP i = counting_from(first), place = divided(i, samples), sample = i - place * samples;
-    const uintP row = divided(sample, camera.grid), column = sample - row * camera.grid;
     const uintP pixel = pixels_at(pixels, place, samples, first, n);
     const uintP line = divided(pixel, camera.width), across_line = pixel - line * camera.width;
     const uintP key = combine(combine((uintP)(camera.seed), pixel), sample);
 
-    floatP sub_x = (floatP)(0.5f), sub_y = (floatP)(0.5f);
-    if (camera.jitter) {
-        sub_x = unit_interval(mix_bits(key + 1u));
-        sub_y = unit_interval(mix_bits(key + 2u));
+    floatP part_x, part_y;
+    in_grid(camera, key, sample, &part_x, &part_y);
+    if (camera.filter) {
+        part_x = 0.5f + off_middle(camera, part_x);
+        part_y = 0.5f + off_middle(camera, part_y);
     }
-    const float grid = (float)camera.grid;
-    const floatP x = convert_floatP(across_line) + camera.shift_x + (convert_floatP(column) + sub_x) / grid;
-    const floatP y = convert_floatP(line) + camera.shift_y + (convert_floatP(row) + sub_y) / grid;
+    const floatP x = convert_floatP(across_line) + camera.shift_x + part_x;
+    const floatP y = convert_floatP(line) + camera.shift_y + part_y;
     const floatP across = (2.0f * x / (float)camera.width - 1.0f) * camera.half_width;
     const floatP above = (1.0f - 2.0f * y / (float)camera.height) * camera.half_height;
     const VecP in_view = add(times(same(camera.right), across), times(same(camera.up), above));
@@ -70,7 +69,8 @@ __kernel void generate(__global const Camera *cameras, __global const uint *pixe
     store_vec(rays, first, n, ORIGIN_X, RAY_FIELDS, origin);
     store_vec(rays, first, n, DIRECTION_X, RAY_FIELDS, direction);
     store_field(rays, first, n, T_MAX, RAY_FIELDS, (floatP)(INFINITY));
-    store_word((__global int *)pixel_of, first, n, as_intP(place));
+    // samples that are weighed have places of their own on the film
+    store_word((__global int *)pixel_of, first, n, as_intP(camera.filter ? i : place));
     store_word((__global int *)path, first, n, as_intP(key & ~(uint)PATH_FLAGS));
     for (int b = 0; b < RAY_BANDS; b++) store_field(weights, first, n, b, VALUES, (floatP)(1.0f));
 }

@@ -10,7 +10,7 @@ from clrt.base.layers import TERMS
 from clrt.device.device import Device
 from clrt.engine.film import Film
 from clrt.engine.job import Job, halves
-from clrt.engine.queues import Feelers, Shaded
+from clrt.engine.queues import Feelers, Shaded, Weights
 from clrt.engine.schedule import Work, interleaved
 from clrt.engine.stage import Stage
 from clrt.engine.tiles import tiles
@@ -31,11 +31,14 @@ class Shares:
     def __init__(self, device: Device, pixels: int) -> None:
         self._device, self._pixels = device, pixels
         self._films: dict[str, Film] = {}
+        self._weights: Weights | None = None
 
     def __call__(self, stage: Stage) -> None:
+        if isinstance(stage.wrote, Weights):
+            self._weights = stage.wrote
         if stage.name == "illuminate" and isinstance(stage.wrote, Shaded):
             key = ray_key(stage.generation, stage.kind)
-            film = self._films.setdefault(key, Film(self._device, self._pixels, ()))
+            film = self._films.setdefault(key, Film(self._device, self._pixels, (), self._weights))
             film.add(stage.queue, stage.wrote, stage.generation)
 
     def developed(self, samples: int, response: np.ndarray | None) -> dict[str, np.ndarray]:

@@ -40,7 +40,11 @@ class Spectral(NamedTuple):
     response: str = ""
 
 
-Source = Paths | Term | Geometry | Spectral
+class Count(NamedTuple):
+    """How many samples a pixel got."""
+
+
+Source = Paths | Term | Geometry | Spectral | Count
 
 
 class Layer(NamedTuple):
@@ -73,6 +77,7 @@ PICTURES: Final = {
     "place": "red, green, blue = x, y, z, each from its 5th (0) to its 95th percentile (1) over all hits; "
     "a miss is black",
     "number": "number k has hue `0.6180339887 k` (modulo 1) in every picture; a miss is black",
+    "part": "grey, the part of the picture's most: 1 (white) where it is that",
     "none": "none: only `.exr` holds them, and `all` leaves them out beside other files",
 }
 
@@ -96,6 +101,7 @@ LAYERS: Final = {
     "normal": Layer(_HIT, "outward geometric unit normal, 0 on a miss", 3, "float", _XYZ, "direction"),
     "shape": Layer(_HIT, "number of the shape, -1 on a miss", 1, "int", ("ID",), "number"),
     "bands": Layer((Spectral(),), "the picture's bands, of scenes with a `spectrum`", 0, "float", (), "none"),
+    "samples": Layer((Count(),), "samples of the pixel: more where `adaptive` asks", 1, "int", ("N",), "part"),
     "xyz": Layer((Spectral("xyz"),), "CIE XYZ, likewise", 3, "float", _XYZ, "luminance"),
 }
 # what the kernel `geometry` writes, in the order of its parameters: layers, and what only a query asks for

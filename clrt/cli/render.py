@@ -142,6 +142,7 @@ def _samples(options: argparse.Namespace, scene: Scene) -> int | None:
     output = Path(getattr(options, "output", "")).suffix.lower()
     unsaid = options.spp is None and scene.camera is not None and isinstance(scene.camera.spp, Unstated)
     allowed = dict(options.limit).get("samples", _SMOOTH) >= _SMOOTH and scene.conformance == "none"
+    allowed = allowed and (scene.adaptive is None or scene.adaptive.spp >= _SMOOTH)
     return _SMOOTH if unsaid and allowed and output in _LOOKED_AT else options.spp
 
 

@@ -31,11 +31,12 @@ class Order:
     camera: np.ndarray
     layers: tuple[str, ...]
     pixels: np.ndarray
+    adaptive: tuple[int, float] | None = None
     arrays: dict[str, np.ndarray] = field(default_factory=dict)
 
     def seal(self) -> bytes:
         """SHA-256 of what is asked for."""
-        asked = repr((self.scene, self.kernels, self.max_depth, self.layers)).encode()
+        asked = repr((self.scene, self.kernels, self.max_depth, self.layers, self.adaptive)).encode()
         return hashlib.sha256(asked + self.camera.tobytes() + self.pixels.tobytes()).digest()
 
 

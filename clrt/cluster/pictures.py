@@ -227,7 +227,7 @@ class Remote:
 
     def _size(self, sheet: Sheet, most: int) -> int:
         """Pixels of a piece: few pieces cost least, many leave no worker idle at the end."""
-        samples = sheet.job.samples
+        samples = sheet.job.piece_samples
         tile = min(self.settings.tile or tile_rays(sheet.job.flat.ray_format), ceilings.RAYS)
         pieces = -(-_PIECES * self.farm.pool.workers // most)
         even = -(-sheet.total * samples // pieces)

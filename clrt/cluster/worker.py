@@ -31,11 +31,9 @@ from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.engine.job import Job
-from clrt.engine.queues import tile_rays
 from clrt.engine.wavefront import RayCounts
 from clrt.engine.world import World
 from clrt.flatten.flatten import FlatScene
-from clrt.layout import ceilings
 from clrt.version import __version__
 
 _SCENES: Final = 4  # that a worker keeps: frames of a series come nearly in order
@@ -89,7 +87,8 @@ class _Bench:
         scene = self._scene(order)
         ready = time.perf_counter()
         scene.device.driver.take_seconds()
-        job = Job(scene.flat, order.max_depth, order.camera, order.layers, order.settings)
+        what = order.camera, order.layers, order.settings, order.adaptive
+        job = Job(scene.flat, order.max_depth, *what)
         try:
             layers, rays, local_size = _traced(job, scene, order.pixels)
         except MemoryLimitError:  # alone there may be room
@@ -190,11 +189,10 @@ def _kernels(ray_format: layout.RayFormat) -> str:
 
 def _traced(job: Job, scene: _Scene, pixels: np.ndarray) -> tuple[dict[str, np.ndarray], RayCounts, int]:
     """Layers, counts and the size of work-groups of some pixels, in their order."""
-    tile = min(job.settings.tile or tile_rays(scene.flat.ray_format), ceilings.RAYS)
     order = np.argsort(pixels)
     layers: dict[str, np.ndarray] = {}
     rays, local_size = RayCounts(), 0
-    for part, found in job.tiles(scene.device, scene.world, list(_cut(pixels, max(1, tile // job.samples)))):
+    for part, found in job.tiles(scene.device, scene.world, list(_cut(pixels, max(1, job.tile_rays // job.piece_samples)))):
         place = order[np.searchsorted(pixels, part, sorter=order)]
         for name, values in found.layers.items():
             if name not in layers:

@@ -21,6 +21,7 @@ KERNEL_FILES: Final = (
     "ambient.cl",
     "compact.cl",
     "film.cl",
+    "filter.cl",
     "tree.cl",
     "query.cl",
     "crossings.cl",

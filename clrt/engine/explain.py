@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -32,11 +34,15 @@ def explain(
         raise LimitError(f"explain: {text}")
     watcher = Watcher(device, world, job.max_depth)
     pixel = np.array([place[1] * size[0] + place[0]], np.uint32)
+    if job.adaptive is not None:  # the pixel's last grid is what its value is made of
+        counted = complete(replace(job, layers=("samples",)).trace(device, world, pixel))
+        job = job.even(math.isqrt(int(counted.layers["samples"][0])))
     tile = complete(job.trace(device, world, pixel, (watcher,)))
     device.finish()
     flat, value = job.flat, tile.layers["image"][0]
     rays = rays_of(watcher.generations, flat)
-    return RayTree(scene, *place, *size, job.samples, job.max_depth, flat.bands, flat.response, value, rays)
+    numbers = job.samples, job.max_depth, flat.bands
+    return RayTree(scene, *place, *size, *numbers, flat.response, value, rays, tuple(watcher.weights))
 
 
 def rays_of(generations: list[list[Seen]], flat: FlatScene) -> tuple[Ray, ...]:

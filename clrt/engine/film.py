@@ -12,21 +12,26 @@ from clrt.base.layers import Paths, Term, comes_from, find
 from clrt.device.device import Device
 from clrt.device.tracks import Answer
 from clrt.engine import passes
-from clrt.engine.queues import Queue, QueueHits, Shaded
+from clrt.engine.queues import Queue, QueueHits, Shaded, Weights
 from clrt.engine.world import World
 
 Kind = TypeVar("Kind", Paths, Term)
 
 
 class Film:
-    """Planes of (pixels, bands) sums on the device: the picture, then a plane a layer of radiance."""
+    """Planes of (pixels, bands) sums on the device: the picture, then a plane a layer of radiance.
 
-    def __init__(self, device: Device, pixels: int, names: tuple[str, ...]) -> None:
+    weights: what each of the samples counts for; their sums are then kept apart, and `pixels` is how many of
+    these there are until the film is developed.
+    """
+
+    def __init__(self, device: Device, pixels: int, names: tuple[str, ...], weights: Weights | None = None) -> None:
         self.device = device
-        self.pixels = pixels
+        self.pixels = pixels * (weights.samples if weights else 1)
+        self.weights = weights
         self.planes = ("image", *(name for name in names if comes_from(name, Paths, Term)))
         self.sources = ((Paths(),), *(find(name).sources for name in self.planes[1:]))
-        self.nbytes = 4 * len(self.planes) * pixels * device.bands
+        self.nbytes = 4 * len(self.planes) * self.pixels * device.bands
         self.sums: Any = device.buffer(self.nbytes, "float")
         device.fill(self.sums, self.nbytes)
 
@@ -61,7 +66,15 @@ class Film:
     def developing(self, samples: int, response: np.ndarray | None = None) -> Answer:
         """Turn the sums into means over the samples of each pixel, once; what `reading` gives of them."""
         values = len(self.planes) * self.pixels * self.device.bands
-        self.device.launch("resolve", values, np.uint32(values), np.float32(samples), self.sums)
+        if self.weights is None:
+            self.device.launch("resolve", values, np.uint32(values), np.float32(samples), self.sums)
+            return self.reading(response)
+        self.pixels //= samples
+        values //= samples
+        means = self.device.buffer(4 * values, "float")
+        sizes = np.uint32(self.pixels), np.uint32(samples)
+        self.device.launch("weighted_means", values, np.uint32(values), self.sums, self.weights.buffer, *sizes, means)
+        self.sums = means
         return self.reading(response)
 
     def reading(self, response: np.ndarray | None = None, planes: int | None = None) -> Answer:

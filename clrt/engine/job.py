@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final, TypeVar
 
@@ -17,15 +17,18 @@ from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.engine import passes
+from clrt.engine.adaptive import refined
 from clrt.engine.film import Film
 from clrt.engine.immersion import immerse
+from clrt.engine.queues import tile_rays
 from clrt.engine.schedule import Work, interleaved
 from clrt.engine.stage import Observer, tell
 from clrt.engine.tripwire import Tripwire
-from clrt.engine.wavefront import RayCounts, trace
+from clrt.engine.wavefront import Tile, trace
 from clrt.engine.world import World
 from clrt.flatten.camera import near_corners
 from clrt.flatten.flatten import FlatScene
+from clrt.layout import ceilings
 from clrt.spectra.colorimetry import finished
 
 TILE_BYTES: Final = 128 << 20  # bytes of queues that one tile may have
@@ -36,21 +39,13 @@ GivenRays = tuple[np.ndarray, ...]  # as `rayinput.ray_chunks` gives them
 Piece = TypeVar("Piece", np.ndarray, GivenRays)  # numbers of pixels, (n,) uint32; or a caller's rays
 
 
-@dataclass(frozen=True)
-class Tile:
-    """What was found for a piece: counts, the picture ("image") and layers, the work-group size of pixels."""
-
-    rays: RayCounts
-    layers: dict[str, np.ndarray]
-    local_size: int = 0
-
-
 @dataclass(frozen=True, eq=False)
 class Job:
     """What is asked of a scene, and nothing of how far it is: pieces are traced in any order, anywhere.
 
     flat: the scene. camera: a record of `flatten_camera`, or None where the pieces are a caller's rays.
-    max_depth: the last generation. layers: as `layers.check_layers` gives them. A job can be pickled: what
+    max_depth: the last generation. layers: as `layers.check_layers` gives them.
+    adaptive: the side of the finest grid and the threshold, None for an even picture. A job can be pickled: what
     another process needs beside it is `World(Device(None, job.settings, job.flat.ray_format), job.flat)`.
     """
 
@@ -59,11 +54,45 @@ class Job:
     camera: np.ndarray | None = None
     layers: tuple[str, ...] = ()
     settings: Settings = field(default_factory=Settings)
+    adaptive: tuple[int, float] | None = None
+
+    @property
+    def filtered(self) -> bool:
+        """Are samples weighed?"""
+        return self.camera is not None and bool(self.camera["filter"][0])
+
+    @property
+    def grid(self) -> int:
+        """Side of the square grid of a pixel's samples; of the first one."""
+        return 1 if self.camera is None else int(self.camera["grid"][0])
 
     @property
     def samples(self) -> int:
-        """Rays of generation 0 for a pixel."""
-        return 1 if self.camera is None else int(self.camera["grid"][0]) ** 2
+        """Rays of generation 0 for a pixel; at least, where it is adaptive."""
+        return self.grid**2
+
+    @property
+    def piece_samples(self) -> int:
+        """By how many rays of a pixel pieces are cut. An adaptive one goes through its pixels tile by tile, and few
+        of them get the finer grids, so that many make a tile there."""
+        return self.samples if self.adaptive is None else 1
+
+    @property
+    def refinements(self) -> int:
+        """How often the grid's sides may double."""
+        return 0 if self.adaptive is None else (self.adaptive[0] // self.grid).bit_length() - 1
+
+    @property
+    def tile_rays(self) -> int:
+        """Rays that are traced at once: the setting, or what suits the scene's number of bands."""
+        return min(self.settings.tile or tile_rays(self.flat.ray_format), ceilings.RAYS)
+
+    def even(self, grid: int, layers: tuple[str, ...] = ()) -> Job:
+        """The same picture with this grid for all pixels."""
+        assert self.camera is not None
+        camera = self.camera.copy()
+        camera["grid"] = grid
+        return replace(self, camera=camera, layers=tuple(dict.fromkeys(layers)), adaptive=None)
 
     def trace(
         self,
@@ -77,10 +106,24 @@ class Job:
 
         TooLarge where its queues would take more than `budget` bytes; None: there is no bound.
         """
+        if self.adaptive is not None and not isinstance(piece, tuple):
+            return refined(self, device, world, piece, observers, budget)
+        return self._even(device, world, piece, observers, budget)
+
+    def _even(
+        self,
+        device: Device,
+        world: World,
+        piece: np.ndarray | GivenRays,
+        observers: Sequence[Observer] = (),
+        budget: int | None = None,
+    ) -> Work[Tile]:
         if self.settings.check:
             width = 0 if self.camera is None else int(self.camera["width"][0])
-            observers = (*observers, Tripwire(world, piece[3] if isinstance(piece, tuple) else piece, width))
-        reported = None
+            numbers = piece[3] if isinstance(piece, tuple) else piece
+            places = np.repeat(numbers, self.samples) if self.filtered else numbers
+            observers = (*observers, Tripwire(world, places, width))
+        reported = record = weights = None
         if isinstance(piece, tuple):
             queue = passes.adopt(device, *piece)
             immerse(device, world, queue, piece[0])
@@ -91,9 +134,12 @@ class Job:
             queue, reported = passes.generate(device, record, piece, self.samples, seed)
             immerse(device, world, queue, corners if len(corners) == 1 else None, corners)
         tell(observers, "adopt" if reported is None else "generate", 0, queue, queue)
+        if self.filtered:
+            weights = passes.weigh_samples(device, record, queue)
+            tell(observers, "weigh_samples", 0, queue, weights)
         hits = passes.closest(device, world, queue)
         tell(observers, "closest", 0, queue, hits)
-        film = Film(device, queue.n // self.samples, self.layers)
+        film = Film(device, queue.n // self.samples, self.layers, weights)
         rays = yield from trace(device, world, queue, hits, film, self.max_depth, budget, observers)
         found: dict[str, np.ndarray] = {}
         if any(comes_from(name, Geometry) for name in self.layers):
@@ -106,6 +152,8 @@ class Job:
         tell(observers, "resolve", 0, queue, film)
         tell(observers, "develop", 0, queue, {"rows": planes})
         found |= dict(zip(film.planes, finished(planes), strict=True))
+        if "samples" in self.layers:
+            found["samples"] = np.full(len(planes[0]), self.samples, np.int32)
         for name in self.layers:
             for source in find(name).sources:
                 if isinstance(source, Spectral):
@@ -126,6 +174,8 @@ class Job:
         return {
             "size": f"{width} x {height}",
             "spp": str(self.samples),
+            "adaptive": "no" if self.adaptive is None else "up to {} a side, {!r}".format(*self.adaptive),
+            "refinements": str(self.refinements),
             "crop": " ".join(map(str, window)),
             "max_depth": str(self.max_depth),
             "layers": ",".join(self.layers),
@@ -142,17 +192,19 @@ class Job:
         """The least and the most that a number of the picture ("image") and of each layer can be."""
         flat, brightest = self.flat, float(np.float32(layout.BRIGHTEST))
 
+        negative = self.camera is not None and int(self.camera["filter"][0]) == layout.FILTERS["MITCHELL"]
+
         def seen(response: np.ndarray | None) -> tuple[float, float]:
-            if response is None:  # radiance is never negative
-                return 0.0, brightest
+            if response is None:  # radiance is never negative, but for what a filter takes off
+                return -4 * brightest if negative else 0.0, brightest
             if len(response) == 3:  # but colours beyond what red, green and blue show are; rounded sums
-                most = 1.001 * brightest * float(np.abs(response).sum(axis=1).max())
+                most = (4 if negative else 1) * 1.001 * brightest * float(np.abs(response).sum(axis=1).max())
                 return -most, most
             return -_FINITE, brightest  # `colorimetry.finished` bounds it above
 
         special = {
             "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
-            "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
+            "samples": (0.0, float(ceilings.RAYS)), "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
         }  # fmt: skip
         light = seen(flat.response)
         return {"image": light, **{name: special.get(name, light) for name in self.layers}}

@@ -23,6 +23,7 @@ from clrt.engine.queues import (
     Queue,
     QueueHits,
     Shaded,
+    Weights,
     block_bytes,
     chunks,
     new_queue,
@@ -188,6 +189,13 @@ def gather(
     where = (np.uint32(path_mask), np.uint32(path_value), np.uint32(plane), np.uint32(pixels))
     kernels = device.for_queue(queue.narrow)
     kernels.launch("gather", queue.n, *queue.arguments, *shaded.arguments, *where, film)
+
+
+def weigh_samples(device: Device, camera: Any, queue: Queue) -> Weights:
+    """What each camera ray counts for in its pixel, by the camera's filter."""
+    found = Weights(device.buffer(4 * queue.n, "float"), int(queue.pixels.samples))
+    device.launch_packets("weigh_samples", queue.n, camera, queue.pixels.numbers, np.uint32(queue.n), found.buffer)
+    return found
 
 
 def _sources(

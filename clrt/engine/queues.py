@@ -157,6 +157,18 @@ class Shaded(_Parameters):
 
 
 @dataclass(frozen=True)
+class Weights:
+    """What each camera ray counts for in its pixel, by the camera's filter."""
+
+    buffer: Any  # float
+    samples: int  # of a pixel
+
+    def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
+        """`weights` (n,) float32."""
+        return {"weights": queue.words(self.buffer, np.float32)}
+
+
+@dataclass(frozen=True)
 class Feelers(_Parameters):
     """Shadow feelers of a queue: packet after packet of its rays, in each light after light."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -48,9 +49,15 @@ class Request:
         depth = depth_of(scene, self.max_depth, settings.limits)
         names = check_layers(layers, depth, flat.response is not None)
         window = check_crop(self.crop, *full)
-        check_limits(flat, settings.limits, full[0] * full[1], int(view["grid"][0]) ** 2, depth)
+        grid = finest = int(view["grid"][0])
+        adaptive = None
+        if scene.adaptive is not None:
+            scene.adaptive.check_reached(grid**2, At(scene.source, "adaptive"))
+            finest = math.isqrt(scene.adaptive.spp)
+            adaptive = (finest, scene.adaptive.threshold) if finest > grid else None
+        check_limits(flat, settings.limits, full[0] * full[1], finest**2, depth)
         settings.limits.check("host_bytes", picture_bytes(window, names, flat.bands))
-        return Job(flat, depth, view, names, settings), full, window
+        return Job(flat, depth, view, names, settings, adaptive), full, window
 
 
 def camera_of(scene: Scene, given: Camera | Mapping[str, Any] | None) -> Camera:

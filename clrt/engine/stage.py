@@ -15,7 +15,7 @@ from clrt.engine.queues import Queue
 class Stage:
     """What one pass did for the rays of one queue.
 
-    name: of the pass: "generate" or "adopt", "closest", "shade", "feelers", "illuminate", "gather", "spawn",
+    name: of the pass: "generate" or "adopt", with a filter "weigh_samples", "closest", "shade", "feelers", "illuminate", "gather", "spawn",
     and once for a tile "geometry", "resolve", "develop". wrote: what it made or changed on the device (a
     Queue, QueueHits, Shaded, Feelers, Film), or arrays; who changes it in turn changes the picture.
     """

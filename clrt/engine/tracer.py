@@ -40,7 +40,7 @@ from clrt.scene.camera import Camera
 from clrt.scene.scene import Document, Scene
 
 # fields of a scene that say nothing of what is on the device
-_ASIDE = ("version", "camera", "max_depth")
+_ASIDE = ("version", "camera", "max_depth", "adaptive")
 ON_DEVICE = [name for name in (*Document.__struct_fields__, "folder") if name not in _ASIDE]
 Progress = Callable[[int, int, int], None]
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -189,7 +189,7 @@ class Tracer:
             checkpoint = arguments.path("checkpoint", checkpoint)
         asked = Request(width, height, spp, max_depth, layers, crop, camera)
         task, full, window = asked.job(self.scene, self.flat, self.settings)
-        samples = task.samples
+        samples = task.piece_samples
         picture = Picture(window, full[0], task.layers, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
         self.device.driver.take_seconds()

@@ -48,17 +48,21 @@ class Seen:
 
 
 class Watcher:
-    """An observer of a list of one pixel. `generations`: what it has seen of the queues of each."""
+    """An observer of a list of one pixel. `generations`: what it has seen of the queues of each, `weights`."""
 
     def __init__(self, device: Device, world: World, depth: int) -> None:
         self._device, self._world, self._depth = device, world, depth
         self._alone = [world.lit_by(device, number) for number in range(len(world.flat.lights))]
         self._count = 0
         self.generations: list[list[Seen]] = []
+        self.weights: list[float] = []  # of the samples, where there is a filter
 
     def __call__(self, stage: Stage) -> None:
         if stage.name in ("generate", "spawn"):
             self._begin(stage)
+            return
+        if stage.name == "weigh_samples":
+            self.weights = stage.values()["weights"].tolist()
             return
         seen = next((s for s in self.generations[stage.generation] if s.queue is stage.queue), None)
         if seen is None:

@@ -76,6 +76,15 @@ class RayCounts:
         )
 
 
+@dataclass(frozen=True)
+class Tile:
+    """What was found for a piece: counts, the picture ("image") and layers, the work-group size of pixels."""
+
+    rays: RayCounts
+    layers: dict[str, np.ndarray]
+    local_size: int = 0
+
+
 def trace(
     device: Device,
     world: World,
@@ -92,6 +101,7 @@ def trace(
     dispersion makes more rays of several pixels than caches are good for. `observers` are told of each pass.
     """
     counts = RayCounts()
+    divisible = queue.n > max(1, int(queue.pixels.samples))  # there are more pixels, or rays, than one
     film.add_terms(world, queue, hits, last=max_depth == 0)
     queues = [(queue, hits)]
     for generation in range(max_depth + 1):
@@ -102,7 +112,7 @@ def trace(
             tell(observers, "shade", generation, queue, shaded)
         yield parents[-1][2].counted
         if budget is not None:
-            _check_size(device, world, parents, film.pixels, budget)
+            _check_size(device, world, parents, divisible, budget)
         for queue, hits, shaded in parents:
             feelers = passes.feelers(device, world, queue, hits, shaded)
             tell(observers, "feelers", generation, queue, feelers)
@@ -130,7 +140,7 @@ def trace(
 
 
 def _check_size(
-    device: Device, world: World, parents: list[tuple[Queue, QueueHits, Shaded]], pixels: int, budget: int
+    device: Device, world: World, parents: list[tuple[Queue, QueueHits, Shaded]], divisible: bool, budget: int
 ) -> None:
     lanes = device.settings.lanes
     need = most_feelers = narrow = 0
@@ -143,7 +153,7 @@ def _check_size(
             need += queue_bytes(shaded.totals["GROUPS"], device.for_queue(True).ray_format, lanes)
         feelers = feeler_bytes(shaded.totals["FEELERS"], ray_format, lanes, world.tinted, world.surfaces)
         most_feelers = max(most_feelers, feelers)
-    if need + most_feelers > budget or (narrow > _NARROW_RAYS and pixels > 1):
+    if need + most_feelers > budget or (narrow > _NARROW_RAYS and divisible):
         raise TooLarge
 
 

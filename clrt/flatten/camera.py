@@ -46,6 +46,8 @@ def flatten_camera(
     record["aperture"], record["focus"] = camera.aperture, camera.in_focus
     record["orthographic"] = camera.type == "orthographic"
     record["width"], record["height"], record["grid"] = width, height, grid
+    record["filter"] = layout.FILTERS.get(camera.filter.upper(), 0)
+    record["reach"] = layout.REACH.get(camera.filter, 0.5)
     record["jitter"] = seed is not None
     record["seed"] = (seed or 0) & 0xFFFFFFFF
     return out
@@ -79,8 +81,9 @@ def near_corners(camera: np.ndarray) -> np.ndarray:
     if not record["orthographic"] and near == 0:
         return origin + around
     scale = 1.0 if record["orthographic"] else near
-    x = 2 * (float(record["shift_x"]) + np.array([0, record["width"]])) / float(record["width"]) - 1
-    y = 1 - 2 * (float(record["shift_y"]) + np.array([0, record["height"]])) / float(record["height"])
+    out = float(record["reach"]) - 0.5  # of the picture, by which a filter reaches
+    x = 2 * (float(record["shift_x"]) + np.array([-out, record["width"] + out])) / float(record["width"]) - 1
+    y = 1 - 2 * (float(record["shift_y"]) + np.array([-out, record["height"] + out])) / float(record["height"])
     x, y = x * scale * float(record["half_width"]), y * scale * float(record["half_height"])
     across, above = (grid.reshape(-1, 1) for grid in np.meshgrid(x, y))
     corners = origin + near * forward + across * right + above * up

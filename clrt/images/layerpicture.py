@@ -80,6 +80,10 @@ def _number(numbers: np.ndarray) -> np.ndarray:
     return uncurved(np.where(numbers[..., None] >= 0, colours, 0.0))
 
 
+def _part(counts: np.ndarray) -> np.ndarray:
+    return uncurved(_grey(counts / max(float(counts.max(initial=0)), 1.0)))
+
+
 _PICTURES: Final[dict[str, Callable[[np.ndarray], np.ndarray]]] = {
     "light": _light,
     "luminance": _luminance,
@@ -87,4 +91,5 @@ _PICTURES: Final[dict[str, Callable[[np.ndarray], np.ndarray]]] = {
     "direction": _direction,
     "place": _place,
     "number": _number,
+    "part": _part,
 }  # by Layer.picture; layers.PICTURES says them in words

@@ -130,7 +130,9 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("grid", "int"), ("jitter", "int"), ("seed", "uint"),
         ("aperture", "float"),  # radius of the lens, 0 for a pinhole
         ("focus", "float"),  # how far along the view is sharp
-        ("pad0", "int"), ("pad1", "int"), ("pad2", "int"),
+        ("filter", "int"),  # 0 averages the samples of a pixel's own square, one of FILTERS weighs others
+        ("reach", "float"),  # of the filter, in pixels from the middle of one
+        ("pad0", "int"),
     ),
 }
 
@@ -148,6 +150,8 @@ EXTENDED_KINDS: Final = {"RECTANGLE": 16, "DISK": 17, "SPHERE": 18}  # likewise,
 FALLOFF: Final = {"FALLOFF_NONE": 0, "INVERSE_SQUARE": 1}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
+FILTERS: Final = {"TENT": 1, "GAUSSIAN": 2, "MITCHELL": 3}  # in kernels FILTER_TENT; 0 is the box
+REACH: Final = {"tent": 1.0, "gaussian": 2.0, "mitchell": 2.0}  # pixels from a pixel's middle
 CHECKER: Final = {"PLAIN": 0, "CHECKER_FLAT": 1, "CHECKER_SPHERE": 2}
 
 # section name -> element type, in the order of the kernels' parameters

@@ -38,6 +38,7 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
     constants |= layout.SURFACE | layout.PATH | layout.SPAWN | layout.TERMS
     lights = layout.LIGHT_KINDS | layout.EXTENDED_KINDS
     constants |= {f"LIGHT_{kind}": number for kind, number in lights.items()}
+    constants |= {f"FILTER_{name}": number for name, number in layout.FILTERS.items()}
     constants |= {f"STREAM_{name}": number for number, name in enumerate(layout.STREAMS)}
     for fields in (layout.RAY_FIELDS, layout.SURFACE_FIELDS + layout.TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}

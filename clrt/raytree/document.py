@@ -16,6 +16,7 @@ def document(tree: RayTree) -> dict[str, Any]:
     return {
         "clrt": __version__, "scene": tree.scene.source, "pixel": [tree.x, tree.y],
         "size": [tree.width, tree.height], "samples": tree.samples, "max_depth": tree.max_depth,
+        "weights": _list(tree.weights) or None,
         "value": _list(tree.value.tolist()), "bands": tree.bands,
         "response": None if tree.response is None else tree.response.tolist(),
         **tree.stats(),

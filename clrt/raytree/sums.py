@@ -17,22 +17,53 @@ if TYPE_CHECKING:
 _REC709: Final = (0.2126, 0.7152, 0.0722)  # luminance of linear red, green and blue
 
 
-def pixel_of(rays: Sequence[Ray], samples: int, bands: int, response: np.ndarray | None) -> np.ndarray:
-    """The pixel (3,) float32: kernels `gather`, `resolve` and `develop` in film.cl."""
+def pixel_of(
+    rays: Sequence[Ray], samples: int, bands: int, response: np.ndarray | None, weights: Sequence[float] = ()
+) -> np.ndarray:
+    """The pixel (3,) float32: kernels `gather`, `resolve` and `develop` in film.cl.
+
+    weights: of the samples; each is then summed by itself, and the pixel is their weighted mean (filter.cl).
+    """
     with np.errstate(all="ignore"):
-        film = np.zeros(bands, np.float32)
-        for _, queue in groupby(rays, key=lambda ray: (ray.generation, ray.queue)):
-            total, found = np.zeros(bands, np.float32), False
-            for ray in queue:
-                if ray.brings is not None:
-                    found = True
-                    here, values = carried(ray, bands)
-                    total[here] += values
-            if found:
-                film += total
-        means = film / np.float32(samples)
-        means = np.where(means <= np.float32(layout.BRIGHTEST), means, np.float32(layout.BRIGHTEST))
-        return developed(means, response)
+        if not weights:
+            return developed(_bounded(_summed(rays, bands) / np.float32(samples)), response)
+        apart: list[list[Ray]] = [[] for _ in weights]
+        for ray in rays:
+            apart[ray.sample].append(ray)
+        total = np.zeros(bands, np.float32)
+        alike = cancel(weights)
+        for weight, own in zip(np.float32(weights), apart, strict=True):
+            total += (np.float32(1) if alike else weight) * _bounded(_summed(own, bands))
+        return developed(_bounded(total / (np.float32(samples) if alike else _added(weights))), response)
+
+
+def cancel(weights: Sequence[float]) -> bool:
+    """Do samples count alike, because three quarters of their weights or more cancel?"""
+    return not _added(weights) > np.float32(0.25) * _added([abs(weight) for weight in weights])
+
+
+def _added(weights: Sequence[float]) -> np.float32:
+    """Their sum as the kernel finds it, in float32 and in their order."""
+    return np.float32(np.add.accumulate(np.float32(weights))[-1])
+
+
+def _bounded(light: np.ndarray) -> np.ndarray:
+    return np.where(light <= np.float32(layout.BRIGHTEST), light, np.float32(layout.BRIGHTEST))
+
+
+def _summed(rays: Sequence[Ray], bands: int) -> np.ndarray:
+    """What rays bring, added up queue by queue: (bands,) float32."""
+    film = np.zeros(bands, np.float32)
+    for _, queue in groupby(rays, key=lambda ray: (ray.generation, ray.queue)):
+        total, found = np.zeros(bands, np.float32), False
+        for ray in queue:
+            if ray.brings is not None:
+                found = True
+                here, values = carried(ray, bands)
+                total[here] += values
+        if found:
+            film += total
+    return film
 
 
 def developed(means: np.ndarray, response: np.ndarray | None) -> np.ndarray:

@@ -16,7 +16,7 @@ import numpy as np
 from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.errors import legible
-from clrt.raytree.sums import luminance_of, pixel_of
+from clrt.raytree.sums import cancel, luminance_of, pixel_of
 from clrt.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -132,6 +132,7 @@ class RayTree:
     value: the pixel, 3 float32 linear, as `render` gives it. rays: all of them, in the order in which the
     film adds up what they bring. bands: how many a ray of generation 0 carries; response (rows, bands):
     turns their means into `value`, None where they are red, green and blue. scene: what they went through.
+    weights: what each sample counts for, by the camera's filter; none without one, where all count alike.
     """
 
     scene: Scene = field(repr=False)
@@ -145,6 +146,7 @@ class RayTree:
     response: np.ndarray | None = field(repr=False)
     value: np.ndarray
     rays: tuple[Ray, ...] = field(repr=False)
+    weights: Numbers = field(default=(), repr=False)
 
     @property
     def roots(self) -> tuple[Ray, ...]:
@@ -154,11 +156,11 @@ class RayTree:
     @property
     def total(self) -> np.ndarray:
         """What the rays bring, added up in the film's order: (3,) float32, equal to `value` bit for bit."""
-        return pixel_of(self.rays, self.samples, self.bands, self.response)
+        return pixel_of(self.rays, self.samples, self.bands, self.response, self.weights)
 
     @cached_property
     def luminance(self) -> float:
-        """Of all that the rays bring, before it is divided by the samples."""
+        """Of all that the rays bring, weighed, before it is divided by the samples or their weights."""
         return sum(self._bright(ray) for ray in self.rays)
 
     @cached_property
@@ -168,7 +170,8 @@ class RayTree:
         return tuple(self._bright(ray) / total if total else 0.0 for ray in self.rays)
 
     def _bright(self, ray: Ray) -> float:
-        return luminance_of(ray.brings or (), ray.first_band, self.bands, self.response)
+        weight = self.weights[ray.sample] if self.weights and not cancel(self.weights) else 1.0
+        return weight * luminance_of(ray.brings or (), ray.first_band, self.bands, self.response)
 
     @cached_property
     def branch_shares(self) -> tuple[float, ...]:

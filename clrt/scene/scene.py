@@ -18,6 +18,7 @@ from clrt.base.frozen import FrozenDict
 from clrt.base.limits import Limits
 from clrt.base.places import At, known_keys, listed
 from clrt.base.records import read, table_of, tagged
+from clrt.scene.adaptive import Adaptive
 from clrt.scene.advice import check_lines, warn
 from clrt.scene.camera import Camera
 from clrt.scene.edit import Draft
@@ -52,7 +53,7 @@ from clrt.spectra.colors import Background, Colored, LightColor
 from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
 
 __all__ = [
-    "IOR", "SHAPES", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk", "DiskLight",
+    "IOR", "SHAPES", "Adaptive", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk", "DiskLight",
     "Ellipsoid", "Light", "Material", "Mesh", "MeshData", "Paraboloid", "Plane", "PointLight",
     "Polygon", "Quadric", "RectangleLight", "Scene", "Shape", "Spectral", "Spectrum", "Sphere", "SphereLight",
     "SpotLight", "Step", "read_scene", "rgb",
@@ -96,6 +97,7 @@ class _Settings(Colored, frozen=True, kw_only=True):
         Literal["none", "spd"], Meta(description="conformance must be 'none' or 'spd'")
     ] = "none"
     spectrum: Spectral | None = None
+    adaptive: Adaptive | None = None
 
 
 class Document(_Settings, frozen=True, kw_only=True):
@@ -136,6 +138,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             values["shapes"] = self._read_shapes(self.shapes, values["materials"], at.key("shapes"))
         for name, value in values.items():
             msgspec.structs.force_setattr(self, name, value)
+        _check_samples(self)
         check_lines(self)
         warn(self)
 
@@ -317,6 +320,20 @@ def read_scene(
     }  # where JSON files name their schema
     known_keys(data, Document.__struct_fields__, at)
     return Scene(**data, folder=folder, source=source, limits=limits or Limits())
+
+
+def _check_samples(scene: Scene) -> None:
+    """SceneError where the samples that a scene states and those of `adaptive` do not go together.
+
+    Not after `replace` and `override`: another number may follow, and a picture is looked at when it is asked for.
+    """
+    at = At(scene.source, "adaptive")
+    if scene.adaptive is None:
+        return
+    if scene.conformance != "none":
+        raise at.says("conformance counts the rays of one even grid; leave one of them out")
+    if scene.camera is not None:
+        scene.adaptive.check_reached(scene.camera.spp, at)
 
 
 def read_camera(data: object, at: At) -> Camera | None:

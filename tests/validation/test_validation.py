@@ -14,9 +14,11 @@ from xml.etree import ElementTree
 
 import pytest
 
+from clrt import layout
 from clrt.base.errors import ClrtError
 from clrt.base.install import pip_install
 from clrt.base.resources import PACKAGE, kernel_folder, validation_module
+from clrt.scene.lights import LIGHTS
 from clrt.scene.materials import Material
 
 suite = validation_module("suite.run")
@@ -156,6 +158,9 @@ def test_random_scenes_draw_every_key_and_kind_of_spectrum() -> None:
     materials = [shape["material"] for scene in drawn for shape in scene["shapes"]]
     assert {key for material in materials for key in material} == {*Material.__struct_fields__}
     text = json.dumps(drawn)
+    assert {light["type"] for scene in drawn for light in scene["lights"]} == {*LIGHTS}
+    assert {scene["camera"].get("filter", "box") for scene in drawn} == {"box", *layout.REACH}
+    assert any(scene["camera"].get("aperture") for scene in drawn)
     kinds = ("name", "blackbody", "gaussian", "band", "samples", "sellmeier", "cauchy", "eta", "spectrum")
     assert all(f'"{kind}":' in text for kind in kinds)
 

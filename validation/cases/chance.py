@@ -12,6 +12,9 @@ _ALL = {**CLOSED, **OPEN}
 _CHANCE_OF_CHECKER = 0.4
 _CHANCE_OF_SPECTRA = 0.3  # of a scene; of a colour in it
 _CHANCE_OF_ROUGHNESS = 0.1  # of a mirror or a metal
+_CHANCE_OF_EXTENT = 0.15  # of a camera and of a light
+_FILTERS = ("tent", "gaussian", "mitchell")
+_LAMPS = ("spot", "rectangle", "disk", "sphere")
 _LIGHTS = ("D65", "A", "F2", "F11", "sun")
 _METALS = ("gold", "silver", "copper", "aluminium", "iron")
 
@@ -40,7 +43,46 @@ def scene(seed: int, number: int) -> Table:
     if more.random() < _CHANCE_OF_SPECTRA:
         _colour(more, table)
     _roughen(np.random.default_rng([seed, number, 2]), table)
+    _widen(np.random.default_rng([seed, number, 3]), table)
     return table
+
+
+def _widen(draw: np.random.Generator, table: Table) -> None:
+    """Lenses, filters, and in place of some lights spots and lights with extent."""
+    if draw.random() < _CHANCE_OF_EXTENT:
+        table["camera"]["aperture"] = round(float(draw.uniform(0.005, 0.04)), 4)
+    if draw.random() < _CHANCE_OF_EXTENT:
+        table["camera"] |= {"filter": str(draw.choice(_FILTERS)), "spp": int(draw.choice([4, 9]))}
+    table["lights"] = [
+        _lamp(draw, light) if draw.random() < _CHANCE_OF_EXTENT else light for light in table["lights"]
+    ]
+
+
+def _lamp(draw: np.random.Generator, light: Table) -> Table:
+    """A light of another kind in place of one, as bright from the middle of the scene."""
+    away = np.array(light.get("position") or np.multiply(light["direction"], -5.0))
+    kind, color = str(draw.choice(_LAMPS)), np.array(light["intensity"])
+    distance = float(np.linalg.norm(away))
+    if light.get("falloff"):
+        color = color / distance**2
+    if kind == "spot":
+        return {"type": "spot", "position": _numbers(away), "target": _numbers(draw.normal(size=3) * 0.5),
+                "angle": round(float(draw.uniform(10, 60)), 2), "penumbra": float(draw.choice([0, 0.3, 1])),
+                "intensity": _numbers(color)}  # fmt: skip
+    radius = round(float(draw.uniform(0.1, 0.2)) * distance, 4)
+    lamp: Table = {"type": kind, "center": _numbers(away), "samples": int(draw.integers(1, 5)),
+                   "radiance": _numbers(color * (distance / radius) ** 2)}  # fmt: skip
+    if kind != "sphere":
+        lamp |= {"two_sided": bool(draw.random() < 0.3), "visible": bool(draw.random() < 0.8)}
+    if kind != "rectangle":
+        lamp["radius"] = radius
+    if kind == "disk":
+        lamp["normal"] = _numbers(-away)
+    if kind == "rectangle":
+        across = np.cross(away, draw.normal(size=3))
+        u = across / np.linalg.norm(across) * radius
+        lamp |= {"u": _numbers(u), "v": _numbers(np.cross(u, away) / distance * 0.8)}
+    return lamp
 
 
 def _roughen(draw: np.random.Generator, table: Table) -> None:

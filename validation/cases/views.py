@@ -48,6 +48,9 @@ _CAMERAS: dict[str, Table] = {
     "lens beyond near": {"aperture": 0.04, "near": 3.0, "mirror": True, "shift": [2, -1], "spp": 4,
                          "jitter": 2},
     "orthographic lens": {"type": "orthographic", "size": 6.2, "aperture": 0.03, "focus": 7.0, "near": 0.5},
+    "tent": {"spp": 9, "filter": "tent"},
+    "gaussian": {"spp": 9, "filter": "gaussian", "jitter": 5},
+    "mitchell": {"spp": 16, "filter": "mitchell"},
 }
 
 

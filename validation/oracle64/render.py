@@ -15,6 +15,7 @@ from clrt.scene.scene import Camera, Scene
 from . import hashing
 from .camera import Background, camera_rays
 from .film import ROUTES, TERMS, Film, Rays
+from .filters import offsets, shares
 from .media import around
 from .palette import Palette
 from .radiance import Job, radiance
@@ -134,16 +135,23 @@ def render64(
     if grid * grid != spp:
         raise ValueError(f"spp = {spp} is not a square number")
     with np.errstate(all="ignore"):
-        job = _job(scene, width * height, max_depth)
+        apart = grid**2 if camera.filter != "box" else 1  # sums of a pixel in the film, one a sample
+        job = _job(scene, width * height * apart, max_depth)
         light = _sampled(job, camera, (width, height), grid, np.arange(width * height))
-        found = {name: layer / grid**2 for name, layer in job.film.layers.items()}
+        counts = shares(camera, grid, width * height)
+        found = {name: _weighed(counts[:apart], layer) for name, layer in job.film.layers.items()}
         found |= _geometry(job.world, camera, width, height, grid) if set(layers) & set(GEOMETRY) else {}
     picked = {name: _layer(name, found, job.max_depth, (height, width)) for name in layers}
     by_ray = {name: found[name].reshape(height, width, 3) for name in sorted(found) if " " in name}
-    bands = light.mean(axis=0).reshape(height, width, -1)
+    bands = _weighed(counts, light).reshape(height, width, -1)
     developed = job.world.palette.developed
     samples = developed(light).reshape(-1, height, width, 3)
     return Result64(developed(bands), picked, _stats(job), by_ray, bands, samples)
+
+
+def _weighed(counts: Array, light: Array) -> Array:
+    """(n, k) of what samples bring, (spp, n, k) or sample after sample, by what each counts for, (spp, n)."""
+    return np.asarray(np.einsum("sn,snk->nk", counts, light.reshape(*counts.shape, -1)))
 
 
 def _sampled(job: Job, camera: Camera, size: tuple[int, int], grid: int, pixel: Ints) -> Array:
@@ -152,7 +160,10 @@ def _sampled(job: Job, camera: Camera, size: tuple[int, int], grid: int, pixel: 
     block = max(1 << 12, BLOCK * 3 // light.shape[1])  # rays of many bands take more memory
     for rows in np.split(np.arange(len(light)), range(block, len(light), block)):
         sample, place = np.divmod(rows, len(pixel))
-        light[rows] = radiance(job, _camera_block(job.world, camera, size, grid, sample, pixel[place]), 0)
+        seen = _camera_block(job.world, camera, size, grid, sample, pixel[place])
+        if camera.filter != "box":
+            seen = replace(seen, pixel=rows)
+        light[rows] = radiance(job, seen, 0)
     return light.reshape(grid * grid, len(pixel), -1)
 
 
@@ -219,9 +230,8 @@ def _camera_block(
     """Samples (n, or one for all) of these pixels: a grid of cells, their centres or jittered points."""
     width, height = size
     h = hashing.camera_path(camera.jitter or 0, pixel, sample)
-    place = (0.5, 0.5) if camera.jitter is None else hashing.jitter(h)
-    x = np.asarray(pixel % width + (sample % grid + place[0]) / grid, float)
-    y = np.asarray(pixel // width + (sample // grid + place[1]) / grid, float)
+    right, down = offsets(camera, grid, pixel, sample)
+    x, y = np.asarray(pixel % width + 0.5 + right, float), np.asarray(pixel // width + 0.5 + down, float)
     seed = camera.jitter or 0
     lens = hashing.lens(seed, pixel, sample)
     origin, direction = camera_rays(camera, width, height, x, y, lens)

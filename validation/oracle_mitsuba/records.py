@@ -282,6 +282,7 @@ class Camera:
     width: int = 640
     height: int = 480
     spp: int = 1
+    filter: str = "box"
     jitter: int | None = None
 
 

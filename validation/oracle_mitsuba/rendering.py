@@ -15,7 +15,7 @@ from .palette import Bands, triples
 from .parts import POLISHED, geometry
 from .plugins import packed
 from .records import Scene
-from .sensors import camera_rays, stock_render
+from .sensors import camera_rays, shares, stock_render
 from .surfaces import COLORS, Palette
 from .table import Table
 from .whitted import Rays, trace
@@ -97,16 +97,23 @@ def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -
     start = _start(scene, job, np.asarray(camera.origin, float)[None] if one_eye else origin)
     start = np.broadcast_to(start, len(positions))
     shader, pixels = _shader(job), width * height
+    weighed = view["off"] is not None  # each sample is then summed by itself
     sums: dict[str, Array] = {}
     t, shape = np.full(len(positions), np.inf), np.full(len(positions), -1)
     for begin in range(0, len(positions), BLOCK):
         block = np.arange(begin, min(begin + BLOCK, len(positions)))  # sample by sample
         sample, pixel = np.divmod(block, pixels)
         streams = combine(np.uint32(view["seed"]), pixel), sample
-        rays = origin[block], direction[block], pixel, streams, start[block]
-        first = _trace(shader, *rays, pixels, sums)
+        place, places = (block, len(positions)) if weighed else (pixel, pixels)
+        rays = origin[block], direction[block], place, streams, start[block]
+        first = _trace(shader, *rays, places, sums)
         t[block], shape[block] = first.t, first.shape
-    by_ray = {name: (total / spp).reshape(height, width, 3) for name, total in sums.items()}
+    if weighed:
+        counts = shares(view["sensor"], view["off"], spp, pixels)
+        means = {k: np.einsum("sn,snk->nk", counts, v.reshape(spp, pixels, -1)) for k, v in sums.items()}
+    else:
+        means = {name: total / spp for name, total in sums.items()}
+    by_ray = {name: mean.reshape(height, width, 3) for name, mean in means.items()}
     whole = np.sum([by_ray[name] for name in _whole(sums)], axis=0)
     first_sample = {"t": t[:pixels].reshape(height, width), "shape": shape[:pixels].reshape(height, width)}
     return {"pixels": whole, "by_ray": by_ray, **first_sample}

@@ -60,7 +60,9 @@ def stock_render(job: dict[str, Any]) -> dict[str, Any]:
         values = engine.rows(light, count * paths).reshape(count, paths, 3)
         mean[rows] = values.mean(axis=1)
         error[rows] = values.std(axis=1) / max(paths - 1, 1) ** 0.5
-    return {"mean": mean, "error": error if paths > 1 else None, **_first_hits(scene, job)}
+    spp = job["spp"]
+    return {"mean": mean, "error": error if paths > 1 else None, **_first_hits(scene, job),
+            "shares": shares(job["sensor"], job["off"], spp, n // spp)}  # fmt: skip
 
 
 def _rays(scene: Any, job: dict[str, Any], rows: Array) -> Any:
@@ -69,6 +71,20 @@ def _rays(scene: Any, job: dict[str, Any], rows: Array) -> Any:
     if eye is not None:
         ray.o = engine.point(np.broadcast_to(eye if eye.ndim == 1 else eye[rows], (len(rows), 3)))
     return ray
+
+
+def shares(plugin: dict[str, Any], off: Array | None, spp: int, pixels: int) -> Array:
+    """What each sample counts for in its pixel, (spp, pixels): by Mitsuba's own filter, so far off (spp,
+    pixels, 2) the middle. They sum to 1; all are alike where most of them cancel."""
+    if off is None:
+        return np.full((spp, pixels), 1 / spp)
+    kernel = engine.load(plugin["film"]["rfilter"])
+    along = [engine.column(kernel.eval(mi.Float(off[..., k].astype(np.float32).ravel())), spp * pixels)
+             for k in range(2)]  # fmt: skip
+    weights = np.multiply(*along).reshape(spp, pixels).astype(float)
+    whole = weights.sum(axis=0)
+    cancelled = ~(whole > np.abs(weights).sum(axis=0) / 4)
+    return np.where(cancelled, 1 / spp, weights / np.where(cancelled, 1, whole))
 
 
 def _first_hits(scene: Any, job: dict[str, Any]) -> dict[str, Array]:

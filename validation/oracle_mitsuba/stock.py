@@ -157,6 +157,7 @@ def work(scene: Scene, name: str, paths: int | None) -> Work:
     if base["lens"] is not None:
         base["lens"] = base["lens"].reshape(-1, 2)
         base["eye"] = None if base["eye"] is None else base["eye"].reshape(-1, 3)
+    base["spp"] = spp
     base["paths"] = paths or CONFIGURATIONS[name].paths
 
     def add(children: dict[str, Plugin], integrator: Plugin, light: int | None) -> None:
@@ -279,11 +280,13 @@ def finish(work: Work, answers: list[dict[str, Any]]) -> dict[str, Any]:
     width, height = work.size
     n = width * height
 
-    def averaged(samples: Array) -> Array:
-        return np.asarray(samples.reshape(work.spp, height, width, 3).mean(axis=0))
+    def averaged(samples: Array, shares: Array) -> Array:
+        weighed = shares[..., None] * samples.reshape(work.spp, n, 3)
+        return np.asarray(weighed.sum(axis=0).reshape(height, width, 3))
 
     t, shape = t[:n].reshape(height, width), shape[:n].reshape(height, width)
-    found = {"pixels": averaged(total), "by_ray": {}, "t": t, "shape": shape}
+    shares = answers[0]["shares"]
+    found = {"pixels": averaged(total, shares), "by_ray": {}, "t": t, "shape": shape}
     if CONFIGURATIONS[work.name].paths > 1:
-        found["error"] = np.sqrt(averaged(variance) / work.spp)
+        found["error"] = np.sqrt(averaged(variance, shares**2))
     return found

@@ -256,7 +256,7 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
         "height": height,
         "pixel_format": "rgb",
         "component_format": "float32",
-        "rfilter": {"type": "box"},
+        "rfilter": {"type": camera.filter},
     }
     return plugin
 
@@ -275,12 +275,13 @@ def view(scene: Scene, width: int, height: int, spp: int, size: float, center: A
     """The camera's plugin about `center`, samples and their path words.
 
     `eye`: where its rays start about `center`, None: where Mitsuba starts them, on its near plane. `lens`:
-    what its thin lens makes points of the disk of, (spp, h w, 2) from 0 to 1, None for a pinhole.
+    what its thin lens makes points of the disk of, (spp, h w, 2) from 0 to 1, None for a pinhole. `off`: how
+    far samples lie from the middles of their pixels, (spp, h w, 2) pixels, None where all count alike.
     """
     camera = scene.camera
     assert camera is not None
     at_eye = camera.type == "perspective" and camera.near == 0
-    positions, paths = film_positions(camera, width, height, spp)
+    positions, off, paths = film_positions(camera, width, height, spp)
     lens, eye = None, np.asarray(camera.origin) - center
     if camera.aperture > 0:
         lens = lens_positions(camera, width * height, spp)
@@ -293,6 +294,7 @@ def view(scene: Scene, width: int, height: int, spp: int, size: float, center: A
         "eye": eye if at_eye else None,
         "lens": lens,
         "positions": positions,
+        "off": None if camera.filter == "box" else off,
         "paths": paths,
         "seed": camera.jitter or 0,
     }
@@ -325,8 +327,9 @@ def bent(camera: Camera, origin: Array, direction: Array, lens: Array) -> tuple[
     )
 
 
-def film_positions(camera: Camera, width: int, height: int, spp: int) -> tuple[Array, Array]:
-    """Where in the image (0 to 1) every sample lies, (spp, h w, 2), and its path word (spp, h w) uint32."""
+def film_positions(camera: Camera, width: int, height: int, spp: int) -> tuple[Array, Array, Array]:
+    """Where in the image (0 to 1) every sample lies, (spp, h w, 2), how far from the middle of its pixel, in
+    pixels, and its path word (spp, h w) uint32."""
     n = math.isqrt(spp)
     if n * n != spp:
         raise ValueError(f"spp = {spp} is not a square number")
@@ -335,6 +338,8 @@ def film_positions(camera: Camera, width: int, height: int, spp: int) -> tuple[A
     path = np.stack([camera_words(camera.jitter or 0, pixel, sample) for sample in range(spp)])
     grid = np.stack([(i % n, i // n) for i in range(spp)]).astype(float)[:, None]
     inner: Any = 0.5
-    if camera.jitter is not None:
+    if camera.jitter is not None and (n > 1 or camera.filter == "box"):
         inner = np.stack([unit(mix(path + np.uint32(1))), unit(mix(path + np.uint32(2)))], -1)
-    return (corner + (grid + inner) / n) / (width, height), path
+    reach = {"box": 0.5, "tent": 1.0, "gaussian": 2.0, "mitchell": 2.0}[camera.filter]
+    off = reach * (2 * (grid + inner) / n - 1) + np.zeros((spp, width * height, 2))
+    return (corner + 0.5 + off) / (width, height), off, path

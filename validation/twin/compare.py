@@ -156,7 +156,8 @@ def _compare(
     observe: stage.Observer | None,
 ) -> Comparison:
     pixels = len(queue) // job.samples
-    film = Film(pixels, LAYERS, job.flat.bands)
+    weighed = None if job.camera is None else twin_queues.weights(job.camera, np.asarray(piece))
+    film = Film(pixels, LAYERS, job.flat.bands, weighed)
     counts: list[Counter[str]] = []
     stages = generations(job.flat, queue, job.max_depth, film, counts)
     watch = Lockstep(chain(stages, _last_stages(job.flat, queue, film, job.samples)))
@@ -245,7 +246,7 @@ def _text(value: np.generic) -> str:
 def _last_stages(
     flat: FlatScene, queue: twin_queues.Queue, film: Film, samples: int
 ) -> Iterator[Stage]:
-    place = np.arange(film.sums.shape[-1], dtype=np.uint32)
+    place = np.arange(len(queue) // samples, dtype=np.uint32)
     seen = geometry(flat, queue, first_seen(flat, queue))
     values = {
         "depth": seen.t,
@@ -257,7 +258,8 @@ def _last_stages(
     }
     values = {name: array[..., ::samples] for name, array in values.items()}
     yield Stage("geometry", 0, "camera", values, place)
-    means = film.sums / np.float32(samples)
+    means = film.resolved(samples)
+    place = np.arange(means.shape[-1], dtype=np.uint32)
     yield Stage("resolve", 0, "camera", {"sums": means}, place)
     rows = means if flat.response is None else developed(means, flat.response)
     yield Stage("develop", 0, "camera", {"rows": rows}, place)

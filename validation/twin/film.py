@@ -27,9 +27,20 @@ TERMS = {name: layout.TERMS[f"TERM_{name.upper()}"] for name in layers.TERMS}
 
 
 class Film:
-    """Planes (bands, pixels) of sums: the picture, then the layers of radiance among `names`."""
+    """Planes (bands, pixels) of sums: the picture, then the layers of radiance among `names`.
 
-    def __init__(self, pixels: int, names: tuple[str, ...] = (), bands: int = layout.BANDS) -> None:
+    weights (pixels, samples): what samples count for in their pixels; they are then summed apart.
+    """
+
+    def __init__(
+        self,
+        pixels: int,
+        names: tuple[str, ...] = (),
+        bands: int = layout.BANDS,
+        weights: Array | None = None,
+    ) -> None:
+        self.weights = weights
+        pixels = pixels if weights is None else weights.size
         self.planes = ("image", *(name for name in names if comes_from(name, Paths, Term)))
         self.sums = np.zeros((len(self.planes), bands, pixels), np.float32)
 
@@ -55,12 +66,31 @@ class Film:
 
     def means(self, samples: int, response: Array | None = None) -> dict[str, Array]:
         """Pixels of each plane, (pixels, bands); (pixels, rows) with a `response` (rows, bands)."""
-        means = self.sums / np.float32(samples)
-        brightest = np.float32(layout.BRIGHTEST)
-        means = np.where(means <= brightest, means, brightest)
+        means = self.resolved(samples)
         if response is None:
             return dict(zip(self.planes, means.transpose(0, 2, 1), strict=True))
         return dict(zip(self.planes, finished(developed(means, response).transpose(0, 2, 1)), strict=True))
+
+
+    def resolved(self, samples: int) -> Array:
+        """(planes, bands, pixels) means of the samples of each pixel, or their weighted means."""
+        if self.weights is None:
+            return _bounded(self.sums / np.float32(samples))
+        light = _bounded(self.sums).reshape(*self.sums.shape[:2], -1, samples)
+        total, plain = np.zeros_like(light[..., 0]), np.zeros_like(light[..., 0])
+        whole, sizes = np.zeros_like(self.weights[:, 0]), np.zeros_like(self.weights[:, 0])
+        for s in range(samples):
+            weight = self.weights[:, s]
+            total = total + weight * light[..., s]
+            plain = plain + light[..., s]
+            whole, sizes = whole + weight, sizes + np.abs(weight)
+        means = np.where(whole > np.float32(0.25) * sizes, total / whole, plain / np.float32(samples))
+        return _bounded(means)
+
+
+def _bounded(values: Array) -> Array:
+    brightest = np.float32(layout.BRIGHTEST)
+    return np.where(values <= brightest, values, brightest)
 
 
 def developed(means: Array, response: Array) -> Array:

@@ -32,7 +32,7 @@ from clrt.scene.scene import Scene
 from .film import Film
 from .geometry import Hits, nearest_hit, primitives_of
 from .media import first_seen
-from .queues import Queue, adopt, generate
+from .queues import Queue, adopt, generate, weights
 from .surface import surface_at
 from .wavefront import generations
 
@@ -114,7 +114,7 @@ def _render(
     counts: list[Counter[str]],
 ) -> dict[str, np.ndarray]:
     """All planes at some pixels: (pixels,), (pixels, 3), or (pixels, bands) of the layer `bands`."""
-    film = Film(len(pixels), layers, flat.bands)
+    film = Film(len(pixels), layers, flat.bands, weights(camera, pixels))
     with np.errstate(all="ignore"):
         queue = generate(camera, pixels, flat.bands)
         for _ in generations(flat, queue, depth, film, counts):

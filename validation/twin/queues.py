@@ -9,7 +9,7 @@ import numpy as np
 from clrt import layout
 
 from .geometry import Rays
-from .math import Array, combine, disk, dot, mix_bits, unit, unit_interval
+from .math import Array, combine, disk, dot, exponential, mix_bits, unit, unit_interval
 
 FLAGS = np.uint32(layout.PATH["PATH_FLAGS"])
 
@@ -59,15 +59,11 @@ def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
     place = np.repeat(np.arange(len(pixels), dtype=np.uint32), grid * grid)
     pixel = pixels.astype(np.uint32)[place]
     key = combine(combine(np.full_like(pixel, c["seed"]), pixel), sample)
-    sub_x = sub_y = np.full(len(pixel), 0.5, np.float32)
-    if c["jitter"]:
-        sub_x, sub_y = (unit_interval(mix_bits(key + np.uint32(i))) for i in (1, 2))
-
-    def position(cell: Array, shift: np.float32, part: Array, sub: Array) -> Array:
-        return cell.astype(np.float32) + shift + (part.astype(np.float32) + sub) / np.float32(grid)
-
-    x = position(pixel % width, c["shift_x"], sample % grid, sub_x)
-    y = position(pixel // width, c["shift_y"], sample // grid, sub_y)
+    part_x, part_y = in_grid(c, key, sample)
+    if c["filter"]:
+        part_x, part_y = (np.float32(0.5) + off_middle(c, part) for part in (part_x, part_y))
+    x = (pixel % width).astype(np.float32) + c["shift_x"] + part_x
+    y = (pixel // width).astype(np.float32) + c["shift_y"] + part_y
     across = (2.0 * x / np.float32(width) - 1.0) * c["half_width"]
     above = (1.0 - 2.0 * y / np.float32(height)) * c["half_height"]
     origin, forward, right, up = (c[name][:3, None] for name in ("origin", "forward", "right", "up"))
@@ -85,8 +81,53 @@ def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
     else:
         direction = unit(forward + in_view)
         origin = origin + direction * (c["near"] / dot(direction, forward))
+    if c["filter"]:
+        place = np.arange(len(place), dtype=np.uint32)
     queue = new_queue("camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)))
     return replace(queue, first=Streams(combine(np.full_like(pixel, c["seed"]), pixel), sample))
+
+
+def in_grid(c: np.void, key: Array, sample: Array) -> tuple[Array, Array]:
+    """Where samples of these hashes lie in the square that they fill, x and y from 0 to 1."""
+    sub_x = sub_y = np.full(len(sample), 0.5, np.float32)
+    if c["jitter"] and not (c["filter"] and c["grid"] == 1):
+        sub_x, sub_y = (unit_interval(mix_bits(key + np.uint32(i))) for i in (1, 2))
+    cells = sample % np.uint32(c["grid"]), sample // np.uint32(c["grid"])
+    x, y = (
+        (cell.astype(np.float32) + sub) / np.float32(c["grid"])
+        for cell, sub in zip(cells, (sub_x, sub_y), strict=True)
+    )
+    return x, y
+
+
+def off_middle(c: np.void, part: Array) -> Array:
+    """How far from its pixel's middle a sample is, along an axis, in pixels."""
+    return np.asarray(c["reach"] * (np.float32(2.0) * part - np.float32(1.0)))
+
+
+def weights(camera: Array, pixels: Array) -> Array | None:
+    """What each sample of these pixels counts for in its own, float32 (pixels, samples); None: as much."""
+    c = camera[0]
+    if not c["filter"]:
+        return None
+    samples = int(c["grid"]) ** 2
+    sample = np.tile(np.arange(samples, dtype=np.uint32), len(pixels))
+    pixel = np.repeat(pixels.astype(np.uint32), samples)
+    key = combine(combine(np.full_like(pixel, c["seed"]), pixel), sample)
+    x, y = (_filter(int(c["filter"]), off_middle(c, part)) for part in in_grid(c, key, sample))
+    return (x * y).reshape(len(pixels), samples)
+
+
+def _filter(kind: int, off: Array) -> Array:
+    """A filter's weight along one axis."""
+    a, f = np.abs(off), np.float32
+    if kind == layout.FILTERS["TENT"]:
+        return np.maximum(f(0.0), f(1.0) - a)
+    if kind == layout.FILTERS["GAUSSIAN"]:
+        return np.maximum(f(0.0), exponential(f(-2.0) * (a * a)) - f(0.000335462628))
+    inner = ((f(7.0) * a - f(12.0)) * (a * a) + f(5.33333333)) / f(6.0)
+    outer = (((f(-2.33333333) * a + f(12.0)) * a - f(20.0)) * a + f(10.6666667)) / f(6.0)
+    return np.where(a < f(1.0), inner, outer)
 
 
 def _on_lens(c: np.void, pixel: Array, sample: Array) -> Array:

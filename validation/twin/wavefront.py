@@ -131,6 +131,8 @@ def generations(
     """Trace a queue of generation 0 and all its descendants onto the film, and count rays by generation."""
     queue = immersed(flat, queue)
     yield stage("generate", 0, queue, queue_values(flat, queue))
+    if film.weights is not None:
+        yield stage("weigh_samples", 0, queue, {"weights": film.weights.ravel()})
     met = [(yield from _met(flat, queue, 0, max_depth))]
     _add_terms(flat, met[0][0], max_depth == 0, film)
     for generation in range(max_depth + 1):
