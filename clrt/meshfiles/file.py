@@ -6,7 +6,6 @@ import io
 import logging
 import re
 import warnings
-from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -174,8 +173,9 @@ def _part(mesh: Any) -> Part:
         raise ValueError(f"a face names a vertex that is not among the {len(vertices)} of its part")
     uv = _uv(mesh.visual, len(vertices))
     colored = bool(mesh.visual.defined) and mesh.visual.kind != "texture"
-    read = partial(tuple, (vertices, faces, normals, uv))
-    return Part(len(vertices), len(faces), given, colored, read, uv is not None)
+    return Part(
+        len(vertices), len(faces), given, colored, lambda: (vertices, faces, normals, uv), uv is not None
+    )
 
 
 def _uv(visual: Any, vertices: int) -> np.ndarray | None:

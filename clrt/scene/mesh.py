@@ -256,8 +256,8 @@ def _points(value: object, at: At, noun: str, own: bool, width: int = 3) -> np.n
             )
         points = value.astype(np.float64, copy=not own)
     else:
-        row = tuple[float, float, float] if width == 3 else tuple[float, float]
-        rows = _rows(value, list[row], at, f"{noun} must be {width} numbers each")  # type: ignore[valid-type]
+        kind: Any = list[tuple[float, float, float]] if width == 3 else list[tuple[float, float]]
+        rows = _rows(value, kind, at, f"{noun} must be {width} numbers each")
         points = np.array(rows, np.float64).reshape(-1, width)
     for start in range(0, len(points), _ROWS):
         bad = np.flatnonzero(~(np.abs(points[start : start + _ROWS]) <= FLOAT32_MAX).all(axis=1))
