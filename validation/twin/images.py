@@ -158,7 +158,7 @@ def _way_of_u(flat: FlatScene, how: Array, index: Array, s: Any, n: Array) -> tu
     up_v = np.where(flat_map, rows[1], np.where(polar, around, np.where(axial, rows[2], -rows[2])))
     way = cross(up_v, n)
     hand = dot(up_u, way)
-    way = way * np.where(hand < 0.0, -ONE, ONE)
+    way = np.where(kind == _MAP["MAP_NORMAL"], around, way * np.where(hand < 0.0, -ONE, ONE))
     return np.where(mesh, on_mesh, way), np.where(mesh, dot(cross(e1, e2), n) * area, hand)
 
 
