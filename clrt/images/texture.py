@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 
-from clrt.base.errors import SceneError
 from clrt.base.limits import Limits
 from clrt.images.file import decode, picture_shape, read_image, uncurved
 
@@ -29,8 +28,8 @@ def read_texels(
     """Linear float32 (height, width, 3), rows from the top; a grey picture's channel three times.
 
     encoding: "srgb", "linear", or None: integers are sRGB, floats linear; of normals always linear.
-    Reflectances are clipped to [0, 1], light to >= 0, normals lie about 0. Raises as `clrt.read_image`, and
-    SceneError for numbers that are not finite.
+    Reflectances are clipped to [0, 1], light to >= 0, normals lie about 0. Raises as `clrt.read_image`, also
+    where decoded numbers are not finite.
     """
     values: Callable[[np.ndarray], np.ndarray] | None = partial(_values, encoding) if encoding else None
     texels = read_image(path, limits, _normals if role == "normal" else values)
@@ -38,8 +37,6 @@ def read_texels(
         np.clip(texels, 0.0, 1.0, out=texels)
     elif role == "light":
         np.maximum(texels, 0.0, out=texels)
-    if not np.isfinite(texels).all():
-        raise SceneError(f"{os.fspath(path)}: its numbers leave the range of float32; use smaller ones")
     return texels
 
 
