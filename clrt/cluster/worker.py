@@ -89,7 +89,9 @@ class _Bench:
         scene = self._scene(order)
         ready = time.perf_counter()
         scene.device.driver.take_seconds()
-        job = Job(scene.flat, order.max_depth, order.camera, order.layers, order.settings)
+        job = Job(
+            scene.flat, order.max_depth, order.camera, order.layers, order.settings, order.mattes
+        )
         try:
             layers, rays, local_size = _traced(job, scene, order.pixels)
         except MemoryLimitError:  # alone there may be room

@@ -15,6 +15,7 @@ from clrt.base.layers import check_layers
 from clrt.base.limits import Branching, Limits
 from clrt.base.places import At
 from clrt.device.settings import Settings
+from clrt.engine.coverage import mattes
 from clrt.engine.job import Job
 from clrt.engine.picture import check_crop, picture_bytes
 from clrt.flatten.flatten import FlatScene, flatten_camera
@@ -50,7 +51,7 @@ class Request:
         window = check_crop(self.crop, *full)
         check_limits(flat, settings.limits, full[0] * full[1], int(view["grid"][0]) ** 2, depth)
         settings.limits.check("host_bytes", picture_bytes(window, names, flat.bands))
-        return Job(flat, depth, view, names, settings), full, window
+        return Job(flat, depth, view, names, settings, mattes(scene, names)), full, window
 
 
 def camera_of(scene: Scene, given: Camera | Mapping[str, Any] | None) -> Camera:
