@@ -107,8 +107,9 @@ def picture64(scene: Scene) -> Picture64:
     terms = {ray_key(0, f"camera {name}"): result.layers[name] for name in TERMS}
     if scene.ambient_samples:
         terms.pop(_AMBIENT)
-    return Picture64(result.pixels, result.by_ray | terms, result.layers["depth"], result.layers["shape"],
-                     "float64 oracle", time.perf_counter() - start, result.samples, layers=layers)  # fmt: skip
+    t, shape, seconds = result.layers["depth"], result.layers["shape"], time.perf_counter() - start
+    name, by_ray = "float64 oracle", result.by_ray | terms
+    return Picture64(result.pixels, by_ray, t, shape, name, seconds, result.samples, layers=layers)
 
 
 def edges64(scene: Scene, reference: Picture64) -> np.ndarray:

@@ -41,7 +41,7 @@ class Spectral(NamedTuple):
 
 
 class Samples(NamedTuple):
-    """Which part of a pixel's samples hits something: `of` "" anything; else ranked by "shape" or "material"."""
+    """Which part of a pixel's samples hits anything; `of` "shape" or "material": which of these, ranked."""
 
     of: str = ""
 
@@ -121,7 +121,8 @@ LAYERS: Final = {
     "normal": Layer(_HIT, "outward geometric unit normal, 0 on a miss", 3, "float", _XYZ, "direction"),
     "shading_normal": Layer(_HIT, "unit normal that light is computed with, 0 on a miss", 3, "float", _XYZ,
                             "direction"),
-    "albedo": Layer(_HIT, "diffuse reflectance: `diffuse` times the colour there, 0 on a miss", picture="color"),
+    "albedo": Layer(_HIT, "diffuse reflectance: `diffuse` times the colour there, 0 on a miss",
+                    picture="color"),
     "shape": Layer(_HIT, "number of the shape, -1 on a miss", 1, "int", ("ID",), "number"),
     "material": Layer(_HIT, "number of the material, -1 on a miss", 1, "int", ("ID",), "number"),
     # of all samples of a pixel

@@ -98,7 +98,8 @@ def _to_files(
     rows: dict[int, dict[str, Any]] = {}
 
     def is_there(index: int, identity: str) -> bool:
-        file, identity = Path(names[index]), f"{identity} {options.exposure:g}{f' {options.view}' if options.view else ''}"
+        file, shown = Path(names[index]), f"{options.exposure:g} {options.view or ''}".rstrip()
+        identity = f"{identity} {shown}"
         rows[index] = {"index": index, "file": file.name, "identity": identity, "rays": ""}
         old = before.get((file.name, identity))
         if old is None or old["sha256"] != _sha256(file):

@@ -1,4 +1,4 @@
-"""Layers of all samples of a pixel: the part of them that hits anything, and mattes of shapes and materials."""
+"""Layers of all samples of a pixel: which part of them hits anything, and mattes of shapes and materials."""
 
 from __future__ import annotations
 

@@ -249,10 +249,10 @@ def geometry(
     camera: the record with the eye. Colours are in bands.
     """
     n = queue.n // samples
-    out = {
-        name: np.empty(n if layer.values == 1 else (n, layer.values or device.bands), layout.dtype(layer.kind))
-        for name, layer in GEOMETRY.items()
-    }
+    out = {}
+    for name, layer in GEOMETRY.items():
+        size = n if layer.values == 1 else (n, layer.values or device.bands)
+        out[name] = np.empty(size, layout.dtype(layer.kind))
     buffers = {name: device.buffer(array.nbytes, element(array.dtype)) for name, array in out.items()}
     groups = (*world.arguments, *queue.arguments, *hits.arguments)
     eye = device.upload(camera, wait=False)

@@ -97,7 +97,7 @@ class FlatScene:
 
     @cached_property
     def seen(self) -> np.ndarray | None:
-        """(3, bands) float32: a reflectance in bands to the colour that it has under D65; None in RGB mode."""
+        """(3, bands) float32: reflectances in bands to the colours they have under D65; None in RGB mode."""
         if self.xyz is None:
             return None
         info = self.scene[0]

@@ -1,7 +1,7 @@
 """Cryptomatte 1.2: names as numbers in a picture's channels, which compositing programs make masks of.
 
-Psyop's specification: a layer's channels are pairs of a name's hash, its bits read as a float, and the part of
-the pixel that the name covers, the largest first. What hash stands for what name is a text in the file.
+Psyop's specification: a layer's channels are pairs of a name's hash, its bits read as a float, and the part
+of the pixel that the name covers, the largest first. What hash stands for what name is a text in the file.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def metadata(layer: str, names: Sequence[str]) -> dict[str, str]:
 
 
 def manifest_of(layer: str, metadata: Mapping[str, str]) -> dict[str, str]:
-    """Name to number, in hexadecimal, as a picture's metadata have it for a layer; {} where they have none."""
+    """Name to number, in hexadecimal, as an image's metadata have it for a layer; {} where they have none."""
     text = metadata.get(f"{PREFIX}{id_of(layer):08x}"[:-1] + "/manifest", "")
     try:
         found = json.loads(text)

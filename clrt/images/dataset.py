@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 _AXES: Final = {"light": ("channel", ["R", "G", "B"]), "luminance": ("cie", ["X", "Y", "Z"]),
                 "direction": ("axis", ["x", "y", "z"]), "place": ("axis", ["x", "y", "z"]),
                 "color": ("channel", ["R", "G", "B"]),
-                "mattes": ("rank", [f"{part} {rank}" for rank in range(RANKS) for part in ("id", "share")])}  # fmt: skip
+                "mattes": ("rank", [f"{part} {rank}" for rank in range(RANKS)
+                                    for part in ("id", "share")])}  # fmt: skip
 
 
 def dataset(image: Image) -> Any:

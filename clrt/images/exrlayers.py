@@ -1,7 +1,7 @@
 """Layers as the channels of an .exr: what they are called there, and layers back from channels.
 
-`name.channel` is how compositing programs group channels; `A` and `Z` without a name are a picture's alpha and
-depth. Bands are named as in Fichet, Pacanowski and Wilkie 2021, "An OpenEXR layout for spectral images".
+`name.channel` is how compositing programs group channels; `A` and `Z` without a name are a picture's alpha
+and depth. Bands are named as in Fichet, Pacanowski and Wilkie 2021, "An OpenEXR layout for spectral images".
 """
 
 from __future__ import annotations
@@ -92,9 +92,9 @@ def _places(names: Sequence[str], picture: range) -> Iterator[tuple[str, list[in
     taken = set()
     for layer in (*LAYERS, *sorted(groups - set(LAYERS))):
         known = find(layer)
-        for named in (known.names(layer), known.formerly) if known.sources else ():
-            if named and all(channel in left for channel in named):
-                yield layer, [left.pop(channel) for channel in named]
+        for ours in (known.names(layer), known.formerly) if known.sources else ():
+            if ours and all(channel in left for channel in ours):
+                yield layer, [left.pop(channel) for channel in ours]
                 break
         else:
             for axes in _COLOURS:
@@ -123,7 +123,8 @@ def _check_wanted(wanted: Sequence[str] | None, known: tuple[str, ...], file: st
         if name not in known:
             near = nearest(name, known, cutoff=0.6)
             held = f"its layers are {', '.join(known)}" if known else "it has no layers"
-            raise ClrtError(f"{file}: has no layer {show(name)}; " + (f"did you mean {near!r}?" if near else held))
+            hint = f"did you mean {near!r}?" if near else held
+            raise ClrtError(f"{file}: has no layer {show(name)}; {hint}")
 
 
 def _typed(layer: str, values: np.ndarray, file: str) -> np.ndarray:
@@ -136,7 +137,8 @@ def _typed(layer: str, values: np.ndarray, file: str) -> np.ndarray:
     bad = ~(np.abs(values) <= _MOST) | (values != np.floor(values))
     if bad.any():
         y, x = (int(index) for index in np.argwhere(bad)[0])
-        raise SceneError(f"{file}: layer {layer}, pixel ({x}, {y}) is {values[y, x]:g}; it must be a whole number")
+        text = f"pixel ({x}, {y}) is {values[y, x]:g}; it must be a whole number"
+        raise SceneError(f"{file}: layer {layer}, {text}")
     return values.astype(np.int32)
 
 

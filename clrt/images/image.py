@@ -118,10 +118,11 @@ class Image:
         """Write the picture; `path` is then the complete new file, or, after any error, what it was before.
 
         The suffix decides. `.exr`: the linear radiance and all layers as float32 (`direct.R`, `Z`,
-        `normal.X`, `shape.ID`, ...: docs/layers.md), with the metadata as attributes `clrt:...`; `.png`, `.tif`: sRGB of `bits` = 8 (default) or 16; `.jpg`, `.bmp`: sRGB of 8 bits, all
-        clipped to [0, 1], colours out of gamut as well. `exposure`, -100 to 100 stops, brightens sRGB
-        pictures; `view` is the name of one of `clrt.views()`, in place of the sRGB curve alone. Returns the absolute path. ClrtError as `check_writable`, for arguments of another kind, and
-        when the disk refuses.
+        `normal.X`, `shape.ID`, ...: docs/layers.md), with the metadata as attributes `clrt:...`; `.png`,
+        `.tif`: sRGB of `bits` = 8 (default) or 16; `.jpg`, `.bmp`: sRGB of 8 bits, all clipped to [0, 1],
+        colours out of gamut as well. `exposure`, -100 to 100 stops, brightens sRGB pictures; `view` is the
+        name of one of `clrt.views()`, in place of the sRGB curve alone. Returns the absolute path. ClrtError
+        as `check_writable`, for arguments of another kind, and when the disk refuses.
         """
         path = arguments.path("path", path)
         exposure = arguments.number("exposure", exposure)
@@ -181,7 +182,8 @@ class Image:
     ) -> list[Path]:
         """Write every layer but `bands` beside the picture `path`: `x.png` makes `x.depth.png` ...
 
-        As `save`; `exposure` and `view` are for light alone. An .exr holds its layers itself. Returns absolute paths.
+        As `save`; `exposure` and `view` are for light alone. An .exr holds its layers itself. Returns
+        absolute paths.
         """
         path = arguments.path("path", path)
         shown = [name for name in self.layers if find(name).is_shown]

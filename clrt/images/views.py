@@ -1,7 +1,7 @@
 """Views: how light becomes a display's colours, other than by the sRGB curve alone, through OpenColorIO.
 
-The views are those that OpenColorIO's built-in configuration has for an sRGB display, ACES 2.0 among them. They
-come with OpenImageIO, and need neither files nor variables of the environment ($OCIO is not read).
+The views are those that OpenColorIO's built-in configuration has for an sRGB display, ACES 2.0 among them.
+They come with OpenImageIO, and need neither files nor variables of the environment ($OCIO is not read).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _SIDE: Final = 1 << 20  # pixels at a time
 
 @public
 def views() -> tuple[str, ...]:
-    """The names of all views, for `Image.save`. ClrtError where the installed OpenImageIO has none built in."""
+    """The names of all views, for `Image.save`. ClrtError where the installed OpenImageIO has none."""
     return _views(CONFIG)
 
 

@@ -21,7 +21,7 @@ LAYERS = ["alpha", "crypto_shape", "crypto_material", "shape"]
 
 
 def scene(spp: int = 16) -> clrt.Scene:
-    """Three balls, two of one material, a disk without a name, and a light that is seen; and nothing behind."""
+    """Three balls, two of one material, a disk without a name, a light that is seen; nothing behind."""
     ball = {"type": "sphere", "radius": 1.0}
     return clrt.load_dict({
         "camera": {"origin": [0, 0, 7], "target": [0, 0, 0], "width": 40, "height": 30, "spp": spp},

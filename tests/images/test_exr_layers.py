@@ -145,7 +145,7 @@ def test_faults_say_where(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         "z": np.random.default_rng(2).random((900, 64), np.float32)}).save(file)  # fmt: skip
     whole = file.read_bytes()
     file.write_bytes(whole[: len(whole) * 2 // 3])
-    with pytest.raises(clrt.SceneError, match="cannot be read|its layers cannot be read"):
+    with pytest.raises(clrt.SceneError, match="cannot be read"):
         clrt.read_image(file, layers="all")
     monkeypatch.setattr(imagefile, "BLOCK", 1)
     file.write_bytes(whole)

@@ -54,7 +54,7 @@ def test_every_layer_is_the_float64_oracles(name: str) -> None:
         assert mine.shape == exact.shape
         with np.errstate(invalid="ignore"):
             off = np.where(mine == exact, 0.0, np.abs(mine - exact))  # both infinite where nothing is hit
-        if layer in ("depth", "z", "distance", "position"):  # relative to the way, which the ground makes long
+        if layer in ("depth", "z", "distance", "position"):  # relative to the way: the ground is far
             off = off / np.maximum(theirs["depth"], 1.0).reshape(*away.shape, *[1] * (off.ndim - 2))
         off = off.reshape(*away.shape, -1).max(axis=2)[away]
         limit = 0.0 if layer in ("shape", "material", "alpha") else 3e-5

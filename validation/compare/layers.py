@@ -1,7 +1,7 @@
 """The layers of somebody else's .exr, under the names that clrt's own layers have in such a file.
 
-`diffuse.R`, `diffuse.G`, `diffuse.B` are a colour, `depth.V` (or `depth.Z`) and `shape.ID` one number a pixel. Names that
-nobody here knows, and layers of other parts than the picture's own, are passed over.
+`diffuse.R`, `diffuse.G`, `diffuse.B` are a colour, `depth.V` (or `depth.Z`) and `shape.ID` one number.
+Names that nobody here knows, and layers of other parts than the picture's own, are passed over.
 """
 
 from __future__ import annotations

@@ -251,7 +251,7 @@ def _fresh(world: World, origin: Array, direction: Array, path: Words, pixel: In
 def _geometry(world: World, scene: Scene, camera: Camera, size: tuple[int, int], grid: int) -> dict[str, Any]:
     """The layers of the first sample's hits."""
     n = size[0] * size[1]
-    out: dict[str, Any] = {name: np.zeros((n, 3)) for name in ("position", "normal", "shading_normal", "albedo")}
+    out: dict[str, Any] = {name: np.zeros((n, 3)) for name in GEOMETRY}
     out |= {name: np.full(n, math.inf) for name in ("depth", "z", "distance")}
     out |= {name: np.full(n, -1) for name in ("shape", "material")}
     material = _numbered(scene)
@@ -280,7 +280,7 @@ def _numbered(scene: Scene) -> Ints:
     found = np.full(len(scene.shapes) + len(scene.lights), -1)
     for place, shape in enumerate(scene.shapes):
         of = scene.material_of(shape)
-        thing = of, isinstance(of.color, Checker) and isinstance(shape, Sphere)
+        thing: Any = of, isinstance(of.color, Checker) and isinstance(shape, Sphere)
         if thing not in known:
             known.append(thing)
         found[place] = known.index(thing)
@@ -295,7 +295,8 @@ def _numbered(scene: Scene) -> Ints:
 
 def _layer(name: str, found: dict[str, Any], max_depth: int, size: tuple[int, int]) -> Any:
     """A layer as an image; one of the light that nothing reached is black."""
-    known = (*ROUTES, *TERMS, *GEOMETRY, "alpha", "crypto_shape", *(f"generation_{k}" for k in range(max_depth + 1)))
+    numbered = (f"generation_{k}" for k in range(max_depth + 1))
+    known = (*ROUTES, *TERMS, *GEOMETRY, "alpha", "crypto_shape", *numbered)
     if name not in known:
         raise ValueError(f"{name} is not a layer; there are {', '.join(known)}")
     layer = found.get(name, np.zeros((size[0] * size[1], 3)))

@@ -31,9 +31,9 @@ from clrt.scene.scene import Scene
 
 from .film import Film, developed
 from .geometry import Hits, nearest_hit, primitives_of
+from .math import dot
 from .media import first_seen
 from .queues import Queue, adopt, generate
-from .math import dot
 from .surface import color_of, surface_at
 from .wavefront import generations
 
