@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
     from clrt.images.image import Image, read_image
+    from clrt.images.views import views
     from clrt.judging.verdict import Verdict, compare
     from clrt.raytree.tree import RayTree
     from clrt.scene.camera import Camera
@@ -38,6 +39,7 @@ _HOMES = {
     "clrt.base.errors": ("ClrtError", "ClrtWarning", "DeviceError", "LimitError", "SceneError"),
     "clrt.formats": ("load_dict",),
     "clrt.images.image": ("Image", "read_image"),
+    "clrt.images.views": ("views",),
     "clrt.base.limits": ("Limits",),
     "clrt.device.info": ("DeviceInfo",),
     "clrt.device.platforms": ("devices",),
@@ -59,7 +61,7 @@ __all__ = [
     "Camera", "ClrtError", "ClrtWarning", "Crossings", "DeviceError", "DeviceInfo", "Hits", "Image",
     "LimitError", "Limits", "RayMeshIntersector", "RayTree", "Scene", "SceneError", "Settings", "Tracer",
     "Verdict", "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image",
-    "render", "sweep", "turntable",
+    "render", "sweep", "turntable", "views",
 ]  # fmt: skip
 
 

@@ -65,9 +65,10 @@ inline void put3(__global float *out, uint i, Vec v)
     out[3 * i + 2] = v.z;
 }
 
-// What is known of where the first of every `samples` rays hit (layers.GEOMETRY): the layers of geometry, and the
-// answer to a ray query. On a miss `at` is 0.
-__kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, uint samples, GEOMETRY_PARAMETERS)
+// What is known of where the first of every `samples` rays hit: the layers of geometry (layers.GEOMETRY). On a miss
+// `at` is 0.
+__kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, __global const Camera *cameras,
+                       uint samples, GEOMETRY_PARAMETERS)
 {
     const uint i = get_global_id(0);
     if (i >= n / samples) return;
@@ -77,11 +78,20 @@ __kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, uint
     const Ray ray = load_ray(rays, number);
     int material;
     const Local at = surface_at(world, ray, hit, primitive, hit_t[number], &material);
+    const Camera camera = cameras[0];
+    const Vec from_eye = sub(at.point, vec(camera.origin.x, camera.origin.y, camera.origin.z));
+    const float along = dot3(from_eye, vec(camera.forward.x, camera.forward.y, camera.forward.z));
+    const float away = camera.orthographic ? along : sqrt(dot3(from_eye, from_eye));
     out_depth[i] = hit ? hit_t[number] : INFINITY;
+    out_z[i] = hit ? along : INFINITY;
+    out_distance[i] = hit ? away : INFINITY;
     put3(out_position, i, at.point);
     put3(out_normal, i, at.outward);
+    put3(out_shading_normal, i, load_vector(surfaces, number, SHADING_X, SURFACE_FIELDS));
+    __global const Material *of = world.materials + (hit ? material : 0);
+    const int second = surface_code[number] & SURFACE_SECOND_COLOR;
+    for (int b = 0; b < BANDS; b++)
+        out_albedo[BANDS * i + b] = hit ? of->kd * (second ? of->color2[b] : of->color[b]) : 0.0f;
     out_shape[i] = hit ? world.primitives[primitive].shape : -1;
-    out_uv[2 * i] = at.u;
-    out_uv[2 * i + 1] = at.v;
-    out_primitive[i] = primitive;
+    out_material[i] = hit ? material : -1;
 }

@@ -29,7 +29,7 @@ from .oracle_mitsuba.modes import SPECTRAL as BY_WAVELENGTH
 from .oracle_mitsuba.modes import supports
 from .oracle_mitsuba.reading import read
 from .oracle_povray.scene import not_in_pov
-from .ours import TERMS, ray_key, render_ours
+from .ours import LAYERS, TERMS, ray_key, render_ours
 from .types import Case, OracleImage
 
 ORACLE64: Final = "oracle64"
@@ -102,12 +102,14 @@ class Picture64(OracleImage):
 def picture64(scene: Scene) -> Picture64:
     """The float64 oracle's."""
     start = time.perf_counter()
-    result = render64(scene, layers=(*TERMS, "depth", "shape"))
+    result = render64(scene, layers=(*TERMS, *LAYERS))
+    layers = {name: result.layers[name] for name in LAYERS if name not in ("depth", "shape")}
     terms = {ray_key(0, f"camera {name}"): result.layers[name] for name in TERMS}
     if scene.ambient_samples:
         terms.pop(_AMBIENT)
-    return Picture64(result.pixels, result.by_ray | terms, result.layers["depth"], result.layers["shape"],
-                     "float64 oracle", time.perf_counter() - start, result.samples)  # fmt: skip
+    t, shape, seconds = result.layers["depth"], result.layers["shape"], time.perf_counter() - start
+    name, by_ray = "float64 oracle", result.by_ray | terms
+    return Picture64(result.pixels, by_ray, t, shape, name, seconds, result.samples, layers=layers)
 
 
 def edges64(scene: Scene, reference: Picture64) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Final
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from .types import OracleImage
 
 _TILE = 1 << 15  # rays
 _BUDGET = 256 << 20  # bytes of queues
+LAYERS: Final = ("depth", "shape", "z", "distance", "normal", "shading_normal", "albedo", "material", "alpha")
 
 
 class Shares:
@@ -79,14 +81,14 @@ def render_ours(
     columns, rows = int(camera["width"][0]), int(camera["height"][0])
     samples = int(camera["grid"][0]) ** 2
     depth = scene.max_depth if max_depth is None else max_depth
-    job = Job(tracer.flat, depth, camera, (*(TERMS if shadows else ()), "depth", "shape"), tracer.settings)
+    job = Job(tracer.flat, depth, camera, (*(TERMS if shadows else ()), *LAYERS), tracer.settings)
     changes = () if shadows else (unshadowed,)
 
     def traced(device: Device, pixels: np.ndarray) -> Work[dict[str, np.ndarray]]:
         shares = Shares(device, len(pixels))
         tile = yield from job.trace(device, tracer.world, pixels, (*changes, shares), _BUDGET)
         terms = {ray_key(0, f"camera {name}"): tile.layers[name] for name in TERMS if shadows}
-        kept = {name: tile.layers[name] for name in ("image", "depth", "shape")}
+        kept = {name: tile.layers[name] for name in ("image", *LAYERS)}
         return kept | terms | shares.developed(samples, tracer.flat.response)
 
     pieces = list(tiles(columns, rows, (0, 0, columns, rows), max(1, _TILE // samples)))
@@ -96,6 +98,8 @@ def render_ours(
             whole = found.setdefault(key, np.zeros((columns * rows, *part.shape[1:]), part.dtype))
             whole[pixels] = part
     pictures = {key: values.reshape(rows, columns, *values.shape[1:]) for key, values in found.items()}
-    t, shape, image = (pictures.pop(name) for name in ("depth", "shape", "image"))
+    layers = {name: pictures.pop(name) for name in LAYERS}
+    t, shape, image = layers.pop("depth"), layers.pop("shape"), pictures.pop("image")
     name = f"clrt {__version__} on {tracer.device.info.label}"
-    return OracleImage(image, dict(sorted(pictures.items())), t, shape, name, time.perf_counter() - start)
+    seconds = time.perf_counter() - start
+    return OracleImage(image, dict(sorted(pictures.items())), t, shape, name, seconds, layers=layers)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -24,6 +25,8 @@ class OracleImage:
     shape: np.ndarray | None  # int (h, w): the scene's number of the shape it hits, -1 on a miss
     name: str  # the program and its version
     seconds: float
+    # other layers of clrt's own by name, (h, w) or (h, w, 3), as far as there are
+    layers: Mapping[str, np.ndarray] = field(default_factory=dict, kw_only=True)
 
 
 @dataclass(frozen=True)

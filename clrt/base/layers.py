@@ -44,7 +44,13 @@ class Count(NamedTuple):
     """How many samples a pixel got."""
 
 
-Source = Paths | Term | Geometry | Spectral | Count
+class Samples(NamedTuple):
+    """Which part of a pixel's samples hits anything; `of` "shape" or "material": which of these, ranked."""
+
+    of: str = ""
+
+
+Source = Paths | Term | Geometry | Spectral | Count | Samples
 
 
 class Layer(NamedTuple):
@@ -56,6 +62,8 @@ class Layer(NamedTuple):
     kind: str = "float"  # of number, as kernels call it
     channels: tuple[str, ...] = ("R", "G", "B")  # in an .exr; none: by wavelength
     picture: str = "light"  # one of PICTURES
+    bare: bool = False  # its channels are the picture's own, and so have no layer's name before them
+    formerly: tuple[str, ...] = ()  # what its channels were called in older files
 
     @property
     def is_shown(self) -> bool:
@@ -67,6 +75,13 @@ class Layer(NamedTuple):
         """Does exposure brighten it?"""
         return self.picture in ("light", "luminance", "none")
 
+    def names(self, name: str) -> tuple[str, ...]:
+        """Its channels in an .exr, where the layer has this name."""
+        if self.bare:
+            return self.channels
+        joint = "" if self.picture == "mattes" else "."
+        return tuple(f"{name}{joint}{channel}" for channel in self.channels)
+
 
 # how `clrt.images.layerpicture` shows a layer
 PICTURES: Final = {
@@ -76,6 +91,9 @@ PICTURES: Final = {
     "direction": "red, green, blue = `(n + 1) / 2`; a miss is black",
     "place": "red, green, blue = x, y, z, each from its 5th (0) to its 95th percentile (1) over all hits; "
     "a miss is black",
+    "color": "red, green, blue, without exposure",
+    "share": "grey: 0 black, 1 white",
+    "mattes": "each name has a colour, the same in every picture, as much of it as the name covers",
     "number": "number k has hue `0.6180339887 k` (modulo 1) in every picture; a miss is black",
     "part": "grey, the part of the picture's most: 1 (white) where it is that",
     "none": "none: only `.exr` holds them, and `all` leaves them out beside other files",
@@ -86,6 +104,9 @@ _GENERATIONS: Final = "light by the number of bounces; they sum to the picture"
 _TERM: Final = "the terms of the local light of generation 0"
 _HIT: Final = (Geometry(),)
 _XYZ: Final = ("X", "Y", "Z")
+RANKS: Final = 6  # names that a pixel's mattes hold
+_PAIRS: Final = tuple(f"{rank // 2:02}.{'RGBA'[rank % 2 * 2 + k]}" for rank in range(RANKS) for k in (0, 1))
+_MATTES: Final = "Cryptomatte: ranked pairs of a name's hash and the part of the samples that it covers, by "
 
 # fmt: off
 LAYERS: Final = {
@@ -96,18 +117,33 @@ LAYERS: Final = {
     "ambient": Layer((Paths("PATH_GATHERED_FIRST"), Term("TERM_AMBIENT")), _TERM),
     **{name: Layer((Term(f"TERM_{name.upper()}"),), _TERM) for name in TERMS if name != "ambient"},
     # of the first ray of a pixel; 0 on a miss
-    "depth": Layer(_HIT, "distance along the ray, infinite on a miss", 1, "float", ("Z",), "nearness"),
+    "depth": Layer(_HIT, "way of the ray, from `near` on; infinite on a miss", 1, "float", ("V",), "nearness",
+                   formerly=("depth.Z",)),
+    "z": Layer(_HIT, "depth along the view, from the eye; infinite on a miss", 1, "float", ("Z",), "nearness",
+               bare=True),
+    "distance": Layer(_HIT, "distance from the eye, infinite on a miss", 1, "float", ("V",), "nearness"),
     "position": Layer(_HIT, "the hit, 0 on a miss", 3, "float", _XYZ, "place"),
     "normal": Layer(_HIT, "outward geometric unit normal, 0 on a miss", 3, "float", _XYZ, "direction"),
+    "shading_normal": Layer(_HIT, "unit normal that light is computed with, 0 on a miss", 3, "float", _XYZ,
+                            "direction"),
+    "albedo": Layer(_HIT, "diffuse reflectance: `diffuse` times the colour there, 0 on a miss",
+                    picture="color"),
     "shape": Layer(_HIT, "number of the shape, -1 on a miss", 1, "int", ("ID",), "number"),
+    "material": Layer(_HIT, "number of the material, -1 on a miss", 1, "int", ("ID",), "number"),
+    # of all samples of a pixel
+    "alpha": Layer((Samples(),), "the part of the samples that hits anything", 1, "float", ("A",), "share",
+                   bare=True),
+    "crypto_shape": Layer((Samples("shape"),), _MATTES + "shape", 2 * RANKS, "float", _PAIRS, "mattes"),
+    "crypto_material": Layer((Samples("material"),), _MATTES + "material", 2 * RANKS, "float", _PAIRS,
+                             "mattes"),
     "bands": Layer((Spectral(),), "the picture's bands, of scenes with a `spectrum`", 0, "float", (), "none"),
     "samples": Layer((Count(),), "samples of the pixel: more where `adaptive` asks", 1, "int", ("N",), "part"),
     "xyz": Layer((Spectral("xyz"),), "CIE XYZ, likewise", 3, "float", _XYZ, "luminance"),
 }
-# what the kernel `geometry` writes, in the order of its parameters: layers, and what only a query asks for
-GEOMETRY: Final = {name: layer for name, layer in LAYERS.items() if layer.sources == _HIT} | {
-    "uv": Layer(_HIT, "weights of a triangle's second and third corner", 2),
-    "primitive": Layer(_HIT, "number of the primitive, -1 on a miss", 1, "int"),
+# what the kernel `geometry` writes, in the order of its parameters; colours in bands
+GEOMETRY: Final = {
+    name: layer._replace(values=0) if layer.picture == "color" else layer
+    for name, layer in LAYERS.items() if layer.sources == _HIT
 }
 # fmt: on
 _OTHER: Final = Layer((), "what its maker says")

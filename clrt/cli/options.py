@@ -79,6 +79,7 @@ def parser() -> _Parser:
     render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
     render.add_argument("--trace", metavar="FILE.json", help=_TRACE)
     render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
+    render.add_argument("--view", metavar="NAME", help=_VIEW)
     render.add_argument("--bits", type=whole, choices=(8, 16), help="bits per sample of .png and .tif (8)")
     render.add_argument("--checkpoint", metavar="FILE", help="keep what is finished; go on from it later")
     render.add_argument("--check", action="store_true", help="name the first number that is not finite")
@@ -207,6 +208,7 @@ def _add_device(parser: argparse.ArgumentParser) -> None:
 
 
 _SCENE = "scene file, a name from `clrt scenes`, or '-': standard input"
+_VIEW = "colours of an 8- or 16-bit picture: 'ACES 2.0 - SDR 100 nits (Rec.709)'"
 _TRACE = "write when each pass, copy and wait was, for Perfetto"
 _FRAMES = ".mp4 .webm .mkv (lossless), or pictures: 'out/{index:03}_{camera.fov}.png'"
 _SWEPT = "values at a place: camera.fov=20:60:5 (5 from 20 to 60), materials.glass.ior=1.3,1.5"
@@ -223,6 +225,7 @@ def _add_series(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--manifest", metavar="FILE.csv", help="values, hashes (frames.csv beside them)")
     parser.add_argument("--fps", type=float, default=25.0, metavar="N", help="frames a second (25)")
     parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
+    parser.add_argument("--view", metavar="NAME", help=_VIEW)
     parser.add_argument("-q", "--quiet", action="store_true", help="neither progress nor a closing line")
 
 

@@ -71,10 +71,10 @@ def _run(options: argparse.Namespace) -> int:
         with tracing(options.trace) as save_trace:
             image = render(file, options, layers=options.layers)
         seconds = time.perf_counter() - start
-        saved = image.save(options.output, options.exposure, options.bits)
+        saved = image.save(options.output, options.exposure, options.bits, options.view)
         beside = []
         if image.layers and not _holds_layers(options.output):
-            beside = image.save_layers(options.output, options.exposure, options.bits)
+            beside = image.save_layers(options.output, options.exposure, options.bits, options.view)
         if options.stats:
             write_json(options.stats, image.stats, indent=2)
         save_trace()
@@ -188,8 +188,10 @@ def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None
 def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
     from clrt.base.layers import find
     from clrt.images.image import check_writable
+    from clrt.images.views import check_shown
 
-    check_writable(options.output, options.exposure, options.bits)
+    bits = check_writable(options.output, options.exposure, options.bits)
+    check_shown(options.output, bits, options.view)
     hidden = [name for name in options.layers if not find(name).is_shown]
     if hidden and not _holds_layers(options.output):
         raise ClrtError(f"{options.output}: --layers {hidden[0]} needs an .exr, which alone holds them")

@@ -90,14 +90,16 @@ def _to_files(
 ) -> list[dict[str, Any]]:
     """One file a frame; those that a manifest of before says to be right are kept."""
     from clrt.images.file import check_writable
+    from clrt.images.views import check_shown
 
     for name in names:
-        check_writable(name, options.exposure)
+        check_shown(name, check_writable(name, options.exposure), options.view)
     before = _known(manifest)
     rows: dict[int, dict[str, Any]] = {}
 
     def is_there(index: int, identity: str) -> bool:
-        file, identity = Path(names[index]), f"{identity} {options.exposure:g}"
+        file, shown = Path(names[index]), f"{options.exposure:g} {options.view or ''}".rstrip()
+        identity = f"{identity} {shown}"
         rows[index] = {"index": index, "file": file.name, "identity": identity, "rays": ""}
         old = before.get((file.name, identity))
         if old is None or old["sha256"] != _sha256(file):
@@ -107,7 +109,7 @@ def _to_files(
 
     try:
         for index, image in frames.images(is_there):
-            saved = image.save(names[index], options.exposure)
+            saved = image.save(names[index], options.exposure, view=options.view)
             rows[index] |= {"picture": image.hash, "sha256": _sha256(saved), "rays": image.stats["traced"]}
     finally:  # of a series that was broken off, too
         done = [rows[index] for index in sorted(rows) if "picture" in rows[index]]
@@ -117,11 +119,12 @@ def _to_files(
 
 
 def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any]]:
-    from clrt.images.file import encode
     from clrt.images.video import writing
+    from clrt.images.views import check_shown, encode_view
 
     if not 0 < options.fps <= 1000:
         raise ClrtError(f"--fps: {options.fps} is not allowed; it must be from 0 to 1000 frames a second")
+    check_shown(options.output, 8, options.view)
     rows: dict[int, dict[str, Any]] = {}
 
     def is_there(index: int, identity: str) -> bool:
@@ -136,7 +139,7 @@ def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any
             if (image.width, image.height) != size:
                 text = "a video's frames have one size; give --width and --height"
                 raise ClrtError(f"{options.output}: {text}")
-            put(encode(image.pixels, options.exposure))
+            put(encode_view(image.pixels, options.exposure, view=options.view))
             rows[index] |= {"picture": image.hash, "rays": image.stats["traced"]}
     return [*rows.values()]
 

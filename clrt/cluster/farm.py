@@ -118,7 +118,7 @@ class Farm:
         return Order(
             __version__, task.parcel.scene, self._kernels[ray_format], _small(task.parcel.recipe),
             tuple(task.parcel.arrays), self.device, job.settings, job.max_depth, job.camera, job.layers,
-            task.pixels, job.adaptive,
+            task.pixels, job.adaptive, mattes=job.mattes,
         )  # fmt: skip
 
     def _hand_in(self, errand: _Errand) -> None:

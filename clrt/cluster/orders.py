@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +19,7 @@ class Order:
 
     scene, kernels: hashes that the worker must find, too. needs: large arrays of the scene, by `parcels`;
     recipe (b"": none), arrays: what the worker said that it lacks. pixels: y * width + x, (n,) uint32.
+    mattes: what shapes count as, by layer, as `coverage.mattes` gives it.
     """
 
     version: str
@@ -33,11 +35,13 @@ class Order:
     pixels: np.ndarray
     adaptive: tuple[int, float] | None = None
     arrays: dict[str, np.ndarray] = field(default_factory=dict)
+    mattes: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def seal(self) -> bytes:
         """SHA-256 of what is asked for."""
         asked = repr((self.scene, self.kernels, self.max_depth, self.layers, self.adaptive)).encode()
-        return hashlib.sha256(asked + self.camera.tobytes() + self.pixels.tobytes()).digest()
+        named = b"".join(name.encode() + ids.tobytes() for name, ids in self.mattes.items())
+        return hashlib.sha256(asked + self.camera.tobytes() + self.pixels.tobytes() + named).digest()
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ from clrt.cluster.parcels import Parcel, packed
 from clrt.cluster.pool import pool_of
 from clrt.device.settings import Settings
 from clrt.engine.checkpoint import Checkpoint
+from clrt.engine.coverage import manifests
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture
 from clrt.engine.provenance import metadata, stats, wavelengths
@@ -185,6 +186,7 @@ class Sheet:
         """The picture, of which all has come."""
         device, kernels = (", ".join(sorted(names)) for names in (self._devices, self._kernels))
         told = metadata(kernels, device, self.job.settings, self.job.flat)
+        told |= manifests(self.scene, self.job.layers)
         made = stats(self.counts, self._local_size, dict(self._seconds), device)
         return Image(self.picture.pixels, self.picture.layers, made, told, wavelengths(self.scene))
 

@@ -87,7 +87,7 @@ class _Bench:
         scene = self._scene(order)
         ready = time.perf_counter()
         scene.device.driver.take_seconds()
-        what = order.camera, order.layers, order.settings, order.adaptive
+        what = order.camera, order.layers, order.settings, order.adaptive, order.mattes
         job = Job(scene.flat, order.max_depth, *what)
         try:
             layers, rays, local_size = _traced(job, scene, order.pixels)

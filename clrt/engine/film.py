@@ -86,8 +86,5 @@ class Film:
         planes = len(self.planes) if planes is None else planes
         source, rows, n = self.sums, self.device.bands, planes * self.pixels
         if response is not None:
-            rows = len(response)
-            source = self.device.buffer(4 * n * rows, "float")
-            matrix = self.device.upload(response, wait=False)
-            self.device.launch_packets("develop", n, self.sums, np.uint32(n), matrix, np.uint32(rows), source)
+            rows, source = len(response), passes.develop(self.device, self.sums, n, response)
         return self.device.ask(source, np.empty((planes, self.pixels, rows), np.float32))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final, TypeVar
@@ -12,12 +12,13 @@ import numpy as np
 
 from clrt import layout
 from clrt.base.errors import LimitError
-from clrt.base.layers import Geometry, Spectral, comes_from, find
+from clrt.base.layers import Geometry, Samples, Spectral, comes_from, find
 from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.engine import passes
 from clrt.engine.adaptive import refined
+from clrt.engine.coverage import covered
 from clrt.engine.film import Film
 from clrt.engine.immersion import immerse
 from clrt.engine.queues import tile_rays
@@ -45,7 +46,8 @@ class Job:
 
     flat: the scene. camera: a record of `flatten_camera`, or None where the pieces are a caller's rays.
     max_depth: the last generation. layers: as `layers.check_layers` gives them.
-    adaptive: the side of the finest grid and the threshold, None for an even picture. A job can be pickled: what
+    adaptive: the side of the finest grid and the threshold, None for an even picture. mattes: as
+    `coverage.mattes` gives them for the layers. A job can be pickled: what
     another process needs beside it is `World(Device(None, job.settings, job.flat.ray_format), job.flat)`.
     """
 
@@ -55,6 +57,7 @@ class Job:
     layers: tuple[str, ...] = ()
     settings: Settings = field(default_factory=Settings)
     adaptive: tuple[int, float] | None = None
+    mattes: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def filtered(self) -> bool:
@@ -143,8 +146,13 @@ class Job:
         rays = yield from trace(device, world, queue, hits, film, self.max_depth, budget, observers)
         found: dict[str, np.ndarray] = {}
         if any(comes_from(name, Geometry) for name in self.layers):
-            found = passes.geometry(device, world, queue, hits, self.samples)
+            eye = np.zeros(1, layout.dtype("Camera")) if self.camera is None else self.camera
+            found = passes.geometry(device, world, queue, hits, self.samples, eye)
             tell(observers, "geometry", 0, queue, dict(found))
+        if any(comes_from(name, Samples) for name in self.layers):
+            met = queue.words(hits.primitive, np.int32)
+            counts = None if weights is None else weights.decoded(queue)["weights"].reshape(-1, self.samples)
+            found |= covered(self.layers, self.flat, met.reshape(-1, self.samples), self.mattes, counts)
         size = device.ask(reported, np.zeros(1, np.uint32)) if reported is not None else None
         means = film.developing(self.samples, self.flat.response)
         yield means
@@ -171,7 +179,8 @@ class Job:
         """What decides a picture's window (x, y, width, height) and its counts, as texts by name."""
         assert self.camera is not None
         width, height = (int(self.camera[name][0]) for name in ("width", "height"))
-        return {
+        named = {name: hashlib.sha256(ids.tobytes()).hexdigest() for name, ids in self.mattes.items()}
+        return named | {
             "size": f"{width} x {height}",
             "spp": str(self.samples),
             "adaptive": "no" if self.adaptive is None else "up to {} a side, {!r}".format(*self.adaptive),
@@ -204,10 +213,14 @@ class Job:
 
         special = {
             "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
-            "samples": (0.0, float(ceilings.RAYS)), "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
+            "distance": (0.0, np.inf), "z": (-_FINITE, np.inf), "shading_normal": (-2.0, 2.0),
+            "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
+            "material": (-1.0, len(flat.materials) - 1.0), "alpha": (0.0, 1.0),
+            "samples": (0.0, float(ceilings.RAYS)),
         }  # fmt: skip
-        light = seen(flat.response)
-        return {"image": light, **{name: special.get(name, light) for name in self.layers}}
+        light, number = seen(flat.response), (-_FINITE, _FINITE)
+        other = {name: number if comes_from(name, Geometry, Samples) else light for name in self.layers}
+        return {"image": light, **{name: special.get(name, each) for name, each in other.items()}}
 
     @cached_property
     def _camera(self) -> tuple[np.ndarray, np.ndarray]:

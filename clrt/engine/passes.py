@@ -250,15 +250,31 @@ def spawn(
 
 
 def geometry(
-    device: Device, world: World, queue: Queue, hits: QueueHits, samples: int
+    device: Device, world: World, queue: Queue, hits: QueueHits, samples: int, camera: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """What `layers.GEOMETRY` lists of the first of every `samples` rays: by name, (n,) or (n, values)."""
+    """What `layers.GEOMETRY` lists of the first of every `samples` rays: by name, (n,) or (n, values).
+
+    camera: the record with the eye. Colours are in bands.
+    """
     n = queue.n // samples
-    out = {
-        name: np.empty(n if layer.values == 1 else (n, layer.values), layout.dtype(layer.kind))
-        for name, layer in GEOMETRY.items()
-    }
+    out = {}
+    for name, layer in GEOMETRY.items():
+        size = n if layer.values == 1 else (n, layer.values or device.bands)
+        out[name] = np.empty(size, layout.dtype(layer.kind))
     buffers = {name: device.buffer(array.nbytes, element(array.dtype)) for name, array in out.items()}
     groups = (*world.arguments, *queue.arguments, *hits.arguments)
-    device.launch("geometry", n, *groups, np.uint32(samples), *buffers.values())
+    eye = device.upload(camera, wait=False)
+    device.launch("geometry", n, *groups, eye, np.uint32(samples), *buffers.values())
+    if world.flat.seen is not None:
+        for name in (name for name, layer in GEOMETRY.items() if layer.picture == "color"):
+            buffers[name] = develop(device, buffers[name], n, world.flat.seen)
+            out[name] = np.empty((n, len(world.flat.seen)), np.float32)
     return {name: device.read(buffers[name], array) for name, array in out.items()}
+
+
+def develop(device: Device, film: Any, n: int, matrix: np.ndarray) -> Any:
+    """A buffer of (n, rows) from one of (n, bands) and a matrix (rows, bands) float32."""
+    developed = device.buffer(4 * n * len(matrix), "float")
+    rows = device.upload(matrix, wait=False)
+    device.launch_packets("develop", n, film, np.uint32(n), rows, np.uint32(len(matrix)), developed)
+    return developed

@@ -16,6 +16,7 @@ from clrt.base.layers import check_layers
 from clrt.base.limits import Branching, Limits
 from clrt.base.places import At
 from clrt.device.settings import Settings
+from clrt.engine.coverage import mattes
 from clrt.engine.job import Job
 from clrt.engine.picture import check_crop, picture_bytes
 from clrt.flatten.flatten import FlatScene, flatten_camera
@@ -57,7 +58,7 @@ class Request:
             adaptive = (finest, scene.adaptive.threshold) if finest > grid else None
         check_limits(flat, settings.limits, full[0] * full[1], finest**2, depth)
         settings.limits.check("host_bytes", picture_bytes(window, names, flat.bands))
-        return Job(flat, depth, view, names, settings, adaptive), full, window
+        return Job(flat, depth, view, names, settings, adaptive, mattes(scene, names)), full, window
 
 
 def camera_of(scene: Scene, given: Camera | Mapping[str, Any] | None) -> Camera:

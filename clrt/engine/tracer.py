@@ -21,6 +21,7 @@ from clrt.engine import passes, queries
 from clrt.engine.answers import Crossings, Hits, check_fields
 from clrt.engine.batch import Batch
 from clrt.engine.checkpoint import Checkpoint
+from clrt.engine.coverage import manifests
 from clrt.engine.explain import explain
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture
@@ -213,6 +214,7 @@ class Tracer:
                     progress(done, total, counts.traced)
         label, seconds = self.device.info.label, self.device.driver.take_seconds()
         told = metadata(self.device.kernels.hash, label, self.device.settings, self.flat)
+        told |= manifests(self.scene, task.layers)
         made = stats(counts, local_size, seconds, label)
         return Image(picture.pixels, picture.layers, made, told, wavelengths(self.scene))
 

@@ -28,7 +28,7 @@ from clrt.images.file import read_image
 from clrt.layout import ceilings
 from clrt.scene.scene import Scene
 from clrt.spectra.bands import Bands, light
-from clrt.spectra.colorimetry import rgb_matrix, thesis_matrix, xyz_matrix
+from clrt.spectra.colorimetry import RGB_OF_XYZ, rgb_matrix, thesis_matrix, xyz_matrix
 
 __all__ = ["FlatScene", "flatten", "flatten_camera"]
 
@@ -106,6 +106,15 @@ class FlatScene:
     def feelers(self) -> int:
         """The most that a hit sends: one to each light, or to each of its points."""
         return int(self.lights["samples"].sum())
+
+    @cached_property
+    def seen(self) -> np.ndarray | None:
+        """(3, bands) float32: reflectances in bands to the colours they have under D65; None in RGB mode."""
+        if self.xyz is None:
+            return None
+        info = self.scene[0]
+        white = info["sky_red"].astype(np.float64) + info["sky_green"] + info["sky_blue"]
+        return (RGB_OF_XYZ @ (self.xyz * white)).astype(np.float32)
 
     @cached_property
     def digests(self) -> dict[int, bytes]:

@@ -8,13 +8,16 @@ import numpy as np
 
 from clrt.base.errors import MissingPackage
 from clrt.base.install import pip_install
-from clrt.base.layers import find
+from clrt.base.layers import RANKS, find
 
 if TYPE_CHECKING:
     from clrt.images.image import Image
 
 _AXES: Final = {"light": ("channel", ["R", "G", "B"]), "luminance": ("cie", ["X", "Y", "Z"]),
-                "direction": ("axis", ["x", "y", "z"]), "place": ("axis", ["x", "y", "z"])}  # fmt: skip
+                "direction": ("axis", ["x", "y", "z"]), "place": ("axis", ["x", "y", "z"]),
+                "color": ("channel", ["R", "G", "B"]),
+                "mattes": ("rank", [f"{part} {rank}" for rank in range(RANKS)
+                                    for part in ("id", "share")])}  # fmt: skip
 
 
 def dataset(image: Image) -> Any:

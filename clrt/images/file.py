@@ -195,7 +195,7 @@ def read_samples(
         if not integer and spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
             raise SceneError(f"{path}: samples of type {spec.format}; 8 or 16 bits or floats are read")
         linear = window.picture()
-        for row, samples in _row_blocks(source, spec, channels):
+        for row, samples in row_blocks(source, spec, channels):
             if samples is None:
                 raise SceneError(f"{path}: cannot be read: {_words(source)}")
             plain = decode(samples) if integer and decoder is None else samples
@@ -223,11 +223,11 @@ def _checked(source: Any, file: BinaryIO, name: str, limits: Limits) -> tuple[tu
     check_meaning(spec, name)
     window = Window.of(spec, source.format_name(), name, file)
     limits.check("image_pixels", max(window.width * window.height, spec.width * spec.height), name)
-    limits.check("image_bytes", _bytes_to_read(spec, source.format_name()), name)
+    limits.check("image_bytes", bytes_to_read(spec, source.format_name()), name)
     return channels, window
 
 
-def _row_blocks(source: Any, spec: oiio.ImageSpec, channels: tuple[int, int]) -> Iterator[tuple[int, Any]]:
+def row_blocks(source: Any, spec: oiio.ImageSpec, channels: tuple[int, int]) -> Iterator[tuple[int, Any]]:
     """These channels of some rows at a time, after the number of the first; None where reading fails."""
     first, last = channels
     top, left = spec.y, spec.x  # of what is stored: an EXR may store a part of its picture, or more
@@ -247,7 +247,7 @@ def _rows_at_a_time(spec: oiio.ImageSpec) -> int:
     return -(-least // tile) * tile
 
 
-def _bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
+def bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
     """What reading takes: the pixels as float32, and what the decoder unpacks at a time, all channels of it.
 
     That is some rows of tiles, a TIFF's strip, at most 256 rows of an EXR or HDR; others may need all rows

@@ -106,14 +106,14 @@ class Window:
             raise SceneError(f"{name}: its data window lies outside of its display window")
         return Window(left, top, spec.full_width, spec.full_height, orientation)
 
-    def picture(self) -> np.ndarray:
-        """Float32 (height, width, 3), or turned; black, to be filled."""
+    def picture(self, channels: int = 3) -> np.ndarray:
+        """Float32 (height, width, channels), or turned; black, to be filled."""
         turned = self.orientation in _TURNED
         size = (self.width, self.height) if turned else (self.height, self.width)
-        return np.zeros((*size, 3), np.float32)
+        return np.zeros((*size, channels), np.float32)
 
     def put(self, picture: np.ndarray, row: int, samples: np.ndarray) -> None:
-        """Place samples (rows, width, 3 or 1), `row` rows below the first one that is stored."""
+        """Place samples (rows, width, channels or 1), `row` rows below the first one that is stored."""
         top, left = self.top + row, self.left
         rows = range(max(top, 0), min(top + samples.shape[0], self.height))
         columns = range(max(left, 0), min(left + samples.shape[1], self.width))

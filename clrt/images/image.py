@@ -8,11 +8,11 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -22,14 +22,20 @@ from clrt.base.errors import ClrtError, fault, show
 from clrt.base.frozen import FrozenDict
 from clrt.base.layers import find
 from clrt.base.limits import Limits
+from clrt.base.suggest import nearest
 from clrt.images import file as imagefile
-from clrt.images.file import check_writable, encode, write
+from clrt.images.cryptomatte import manifest_of, matte
+from clrt.images.exrlayers import attributes as file_attributes
+from clrt.images.exrlayers import channels, read_layers
+from clrt.images.file import check_writable, write
 from clrt.images.layerpicture import layer_pixels
+from clrt.images.views import check_shown, encode_view
 from clrt.version import __version__
 
 __all__ = ["Image", "check_writable", "pixel_hash", "read_image"]
 
-_SPECTRAL_LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "relative"}  # see _channels
+_NAMED = 20  # names that a message lists
+_SPECTRAL_LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "relative"}  # see exrlayers
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,26 +108,34 @@ class Image:
         return f"<clrt.Image {self.width} x {self.height}{layers}, hash {self.hash[:12]}>"
 
     @public
-    def save(self, path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None) -> Path:
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        exposure: float = 0.0,
+        bits: int | None = None,
+        view: str | None = None,
+    ) -> Path:
         """Write the picture; `path` is then the complete new file, or, after any error, what it was before.
 
-        The suffix decides. `.exr`: the linear radiance and all layers as float32 (`direct.R`, `depth.Z`,
-        `normal.X`, `shape.ID`, ...; bands by wavelength: `S0.395,500000nm`), with the metadata as attributes
-        `clrt:...`; `.png`, `.tif`: sRGB of `bits` = 8 (default) or 16; `.jpg`, `.bmp`: sRGB of 8 bits, all
-        clipped to [0, 1], colours out of gamut as well. `exposure`, -100 to 100 stops, brightens sRGB
-        pictures. Returns the absolute path. ClrtError as `check_writable`, for arguments of another kind, and
-        when the disk refuses.
+        The suffix decides. `.exr`: the linear radiance and all layers as float32 (`direct.R`, `Z`,
+        `normal.X`, `shape.ID`, ...: docs/layers.md), with the metadata as attributes `clrt:...`; `.png`,
+        `.tif`: sRGB of `bits` = 8 (default) or 16; `.jpg`, `.bmp`: sRGB of 8 bits, all clipped to [0, 1],
+        colours out of gamut as well. `exposure`, -100 to 100 stops, brightens sRGB pictures; `view` is the
+        name of one of `clrt.views()`, in place of the sRGB curve alone. Returns the absolute path. ClrtError
+        as `check_writable`, for arguments of another kind, and when the disk refuses.
         """
         path = arguments.path("path", path)
         exposure = arguments.number("exposure", exposure)
         bits = arguments.optional("bits", bits, 1, 32)
         bits = check_writable(path, exposure, bits)
+        check_shown(path, bits, view)
         if bits == 32:
-            groups = [_channels(name, layer, self.wavelengths) for name, layer in self.layers.items()]
+            groups = [channels(name, layer, self.wavelengths) for name, layer in self.layers.items()]
             names = ("R", "G", "B", *(name for group, _ in groups for name in group))
             write(path, [self.pixels, *(layer for _, layer in groups)], names, self._attributes())
         else:
-            write(path, [encode(self.pixels, exposure, bits)], metadata=self._attributes())
+            about = self._attributes() | ({} if view is None else {"clrt:view": view})
+            write(path, [encode_view(self.pixels, exposure, bits, view)], metadata=about)
         return Path(path).resolve()
 
     @public
@@ -137,21 +151,49 @@ class Image:
         return Image(layer_pixels(name, self.layers[name]), metadata={**self.metadata, "layer": name})
 
     @public
+    def matte(self, name: str, of: str = "shape") -> np.ndarray:
+        """The part of each pixel that what has this name covers: float32 (height, width), 0 to 1.
+
+        name: a shape's, or with of="material" a material's; `shapes[3]`, `shapes[3].material`, `lights[0]`
+        where the scene gives none. The image needs the layer `crypto_shape` or `crypto_material`. ClrtError
+        without it, and for a name that it does not know. A pixel knows the six names that cover most of it.
+        """
+        name = arguments.text("name", name)
+        of = arguments.text("of", of)
+        if of not in ("shape", "material"):
+            raise ClrtError(fault("", "of", of, "it must be 'shape' or 'material'"))
+        layer = f"crypto_{of}"
+        if layer not in self.layers:
+            raise ClrtError(f"layers: this image has no {layer}; render it with layers=[{layer!r}]")
+        known = manifest_of(layer, self.metadata)
+        if known and name not in known:
+            near = nearest(name, known, cutoff=0.6)
+            hint = f"did you mean {near!r}?" if near else f"there are {', '.join([*known][:_NAMED])}"
+            raise ClrtError(f"name: {show(name)} is no {of} of this image; {hint}")
+        return matte(self.layers[layer], name)
+
+    @public
     def save_layers(
-        self, path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None
+        self,
+        path: str | os.PathLike[str],
+        exposure: float = 0.0,
+        bits: int | None = None,
+        view: str | None = None,
     ) -> list[Path]:
         """Write every layer but `bands` beside the picture `path`: `x.png` makes `x.depth.png` ...
 
-        As `save`; `exposure` is for light alone. An .exr holds its layers itself. Returns absolute paths.
+        As `save`; `exposure` and `view` are for light alone. An .exr holds its layers itself. Returns
+        absolute paths.
         """
         path = arguments.path("path", path)
         shown = [name for name in self.layers if find(name).is_shown]
         files = [layer_file(path, name) for name in shown]
         for file in files:
-            check_writable(file, exposure, bits)
+            check_shown(file, check_writable(file, exposure, bits), view)
         saved = []
         for name, file in zip(shown, files, strict=True):
-            saved.append(self.layer(name).save(file, exposure if find(name).is_light else 0.0, bits))
+            how = (exposure, bits, view) if find(name).is_light else (0.0, bits)
+            saved.append(self.layer(name).save(file, *how))
         return saved
 
     @public
@@ -193,8 +235,7 @@ class Image:
 
     def _attributes(self) -> dict[str, str]:
         attributes = {"version": __version__, "image_hash": self.hash, **self.metadata}
-        named = {f"clrt:{key}": text for key, text in attributes.items()}
-        return named | (_SPECTRAL_LAYOUT if "bands" in self.layers else {})
+        return file_attributes(attributes) | (_SPECTRAL_LAYOUT if "bands" in self.layers else {})
 
 
 def layer_file(path: str | os.PathLike[str], name: str) -> Path:
@@ -207,10 +248,22 @@ def layer_file(path: str | os.PathLike[str], name: str) -> Path:
     return path.with_name(f"{path.stem}.{name}{path.suffix}")
 
 
+@overload
+def read_image(
+    path: str | os.PathLike[str], limits: Limits | None = None, layers: None = None
+) -> np.ndarray: ...
+@overload
+def read_image(
+    path: str | os.PathLike[str], limits: Limits | None = None, *, layers: str | Sequence[str]
+) -> Image: ...
 @public
-def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
+def read_image(
+    path: str | os.PathLike[str], limits: Limits | None = None, layers: str | Sequence[str] | None = None
+) -> np.ndarray | Image:
     """A picture file as linear Rec.709 float32 (height, width, 3), the top row first.
 
+    layers: "all", or names of layers in an .exr; then it is an `Image` with these, as `Image.save` was given
+    them, and with the metadata that clrt wrote. Other formats have none.
     Integer samples are decoded from sRGB, floating ones are taken as linear; a ClrtWarning says so where the
     file declares other colours. Grey becomes three equal channels, alpha is dropped. The picture is turned as
     the file says (EXIF's orientation), and is all of an EXR's display window, black where nothing is stored.
@@ -220,7 +273,12 @@ def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np
     kind.
     """
     limits = arguments.optional_instance("limits", limits, Limits)
-    return imagefile.read_image(arguments.path("path", path), limits)
+    path = arguments.path("path", path)
+    if layers is None:
+        return imagefile.read_image(path, limits)
+    wanted = arguments.names("layers", layers)
+    found, wavelengths, about = read_layers(path, limits, None if "all" in wanted else wanted)
+    return Image(imagefile.read_image(path, limits), found, {}, about, wavelengths)
 
 
 def pixel_hash(pixels: np.ndarray) -> str:
@@ -254,23 +312,6 @@ def _read_only(array: np.ndarray) -> np.ndarray:
     view = array.view()
     view.flags.writeable = False
     return view
-
-
-def _channels(
-    name: str, layer: np.ndarray, wavelengths: tuple[float, ...]
-) -> tuple[tuple[str, ...], np.ndarray]:
-    """Names of the channels, as compositing programs expect them, and the layer as (height, width, channels).
-
-    Numbers of shapes are exact in float32: there are at most 2^24 of them. Bands are named as in Fichet,
-    Pacanowski and Wilkie 2021, "An OpenEXR layout for spectral images": S0 is radiance, a comma the point.
-    """
-    known, layer = find(name), np.atleast_3d(layer)
-    if not known.values:
-        return tuple(f"S0.{nm:.6f}nm".replace(".", ",").replace(",", ".", 1) for nm in wavelengths), layer
-    channels = known.channels
-    if len(channels) != layer.shape[2]:  # of the caller's own
-        channels = {"f": ("Z",)}.get(layer.dtype.kind, ("ID",)) if layer.shape[2] == 1 else ("R", "G", "B")
-    return tuple(f"{name}.{channel}" for channel in channels), layer
 
 
 def _viewer() -> list[str]:

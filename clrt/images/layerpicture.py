@@ -74,10 +74,25 @@ def _place(points: np.ndarray) -> np.ndarray:
 
 def _number(numbers: np.ndarray) -> np.ndarray:
     """A colour for each number from 0 on, the same in every picture; below 0 black."""
+    return uncurved(np.where(numbers[..., None] >= 0, _colours(numbers), 0.0))
+
+
+def _colours(numbers: np.ndarray) -> np.ndarray:
+    """(..., 3) from 0 to 1: hues one golden section after the other."""
     hue = (numbers.astype(np.float64) * _GOLDEN) % 1.0
     wheel = np.abs((6 * hue[..., None] + np.array([0.0, 4.0, 2.0])) % 6 - 3) - 1
-    colours = 0.9 * (0.35 + 0.65 * np.clip(wheel, 0.0, 1.0))
-    return uncurved(np.where(numbers[..., None] >= 0, colours, 0.0))
+    return 0.9 * (0.35 + 0.65 * np.clip(wheel, 0.0, 1.0))
+
+
+def _share(values: np.ndarray) -> np.ndarray:
+    return uncurved(_grey(np.clip(values, 0.0, 1.0)))
+
+
+def _mattes(ranked: np.ndarray) -> np.ndarray:
+    """The names' colours, each by the part that it covers: what no name covers is black."""
+    ids = np.ascontiguousarray(ranked[..., ::2], np.float32).view(np.uint32)
+    colours = _colours(ids) * np.clip(ranked[..., 1::2, None], 0.0, 1.0)
+    return uncurved(np.clip(colours.sum(axis=2), 0.0, 1.0))
 
 
 def _part(counts: np.ndarray) -> np.ndarray:
@@ -90,6 +105,9 @@ _PICTURES: Final[dict[str, Callable[[np.ndarray], np.ndarray]]] = {
     "nearness": _nearness,
     "direction": _direction,
     "place": _place,
+    "color": _light,
+    "share": _share,
+    "mattes": _mattes,
     "number": _number,
     "part": _part,
 }  # by Layer.picture; layers.PICTURES says them in words

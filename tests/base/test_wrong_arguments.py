@@ -68,7 +68,7 @@ def tracer() -> clrt.Tracer:
 
 @pytest.fixture(scope="module")
 def image(tracer: clrt.Tracer) -> clrt.Image:
-    return tracer.render(layers=["depth"])
+    return tracer.render(layers=["depth", "crypto_shape"])
 
 
 def _calls(
@@ -125,7 +125,11 @@ def _calls(
         "Image": (clrt.Image, given),
         "Image.save": (image.save, {"path": folder / "out.png", "exposure": 0.0, "bits": 8}),
         "Image.show": (image.show, {"exposure": 0.0}),
-        "read_image": (clrt.read_image, {"path": picture, "limits": None}),
+        "Image.save in a view": (image.save, {"path": folder / "out.png", "view": None}),
+        "Image.save_layers": (image.save_layers, {"path": folder / "out.png", "exposure": 0.0, "bits": 8,
+                                                  "view": None}),
+        "Image.matte": (image.matte, {"name": "shapes[0]", "of": "shape"}),
+        "read_image": (clrt.read_image, {"path": picture, "limits": None, "layers": "all"}),
         "Settings": (clrt.Settings, settings),
         "Limits": (clrt.Limits, limits),
         "Scene": (clrt.Scene, {"camera": tracer.scene.camera, "lights": [], "shapes": [],

@@ -79,7 +79,7 @@ def test_crop_layers_exposure_and_stats_for_real(scene: Path, capsys: pytest.Cap
     assert capsys.readouterr() == ("", "")
     spec = oiio.ImageInput.open(str(out)).spec()
     assert (spec.width, spec.height) == (10, 8)
-    assert {"depth.Z", "direct.G", "shape.ID"} <= set(spec.channelnames)
+    assert {"depth.V", "direct.G", "shape.ID"} <= set(spec.channelnames)
     whole = clrt.render(clrt.load(scene)).pixels
     assert np.array_equal(read_image(out), whole[2:10, 3:13])
     assert json.loads(stats.read_text())["rays"]["camera"] == 80

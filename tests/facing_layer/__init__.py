@@ -8,7 +8,7 @@ from typing import Final
 ENTRIES: Final[dict[str, dict[str, str]]] = {
     "clrt/base/layers.py": {
         '    "bands": Layer(': '''\
-    "facing": Layer(_HIT, "cosine between the ray and the normal, 0 on a miss", 1, "float", ("Z",)),
+    "facing": Layer(_HIT, "cosine between the ray and the normal, 0 on a miss", 1, "float", ("V",)),
     "bands": Layer(''',
     },
     "kernels/film.cl": {

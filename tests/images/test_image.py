@@ -145,14 +145,14 @@ def test_exr_holds_pixels_layers_and_metadata_exactly(tmp_path: Path):
     stored, spec = samples(tmp_path / "a.exr")
     channel = dict(zip(spec.channelnames, np.moveaxis(stored, 2, 0), strict=True))
     assert set(channel) == {
-        "R", "G", "B", "direct.R", "direct.G", "direct.B", "normal.X", "normal.Y", "normal.Z", "depth.Z",
+        "R", "G", "B", "direct.R", "direct.G", "direct.B", "normal.X", "normal.Y", "normal.Z", "depth.V",
         "shape.ID",
     }  # fmt: skip
     assert str(spec.format) == "float"
     assert np.array_equal(np.stack([channel[c] for c in "RGB"], 2), pixels)
     assert np.array_equal(np.stack([channel[f"direct.{c}"] for c in "RGB"], 2), layers["direct"])
     assert np.array_equal(np.stack([channel[f"normal.{c}"] for c in "XYZ"], 2), layers["normal"])
-    assert np.array_equal(channel["depth.Z"], layers["depth"])
+    assert np.array_equal(channel["depth.V"], layers["depth"])
     assert np.array_equal(channel["shape.ID"], layers["shape"])
     expected = {"scene_hash": "abc", "device": "PoCL", "image_hash": image.hash, "version": __version__}
     assert {name: spec.getattribute(f"clrt:{name}") for name in expected} == expected

@@ -74,7 +74,11 @@ def page_rows() -> Iterator[str]:
 
 
 def test_all_are_all_that_the_page_lists(image: clrt.Image):
-    assert list(page_rows()) == re.findall(r"^\| `.*", PAGE.read_text(), re.MULTILINE)
+    table, in_files, _ = PAGE.read_text().split("\n## ", 2)
+    assert list(page_rows()) == re.findall(r"^\| `.*", table, re.MULTILINE)
+    told = set(re.findall(r"`([\w.]+)`", in_files))
+    own = [name for name in LAYERS if find(name).picture not in ("light", "none")]
+    assert {*own, *(find(name).names(name)[0] for name in own)} <= told
     assert set(image.layers) == set(LAYERS) - {"xyz", "bands"} | {"generation_0", "generation_1"}
     for name, layer in image.layers.items():
         assert layer.dtype == layout.dtype(find(name).kind)

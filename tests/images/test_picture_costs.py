@@ -90,13 +90,13 @@ def test_what_a_decoder_unpacks_at_a_time_is_limited(
 
 
 def test_the_usual_pictures_of_any_allowed_size_are_within_the_limit_of_bytes() -> None:
-    from clrt.images.file import _bytes_to_read
+    from clrt.images.file import bytes_to_read
 
     limits = Limits()
     side = int(limits.image_pixels**0.5)
     for reader, channels, kind in (("png", 4, "uint16"), ("jpeg", 3, "uint8"), ("hdr", 3, "float"),
                                    ("openexr", 40, "float"), ("bmp", 4, "uint8")):  # fmt: skip
-        assert _bytes_to_read(oiio.ImageSpec(side, side, channels, kind), reader) <= limits.image_bytes
+        assert bytes_to_read(oiio.ImageSpec(side, side, channels, kind), reader) <= limits.image_bytes
 
 
 @pytest.mark.parametrize(("width", "height", "tile"), [(70, 50, 16), (16, 900, 16), (3, 40_000, 0)])

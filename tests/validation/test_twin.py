@@ -11,6 +11,7 @@ import pytest
 
 import clrt
 from clrt import layout
+from clrt.base.layers import LAYERS, Geometry, comes_from
 from clrt.base.resources import kernel_folder, shipped_scenes
 from clrt.device.device import Device
 from clrt.flatten.flatten import FlatScene, flatten
@@ -95,7 +96,7 @@ def test_public_answers_about_rays() -> None:
 def test_public_pictures_layers_and_counts(name: str) -> None:
     scene, _ = SCENES[name]
     layers = ("direct", "reflection", "transmission", "generation_0", "generation_2", "emission", "ambient")
-    layers += ("diffuse", "highlight", "depth", "position", "normal", "shape")
+    layers += ("diffuse", "highlight", *(name for name in LAYERS if comes_from(name, Geometry)))
     image = clrt.render(scene, spp=4, layers=layers, settings=clrt.Settings(tile=500))
     expected = render32(scene, spp=4, layers=layers)
     assert image.pixels.tobytes() == expected.pixels.tobytes()

@@ -1,7 +1,7 @@
 """The layers of somebody else's .exr, under the names that clrt's own layers have in such a file.
 
-`diffuse.R`, `diffuse.G`, `diffuse.B` are a colour, `depth.Z` and `shape.ID` one number a pixel. Names that
-nobody here knows, and layers of other parts than the picture's own, are passed over.
+`diffuse.R`, `diffuse.G`, `diffuse.B` are a colour, `depth.V` (or `depth.Z`) and `shape.ID` one number.
+Names that nobody here knows, and layers of other parts than the picture's own, are passed over.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def read_layers(path: Path, limits: Limits) -> dict[str, np.ndarray]:
             return {}
         numbers = {name: number for number, name in enumerate(spec.channelnames)}
         wanted = {name: [numbers[channel] for channel in channels]
-                  for name, channels in _CHANNELS.items() if all(c in numbers for c in channels)}  # fmt: skip
+                  for name, channels in _CHANNELS if all(c in numbers for c in channels)}  # fmt: skip
         if not wanted:
             return {}
         needed = 4 * spec.width * spec.height * spec.nchannels
@@ -47,7 +47,8 @@ def read_layers(path: Path, limits: Limits) -> dict[str, np.ndarray]:
                 for name, channels in wanted.items()}  # fmt: skip
 
 
-_CHANNELS: Final = {
-    **{name: tuple(f"{name}.{axis}" for axis in "RGB") for name in _COLOURS},
-    "depth": ("depth.Z",), "shape": ("shape.ID",),
-}  # fmt: skip
+# the last that a file has counts: `depth.Z` is what clrt wrote before `depth.V`
+_CHANNELS: Final = (
+    *((name, tuple(f"{name}.{axis}" for axis in "RGB")) for name in _COLOURS),
+    ("depth", ("depth.Z",)), ("depth", ("depth.V",)), ("shape", ("shape.ID",)),
+)  # fmt: skip

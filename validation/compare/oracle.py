@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clrt.base.layers import find
+
 from ..types import Better, Comparison, Gate, OracleImage
 from .metrics import encoded, flip, largest, psnr, share, ssim
 from .rays import FINE, RayRow, ray_rows
@@ -40,6 +42,7 @@ class Limits:
     rays: float | None = 0.999  # as `fine`, for each generation and kind of ray
     distance: float | None = 1e-5  # relative, outside the mask
     shape: float | None = 0.0  # share of pixels outside the mask with another shape
+    layers: float | None = 0.999  # share of pixels outside the mask within FINE, of each layer of both
     clipped: float | None = None  # share of the reference's pixels above 1: FLIP and SSIM are blind to them
     lit: float | None = None  # share that is not black: a black picture agrees with too much
     not_finite: float | None = 0.0  # pixels
@@ -93,6 +96,7 @@ def statistical(base: Limits, mean: float = 1e-2) -> Limits:
         masked=None,
         rays=None,
         distance=None,
+        layers=None,
         mean=mean,
     )
 
@@ -122,6 +126,8 @@ def compare(
     metrics, maps = _figures(a, b, mask)
     metrics |= {"not finite": float(np.count_nonzero(bad | blank))}
     metrics |= _geometry(ours, reference, mask)
+    layers = _layers(ours, reference, mask)
+    metrics |= {f"layer {name}": within for name, within in layers.items()}
     rows = ray_rows(ours, reference, mask)
     for row in rows:
         metrics |= {
@@ -135,7 +141,7 @@ def compare(
     if limit.coarse is not None and not mask.all():  # a share of a small picture, in whole pixels
         outside = np.count_nonzero(~mask)
         limit = dataclasses.replace(limit, coarse=1 - math.ceil((1 - limit.coarse) * outside) / outside)
-    gates = (*_gates(metrics, limit), *_ray_gates(rows, limit))
+    gates = (*_gates(metrics, limit), *_layer_gates(layers, limit), *_ray_gates(rows, limit))
     failed = [gate for gate in gates if not gate.passed]
     return Comparison(metrics, gates, maps, _blame(failed, rows, limit) if failed else "")
 
@@ -193,6 +199,37 @@ def _geometry(ours: OracleImage, reference: OracleImage, mask: np.ndarray) -> di
     return found
 
 
+def _layers(ours: OracleImage, reference: OracleImage, mask: np.ndarray) -> dict[str, float]:
+    """Of each further layer that both have the share of pixels that are within FINE, outside edges.
+
+    Distances relative to the way there, as `_geometry` takes it.
+    """
+    agree = ~mask
+    if ours.shape is not None and reference.shape is not None:
+        agree = agree & (ours.shape == reference.shape)
+    found: dict[str, float] = {}
+    for name in ours.layers.keys() & reference.layers.keys():
+        mine, exact = (image.layers[name].astype(np.float64) for image in (ours, reference))
+        scale = np.ones(mine.shape[:2])
+        if find(name).picture == "nearness" and reference.t is not None:
+            seen = reference.t[np.isfinite(reference.t)]
+            median = float(np.median(seen)) if seen.size else 1.0
+            scale = np.maximum(reference.t, _NEAR * median)
+            scale *= np.maximum(scale / (_DISTANT * median), 1)
+        with np.errstate(invalid="ignore"):
+            off = np.where(mine == exact, 0.0, np.abs(mine - exact))  # both infinite where nothing is hit
+            off = off.reshape(*off.shape[:2], -1).max(axis=2) / np.where(np.isfinite(scale), scale, 1.0)
+        found[name] = share(off[agree] <= FINE) if agree.any() else 1.0
+    return dict(sorted(found.items()))
+
+
+def _layer_gates(layers: dict[str, float], limit: Limits) -> list[Gate]:
+    if limit.layers is None:
+        return []
+    detail = "share of pixels within 1e-4, outside edges"
+    return [gate(f"layer {name}", within, limit.layers, "high", detail) for name, within in layers.items()]
+
+
 # figure, field of Limits that bounds it, which side is better, what it is
 _GATES: tuple[tuple[str, str, Better, str], ...] = (
     ("SSIM", "ssim", "high", "structural similarity of the whole picture"),
@@ -244,6 +281,9 @@ def _blame(failed: list[Gate], rows: list[RayRow], limit: Limits) -> str:
     names = {gate.name for gate in failed}
     if names & {"another shape", "distance"}:
         return "generation 0, camera, geometry"
+    layers = [gate for gate in failed if gate.name.startswith("layer ")]
+    if layers:
+        return min(layers, key=lambda gate: gate.value).name
     broken = [row for row in rows if not row.within >= (limit.rays or 0.999) or row.off > _MANY]
     broken = broken or [row for row in rows if row.within < 1 and names - {"edges", "clipped", "lit"}]
     if not broken:

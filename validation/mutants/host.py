@@ -70,6 +70,8 @@ HOST_FAULTS: Final = (
     Mutant("normals without the inverse transpose", "clrt/flatten/mesh.py",
            "if matrix is IDENTITY else np.linalg.inv(matrix[:3, :3])",
            "if matrix is IDENTITY else matrix[:3, :3].T", ("opaque mesh with normals",), DIFFUSE),
+    Mutant("alpha without the first primitive", "clrt/engine/coverage.py", "(primitives >= 0)",
+           "(primitives > 0)", ("4 samples",), "layer alpha"),
     Mutant("one generation too few", "clrt/engine/wavefront.py", "last=generation == max_depth)",
            "last=generation >= max_depth - 1)",
            ("facing mirrors",), "generation 20, reflection"),

@@ -80,6 +80,23 @@ _GENERATE: Final = (
            ("4 samples",), CAMERA),
 )  # fmt: skip
 
+_LAYERS: Final = (
+    Mutant("z along the ray", "kernels/film.cl", "out_z[i] = hit ? along", "out_z[i] = hit ? hit_t[number]",
+           ("diffuse",), "layer z"),
+    Mutant("distance from near on", "kernels/film.cl", "out_distance[i] = hit ? away",
+           "out_distance[i] = hit ? hit_t[number]", ("near",), "layer distance"),
+    Mutant("orthographic distance from a point", "kernels/film.cl", "camera.orthographic ? along : sqrt",
+           "sqrt", ("orthographic",), "layer distance"),
+    Mutant("the shading normal of a flat surface", "kernels/film.cl", "SHADING_X, SURFACE_FIELDS)",
+           "NORMAL_X, SURFACE_FIELDS)", ("opaque mesh with normals",), "layer shading_normal"),
+    Mutant("albedo without its coefficient", "kernels/film.cl", "of->kd * (second", "(second", ("diffuse",),
+           "layer albedo"),
+    Mutant("albedo of one checker colour", "kernels/film.cl", "(second ? of->color2[b] : of->color[b])",
+           "of->color[b]", ("checkered disk",), "layer albedo"),
+    Mutant("all of the first material", "kernels/film.cl", "out_material[i] = hit ? material",
+           "out_material[i] = hit ? 0", ("diffuse",), "layer material"),
+)  # fmt: skip
+
 _LIGHT: Final = (
     Mutant("light from behind the true surface", "kernels/light.clh", "(dot3(s.n, to.direction) > 0.0f) & ",
            "",
@@ -366,4 +383,4 @@ _SURFACES: Final = (
            "in_band(info->background, s, 0)", ("background",), CAMERA),
 )  # fmt: skip
 
-KERNEL_FAULTS: Final = (*_GENERATE, *_LIGHT, *_BOUNCE, *_GLOSS, *_SURFACES)
+KERNEL_FAULTS: Final = (*_GENERATE, *_LAYERS, *_LIGHT, *_BOUNCE, *_GLOSS, *_SURFACES)

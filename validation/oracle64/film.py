@@ -54,6 +54,26 @@ class Film:
     palette: Palette
     layers: dict[str, Array] = field(default_factory=dict)  # name, "generation 2 reflection" -> (pixels, 3)
     generations: list[dict[str, int]] = field(default_factory=list)
+    met: list[tuple[Ints, Ints]] = field(default_factory=list)  # of camera rays that hit, pixel and shape
+
+    def note(self, pixel: Ints, shape: Ints) -> None:
+        """Notes that camera rays of these pixels hit shapes of these numbers."""
+        if self.pixels:
+            self.met.append((pixel, shape))
+
+    def hit(self) -> Array:
+        """How many samples of each pixel hit anything, (pixels,)."""
+        out = np.zeros(self.pixels)
+        for pixel, _ in self.met:
+            np.add.at(out, pixel, 1)
+        return out
+
+    def covered(self, shapes: int) -> Array:
+        """How many of each pixel's samples hit each shape, (pixels, shapes)."""
+        out = np.zeros((self.pixels, shapes))
+        for at in self.met:
+            np.add.at(out, at, 1)
+        return out
 
     def add(self, rays: Rays, generation: int, light: Array, term: str = "") -> None:
         """Adds radiance (n, bands) that the rays bring; `term` names the part of the local light."""

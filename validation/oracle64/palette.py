@@ -61,6 +61,10 @@ class Palette(ABC):
     def developed(self, light: Array) -> Array:
         """Radiances (..., bands) as linear Rec.709 (..., 3)."""
 
+    @abstractmethod
+    def under_white(self, share: Array) -> Array:
+        """Reflectances (..., bands) as the linear Rec.709 (..., 3) that they have under D65."""
+
     def light_image(self, image: Array) -> Array:
         """A background (h, w, 3) in linear Rec.709 as (h, w, bands)."""
         return np.asarray(image @ np.stack([self.light(tuple(primary)) for primary in np.eye(3)]))
@@ -153,6 +157,9 @@ class Colors(Palette):
     def developed(self, light: Array) -> Array:
         return light
 
+    def under_white(self, share: Array) -> Array:
+        return share
+
 
 @dataclass(frozen=True)
 class Bands(Palette):
@@ -228,6 +235,9 @@ class Bands(Palette):
             white = spectra.xyz(self.wanted.white)
             balance = spectra.bradford(white / white[1])
         return np.asarray(light @ (spectra.TO_RGB @ balance @ self.to_xyz).T)
+
+    def under_white(self, share: Array) -> Array:
+        return np.asarray((share * self._lamp("D65")) @ (spectra.TO_RGB @ self.to_xyz).T)
 
     def _as_thesis(self, light: Array) -> Array:
         """The thesis program's colours: a ratio of three sums, times the integral, shown without a curve."""

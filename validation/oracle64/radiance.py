@@ -54,6 +54,7 @@ def radiance(job: Job, rays: Rays, generation: int) -> Array:
     if generation == 0:
         job.film.count(0, "camera", len(rays))
         job.film.count(0, "camera_hits", np.count_nonzero(hit))
+        job.film.note(rays.pixel[hit], job.world.shown[job.world.shape_of[met.primitive[hit]]])
     if hit.any():
         spot = spot_at(job.world, rays[hit], met[hit])
         light[hit] = shade(job, rays[hit], spot, generation)

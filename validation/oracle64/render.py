@@ -10,7 +10,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from clrt.scene.scene import Camera, Scene
+from clrt.scene.arealights import AreaLight
+from clrt.scene.scene import Camera, Checker, Scene, Sphere
 
 from . import hashing
 from .camera import Background, camera_rays
@@ -25,7 +26,8 @@ from .vectors import Array, Bools, Ints, Words, unit
 from .world import World, nearest_hit
 
 BLOCK = 1 << 15  # rays of three bands that go through the recursion together
-GEOMETRY = ("depth", "position", "normal", "shape")  # layers of the first sample
+GEOMETRY = ("depth", "z", "distance", "position", "normal", "shading_normal", "albedo", "shape",
+            "material")  # layers of the first sample  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -123,7 +125,8 @@ def render64(
 
     One of width and height alone keeps the camera's aspect.
 
-    layers: ROUTES, generation_0 ..., TERMS, position and normal are (h, w, 3), depth and shape (h, w).
+    layers: ROUTES, generation_0 ..., TERMS and GEOMETRY as clrt's own; alpha (h, w); crypto_shape is the part
+    of the samples that hits each shape, and after them each light, (h, w, numbers).
     ValueError where the scene has no camera, `spp` is not square or a layer is unknown.
     """
     if scene.camera is None:
@@ -140,7 +143,13 @@ def render64(
         light = _sampled(job, camera, (width, height), grid, np.arange(width * height))
         counts = shares(camera, grid, width * height)
         found = {name: _weighed(counts[:apart], layer) for name, layer in job.film.layers.items()}
-        found |= _geometry(job.world, camera, width, height, grid) if set(layers) & set(GEOMETRY) else {}
+        if set(layers) & set(GEOMETRY):
+            found |= _geometry(job.world, scene, camera, (width, height), grid)
+        numbers = len(scene.shapes) + len(scene.lights)
+        if "alpha" in layers:
+            found["alpha"] = np.clip(_weighed(counts[:apart], job.film.hit())[:, 0], 0, 1)
+        if "crypto_shape" in layers:
+            found["crypto_shape"] = _weighed(counts[:apart], job.film.covered(numbers))
     picked = {name: _layer(name, found, job.max_depth, (height, width)) for name in layers}
     by_ray = {name: found[name].reshape(height, width, 3) for name in sorted(found) if " " in name}
     bands = _weighed(counts, light).reshape(height, width, -1)
@@ -249,20 +258,55 @@ def _fresh(world: World, origin: Array, direction: Array, path: Words, pixel: In
     return Rays(origin, direction, weight, path, pixel, media, np.full(len(pixel), -1), base, sample)
 
 
-def _geometry(world: World, camera: Camera, width: int, height: int, grid: int) -> dict[str, Any]:
+def _geometry(world: World, scene: Scene, camera: Camera, size: tuple[int, int], grid: int) -> dict[str, Any]:
     """The layers of the first sample's hits."""
-    parts = []
-    for pixel in _blocks(width * height):
-        rays = _camera_block(world, camera, (width, height), grid, 0, pixel)
+    n = size[0] * size[1]
+    out: dict[str, Any] = {name: np.zeros((n, 3)) for name in GEOMETRY}
+    out |= {name: np.full(n, math.inf) for name in ("depth", "z", "distance")}
+    out |= {name: np.full(n, -1) for name in ("shape", "material")}
+    material = _numbered(scene)
+    eye = np.asarray(camera.origin, float)
+    forward = unit(np.asarray(camera.target, float) - eye)
+    for pixel in _blocks(n):
+        rays = _camera_block(world, camera, size, grid, 0, pixel)
         met = visible_hit(world, rays)
-        parts.append(_hits(world, rays.origin, rays.direction, met.t, met.primitive))
-    names = {"depth": "t", "position": "position", "normal": "normal", "shape": "shape"}
-    return {name: np.concatenate([getattr(hits, key) for hits in parts]) for name, key in names.items()}
+        hit = np.flatnonzero(met.primitive >= 0)
+        if not hit.size:
+            continue
+        spot, to = spot_at(world, rays[hit], met[hit]), pixel[hit]
+        away = spot.point - eye
+        out["depth"][to], out["z"][to] = met.t[hit], away @ forward
+        flat = camera.type == "orthographic"
+        out["distance"][to] = away @ forward if flat else np.sqrt((away**2).sum(axis=1))
+        out["position"][to], out["normal"][to], out["shading_normal"][to] = spot.point, spot.outward, spot.ns
+        out["albedo"][to] = world.palette.under_white(world.surfaces.kd[spot.shape, None] * spot.color)
+        out["shape"][to], out["material"][to] = world.shown[spot.shape], material[world.shown[spot.shape]]
+    return out
+
+
+def _numbered(scene: Scene) -> Ints:
+    """The number of the material of each shape, and then of each visible light's surface, by first use."""
+    known: list[Any] = []
+    found = np.full(len(scene.shapes) + len(scene.lights), -1)
+    for place, shape in enumerate(scene.shapes):
+        of = scene.material_of(shape)
+        thing: Any = of, isinstance(of.color, Checker) and isinstance(shape, Sphere)
+        if thing not in known:
+            known.append(thing)
+        found[place] = known.index(thing)
+    for place, light in enumerate(scene.lights, len(scene.shapes)):
+        if isinstance(light, AreaLight) and light.visible:
+            thing = light.radiance, light.two_sided
+            if thing not in known:
+                known.append(thing)
+            found[place] = known.index(thing)
+    return found
 
 
 def _layer(name: str, found: dict[str, Any], max_depth: int, size: tuple[int, int]) -> Any:
     """A layer as an image; one of the light that nothing reached is black."""
-    known = (*ROUTES, *TERMS, *GEOMETRY, *(f"generation_{k}" for k in range(max_depth + 1)))
+    numbered = (f"generation_{k}" for k in range(max_depth + 1))
+    known = (*ROUTES, *TERMS, *GEOMETRY, "alpha", "crypto_shape", *numbered)
     if name not in known:
         raise ValueError(f"{name} is not a layer; there are {', '.join(known)}")
     layer = found.get(name, np.zeros((size[0] * size[1], 3)))

@@ -9,6 +9,7 @@ from itertools import chain
 
 import numpy as np
 
+from clrt import layout
 from clrt.device.device import Device
 from clrt.engine import stage
 from clrt.engine.job import Job
@@ -20,7 +21,7 @@ from clrt.scene.scene import Scene
 from . import queues as twin_queues
 from .film import Film, developed
 from .media import first_seen
-from .picture import adopted, geometry
+from .picture import adopted, geometry_layers
 from .queues import generate
 from .wavefront import SPAWNING, Stage, generations
 
@@ -160,7 +161,8 @@ def _compare(
     film = Film(pixels, LAYERS, job.flat.bands, weighed)
     counts: list[Counter[str]] = []
     stages = generations(job.flat, queue, job.max_depth, film, counts)
-    watch = Lockstep(chain(stages, _last_stages(job.flat, queue, film, job.samples)))
+    eye = np.zeros(1, layout.dtype("Camera")) if job.camera is None else job.camera
+    watch = Lockstep(chain(stages, _last_stages(job.flat, queue, film, job.samples, eye)))
     try:
         observers = (watch,) if observe is None else (watch, observe)
         complete(job.trace(device, World(device, job.flat), piece, observers))
@@ -244,19 +246,11 @@ def _text(value: np.generic) -> str:
 
 
 def _last_stages(
-    flat: FlatScene, queue: twin_queues.Queue, film: Film, samples: int
+    flat: FlatScene, queue: twin_queues.Queue, film: Film, samples: int, camera: np.ndarray
 ) -> Iterator[Stage]:
-    place = np.arange(len(queue) // samples, dtype=np.uint32)
-    seen = geometry(flat, queue, first_seen(flat, queue))
-    values = {
-        "depth": seen.t,
-        "position": seen.position.T,
-        "normal": seen.normal.T,
-        "uv": np.stack([seen.u, seen.v]),
-        "primitive": seen.primitive,
-        "shape": seen.shape,
-    }
-    values = {name: array[..., ::samples] for name, array in values.items()}
+    place = np.arange(film.sums.shape[-1], dtype=np.uint32)
+    found = geometry_layers(flat, queue, first_seen(flat, queue), camera)
+    values = {name: array[..., ::samples] for name, array in found.items()}
     yield Stage("geometry", 0, "camera", values, place)
     means = film.resolved(samples)
     place = np.arange(means.shape[-1], dtype=np.uint32)

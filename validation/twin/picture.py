@@ -29,11 +29,12 @@ from clrt.base.layers import Geometry, comes_from
 from clrt.flatten.flatten import FlatScene, flatten, flatten_camera
 from clrt.scene.scene import Scene
 
-from .film import Film
+from .film import Film, developed
 from .geometry import Hits, nearest_hit, primitives_of
+from .math import dot
 from .media import first_seen
 from .queues import Queue, adopt, generate, weights
-from .surface import surface_at
+from .surface import color_of, surface_at
 from .wavefront import generations
 
 _CHUNK = 1 << 14  # camera rays at a time
@@ -125,9 +126,8 @@ def _render(
         if "xyz" in layers:
             planes["xyz"] = film.means(samples, flat.xyz)["image"]
         if any(comes_from(name, Geometry) for name in layers):
-            seen = geometry(flat, queue, first_seen(flat, queue))
-            found = {"depth": seen.t, "position": seen.position, "normal": seen.normal, "shape": seen.shape}
-            planes |= {name: values[::samples] for name, values in found.items() if name in layers}
+            found = geometry_layers(flat, queue, first_seen(flat, queue), camera)
+            planes |= {name: np.ascontiguousarray(values[..., ::samples].T) for name, values in found.items()}
     return planes
 
 
@@ -191,6 +191,31 @@ def geometry(flat: FlatScene, queue: Queue, hits: Hits) -> Hits32:
     out.normal[which], out.position[which] = s.outward.T, s.point.T
     out.u[which], out.v[which] = s.uv
     return out
+
+
+def geometry_layers(flat: FlatScene, queue: Queue, hits: Hits, camera: np.ndarray) -> dict[str, np.ndarray]:
+    """What `layers.GEOMETRY` lists of known hits: (n,) or (values, n), as the camera's record sees it."""
+    seen, eye = geometry(flat, queue, hits), camera[0]
+    which = np.flatnonzero(hits.primitive >= 0)
+    away = np.full((2, len(queue)), np.inf, np.float32)
+    shading = np.zeros((3, len(queue)), np.float32)
+    color = np.zeros((flat.bands, len(queue)), np.float32)
+    material = np.full(len(queue), -1, np.int32)
+    if len(which):
+        s = surface_at(flat, queue.rays[which], Hits(hits.t[which], hits.primitive[which]))
+        from_eye = s.point - eye["origin"][:3, None]
+        along = dot(from_eye, np.repeat(eye["forward"][:3, None], len(which), axis=1))
+        away[:, which] = along, along if eye["orthographic"] else np.sqrt(dot(from_eye, from_eye))
+        shading[:, which] = s.ns
+        color[:, which] = s.material["kd"] * color_of(s)
+        material[which] = primitives_of(flat)["material"][hits.primitive[which]]
+    if flat.seen is not None:
+        color = developed(color[None], flat.seen)[0]
+    return {
+        "depth": seen.t, "z": away[0], "distance": away[1], "position": seen.position.T,
+        "normal": seen.normal.T, "shading_normal": shading, "albedo": color, "shape": seen.shape,
+        "material": material,
+    }  # fmt: skip
 
 
 def statistics(counts: list[Counter[str]]) -> dict[str, Any]:

@@ -1,0 +1,152 @@
+"""Layers in .exr files: the names that other programs read, and layers back from them, old names too."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+import clrt
+from clrt.base.layers import LAYERS, find
+from clrt.images import file as imagefile
+
+H, W = 4, 5
+PIXELS = np.arange(3 * H * W, dtype=np.float32).reshape(H, W, 3)
+# What programs take for what: `A` and `Z` alone are alpha and depth, letters after a dot one layer's values
+CHANNELS = {
+    "direct": "direct.R direct.G direct.B", "generation_3": "generation_3.R generation_3.G generation_3.B",
+    "depth": "depth.V", "z": "Z", "distance": "distance.V", "position": "position.X position.Y position.Z",
+    "normal": "normal.X normal.Y normal.Z",
+    "shading_normal": "shading_normal.X shading_normal.Y shading_normal.Z",
+    "albedo": "albedo.R albedo.G albedo.B", "shape": "shape.ID", "material": "material.ID", "alpha": "A",
+    "crypto_shape": " ".join(f"crypto_shape{level}.{c}" for level in ("00", "01", "02") for c in "RGBA"),
+    "xyz": "xyz.X xyz.Y xyz.Z",
+}  # fmt: skip
+
+
+def made(name: str) -> np.ndarray:
+    """Something to tell layers apart by."""
+    known = find(name)
+    size = (H, W) if known.values == 1 else (H, W, known.values or 2)
+    values = np.random.default_rng(len(name)).integers(-1, 99, size)
+    return values.astype(np.int32 if known.kind == "int" else np.float32)
+
+
+def write(path: Path, channels: Mapping[str, Any], kind: str = "float", **more: Any) -> Path:
+    """A file with these channels, of (h, w) each or a number, as others might write it."""
+    spec = oiio.ImageSpec(W, H, len(channels), kind)
+    spec.channelnames = tuple(channels)
+    for name, value in more.items():
+        setattr(spec, name, value)
+    out = oiio.ImageOutput.create("exr")
+    assert out.open(str(path), spec), out.geterror()
+    planes = [np.broadcast_to(np.asarray(values, np.float32), (H, W)) for values in channels.values()]
+    assert out.write_image(np.stack(planes, axis=2))
+    out.close()
+    return path
+
+
+RGB = {"R": PIXELS[..., 0], "G": PIXELS[..., 1], "B": PIXELS[..., 2]}
+
+
+@pytest.mark.parametrize("name", CHANNELS)
+def test_channels_have_the_names_that_others_read(name: str, tmp_path: Path):
+    layer = made(name)
+    clrt.Image(PIXELS, {name: layer}).save(tmp_path / "a.exr")
+    source = oiio.ImageInput.open(str(tmp_path / "a.exr"))
+    stored = source.read_image(0, 0, 0, source.spec().nchannels, oiio.FLOAT)
+    found = dict(zip(source.spec().channelnames, np.moveaxis(stored, 2, 0), strict=True))
+    assert set(found) == {"R", "G", "B", *CHANNELS[name].split()}
+    values = np.atleast_3d(layer)
+    for number, channel in enumerate(CHANNELS[name].split()):
+        assert np.array_equal(found[channel], values[..., number])
+
+
+def test_all_layers_come_back(tmp_path: Path):
+    layers = {name: made(name) for name in (*LAYERS, "generation_0", "generation_12")}
+    layers |= {"mine": made("direct"), "number": made("shape").astype(np.float32)}
+    layers["depth"][0] = np.inf
+    image = clrt.Image(PIXELS, layers, metadata={"scene_hash": "abc"}, wavelengths=(400.5, 612.0))
+    back = clrt.read_image(image.save(tmp_path / "a.exr"), layers="all")
+    assert set(back.layers) == set(layers) and back.wavelengths == image.wavelengths
+    for name, layer in layers.items():
+        assert np.array_equal(back.layers[name], layer), name
+        assert back.layers[name].dtype == layer.dtype, name
+    assert back.hash == image.hash
+    assert back.metadata == {"scene_hash": "abc", "version": clrt.__version__}
+    assert back.save(tmp_path / "b.exr").read_bytes() == (tmp_path / "a.exr").read_bytes()
+    some = clrt.read_image(tmp_path / "a.exr", layers=["z", "shape"])
+    assert set(some.layers) == {"z", "shape"} and some.wavelengths == ()
+    assert clrt.read_image(tmp_path / "a.exr", layers=[]).layers == {}
+    assert np.array_equal(clrt.read_image(tmp_path / "a.exr"), PIXELS)
+
+
+def test_files_from_before_are_read(tmp_path: Path):
+    file = write(tmp_path / "a.exr", {**RGB, "depth.Z": 3.5, "shape.ID": 7, "normal.X": 0, "normal.Y": 1,
+                                      "normal.Z": 0})  # fmt: skip
+    layers = clrt.read_image(file, layers="all").layers
+    assert set(layers) == {"depth", "shape", "normal"}
+    assert (layers["depth"] == 3.5).all() and layers["shape"].dtype == np.int32
+
+
+def test_layers_of_other_programs_are_read(tmp_path: Path):
+    file = write(tmp_path / "a.exr", {
+        **RGB, "A": 0.5, "View.Diffuse.R": 1, "View.Diffuse.G": 2, "View.Diffuse.B": 3, "View.Diffuse.A": 1,
+        "View.Mist.V": 4, "View.Vector.X": 5, "View.Vector.W": 6, "depth": 7, "S0.500nm": 8, "T.1,5nm": 9,
+    })  # fmt: skip
+    image = clrt.read_image(file, layers="all")
+    assert {name: layer.flat[0] for name, layer in image.layers.items() if layer.ndim == 2} == {
+        "alpha": 0.5, "View.Mist": 4, "View.Vector.X": 5, "View.Vector.W": 6, "depth": 7, "T": 9,
+        "View.Diffuse.A": 1,
+    }  # fmt: skip
+    assert image.layers["View.Diffuse"][0, 0].tolist() == [1, 2, 3] and image.wavelengths == (500.0,)
+    assert image.layers["bands"].shape == (H, W, 1) and len(image.layers) == 9
+
+
+def test_a_part_of_the_window_is_placed(tmp_path: Path):
+    """Half floats, stored three columns to the right of a larger picture's corner."""
+    file = write(tmp_path / "a.exr", {**RGB, "Z": 2, "shape.ID": 5}, "half", x=3, y=1, full_width=9,
+                 full_height=6)  # fmt: skip
+    image = clrt.read_image(file, layers="all")
+    assert image.pixels.shape == (6, 9, 3)
+    assert (image.layers["z"][1:5, 3:8] == 2).all() and image.layers["z"].sum() == 2 * H * W
+    assert image.layers["shape"].sum() == 5 * H * W
+
+
+def test_other_formats_have_no_layers(tmp_path: Path):
+    image = clrt.Image(PIXELS / 60)
+    image.save(tmp_path / "a.png")
+    assert clrt.read_image(tmp_path / "a.png", layers="all").layers == {}
+    with pytest.raises(clrt.ClrtError, match=r"a\.png: has no layer 'z'; it has no layers"):
+        clrt.read_image(tmp_path / "a.png", layers=["z"])
+
+
+def test_faults_say_where(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    file = write(tmp_path / "a.exr", {**RGB, "Z": 2, "shape.ID": 5})
+    with pytest.raises(clrt.ClrtError, match=r"has no layer 'light'; its layers are z, shape"):
+        clrt.read_image(file, layers=["light"])
+    with pytest.raises(clrt.ClrtError, match="has no layer 'shapes'; did you mean 'shape'"):
+        clrt.read_image(file, layers=["shapes"])
+    with pytest.raises(clrt.ClrtError, match="layers: 5 is not allowed"):
+        clrt.read_image(file, layers=5)  # type: ignore[arg-type]
+    with pytest.raises(clrt.LimitError, match="image_bytes"):
+        clrt.read_image(file, clrt.Limits(image_bytes=700), layers="all")
+    for value, words in ((0.5, "is 0.5"), (np.nan, "is nan"), (1e9, "is 1e")):
+        bad = np.zeros((H, W))
+        bad[2, 1] = value
+        write(file, {**RGB, "shape.ID": bad})
+        with pytest.raises(clrt.SceneError, match=rf"layer shape, pixel \(1, 2\) {words}.*a whole number"):
+            clrt.read_image(file, layers="all")
+    clrt.Image(np.random.default_rng(1).random((900, 64, 3), np.float32), {
+        "z": np.random.default_rng(2).random((900, 64), np.float32)}).save(file)  # fmt: skip
+    whole = file.read_bytes()
+    file.write_bytes(whole[: len(whole) * 2 // 3])
+    with pytest.raises(clrt.SceneError, match="cannot be read"):
+        clrt.read_image(file, layers="all")
+    monkeypatch.setattr(imagefile, "BLOCK", 1)
+    file.write_bytes(whole)
+    assert clrt.read_image(file, layers="all").layers["z"].shape == (900, 64)
