@@ -22,6 +22,7 @@ KERNEL_FILES: Final = (
     "compact.cl",
     "film.cl",
     "tree.cl",
+    "refit.cl",
     "query.cl",
     "crossings.cl",
 )

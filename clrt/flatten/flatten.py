@@ -6,9 +6,8 @@ Sections and records are those of `clrt.layout`; the tree over the boxes is buil
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from operator import is_
 
 import numpy as np
 
@@ -19,12 +18,12 @@ from clrt.flatten.geometry import GEOMETRY, geometry
 from clrt.flatten.hidden import warn_of_hidden_view
 from clrt.flatten.lightsurfaces import add_surfaces, visible_lights, without_surfaces
 from clrt.flatten.materials import MaterialTable, flatten_lights
-from clrt.flatten.media import Media, media_of, needs_lists, shape_boxes
+from clrt.flatten.media import Extents, Media, extents_of, media_of, needs_lists
 from clrt.flatten.overlaps import warn_of_overlaps
 from clrt.flatten.shapes import collect
 from clrt.images.file import read_image
 from clrt.layout import ceilings
-from clrt.scene.scene import Scene
+from clrt.scene.scene import Mesh, Scene, Shape
 from clrt.spectra.bands import Bands, light
 from clrt.spectra.colorimetry import rgb_matrix, thesis_matrix, xyz_matrix
 
@@ -40,7 +39,8 @@ class FlatScene:
     `group` is how many bands dispersion bends together, 0 where nothing disperses.
     `response` (rows, bands) float32 turns a pixel's bands into its colour (by `colorimetry.finished`),
     `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
-    `media` tells in which media rays start; None where rays need no lists of them.
+    `media` tells in which media rays start; None where rays need no lists of them. `extents` say what later
+    scenes of the same shapes need not find again; they do not travel.
     """
 
     scene: np.ndarray
@@ -64,6 +64,8 @@ class FlatScene:
     group: int = 0
     response: np.ndarray | None = None
     xyz: np.ndarray | None = None
+    extents: Extents | None = None
+
     @property
     def bands(self) -> int:
         """How many values of light a ray carries: 3 in RGB mode."""
@@ -102,7 +104,8 @@ class FlatScene:
 
     def __getstate__(self) -> dict[str, object]:
         """Without what was computed from it: identities of arrays mean nothing in another process."""
-        return {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        kept = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        return kept | {"extents": None}
 
     def _digest(self, array: np.ndarray) -> bytes:
         if id(array) not in self.digests:
@@ -114,9 +117,9 @@ class FlatScene:
 def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatScene:
     """The scene without its camera, for rays of the scene's bands (RGB mode: red, green, blue).
 
-    known: another scene, and what it was flattened to. Where both have the same shapes (the very objects)
-    the arrays of their geometry are shared, and nobody is warned of the view a second time; a background of
-    the same name is not read again.
+    known: another scene, and what it was flattened to. Where both have the same shapes (the very objects, or
+    meshes of the very arrays) the arrays of their geometry are shared, and nobody is warned of the view a
+    second time; a background of the same name is not read again.
 
     Raises `SceneError` with the place of a shape that its transform makes one that there is no primitive for,
     or whose coordinates leave the range of float32, and for a background that cannot be read.
@@ -125,17 +128,22 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
     materials = MaterialTable(scene, bands)
     numbers = [materials.number(shape) for shape in scene.shapes]
     glowing = {number: materials.glowing(light) for number, light in visible_lights(scene).items()}
-    before = known[1] if known and _same_shapes(scene, known[0]) else None
-    sections = _geometry_of(before, numbers) if before else geometry(collect(scene, numbers), scene)
+    before = known[1] if known and known[1].extents and _same_shapes(scene, known[0]) else None
+    if before and before.extents:
+        sections, extents = _geometry_of(before, before.extents, numbers)
+    else:
+        sections = geometry(collect(scene, numbers), scene)
+        extents = extents_of(numbers, sections)
     sections["materials"] = materials.records()
     sections["lights"] = flatten_lights(scene, bands)
     sections["background"], sides = _background(scene, known)
     sections["scene"] = _scene_info(scene, sections, sides, bands)
-    media = media_of(scene, sections) if needs_lists(scene, sections) else None
+    lists = needs_lists(scene, sections["materials"], extents)
+    media = media_of(scene, sections["materials"], extents) if lists else None
     if media is not None:
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
     if before is None:
-        warn_of_hidden_view(scene, *shape_boxes(len(scene.shapes), sections))
+        warn_of_hidden_view(scene, extents.low, extents.high)
     add_surfaces(scene, sections, glowing)
     boxes, finite = sections.pop("boxes"), sections.pop("finite")
     kept = {
@@ -152,6 +160,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         group=scene.spectrum.group if scene.spectrum and sections["materials"]["dispersive"].any() else 0,
         response=response,
         xyz=xyz,
+        extents=extents,
     )
     if before:
         own = {id(getattr(flat, name)) for name in GEOMETRY}
@@ -160,23 +169,35 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
 
 
 def _same_shapes(scene: Scene, other: Scene) -> bool:
-    """Whether the shapes of two scenes are the same objects."""
+    """Whether two scenes have shapes in the same places: the same objects, or meshes of the same arrays."""
     if scene.shapes is other.shapes:
         return True
-    return len(scene.shapes) == len(other.shapes) and all(map(is_, scene.shapes, other.shapes))
+    return len(scene.shapes) == len(other.shapes) and all(map(_same_places, scene.shapes, other.shapes))
 
 
-def _geometry_of(flat: FlatScene, materials: list[int]) -> dict[str, np.ndarray]:
+def _same_places(one: Shape, other: Shape) -> bool:
+    if one is other:
+        return True
+    if not isinstance(one, Mesh) or not isinstance(other, Mesh) or one.data() is not other.data():
+        return False
+    return bool(one.transform) == bool(other.transform) and one.matrix.tobytes() == other.matrix.tobytes()
+
+
+def _geometry_of(
+    flat: FlatScene, extents: Extents, materials: list[int]
+) -> tuple[dict[str, np.ndarray], Extents]:
     """What `geometry` gives for shapes flattened before that now have materials of these numbers."""
-    sections = without_surfaces({name: getattr(flat, name) for name in GEOMETRY}, flat.n_shapes)
+    sections = {name: getattr(flat, name) for name in GEOMETRY}
+    if flat.scene["surfaces"][0]:
+        sections = without_surfaces(sections, flat.n_shapes)
     for name in ("primitives", "unbounded"):
         if not flat.scene[name][0]:  # what stands in for none
             sections[name] = sections[name][:0]
-    found = np.array(materials, np.int32)[sections["primitives"]["shape"]]
-    if not np.array_equal(found, sections["primitives"]["material"]):
-        sections["primitives"] = sections["primitives"].copy()
-        sections["primitives"]["material"] = found
-    return sections
+    if extents.materials == tuple(materials):
+        return sections, extents
+    sections["primitives"] = sections["primitives"].copy()
+    sections["primitives"]["material"] = np.array(materials, np.int32)[sections["primitives"]["shape"]]
+    return sections, replace(extents, materials=tuple(materials))
 
 
 def _background(

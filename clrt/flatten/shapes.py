@@ -194,10 +194,12 @@ def _mesh(out: Collected, shape: Mesh, index: int, material: int, at: str) -> No
     data, matrix = shape.data(), _matrix(shape)
     indices, sizes = joined(data.faces)
     flat_polygons = (sizes > 3) if data.normals is None else np.zeros(len(sizes), bool)
-    if data.normals is None:
+    if isinstance(data.faces, np.ndarray) and data.faces.shape[1] == 3:
+        triangles = data.faces
+    elif data.normals is None:
         triangles = indices[starts(sizes)[~flat_polygons, None] + np.arange(3)]
     else:
-        triangles = indices.reshape(-1, 3) if isinstance(data.faces, np.ndarray) else fans(indices, sizes)
+        triangles = fans(indices, sizes)
     records, normals = mesh_triangles(data, matrix, triangles)
     if len(normals):
         records["normals"] += out.normals
