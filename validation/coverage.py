@@ -55,7 +55,7 @@ SETTINGS: Final = (
 )  # fmt: skip
 CAMERAS: Final = (
     "perspective", "orthographic", "vertical field of view", "up vector", "near", "mirrored camera",
-    "shifted camera",
+    "shifted camera", "pose", "K",
     "jitter", "4 samples", "16 samples", "64 samples", "lens",
 )  # fmt: skip
 SPECTRA: Final = (
@@ -148,6 +148,7 @@ def _camera_features(scene: Scene) -> set[str]:
         "up vector": camera.up not in (None, (0.0, 1.0, 0.0)), "mirrored camera": camera.mirror,
         "shifted camera": camera.shift != (0.0, 0.0), "jitter": camera.jitter is not None,
         f"{camera.spp} samples": camera.spp in (4, 16, 64), "lens": camera.aperture > 0,
+        "pose": camera.has_pose, "K": camera.has_k,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 
