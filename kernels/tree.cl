@@ -10,7 +10,6 @@
 #include "collapse.clh"
 
 #define BINS 16
-#define BLOCK 8
 #define ALONE_COSTS (2 * BLOCK)  // lanes of a block that a primitive takes which is neither triangle nor sphere
 #define DEEP 20
 
@@ -248,23 +247,44 @@ __kernel void collapse(__global BuildNode *binary, __global const Ways *ways, __
     for (int kind = 0; kind < 3; kind++) counts[1 + kind] = blocks[kind];
 }
 
+// The lanes of a block whose numbers are known, from what the scene holds now; unused lanes are NaN.
+inline void fill_triangles(__global TriangleBlock *block, __global const int *number,
+                           __global const Primitive *primitives, __global const Triangle *triangles)
+{
+    for (int k = 0; k < BLOCK; k++) {
+        Triangle t;
+        if (number[k] >= 0) t = triangles[primitives[number[k]].index];
+        else t.v0 = t.v1 = t.v2 = (float4)(NO_HIT);
+        block->primitive[k] = number[k];
+        block->corners[k] = t.v0.x; block->corners[8 + k] = t.v0.y; block->corners[16 + k] = t.v0.z;
+        block->corners[24 + k] = t.v1.x; block->corners[32 + k] = t.v1.y; block->corners[40 + k] = t.v1.z;
+        block->corners[48 + k] = t.v2.x; block->corners[56 + k] = t.v2.y; block->corners[64 + k] = t.v2.z;
+    }
+}
+
+inline void fill_spheres(__global SphereBlock *block, __global const int *number,
+                         __global const Primitive *primitives, __global const Sphere *spheres)
+{
+    for (int k = 0; k < BLOCK; k++) {
+        const float4 s = number[k] < 0 ? (float4)(NO_HIT) : spheres[primitives[number[k]].index].center_radius;
+        block->primitive[k] = number[k];
+        block->places[k] = s.x; block->places[8 + k] = s.y; block->places[16 + k] = s.z; block->places[24 + k] = s.w;
+    }
+}
+
+inline void numbers_of(__global int *number, int2 leaf, __global const int *item, __global const int *finite)
+{
+    for (int k = 0; k < BLOCK; k++) number[k] = k < leaf.y ? finite[item[leaf.x + k]] : -1;
+}
+
 __kernel void pack_triangles(__global const int2 *leaves, int blocks, __global const int *item,
                              __global const int *finite, __global const Primitive *primitives,
                              __global const Triangle *triangles, __global TriangleBlock *out)
 {
     const int b = get_global_id(0);
     if (b >= blocks) return;
-    for (int k = 0; k < 8; k++) {
-        const bool empty = k >= leaves[b].y;
-        const int number = empty ? -1 : finite[item[leaves[b].x + k]];
-        out[b].primitive[k] = number;
-        Triangle t;
-        if (!empty) t = triangles[primitives[number].index];
-        else t.v0 = t.v1 = t.v2 = (float4)(NO_HIT);
-        out[b].corners[k] = t.v0.x; out[b].corners[8 + k] = t.v0.y; out[b].corners[16 + k] = t.v0.z;
-        out[b].corners[24 + k] = t.v1.x; out[b].corners[32 + k] = t.v1.y; out[b].corners[40 + k] = t.v1.z;
-        out[b].corners[48 + k] = t.v2.x; out[b].corners[56 + k] = t.v2.y; out[b].corners[64 + k] = t.v2.z;
-    }
+    numbers_of(out[b].primitive, leaves[b], item, finite);
+    fill_triangles(out + b, out[b].primitive, primitives, triangles);
 }
 
 __kernel void pack_spheres(__global const int2 *leaves, int blocks, __global const int *item,
@@ -273,19 +293,28 @@ __kernel void pack_spheres(__global const int2 *leaves, int blocks, __global con
 {
     const int b = get_global_id(0);
     if (b >= blocks) return;
-    for (int k = 0; k < 8; k++) {
-        const bool empty = k >= leaves[b].y;
-        const int number = empty ? -1 : finite[item[leaves[b].x + k]];
-        const float4 s = empty ? (float4)(NO_HIT) : spheres[primitives[number].index].center_radius;
-        out[b].primitive[k] = number;
-        out[b].places[k] = s.x; out[b].places[8 + k] = s.y; out[b].places[16 + k] = s.z; out[b].places[24 + k] = s.w;
-    }
+    numbers_of(out[b].primitive, leaves[b], item, finite);
+    fill_spheres(out + b, out[b].primitive, primitives, spheres);
 }
 
 __kernel void pack_others(__global const int2 *leaves, int blocks, __global const int *item,
                           __global const int *finite, __global int *order)
 {
     const int b = get_global_id(0);
-    if (b >= blocks) return;
-    for (int k = 0; k < 8; k++) order[8 * b + k] = k < leaves[b].y ? finite[item[leaves[b].x + k]] : -1;
+    if (b < blocks) numbers_of(order + 8 * (size_t)b, leaves[b], item, finite);
+}
+
+// The same leaves of primitives that moved.
+__kernel void refill_triangles(int blocks, __global const TriangleBlock *before, __global const Primitive *primitives,
+                               __global const Triangle *triangles, __global TriangleBlock *out)
+{
+    const int b = get_global_id(0);
+    if (b < blocks) fill_triangles(out + b, before[b].primitive, primitives, triangles);
+}
+
+__kernel void refill_spheres(int blocks, __global const SphereBlock *before, __global const Primitive *primitives,
+                             __global const Sphere *spheres, __global SphereBlock *out)
+{
+    const int b = get_global_id(0);
+    if (b < blocks) fill_spheres(out + b, before[b].primitive, primitives, spheres);
 }

@@ -82,9 +82,10 @@ def test_the_code_about_many_pictures_runs(capsys: pytest.CaptureFixture[str]):
     assert capsys.readouterr().out.count("'materials.glass.ior': 1.5") == 2
 
 
-def test_the_code_about_rays_runs():
-    blocks = re.findall(r"```python\n(.*?)```", (DOCS / "queries.md").read_text("utf-8"), re.DOTALL)
+@pytest.mark.parametrize(("page", "count"), [("queries.md", 4), ("live-scenes.md", 2)])
+def test_the_code_of_pages_about_tracers_runs(page: str, count: int):
+    blocks = re.findall(r"```python\n(.*?)```", (DOCS / page).read_text("utf-8"), re.DOTALL)
     space: dict[str, Any] = {}
-    assert len(blocks) == 4
+    assert len(blocks) == count
     for block in blocks:
         exec(block, space)

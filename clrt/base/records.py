@@ -36,6 +36,15 @@ class Record(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         """Raise `SceneError` for what the annotations cannot say; subclasses add to it."""
 
     @classmethod
+    def instead_of(cls, field: str) -> tuple[str, ...]:
+        """The fields that say otherwise what this one says: who edits it takes them away."""
+        return ()
+
+    def stated(self, field: str) -> Any:
+        """A field's value as it was stated; for some there is one that follows from others."""
+        return getattr(self, field)
+
+    @classmethod
     def prepared(cls, table: dict[str, Any]) -> dict[str, Any]:
         """`table` with short forms, of its own fields and of records in them, written out in full."""
         kinds = _kinds(cls)
@@ -135,7 +144,7 @@ def table_of(record: Record) -> dict[str, Any]:
     """The plain dict that `read` makes an equal record of: no default values, tuples and arrays as lists."""
     table = {"type": record.type} if record.__struct_config__.tag else {}
     for name, default in _defaults(record.__class__).items():
-        value = getattr(record, name)
+        value = record.stated(name)
         stated = isinstance(default, Unstated) and not isinstance(value, Unstated)
         if value is not None and (isinstance(value, (list, np.ndarray)) or value != default or stated):
             table[name] = _as_builtin(value)
@@ -171,6 +180,8 @@ def plain(data: object, cls: type, at: At) -> dict[str, Any]:
         found = msgspec.to_builtins(dict(data) if isinstance(data, Mapping) else data, enc_hook=_from_numpy)
     except (TypeError, ValueError, OverflowError, RecursionError) as error:
         raise at.says(str(error)) from None
+    if isinstance(data, Record):  # None is what nobody stated
+        found = {name: value for name, value in found.items() if value is not None}
     value_of = data.get if isinstance(data, Mapping) else partial(getattr, data)
     return {name: value for name, value in found.items() if not isinstance(value_of(name, None), Unstated)}
 

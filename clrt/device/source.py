@@ -23,6 +23,7 @@ KERNEL_FILES: Final = (
     "film.cl",
     "filter.cl",
     "tree.cl",
+    "refit.cl",
     "query.cl",
     "crossings.cl",
 )

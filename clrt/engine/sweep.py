@@ -53,6 +53,8 @@ def turntable(camera: Camera, frames: int) -> list[Camera]:
     """Cameras on a circle about the target and its `up`: `frames` (1 to 2^20), the given one first."""
     frames = arguments.whole("frames", frames, 1, MOST)
     camera = arguments.instance("camera", camera, Camera).upright()
+    if camera.has_pose:
+        raise ClrtError("camera: one with a pose has no target to go around; give origin and target")
     assert camera.up is not None
     axis, target = unit(np.asarray(camera.up, np.float64)), np.asarray(camera.target, np.float64)
     reach = np.asarray(camera.origin, np.float64) - target
@@ -71,7 +73,8 @@ def camera_path(keys: Sequence[Camera], frames: int, closed: bool = False) -> li
     """Cameras that pass through `keys` (2 or more) in equal times: `frames` (2 to 2^20) of them.
 
     Origin, target and up follow a Catmull-Rom spline (Catmull and Rom 1974), fov and size are interpolated
-    linearly; all else is the first key's. closed: the path leads back to the first key, which comes once.
+    linearly, or K where the first key states it; all else is the first key's. closed: the path leads back to
+    the first key, which comes once.
     """
     frames = arguments.whole("frames", frames, 2, MOST)
     if not isinstance(keys, (list, tuple)) or len(keys) < 2:
@@ -90,8 +93,17 @@ def camera_path(keys: Sequence[Camera], frames: int, closed: bool = False) -> li
         origin, target, up = _spline(points[around], t)
         fov, size = (1 - t) * numbers[around[1]] + t * numbers[around[2]]
         more = {"up": tuple(up.tolist()), "fov": float(fov), "size": float(size)}
+        if views[0].has_k:
+            k = (1 - t) * _k_of(views[around[1]]) + t * _k_of(views[around[2]])
+            more = {"up": more["up"], "K": tuple(map(tuple, k.tolist()))}
         cameras.append(_moved(views[0], origin, target, **more))
     return cameras
+
+
+def _k_of(view: Camera) -> np.ndarray:
+    if view.K is None:
+        raise ClrtError("keys: where the first states K all must be perspective")
+    return np.array(view.K, np.float64)
 
 
 def _neighbour(number: int, count: int, closed: bool) -> int:
@@ -108,5 +120,5 @@ def _spline(points: np.ndarray, t: float) -> np.ndarray:
 
 
 def _moved(camera: Camera, origin: np.ndarray, target: np.ndarray, **changes: Any) -> Camera:
-    places = {"origin": tuple(origin.tolist()), "target": tuple(target.tolist())}
+    places = {"origin": tuple(origin.tolist()), "target": tuple(target.tolist()), "pose": None}
     return msgspec.structs.replace(camera, **places, **changes)

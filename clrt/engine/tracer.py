@@ -107,9 +107,11 @@ class Tracer:
         """Hold another scene, at the least cost, and say what it took.
 
         "nothing": all is as it was, on the device; "camera": that alone differs; "tables": materials, lights
-        or other small arrays were sent; "rebuild": the tree was built anew. Objects that both scenes share
-        (`Scene.replace` keeps what it does not change) are not looked at. Pictures are those of a new Tracer,
-        bit for bit. Raises what `Tracer` raises; the scene before then stays.
+        or other small arrays were sent; "refit": the same primitives moved, and the tree got new boxes;
+        "rebuild": the tree was built anew, as where primitives come or go, or where a refit would leave it
+        1.5 times as costly as it was when last built. Objects that both scenes share (`Scene.replace` keeps
+        what it does not change) are not looked at. Pictures are those of a new Tracer, bit for bit. Raises
+        what `Tracer` raises; the scene before then stays.
         """
         scene = as_scene(scene, self.settings.limits)
         before, cost = self._scene, "nothing"

@@ -32,7 +32,7 @@ def flatten_camera(
     grid = _grid(camera.spp if spp is None else spp)
     seed = camera.jitter if jitter is None else jitter
     forward, right, up = axes(camera)
-    half_width, half_height = _half_extents(camera, width, height)
+    half_width, half_height = camera.half_extents(width, height)
 
     out = np.zeros(1, layout.dtype("Camera"))
     record = out[0]
@@ -41,7 +41,7 @@ def flatten_camera(
     record["right"][:3] = right
     record["up"][:3] = up
     record["half_width"], record["half_height"] = half_width, half_height
-    record["shift_x"], record["shift_y"] = camera.shift
+    record["shift_x"], record["shift_y"] = camera.offset(width, height)
     record["near"] = camera.near
     record["aperture"], record["focus"] = camera.aperture, camera.in_focus
     record["orthographic"] = camera.type == "orthographic"
@@ -122,14 +122,3 @@ def _grid(spp: int) -> int:
         near = f"{side * side} or {(side + 1) ** 2}"
         raise SceneError(fault("", "spp", spp, f"samples form a square grid, so take {near}"))
     return side
-
-
-def _half_extents(camera: Camera, width: int, height: int) -> tuple[float, float]:
-    """Half width and height of the view: tangents, or world units of an orthographic camera."""
-    if camera.type == "orthographic":
-        half = 0.5 * camera.size
-    else:
-        half = math.tan(math.radians(0.5 * camera.fov))
-    if camera.fov_axis == "horizontal":
-        return half, half * height / width
-    return half * width / height, half

@@ -6,9 +6,8 @@ Sections and records are those of `clrt.layout`; the tree over the boxes is buil
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from operator import is_
 
 import numpy as np
 
@@ -21,12 +20,12 @@ from clrt.flatten.images import Pictures
 from clrt.flatten.lightsurfaces import add_surfaces, visible_lights, without_surfaces
 from clrt.flatten.mapping import mappings
 from clrt.flatten.materials import MaterialTable, flatten_lights, shows_pictures
-from clrt.flatten.media import Media, media_of, needs_lists, shape_boxes
+from clrt.flatten.media import Extents, Media, extents_of, media_of, needs_lists
 from clrt.flatten.overlaps import warn_of_overlaps
 from clrt.flatten.shapes import collect, pictured_meshes
 from clrt.images.file import read_image
 from clrt.layout import ceilings
-from clrt.scene.scene import Scene
+from clrt.scene.scene import Mesh, Scene, Shape
 from clrt.spectra.bands import Bands, light
 from clrt.spectra.colorimetry import RGB_OF_XYZ, rgb_matrix, thesis_matrix, xyz_matrix
 
@@ -43,7 +42,8 @@ class FlatScene:
     `response` (rows, bands) float32 turns a pixel's bands into its colour (by `colorimetry.finished`),
     `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
     `media` tells in which media rays start; None where rays need no lists of them. From `textures` on:
-    sections that a scene without pictures on its surfaces has not, and what was read.
+    sections that a scene without pictures on its surfaces has not, and what was read. `extents` say what later
+    scenes of the same shapes need not find again; they do not travel.
     """
 
     scene: np.ndarray
@@ -75,6 +75,7 @@ class FlatScene:
     corner_uv: np.ndarray | None = None
     primaries: np.ndarray | None = None
     pictures: Pictures | None = None
+    extents: Extents | None = None
 
     @property
     def bands(self) -> int:
@@ -123,7 +124,8 @@ class FlatScene:
 
     def __getstate__(self) -> dict[str, object]:
         """Without what was computed from it: identities of arrays mean nothing in another process."""
-        return {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        kept = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        return kept | {"extents": None}
 
     def _digest(self, array: np.ndarray) -> bytes:
         if id(array) not in self.digests:
@@ -135,9 +137,9 @@ class FlatScene:
 def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatScene:
     """The scene without its camera, for rays of the scene's bands (RGB mode: red, green, blue).
 
-    known: another scene, and what it was flattened to. Where both have the same shapes (the very objects)
-    the arrays of their geometry are shared, and nobody is warned of the view a second time; a background of
-    the same name is not read again.
+    known: another scene, and what it was flattened to. Where both have the same shapes (the very objects, or
+    meshes of the very arrays) the arrays of their geometry are shared, and nobody is warned of the view a
+    second time; a background of the same name is not read again.
 
     Raises `SceneError` with the place of a shape that its transform makes one that there is no primitive for,
     or whose coordinates leave the range of float32, and for a background that cannot be read.
@@ -147,17 +149,22 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
     numbers = [materials.number(shape) for shape in scene.shapes]
     glowing = {number: materials.glowing(light) for number, light in visible_lights(scene).items()}
     same = known is not None and _same_shapes(scene, known[0]) and _same_fans(scene, known[0])
-    before = known[1] if known and same else None
-    sections = _geometry_of(before, numbers) if before else geometry(collect(scene, numbers), scene)
+    before = known[1] if known and known[1].extents and same else None
+    if before and before.extents:
+        sections, extents = _geometry_of(before, before.extents, numbers)
+    else:
+        sections = geometry(collect(scene, numbers), scene)
+        extents = extents_of(numbers, sections)
     sections["materials"] = materials.records()
     sections["lights"] = flatten_lights(scene, bands)
     sections["background"], sides = _background(scene, known)
     sections["scene"] = _scene_info(scene, sections, sides, bands)
-    media = media_of(scene, sections) if needs_lists(scene, sections) else None
+    lists = needs_lists(scene, sections["materials"], extents)
+    media = media_of(scene, sections["materials"], extents) if lists else None
     if media is not None:
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
     if before is None:
-        warn_of_hidden_view(scene, *shape_boxes(len(scene.shapes), sections))
+        warn_of_hidden_view(scene, extents.low, extents.high)
     add_surfaces(scene, sections, glowing)
     shown = materials.pictures(known[1].pictures if known else None)
     pictures = None
@@ -180,6 +187,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         response=response,
         xyz=xyz,
         pictures=pictures,
+        extents=extents,
     )
     if before:
         own = {id(getattr(flat, name)) for name in GEOMETRY}
@@ -188,10 +196,10 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
 
 
 def _same_shapes(scene: Scene, other: Scene) -> bool:
-    """Whether the shapes of two scenes are the same objects."""
+    """Whether two scenes have shapes in the same places: the same objects, or meshes of the same arrays."""
     if scene.shapes is other.shapes:
         return True
-    return len(scene.shapes) == len(other.shapes) and all(map(is_, scene.shapes, other.shapes))
+    return len(scene.shapes) == len(other.shapes) and all(map(_same_places, scene.shapes, other.shapes))
 
 
 def _same_fans(scene: Scene, other: Scene) -> bool:
@@ -201,17 +209,29 @@ def _same_fans(scene: Scene, other: Scene) -> bool:
     return pictured_meshes(scene) == pictured_meshes(other)
 
 
-def _geometry_of(flat: FlatScene, materials: list[int]) -> dict[str, np.ndarray]:
+def _same_places(one: Shape, other: Shape) -> bool:
+    if one is other:
+        return True
+    if not isinstance(one, Mesh) or not isinstance(other, Mesh) or one.data() is not other.data():
+        return False
+    return bool(one.transform) == bool(other.transform) and one.matrix.tobytes() == other.matrix.tobytes()
+
+
+def _geometry_of(
+    flat: FlatScene, extents: Extents, materials: list[int]
+) -> tuple[dict[str, np.ndarray], Extents]:
     """What `geometry` gives for shapes flattened before that now have materials of these numbers."""
-    sections = without_surfaces({name: getattr(flat, name) for name in GEOMETRY}, flat.n_shapes)
+    sections = {name: getattr(flat, name) for name in GEOMETRY}
+    if flat.scene["surfaces"][0]:
+        sections = without_surfaces(sections, flat.n_shapes)
     for name in ("primitives", "unbounded"):
         if not flat.scene[name][0]:  # what stands in for none
             sections[name] = sections[name][:0]
-    found = np.array(materials, np.int32)[sections["primitives"]["shape"]]
-    if not np.array_equal(found, sections["primitives"]["material"]):
-        sections["primitives"] = sections["primitives"].copy()
-        sections["primitives"]["material"] = found
-    return sections
+    if extents.materials == tuple(materials):
+        return sections, extents
+    sections["primitives"] = sections["primitives"].copy()
+    sections["primitives"]["material"] = np.array(materials, np.int32)[sections["primitives"]["shape"]]
+    return sections, replace(extents, materials=tuple(materials))
 
 
 def _background(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -75,13 +75,20 @@ def padded(low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray | fl
     for start in range(0, len(low), _CHUNK):
         part = slice(start, start + _CHUNK)
         least, most = low[part].astype(np.float64), high[part].astype(np.float64)
-        margin = (pad * np.maximum(-least, most).max(axis=1) + extra[part])[:, None]
+        margin = (pad * _farthest(least, most) + extra[part])[:, None]
         least, most = least - margin, most + margin
         least32, most32 = least.astype(np.float32), most.astype(np.float32)
         out.low[part] = np.where(least32 > least, np.nextafter(least32, _LOWEST), least32)
         out.high[part] = np.where(most32 < most, np.nextafter(most32, _HIGHEST), most32)
-        out.bounded[part] = np.isfinite(out.high[part] * 0.5 - out.low[part] * 0.5).all(axis=1)
+        extent = np.isfinite(out.high[part] * 0.5 - out.low[part] * 0.5)
+        out.bounded[part] = extent[:, 0] & extent[:, 1] & extent[:, 2]
     return out
+
+
+def _farthest(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """The largest |coordinate| of each of the boxes (n, 3); axis by axis, which numpy does faster."""
+    reach = np.maximum(-low, high)
+    return np.maximum(np.maximum(reach[:, 0], reach[:, 1]), reach[:, 2])
 
 
 def _spheres(collected: Collected) -> tuple[np.ndarray, Boxes]:
@@ -129,7 +136,7 @@ def _quadrics(collected: Collected) -> tuple[np.ndarray, Boxes]:
 def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
     """Raise for the first shape that float32 cannot hold."""
     for kind in ("SPHERE", "DISK", "TRIANGLE", "POLYGON"):
-        reach = np.maximum(-boxes[kind].low, boxes[kind].high).max(axis=1)
+        reach = _farthest(boxes[kind].low, boxes[kind].high)
         _refuse(scene, sections, kind, ~(reach <= LARGEST), _TOO_LARGE)
     quadrics = sections["quadrics"]
     fields = ("center", "diagonal", "mixed", "gradient", "reach")
@@ -172,6 +179,8 @@ def _warn_of_smallness(scene: Scene, sections: dict[str, np.ndarray]) -> None:
     boxes = sections["boxes"]
     if len(boxes) == 0 or len(sections["unbounded"]):
         return
+    if (boxes["high"][0] - boxes["low"][0]).max() >= 1 / LARGEST:  # of most scenes
+        return
     size = float((boxes["high"] - boxes["low"])[:, :3].max())
     if size < 1 / LARGEST:
         text = f"all shapes are below {1 / LARGEST:g}, whose products float32 loses; scale the scene up"
@@ -184,10 +193,14 @@ def _gather(sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
     out = np.zeros(len(primitives), layout.dtype("Box"))
     bounded = np.zeros(len(primitives), bool)
     for kind, of_kind in boxes.items():
+        if len(of_kind.low) == 0:
+            continue
         # a kind's primitives are numbered in the order of its section
-        which = primitives["kind"] == layout.KINDS[kind]
+        which: Any = primitives["kind"] == layout.KINDS[kind]
+        if len(of_kind.low) == len(primitives):
+            which = slice(None)
         bounded[which] = of_kind.bounded
         out["low"][which, :3], out["high"][which, :3] = of_kind.low, of_kind.high
     sections["finite"] = np.flatnonzero(bounded).astype(np.int32)
     sections["unbounded"] = np.flatnonzero(~bounded).astype(np.int32)
-    sections["boxes"] = out[bounded]
+    sections["boxes"] = out if bounded.all() else out[bounded]

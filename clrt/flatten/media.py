@@ -6,6 +6,7 @@ decided here.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,6 +19,18 @@ from clrt.scene.scene import Box, Cone, Cylinder, Ellipsoid, Plane, Scene, Shape
 
 _CONVEX: Final = (Sphere, Ellipsoid, Box, Cylinder, Cone)
 _MOST_PAIRED: Final = 4096  # shapes beyond which nobody asks whether all of them stand apart
+
+
+@dataclass(frozen=True, eq=False)
+class Extents:
+    """Each shape's material, by its number, and its box: `low`, `high` (n, 3) float64.
+
+    The box is infinite where a shape has none, and the wrong way round where it has no primitives.
+    """
+
+    materials: tuple[int, ...]
+    low: np.ndarray
+    high: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,12 +97,11 @@ def too_deep(scene: Scene) -> LimitError:
     return LimitError(located(scene.source, "shapes", text))
 
 
-def media_of(scene: Scene, sections: dict[str, np.ndarray]) -> Media:
-    """The media of a scene whose arrays, by section and with `boxes` and `finite`, are known."""
-    low, high = shape_boxes(len(scene.shapes), sections)
-    primitives = sections["primitives"]
-    number = np.full(len(scene.shapes), -1, np.int32)
-    number[primitives["shape"]] = sections["materials"]["medium"][primitives["material"]]
+def media_of(scene: Scene, materials: np.ndarray, extents: Extents) -> Media:
+    """The media of a scene; materials: its records."""
+    low, high = extents.low, extents.high
+    number = materials["medium"][list(extents.materials)].astype(np.int32)
+    number[~(low <= high).all(axis=1)] = -1
     (shapes,) = np.nonzero(number >= 0)
     with np.errstate(over="ignore", invalid="ignore"):  # a plane's box is endless
         largest_first = np.argsort(-np.prod(high - low, axis=1)[shapes], kind="stable")
@@ -97,13 +109,12 @@ def media_of(scene: Scene, sections: dict[str, np.ndarray]) -> Media:
     return Media(scene, shapes, number[shapes], low[shapes], high[shapes])
 
 
-def needs_lists(scene: Scene, sections: dict[str, np.ndarray]) -> bool:
+def needs_lists(scene: Scene, materials: np.ndarray, extents: Extents) -> bool:
     """Whether rays must carry lists of media for the picture to be right.
 
     Not where every medium is clear, convex and stands apart from all else that asks for an index: then a
     surface's own side tells what lies behind it. Nor where rays are counted.
     """
-    materials = sections["materials"]
     if scene.conformance == "spd" or not (materials["medium"] >= 0).any():
         return False
     if (materials["absorption"][materials["medium"] >= 0] > 0).any():
@@ -111,7 +122,7 @@ def needs_lists(scene: Scene, sections: dict[str, np.ndarray]) -> bool:
     asking = [k for k, shape in enumerate(scene.shapes) if _asks_for_index(scene, shape)]
     if len(asking) > _MOST_PAIRED:
         return True
-    low, high = shape_boxes(len(scene.shapes), sections)
+    low, high = extents.low, extents.high
     planes = [shape for shape in map(scene.shapes.__getitem__, asking) if isinstance(shape, Plane)]
     solid = np.array([k for k in asking if not isinstance(scene.shapes[k], Plane)], np.int64)
     for k in asking:
@@ -138,8 +149,9 @@ def _beside(plane: Plane, low: np.ndarray, high: np.ndarray) -> bool:
     return bool(abs(away) > np.abs(normal) @ (0.5 * (high - low)) * (1 + 1e-6))
 
 
-def shape_boxes(n: int, sections: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Boxes low, high (n, 3) float64 of shapes, from those of their primitives."""
+def extents_of(materials: Sequence[int], sections: dict[str, np.ndarray]) -> Extents:
+    """Those of shapes of materials of these numbers, from the boxes of their primitives."""
+    n = len(materials)
     shape, boxes = sections["primitives"]["shape"], sections["boxes"]
     low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
     owner = shape[sections["finite"]]  # ascending
@@ -149,4 +161,4 @@ def shape_boxes(n: int, sections: dict[str, np.ndarray]) -> tuple[np.ndarray, np
         high[owner[first]] = np.maximum.reduceat(boxes["high"][:, :3], first)
     endless = shape[sections["unbounded"]]
     low[endless], high[endless] = -np.inf, np.inf
-    return low, high
+    return Extents(tuple(materials), low, high)

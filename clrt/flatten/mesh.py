@@ -16,6 +16,8 @@ IDENTITY: Final = np.eye(4)
 
 def world_points(points: np.ndarray, matrix: np.ndarray) -> np.ndarray:
     """Points (n, 3) through a (4, 4) matrix, in float64."""
+    if matrix is IDENTITY:
+        return points + 0.0  # -0 becomes 0, as it does below
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
@@ -79,10 +81,11 @@ def mesh_triangles(
     The records' `normals` count from 0; flat ones have -1.
     """
     order = (0, 2, 1) if mirrors(matrix) else (0, 1, 2)
-    vertices = world_points(data.vertices, matrix).astype(np.float32)
+    vertices = np.zeros((len(data.vertices), 4), np.float32)  # as records have them: rows are copied whole
+    vertices[:, :3] = world_points(data.vertices, matrix)
     out = np.zeros(len(triangles), layout.dtype("Triangle"))
     for name, corner in zip(("v0", "v1", "v2"), order, strict=True):
-        out[name][:, :3] = vertices[triangles[:, corner]]
+        out[name] = vertices[triangles[:, corner]]
     if data.normals is None:
         out["normals"] = -1
         return out, np.zeros((0, 4), np.float32)
@@ -93,10 +96,9 @@ def mesh_triangles(
 
 
 def triangle_boxes(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Boxes low, high (n, 3) float64 of triangle records."""
+    """Boxes low, high (n, 3) float32 of triangle records."""
     a, b, c = (triangles[name][:, :3] for name in ("v0", "v1", "v2"))
-    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-    return low.astype(np.float64), high.astype(np.float64)
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
 
 def polygons(corners: Sequence[np.ndarray], sizes: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:

@@ -17,7 +17,7 @@ from clrt.base.errors import SceneError
 from clrt.flatten import quadric
 from clrt.flatten.mesh import (
     IDENTITY,
-    fanned,
+    fans,
     joined,
     mesh_triangles,
     mirrors,
@@ -203,10 +203,12 @@ def _mesh(out: Collected, shape: Mesh, index: int, material: int, at: str) -> No
     indices, sizes = joined(data.faces)
     flat = data.normals is None and index not in out.fanned
     flat_polygons = (sizes > 3) if flat else np.zeros(len(sizes), bool)
-    if flat:
+    if isinstance(data.faces, np.ndarray) and data.faces.shape[1] == 3:
+        triangles = data.faces
+    elif flat:
         triangles = indices[starts(sizes)[~flat_polygons, None] + np.arange(3)]
     else:
-        triangles = fanned(data.faces)
+        triangles = fans(indices, sizes)
     records, normals = mesh_triangles(data, matrix, triangles)
     if len(normals):
         records["normals"] += out.normals

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import partial
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal
 
 import msgspec
 import numpy as np
@@ -13,6 +14,16 @@ from msgspec import Meta
 from clrt.base.explain import FLOAT32_MAX
 from clrt.base.places import At
 from clrt.base.records import Record, Unstated, Vector, float32, is_zero
+from clrt.scene.pinhole import (
+    Intrinsics,
+    Pose,
+    check_intrinsics,
+    check_pose,
+    intrinsics,
+    pose_of,
+    rows,
+    view_of,
+)
 
 Side = Annotated[int, Meta(ge=1, le=1 << 16, description="must be a whole number of pixels from 1 to 65536")]
 
@@ -20,10 +31,20 @@ Side = Annotated[int, Meta(ge=1, le=1 << 16, description="must be a whole number
 _FAR: Final = 1e18  # a ray that starts so far away, at any angle, still does at finite coordinates
 _NEAR: Final = 1e-30  # of which float32 has the inverse
 _WIDEST: Final = 1e6  # radius of a lens over the distance in focus, beyond which float32 has no angle left
+_FOV: Final = 45.0
+
+
+def _nothing() -> Any:
+    return None
 
 
 class Camera(Record, frozen=True, kw_only=True):
     """Where from, where to and how many pixels.
+
+    Either `origin` and `target` (and `up`, `mirror`), or `pose`: 4 x 4, camera to world, with OpenCV's axes:
+    x right, y down, z forward. Either `fov` (and `fov_axis`), or `K`: 3 x 3, in pixels of a picture of
+    `width` x `height`, the first of which reaches from 0 to 1; pictures of other sizes show as much. What
+    is not stated follows from what is, so every camera has `pose`, and every perspective one `K`.
 
     `fov` is in degrees, `size` in world units (of an orthographic view), `shift` in pixels. `spp` is a
     square number, None where none is stated, which is 1. `jitter` is the seed of the samples' jitter, None
@@ -37,13 +58,15 @@ class Camera(Record, frozen=True, kw_only=True):
         Literal["perspective", "orthographic"],
         Meta(description="type must be 'perspective' or 'orthographic'"),
     ] = "perspective"
-    origin: Vector
-    target: Vector
+    origin: Vector = msgspec.field(default_factory=_nothing)
+    target: Vector = msgspec.field(default_factory=_nothing)
     up: Vector | None = None
-    fov: Annotated[float, Meta(gt=0, lt=180, description="must be an angle between 0 and 180 degrees")] = 45.0
+    pose: Pose | None = None
+    fov: Annotated[float, Meta(gt=0, lt=180, description="must be an angle between 0 and 180 degrees")] = _FOV
     fov_axis: Annotated[
         Literal["horizontal", "vertical"], Meta(description="fov_axis must be 'horizontal' or 'vertical'")
     ] = "horizontal"
+    K: Intrinsics | None = None
     size: Annotated[float, Meta(gt=0, description="must be a length > 0")] = 2.0
     near: Annotated[float, Meta(ge=0, le=_FAR, description="must be a distance from 0 to 1e18")] = 0.0
     aperture: Annotated[float, Meta(ge=0, le=_FAR, description="must be a radius from 0 to 1e18")] = 0.0
@@ -63,7 +86,71 @@ class Camera(Record, frozen=True, kw_only=True):
         Annotated[int, Meta(ge=0, lt=1 << 32, description="must be a seed from 0 to 4294967295")] | None
     ) = None
 
+    def __post_init__(self) -> None:
+        for name in ("pose", "K"):
+            given = self.stated(name)
+            if isinstance(given, np.ndarray) and given.ndim == 2:
+                _SLOTS[name].__set__(self, tuple(map(tuple, given.tolist())))
+
+    def stated(self, field: str) -> Any:
+        """A field's value as it was stated; of others what follows from these is an attribute, too."""
+        return _SLOTS[field].__get__(self) if field in _SLOTS else getattr(self, field)
+
+    @property
+    def has_pose(self) -> bool:
+        """Whether the camera was stated by its pose."""
+        return self.stated("pose") is not None
+
+    @property
+    def has_k(self) -> bool:
+        """Whether its view was stated by `K`."""
+        return self.stated("K") is not None
+
+    @classmethod
+    def instead_of(cls, field: str) -> tuple[str, ...]:
+        """The fields that say otherwise what this one says: who edits it takes them away."""
+        return _INSTEAD.get(field, ())
+
+    def half_extents(self, width: int, height: int) -> tuple[float, float]:
+        """Half width and height of the view of a picture of that size: tangents; lengths if orthographic."""
+        if self.has_k:
+            (fx, _, _), (_, fy, _), _ = self.K  # type: ignore[misc]
+            return self.width / (2 * fx), self.height / (2 * fy)
+        if self.type == "orthographic":
+            half = 0.5 * self.size
+        else:
+            half = math.tan(math.radians(0.5 * self.fov))
+        if self.fov_axis == "horizontal":
+            return half, half * height / width
+        return half * width / height, half
+
+    def offset(self, width: int, height: int) -> tuple[float, float]:
+        """What is added to places in a picture of that size, pixels, so that (0, 0) is in its upper left."""
+        if not self.has_k:
+            return self.shift
+        (_, _, cx), (_, _, cy), _ = self.K  # type: ignore[misc]
+        more = (0.5 * self.width - cx) * width / self.width, (0.5 * self.height - cy) * height / self.height
+        return self.shift[0] + more[0], self.shift[1] + more[1]
+
     def check(self, at: At) -> None:
+        if self.has_pose:
+            self._check_said_once(at, "pose", "origin", "target", "up")
+            if self.mirror:
+                raise at.key("mirror").error(True, "pose says where x is; leave out mirror, or pose")
+            check_pose(self.pose, at.key("pose"))
+            if self.aperture > 0 and self.focus is None:
+                raise at.key("focus").says("missing; a camera with a pose has no target to be in focus")
+        for name in ("origin", "target"):
+            if getattr(self, name) is None:
+                raise at.says(f"the key {name!r} is missing; a camera has origin and target, or a pose")
+        if self.has_k:
+            if self.type == "orthographic":
+                raise at.key("K").says("an orthographic camera has none; give its size")
+            check_intrinsics(self.K, self.width, self.height, at.key("K"))
+            if self.stated("fov") != _FOV:
+                self._check_said_once(at, "K", "fov")
+            if self.fov_axis != "horizontal":
+                raise at.key("fov_axis").error(self.fov_axis, "K says both angles; leave out fov_axis, or K")
         gaze = float32(self.target) - float32(self.origin)
         if is_zero(gaze):
             raise at.key("target").error(self.target, "target must not be at the camera's origin")
@@ -82,6 +169,12 @@ class Camera(Record, frozen=True, kw_only=True):
             near = f"{root * root} or {(root + 1) ** 2}"
             raise at.key("spp").error(self.spp, f"spp must be a square number: {near} is the nearest")
 
+    def _check_said_once(self, at: At, name: str, *others: str) -> None:
+        for other in others:
+            value = self.stated(other)
+            if value is not None:
+                raise at.key(other).error(value, f"{name} says it already; leave out {other}, or {name}")
+
     @property
     def in_focus(self) -> float:
         """How far along the view things are sharp: `focus`, or where that is not given the target."""
@@ -93,9 +186,78 @@ class Camera(Record, frozen=True, kw_only=True):
         """This camera with a given `up`."""
         if self.up is not None:
             return self
-        gaze = float32(self.target) - float32(self.origin)
-        up = (0.0, 0.0, 1.0) if _parallel(gaze, (0.0, 1.0, 0.0)) else (0.0, 1.0, 0.0)
-        return msgspec.structs.replace(self, up=up)
+        return msgspec.structs.replace(self, up=_default_up(self.origin, self.target))
+
+
+_PLACE: Final = ("origin", "target", "up", "mirror")
+_INSTEAD: Final = {
+    "pose": _PLACE, "K": ("fov", "fov_axis"), "fov": ("K",), "fov_axis": ("K",),
+    **dict.fromkeys(_PLACE, ("pose",)),
+}  # fmt: skip
+
+
+def _default_up(origin: Vector, target: Vector) -> Vector:
+    gaze = float32(target) - float32(origin)
+    return (0.0, 0.0, 1.0) if _parallel(gaze, (0.0, 1.0, 0.0)) else (0.0, 1.0, 0.0)
+
+
+# The fields that say the same, as msgspec holds them. As attributes they say what follows from those that
+# were stated; msgspec itself (equality, copies, files) sees what was stated alone.
+_SLOTS: Final[dict[str, Any]] = {
+    name: vars(Camera)[name] for name in ("origin", "target", "up", "pose", "fov", "K")
+}
+
+
+def _followed(field: str, follows: Callable[[Camera, Any], Any]) -> property:
+    def value(camera: Camera) -> Any:
+        stated = _SLOTS[field].__get__(camera)
+        try:
+            with np.errstate(all="ignore"):
+                return follows(camera, stated)
+        except (ArithmeticError, TypeError, ValueError, LookupError):  # `check` says what is wrong
+            return stated
+
+    return property(value)
+
+
+def _of_pose(number: int) -> Callable[[Camera, Any], Any]:
+    def vector(camera: Camera, stated: Any) -> Any:
+        pose = camera.stated("pose")
+        if stated is not None or pose is None:
+            return stated
+        return tuple(view_of(np.array(pose, np.float64).reshape(4, 4))[number].tolist())
+
+    return vector
+
+
+def _pose(camera: Camera, stated: Any) -> Any:
+    if stated is not None:
+        return stated
+    up = _default_up(camera.origin, camera.target) if camera.up is None else camera.up
+    return rows(pose_of(camera.origin, camera.target, up, camera.mirror))
+
+
+def _fov(camera: Camera, stated: Any) -> Any:
+    return 2 * math.degrees(math.atan(camera.half_extents(1, 1)[0])) if camera.has_k else stated
+
+
+def _k(camera: Camera, stated: Any) -> Any:
+    if stated is not None or camera.type == "orthographic":
+        return stated
+    size = camera.width, camera.height
+    return rows(intrinsics(*camera.half_extents(*size), size, camera.shift))
+
+
+for _name, _follows in (
+    ("origin", _of_pose(0)), ("target", _of_pose(1)), ("up", _of_pose(2)),
+    ("pose", _pose), ("fov", _fov), ("K", _k),
+):  # fmt: skip
+    setattr(Camera, _name, _followed(_name, _follows))
+
+
+def resized(camera: Camera, width: int, height: int) -> tuple[tuple[float, ...], ...]:
+    """The K of a picture of another size that shows as much."""
+    return rows(np.array(camera.K) * [[width / camera.width], [height / camera.height], [1.0]])
 
 
 def _parallel(gaze: np.ndarray, up: Vector) -> bool:

@@ -40,6 +40,13 @@ class Draft:
             elif top in ("materials", "lights", "shapes"):
                 self._edit_one_of(str(top), old, rest, value, at.key(str(top)))
             else:
+                record = getattr(scene, str(top))
+                if isinstance(record, Record):
+                    others = record.instead_of(str(rest[0]))
+                    old = fields_of(old) if isinstance(old, Record) else old
+                    known_keys({rest[0]: None}, record.__struct_fields__, at.key(str(top)))
+                    gone = {name for name in old if name in others or old[name] is None}
+                    old = {name: item for name, item in old.items() if name not in gone}
                 self.values[str(top)] = _changed(old, rest, value, at.key(str(top)))
 
     def _edit_one_of(self, top: str, old: Any, steps: Sequence[Step], value: Any, at: At) -> None:
@@ -107,7 +114,7 @@ def _changed(old: Any, steps: Sequence[Step], value: Any, at: At) -> Any:
 def fields_of(record: Record) -> dict[str, Any]:
     """A record as the table that it could be read from, its values as they are."""
     table = {"type": record.type} if record.__struct_config__.tag else {}
-    return table | {name: getattr(record, name) for name in record.__struct_fields__}
+    return table | {name: record.stated(name) for name in record.__struct_fields__}
 
 
 def _named(shapes: Sequence[Any], name: str, at: At) -> int:

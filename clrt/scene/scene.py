@@ -20,7 +20,7 @@ from clrt.base.places import At, known_keys, listed
 from clrt.base.records import read, table_of, tagged
 from clrt.scene.adaptive import Adaptive
 from clrt.scene.advice import check_lines, warn
-from clrt.scene.camera import Camera
+from clrt.scene.camera import Camera, resized
 from clrt.scene.edit import Draft
 from clrt.scene.lights import (
     DirectionalLight,
@@ -240,6 +240,9 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             if self.camera is None:
                 raise at.key("camera").says(f"there is no camera whose {listed(changes)} could be set")
             camera = read(Camera, table_of(self.camera) | changes, at.key("camera")).upright()
+            if self.camera.has_k:  # of a picture of the size before
+                matrix = resized(self.camera, camera.width, camera.height)
+                camera = read(Camera, table_of(camera) | {"K": matrix}, at.key("camera"))
             msgspec.structs.force_setattr(other, "camera", camera)
         return other
 

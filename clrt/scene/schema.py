@@ -42,6 +42,8 @@ def _short_forms(node: Any) -> Any:
     made = {key: _short_forms(value) for key, value in node.items() if key != "discriminator"}
     if made.get("title") == "Spectrum":
         made["required"] = []  # its type goes without saying
+    if made.get("title") == "Camera":
+        made["anyOf"] = [{"required": ["origin", "target"]}, {"required": ["pose"]}]
     kinds = made.get("anyOf", ())
     if {"$ref": "#/$defs/Spectrum"} in kinds:
         made["anyOf"] = [{**kind, "minimum": 0} if kind == {"type": "number"} else kind for kind in kinds]

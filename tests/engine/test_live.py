@@ -55,8 +55,12 @@ def scene() -> clrt.Scene:
         ({"shapes[1].material": "c"}, "tables"),
         ({"materials.a": {"color": [0.2, 0.8, 0.3], "specular": 0.4}}, "tables"),  # two are one now
         ({"shapes[0].point": [0, -2, 0]}, "tables"),  # no plane is in the tree
-        ({"shapes[1].radius": 0.3}, "rebuild"),
-        ({"shapes[4].vertices[2]": [1, 1, -1]}, "rebuild"),
+        ({"shapes[1].radius": 0.3}, "refit"),
+        ({"shapes[4].vertices[2]": [1, 1, -1]}, "refit"),
+        ({"shapes[4].transform": [{"rotate": [[0, 1, 0], 20]}, {"translate": [0, 0, 1]}]}, "refit"),
+        ({"shapes[4].material": "a"}, "tables"),
+        ({"shapes[4].faces": [[0, 1, 2], [0, 3, 1]]}, "refit"),
+        ({"shapes[4].faces": [[0, 1, 2]]}, "rebuild"),
         ({"shapes": []}, "rebuild"),
         ({"spectrum": {"bands": 4}}, "rebuild"),
         ({"materials.b.absorption": 0.4}, "rebuild"),  # rays carry lists of media from now on
@@ -75,6 +79,31 @@ def test_the_least_is_done_and_said(changes: dict[str, Any], cost: str, scene: c
         assert all(np.array_equal(found.layers[name], right.layers[name]) for name in right.layers)
         assert tracer.update(clrt.load_dict(other.to_dict())) in ("nothing", "camera"), "equal by value"
         assert tracer.update(scene) == cost and tracer.render().hash == clrt.render(scene).hash
+
+
+def scattered(rng: np.random.Generator, far: float) -> np.ndarray:
+    """Corners of 400 small triangles, each thrown up to so far from where it was."""
+    places = np.stack(np.meshgrid(*[np.linspace(-1, 1, 20)] * 2, [0.0]), axis=-1).reshape(-1, 1, 3)
+    corners = places + 0.05 * np.random.default_rng(1).normal(size=(400, 3, 3))
+    return (corners + far * rng.uniform(-1, 1, (400, 1, 3))).reshape(-1, 3)
+
+
+def test_a_tree_that_no_longer_fits_is_built_anew() -> None:
+    rng = np.random.default_rng(7)
+    place = {"type": "disk", "center": [0, -1, 0], "normal": [0, 1, 0], "radius": 1}
+    plane = {"type": "plane", "point": [0, -2, 0], "normal": [0, 1, 0]}  # numbers are not places in the tree
+    mesh = {"type": "mesh", "vertices": scattered(rng, 0), "faces": np.arange(1200).reshape(-1, 3)}
+    scene = clrt.load_dict({"shapes": [plane, mesh, place]})
+    tracer = clrt.Tracer(scene)
+    o = (3 * rng.normal(size=(2000, 3))).astype(np.float32)
+    d = (rng.normal(size=(2000, 3)) - o).astype(np.float32)
+    costs = []
+    for far in (0.005, 0.01, 0.02, 2.0, 0.005, 0.01):
+        scene = scene.replace({"shapes[1].vertices": scattered(rng, far)})
+        costs.append(tracer.update(scene))
+        hits, right = tracer.intersect(o, d), clrt.Tracer(scene).intersect(o, d)
+        assert all(np.array_equal(getattr(hits, name), getattr(right, name)) for name in ("t", "primitive"))
+    assert costs == ["refit", "refit", "refit", "rebuild", "rebuild", "refit"]
 
 
 def test_a_scene_that_cannot_be_held_leaves_the_one_before(scene: clrt.Scene) -> None:
@@ -139,7 +168,8 @@ def test_memory_does_not_grow(scene: clrt.Scene) -> None:
     tracer = clrt.Tracer(scene)
     held = []
     for i in range(300):
-        tracer.update(scene.replace({"shapes[1].radius": 0.3 + 0.001 * i, "lights[0].intensity": 0.001 * i}))
+        moved = {"shapes[1].radius": 0.3 + 0.001 * i, "lights[0].intensity": 0.001 * i}
+        assert tracer.update(scene.replace(moved)) == "refit"
         tracer.render()
         held.append(tracer.device.held_bytes)
     assert max(held[50:]) <= 1.05 * max(held[:50]) + (1 << 14), "what is kept for use varies by a block"

@@ -16,7 +16,9 @@ INTERNAL = "total internal reflection"
 def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     """Name, scene and what nobody can see from the scene's tables."""
     for name, changes in _CAMERAS.items():
-        yield name, _things({**CAMERA, **changes}), set()
+        said = {"fov"} if "K" in changes else set()
+        said |= {"origin", "target"} if "pose" in changes else set()
+        yield name, _things({key: CAMERA[key] for key in CAMERA if key not in said} | changes), set()
     for name, table in _internal().items():
         yield name, table, {INTERNAL}
     yield "under water", _under_water(), {INTERNAL, "camera in glass"}
@@ -47,6 +49,12 @@ _CAMERAS: dict[str, Table] = {
     "lens": {"aperture": 0.03, "focus": 6.5},
     "lens beyond near": {"aperture": 0.04, "near": 3.0, "mirror": True, "shift": [2, -1], "spp": 4,
                          "jitter": 2},
+    "pose and oblong pixels": {
+        "pose": [[0.8, 0, 0.6, -5.1], [0.36, -0.8, -0.48, 4.08], [0.48, 0.6, -0.64, 5.44], [0, 0, 0, 1]],
+        "K": [[215, 0, 70], [0, 180, 66.5], [0, 0, 1]],
+    },
+    "K and a lens": {"K": [[190, 0, 90], [0, 230, 55], [0, 0, 1]], "aperture": 0.03, "focus": 6.5,
+                     "spp": 4, "jitter": 5},
     "orthographic lens": {"type": "orthographic", "size": 6.2, "aperture": 0.03, "focus": 7.0, "near": 0.5},
     "tent": {"spp": 9, "filter": "tent"},
     "gaussian": {"spp": 9, "filter": "gaussian", "jitter": 5},

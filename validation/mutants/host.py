@@ -7,7 +7,7 @@ from typing import Final
 from .kernels import AMBIENT, DIFFUSE, GEOMETRY, HIGHLIGHT, REFLECTION, TRANSMISSION, TRANSMISSION_2, Mutant
 
 HOST_FAULTS: Final = (
-    Mutant("field of view 1 % wide", "clrt/flatten/camera.py", "0.5 * camera.fov", "0.505 * camera.fov",
+    Mutant("field of view 1 % wide", "clrt/scene/camera.py", "0.5 * self.fov", "0.505 * self.fov",
            ("diffuse",), GEOMETRY),
     Mutant("aspect of the other axis", "clrt/flatten/camera.py", "return half * width / height, half",
            "return half, half * height / width", ("vertical view",), GEOMETRY),

@@ -47,8 +47,13 @@ def read(source: Source) -> Scene:
         tables["spectrum"] = Spectral(**{key: frozen(value) for key, value in spectral.items()})
     if tables.get("camera") is not None:
         wanted = {name: getattr(source, name) for name in ("width", "height", "spp")}
-        camera = dict(tables["camera"]) | {name: value for name, value in wanted.items() if value is not None}
-        tables["camera"] = Camera(**{key: frozen(value) for key, value in camera.items()})
+        stated = Camera(**{key: frozen(value) for key, value in tables["camera"].items()})
+        camera = {name: value for name, value in wanted.items() if value is not None}
+        resized = replace(stated, **camera)
+        if stated.K is not None:  # of a picture of the size that the table says
+            scale = np.array([[resized.width / stated.width], [resized.height / stated.height], [1.0]])
+            resized = replace(resized, K=np.array(stated.K, float) * scale)
+        tables["camera"] = resized
     scene = Scene(**tables, folder=source.folder)
     return scene if source.max_depth is None else replace(scene, max_depth=source.max_depth)
 

@@ -267,8 +267,8 @@ class AreaLight:
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    origin: Any
-    target: Any
+    origin: Any = None
+    target: Any = None
     type: str = "perspective"
     up: Any = None
     fov: float = 45.0
@@ -284,6 +284,14 @@ class Camera:
     spp: int = 1
     filter: str = "box"
     jitter: int | None = None
+    pose: Any = None
+    K: Any = None
+
+    def __post_init__(self) -> None:
+        if self.pose is not None:
+            _, down, forward, origin = np.array(self.pose, float)[:3].T
+            for name, vector in (("origin", origin), ("target", origin + forward), ("up", -down)):
+                object.__setattr__(self, name, vector)
 
 
 @dataclass(frozen=True)

@@ -241,6 +241,8 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
         else:
             plugin["principal_point_offset_x"] = camera.shift[0] / width
             plugin["principal_point_offset_y"] = camera.shift[1] / height
+        if camera.K is not None:
+            plugin.update(_by_k(camera, thin=camera.aperture > 0))
     else:  # the view is 2 units wide under a scale; it has no principal point, so the camera itself is moved
         stretch = (camera.size if camera.fov_axis == "horizontal" else camera.size * width / height) / 2
         pixel = 2 * stretch / width
@@ -259,6 +261,22 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
         "rfilter": {"type": camera.filter},
     }
     return plugin
+
+
+def _by_k(camera: Camera, thin: bool) -> dict[str, Any]:
+    """The keys of a plugin for a camera with K, as if its pixels were square: `_narrowed` sees to that."""
+    (fx, _, cx), (_, fy, cy), _ = camera.K
+    made = {"fov": 2 * np.degrees(np.arctan(camera.width / (2 * fx))), "fov_axis": "x"}
+    if not thin:
+        made["principal_point_offset_x"] = 0.5 + (camera.shift[0] - cx) / camera.width
+        made["principal_point_offset_y"] = (0.5 + (camera.shift[1] - cy) / camera.height) * fx / fy
+    return made
+
+
+def _narrowed(camera: Camera, positions: Array) -> Array:
+    """Positions in the picture of a camera whose pixels are as high as they are wide."""
+    square = np.array([1.0, 1.0 if camera.K is None else camera.K[0][0] / camera.K[1][1]])
+    return 0.5 + (positions - 0.5) * square
 
 
 def focus(camera: Camera) -> float:
@@ -287,13 +305,16 @@ def view(scene: Scene, width: int, height: int, spp: int, size: float, center: A
         lens = lens_positions(camera, width * height, spp)
         if camera.type == "perspective":
             positions = positions + np.divide(camera.shift, (width, height))
+            if camera.K is not None:
+                middle = np.array([camera.K[0][2] / camera.width, camera.K[1][2] / camera.height])
+                positions = positions + 0.5 - middle
         eye = eye + on_lens(camera, lens)
     return {
         "sensor": sensor(camera, width, height, size, center),
         "center": center,
         "eye": eye if at_eye else None,
         "lens": lens,
-        "positions": positions,
+        "positions": _narrowed(camera, positions),
         "off": None if camera.filter == "box" else off,
         "paths": paths,
         "seed": camera.jitter or 0,

@@ -141,7 +141,12 @@ def _camera(camera: Camera) -> list[str]:
     half = camera.size / 2 if orthographic else np.tan(np.radians(camera.fov) / 2)
     across = half if camera.fov_axis == "horizontal" else half * width / height
     down = across * height / width
-    moved = 2 * camera.shift[0] / width * across * right - 2 * camera.shift[1] / height * down * up
+    shift = np.array(camera.shift, float)
+    if camera.has_k:
+        (fx, _, cx), (_, fy, cy), _ = camera.K  # type: ignore[misc]
+        across, down = width / (2 * fx), height / (2 * fy)
+        shift += width / 2 - cx, height / 2 - cy
+    moved = 2 * shift[0] / width * across * right - 2 * shift[1] / height * down * up
     origin = np.asarray(camera.origin, float)
     if orthographic:
         origin, direction = origin + moved + camera.near * forward, forward
