@@ -4,7 +4,7 @@
 #   make test    run the tests
 #   make lint    ruff and mypy
 #   make reliability   the long proofs, and docs/reliability.md with their figures
-#   make release   lint, figures that are not stale, all tests, all of validation and its mutants; long
+#   make release   lint, figures that are not stale, all tests, all exercises, all of validation and its mutants; long
 #   make clean   remove what the above made
 #
 # PYTHON=/path/to/python chooses the interpreter, TESTS="tests/cli/test_cli.py -x" what pytest gets (JOBS= runs tests
@@ -70,6 +70,7 @@ release: $(VENV)/test-ready
 	@$(MAKE) --no-print-directory lint
 	@$(BIN)/python -m validation.reliability --check
 	@$(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
+	@$(USE_DRIVER); CLRT_EXERCISES=all $(BIN)/python -m pytest -q -m debian_pocl tests/exercises
 	@mkdir -p out
 	@$(USE_DRIVER); $(BIN)/clrt validate --full --mutants --report out/validation.html
 
