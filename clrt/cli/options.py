@@ -207,7 +207,10 @@ def _add_exercises(parser: argparse.ArgumentParser) -> None:
     actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
 
     def action(name: str, text: str) -> argparse.ArgumentParser:
-        return actions.add_parser(name, help=text, description=text, allow_abbrev=False)
+        added = actions.add_parser(name, help=text, description=text, allow_abbrev=False)
+        unsaid = argparse.SUPPRESS  # what stands before the action's name counts, too
+        added.add_argument("-v", "--verbose", action="count", default=unsaid, help="say what is done")
+        return added
 
     action("list", "List the exercises.").add_argument("--json", action="store_true", help="print JSON")
     start = action("start", "Make a folder with kernels that have a fault, scenes and the right picture.")

@@ -97,7 +97,7 @@ def test_the_list(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["exercise", "list"]) == 0
     said = capsys.readouterr().out.splitlines()
     assert len(said) == 31 and said[0] == " 1  The shadow is gone"
-    assert main(["exercise", "list", "--json"]) == 0
+    assert main(["exercise", "list", "--json", "-v"]) == 0
     rows = json.loads(capsys.readouterr().out)
     assert [row["exercise"] for row in rows] == list(range(1, 31)) and rows[0]["title"] == exercise(1).title
 
