@@ -10,7 +10,7 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
 from clrt.version import __version__  # noqa: E402
-from docs.site import figures, gallery, pages, reference  # noqa: E402
+from docs.site import figures, gallery, notebooks, pages, reference  # noqa: E402
 
 project, author, copyright = "clrt", "the clrt authors", "the clrt authors"
 version = release = __version__
@@ -33,7 +33,7 @@ html_show_sphinx = False
 def _made(app: Any) -> None:
     """Write the pages and figures that are made, before Sphinx looks for pages."""
     folder = HERE / "generated"
-    for part in (gallery, reference, figures):
+    for part in (gallery, reference, figures, notebooks):
         part.write(folder)
 
 

@@ -1,14 +1,10 @@
-"""Figures of the concepts and of the tutorial, made by the code that they are about. Needs a device."""
+"""Figures of the concepts, made by the code that they are about. Needs a device."""
 
 from __future__ import annotations
 
-import contextlib
 import inspect
 import logging
-import os
-import re
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,13 +16,11 @@ from clrt.engine import wavefront
 from clrt.exercises.table import scenes
 from clrt.spectra.curves import ior_at
 
-DOCS = Path(__file__).resolve().parents[1]
 _GLASSES = ("BK7", "SF11", "water-dispersive", "diamond-dispersive")
 _BITS = {
     "as it comes": clrt.Settings(), "tiles of 256 rays": clrt.Settings(tile=256),
     "one work-item a group": clrt.Settings(local_size=1), "one thread": clrt.Settings(threads=1),
 }  # fmt: skip
-_BLOCK = re.compile(r"```python\n(.*?)```", re.S)
 
 
 def write(folder: Path) -> None:
@@ -42,27 +36,6 @@ def write(folder: Path) -> None:
     shutil.copy(folder / "gallery" / "rainbow.png", figures / "rainbow.png")
     (folder / "wavefront.txt").write_text(f"```python\n{inspect.getsource(wavefront.trace)}```\n", "utf-8")
     (folder / "bits.txt").write_text(_bits(), "utf-8")
-    tutorial(folder / "tutorial")
-
-
-def tutorial(folder: Path) -> dict[str, Any]:
-    """Run the tutorial's code in a folder, which gets its pictures; give its names."""
-    folder.mkdir(parents=True, exist_ok=True)
-    space: dict[str, Any] = {}
-    with _within(folder):
-        for block in _BLOCK.findall((DOCS / "tutorial.md").read_text("utf-8")):
-            exec(block, space)
-    return space
-
-
-@contextlib.contextmanager
-def _within(folder: Path) -> Iterator[None]:
-    before = Path.cwd()
-    os.chdir(folder)
-    try:
-        yield
-    finally:
-        os.chdir(before)
 
 
 def _axes(title: str, across: str, up: str) -> Any:

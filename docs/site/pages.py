@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from docs.site.notebooks import PAGES
+
 DOCS = Path(__file__).resolve().parents[1]
 ROOT = DOCS.parent
 _OUTSIDE = re.compile(r"\[([^\]\[]+)\]\(((?:\.\./)+[\w./-]+)\)")
@@ -18,6 +20,9 @@ def prepared(name: str, text: str) -> str:
     up = "../" * name.count("/")
     if name == "tutorial":
         text = _SAVED.sub(_with_pictures, text)
+    if name in PAGES:
+        file = f"{up}generated/notebooks/{name.split('/')[-1]}.ipynb"
+        text += f"\n---\n\n[This page as a notebook]({file}), with its pictures.\n"
     text = _OUTSIDE.sub(lambda match: _named(name, match[1], match[2]), text)
     text = _MARK.sub(lambda match: _made(match[1], match[2], up), text)
     return text.replace("<!-- others -->", "\n".join(others())) if name == "index" else text
