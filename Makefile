@@ -3,8 +3,9 @@
 #   make demo    render the showcase scene
 #   make test    run the tests
 #   make lint    ruff and mypy
+#   make docs    the documentation as a site, in out/docs
 #   make reliability   the long proofs, and docs/reliability.md with their figures
-#   make release   lint, figures that are not stale, all tests, all of validation and its mutants; long
+#   make release   lint, figures that are not stale, all tests, all exercises, all of validation and its mutants; long
 #   make clean   remove what the above made
 #
 # PYTHON=/path/to/python chooses the interpreter, TESTS="tests/cli/test_cli.py -x" what pytest gets (JOBS= runs tests
@@ -46,7 +47,7 @@ EXPRESSION = not $(subst $(space), and not ,$(strip $(ELSEWHERE)))
 empty :=
 space := $(empty) $(empty)
 
-.PHONY: demo test lint reliability release clean
+.PHONY: demo test lint docs reliability release clean
 .DELETE_ON_ERROR:
 
 demo: $(VENV)/demo-ready
@@ -62,6 +63,10 @@ lint: $(VENV)/test-ready
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
+docs: $(VENV)/docs-ready
+	@$(USE_DRIVER); $(BIN)/python -m sphinx -q -W --keep-going -b html -d out/doctrees docs out/docs
+	@$(BIN)/python -m docs.site.links out/docs
+
 reliability: $(VENV)/test-ready
 	@$(BIN)/python -m validation.reliability
 
@@ -70,6 +75,7 @@ release: $(VENV)/test-ready
 	@$(MAKE) --no-print-directory lint
 	@$(BIN)/python -m validation.reliability --check
 	@$(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
+	@$(USE_DRIVER); CLRT_EXERCISES=all $(BIN)/python -m pytest -q -m debian_pocl tests/exercises
 	@mkdir -p out
 	@$(USE_DRIVER); $(BIN)/clrt validate --full --mutants --report out/validation.html
 
@@ -85,6 +91,11 @@ $(VENV)/demo-ready: pyproject.toml $(VENV)/made
 $(VENV)/test-ready: pyproject.toml $(VENV)/demo-ready
 	@echo "installing clrt and its tools into $(VENV) ..."
 	@$(INSTALL) --editable '.[mesh,validation,bench,video,dev]'
+	@touch $@
+
+$(VENV)/docs-ready: pyproject.toml $(VENV)/demo-ready
+	@echo "installing what makes the site into $(VENV) ..."
+	@$(INSTALL) --editable '.[mesh,docs]'
 	@touch $@
 
 $(VENV)/made:

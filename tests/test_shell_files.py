@@ -59,7 +59,7 @@ def test_bash_completes_commands_options_and_scenes(
     monkeypatch.chdir(tmp_path)
     script = tmp_path / "clrt.bash"
     script.write_text(shell.made()["clrt.bash"])
-    assert set(completed(script, "clrt", "e")) == {"explain"}
+    assert set(completed(script, "clrt", "ex")) == {"exercise", "explain"}
     assert set(completed(script, "clrt", "render", "--lay")) == {"--layers"}
     (tmp_path / "showroom.toml").touch()
     assert set(completed(script, "clrt", "render", "show")) == {"showcase", "showroom.toml"}

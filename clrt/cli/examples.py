@@ -52,6 +52,11 @@ EXAMPLES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     "doctor": (("clrt doctor", "why nothing renders"),),
     "scenes": (("clrt scenes", "names that stand for files"),),
     "selftest": (("clrt selftest --quick", "is this driver right"),),
+    "exercise": (
+        ("clrt exercise start 1 shadow", "begin: a folder with a fault in it"),
+        ("clrt exercise check shadow", "is it mended"),
+        ("clrt exercise check --json ada/* grace/*", "a class"),
+    ),
 }
 """By command: what to type, and what for."""
 

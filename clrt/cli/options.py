@@ -152,6 +152,7 @@ def parser() -> _Parser:
     validate.add_argument("--against", metavar="CMD", help="a program: 'myrt {scene.toml} {out.exr}'")
     validate.add_argument("--timeout", type=float, default=60.0, metavar="S", help="its time a picture (60)")
     validate.add_argument("--report", metavar="OUT.html", help="write a page with all pictures and figures")
+    validate.add_argument("--json", action="store_true", help="print JSON, as it stands beside a report")
     validate.add_argument("--random", type=whole, metavar="N", help="scenes drawn at random (0; --full: 100)")
     validate.add_argument("--seed", type=whole, default=1, metavar="S", help="of the random scenes (1)")
     validate.add_argument("--spd", metavar="FOLDER", help="ray counts of balls_c_s4.nff ... in there")
@@ -192,11 +193,38 @@ def parser() -> _Parser:
     selftest = command("selftest", "Check that a device computes what the reference does, bit for bit.")
     selftest.add_argument("--quick", action="store_true", help="without light in bands and generated scenes")
     selftest.add_argument("--only", type=_names, metavar="A,B", help="arithmetic, spheres ...")
+    selftest.add_argument("--json", action="store_true", help="print JSON")
     selftest.add_argument("--junit", metavar="F.xml", help="write the results as JUnit XML")
     selftest.add_argument("--bundle", metavar="DIR", help="for what differs: kernel, inputs, a program")
     _add_device(selftest)
+    exercising = command("exercise", "Learn: find and mend a fault that is planted in a copy of the kernels.")
+    _add_exercises(exercising)
     made.commands = commands.choices
     return made
+
+
+def _add_exercises(parser: argparse.ArgumentParser) -> None:
+    """What can be done with exercises."""
+    actions = parser.add_subparsers(dest="action", metavar="ACTION", required=True)
+
+    def action(name: str, text: str) -> argparse.ArgumentParser:
+        added = actions.add_parser(name, help=text, description=text, allow_abbrev=False)
+        unsaid = argparse.SUPPRESS  # what stands before the action's name counts, too
+        added.add_argument("-v", "--verbose", action="count", default=unsaid, help="say what is done")
+        return added
+
+    action("list", "List the exercises.").add_argument("--json", action="store_true", help="print JSON")
+    start = action("start", "Make a folder with kernels that have a fault, scenes and the right picture.")
+    start.add_argument("number", metavar="N", type=whole, help="of `clrt exercise list`")
+    start.add_argument("folder", metavar="DIR", help="folder to make")
+    _add_device(start)
+    hint = action("hint", "Give one hint more.")
+    hint.add_argument("folder", metavar="DIR", help="folder that `clrt exercise start` made")
+    check = action("check", "Say whether the fault is mended; 1 where it is not.")
+    check.add_argument("folders", metavar="DIR", nargs="+", help="folders that `clrt exercise start` made")
+    check.add_argument("--json", action="store_true", help="print JSON")
+    check.add_argument("--timeout", type=float, default=300.0, metavar="S", help="of each of several (300)")
+    _add_device(check)
 
 
 def _add_scene(parser: argparse.ArgumentParser) -> None:

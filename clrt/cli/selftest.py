@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import json
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from clrt.base.errors import ClrtError
+from clrt.base.errors import ClrtError, legible
 from clrt.base.resources import validation_module
 from clrt.cli.terminal import say
 
@@ -21,23 +24,34 @@ def run(options: argparse.Namespace) -> int:
         check_replaceable(options.junit)
     if options.bundle:
         validation_module("conformance.bundle").check_folder(Path(options.bundle))
-    print(f"on {choose(options.device)[0].label}:", flush=True)
+    label = choose(options.device)[0].label
+    shown = say if options.json else partial(print, flush=True)
+    shown(f"on {label}:")
     least = "" if options.quick else "; --quick takes a third of that"
     say(f"{len(names)} checks, half a minute; kernels that were never used are compiled first{least}")
     width, results = max(map(len, names)), []
     blaming = bool(options.junit or options.bundle)
     for result in selftest.run_selftest(options.device, options.quick, blaming, names):
         verdict = "same" if result.passed else "DIFFERENT"
-        print(f"{verdict:9}  {result.name:{width}}  {result.detail} ({result.seconds:.1f} s)", flush=True)
+        shown(f"{verdict:9}  {result.name:{width}}  {result.detail} ({result.seconds:.1f} s)")
         results.append(result)
         if not result.passed and options.bundle:
-            print(f"{'':9}  {'':{width}}  {_bundle(options, result)}", flush=True)
+            shown(f"{'':9}  {'':{width}}  {_bundle(options, result)}")
     if options.junit:
         device = validation_module("conformance.bundle").about(selftest.Device(options.device))
         validation_module("conformance.junit").write_junit(Path(options.junit), results, device)
     failed = sum(not result.passed for result in results)
-    print(f"{failed} of {len(names)} checks failed" if failed else f"all {len(names)} checks passed")
+    shown(f"{failed} of {len(names)} checks failed" if failed else f"all {len(names)} checks passed")
+    if options.json:
+        print(json.dumps(legible(_plain(label, results)), indent=2))
     return 1 if failed else 0
+
+
+def _plain(device: str, results: list[Any]) -> dict[str, Any]:
+    """The answer for a program."""
+    told = ("name", "passed", "detail", "seconds")
+    checks = [{name: getattr(one, name) for name in told} for one in results]
+    return {"device": device, "passed": all(one.passed for one in results), "checks": checks}
 
 
 def _names(known: list[str], wanted: list[str] | None) -> list[str]:

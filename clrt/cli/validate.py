@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import shlex
 import sys
 from collections.abc import Iterator
@@ -16,7 +17,7 @@ from clrt.base.install import install_extra
 from clrt.base.resources import validation_module
 from clrt.cli.outputs import check_apart
 from clrt.cli.terminal import console
-from clrt.cli.validating import progress_bar, write
+from clrt.cli.validating import progress_bar, say_json, write
 
 FAILED = 1  # exit code
 MOST_RANDOM = 10_000  # scenes: the list of all is made before the first is rendered
@@ -32,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     try:
         suite = validation_module("suite.run")
         if options.list:
-            return _list(suite)
+            return _list(suite, options.json)
         if options.against is not None:
             from clrt.cli import validate_against
 
@@ -44,11 +45,14 @@ def run(options: argparse.Namespace) -> int:
         with progress_bar() as progress:
             result = replace(suite.run(plan, progress), stamp=stamp)
         if options.report:
-            write(result, Path(options.report))
+            write(result, Path(options.report), options.json)
     except ModuleNotFoundError as error:
         needs = f"clrt validate needs the package {error.name}"
         raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
-    _show(result)
+    if options.json:
+        say_json(result)
+    else:
+        _show(result)
     return 0 if result.passed else FAILED
 
 
@@ -66,7 +70,10 @@ def _check_spares(report: Path, spd: str | None) -> None:
     check_apart({"--report": report, **outputs}, {f"{scene}, which is read": scene for scene in scenes})
 
 
-def _list(suite: Any) -> int:
+def _list(suite: Any, as_json: bool) -> int:
+    if as_json:
+        print(json.dumps([{"case": name, "shows": shows} for name, shows in suite.case_rows()], indent=2))
+        return 0
     for name, shows in suite.case_rows():
         print(f"{name}\t{shows}")
     print("random SEED/NUMBER\ta scene drawn at random")

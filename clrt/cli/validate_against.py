@@ -12,7 +12,7 @@ from typing import Any
 from clrt.base.errors import ClrtError
 from clrt.base.resources import validation_module
 from clrt.cli.terminal import console
-from clrt.cli.validating import progress_bar, write
+from clrt.cli.validating import progress_bar, say_json, write
 from clrt.judging.verdict import certainty
 
 PASSED, FAILED = 0, 1  # exit codes
@@ -32,11 +32,16 @@ def run(options: argparse.Namespace) -> int:
     start = time.perf_counter()
     with progress_bar() as progress:
         judged = against.run(names, program, options.device, bool(options.report), progress)
-    if options.report:
-        seconds, command = time.perf_counter() - start, shlex.join(["clrt", *sys.argv[1:]])
-        write(against.suite_result(judged, program, command, seconds), Path(options.report))
     asked = [j for j in judged if not j.left_out]
-    _show(against, judged, asked)
+    if options.report or options.json:
+        seconds, command = time.perf_counter() - start, shlex.join(["clrt", *sys.argv[1:]])
+        result = against.suite_result(judged, program, command, seconds)
+    if options.report:
+        write(result, Path(options.report), options.json)
+    if options.json:
+        say_json(result)
+    else:
+        _show(against, judged, asked)
     return PASSED if asked and all(j.passed for j in asked) else FAILED
 
 

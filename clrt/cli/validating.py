@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,10 +13,17 @@ from clrt.base.resources import validation_module
 from clrt.cli.terminal import console, marked
 
 
-def write(result: Any, report: Path) -> None:
+def say_json(result: Any) -> None:
+    """Print what stands beside a report as JSON."""
+    print(json.dumps(validation_module("suite.files").plain(result), indent=1, allow_nan=False))
+
+
+def write(result: Any, report: Path, quiet: bool = False) -> None:
+    """Write a report and what stands beside it, and say where."""
     page = validation_module("suite.report").write_report(result, report)
     xml, data = validation_module("suite.files").write_beside(result, report)
-    print(f"report: {page}\nfor other programs: {xml.name} (JUnit), {data.name}")
+    if not quiet:
+        print(f"report: {page}\nfor other programs: {xml.name} (JUnit), {data.name}")
 
 
 @contextmanager

@@ -23,8 +23,8 @@ import numpy as np
 from clrt import layout
 from clrt.base.errors import DeviceError
 from clrt.base.log import log
-from clrt.base.resources import kernel_folder
-from clrt.device import binaries, intel, kernelcache
+from clrt.base.resources import kernel_folder, kernel_text
+from clrt.device import binaries, foreign, intel, kernelcache
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, choose, command, pocl_version
 from clrt.device.settings import Settings
@@ -81,7 +81,7 @@ class Driver:
 
     def __init__(self, wanted: int | str | None, settings: Settings, folder: Path | None) -> None:
         self.settings = settings
-        self._folder = folder
+        self.foreign = folder or foreign.folder()  # None: the kernels that ship
         self.info, device = choose(wanted)
         if (self.settings.local_size or 1) > device.max_work_group_size:
             raise DeviceError(
@@ -106,8 +106,9 @@ class Driver:
     def kernels(self, ray_format: layout.RayFormat) -> Kernels:
         """The kernels for rays that carry this."""
         if ray_format not in self._kernels:
-            folder = self._folder or kernel_folder()
-            source = kernel_source(ray_format, self.settings.lanes, self.packet, folder)
+            read = foreign.text if self.foreign else kernel_text
+            folder = self.foreign or kernel_folder()
+            source = kernel_source(ray_format, self.settings.lanes, self.packet, folder, read)
             self._kernels[ray_format] = Kernels(self, ray_format, source)
         return self._kernels[ray_format]
 
@@ -132,10 +133,10 @@ class Driver:
             try:
                 return _program(self.context, given)
             except cl.Error as error:
-                raise DeviceError(
-                    f"{self.info.label}: the kernels do not build: {plain(str(error))}; what mends it says: "
-                    f"{command('doctor')}"
-                ) from None
+                where = f" of {self.foreign}" if self.foreign else ""
+                advice = "" if self.foreign else f"; what mends it says: {command('doctor')}"
+                reason = f"the kernels{where} do not build: {plain(str(error))}{advice}"
+                raise DeviceError(f"{self.info.label}: {reason}") from None
 
     def given(self, source: str) -> str:
         """What the driver's compiler is given of a source."""
@@ -207,8 +208,18 @@ class Kernels:
             frame = frame.f_back
         place = (name, frame.f_code, frame.f_lineno)
         if place not in self._checked:
-            parameters.check(self.source, name, parameters.kinds(arguments))
+            self._check_signature(name, arguments)
             self._checked.add(place)
+
+    def _check_signature(self, name: str, arguments: tuple[Any, ...]) -> None:
+        try:
+            parameters.check(self.source, name, parameters.kinds(arguments))
+        except (TypeError, KeyError, StopIteration, ValueError) as error:
+            if self._driver.foreign is None:
+                raise
+            missing = f"there is no kernel {name}, or none that takes what is given to it"
+            reason = str(error) if isinstance(error, TypeError) else missing
+            raise DeviceError(f"{self._driver.foreign}: {reason}") from None
 
     @cached_property
     def hash(self) -> str:

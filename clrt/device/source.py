@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
 from clrt import layout
+from clrt.base.errors import ClrtError
 from clrt.base.resources import kernel_folder, kernel_text
 from clrt.layout.declarations import c_declarations
 
@@ -31,17 +33,21 @@ _ONCE: Final = "#pragma once"
 _INCLUDE: Final = re.compile(r'^#include "([\w.]+)"$')
 
 
-def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
+def flatten_includes(
+    files: tuple[str, ...], folder: Path, read: Callable[[Path], str] = kernel_text
+) -> str:
     """One source of all files: each include in place, with #line so that messages name file and line.
 
     A file that says `#pragma once` stands there once; what is written for any number of lanes, at each width.
-    (Real -I paths break on folders with a space in their name.)
+    (Real -I paths break on folders with a space in their name.) ClrtError where one includes itself.
     """
     seen: set[str] = set()
     out: list[str] = []
 
-    def add(name: str) -> None:
-        lines = kernel_text(folder / name).splitlines()
+    def add(name: str, within: tuple[str, ...] = ()) -> None:
+        if name in within:
+            raise ClrtError(f"{folder / name}: includes itself")
+        lines = read(folder / name).splitlines()
         if name in seen and _ONCE in lines:
             return
         seen.add(name)
@@ -49,7 +55,7 @@ def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
         for number, line in enumerate(lines, 1):
             match = _INCLUDE.match(line)
             if match:
-                add(match.group(1))
+                add(match.group(1), (*within, name))
                 out.append(f'#line {number + 1} "{name}"')
             else:
                 out.append("" if line == _ONCE else line)
@@ -60,8 +66,9 @@ def flatten_includes(files: tuple[str, ...], folder: Path) -> str:
 
 
 def kernel_source(
-    ray_format: layout.RayFormat | None = None, lanes: int = 16, packet: int = 16, folder: Path | None = None
-) -> str:
-    """The program: the layout's declarations and every kernel file."""
+    ray_format: layout.RayFormat | None = None, lanes: int = 16, packet: int = 16, folder: Path | None = None,
+    read: Callable[[Path], str] = kernel_text,
+) -> str:  # fmt: skip
+    """The program: the layout's declarations and every kernel file of `folder`, as `read` reads it."""
     declarations = c_declarations(ray_format, lanes, packet)
-    return declarations + flatten_includes(KERNEL_FILES, folder or kernel_folder())
+    return declarations + flatten_includes(KERNEL_FILES, folder or kernel_folder(), read)

@@ -244,3 +244,14 @@ def test_a_hash_is_json_where_asked(scene: str, capsys: pytest.CaptureFixture[st
 def test_short_options_are_the_long_ones(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["render", scene, "-q", "-o", "a.png"]) == 0
     assert capsys.readouterr().out == "" and Path("a.png").exists()
+
+
+def test_selftest_and_validation_answer_programs(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["selftest", "--only", "arithmetic", "--json"]) == 0
+    said = capsys.readouterr()
+    found = json.loads(said.out)
+    assert found["passed"] and [check["name"] for check in found["checks"]] == ["arithmetic"]
+    assert "same" in said.err and found["device"] in said.err
+    assert main(["validate", "--list", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert len(rows) > 50 and all(row["case"] and row["shows"] for row in rows)

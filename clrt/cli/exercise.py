@@ -1,0 +1,143 @@
+"""`clrt exercise`: a fault in a copy of the kernels, to find and to mend."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from clrt.base.errors import ClrtError, legible
+from clrt.base.resources import PACKAGE
+from clrt.cli.terminal import say
+
+NOT_YET = 1  # exit code
+
+
+def run(options: argparse.Namespace) -> int:
+    """List, start, hint or check."""
+    action: dict[str, Any] = {"list": _list, "start": _start, "hint": _hint, "check": _check}
+    code: int = action[options.action](options)
+    return code
+
+
+def _list(options: argparse.Namespace) -> int:
+    from clrt.exercises.table import exercises
+
+    if options.json:
+        rows = [{"exercise": one.number, "title": one.title, "picture": one.picture} for one in exercises()]
+        print(json.dumps(rows, indent=2))
+        return 0
+    for one in exercises():
+        print(f"{one.number:2}  {one.title}")
+    print("clrt exercise start N DIR begins one")
+    return 0
+
+
+def _start(options: argparse.Namespace) -> int:
+    from clrt.exercises.folder import start
+
+    made = start(options.number, Path(options.folder), options.device)
+    one = made.exercise
+    print(f"exercise {one.number}: {one.title}\n{one.picture}\n{made.folder / 'README.md'} says how to go on")
+    return 0
+
+
+def _hint(options: argparse.Namespace) -> int:
+    from clrt.exercises.folder import next_hint, opened
+    from clrt.exercises.table import HINTS
+
+    found = opened(Path(options.folder))
+    last = found.hints == HINTS
+    hint = next_hint(found)
+    print(f"hint {min(found.hints + 1, HINTS)} of {HINTS}{', again' if last else ''}: {hint}")
+    return 0
+
+
+def _check(options: argparse.Namespace) -> int:
+    """Print a line for each folder; 1 where one is not mended yet."""
+    if not 0 < options.timeout < 1e6:
+        raise ClrtError(f"--timeout: {options.timeout} is not allowed; it is a number of seconds above 0")
+    alone = len(options.folders) == 1
+    rows = [_checked(options.folders[0], options)] if alone else _apart(options)
+    if options.json:
+        print(json.dumps(legible(rows), indent=2))
+    elif alone:
+        print("\n".join(_words(rows[0])))
+    else:
+        for row in rows:
+            print(f"{row['folder']}: {_words(row)[0]}")
+        print(f"{sum(row['mended'] for row in rows)} of {len(rows)} mended")
+    return 0 if all(row["mended"] for row in rows) else NOT_YET
+
+
+def _checked(name: str, options: argparse.Namespace) -> dict[str, Any]:
+    """What is found of one folder, as `--json` prints it."""
+    from clrt.exercises.folder import opened
+    from clrt.exercises.judge import judged
+
+    found = opened(Path(name))
+    one = found.exercise
+    row: dict[str, Any] = {
+        "folder": name, "exercise": one.number, "title": one.title, "hints": found.hints, "error": None,
+    }  # fmt: skip
+    for finding in judged(one, found.kernels, options.device):
+        row |= {"scene": finding.scene, "share": finding.share, "pixel": finding.pixel}
+    row["mended"] = row["pixel"] is None
+    return row
+
+
+def _apart(options: argparse.Namespace) -> list[dict[str, Any]]:
+    """The same of many folders, each by a process of its own: kernels of others may crash or never end."""
+    rows = []
+    for number, name in enumerate(options.folders, 1):
+        say(f"{number} of {len(options.folders)}: {name}")
+        rows.append(_by_child(name, options))
+    return rows
+
+
+def _by_child(name: str, options: argparse.Namespace) -> dict[str, Any]:
+    command = [sys.executable, "-P", "-m", "clrt", "exercise", "check", "--json"]
+    command += [] if options.device is None else ["--device", str(options.device)]
+    paths = os.pathsep.join(part for part in (str(PACKAGE.parent), os.environ.get("PYTHONPATH")) if part)
+    row: dict[str, Any] = {"folder": name, "mended": False}
+    try:
+        done = subprocess.run(
+            [*command, "--", name], capture_output=True, timeout=options.timeout, check=False,
+            stdin=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": paths},
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return {**row, "error": f"no answer within {options.timeout:g} s"}
+    if done.returncode in (0, NOT_YET):
+        found: dict[str, Any] = json.loads(done.stdout)[0]
+        return found
+    if done.returncode < 0:
+        return {**row, "error": f"the kernels end the process (signal {-done.returncode})"}
+    said = done.stderr.decode(errors="replace").strip().splitlines()
+    last = said[-1].removeprefix("clrt: error: ") if said else f"exit code {done.returncode}"
+    return {**row, "error": last}
+
+
+def _words(row: dict[str, Any]) -> list[str]:
+    """A line that says how it is, and what more there is to say."""
+    if row["error"]:
+        return [f"not judged: {row['error']}"]
+    from clrt.exercises.table import exercise, scenes
+
+    one = exercise(row["exercise"])
+    hints = f", {row['hints']} hint{'' if row['hints'] == 1 else 's'}" if row["hints"] else ""
+    name = f"exercise {one.number}, {one.title!r}{hints}"
+    if row["mended"]:
+        return [f"{name}: mended; {len(scenes())} pictures are right, bit for bit", one.lesson]
+    column, row_number = row["pixel"]
+    own = row["scene"] == one.scene
+    scene = f"scenes/{row['scene']}.toml"
+    lines = [f"{name}: not yet; {100 * row['share']:.2g} % of the pixels of {scene} are wrong"]
+    if not own:
+        why = "more was changed than the fault, or the wrong place was mended"
+        lines.append(f"scenes/{one.scene}.toml is right, so {why}")
+    where = f"{scene} {column} {row_number}"
+    return [*lines, f"most at column {column}, row {row_number}: clrt explain {where}"]

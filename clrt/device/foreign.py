@@ -1,0 +1,50 @@
+"""Kernels of the user's own: the folder that CLRT_KERNELS names takes the place of the one that ships.
+
+For those who learn from the kernels or change them. It is said whenever they are used, and pictures carry
+their hash (`metadata["kernel_hash"]`). Programs are known by their source, so no cache takes one for another.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Final
+
+from clrt.base import notices
+from clrt.base.errors import ClrtError, show
+from clrt.base.files import read_bytes
+from clrt.base.limits import Limits
+from clrt.base.resources import kernel_folder
+from clrt.device.source import KERNEL_FILES
+from clrt.version import __version__
+
+VARIABLE: Final = "CLRT_KERNELS"
+_MOST: Final = 1 << 20  # bytes of a file of kernels: ours have 16 kB at most
+
+
+def folder() -> Path | None:
+    """The folder that CLRT_KERNELS names, with a warning; None where it names none, or that of clrt itself.
+
+    ClrtError where it is no folder of kernels.
+    """
+    given = os.environ.get(VARIABLE)
+    if not given:
+        return None
+    named = Path(given)
+    missing = [name for name in KERNEL_FILES if not os.path.isfile(named / name)]
+    if missing:
+        what = f"it must be a folder with all kernels, as {kernel_folder()} is"
+        raise ClrtError(f"{VARIABLE}: {show(given)} has no {missing[0]}; {what}")
+    if os.path.samefile(named, kernel_folder()):
+        return None
+    where = os.path.abspath(named)
+    notices.warn("", VARIABLE, f"the kernels in {where} are used, not those of clrt {__version__}")
+    return named
+
+
+def text(file: Path) -> str:
+    """The text of a file of kernels. ClrtError where it is none, without waiting for a pipe."""
+    try:
+        return read_bytes(file, Limits(file_bytes=_MOST)).decode()
+    except UnicodeDecodeError as error:
+        raise ClrtError(f"{file}: is not text in UTF-8 (byte {error.start})") from None

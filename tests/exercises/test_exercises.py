@@ -1,0 +1,215 @@
+"""Exercises: each has one fault that its own scene shows, and only the right kernels pass the check."""
+
+from __future__ import annotations
+
+import datetime
+import json
+import os
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base.resources import kernel_folder
+from clrt.cli import main
+from clrt.device.source import KERNEL_FILES, flatten_includes
+from clrt.exercises import folder as folders
+from clrt.exercises import judge
+from clrt.exercises.table import HINTS, exercise, exercises, scenes
+from tests.cli.test_terminal import fault
+
+SEED = int(os.environ.get("CLRT_EXERCISE_SEED", datetime.date.today().toordinal()))
+ALL = os.environ.get("CLRT_EXERCISES") == "all"
+DRAWN = range(1, 31) if ALL else sorted(np.random.default_rng(SEED).choice(30, 3, replace=False) + 1)
+"""Three a day: each compiles kernels that nobody has compiled before."""
+
+
+@pytest.fixture
+def begun(tmp_path: Path) -> folders.Started:
+    return folders.start(1, tmp_path / "one")
+
+
+def mend(started: folders.Started) -> None:
+    file = started.exercise.file
+    shutil.copy(kernel_folder() / file, started.kernels / file)
+
+
+# --- what they are
+
+
+def test_there_are_thirty_with_all_that_is_told() -> None:
+    assert [one.number for one in exercises()] == list(range(1, 31))
+    assert len({one.title for one in exercises()}) == 30
+    assert {one.scene for one in exercises()} == set(scenes())
+    for one in exercises():
+        assert len(one.hints) == HINTS == 3 and one.lesson and len(one.picture) > 40
+        assert one.right not in (one.picture, *one.hints)
+        assert "/" not in one.file and (kernel_folder() / one.file).is_file()
+
+
+def test_each_fault_has_one_place_in_the_program() -> None:
+    right = flatten_includes(KERNEL_FILES, kernel_folder())
+    for one in exercises():
+        text = (kernel_folder() / one.file).read_text("utf-8")
+        assert one.planted(text) != text and one.right in right
+        with pytest.raises(clrt.ClrtError, match="needs this once"):
+            one.planted(text + text)
+
+
+def test_the_hints_name_the_file() -> None:
+    """The second one at the latest, or the student reads all kernels."""
+    assert [one.number for one in exercises() if not any(one.file in hint for hint in one.hints[:2])] == []
+
+
+# --- a folder
+
+
+def test_a_folder_has_one_fault_and_all_that_is_needed(begun: folders.Started) -> None:
+    assert {file.name for file in begun.folder.iterdir()} == {
+        "README.md", "exercise.json", "kernels", "scenes", "right.exr", "right.png",
+    }  # fmt: skip
+    names = {file.name for file in kernel_folder().iterdir()}
+    assert {file.name for file in begun.kernels.iterdir()} == names
+    own = {name: (kernel_folder() / name).read_bytes() for name in names}
+    differ = [name for name in names if (begun.kernels / name).read_bytes() != own[name]]
+    assert differ == [begun.exercise.file]
+    readme = (begun.folder / "README.md").read_text("utf-8")
+    assert begun.exercise.picture in readme and begun.exercise.right not in readme
+    right = clrt.render(clrt.load(begun.folder / "scenes" / "table.toml"))
+    assert np.array_equal(clrt.read_image(begun.folder / "right.exr"), right.pixels)
+    assert folders.opened(begun.folder) == begun
+    assert not [file for file in begun.folder.parent.iterdir() if file != begun.folder]
+
+
+def test_hints_come_one_by_one(begun: folders.Started, capsys: pytest.CaptureFixture[str]) -> None:
+    for number in (1, 2, 3, 3):
+        assert main(["exercise", "hint", str(begun.folder)]) == 0
+        said = capsys.readouterr().out
+        assert said.startswith(f"hint {number} of 3") and begun.exercise.hints[number - 1] in said
+    assert "again" in said and folders.opened(begun.folder).hints == 3
+
+
+def test_the_list(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["exercise", "list"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert len(said) == 31 and said[0] == " 1  The shadow is gone"
+    assert main(["exercise", "list", "--json", "-v"]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert [row["exercise"] for row in rows] == list(range(1, 31)) and rows[0]["title"] == exercise(1).title
+
+
+# --- the check
+
+
+def test_what_is_mended_passes(begun: folders.Started, capsys: pytest.CaptureFixture[str]) -> None:
+    mend(begun)
+    assert main(["exercise", "check", str(begun.folder)]) == 0
+    said = capsys.readouterr().out
+    assert "mended; 5 pictures are right" in said and begun.exercise.lesson in said
+    assert main(["exercise", "check", "--json", str(begun.folder)]) == 0
+    (row,) = json.loads(capsys.readouterr().out)
+    assert row["mended"] and row["exercise"] == 1 and row["pixel"] is None
+
+
+@pytest.mark.debian_pocl  # it compiles kernels anew, which PoCL does soonest
+@pytest.mark.parametrize("number", [pytest.param(int(n), id=f"{n}, seed {SEED}") for n in DRAWN])
+def test_the_fault_fails_on_its_own_scene(number: int, tmp_path: Path) -> None:
+    """So it fails the check of every other exercise too, which renders all scenes: it mends none."""
+    started = folders.start(number, tmp_path / "drawn")
+    (found,) = judge.judged(started.exercise, started.kernels)
+    assert not found.right and found.scene == started.exercise.scene and found.share > 0.005
+    other = exercise(number % 30 + 1)
+    assert not all(found.right for found in judge.judged(other, started.kernels))
+
+
+def test_any_bit_counts() -> None:
+    right = clrt.Image(np.full((2, 3, 3), 0.5, np.float32))
+    assert judge.compared("table", right, right).right
+    for value in (np.nextafter(np.float32(0.5), np.float32(1)), np.nan, np.inf, -0.5):
+        pixels = right.pixels.copy()
+        pixels[1, 2, 0] = value
+        found = judge.compared("table", right, clrt.Image(pixels))
+        assert (found.right, found.pixel, found.share) == (False, (2, 1), 1 / 6)
+
+
+def test_another_scene_that_is_wrong_is_named(
+    begun: folders.Started, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wrong = judge.Finding("glass", 0.25, (7, 9))
+    monkeypatch.setattr(judge, "judged", lambda *_: iter([judge.Finding("table", 0.0, None), wrong]))
+    assert main(["exercise", "check", str(begun.folder)]) == 1
+    said = capsys.readouterr().out
+    assert "not yet; 25 % of the pixels of scenes/glass.toml" in said and "more was changed" in said
+    assert "clrt explain scenes/glass.toml 7 9" in said
+
+
+def test_a_class_is_checked_whatever_its_kernels_do(
+    tmp_path: Path, begun: folders.Started, capsys: pytest.CaptureFixture[str]
+) -> None:
+    mend(begun)
+    lost = shutil.copytree(begun.folder, tmp_path / "lost")
+    (lost / "kernels" / "light.cl").unlink()
+    nothing = tmp_path / "nothing"
+    nothing.mkdir()
+    names = [str(begun.folder), str(lost), str(nothing)]
+    assert main(["exercise", "check", "--json", *names]) == 1
+    mended, without, empty = json.loads(capsys.readouterr().out)
+    assert mended["mended"] and mended["folder"] == names[0] and mended["error"] is None
+    assert "light.cl: there is no such file" in without["error"] and "is no exercise" in empty["error"]
+    assert main(["exercise", "check", "--timeout", "0.01", *names[:2]]) == 1
+    said = capsys.readouterr().out
+    assert said.count("not judged: no answer within 0.01 s") == 2 and said.endswith("0 of 2 mended\n")
+
+
+def test_a_process_that_dies_is_a_finding(
+    tmp_path: Path, begun: folders.Started, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    script = tmp_path / "dies"
+    script.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    script.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(script))
+    assert main(["exercise", "check", str(begun.folder), str(begun.folder)]) == 1
+    assert "the kernels end the process (signal 11)" in capsys.readouterr().out
+
+
+# --- what is not right
+
+
+def test_numbers_and_folders_that_cannot_be(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for number in ("0", "31", "-1"):
+        assert "numbered 1 to 30" in fault(capsys, "exercise", "start", "--", number, tmp_path / "a")
+    assert "not a whole number" in fault(capsys, "exercise", "start", "one", tmp_path / "a")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine")
+    assert "is not empty" in fault(capsys, "exercise", "start", "1", tmp_path / "full")
+    assert (tmp_path / "full" / "mine.txt").read_text() == "mine"
+    (tmp_path / "file").write_text("")
+    (tmp_path / "link").symlink_to(tmp_path / "nowhere")
+    for name in ("file", "link"):
+        assert "is no folder" in fault(capsys, "exercise", "start", "1", tmp_path / name)
+    assert "cannot be made" in fault(capsys, "exercise", "start", "1", tmp_path / "file" / "b")
+    assert "cannot be" in fault(capsys, "exercise", "start", "1", f"{tmp_path}/a\0b")
+    assert "--timeout" in fault(capsys, "exercise", "check", "--timeout", "nan", tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"full", "file", "link"}
+
+
+@pytest.mark.parametrize("value, reason", [
+    (None, "it has no exercise.json"), ("", "exercise.json"), ("[1]", "exercise.json"),
+    ("{", "exercise.json"), ({"exercise": 31}, "there is no exercise 31"), ({"hints": 9}, "9 hints"),
+    ({"more": 1}, "more"),
+    ({"exercise": "1"}, "int"), ({"kernels": "others"}, "begin again"),
+])  # fmt: skip
+def test_a_folder_that_is_no_exercise(
+    value: Any, reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    right = {"exercise": 1, "hints": 0, "version": "0.1.0", "kernels": folders._digest()}
+    if value is not None:
+        text = json.dumps({**right, **value}) if isinstance(value, dict) else value
+        (tmp_path / "exercise.json").write_text(text)
+    for command in (["hint"], ["check"]):
+        assert reason in fault(capsys, "exercise", *command, tmp_path)
