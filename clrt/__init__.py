@@ -13,6 +13,7 @@ if interrupts.is_program():
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from clrt.base import display
 from clrt.version import __version__
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from clrt.raytree.tree import RayTree
     from clrt.scene.camera import Camera
     from clrt.scene.scene import Scene
+    from clrt.view.notebook import widget
 
 _HOMES = {
     "clrt.base.errors": ("ClrtError", "ClrtWarning", "DeviceError", "LimitError", "SceneError"),
@@ -52,6 +54,7 @@ _HOMES = {
     "clrt.raytree.tree": ("RayTree",),
     "clrt.engine.tracer": ("Tracer",),
     "clrt.cluster.pictures": ("render", "sweep"),
+    "clrt.view.notebook": ("widget",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -59,7 +62,7 @@ __all__ = [
     "Camera", "ClrtError", "ClrtWarning", "Crossings", "DeviceError", "DeviceInfo", "Hits", "Image",
     "LimitError", "Limits", "RayMeshIntersector", "RayTree", "Scene", "SceneError", "Settings", "Tracer",
     "Verdict", "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image",
-    "render", "sweep", "turntable",
+    "render", "sweep", "turntable", "widget",
 ]  # fmt: skip
 
 
@@ -69,6 +72,15 @@ def __getattr__(name: str) -> Any:
     value = getattr(import_module(_HOME[name]), name)
     globals()[name] = value
     return value
+
+
+def _live(shown: Any) -> dict[str, Any]:
+    from clrt.view.notebook import live
+
+    return live(shown)
+
+
+display.live = _live
 
 
 def __dir__() -> list[str]:

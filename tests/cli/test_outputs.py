@@ -69,6 +69,7 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
     "validate": [], "plot-spectrum": [],  # which read no scene of the user's; see below
     # write nothing
     "hash": [], "check": [], "compare": [], "devices": [], "doctor": [], "scenes": [], "selftest": [],
+    "view": [],
 }  # fmt: skip
 """Every command; for each of its outputs a command line, and how the output's name has to end."""
 
