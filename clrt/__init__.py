@@ -13,6 +13,7 @@ if interrupts.is_program():
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from clrt.base import display
 from clrt.version import __version__
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from clrt.raytree.tree import RayTree
     from clrt.scene.camera import Camera
     from clrt.scene.scene import Scene
+    from clrt.view.notebook import widget
 
 _HOMES = {
     "clrt.base.errors": ("ClrtError", "ClrtWarning", "DeviceError", "LimitError", "SceneError"),
@@ -54,6 +56,7 @@ _HOMES = {
     "clrt.raytree.tree": ("RayTree",),
     "clrt.engine.tracer": ("Tracer",),
     "clrt.cluster.pictures": ("render", "sweep"),
+    "clrt.view.notebook": ("widget",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -61,7 +64,7 @@ __all__ = [
     "Camera", "ClrtError", "ClrtWarning", "Crossings", "DeviceError", "DeviceInfo", "Hits", "Image",
     "LimitError", "Limits", "RayMeshIntersector", "RayTree", "Scene", "SceneError", "Settings", "Tracer",
     "Verdict", "__version__", "camera_path", "compare", "devices", "load", "load_dict", "read_image",
-    "render", "sweep", "turntable", "views",
+    "render", "sweep", "turntable", "views", "widget",
 ]  # fmt: skip
 
 
@@ -71,6 +74,15 @@ def __getattr__(name: str) -> Any:
     value = getattr(import_module(_HOME[name]), name)
     globals()[name] = value
     return value
+
+
+def _live(shown: Any) -> dict[str, Any]:
+    from clrt.view.notebook import live
+
+    return live(shown)
+
+
+display.live = _live
 
 
 def __dir__() -> list[str]:

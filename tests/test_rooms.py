@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = (
     "base", "layout", "images", "spectra", "meshfiles", "scene", "formats", "flatten", "raytree", "device",
-    "engine", "cluster", "judging", "diagnosis", "bench", "exercises", "cli",
+    "engine", "cluster", "judging", "diagnosis", "bench", "exercises", "view", "cli",
 )  # fmt: skip
 """From the ground up."""
 # The public names of `clrt`, each imported when it is first asked for, stand above all rooms.

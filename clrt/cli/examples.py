@@ -16,6 +16,10 @@ EXAMPLES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("clrt explain showcase 808 353", "the tree in the terminal"),
         ("clrt explain showcase 808 353 --spp 1 -o why.html -o why.glb", "a page, a model"),
     ),
+    "view": (
+        ("clrt view showcase", "in your browser"),
+        ("clrt view room.toml --no-browser --port 8080", "only says where; Ctrl-C ends it"),
+    ),
     "check": (
         ("clrt check room.toml", "one scene"),
         ("clrt check --json *.toml", "many, for a program"),

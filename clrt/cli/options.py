@@ -101,6 +101,15 @@ def parser() -> _Parser:
     explain.add_argument("-q", "--quiet", action="store_true", help="print nothing")
     _add_frame(explain, crop=False)
 
+    view = command("view", "Show a scene in a browser: turn it, change it, look into its pixels.")
+    _add_scene(view)
+    view.add_argument("--port", type=whole, default=0, metavar="N", help="port of 127.0.0.1 (a free one)")
+    view.add_argument("--no-browser", dest="browser", action="store_false", help="only print the address")
+    _add_device(view)
+    view.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
+    _add_set(view, _SET)
+    view.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
+
     check = command("check", "Say whether scenes are right, and what is in them, without rendering.")
     check.add_argument("scenes", metavar="SCENE", nargs="+", help=_SCENE)
     check.add_argument("--json", action="store_true", help="print JSON")

@@ -11,7 +11,7 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
-from clrt.base import arguments
+from clrt.base import arguments, display
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError
 from clrt.device.device import Device
@@ -29,6 +29,7 @@ from clrt.engine.provenance import metadata, stats, wavelengths
 from clrt.engine.queues import picture_tile, tile_rays
 from clrt.engine.rayinput import LIGHT_BYTES, ray_chunks
 from clrt.engine.request import Request, camera_of, check_limits, depth_of
+from clrt.engine.shown import shown
 from clrt.engine.tiles import tiles
 from clrt.engine.wavefront import RayCounts
 from clrt.engine.world import World
@@ -153,6 +154,14 @@ class Tracer:
     def settings(self, other: object) -> None:
         text = "the device was set up with these; for others make Tracer(scene, settings=...)"
         raise ClrtError(f"tracer.settings: {text}")
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: a small picture, what is in the scene, and where it is computed."""
+        return shown(self)
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
+        """What notebooks show: the same, and the widget where there is one."""
+        return display.bundle(self, self._repr_html_())
 
     def __reduce__(self) -> NoReturn:
         raise ClrtError("a Tracer holds a device and cannot be copied or pickled; its scene and settings can")

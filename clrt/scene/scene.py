@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 from msgspec import Meta
 
-from clrt.base import arguments
+from clrt.base import arguments, display
 from clrt.base.arguments import public
 from clrt.base.collector import no_collections
 from clrt.base.files import resolve
@@ -47,6 +47,7 @@ from clrt.scene.shapes import (
     Shape,
     Sphere,
 )
+from clrt.scene.summary import html, summary
 from clrt.scene.tables import (
     check_material,
     check_pictures,
@@ -206,6 +207,14 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         if isinstance(shape.material, str):
             return self.materials[shape.material]
         return shape.material or _DEFAULT_MATERIAL
+
+    def _repr_html_(self) -> str:
+        """What notebooks show: what is in it."""
+        return html(summary(self))
+
+    def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
+        """What notebooks show: the same, and the widget where there is one."""
+        return display.bundle(self, self._repr_html_())
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as `clrt.load_dict` takes it: built-in types only, default values left out."""

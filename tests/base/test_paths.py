@@ -301,7 +301,7 @@ NUMBERS = _numbers()
 ARGUMENTS = {
     "render": ["room", "-o", "a.png"], "hash": ["room"], "compare": ["room", "room"], "validate": [],
     "bench": ["--only", "none"], "plot-spectrum": ["D65"], "sweep": ["room", "-o", "{index}.png"],
-    "turntable": ["room", "-o", "{index}.png"], "explain": ["room", "1", "1"],
+    "turntable": ["room", "-o", "{index}.png"], "explain": ["room", "1", "1"], "view": ["room"],
 }  # fmt: skip
 
 

@@ -70,6 +70,7 @@ WRITES: dict[str, list[tuple[list[str], str]]] = {
     # write nothing
     "hash": [], "check": [], "compare": [], "devices": [], "doctor": [], "scenes": [], "selftest": [],
     "exercise": [],  # makes a folder that is not there
+    "view": [],
 }  # fmt: skip
 """Every command; for each of its outputs a command line, and how the output's name has to end."""
 
