@@ -6,6 +6,8 @@ import io
 import logging
 import re
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -17,7 +19,7 @@ from clrt.base.errors import MissingPackage
 from clrt.base.files import read_bytes, resolve
 from clrt.base.install import pip_install
 from clrt.base.limits import Limits
-from clrt.base.places import At
+from clrt.base.places import At, PlacedError
 from clrt.meshfiles.gltf import read_gltf
 from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.obj import plain_obj
@@ -29,7 +31,14 @@ _MATERIALS = re.compile(rb'^[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)  # \s
 
 
 def read_mesh_file(
-    path: Path, at: At, limits: Limits, smooth: bool | None, vertices: int = 0, primitives: int = 0
+    path: Path,
+    at: At,
+    limits: Limits,
+    smooth: bool | None,
+    vertices: int = 0,
+    primitives: int = 0,
+    part: int | None = None,
+    opened: dict[Path, Placed] | None = None,
 ) -> Arrays:
     """Vertices (n, 3) float64, triangles (m, 3) int and vertex normals (n, 3) or None for a flat mesh.
 
@@ -37,33 +46,67 @@ def read_mesh_file(
     else flat; True computes normals that the file lacks, over all vertices at one position (files split
     them at seams). Materials and textures are left out, with a warning. `vertices` and `primitives` are what
     the scene has already: LimitError when it would have too many with those that the file declares.
+    `part`: only one of those that `Placed.groups` numbers; `opened` keeps what is read until all are.
     """
-    suffix = path.suffix.lower()
-    if suffix not in MESH_SUFFIXES:
-        raise at.error(path.name, f"a mesh file must end in one of {', '.join(MESH_SUFFIXES)}")
-    data = read_bytes(path, limits)
-    try:
-        with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
-            placed = _placed(data, path, at, limits, primitives)
-            if not len(placed.which):
-                raise at.says(f"{path.name} has no faces")
-            more = placed.sizes(smooth)
-            limits.check("primitives", primitives + more[1], at.source, at.path)
-            limits.check("vertices", vertices + more[0], at.source, at.path)
-            arrays = placed.joined(smooth)
-    except BrokenMesh as error:
-        raise at.says(f"{path.name} cannot be read as a mesh: {error}"[:300]) from None
-    if _MATERIALS.search(data) or any(part.colored for part in placed.parts):
-        text = f"{path.name}: its materials and colours are ignored; the shape's material holds for all of it"
-        notices.warn(at.source, at.path, text)
+    if part is None:
+        data = mesh_bytes(path, at, limits)
+        with broken_said(path, at):
+            placed = open_mesh(data, path, at, limits, primitives)
+            arrays = _checked(placed, path, at, limits, smooth, vertices, primitives)
+        if _MATERIALS.search(data) or any(found.colored for found in placed.parts):
+            text = "its materials and colours are ignored; the shape's material holds for all of it"
+            notices.warn(at.source, at.path, f"{path.name}: {text}")
+    else:
+        opened = {} if opened is None else opened
+        with broken_said(path, at):
+            if path not in opened:
+                opened[path] = open_mesh(mesh_bytes(path, at, limits), path, at, limits, primitives, True)
+            placed = opened[path]
+            numbers, groups = placed.groups()
+            if part >= len(groups):
+                text = f"{path.name} has {len(groups)} parts, numbered from 0"
+                raise PlacedError(at, f"part {part} is not allowed; {text}")
+            found = placed.only(np.flatnonzero(numbers == part))
+            arrays = _checked(found, path, at, limits, smooth, vertices, primitives)
     if placed.left_out:
         text = f"{path.name}: its {' and '.join(placed.left_out)} are left out; save it with them applied"
         notices.warn(at.source, at.path, text)
     return arrays
 
 
-def _placed(data: bytes, path: Path, at: At, limits: Limits, primitives: int) -> Placed:
-    """The file's parts that have faces."""
+def mesh_bytes(path: Path, at: At, limits: Limits) -> bytes:
+    """What is in a file whose suffix is a mesh file's."""
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        raise at.error(path.name, f"a mesh file must end in one of {', '.join(MESH_SUFFIXES)}")
+    return read_bytes(path, limits)
+
+
+@contextmanager
+def broken_said(path: Path, at: At) -> Iterator[None]:
+    """Raise what is wrong with a file as SceneError that names it."""
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
+            yield
+    except BrokenMesh as error:
+        raise at.says(f"{path.name} cannot be read as a mesh: {error}"[:300]) from None
+
+
+def _checked(
+    placed: Placed, path: Path, at: At, limits: Limits, smooth: bool | None, vertices: int, primitives: int
+) -> Arrays:
+    """The arrays of all places, once it is known that they are not too large."""
+    if not len(placed.which):
+        raise at.says(f"{path.name} has no faces")
+    more = placed.sizes(smooth)
+    limits.check("primitives", primitives + more[1], at.source, at.path)
+    limits.check("vertices", vertices + more[0], at.source, at.path)
+    return placed.joined(smooth)
+
+
+def open_mesh(
+    data: bytes, path: Path, at: At, limits: Limits, primitives: int = 0, apart: bool = False
+) -> Placed:
+    """The file's parts that have faces. apart: those of an OBJ by material, with what materials are."""
     suffix = path.suffix.lower()
     if suffix not in (".glb", ".gltf"):
         return _parse(data, path, at)

@@ -168,3 +168,16 @@ class Material(Colored, frozen=True, kw_only=True):
         if self.fresnel is True:  # the Fresnel factor splits between the two, so only the larger counts
             return self.diffuse + max(self.specular, self.kr, self.kt)
         return self.diffuse + max(self.specular, self.kr) + self.kt
+
+    @property
+    def returned(self) -> float:
+        """`gain` as it is judged: of a mirror given by a tint what it returns of light that falls head-on.
+
+        Its highlight counts with the light of the whole lobe, 2/(shininess + 1) of its peak.
+        """
+        tints = self.highlight_color, self.reflection_color
+        if self.fresnel != "schlick" or any(isinstance(tint, (str, Spectrum)) for tint in tints):
+            return self.gain
+        highlight, mirror = (max(rgb(tint)) for tint in tints)
+        lobe = min(2 / (self.shininess + 1), 1.0)
+        return self.diffuse + max(self.specular * lobe * highlight, self.kr * mirror) + self.kt
