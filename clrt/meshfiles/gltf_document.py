@@ -77,6 +77,7 @@ class Attributes(Table, frozen=True, gc=False):
     POSITION: Count | None = None
     NORMAL: Count | None = None
     COLOR_0: Count | None = None
+    TEXCOORD_0: Count | None = None
 
 
 class Compression(Table, frozen=True, gc=False):
