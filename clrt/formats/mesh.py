@@ -14,7 +14,7 @@ from clrt.base.errors import SceneError, fault, located, show
 from clrt.base.limits import Limits
 from clrt.base.places import At, listed
 from clrt.base.suggest import did_you_mean
-from clrt.meshfiles.look import NONE, Look
+from clrt.meshfiles.look import Look
 from clrt.meshfiles.model import read_model
 from clrt.scene.mesh import mesh_of_file
 from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene, read_scene
@@ -46,7 +46,7 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
             part=piece.number,
             name=piece.name,
             smooth=smooth,
-            material=_PLAIN if piece.material == NONE else look.called[piece.material],
+            material=look.called.get(piece.material, _PLAIN),
         )
         for piece in model.pieces
     ]
@@ -62,7 +62,8 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
         "shadow": "tinted" if passing else "opaque",
         "shapes": shapes,
     }
-    scene = read_scene(tables, folder=path.parent, source=path.name, limits=limits)
+    with notices.without("a surface makes light"):  # of coefficients that nobody stated here
+        scene = read_scene(tables, folder=path.parent, source=path.name, limits=limits)
     _tell(path, look, camera)
     return scene
 

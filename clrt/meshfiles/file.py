@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import io
 import logging
+import os
 import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -22,7 +24,9 @@ from clrt.base.limits import Limits
 from clrt.base.places import At, PlacedError
 from clrt.meshfiles.gltf import read_gltf
 from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.look import NONE
 from clrt.meshfiles.obj import plain_obj
+from clrt.meshfiles.obj_materials import LIBRARY, Materials
 from clrt.meshfiles.parts import Arrays, Part, Placed
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
@@ -109,8 +113,10 @@ def open_mesh(
 ) -> Placed:
     """The file's parts that have faces. apart: those of an OBJ by material, with what materials are."""
     suffix = path.suffix.lower()
+    if suffix == ".obj" and apart:
+        return _obj_apart(data, path, at, limits)
     if suffix not in (".glb", ".gltf"):
-        return _parse(data, path, at)
+        return _parse(_prepared(data, suffix), path, at)
     contents: dict[Path, bytes] = {}
 
     def fetch(uri: str) -> bytes:
@@ -126,8 +132,24 @@ def open_mesh(
     return read_gltf(data, suffix == ".glb", fetch, check)
 
 
-def _parse(data: bytes, path: Path, at: At) -> Placed:
-    """The meshes that trimesh finds in the file."""
+def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
+    """An OBJ's meshes apart by material, where it has a library of them and not too many."""
+    materials = Materials(plain_obj(data))
+    if materials.many or not (materials.names and materials.libraries):
+        return _parse(_prepared(data, ".obj"), path, at)
+    placed = _parse(materials.lines, path, at, materials.library())
+
+    def fetch(name: str) -> bytes | None:
+        name = name.replace("\\", "/")
+        if not os.path.exists(path.parent / name):
+            return None
+        return read_bytes(resolve(name, path.parent, at), limits, "text_bytes")
+
+    return replace(placed, look=lambda used, center, radius: materials.look(fetch))
+
+
+def _parse(data: bytes, path: Path, at: At, library: bytes = b"") -> Placed:
+    """The meshes that trimesh finds in a file that is `_prepared`; `library` is its materials file."""
     try:
         import trimesh
     except ImportError:
@@ -135,11 +157,13 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
         raise MissingPackage(str(needs)) from None
 
     class Nothing(trimesh.resolvers.Resolver):
-        """Finds no other files: an OBJ's materials and a PLY's textures are not read."""
+        """Finds no other files but the library: a PLY's textures are not read."""
 
         def __init__(self) -> None: ...
 
         def get(self, name: str) -> bytes:
+            if library and name == LIBRARY:
+                return library
             raise at.error(name, "reading a mesh reads no other files")
 
         def write(self, name: str, data: Any) -> None:
@@ -158,11 +182,11 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(
-                io.BytesIO(_prepared(data, path.suffix.lower())),
+                io.BytesIO(data),
                 path.suffix[1:].lower(),
                 resolver=Nothing(),
                 process=False,
-                skip_materials=True,
+                skip_materials=not library,
             )
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
             found = [(scene.geometry[name], matrix) for matrix, name in placed]
@@ -170,6 +194,7 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
             for mesh, _ in meshes:
                 _check_lists(mesh.metadata.get("_ply_raw", {}))
             pairs = [(_part(mesh), matrix) for mesh, matrix in meshes]
+            names = [str(getattr(getattr(mesh.visual, "material", None), "name", None)) for mesh, _ in meshes]
     except BrokenMesh:
         raise
     except Exception as error:  # a broken file can fail anywhere inside a parser
@@ -178,10 +203,16 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
         raise BrokenMesh(f"{why} ({type(error).__name__})") from None
     finally:
         log.setLevel(loudness)
-    pairs = [(part, matrix) for part, matrix in pairs if part.faces]
-    numbers = np.arange(len(pairs))
-    matrices = np.array([matrix for _, matrix in pairs], np.float64).reshape(-1, 4, 4)
-    return Placed([part for part, _ in pairs], numbers, numbers, matrices)
+    kept = [k for k, (part, _) in enumerate(pairs) if part.faces]
+    numbers = np.arange(len(kept))
+    matrices = np.array([pairs[k][1] for k in kept], np.float64).reshape(-1, 4, 4)
+    materials = np.array([_material(names[k]) if library else NONE for k in kept], np.int64)
+    return Placed([pairs[k][0] for k in kept], numbers, numbers, matrices, materials=materials)
+
+
+def _material(name: str) -> int:
+    """The number of a material that the library calls `name`."""
+    return int(name[1:]) if re.fullmatch(r"m\d+", name) else NONE
 
 
 def _prepared(data: bytes, suffix: str) -> bytes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from clrt.base.places import At
 from clrt.meshfiles.file import broken_said, mesh_bytes, open_mesh
 from clrt.meshfiles.look import NONE, Look, Names
 from clrt.meshfiles.parts import Arrays, Placed
+
+_LOOKING: Final = (".glb", ".gltf", ".obj")
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +41,7 @@ class Model:
 def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model | None:
     """What is in a file that says how it looks; None for others: meshes are all that is in them."""
     data = mesh_bytes(path, at, limits)
-    if path.suffix.lower() not in (".glb", ".gltf"):
+    if path.suffix.lower() not in _LOOKING:
         return None
     with broken_said(path, at):
         placed = open_mesh(data, path, at, limits, apart=True)

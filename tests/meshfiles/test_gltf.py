@@ -71,7 +71,8 @@ def test_strides_offsets_and_sparse_values(tmp_path: Path) -> None:
         {"buffer": 0, "byteOffset": 60, "byteLength": 16},
     ]
     position = {**POSITIONS, "byteOffset": 4, "sparse": sparse}
-    vertices, faces, normals, _ = read(write(tmp_path, document(data, bufferViews=views, accessors=[position])))
+    table = document(data, bufferViews=views, accessors=[position])
+    vertices, faces, normals, _ = read(write(tmp_path, table))
     assert vertices.tolist() == [[0, 0, 0], [7, 8, 9], [0, 1, 0]] and faces.tolist() == [[0, 1, 2]]
     assert normals is None
     zeros = {**POSITIONS, "sparse": sparse}
