@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import struct
 from pathlib import Path
@@ -13,6 +14,13 @@ FLOOR = ((-4.0, 0.0, 4.0), (4.0, 0.0, 4.0), (0.0, 0.0, -4.0))
 WALL = ((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0))
 CAMERA = {"type": "perspective", "perspective": {"yfov": 0.75, "aspectRatio": 1.5, "znear": 0.5}}
 LIGHTS = "KHR_lights_punctual"
+
+
+PICTURE = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAFklEQVR4nGP438DA8L+BoYHhv4ODAwAodAU+LXdj"
+    "cAAAAABJRU5ErkJggg=="
+)
+"""A PNG of 2 x 2 texels."""
 
 
 def model(

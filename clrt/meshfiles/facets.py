@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from clrt.meshfiles.look import Table
 
@@ -26,10 +26,14 @@ class Facets:
     """A surface: `f0` is what it reflects head-on where it is no metal, `alpha` how much of it is there.
 
     `transmission` is the share of what is no metal that light passes, `solid` whether it then enters a
-    medium, of `absorption` per unit of length.
+    medium, of `absorption` per unit of length. `picture` (an image of a scene file) multiplies `base`, `glow`
+    the `emission`.
     """
 
     base: Rgb = (1.0, 1.0, 1.0)
+    picture: Table | None = None
+    glow: Table | None = None
+    normal_map: Table | None = None
     metallic: float = 0.0
     roughness: float = 1.0
     ior: float = 1.5
@@ -58,7 +62,9 @@ class Facets:
             table = self._veil()
         else:
             table = self._opaque()
-        return table | ({"emission": list(self.emission)} if any(self.emission) else {})
+        if any(self.emission):
+            table["emission"] = shown(self.glow, self.emission)
+        return table | ({"normal_map": self.normal_map} if self.normal_map is not None else {})
 
     def _opaque(self) -> Table:
         table = self._matte(1.0)
@@ -69,10 +75,14 @@ class Facets:
 
     def _matte(self, share: float) -> Table:
         """What scatters light, with the highlights of lights; a `share` of it."""
-        tint = [_mix(here, base, self.metallic) for here, base in zip(self._f0(), self.base, strict=True)]
+        pairs = zip(self._f0(), self.base, strict=True)
+        tint: Any = [_mix(here, base, self.metallic) for here, base in pairs]
+        if self.picture is not None and self.metallic > 0:
+            red, green, blue = (part * self.metallic for part in self.base)
+            tint = shown(self.picture, (red, green, blue))
         specular, shininess = _lobe(self.roughness)
         return {
-            "color": list(self.base),
+            "color": shown(self.picture, self.base),
             "diffuse": share * self._diffuse(),
             "fresnel": "schlick",
             "specular": share * specular,
@@ -84,13 +94,13 @@ class Facets:
         share = self.passes
         specular, shininess = _lobe(self.roughness)
         table: Table = {
-            "color": list(self.base),
+            "color": shown(self.picture, self.base),
             "diffuse": (1.0 - share) * self._diffuse(),
             "fresnel": True,
             "ior": max(self.ior, _UNBENT),
             "reflection": share,
             "transmission": share,
-            "transmission_color": list(self.base),
+            "transmission_color": shown(self.picture, self.base),
             "specular": min(specular * max(self._f0()), share),  # in place of the lamp's mirror image
             "shininess": shininess,
         }
@@ -106,6 +116,13 @@ class Facets:
 
     def _diffuse(self) -> float:
         return (1.0 - self.metallic) * (1.0 - max(self._f0()))
+
+
+def shown(picture: Table | None, color: Rgb) -> Any:
+    """What stands for a colour: `color`, or the picture times it."""
+    if picture is None:
+        return list(color)
+    return picture | ({"tint": list(color)} if color != (1.0, 1.0, 1.0) else {})
 
 
 def fresnel_of(ior: float) -> float:

@@ -22,6 +22,7 @@ from clrt.base.files import read_bytes, resolve
 from clrt.base.install import pip_install
 from clrt.base.limits import Limits
 from clrt.base.places import At, PlacedError
+from clrt.meshfiles.embedded import itself_of
 from clrt.meshfiles.gltf import read_gltf
 from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.look import NONE
@@ -129,7 +130,7 @@ def open_mesh(
     def check(faces: int) -> None:
         limits.check("primitives", primitives + faces, at.source, at.path)
 
-    return read_gltf(data, suffix == ".glb", fetch, check)
+    return read_gltf(data, suffix == ".glb", fetch, check, itself_of(path, at, limits, data))
 
 
 def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
@@ -145,7 +146,8 @@ def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
             return None
         return read_bytes(resolve(name, path.parent, at), limits, "text_bytes")
 
-    return replace(placed, look=lambda used, center, radius: materials.look(fetch))
+    beside = itself_of(path, at, limits, data).beside
+    return replace(placed, look=lambda used, center, radius: materials.look(used, fetch, beside))
 
 
 def _parse(data: bytes, path: Path, at: At, library: bytes = b"") -> Placed:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import base64
 import binascii
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final
@@ -21,12 +21,15 @@ from clrt.meshfiles.gltf_document import (
     Attributes,
     BrokenMesh,
     Document,
+    Image,
     Node,
     Primitive,
+    decode,
     item,
     parse,
 )
 from clrt.meshfiles.gltf_look import Held, look_of
+from clrt.meshfiles.gltf_textures import Itself
 from clrt.meshfiles.look import NONE, Look
 from clrt.meshfiles.parts import Arrays, Part, Placed
 
@@ -37,15 +40,37 @@ _WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
-def read_gltf(data: bytes, binary: bool, fetch: Fetch, check: Callable[[int], None]) -> Placed:
+def read_gltf(
+    data: bytes, binary: bool, fetch: Fetch, check: Callable[[int], None], itself: Itself
+) -> Placed:
     """The triangles in a .gltf, or, if `binary`, a .glb.
 
-    `fetch` gives the contents of a file beside it, `check` raises where there are too many triangles.
+    `fetch` gives the contents of a file beside it, `check` raises where there are too many triangles,
+    `itself` is what its look has to know of the file.
     BrokenMesh where the file contradicts itself. Points, lines and morph targets are left out; animations and
     skins are not read; materials, cameras and lights only by the `look` of what is placed.
     """
     document, chunk = parse(data, binary)
-    return _Reader(document, chunk, fetch).placed(check)
+    return _Reader(document, chunk, fetch, itself).placed(check)
+
+
+def read_picture(data: bytes, binary: bool, number: int) -> bytes:
+    """The bytes of a picture that is within a .gltf, or a .glb; BrokenMesh where it is not."""
+
+    def refuse(name: str) -> bytes:
+        raise BrokenMesh(f"images[{number}] is not within the file; name its own file")
+
+    document, chunk = parse(data, binary)
+    image = item(decode(document.images, tuple[Image, ...], "images"), number, "images")
+    if image.uri is not None:
+        return bytes(_data_of(image.uri, refuse, f"images[{number}]"))
+    if image.bufferView is None:
+        raise BrokenMesh(f"images[{number}] has no data")
+    view = item(document.bufferViews, image.bufferView, "bufferViews")
+    whole = _Reader(document, chunk, refuse)._buffer(view.buffer)
+    if view.byteOffset + view.byteLength > len(whole):
+        raise BrokenMesh(f"images[{number}] reaches beyond the {len(whole)} bytes of its buffer")
+    return bytes(whole[view.byteOffset : view.byteOffset + view.byteLength])
 
 
 @dataclass(eq=False)
@@ -53,6 +78,7 @@ class _Reader:
     document: Document
     chunk: memoryview | None
     fetch: Fetch
+    itself: Itself | None = None
 
     def __post_init__(self) -> None:
         self.buffers: dict[int, memoryview] = {}
@@ -91,8 +117,9 @@ class _Reader:
             look=self._look if says else None,
         )
 
-    def _look(self, materials: Sequence[int], center: np.ndarray, radius: float) -> Look:
-        return look_of(self.document, materials, self.cameras, self.lights, center, radius)
+    def _look(self, materials: Mapping[int, bool], center: np.ndarray, radius: float) -> Look:
+        assert self.itself is not None
+        return look_of(self.document, self.itself, materials, self.cameras, self.lights, center, radius)
 
     def _nodes(self) -> tuple[np.ndarray, list[int]]:
         """Matrices to the world (n, 4, 4) of the scene's nodes that have a mesh, and the meshes' numbers."""
@@ -246,16 +273,20 @@ class _Reader:
                 if number or self.chunk is None:
                     raise BrokenMesh(f"buffers[{number}] has no data")
                 self.buffers[number] = self.chunk
-            elif uri[:5].lower() == "data:":
-                kind, _, text = uri.partition(",")
-                try:
-                    found = base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
-                except (binascii.Error, ValueError):
-                    raise BrokenMesh(f"buffers[{number}] is not in base64") from None
-                self.buffers[number] = memoryview(found)
             else:
-                self.buffers[number] = memoryview(self.fetch(uri))
+                self.buffers[number] = memoryview(_data_of(uri, self.fetch, f"buffers[{number}]"))
         return self.buffers[number]
+
+
+def _data_of(uri: str, fetch: Fetch, where: str) -> bytes:
+    """What an address holds: data of its own, or a file."""
+    if uri[:5].lower() != "data:":
+        return fetch(uri)
+    kind, _, text = uri.partition(",")
+    try:
+        return base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
+    except (binascii.Error, ValueError):
+        raise BrokenMesh(f"{where} is not in base64") from None
 
 
 def _scaled(plain: np.ndarray) -> np.ndarray:

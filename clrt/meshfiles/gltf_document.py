@@ -133,6 +133,12 @@ class SceneNodes(Table, frozen=True, gc=False):
     nodes: tuple[Count, ...] = ()
 
 
+class Image(Table, frozen=True, gc=False):
+    uri: str | None = None
+    bufferView: Count | None = None
+    mimeType: str = ""
+
+
 class Asset(Table, frozen=True, gc=False):
     version: str | float = "2.0"
     minVersion: str | float = "2.0"
@@ -151,6 +157,9 @@ class Document(Table, frozen=True, gc=False):
     materials: msgspec.Raw = msgspec.Raw(b"[]")
     cameras: msgspec.Raw = msgspec.Raw(b"[]")
     extensions: msgspec.Raw = msgspec.Raw(b"{}")
+    textures: msgspec.Raw = msgspec.Raw(b"[]")
+    images: msgspec.Raw = msgspec.Raw(b"[]")
+    samplers: msgspec.Raw = msgspec.Raw(b"[]")
 
 
 def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:

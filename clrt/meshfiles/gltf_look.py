@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Final, Literal
 
@@ -12,6 +12,7 @@ from msgspec import Meta
 
 from clrt.meshfiles.gltf_document import BrokenMesh, Document, Table, decode, item
 from clrt.meshfiles.gltf_materials import materials_of
+from clrt.meshfiles.gltf_textures import Itself
 from clrt.meshfiles.look import Look, Names
 from clrt.meshfiles.look import Table as SceneTable
 
@@ -83,15 +84,16 @@ class Held:
 
 def look_of(
     document: Document,
-    materials: Sequence[int],
+    itself: Itself,
+    materials: Mapping[int, bool],
     cameras: Sequence[Held],
     lights: Sequence[Held],
     center: np.ndarray,
     radius: float,
 ) -> Look:
-    """How the file's author means it to look; `materials` are the numbers of those that are used."""
+    """How the file's author means it to look; `materials` are those that are used: whether with uv."""
     left_out: dict[str, None] = {}
-    tables, called = materials_of(document.materials, materials, left_out)
+    tables, called = materials_of(document, itself, materials, left_out)
     known_cameras: tuple[Camera, ...] = ()
     known_lights: tuple[Light, ...] = ()
     if cameras:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any, Final, Literal
 
 import msgspec
 from msgspec import Meta
 
-from clrt.meshfiles.facets import Facets, Rgb, absorption_of, fresnel_of
-from clrt.meshfiles.gltf_document import Count, Table, decode, item
+from clrt.meshfiles.facets import Facets, Rgb, absorption_of, fresnel_of, shown
+from clrt.meshfiles.gltf_document import Document, Table, decode, item
+from clrt.meshfiles.gltf_textures import Info, Itself, Textures
 from clrt.meshfiles.look import Names
 from clrt.meshfiles.look import Table as SceneTable
 
@@ -20,13 +21,9 @@ Vector3 = tuple[float, float, float]
 _PREFIX: Final = "KHR_materials_"
 
 
-class Texture(Table, frozen=True, gc=False):
-    index: Count
-
-
 class Transmission(Table, frozen=True, gc=False):
     transmissionFactor: float = 0.0
-    transmissionTexture: Texture | None = None
+    transmissionTexture: Info | None = None
 
 
 class Ior(Table, frozen=True, gc=False):
@@ -35,7 +32,7 @@ class Ior(Table, frozen=True, gc=False):
 
 class Volume(Table, frozen=True, gc=False):
     thicknessFactor: NotNegative = 0.0
-    thicknessTexture: Texture | None = None
+    thicknessTexture: Info | None = None
     attenuationDistance: Annotated[float, Meta(gt=0)] = math.inf
     attenuationColor: Vector3 = (1.0, 1.0, 1.0)
 
@@ -47,8 +44,8 @@ class Strength(Table, frozen=True, gc=False):
 class Specular(Table, frozen=True, gc=False):
     specularFactor: float = 1.0
     specularColorFactor: Vector3 = (1.0, 1.0, 1.0)
-    specularTexture: Texture | None = None
-    specularColorTexture: Texture | None = None
+    specularTexture: Info | None = None
+    specularColorTexture: Info | None = None
 
 
 class Unlit(Table, frozen=True, gc=False):
@@ -59,16 +56,16 @@ class Metal(Table, frozen=True, gc=False):
     baseColorFactor: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
     metallicFactor: float = 1.0
     roughnessFactor: float = 1.0
-    baseColorTexture: Texture | None = None
-    metallicRoughnessTexture: Texture | None = None
+    baseColorTexture: Info | None = None
+    metallicRoughnessTexture: Info | None = None
 
 
 class Material(Table, frozen=True, gc=False):
     name: str = ""
     pbrMetallicRoughness: Metal = Metal()
-    normalTexture: Texture | None = None
-    occlusionTexture: Texture | None = None
-    emissiveTexture: Texture | None = None
+    normalTexture: Info | None = None
+    occlusionTexture: Info | None = None
+    emissiveTexture: Info | None = None
     emissiveFactor: Vector3 = (0.0, 0.0, 0.0)
     alphaMode: Literal["OPAQUE", "MASK", "BLEND"] = "OPAQUE"
     alphaCutoff: float = 0.5
@@ -86,25 +83,28 @@ _KNOWN: Final[dict[str, Any]] = {
 
 
 def materials_of(
-    text: msgspec.Raw, numbers: Sequence[int], left_out: dict[str, None]
+    document: Document, itself: Itself, numbers: Mapping[int, bool], left_out: dict[str, None]
 ) -> tuple[dict[str, SceneTable], dict[int, str]]:
     """The materials of some `numbers` by name, and the names by number; what is not read goes to `left_out`.
 
-    Materials are not checked that nothing has.
+    `numbers` says of each whether what has it has uv. Materials are not checked that nothing has.
     """
+    textures = Textures(document, itself, left_out)
     tables: dict[str, SceneTable] = {}
     called: dict[int, str] = {}
     names = Names()
     if numbers:
-        rows = decode(text, tuple[msgspec.Raw, ...], "materials")
-        for number in numbers:
+        rows = decode(document.materials, tuple[msgspec.Raw, ...], "materials")
+        for number, uv in numbers.items():
             material = decode(item(rows, number, "materials"), Material, f"materials[{number}]")
             called[number] = names.new(material.name or f"material {number}")
-            tables[called[number]] = _table(material, number, left_out)
+            tables[called[number]] = _table(material, number, uv, textures, left_out)
     return tables, called
 
 
-def _table(material: Material, number: int, left_out: dict[str, None]) -> SceneTable:
+def _table(
+    material: Material, number: int, uv: bool, textures: Textures, left_out: dict[str, None]
+) -> SceneTable:
     more = {name: kind() for name, kind in _KNOWN.items()}
     for name, text in material.extensions.items():
         short = name.removeprefix(_PREFIX)
@@ -112,11 +112,13 @@ def _table(material: Material, number: int, left_out: dict[str, None]) -> SceneT
             more[short] = decode(text, _KNOWN[short], f"materials[{number}].extensions.{name}")
         else:
             left_out[re.sub(r"[\W_]+", " ", short)[:40]] = None
-    _note_textures(material, more, left_out)
     metal = material.pbrMetallicRoughness
+    _note_textures(material, more, left_out)
+    picture = textures.picture(metal.baseColorTexture, uv)
     red, green, blue, alpha = map(_share, metal.baseColorFactor)
     if _PREFIX + "unlit" in material.extensions:
-        return {"color": 0.0, "diffuse": 0.0, "emission": [red, green, blue]}
+        return {"color": 0.0, "diffuse": 0.0, "emission": shown(picture, (red, green, blue))}
+    _, rough, metallic = textures.mean(metal.metallicRoughnessTexture)
     specular: Specular = more["specular"]
     least = fresnel_of(more["ior"].ior)
     factor = _share(specular.specularFactor)
@@ -125,8 +127,11 @@ def _table(material: Material, number: int, left_out: dict[str, None]) -> SceneT
     strength = more["emissive_strength"].emissiveStrength
     found = Facets(
         base=(red, green, blue),
-        metallic=_share(metal.metallicFactor),
-        roughness=_share(metal.roughnessFactor),
+        picture=picture,
+        glow=textures.picture(material.emissiveTexture, uv),
+        normal_map=_normal_map(textures.picture(material.normalTexture, uv), material.normalTexture),
+        metallic=_share(metal.metallicFactor * metallic),
+        roughness=_share(metal.roughnessFactor * rough),
         ior=more["ior"].ior,
         f0=_rgb(f0),
         alpha=_alpha(material, alpha),
@@ -140,10 +145,25 @@ def _table(material: Material, number: int, left_out: dict[str, None]) -> SceneT
     return found.table()
 
 
+def _normal_map(picture: SceneTable | None, info: Info | None) -> SceneTable | None:
+    if picture is None or info is None:
+        return None
+    table = {key: picture[key] for key in ("file", "part") if key in picture}
+    return table | ({"scale": info.scale} if info.scale != 1.0 else {})
+
+
 def _note_textures(material: Material, more: dict[str, Any], left_out: dict[str, None]) -> None:
-    tables = (material, material.pbrMetallicRoughness, *more.values())
-    if any(isinstance(getattr(table, name), Texture) for table in tables for name in table.__struct_fields__):
-        left_out["textures"] = None
+    """Say what of a material's textures has no counterpart."""
+    metal = material.pbrMetallicRoughness
+    if material.alphaMode != "OPAQUE" and metal.baseColorTexture is not None:
+        left_out["transparency in textures"] = None
+    if metal.metallicRoughnessTexture is not None:
+        left_out["textures of roughness and metal, but for their mean"] = None
+    if material.occlusionTexture is not None:
+        left_out["occlusion"] = None
+    names = [(table, name) for table in more.values() for name in table.__struct_fields__]
+    if any(isinstance(getattr(table, name), Info) for table, name in names):
+        left_out["textures of transmission, thickness and specular"] = None
 
 
 def _alpha(material: Material, alpha: float) -> float:

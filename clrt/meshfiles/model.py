@@ -55,7 +55,10 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
         pieces = list(_pieces(placed, smooth))
         low = np.min([piece.arrays[0].min(axis=0) for piece in pieces], axis=0)
         high = np.max([piece.arrays[0].max(axis=0) for piece in pieces], axis=0)
-        used = sorted({piece.material for piece in pieces} - {NONE})
+        used: dict[int, bool] = {}
+        for piece in sorted(pieces, key=lambda piece: piece.material):
+            if piece.material != NONE:
+                used[piece.material] = used.get(piece.material, True) and piece.arrays[3] is not None
         look = placed.look(used, (low + high) / 2, float(np.linalg.norm(high - low)) / 2)
         if any(part.colored for part in placed.parts):
             look.left_out["the colours of vertices"] = None

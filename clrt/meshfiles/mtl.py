@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final
 
 from clrt.base.errors import show
-from clrt.meshfiles.facets import Facets, Rgb
+from clrt.meshfiles.facets import Facets, Rgb, shown
 from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.look import Table
+from clrt.meshfiles.mtl_maps import Beside, finite, normals_of, texture
 
 _MIRRORS: Final = (3, 5, 8)  # models of illumination with reflections
 _GLASSES: Final = (4, 6, 7, 9)
@@ -39,17 +40,24 @@ class Phong:
     illum: int = 2
     pr: float | None = None
     pm: float | None = None
+    map_kd: Table | None = None
+    map_ke: Table | None = None
+    norm: Table | None = None
     left_out: dict[str, None] = field(default_factory=dict)
 
-    def table(self) -> Table:
-        """The material, as a scene file has it."""
-        emission: Table = {"emission": list(self.ke)} if any(self.ke) else {}
+    def table(self, uv: bool) -> Table:
+        """The material, as a scene file has it; without pictures where what has it has no uv."""
+        if not uv and (self.map_kd or self.map_ke or self.norm):
+            self.left_out["textures of what has no uv"] = None
+            return replace(self, map_kd=None, map_ke=None, norm=None).table(True)
+        light = (1.0, 1.0, 1.0) if self.map_ke is not None and not any(self.ke) else self.ke
         if self.pr is not None or self.pm is not None:
-            return self._facets().table()
+            return self._facets(light).table()
         if self.illum == 0:
-            light = [shown + own for shown, own in zip(self.kd, self.ke, strict=True)]
-            return {"color": 0.0, "diffuse": 0.0, "emission": light}
-        table: Table = {"color": list(self.kd), **emission}
+            return {"color": 0.0, "diffuse": 0.0, "emission": shown(self.map_kd, self.kd)}
+        table: Table = {"color": shown(self.map_kd, self.kd)}
+        table |= {"emission": shown(self.map_ke, light)} if any(light) else {}
+        table |= {"normal_map": normals_of(self.norm)} if self.norm is not None else {}
         if self.illum != 1 and any(self.ks):
             strength = max(self.ks)
             tint = [part / strength for part in self.ks]
@@ -73,7 +81,7 @@ class Phong:
             return table | {"thin": True}
         return table | {"ior": self.ni, "fresnel": self.illum == max(_BENDING)}
 
-    def _facets(self) -> Facets:
+    def _facets(self, emission: Rgb) -> Facets:
         by_exponent = 1.0 - math.sqrt(min(self.ns, 1000.0) / 1000.0)  # as Blender writes it
         return Facets(
             base=self.kd,
@@ -81,37 +89,33 @@ class Phong:
             roughness=by_exponent if self.pr is None else min(self.pr, 1.0),
             ior=self.ni,
             alpha=self.d,
-            emission=self.ke,
+            emission=emission,
+            picture=self.map_kd,
+            glow=self.map_ke,
+            normal_map=None if self.norm is None else normals_of(self.norm),
         )
 
 
-def read_mtl(data: bytes, name: str) -> dict[str, tuple[Table, dict[str, None]]]:
-    """The materials in an MTL file by name, and what of each is left out. BrokenMesh names file and line."""
-    found: dict[str, tuple[Table, dict[str, None]]] = {}
+def read_mtl(data: bytes, name: str, beside: Beside) -> dict[str, Phong]:
+    """The materials in an MTL file by name; `beside` as `texture` has it. BrokenMesh names file and line."""
+    found: dict[str, Phong] = {}
     current: str | None = None
-    material = Phong()
-
-    def keep() -> None:
-        if current is not None:
-            found[current] = material.table(), material.left_out
-
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
         words = line.partition("#")[0].split()
         key = words[0].lower() if words else ""
         if key == "newmtl":
-            keep()
-            current, material = " ".join(words[1:]), Phong()
+            current = " ".join(words[1:])
+            found[current] = Phong()
         elif current is not None and key:
             try:
-                material = _said(material, key, words[1:])
+                found[current] = _said(found[current], key, words[1:], beside)
             except (ValueError, IndexError, OverflowError):
                 text = f"{show(line.strip()[:60])} is not understood"
                 raise BrokenMesh(f"{show(name[:60])}, line {number}: {text}") from None
-    keep()
     return found
 
 
-def _said(material: Phong, key: str, words: Sequence[str]) -> Phong:
+def _said(material: Phong, key: str, words: list[str], beside: Beside) -> Phong:
     """`material` with what one line says; ValueError or IndexError where its numbers are none."""
     if key in _PASSED_OVER:
         return material
@@ -128,8 +132,13 @@ def _said(material: Phong, key: str, words: Sequence[str]) -> Phong:
         return replace(material, d=1.0 - _share(words[0]))
     if key == "illum":
         return replace(material, illum=int(words[0]))
-    other = "textures" if key.startswith(("map_", "norm")) else show(key[:20])
-    material.left_out[_OTHERS.get(key, other)] = None
+    if key in ("map_kd", "map_ke", "norm"):
+        found = texture(words, beside)
+        if found is not None:
+            return _changed(material, key, found)
+        material.left_out["pictures that are not there"] = None
+        return material
+    material.left_out[_OTHERS.get(key, "textures" if key.startswith("map_") else show(key[:20]))] = None
     return material
 
 
@@ -145,10 +154,7 @@ def _rgb(words: Sequence[str]) -> Rgb:
 
 def _number(word: str) -> float:
     """A number that is finite; one below 0 counts as 0."""
-    value = float(word)
-    if not math.isfinite(value):
-        raise ValueError(word)
-    return max(value, 0.0)
+    return max(finite(word), 0.0)
 
 
 def _share(word: str) -> float:

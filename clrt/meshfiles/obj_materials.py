@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import PurePosixPath
 from typing import Final
 
 from clrt.base.errors import show
-from clrt.meshfiles.look import Look, Table
-from clrt.meshfiles.mtl import read_mtl
+from clrt.meshfiles.look import Look
+from clrt.meshfiles.mtl import Phong, read_mtl
+from clrt.meshfiles.mtl_maps import Beside
 
 LIBRARY: Final = "clrt.mtl"
 """The materials file that is made up, so that trimesh keeps materials apart."""
@@ -51,10 +54,10 @@ class Materials:
         # of a single material it keeps no name
         return "".join(f"newmtl m{number}\nKd 1 1 1\n" for number in range(len(self.names) + 1)).encode()
 
-    def look(self, fetch: Fetch) -> Look:
-        """The materials of the libraries that are there; those that are not are said to be left out."""
+    def look(self, used: Mapping[int, bool], fetch: Fetch, beside: Beside) -> Look:
+        """The `used` materials (each: with uv) of the libraries that are there; others are left out."""
         found = Look()
-        known: dict[str, tuple[Table, dict[str, None]]] = {}
+        known: dict[str, Phong] = {}
         for name in self.libraries:
             files = [name] if fetch(name) is not None else name.split()  # names may have spaces
             for file in files:
@@ -62,11 +65,16 @@ class Materials:
                 if data is None:
                     found.left_out[f"the materials of {show(file[:60])}, which is not there"] = None
                 else:
-                    known |= read_mtl(data, file)
-        for number, name in enumerate(self.names):
+                    known |= read_mtl(data, file, partial(_within, file, beside))
+        for number, uv in used.items():
+            name = self.names[number]
             if name in known:
-                table, left_out = known[name]
                 found.called[number] = name
-                found.materials[name] = table
-                found.left_out.update(left_out)
+                found.materials[name] = known[name].table(uv)
+                found.left_out.update(known[name].left_out)
         return found
+
+
+def _within(library: str, beside: Beside, name: str) -> str | None:
+    """A file that a materials file names, which is beside it."""
+    return beside((PurePosixPath(library.replace("\\", "/")).parent / name).as_posix())

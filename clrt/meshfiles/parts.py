@@ -6,7 +6,7 @@ their numbers is read.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,8 +42,8 @@ class Placed:
     Place i of p, in the file's order, has the part `which[i]` and the (4, 4) matrix to the world
     `matrices[where[i]]`. `left_out` is what of the file is not read and would change where they stand.
     Its material has the number `materials[i]` (None: no place has one); `names[where[i]]` is what the file
-    calls what stands there. `look` says what the materials of some numbers are, and what else makes the
-    picture, given the middle and the radius of all that is placed.
+    calls what stands there. `look` says what the materials of some numbers are (with each: whether all that
+    has it has uv), and what else makes the picture, given the middle and the radius of all that is placed.
     """
 
     parts: Sequence[Part]
@@ -53,7 +53,7 @@ class Placed:
     left_out: tuple[str, ...] = ()
     materials: np.ndarray | None = None
     names: Sequence[str] = ()
-    look: Callable[[Sequence[int], np.ndarray, float], Look] | None = None
+    look: Callable[[Mapping[int, bool], np.ndarray, float], Look] | None = None
 
     def groups(self) -> tuple[np.ndarray, list[tuple[int, int]]]:
         """A number for each place, and of each number where it stands and its material.

@@ -262,11 +262,12 @@ def test_one_warning_names_all_that_has_no_counterpart(
         textures=[{}],
     )  # fmt: skip
     table["nodes"][1]["skin"] = 0
+    table["meshes"][1]["primitives"][0]["attributes"]["COLOR_0"] = 1
     clrt.load(write_glb(tmp_path / "a.glb", table))
     (said,) = [str(warning.message) for warning in recwarn]
     assert said == (
         "a.glb: left out, since there is no counterpart: the roughness of glass, clearcoat, FOO bar, "
-        "textures, the range of lights, skins"
+        "occlusion, the range of lights, the colours of vertices, skins"
     )
 
 

@@ -10,9 +10,11 @@ import pytest
 
 import clrt
 from clrt.base.errors import LimitError, SceneError
-from clrt.scene.scene import Material, Mesh
+from clrt.scene.scene import ImageTexture, Material, Mesh, NormalMap
 from tests.cost import bounded
+from tests.model_samples import PICTURE
 
+WITH_UV = "vt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n"
 CORNERS = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\n"
 
 
@@ -30,7 +32,7 @@ def load(folder: Path, mtl: str, obj: str = "usemtl m\nf 1 2 3\n", **options: An
             "color": [0.5] * 3, "specular": 0.5, "highlight_color": [1.0, 0.5, 0.0], "shininess": 50.0,
         }),
         ("Kd 1 0 0\nKs 1 1 1\nNs 2\nillum 1 # matte", {"color": [1.0, 0.0, 0.0]}),
-        ("Kd 1 0.5 0\nKe 0 0 2\nillum 0", {"color": 0.0, "diffuse": 0.0, "emission": [1.0, 0.5, 2.0]}),
+        ("Kd 1 0.5 0\nKe 0 0 2\nillum 0", {"color": 0.0, "diffuse": 0.0, "emission": [1.0, 0.5, 0.0]}),
         ("Kd 0 0 0\nKs 0.5 0.5 0.5\nNs 1\nillum 3", {
             "color": [0.0] * 3, "specular": 0.5, "shininess": 1.0, "highlight_color": [1.0] * 3,
             "reflection": 0.5, "reflection_color": [1.0] * 3,
@@ -129,8 +131,49 @@ def test_what_has_no_counterpart(tmp_path: Path) -> None:
     (text,) = [str(warning.message) for warning in said]
     assert text == (
         "a.obj: left out, since there is no counterpart: xyz colours, transparency in textures, bump maps, "
-        "sheen, 'foo\\x1b', textures"
+        "sheen, 'foo\\x1b', textures, pictures that are not there"
     )
+
+
+@pytest.mark.parametrize(
+    ("line", "key", "expected"),
+    [
+        ("map_Kd a b.png", "color", {}),
+        ("map_Kd -s 2 4 1 -o 0.5 -clamp on -bm 1 -mm 0 1 -t 1 1 1 .\\a b.png", "color", {
+            "wrap": "clamp", "scale": (2.0, 4.0), "offset": (0.5, -3.0),
+        }),
+        ("map_Kd -s 2 -o 0.5 0.25 -clamp off a b.png\nKd 1 0.5 0", "color", {
+            "scale": (2.0, 1.0), "offset": (0.5, -0.25), "tint": (1.0, 0.5, 0.0),
+        }),
+        ("map_Ke a b.png", "emission", {}),
+        ("map_Ke a b.png\nKe 2 2 2\nPm 0", "emission", {"tint": (2.0, 2.0, 2.0)}),
+        ("map_Kd a b.png\nillum 0", "emission", {}),
+    ],
+)  # fmt: skip
+def test_maps(tmp_path: Path, line: str, key: str, expected: dict[str, Any]) -> None:
+    (tmp_path / "a b.png").write_bytes(PICTURE)
+    scene = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n", WITH_UV)
+    material = scene.materials["m"]
+    assert getattr(material, key) == ImageTexture(file="a b.png", **expected)
+    assert material.normal_map == (NormalMap(file="a b.png") if "illum" not in line else None)
+    with pytest.warns(clrt.ClrtWarning, match="counterpart: textures of what has no uv"):
+        plain = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n").materials["m"]
+    assert not plain.pictures
+
+
+def test_maps_lie_beside_their_library(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "a.png").write_bytes(PICTURE)
+    (tmp_path / "in" / "a.mtl").write_text("newmtl m\nKd 1 1 1\nmap_Kd a.png\n")
+    (tmp_path / "a.obj").write_text(f"mtllib in/a.mtl\n{CORNERS}{WITH_UV}")
+    scene = clrt.load(tmp_path / "a.obj")
+    assert scene.materials["m"].color == ImageTexture(file="in/a.png")
+    (mesh,) = scene.shapes
+    assert isinstance(mesh, Mesh) and mesh.data().uv is not None
+    (tmp_path / "in" / "a.mtl").write_text("newmtl m\nmap_Kd ../../far.png\n")
+    (tmp_path.parent / "far.png").write_bytes(PICTURE)
+    with pytest.raises(SceneError, match="must lie in the scene's folder"):
+        clrt.load(tmp_path / "a.obj")
 
 
 @pytest.mark.parametrize(
@@ -142,6 +185,10 @@ def test_what_has_no_counterpart(tmp_path: Path) -> None:
         ("newmtl m\nd nan\n", "line 2: 'd nan'"),
         ("newmtl m\nillum 2.5\n", "line 2: 'illum 2.5'"),
         ("newmtl m\nKd 1e999 0 0\n", "line 2: 'Kd 1e999 0 0'"),
+        ("newmtl m\nmap_Kd -what a.png\n", "line 2: 'map_Kd -what a"),
+        ("newmtl m\nmap_Kd -s a.png\n", "line 2: 'map_Kd -s a"),
+        ("newmtl m\nmap_Kd -clamp\n", "line 2: 'map_Kd -clamp'"),
+        ("newmtl m\nmap_Ke -s 1 2 3\n", "line 2: 'map_Ke -s 1 2 3'"),
     ],
 )
 def test_broken_lines(tmp_path: Path, mtl: str, says: str) -> None:
