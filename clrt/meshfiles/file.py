@@ -94,7 +94,8 @@ def broken_said(path: Path, at: At) -> Iterator[None]:
         with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
             yield
     except BrokenMesh as error:
-        raise at.says(f"{path.name} cannot be read as a mesh: {error}"[:300]) from None
+        name = "" if at.source == path.name and not at.path else f"{path.name} "
+        raise at.says(f"{name}cannot be read as a mesh: {error}"[:300]) from None
 
 
 def _checked(

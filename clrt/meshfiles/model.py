@@ -48,7 +48,7 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
         if placed.look is None:
             return None
         if not len(placed.which):
-            raise at.says(f"{path.name} has no faces")
+            raise at.says("it has no faces")
         more = placed.sizes(smooth)
         limits.check("primitives", more[1], at.source, at.path)
         limits.check("vertices", more[0], at.source, at.path)

@@ -11,6 +11,7 @@ import pytest
 
 import clrt
 from clrt.base.errors import LimitError, SceneError
+from clrt.images.file import write as write_picture
 from clrt.scene.scene import ImageTexture, NormalMap, Scene
 from tests.model_samples import FLOOR, PICTURE, WALL, model, write_glb
 
@@ -58,8 +59,8 @@ def load(tmp_path: Path, table: dict[str, Any], **options: Any) -> Scene:
         (BASE, {"textures": [{"source": 0, "sampler": 0}],
                 "samplers": [{"wrapS": 33071, "wrapT": 33071, "magFilter": 9728}]},
          "color", ImageTexture(file="a.glb", part=0, wrap="clamp", filter="nearest")),
-        ({"pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0, 1], "baseColorTexture": MOVED}}, {}, "color",
-         ImageTexture(file="a.glb", part=0, scale=(2, 3), offset=(0.5, 0), tint=(1, 0.5, 0))),
+        ({"pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0, 1], "baseColorTexture": MOVED}}, {},
+         "color", ImageTexture(file="a.glb", part=0, scale=(2, 3), offset=(0.5, 0), tint=(1, 0.5, 0))),
         ({"pbrMetallicRoughness": {"metallicFactor": 0.5, "baseColorTexture": {"index": 0}}}, {},
          "reflection_color", ImageTexture(file="a.glb", part=0, tint=(0.5, 0.5, 0.5))),
         ({"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 0.5],
@@ -96,7 +97,7 @@ def test_roughness_and_metal_are_the_means_of_their_texture(tmp_path: Path) -> N
         (found,) = load(tmp_path, textured({"pbrMetallicRoughness": of})).materials.values()
     assert found.roughness == pytest.approx(447 / 4 / 255, abs=1e-6)
     assert found.diffuse == pytest.approx(0.96 * (1 - 0.5 * 447 / 4 / 255), abs=1e-6)
-    clrt.write_image(tmp_path / "b.exr", np.full((2, 2, 3), 0.25, np.float32))
+    write_picture(tmp_path / "b.exr", [np.full((2, 2, 3), 0.25, np.float32)])
     of["baseColorTexture"] = {"index": 1}
     with pytest.warns(clrt.ClrtWarning):
         scene = load(tmp_path, textured({"pbrMetallicRoughness": of}, ({"uri": "b.exr"}, {"bufferView": 1})))
@@ -230,7 +231,7 @@ def test_textures_stay_in_the_folder_and_within_limits(tmp_path: Path) -> None:
     ],
 )
 def test_textures_that_contradict_themselves(tmp_path: Path, table: dict[str, Any], says: str) -> None:
-    with pytest.raises(SceneError, match=rf"a\.glb cannot be read as a mesh: .*{says}"):
+    with pytest.raises(SceneError, match=rf"a\.glb: cannot be read as a mesh: .*{says}"):
         load(tmp_path, table)
 
 

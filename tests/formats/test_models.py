@@ -433,7 +433,7 @@ FLAT = {"type": "orthographic", "orthographic": {"xmag": 0, "ymag": 1}}
     ],
 )  # fmt: skip
 def test_looks_that_contradict_themselves(tmp_path: Path, table: dict[str, Any], says: str) -> None:
-    with pytest.raises(SceneError, match=rf"a\.glb cannot be read as a mesh: .*{says}") as caught:
+    with pytest.raises(SceneError, match=rf"a\.glb: cannot be read as a mesh: .*{says}") as caught:
         clrt.load(write_glb(tmp_path / "a.glb", table))
     assert len(str(caught.value)) < 400 and "\n" not in str(caught.value)
 
@@ -458,7 +458,7 @@ def test_a_model_of_points_has_no_faces(tmp_path: Path) -> None:
     table = model([METAL], ({"camera": 0},), cameras=[CAMERA])
     for mesh in table["meshes"]:
         mesh["primitives"][0]["mode"] = 0
-    with pytest.raises(SceneError, match=r"a\.glb has no faces"):
+    with pytest.raises(SceneError, match=r"a\.glb: it has no faces"):
         clrt.load(write_glb(tmp_path / "a.glb", table))
 
 
