@@ -17,10 +17,13 @@ MOST: Final = 20
 
 _PACKAGE: Final = os.path.dirname(os.path.dirname(os.path.abspath(__file__))) + os.sep
 _told: ContextVar[_Told | None] = ContextVar("clrt_told", default=None)
+_unsaid: ContextVar[tuple[str, ...]] = ContextVar("clrt_unsaid", default=())
 
 
 def warn(source: str, place: str, text: str) -> None:
     """Give the `ClrtWarning` 'source: place: text'; within `bounded` only if it is new, and not too many."""
+    if any(part in text for part in _unsaid.get()):
+        return
     message, told = located(source, place, text.removeprefix(f"{source}: ")), _told.get()
     if told is not None and not told.passes(message):
         return
@@ -41,6 +44,16 @@ def bounded(source: str) -> Iterator[None]:
         _told.reset(token)
         if told.more:
             warn(source, "", f"{told.more} more warnings like these")
+
+
+@contextmanager
+def without(part: str) -> Iterator[None]:
+    """Give no warnings within the block that say `part`."""
+    token = _unsaid.set((*_unsaid.get(), part))
+    try:
+        yield
+    finally:
+        _unsaid.reset(token)
 
 
 class _Told:

@@ -11,6 +11,7 @@ import numpy as np
 from clrt import layout
 from clrt.base.places import At
 from clrt.images.texture import Role, read_texels, texture_bytes
+from clrt.meshfiles.embedded import picture_file
 from clrt.scene.scene import ImageTexture, Material, NormalMap, Scene
 from clrt.scene.textures import picture_path
 from clrt.spectra.bands import Bands, reflectance
@@ -18,8 +19,10 @@ from clrt.spectra.bands import Bands, reflectance
 _NONE: Final = -1
 _CHANNELS: Final = 3
 
-Source = tuple[Path, Role, str | None]
-"""A picture's file, what its numbers are for, and their encoding (None: that of such a file)."""
+Tint = tuple[float, float, float]
+Source = tuple[Path, Role, str | None, int | None, Tint]
+"""A picture's file, what its numbers are for, their encoding (None: that of such a file), which part of the
+file it is (None: all), and what multiplies it."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,8 @@ class TextureTable:
 
     def _number(self, picture: ImageTexture | NormalMap, role: Role, like: ImageTexture) -> int:
         path = picture_path(picture, self._scene.folder, At(self._scene.source))
-        source: Source = path, role, getattr(picture, "encoding", None)
+        tint: Tint = getattr(picture, "tint", (1.0, 1.0, 1.0))
+        source: Source = path, role, getattr(picture, "encoding", None), picture.part, tint
         return self._numbers.setdefault((source, like), len(self._numbers))
 
     def sections(self, known: Pictures | None, bands: Bands | None) -> tuple[dict[str, np.ndarray], Pictures]:
@@ -81,13 +85,17 @@ class TextureTable:
 def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
     """The pictures, whose sizes are checked together before one is read."""
     limits = scene.limits
-    total = sum(texture_bytes(path, limits) for path, _, _ in sources)
+    total = 0
+    for path, _, _, part, _ in sources:
+        with picture_file(path, part, limits) as file:
+            total += texture_bytes(file, limits)
     limits.check("texture_bytes", total, scene.source, "materials")
     parts: list[np.ndarray] = []
     sizes = np.zeros((len(sources), 3), np.int64)
     first = 0
-    for size, (path, role, encoding) in zip(sizes, sources, strict=True):
-        texels = read_texels(path, role, encoding, limits)
+    for size, (path, role, encoding, part, tint) in zip(sizes, sources, strict=True):
+        with picture_file(path, part, limits) as file:
+            texels = read_texels(file, role, encoding, limits, tint)
         size[:] = first, *texels.shape[:2]
         first += texels.shape[0] * texels.shape[1]
         parts.append(texels.reshape(-1))

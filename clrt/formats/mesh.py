@@ -1,46 +1,132 @@
-"""A mesh file as a scene: the mesh, a camera that has it all in view, and one light."""
+"""A mesh file as a scene: as its author means it to look, with a camera and a light where there is none."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any, Final
 
 import msgspec
 import numpy as np
 
-from clrt.base.errors import SceneError, located
+from clrt.base import notices
+from clrt.base.errors import SceneError, fault, located, show
 from clrt.base.limits import Limits
-from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene
+from clrt.base.places import At, listed
+from clrt.base.suggest import did_you_mean
+from clrt.meshfiles.look import Look
+from clrt.meshfiles.model import read_model
+from clrt.scene.mesh import mesh_of_file
+from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene, read_scene
 
 _TOWARDS_CAMERA = np.array([0.5, 0.4, 1.0])
 _TOWARDS_LIGHT = np.array([-0.3, 1.0, 0.9])
+_PLAIN: Final = Material(diffuse=0.8, specular=0.2)  # of what has no material
+_AMBIENT, _BACKGROUND = 0.2, 0.05
 
 
-def load(path: Path, limits: Limits, smooth: bool | None = None) -> Scene:
-    """The mesh in an .obj, .ply, .glb, .gltf or .stl file, seen from the front, the right and above; y is up.
+def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | None = None) -> Scene:
+    """What is in an .obj, .ply, .glb, .gltf or .stl file; y is up.
 
-    `smooth` True interpolates vertex normals, False shades flat, None does as the file says.
+    The file's own materials, lights and camera are kept (`camera`: the one of this name, not the first). What
+    it lacks is added: a camera that has all in view from the front, the right and above, one light, a matte
+    material. `smooth` True interpolates vertex normals, False shades flat, None does as the file says.
     """
-    mesh = Mesh(file=path.name, smooth=smooth, material=Material(diffuse=0.8, specular=0.2))
+    at = At(path.name)
+    model = read_model(path, at, limits, smooth)
+    if model is None:
+        return _of_mesh(path, limits, smooth, camera)
+    look = model.look
+    # read and checked already: a scene takes them as they are
+    shapes = [
+        mesh_of_file(
+            path,
+            piece.arrays,
+            at,
+            part=piece.number,
+            name=piece.name,
+            smooth=smooth,
+            material=look.called.get(piece.material, _PLAIN),
+        )
+        for piece in model.pieces
+    ]
+    center, radius = _middle(model.low, model.high, path)
+    light = _AMBIENT if not look.lights else _BACKGROUND
+    passing = any("transmission" in table for table in look.materials.values())
+    tables: dict[str, Any] = {
+        "camera": _own_camera(look, camera, path) or _camera(center, radius),
+        "materials": look.materials,
+        "lights": look.lights or [_light(center, radius)],
+        "ambient": light,
+        "background": _BACKGROUND,
+        "shadow": "tinted" if passing else "opaque",
+        "shapes": shapes,
+    }
+    with notices.without("a surface makes light"):  # of coefficients that nobody stated here
+        scene = read_scene(tables, folder=path.parent, source=path.name, limits=limits)
+    _tell(path, look, camera)
+    return scene
+
+
+def _own_camera(look: Look, name: str | None, path: Path) -> dict[str, Any] | None:
+    """The file's camera of that name, or its first; None where it has none."""
+    if name is None:
+        return next(iter(look.cameras.values()), None)
+    if name not in look.cameras:
+        known = f"its cameras are {listed(look.cameras)}{did_you_mean(name, look.cameras)}"
+        text = known if look.cameras else "it has no camera"
+        raise SceneError(fault(path.name, "camera", name, text))
+    return look.cameras[name]
+
+
+def _tell(path: Path, look: Look, camera: str | None) -> None:
+    """One warning of all that has no counterpart."""
+    said = list(look.left_out)
+    if camera is None and len(look.cameras) > 1:
+        others = map(show, [*look.cameras][1:])
+        said.append(f"the cameras {listed(others, 5)}")
+    if said:
+        notices.warn(path.name, "", f"left out, since there is no counterpart: {listed(said)}")
+
+
+def _of_mesh(path: Path, limits: Limits, smooth: bool | None, camera: str | None) -> Scene:
+    """The mesh of a file that says nothing of how it looks."""
+    if camera is not None:
+        raise SceneError(fault(path.name, "camera", camera, "it has no camera"))
+    mesh = Mesh(file=path.name, smooth=smooth, material=_PLAIN)
     scene = Scene(
-        folder=path.parent, source=path.name, limits=limits, ambient=0.2, background=0.05, shapes=(mesh,)
+        folder=path.parent,
+        source=path.name,
+        limits=limits,
+        ambient=_AMBIENT,
+        background=_BACKGROUND,
+        shapes=(mesh,),
     )
     read = scene.shapes[0]
     assert isinstance(read, Mesh)
     vertices = read.data().vertices
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    center, radius = _middle(vertices.min(axis=0), vertices.max(axis=0), path)
+    return msgspec.structs.replace(scene, camera=_camera(center, radius), lights=(_light(center, radius),))
+
+
+def _middle(low: np.ndarray, high: np.ndarray, path: Path) -> tuple[np.ndarray, float]:
     center, radius = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
     if not radius > 0:
         raise SceneError(located(path.name, "", "all its vertices are at one point"))
+    return center, radius
+
+
+def _camera(center: np.ndarray, radius: float) -> Camera:
+    """One that has a ball in view."""
     camera = Camera(origin=(0.0, 0.0, 1.0), target=(0.0, 0.0, 0.0))
     half = math.atan(math.tan(math.radians(camera.fov / 2)) * camera.height / camera.width)
     origin = center + _TOWARDS_CAMERA / np.linalg.norm(_TOWARDS_CAMERA) * 1.02 * radius / math.sin(half)
+    return msgspec.structs.replace(camera, origin=_vector(origin), target=_vector(center))
+
+
+def _light(center: np.ndarray, radius: float) -> PointLight:
     light = center + _TOWARDS_LIGHT / np.linalg.norm(_TOWARDS_LIGHT) * 6 * radius
-    return msgspec.structs.replace(
-        scene,
-        camera=msgspec.structs.replace(camera, origin=_vector(origin), target=_vector(center)),
-        lights=(PointLight(position=_vector(light)),),
-    )
+    return PointLight(position=_vector(light))
 
 
 def _vector(point: np.ndarray) -> tuple[float, float, float]:

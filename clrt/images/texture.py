@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Literal
 
@@ -23,16 +23,23 @@ def texture_bytes(path: str | os.PathLike[str], limits: Limits) -> int:
 
 
 def read_texels(
-    path: str | os.PathLike[str], role: Role, encoding: str | None, limits: Limits
+    path: str | os.PathLike[str],
+    role: Role,
+    encoding: str | None,
+    limits: Limits,
+    tint: Sequence[float] = (1.0, 1.0, 1.0),
 ) -> np.ndarray:
     """Linear float32 (height, width, 3), rows from the top; a grey picture's channel three times.
 
     encoding: "srgb", "linear", or None: integers are sRGB, floats linear; of normals always linear.
-    Reflectances are clipped to [0, 1], light to >= 0, normals lie about 0. Raises as `clrt.read_image`, also
-    where decoded numbers are not finite.
+    `tint` multiplies them. Reflectances are clipped to [0, 1], light to >= 0, normals lie about 0. Raises as
+    `clrt.read_image`, also where decoded numbers are not finite.
     """
     values: Callable[[np.ndarray], np.ndarray] | None = partial(_values, encoding) if encoding else None
     texels = read_image(path, limits, _normals if role == "normal" else values)
+    if any(part != 1.0 for part in tint):
+        with np.errstate(all="ignore"):
+            texels *= np.array(tint, np.float32)
     if role == "reflectance":
         np.clip(texels, 0.0, 1.0, out=texels)
     elif role == "light":

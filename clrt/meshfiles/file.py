@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import io
 import logging
+import os
 import re
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -17,10 +21,13 @@ from clrt.base.errors import MissingPackage
 from clrt.base.files import read_bytes, resolve
 from clrt.base.install import pip_install
 from clrt.base.limits import Limits
-from clrt.base.places import At
+from clrt.base.places import At, PlacedError
+from clrt.meshfiles.embedded import itself_of
 from clrt.meshfiles.gltf import read_gltf
 from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.look import NONE
 from clrt.meshfiles.obj import plain_obj
+from clrt.meshfiles.obj_materials import LIBRARY, Materials
 from clrt.meshfiles.parts import Arrays, Part, Placed
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
@@ -29,7 +36,14 @@ _MATERIALS = re.compile(rb'^[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)  # \s
 
 
 def read_mesh_file(
-    path: Path, at: At, limits: Limits, smooth: bool | None, vertices: int = 0, primitives: int = 0
+    path: Path,
+    at: At,
+    limits: Limits,
+    smooth: bool | None,
+    vertices: int = 0,
+    primitives: int = 0,
+    part: int | None = None,
+    opened: dict[Path, Placed] | None = None,
 ) -> Arrays:
     """Vertices (n, 3) float64, triangles (m, 3) int, vertex normals (n, 3) or None for a flat mesh, and uv
     (n, 2) or None where the file has none.
@@ -38,36 +52,73 @@ def read_mesh_file(
     else flat; True computes normals that the file lacks, over all vertices at one position (files split
     them at seams). Materials and textures are left out, with a warning. `vertices` and `primitives` are what
     the scene has already: LimitError when it would have too many with those that the file declares.
+    `part`: only one of those that `Placed.groups` numbers; `opened` keeps what is read until all are.
     """
-    suffix = path.suffix.lower()
-    if suffix not in MESH_SUFFIXES:
-        raise at.error(path.name, f"a mesh file must end in one of {', '.join(MESH_SUFFIXES)}")
-    data = read_bytes(path, limits)
-    try:
-        with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
-            placed = _placed(data, path, at, limits, primitives)
-            if not len(placed.which):
-                raise at.says(f"{path.name} has no faces")
-            more = placed.sizes(smooth)
-            limits.check("primitives", primitives + more[1], at.source, at.path)
-            limits.check("vertices", vertices + more[0], at.source, at.path)
-            arrays = placed.joined(smooth)
-    except BrokenMesh as error:
-        raise at.says(f"{path.name} cannot be read as a mesh: {error}"[:300]) from None
-    if _MATERIALS.search(data) or any(part.colored for part in placed.parts):
-        text = f"{path.name}: its materials and colours are ignored; the shape's material holds for all of it"
-        notices.warn(at.source, at.path, text)
+    if part is None:
+        data = mesh_bytes(path, at, limits)
+        with broken_said(path, at):
+            placed = open_mesh(data, path, at, limits, primitives)
+            arrays = _checked(placed, path, at, limits, smooth, vertices, primitives)
+        if _MATERIALS.search(data) or any(found.colored for found in placed.parts):
+            text = "its materials and colours are ignored; the shape's material holds for all of it"
+            notices.warn(at.source, at.path, f"{path.name}: {text}")
+    else:
+        opened = {} if opened is None else opened
+        with broken_said(path, at):
+            if path not in opened:
+                opened[path] = open_mesh(mesh_bytes(path, at, limits), path, at, limits, primitives, True)
+            placed = opened[path]
+            numbers, groups = placed.groups()
+            if part >= len(groups):
+                text = f"{path.name} has {len(groups)} parts, numbered from 0"
+                raise PlacedError(at, f"part {part} is not allowed; {text}")
+            found = placed.only(np.flatnonzero(numbers == part))
+            arrays = _checked(found, path, at, limits, smooth, vertices, primitives)
     if placed.left_out:
         text = f"{path.name}: its {' and '.join(placed.left_out)} are left out; save it with them applied"
         notices.warn(at.source, at.path, text)
     return arrays
 
 
-def _placed(data: bytes, path: Path, at: At, limits: Limits, primitives: int) -> Placed:
-    """The file's parts that have faces."""
+def mesh_bytes(path: Path, at: At, limits: Limits) -> bytes:
+    """What is in a file whose suffix is a mesh file's."""
+    if path.suffix.lower() not in MESH_SUFFIXES:
+        raise at.error(path.name, f"a mesh file must end in one of {', '.join(MESH_SUFFIXES)}")
+    return read_bytes(path, limits)
+
+
+@contextmanager
+def broken_said(path: Path, at: At) -> Iterator[None]:
+    """Raise what is wrong with a file as SceneError that names it."""
+    try:
+        with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
+            yield
+    except BrokenMesh as error:
+        name = "" if at.source == path.name and not at.path else f"{path.name} "
+        raise at.says(f"{name}cannot be read as a mesh: {error}"[:300]) from None
+
+
+def _checked(
+    placed: Placed, path: Path, at: At, limits: Limits, smooth: bool | None, vertices: int, primitives: int
+) -> Arrays:
+    """The arrays of all places, once it is known that they are not too large."""
+    if not len(placed.which):
+        raise at.says(f"{path.name} has no faces")
+    more = placed.sizes(smooth)
+    limits.check("primitives", primitives + more[1], at.source, at.path)
+    limits.check("vertices", vertices + more[0], at.source, at.path)
+    return placed.joined(smooth)
+
+
+def open_mesh(
+    data: bytes, path: Path, at: At, limits: Limits, primitives: int = 0, apart: bool = False
+) -> Placed:
+    """The file's parts that have faces. apart: those of an OBJ by material, with what materials are."""
     suffix = path.suffix.lower()
+    if suffix == ".obj" and apart:
+        return _obj_apart(data, path, at, limits)
     if suffix not in (".glb", ".gltf"):
-        return _parse(data, path, at)
+        return _parse(_prepared(data, suffix), path, at)
     contents: dict[Path, bytes] = {}
 
     def fetch(uri: str) -> bytes:
@@ -80,11 +131,28 @@ def _placed(data: bytes, path: Path, at: At, limits: Limits, primitives: int) ->
     def check(faces: int) -> None:
         limits.check("primitives", primitives + faces, at.source, at.path)
 
-    return read_gltf(data, suffix == ".glb", fetch, check)
+    return read_gltf(data, suffix == ".glb", fetch, check, itself_of(path, at, limits, data))
 
 
-def _parse(data: bytes, path: Path, at: At) -> Placed:
-    """The meshes that trimesh finds in the file."""
+def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
+    """An OBJ's meshes apart by material, where it has a library of them and not too many."""
+    materials = Materials(plain_obj(data))
+    if materials.many or not (materials.names and materials.libraries):
+        return _parse(_prepared(data, ".obj"), path, at)
+    placed = _parse(materials.lines, path, at, materials.library())
+
+    def fetch(name: str) -> bytes | None:
+        name = name.replace("\\", "/")
+        if not os.path.exists(path.parent / name):
+            return None
+        return read_bytes(resolve(name, path.parent, at), limits, "text_bytes")
+
+    beside = itself_of(path, at, limits, data).beside
+    return replace(placed, look=lambda used, center, radius: materials.look(used, fetch, beside))
+
+
+def _parse(data: bytes, path: Path, at: At, library: bytes = b"") -> Placed:
+    """The meshes that trimesh finds in a file that is `_prepared`; `library` is its materials file."""
     try:
         import trimesh
     except ImportError:
@@ -92,11 +160,13 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
         raise MissingPackage(str(needs)) from None
 
     class Nothing(trimesh.resolvers.Resolver):
-        """Finds no other files: an OBJ's materials and a PLY's textures are not read."""
+        """Finds no other files but the library: a PLY's textures are not read."""
 
         def __init__(self) -> None: ...
 
         def get(self, name: str) -> bytes:
+            if library and name == LIBRARY:
+                return library
             raise at.error(name, "reading a mesh reads no other files")
 
         def write(self, name: str, data: Any) -> None:
@@ -115,11 +185,11 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(
-                io.BytesIO(_prepared(data, path.suffix.lower())),
+                io.BytesIO(data),
                 path.suffix[1:].lower(),
                 resolver=Nothing(),
                 process=False,
-                skip_materials=True,
+                skip_materials=not library,
             )
             placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
             found = [(scene.geometry[name], matrix) for matrix, name in placed]
@@ -127,6 +197,7 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
             for mesh, _ in meshes:
                 _check_lists(mesh.metadata.get("_ply_raw", {}))
             pairs = [(_part(mesh), matrix) for mesh, matrix in meshes]
+            names = [str(getattr(getattr(mesh.visual, "material", None), "name", None)) for mesh, _ in meshes]
     except BrokenMesh:
         raise
     except Exception as error:  # a broken file can fail anywhere inside a parser
@@ -135,10 +206,16 @@ def _parse(data: bytes, path: Path, at: At) -> Placed:
         raise BrokenMesh(f"{why} ({type(error).__name__})") from None
     finally:
         log.setLevel(loudness)
-    pairs = [(part, matrix) for part, matrix in pairs if part.faces]
-    numbers = np.arange(len(pairs))
-    matrices = np.array([matrix for _, matrix in pairs], np.float64).reshape(-1, 4, 4)
-    return Placed([part for part, _ in pairs], numbers, numbers, matrices)
+    kept = [k for k, (part, _) in enumerate(pairs) if part.faces]
+    numbers = np.arange(len(kept))
+    matrices = np.array([pairs[k][1] for k in kept], np.float64).reshape(-1, 4, 4)
+    materials = np.array([_material(names[k]) if library else NONE for k in kept], np.int64)
+    return Placed([pairs[k][0] for k in kept], numbers, numbers, matrices, materials=materials)
+
+
+def _material(name: str) -> int:
+    """The number of a material that the library calls `name`."""
+    return int(name[1:]) if re.fullmatch(r"m\d+", name) else NONE
 
 
 def _prepared(data: bytes, suffix: str) -> bytes:

@@ -8,34 +8,69 @@ from __future__ import annotations
 
 import base64
 import binascii
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 from urllib.parse import unquote_to_bytes
 
 import numpy as np
 
-from clrt.meshfiles.gltf_document import Accessor, Attributes, BrokenMesh, Document, Node, Primitive, parse
+from clrt.meshfiles.gltf_document import (
+    Accessor,
+    Attributes,
+    BrokenMesh,
+    Document,
+    Image,
+    Node,
+    Primitive,
+    decode,
+    item,
+    parse,
+)
+from clrt.meshfiles.gltf_look import Held, look_of
+from clrt.meshfiles.gltf_textures import Itself
+from clrt.meshfiles.look import NONE, Look
 from clrt.meshfiles.parts import Arrays, Part, Placed
 
 Fetch = Callable[[str], bytes]
-T = TypeVar("T")
 
 _TYPES: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
-def read_gltf(data: bytes, binary: bool, fetch: Fetch, check: Callable[[int], None]) -> Placed:
+def read_gltf(
+    data: bytes, binary: bool, fetch: Fetch, check: Callable[[int], None], itself: Itself
+) -> Placed:
     """The triangles in a .gltf, or, if `binary`, a .glb.
 
-    `fetch` gives the contents of a file beside it, `check` raises where there are too many triangles.
-    BrokenMesh where the file contradicts itself. Points, lines and morph targets are left out; animations,
-    skins and materials are not read.
+    `fetch` gives the contents of a file beside it, `check` raises where there are too many triangles,
+    `itself` is what its look has to know of the file.
+    BrokenMesh where the file contradicts itself. Points, lines and morph targets are left out; animations and
+    skins are not read; materials, cameras and lights only by the `look` of what is placed.
     """
     document, chunk = parse(data, binary)
-    return _Reader(document, chunk, fetch).placed(check)
+    return _Reader(document, chunk, fetch, itself).placed(check)
+
+
+def read_picture(data: bytes, binary: bool, number: int) -> bytes:
+    """The bytes of a picture that is within a .gltf, or a .glb; BrokenMesh where it is not."""
+
+    def refuse(name: str) -> bytes:
+        raise BrokenMesh(f"images[{number}] is not within the file; name its own file")
+
+    document, chunk = parse(data, binary)
+    image = item(decode(document.images, tuple[Image, ...], "images"), number, "images")
+    if image.uri is not None:
+        return bytes(_data_of(image.uri, refuse, f"images[{number}]"))
+    if image.bufferView is None:
+        raise BrokenMesh(f"images[{number}] has no data")
+    view = item(document.bufferViews, image.bufferView, "bufferViews")
+    whole = _Reader(document, chunk, refuse)._buffer(view.buffer)
+    if view.byteOffset + view.byteLength > len(whole):
+        raise BrokenMesh(f"images[{number}] reaches beyond the {len(whole)} bytes of its buffer")
+    return bytes(whole[view.byteOffset : view.byteOffset + view.byteLength])
 
 
 @dataclass(eq=False)
@@ -43,35 +78,53 @@ class _Reader:
     document: Document
     chunk: memoryview | None
     fetch: Fetch
+    itself: Itself | None = None
 
     def __post_init__(self) -> None:
         self.buffers: dict[int, memoryview] = {}
         self.numbers: dict[tuple[Any, ...], int | None] = {}  # what a primitive shows -> number of its part
         self.parts: list[Part] = []
         self.left_out: dict[str, None] = {}  # in the order in which it was met
+        self.names: list[str] = []  # of the nodes that have a mesh
+        self.cameras: list[Held] = []
+        self.lights: list[Held] = []
 
     def placed(self, check: Callable[[int], None]) -> Placed:
         """What the nodes of the scene show, in the order of a walk that takes the last child first."""
-        shown: dict[int, np.ndarray] = {}  # mesh -> the numbers of its parts
+        shown: dict[int, np.ndarray] = {}  # mesh -> (n, 2) the numbers of its parts and their materials
         matrices, meshes = self._nodes()
         faces: dict[int, int] = {}
         for mesh in meshes:
             if mesh not in shown:
-                primitives = _item(self.document.meshes, mesh, "meshes").primitives
-                numbers = [self._number(primitive) for primitive in primitives]
-                shown[mesh] = np.array([n for n in numbers if n is not None], np.int32)
-                faces[mesh] = sum(self.parts[n].faces for n in shown[mesh])
+                primitives = item(self.document.meshes, mesh, "meshes").primitives
+                pairs = [(self._number(primitive), primitive.material) for primitive in primitives]
+                rows = [(n, NONE if m is None else m) for n, m in pairs if n is not None]
+                shown[mesh] = np.array(rows, np.int64).reshape(-1, 2)
+                faces[mesh] = sum(self.parts[n].faces for n, _ in rows)
         check(sum(faces[mesh] for mesh in meshes))
-        rows = [shown[mesh] for mesh in meshes]
-        sizes = [len(row) for row in rows]
-        which = np.concatenate([np.zeros(0, np.int32), *rows])
-        where = np.repeat(np.arange(len(rows), dtype=np.int32), sizes)
-        return Placed(self.parts, which, where, matrices, tuple(self.left_out))
+        found = [shown[mesh] for mesh in meshes]
+        which = np.concatenate([np.zeros((0, 2), np.int64), *found])
+        where = np.repeat(np.arange(len(found), dtype=np.int32), [len(rows) for rows in found])
+        says = self.cameras or self.lights or (which[:, 1] != NONE).any()
+        return Placed(
+            self.parts,
+            which[:, 0].astype(np.int32),
+            where,
+            matrices,
+            tuple(self.left_out),
+            materials=which[:, 1],
+            names=self.names,
+            look=self._look if says else None,
+        )
+
+    def _look(self, materials: Mapping[int, bool], center: np.ndarray, radius: float) -> Look:
+        assert self.itself is not None
+        return look_of(self.document, self.itself, materials, self.cameras, self.lights, center, radius)
 
     def _nodes(self) -> tuple[np.ndarray, list[int]]:
         """Matrices to the world (n, 4, 4) of the scene's nodes that have a mesh, and the meshes' numbers."""
         nodes = self.document.nodes
-        scene = _item(self.document.scenes, self.document.scene, "scenes")
+        scene = item(self.document.scenes, self.document.scene, "scenes")
         seen = bytearray(len(nodes))
         matrices: list[np.ndarray] = []
         meshes: list[int] = []
@@ -79,24 +132,33 @@ class _Reader:
         left = [(number, root) for number in scene.nodes]
         while left:
             number, above = left.pop()
-            node = _item(nodes, number, "nodes")
+            node = item(nodes, number, "nodes")
             if seen[number]:
                 raise BrokenMesh(f"nodes[{number}] is below two nodes, or below itself")
             seen[number] = 1
             matrix = _matrix(node, above)
             left += [(child, matrix) for child in node.children]
+            self._hold(number, node, matrix)
             if node.mesh is not None:
                 # joints place a mesh with a skin, its node does not: without them it is as it was made
                 matrices.append(matrix if node.skin is None else root)
                 meshes.append(node.mesh)
+                self.names.append(node.name or item(self.document.meshes, node.mesh, "meshes").name)
                 self._note(node, node.mesh)
         return np.array(matrices).reshape(-1, 4, 4), meshes
+
+    def _hold(self, number: int, node: Node, matrix: np.ndarray) -> None:
+        """Keep the camera and the light that stand at a node."""
+        if node.camera is not None:
+            self.cameras.append(Held(number, node.name, node.camera, matrix))
+        if node.extensions is not None and node.extensions.KHR_lights_punctual is not None:
+            self.lights.append(Held(number, node.name, node.extensions.KHR_lights_punctual.light, matrix))
 
     def _note(self, node: Node, mesh: int) -> None:
         """Keep in mind what of a node with a mesh is not read and would move or multiply it."""
         if node.skin is not None:
             self.left_out["skins"] = None
-        if any(node.weights or _item(self.document.meshes, mesh, "meshes").weights):
+        if any(node.weights or item(self.document.meshes, mesh, "meshes").weights):
             self.left_out["morph targets"] = None
         if node.extensions and node.extensions.EXT_mesh_gpu_instancing is not None:
             self.left_out["instances"] = None
@@ -149,7 +211,7 @@ class _Reader:
         return vertices, _triangles(corners, mode), normals, uv
 
     def _accessor(self, number: int, kind: str) -> Accessor:
-        accessor = _item(self.document.accessors, number, "accessors")
+        accessor = item(self.document.accessors, number, "accessors")
         if accessor.type != kind:
             raise BrokenMesh(f"accessors[{number}] is of type {accessor.type}; {kind} is needed here")
         return accessor
@@ -193,40 +255,38 @@ class _Reader:
         self, view: int, offset: int, count: int, width: int, kind: np.dtype, where: str
     ) -> np.ndarray:
         """A view (count, width) of a buffer; BrokenMesh where it would reach beyond."""
-        found = _item(self.document.bufferViews, view, "bufferViews")
+        found = item(self.document.bufferViews, view, "bufferViews")
         data = self._buffer(found.buffer)
-        item = width * kind.itemsize
-        stride = item if found.byteStride is None else found.byteStride
-        end = offset + (stride * (count - 1) + item if count else 0)
+        size = width * kind.itemsize
+        stride = size if found.byteStride is None else found.byteStride
+        end = offset + (stride * (count - 1) + size if count else 0)
         if found.byteOffset + found.byteLength > len(data) or end > found.byteLength:
             raise BrokenMesh(f"{where} reaches beyond the {len(data)} bytes of its buffer, or of its view")
-        if stride < item:
-            raise BrokenMesh(f"bufferViews[{view}].byteStride is {stride}; what {where} holds takes {item}")
+        if stride < size:
+            raise BrokenMesh(f"bufferViews[{view}].byteStride is {stride}; what {where} holds takes {size}")
         return np.ndarray((count, width), kind, data, found.byteOffset + offset, (stride, kind.itemsize))
 
     def _buffer(self, number: int) -> memoryview:
         if number not in self.buffers:
-            uri = _item(self.document.buffers, number, "buffers").uri
+            uri = item(self.document.buffers, number, "buffers").uri
             if uri is None:
                 if number or self.chunk is None:
                     raise BrokenMesh(f"buffers[{number}] has no data")
                 self.buffers[number] = self.chunk
-            elif uri[:5].lower() == "data:":
-                kind, _, text = uri.partition(",")
-                try:
-                    found = base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
-                except (binascii.Error, ValueError):
-                    raise BrokenMesh(f"buffers[{number}] is not in base64") from None
-                self.buffers[number] = memoryview(found)
             else:
-                self.buffers[number] = memoryview(self.fetch(uri))
+                self.buffers[number] = memoryview(_data_of(uri, self.fetch, f"buffers[{number}]"))
         return self.buffers[number]
 
 
-def _item(items: tuple[T, ...], number: int, name: str) -> T:
-    if number >= len(items):
-        raise BrokenMesh(f"there is no {name}[{number}], which it speaks of")
-    return items[number]
+def _data_of(uri: str, fetch: Fetch, where: str) -> bytes:
+    """What an address holds: data of its own, or a file."""
+    if uri[:5].lower() != "data:":
+        return fetch(uri)
+    kind, _, text = uri.partition(",")
+    try:
+        return base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
+    except (binascii.Error, ValueError):
+        raise BrokenMesh(f"{where} is not in base64") from None
 
 
 def _scaled(plain: np.ndarray) -> np.ndarray:

@@ -1,19 +1,21 @@
 """What a glTF file says: its JSON, checked as it is parsed, and the binary chunk of a .glb.
 
-Only what a mesh needs is kept; everything else is passed over without being built. floats of other parts are
-whole and not negative here; whether there are such parts is for the reader to see.
+Only what a mesh needs is kept; everything else is passed over without being built. Numbers of other parts
+are whole and not negative here; whether there are such parts is for the reader to see. Materials, cameras
+and lights stay text (`msgspec.Raw`) until somebody asks for them (`decode`): a mesh alone needs none.
 """
 
 from __future__ import annotations
 
 import struct
-from typing import Annotated, Final, Literal
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta
 
 Count = Annotated[int, Meta(ge=0, le=1 << 53)]
 Component = Literal[5120, 5121, 5122, 5123, 5125, 5126]
+T = TypeVar("T")
 Vector3 = tuple[float, float, float]
 Vector4 = tuple[float, float, float, float]
 
@@ -29,28 +31,28 @@ class BrokenMesh(ValueError):
     """A mesh file that cannot be read; its text says why, for people."""
 
 
-class _Part(msgspec.Struct, frozen=True, gc=False):
+class Table(msgspec.Struct, frozen=True, gc=False):
     """A table of the file; what it has besides is ignored."""
 
 
-class SparseIndices(_Part, frozen=True, gc=False):
+class SparseIndices(Table, frozen=True, gc=False):
     bufferView: Count
     componentType: Component
     byteOffset: Count = 0
 
 
-class SparseValues(_Part, frozen=True, gc=False):
+class SparseValues(Table, frozen=True, gc=False):
     bufferView: Count
     byteOffset: Count = 0
 
 
-class Sparse(_Part, frozen=True, gc=False):
+class Sparse(Table, frozen=True, gc=False):
     count: Count
     indices: SparseIndices
     values: SparseValues
 
 
-class Accessor(_Part, frozen=True, gc=False):
+class Accessor(Table, frozen=True, gc=False):
     componentType: Component
     count: Count
     type: Literal["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"]
@@ -60,53 +62,60 @@ class Accessor(_Part, frozen=True, gc=False):
     sparse: Sparse | None = None
 
 
-class View(_Part, frozen=True, gc=False):
+class View(Table, frozen=True, gc=False):
     buffer: Count
     byteLength: Count
     byteOffset: Count = 0
     byteStride: Count | None = None
 
 
-class Buffer(_Part, frozen=True, gc=False):
+class Buffer(Table, frozen=True, gc=False):
     uri: str | None = None
 
 
-class Attributes(_Part, frozen=True, gc=False):
+class Attributes(Table, frozen=True, gc=False):
     POSITION: Count | None = None
     NORMAL: Count | None = None
     COLOR_0: Count | None = None
     TEXCOORD_0: Count | None = None
 
 
-class Compression(_Part, frozen=True, gc=False):
+class Compression(Table, frozen=True, gc=False):
     """That it is there is all that counts."""
 
 
-class Extensions(_Part, frozen=True, gc=False):
+class Extensions(Table, frozen=True, gc=False):
     KHR_draco_mesh_compression: Compression | None = None
 
 
-class Primitive(_Part, frozen=True, gc=False):
+class Primitive(Table, frozen=True, gc=False):
     attributes: Attributes
     indices: Count | None = None
     mode: Count = 4
+    material: Count | None = None
     extensions: Extensions | None = None
 
 
-class Mesh(_Part, frozen=True, gc=False):
+class Mesh(Table, frozen=True, gc=False):
     primitives: tuple[Primitive, ...]
     weights: tuple[float, ...] = ()
+    name: str = ""
 
 
-class Instancing(_Part, frozen=True, gc=False):
+class Instancing(Table, frozen=True, gc=False):
     """That it is there is all that counts."""
 
 
-class NodeExtensions(_Part, frozen=True, gc=False):
+class LightHere(Table, frozen=True, gc=False):
+    light: Count
+
+
+class NodeExtensions(Table, frozen=True, gc=False):
     EXT_mesh_gpu_instancing: Instancing | None = None
+    KHR_lights_punctual: LightHere | None = None
 
 
-class Node(_Part, frozen=True, gc=False):
+class Node(Table, frozen=True, gc=False):
     mesh: Count | None = None
     children: tuple[Count, ...] = ()
     matrix: Annotated[tuple[float, ...], Meta(min_length=16, max_length=16)] | None = None
@@ -116,18 +125,26 @@ class Node(_Part, frozen=True, gc=False):
     skin: Count | None = None
     weights: tuple[float, ...] = ()
     extensions: NodeExtensions | None = None
+    camera: Count | None = None
+    name: str = ""
 
 
-class SceneNodes(_Part, frozen=True, gc=False):
+class SceneNodes(Table, frozen=True, gc=False):
     nodes: tuple[Count, ...] = ()
 
 
-class Asset(_Part, frozen=True, gc=False):
+class Image(Table, frozen=True, gc=False):
+    uri: str | None = None
+    bufferView: Count | None = None
+    mimeType: str = ""
+
+
+class Asset(Table, frozen=True, gc=False):
     version: str | float = "2.0"
     minVersion: str | float = "2.0"
 
 
-class Document(_Part, frozen=True, gc=False):
+class Document(Table, frozen=True, gc=False):
     asset: Asset = Asset()
     accessors: tuple[Accessor, ...] = ()
     bufferViews: tuple[View, ...] = ()
@@ -137,6 +154,12 @@ class Document(_Part, frozen=True, gc=False):
     scenes: tuple[SceneNodes, ...] = ()
     scene: Count = 0
     extensionsRequired: tuple[str, ...] = ()
+    materials: msgspec.Raw = msgspec.Raw(b"[]")
+    cameras: msgspec.Raw = msgspec.Raw(b"[]")
+    extensions: msgspec.Raw = msgspec.Raw(b"{}")
+    textures: msgspec.Raw = msgspec.Raw(b"[]")
+    images: msgspec.Raw = msgspec.Raw(b"[]")
+    samplers: msgspec.Raw = msgspec.Raw(b"[]")
 
 
 def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
@@ -158,6 +181,21 @@ def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
         if not name.startswith(_PASSED_OVER):
             raise BrokenMesh(f"it needs the extension {name}, which is not read; save it without that")
     return document, chunk
+
+
+def decode(text: bytes | msgspec.Raw, kind: Any, name: str) -> Any:
+    """What a part of the document says, as `kind`; `name` is what messages call the part."""
+    try:
+        return msgspec.json.decode(text, type=kind)
+    except (msgspec.MsgspecError, UnicodeDecodeError, OverflowError) as error:
+        raise BrokenMesh(f"its {name} are not those of a glTF file: {error}") from None
+
+
+def item(items: tuple[T, ...], number: int, name: str) -> T:
+    """One of the document's `items`; BrokenMesh where there are not so many."""
+    if number >= len(items):
+        raise BrokenMesh(f"there is no {name}[{number}], which it speaks of")
+    return items[number]
 
 
 def _chunks(data: bytes) -> tuple[memoryview, memoryview | None]:

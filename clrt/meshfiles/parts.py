@@ -6,10 +6,12 @@ their numbers is read.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from clrt.meshfiles.look import NONE, Look
 
 Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None]
 """Vertices (n, 3), triangles (m, 3) of vertex numbers, normals (n, 3) or None, uv (n, 2) or None.
@@ -17,6 +19,7 @@ Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None]
 uv have v = 0 at the top row of a picture.
 """
 
+MOST_GROUPS = 4096  # shapes of their own that a file is taken apart to
 _BLOCK = 1 << 16  # vertices and triangles that are moved at a time
 
 
@@ -38,6 +41,9 @@ class Placed:
 
     Place i of p, in the file's order, has the part `which[i]` and the (4, 4) matrix to the world
     `matrices[where[i]]`. `left_out` is what of the file is not read and would change where they stand.
+    Its material has the number `materials[i]` (None: no place has one); `names[where[i]]` is what the file
+    calls what stands there. `look` says what the materials of some numbers are (with each: whether all that
+    has it has uv), and what else makes the picture, given the middle and the radius of all that is placed.
     """
 
     parts: Sequence[Part]
@@ -45,6 +51,32 @@ class Placed:
     where: np.ndarray
     matrices: np.ndarray
     left_out: tuple[str, ...] = ()
+    materials: np.ndarray | None = None
+    names: Sequence[str] = ()
+    look: Callable[[Mapping[int, bool], np.ndarray, float], Look] | None = None
+
+    def groups(self) -> tuple[np.ndarray, list[tuple[int, int]]]:
+        """A number for each place, and of each number where it stands and its material.
+
+        What stands at one place and has one material goes together; all of one material does where there
+        would be more than `MOST_GROUPS`, and then stands nowhere: NONE.
+        """
+        materials = np.full(len(self.which), NONE) if self.materials is None else self.materials
+        pairs = np.stack([self.where, materials], axis=1).astype(np.int64)
+        found, first, group = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
+        if len(found) > MOST_GROUPS:
+            pairs[:, 0] = NONE
+            found, first, group = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
+        order = np.lexsort((first, -found[:, 0]))  # as in the file: readers walk what stands in it backwards
+        numbers = np.empty(len(order), np.int64)
+        numbers[order] = np.arange(len(order))
+        return numbers[group.reshape(-1)], [(where, material) for where, material in found[order].tolist()]
+
+    def only(self, places: np.ndarray) -> Placed:
+        """Some of the places."""
+        used, which = np.unique(self.which[places], return_inverse=True)
+        parts = [self.parts[number] for number in used]
+        return replace(self, parts=parts, which=which.reshape(-1), where=self.where[places], materials=None)
 
     def sizes(self, smooth: bool | None) -> tuple[int, int]:
         """Vertices and triangles of all places, as `joined` makes them."""

@@ -72,11 +72,11 @@ def warn(scene: Scene) -> None:
 
 
 def _makes_light(scene: Scene) -> tuple[str, str] | None:
-    bright = _first(scene, lambda material: material.gain > 1 + 1e-6)
+    bright = _first(scene, lambda material: material.returned > 1 + 1e-6)
     if bright is None:
         return None
     index, material = bright
-    text = f"diffuse + max(specular, reflection) + transmission is {material.gain:.4g}"
+    text = f"diffuse + max(specular, reflection) + transmission is {material.returned:.4g}"
     return f"shapes[{index}]", f"{text}; above 1 a surface makes light"
 
 

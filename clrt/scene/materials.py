@@ -181,3 +181,20 @@ class Material(Colored, frozen=True, kw_only=True):
         if self.fresnel is True:  # the Fresnel factor splits between the two, so only the larger counts
             return self.diffuse + max(self.specular, self.kr, self.kt)
         return self.diffuse + max(self.specular, self.kr) + self.kt
+
+    @property
+    def returned(self) -> float:
+        """`gain` as it is judged: of a mirror given by a tint what it returns of light that falls head-on.
+
+        Its highlight counts with the light of the whole lobe, 2/(shininess + 1) of its peak.
+        """
+        if self.fresnel != "schlick":
+            return self.gain
+        highlight, mirror = map(_most, (self.highlight_color, self.reflection_color))
+        lobe = min(2 / (self.shininess + 1), 1.0)
+        return self.diffuse + max(self.specular * lobe * highlight, self.kr * mirror) + self.kt
+
+
+def _most(tint: Tint) -> float:
+    """The largest part of a tint; 1 of spectra and pictures, of which it is not known here."""
+    return 1.0 if isinstance(tint, (str, Spectrum, ImageTexture)) else max(rgb(tint))

@@ -18,7 +18,7 @@ from clrt.base.limits import Limits
 from clrt.base.places import At, known_keys
 from clrt.base.records import read
 from clrt.meshfiles.file import read_mesh_file
-from clrt.meshfiles.parts import vertex_normals
+from clrt.meshfiles.parts import Arrays, Placed, vertex_normals
 from clrt.meshfiles.planar import flaws, is_sound
 from clrt.scene.shapes import FiniteShape
 
@@ -87,7 +87,8 @@ class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mes
     Either `vertices` (n, 3) and `faces`, with optional vertex `normals` (n, 3) and `uv` (n, 2), places in
     pictures, or a `file`. Vertex normals
     make the mesh smooth; `smooth = True` computes them, weighted by area, where they are not given.
-    `smooth` left out (None) follows the file: its normals if it has some, else flat.
+    `smooth` left out (None) follows the file: its normals if it has some, else flat. `part` is the number of
+    one of the file's parts, as a scene made of the file has them as shapes; left out, all are one mesh.
     """
 
     vertices: Points | None = None
@@ -96,6 +97,7 @@ class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mes
     uv: Places | None = None
     file: Annotated[str, Meta(min_length=1, description="file must be the path of a mesh file")] | None = None
     smooth: bool | None = None
+    part: Annotated[int, Meta(ge=0, description="part must be a whole number from 0")] | None = None
 
     @property
     def primitives(self) -> int:
@@ -131,7 +133,8 @@ class Meshes:
     A file is read once, however many shapes name it.
     """
 
-    files: dict[tuple[str, bool | None], tuple[Path, MeshData]] = field(default_factory=dict)
+    files: dict[tuple[str, bool | None, int | None], tuple[Path, MeshData]] = field(default_factory=dict)
+    opened: dict[Path, Placed] = field(default_factory=dict)
     vertices: int = 0
     primitives: int = 0
 
@@ -166,7 +169,7 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
         if arrays:
             raise at.says(f"file and {', '.join(arrays)} exclude each other; give one or the other")
         place = at.key("file")
-        key = mesh.file, mesh.smooth
+        key = mesh.file, mesh.smooth, mesh.part
         if key in others.files:
             mesh.__dict__["_path"], mesh.__dict__["_data"] = others.files[key]
             return mesh
@@ -175,13 +178,13 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
         if isinstance(data, Mesh) and data.__dict__.get("_path") == path:  # read before, for another scene
             mesh.__dict__["_data"] = data.data()
             return mesh
-        found = read_mesh_file(path, place, limits, mesh.smooth, others.vertices, others.primitives)
-        loaded = dict(zip(_ARRAYS, found, strict=True))
-        present = {name: array for name, array in loaded.items() if array is not None}
-        checked = _read_arrays(present, place, own=True)
-        mesh.__dict__["_data"] = MeshData(**{"normals": None} | checked)
+        sizes = others.vertices, others.primitives
+        found = read_mesh_file(path, place, limits, mesh.smooth, *sizes, mesh.part, others.opened)
+        _keep(mesh, path, found, place)
         others.files[key] = path, mesh.__dict__["_data"]
         return mesh
+    if mesh.part is not None:
+        raise at.key("part").says("only a file has parts; name one, or leave part out")
     for name in ("vertices", "faces"):
         if name not in arrays:
             raise at.says(f"the key {name!r} is missing; a mesh has vertices and faces, or a file")
@@ -197,10 +200,26 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
     return mesh
 
 
+def mesh_of_file(path: Path, arrays: Arrays, at: At, **keys: Any) -> Mesh:
+    """The mesh of a file that is read already, with what its table says besides `file`."""
+    mesh = read(Mesh, {"file": path.name, **keys}, at)
+    _keep(mesh, path, arrays, at)
+    return mesh
+
+
+def _keep(mesh: Mesh, path: Path, arrays: Arrays, at: At) -> None:
+    """Give a mesh the checked arrays of its file."""
+    loaded = dict(zip(_ARRAYS, arrays, strict=True))
+    present = {name: array for name, array in loaded.items() if array is not None}
+    checked = _read_arrays(present, at, own=True)
+    mesh.__dict__["_path"] = path
+    mesh.__dict__["_data"] = MeshData(**{"normals": None} | checked)
+
+
 def edited_mesh(before: Mesh, table: Mapping[str, Any], at: At, folder: Path | None, limits: Limits) -> Mesh:
     """The checked mesh of a table made of `before`; arrays that are still its own are not read again."""
-    own = [name for name in (*_ARRAYS, "file", "smooth") if table.get(name) is getattr(before, name)]
-    if table.get("type") == "mesh" and len(own) == len(_ARRAYS) + 2:
+    own = [name for name in (*_ARRAYS, "file", "smooth", "part") if table.get(name) is getattr(before, name)]
+    if table.get("type") == "mesh" and len(own) == len(_ARRAYS) + 3:
         rest = {name: value for name, value in table.items() if name not in _ARRAYS}
         mesh = msgspec.structs.replace(read(Mesh, rest, at), **{name: table[name] for name in _ARRAYS})
         mesh.__dict__.update(before.__dict__)

@@ -64,6 +64,7 @@ def _moved(scene: Scene, path: Path) -> dict[str, Any]:
             entry["file"] = file.relative_to(new).as_posix()
         else:
             del entry["file"]
+            entry.pop("part", None)
             entry |= shape.data().to_dict()
     return table
 

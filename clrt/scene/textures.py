@@ -14,7 +14,12 @@ from clrt.base.records import Record, single_of
 PICTURED: Final = ("color", "highlight_color", "reflection_color", "transmission_color", "emission")
 """The colours of a material that may be pictures."""
 
+MODELS: Final = (".glb", ".gltf")
+"""Files that pictures may be parts of."""
+
 File = Annotated[str, Meta(min_length=1, description="file must be the path of a picture")]
+Part = Annotated[int, Meta(ge=0, description="part must be a whole number from 0")] | None
+Share = Annotated[float, Meta(ge=0)]
 Pair = Annotated[tuple[float, float], Meta(description="must be 2 numbers")]
 
 
@@ -22,10 +27,12 @@ class ImageTexture(Record, frozen=True, kw_only=True, tag="image", tag_field="ty
     """A picture where a colour may stand: at `(u, v)` of a surface its colour at `(u, v) scale + offset`.
 
     file: EXR, HDR, PNG, JPEG, TIFF or BMP in the scene's folder. wrap: what lies beyond the picture. filter:
-    between texels. encoding: of its numbers; None: integers are sRGB, floats linear.
+    between texels. encoding: of its numbers; None: integers are sRGB, floats linear. tint multiplies them.
+    part: which of the pictures that are within a model's file (.glb, .gltf), counted from 0.
     """
 
     file: File
+    part: Part = None
     wrap: Annotated[
         Literal["repeat", "clamp", "mirror"], Meta(description="wrap must be 'repeat', 'clamp' or 'mirror'")
     ] = "repeat"
@@ -37,18 +44,36 @@ class ImageTexture(Record, frozen=True, kw_only=True, tag="image", tag_field="ty
     ] = None
     scale: Pair = (1.0, 1.0)
     offset: Pair = (0.0, 0.0)
+    tint: Annotated[
+        tuple[Share, Share, Share], Meta(description="tint must be 3 numbers >= 0")
+    ] = (1.0, 1.0, 1.0)
 
     def check(self, at: At) -> None:
         """Raise for a picture that would show one line of itself alone."""
         if not all(single_of(number) for number in self.scale):
             raise at.key("scale").error(self.scale, "neither number of scale may be 0")
+        _check_part(self, at)
 
 
 class NormalMap(Record, frozen=True, kw_only=True):
     """A picture of normals: `scale` times how far they lean; uv, wrap and filter are those of `color`'s."""
 
     file: File
+    part: Part = None
     scale: float = 1.0
+
+
+    def check(self, at: At) -> None:
+        """Raise for a part of a file that has none."""
+        _check_part(self, at)
+
+
+def _check_part(picture: ImageTexture | NormalMap, at: At) -> None:
+    model = picture.file.lower().endswith(MODELS)
+    if model and picture.part is None:
+        raise at.key("file").error(picture.file, "of a model's file say which picture: part = 0, 1, ...")
+    if picture.part is not None and not model:
+        raise at.key("part").error(picture.part, f"only {' and '.join(MODELS)} files have parts")
 
 
 def picture_path(picture: ImageTexture | NormalMap, folder: Path | None, at: At) -> Path:

@@ -15,6 +15,9 @@ _EXTENSIONS: Final = (
     "KHR_mesh_quantization", "KHR_texture_transform", "KHR_materials_variants", "KHR_lights_punctual", "x",
 )  # fmt: skip
 _TYPES: Final = (5120, 5121, 5122, 5123, 5125, 5126, 5130, 0)
+_STRANGE: Final[tuple[Any, ...]] = (
+    -1, 0, 1e-30, 1e308, "x", "../x.png", "/dev/zero", "data:;base64,AAAA", "", [], {}, None, True, [1, 2, 3],
+)  # fmt: skip
 _FORMS: Final = ("SCALAR", "VEC2", "VEC3", "VEC4", "MAT4", "VEC3 ", "")
 
 
@@ -45,10 +48,8 @@ def _glb(draw: random.Random, data: bytes) -> bytes:
 
 
 def _spoil_tree(draw: random.Random, tree: dict[str, Any]) -> None:
-    """One change: a declared size, a sparse accessor, the same thing many times, a shape of the graph."""
-    draw.choice((_accessor, _accessor, _sparse, _sparse, _view, _repeat, _repeat, _graph, _extension))(
-        draw, tree
-    )
+    """One change: a declared size, the same thing many times, a shape of the graph, a value of a material."""
+    draw.choice(_CHANGES)(draw, tree)
 
 
 def _accessor(draw: random.Random, tree: dict[str, Any]) -> None:
@@ -124,6 +125,29 @@ def _extension(draw: random.Random, tree: dict[str, Any]) -> None:
     )
     entry["extensions"] = {name: value}
     tree["extensionsRequired"] = tree["extensionsUsed"] = [name] * draw.choice((1, 1, 1000))
+
+
+def _look(draw: random.Random, tree: dict[str, Any]) -> None:
+    """A value of what makes the picture: of materials, their pictures, cameras or lights."""
+    named = ("materials", "images", "textures", "samplers", "cameras", "extensions")
+    left: list[Any] = [tree[name] for name in named if name in tree]
+    places: list[tuple[Any, Any]] = []
+    while left:
+        table = left.pop()
+        for key in range(len(table)) if isinstance(table, list) else list(table):
+            places.append((table, key))
+            if isinstance(table[key], (dict, list)):
+                left.append(table[key])
+    if places:
+        table, key = draw.choice(places)
+        table[key] = draw.choice((*_STRANGE, size(draw), table[key]))
+        if isinstance(table, list) and draw.random() < 0.2:
+            table *= draw.choice((2, 1000))
+
+
+_CHANGES: Final = (
+    _accessor, _accessor, _sparse, _sparse, _view, _repeat, _repeat, _graph, _extension, _look, _look,
+)  # fmt: skip
 
 
 def _ply(draw: random.Random, data: bytes) -> bytes:

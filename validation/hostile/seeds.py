@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import json
+import struct
 import tempfile
 import warnings
 from collections.abc import Callable
@@ -96,13 +98,57 @@ def meshes() -> dict[str, bytes]:
     out[".ascii.ply"] = _bytes(ball.export(file_type="ply", encoding="ascii"))
     out[".ascii.stl"] = _bytes(ball.export(file_type="stl_ascii"))
     parts = trimesh.Scene(ball).export(file_type="gltf", merge_buffers=True)
-    out[".gltf"] = _self_contained(parts)
+    out[".gltf"] = _dressed(_self_contained(parts))
+    (length,) = struct.unpack_from("<I", out[".glb"], 12)
+    text = _dressed(out[".glb"][20 : 20 + length])
+    text += b" " * (-len(text) % 4)
+    rest = out[".glb"][20 + length :]
+    head = struct.pack("<4sIII4s", b"glTF", 2, 20 + len(text) + len(rest), len(text), b"JSON")
+    out[".glb"] = head + text + rest
     return out
 
 
-def _self_contained(parts: dict[str, bytes]) -> bytes:
-    import base64
+def _dressed(text: bytes) -> bytes:
+    """A document with a material, its pictures, a camera and a light besides."""
+    tree = json.loads(text)
+    primitive = tree["meshes"][0]["primitives"][0]
+    places = tree["accessors"][primitive["attributes"]["POSITION"]]
+    primitive["attributes"]["TEXCOORD_0"] = len(tree["accessors"])
+    tree["accessors"].append({**{k: v for k, v in places.items() if k not in ("min", "max")}, "type": "VEC2"})
+    primitive["material"] = 0
+    picture = base64.b64encode(images()[".png"]).decode()
+    lamp = {"type": "spot", "intensity": 40.0, "color": [1.0, 0.9, 0.8], "range": 50.0,
+            "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.6}}  # fmt: skip
+    glass = {
+        "KHR_materials_transmission": {"transmissionFactor": 0.5}, "KHR_materials_ior": {"ior": 1.4},
+        "KHR_materials_volume": {
+            "thicknessFactor": 1.0, "attenuationDistance": 2.0, "attenuationColor": [0.9, 0.5, 0.5],
+        },
+    }  # fmt: skip
+    metal = {
+        "baseColorFactor": [0.9, 0.5, 0.2, 1.0], "metallicFactor": 0.5, "roughnessFactor": 0.4,
+        "baseColorTexture": {"index": 0}, "metallicRoughnessTexture": {"index": 0},
+    }  # fmt: skip
+    tree["materials"] = [{
+        "name": "m", "pbrMetallicRoughness": metal, "extensions": glass, "emissiveFactor": [0.1, 0.0, 0.0],
+        "normalTexture": {"index": 0, "scale": 0.5}, "alphaMode": "MASK",
+    }]  # fmt: skip
+    tree["images"] = [{"uri": f"data:image/png;base64,{picture}", "mimeType": "image/png"}]
+    tree["samplers"] = [{"wrapS": 10497, "wrapT": 10497, "magFilter": 9728}]
+    tree["textures"] = [{"source": 0, "sampler": 0}]
+    lens = {"yfov": 0.8, "znear": 0.1, "aspectRatio": 1.5}
+    tree["cameras"] = [{"type": "perspective", "perspective": lens}]
+    tree["extensions"] = {"KHR_lights_punctual": {"lights": [lamp]}}
+    first = len(tree["nodes"])
+    tree["nodes"] += [
+        {"camera": 0, "translation": [0.0, 0.0, 5.0]},
+        {"extensions": {"KHR_lights_punctual": {"light": 0}}, "translation": [1.0, 2.0, 4.0]},
+    ]
+    tree["scenes"][0]["nodes"] += [first, first + 1]
+    return json.dumps(tree).encode()
 
+
+def _self_contained(parts: dict[str, bytes]) -> bytes:
     tree = json.loads(parts["model.gltf"])
     for buffer in tree["buffers"]:
         coded = base64.b64encode(parts[buffer["uri"]]).decode()

@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio
 
-from clrt.scene.scene import ImageTexture, Scene
+from clrt.base.limits import Limits
+from clrt.meshfiles.embedded import picture_file
+from clrt.scene.scene import ImageTexture, NormalMap, Scene
 
 from .palette import Palette
 from .vectors import Array, Ints, dot, unit
@@ -36,7 +38,7 @@ class Images:
         self.scene, self.palette = scene, palette
         self.first = np.searchsorted(shape_of, np.arange(len(scene.shapes)))
         self.shown = np.array([bool(scene.material_of(shape).pictures) for shape in scene.shapes], bool)
-        self._read: dict[str, tuple[Array, int]] = {}
+        self._read: dict[tuple[str, int | None], tuple[Array, int]] = {}
 
     def tone(self, name: str, plain: Array, shape: Ints, primitive: Ints, point: Array,
              outward: Array) -> Array:  # fmt: skip
@@ -67,7 +69,7 @@ class Images:
             rows = np.flatnonzero(shape == number)
             place = self._place(number, primitive[rows], point[rows], outward[rows])
             how = material.color if isinstance(material.color, ImageTexture) else ImageTexture(file="-")
-            picture = self._normals(material.normal_map.file)
+            picture = self._normals(material.normal_map)
             texel = np.maximum(looked_up(picture, how, place.u, place.v), -1.0)
             x, y, z = texel.T * np.array([[material.normal_map.scale], [material.normal_map.scale], [1.0]])
             normal, matrix = smooth[rows], np.asarray(one.matrix, float)[:3, :3]
@@ -94,29 +96,31 @@ class Images:
 
     def _picture(self, picture: ImageTexture, name: str) -> Array:
         """Linear, (h, w, 3)."""
-        values, depth = self._samples(picture.file)
+        values, depth = self._samples(picture)
         if picture.encoding == "srgb" or (picture.encoding is None and depth):
             values = np.where(values <= 0.04045, values / 12.92, (np.maximum(values, 0) + 0.055) / 1.055) ** (
                 np.where(values <= 0.04045, 1.0, 2.4)
             )
-        return np.clip(values, 0.0, np.inf if name == "emission" else 1.0)
+        return np.clip(values * picture.tint, 0.0, np.inf if name == "emission" else 1.0)
 
-    def _normals(self, file: str) -> Array:
-        values, depth = self._samples(file)
+    def _normals(self, of: NormalMap) -> Array:
+        values, depth = self._samples(of)
         if not depth:
             return 2 * values - 1
         middle = 2.0 ** (depth - 1)
         return np.asarray((values * (2**depth - 1) - middle) / (middle - 1))
 
-    def _samples(self, file: str) -> tuple[Array, int]:
+    def _samples(self, picture: ImageTexture | NormalMap) -> tuple[Array, int]:
         """(h, w, 3) as they are in the file, whole numbers from 0 to 1; and their bits, 0 of floats."""
+        file = picture.file, picture.part
         if file in self._read:
             return self._read[file]
-        source = oiio.ImageInput.open(str((self.scene.folder or Path()) / file))
-        assert source is not None
-        kind = str(source.spec().format)
-        samples = np.asarray(source.read_image(oiio.FLOAT), float)
-        source.close()
+        with picture_file((self.scene.folder or Path()) / picture.file, picture.part, Limits()) as path:
+            source = oiio.ImageInput.open(str(path))
+            assert source is not None
+            kind = str(source.spec().format)
+            samples = np.asarray(source.read_image(oiio.FLOAT), float)
+            source.close()
         colors = samples[:, :, :3] if samples.shape[2] > 2 else samples[:, :, :1]
         bits = {"uint8": 8, "uint16": 16}.get(kind, 0)
         self._read[file] = np.broadcast_to(colors, (*colors.shape[:2], 3)), bits

@@ -1,0 +1,146 @@
+"""Surfaces of other programs, made of microscopic facets, as materials of a scene.
+
+Base colour, metalness and roughness are those of glTF, of Blender's Principled BSDF and of MTL's `Pm`, `Pr`.
+What they become, with the equations, is in docs/models.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Final
+
+from clrt.meshfiles.look import Table
+
+Rgb = tuple[float, float, float]
+
+SMOOTHEST: Final = 0.01  # roughness below which a mirror is a perfect one (clrt.scene.materials)
+ROUGHEST: Final = 0.5  # roughness from which on the faint mirror of what is no metal is left out
+_LEAST_LOBE: Final = 0.05  # of highlights: no smaller alpha, so that a pixel does not miss them
+_DARKEST: Final = 1e-6  # of what passes through a medium: 0 would take an infinite absorption
+_UNBENT: Final = 1e-3  # the least index of refraction (clrt.scene.materials)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Facets:
+    """A surface: `f0` is what it reflects head-on where it is no metal, `alpha` how much of it is there.
+
+    `transmission` is the share of what is no metal that light passes, `solid` whether it then enters a
+    medium, of `absorption` per unit of length. `picture` (an image of a scene file) multiplies `base`, `glow`
+    the `emission`.
+    """
+
+    base: Rgb = (1.0, 1.0, 1.0)
+    picture: Table | None = None
+    glow: Table | None = None
+    normal_map: Table | None = None
+    metallic: float = 0.0
+    roughness: float = 1.0
+    ior: float = 1.5
+    f0: Rgb | None = None
+    alpha: float = 1.0
+    transmission: float = 0.0
+    solid: bool = False
+    absorption: Rgb = (0.0, 0.0, 0.0)
+    emission: Rgb = (0.0, 0.0, 0.0)
+
+    @property
+    def passes(self) -> float:
+        """The share of light that is transmitted by what is no metal."""
+        return self.transmission * (1.0 - self.metallic)
+
+    @property
+    def blurred(self) -> bool:
+        """Whether light would be scattered as it passes, which it is not here."""
+        return self.passes > 0 and self.roughness >= SMOOTHEST
+
+    def table(self) -> Table:
+        """The material, as a scene file has it."""
+        if self.passes > 0:
+            table = self._glass()
+        elif self.alpha < 1:
+            table = self._veil()
+        else:
+            table = self._opaque()
+        if any(self.emission):
+            table["emission"] = shown(self.glow, self.emission)
+        return table | ({"normal_map": self.normal_map} if self.normal_map is not None else {})
+
+    def _opaque(self) -> Table:
+        table = self._matte(1.0)
+        if self.metallic > 0 or self.roughness < ROUGHEST:
+            table |= {"reflection": 1.0, "reflection_color": table["highlight_color"]}
+            table |= {"roughness": self.roughness} if self.roughness >= SMOOTHEST else {}
+        return table
+
+    def _matte(self, share: float) -> Table:
+        """What scatters light, with the highlights of lights; a `share` of it."""
+        pairs = zip(self._f0(), self.base, strict=True)
+        tint: Any = [_mix(here, base, self.metallic) for here, base in pairs]
+        if self.picture is not None and self.metallic > 0:
+            red, green, blue = (part * self.metallic for part in self.base)
+            tint = shown(self.picture, (red, green, blue))
+        specular, shininess = _lobe(self.roughness)
+        return {
+            "color": shown(self.picture, self.base),
+            "diffuse": share * self._diffuse(),
+            "fresnel": "schlick",
+            "specular": share * specular,
+            "shininess": shininess,
+            "highlight_color": tint,
+        }
+
+    def _glass(self) -> Table:
+        share = self.passes
+        specular, shininess = _lobe(self.roughness)
+        table: Table = {
+            "color": shown(self.picture, self.base),
+            "diffuse": (1.0 - share) * self._diffuse(),
+            "fresnel": True,
+            "ior": max(self.ior, _UNBENT),
+            "reflection": share,
+            "transmission": share,
+            "transmission_color": shown(self.picture, self.base),
+            "specular": min(specular * max(self._f0()), share),  # in place of the lamp's mirror image
+            "shininess": shininess,
+        }
+        if not self.solid:
+            return table | {"thin": True}
+        return table | ({"absorption": list(self.absorption)} if any(self.absorption) else {})
+
+    def _veil(self) -> Table:
+        return self._matte(self.alpha) | {"transmission": 1.0 - self.alpha, "thin": True}
+
+    def _f0(self) -> Rgb:
+        return (fresnel_of(self.ior),) * 3 if self.f0 is None else self.f0
+
+    def _diffuse(self) -> float:
+        return (1.0 - self.metallic) * (1.0 - max(self._f0()))
+
+
+def shown(picture: Table | None, color: Rgb) -> Any:
+    """What stands for a colour: `color`, or the picture times it."""
+    if picture is None:
+        return list(color)
+    return picture | ({"tint": list(color)} if color != (1.0, 1.0, 1.0) else {})
+
+
+def fresnel_of(ior: float) -> float:
+    """What a surface reflects head-on, in air; 1 of an index 0, which glTF has for infinity."""
+    return ((ior - 1.0) / (ior + 1.0)) ** 2
+
+
+def absorption_of(color: Rgb, distance: float) -> Rgb:
+    """Absorption per unit of length of a medium in which white light has `color` after a `distance` > 0."""
+    red, green, blue = (-math.log(min(max(part, _DARKEST), 1.0)) / distance + 0.0 for part in color)
+    return red, green, blue
+
+
+def _lobe(roughness: float) -> tuple[float, float]:
+    """Coefficient and exponent of Phong's highlight that is as high and as bright as GGX's, head-on."""
+    square = max(roughness * roughness, _LEAST_LOBE) ** 2
+    return 0.25 / square, max(1.0, 0.5 / square - 0.5)
+
+
+def _mix(a: float, b: float, share: float) -> float:
+    return a * (1.0 - share) + b * share

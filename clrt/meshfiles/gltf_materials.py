@@ -1,0 +1,181 @@
+"""Materials of a glTF file: metallic-roughness and the extensions that have a counterpart here."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, Literal
+
+import msgspec
+from msgspec import Meta
+
+from clrt.meshfiles.facets import Facets, Rgb, absorption_of, fresnel_of, shown
+from clrt.meshfiles.gltf_document import Document, Table, decode, item
+from clrt.meshfiles.gltf_textures import Info, Itself, Textures
+from clrt.meshfiles.look import Names
+from clrt.meshfiles.look import Table as SceneTable
+
+NotNegative = Annotated[float, Meta(ge=0)]
+Vector3 = tuple[float, float, float]
+_PREFIX: Final = "KHR_materials_"
+
+
+class Transmission(Table, frozen=True, gc=False):
+    transmissionFactor: float = 0.0
+    transmissionTexture: Info | None = None
+
+
+class Ior(Table, frozen=True, gc=False):
+    ior: NotNegative = 1.5
+
+
+class Volume(Table, frozen=True, gc=False):
+    thicknessFactor: NotNegative = 0.0
+    thicknessTexture: Info | None = None
+    attenuationDistance: Annotated[float, Meta(gt=0)] = math.inf
+    attenuationColor: Vector3 = (1.0, 1.0, 1.0)
+
+
+class Strength(Table, frozen=True, gc=False):
+    emissiveStrength: NotNegative = 1.0
+
+
+class Specular(Table, frozen=True, gc=False):
+    specularFactor: float = 1.0
+    specularColorFactor: Vector3 = (1.0, 1.0, 1.0)
+    specularTexture: Info | None = None
+    specularColorTexture: Info | None = None
+
+
+class Unlit(Table, frozen=True, gc=False):
+    """That it is there is all that counts."""
+
+
+class Metal(Table, frozen=True, gc=False):
+    baseColorFactor: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    metallicFactor: float = 1.0
+    roughnessFactor: float = 1.0
+    baseColorTexture: Info | None = None
+    metallicRoughnessTexture: Info | None = None
+
+
+class Material(Table, frozen=True, gc=False):
+    name: str = ""
+    pbrMetallicRoughness: Metal = Metal()
+    normalTexture: Info | None = None
+    occlusionTexture: Info | None = None
+    emissiveTexture: Info | None = None
+    emissiveFactor: Vector3 = (0.0, 0.0, 0.0)
+    alphaMode: Literal["OPAQUE", "MASK", "BLEND"] = "OPAQUE"
+    alphaCutoff: float = 0.5
+    extensions: dict[str, msgspec.Raw] = msgspec.field(default_factory=dict)
+
+
+_KNOWN: Final[dict[str, Any]] = {
+    "transmission": Transmission,
+    "ior": Ior,
+    "volume": Volume,
+    "emissive_strength": Strength,
+    "specular": Specular,
+    "unlit": Unlit,
+}
+
+
+def materials_of(
+    document: Document, itself: Itself, numbers: Mapping[int, bool], left_out: dict[str, None]
+) -> tuple[dict[str, SceneTable], dict[int, str]]:
+    """The materials of some `numbers` by name, and the names by number; what is not read goes to `left_out`.
+
+    `numbers` says of each whether what has it has uv. Materials are not checked that nothing has.
+    """
+    textures = Textures(document, itself, left_out)
+    tables: dict[str, SceneTable] = {}
+    called: dict[int, str] = {}
+    names = Names()
+    if numbers:
+        rows = decode(document.materials, tuple[msgspec.Raw, ...], "materials")
+        for number, uv in numbers.items():
+            material = decode(item(rows, number, "materials"), Material, f"materials[{number}]")
+            called[number] = names.new(material.name or f"material {number}")
+            tables[called[number]] = _table(material, number, uv, textures, left_out)
+    return tables, called
+
+
+def _table(
+    material: Material, number: int, uv: bool, textures: Textures, left_out: dict[str, None]
+) -> SceneTable:
+    more = {name: kind() for name, kind in _KNOWN.items()}
+    for name, text in material.extensions.items():
+        short = name.removeprefix(_PREFIX)
+        if name.startswith(_PREFIX) and short in _KNOWN:
+            more[short] = decode(text, _KNOWN[short], f"materials[{number}].extensions.{name}")
+        else:
+            left_out[re.sub(r"[\W_]+", " ", short)[:40]] = None
+    metal = material.pbrMetallicRoughness
+    _note_textures(material, more, left_out)
+    picture = textures.picture(metal.baseColorTexture, uv)
+    red, green, blue, alpha = map(_share, metal.baseColorFactor)
+    if _PREFIX + "unlit" in material.extensions:
+        return {"color": 0.0, "diffuse": 0.0, "emission": shown(picture, (red, green, blue))}
+    _, rough, metallic = textures.mean(metal.metallicRoughnessTexture)
+    specular: Specular = more["specular"]
+    least = fresnel_of(more["ior"].ior)
+    factor = _share(specular.specularFactor)
+    f0 = (_share(least * max(c, 0.0)) * factor for c in specular.specularColorFactor)
+    volume: Volume = more["volume"]
+    strength = more["emissive_strength"].emissiveStrength
+    found = Facets(
+        base=(red, green, blue),
+        picture=picture,
+        glow=textures.picture(material.emissiveTexture, uv),
+        normal_map=_normal_map(textures.picture(material.normalTexture, uv), material.normalTexture),
+        metallic=_share(metal.metallicFactor * metallic),
+        roughness=_share(metal.roughnessFactor * rough),
+        ior=more["ior"].ior,
+        f0=_rgb(f0),
+        alpha=_alpha(material, alpha),
+        transmission=_share(more["transmission"].transmissionFactor),
+        solid=volume.thicknessFactor > 0,
+        absorption=absorption_of(volume.attenuationColor, volume.attenuationDistance),
+        emission=_rgb(max(c, 0.0) * strength for c in material.emissiveFactor),
+    )
+    if found.blurred:
+        left_out["the roughness of glass"] = None
+    return found.table()
+
+
+def _normal_map(picture: SceneTable | None, info: Info | None) -> SceneTable | None:
+    if picture is None or info is None:
+        return None
+    table = {key: picture[key] for key in ("file", "part") if key in picture}
+    return table | ({"scale": info.scale} if info.scale != 1.0 else {})
+
+
+def _note_textures(material: Material, more: dict[str, Any], left_out: dict[str, None]) -> None:
+    """Say what of a material's textures has no counterpart."""
+    metal = material.pbrMetallicRoughness
+    if material.alphaMode != "OPAQUE" and metal.baseColorTexture is not None:
+        left_out["transparency in textures"] = None
+    if metal.metallicRoughnessTexture is not None:
+        left_out["textures of roughness and metal, but for their mean"] = None
+    if material.occlusionTexture is not None:
+        left_out["occlusion"] = None
+    names = [(table, name) for table in more.values() for name in table.__struct_fields__]
+    if any(isinstance(getattr(table, name), Info) for table, name in names):
+        left_out["textures of transmission, thickness and specular"] = None
+
+
+def _alpha(material: Material, alpha: float) -> float:
+    if material.alphaMode == "OPAQUE":
+        return 1.0
+    return alpha if material.alphaMode == "BLEND" else float(alpha >= material.alphaCutoff)
+
+
+def _share(value: float) -> float:
+    return min(max(value, 0.0), 1.0)
+
+
+def _rgb(values: Any) -> Rgb:
+    red, green, blue = values
+    return red, green, blue

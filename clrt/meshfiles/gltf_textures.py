@@ -1,0 +1,126 @@
+"""Textures of a glTF file, as what stands for a colour in a scene file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from clrt.meshfiles.gltf_document import Count, Document, Image, Table, decode, item
+from clrt.meshfiles.look import Table as SceneTable
+
+_WRAPS: Final = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
+_NEAREST: Final = 9728
+_READ: Final = ("", "image/png", "image/jpeg")
+
+
+class Transform(Table, frozen=True, gc=False):
+    offset: tuple[float, float] = (0.0, 0.0)
+    rotation: float = 0.0
+    scale: tuple[float, float] = (1.0, 1.0)
+    texCoord: Count | None = None
+
+
+class InfoExtensions(Table, frozen=True, gc=False):
+    KHR_texture_transform: Transform | None = None
+
+
+class Info(Table, frozen=True, gc=False):
+    """Where a material names a texture."""
+
+    index: Count
+    texCoord: Count = 0
+    scale: float = 1.0
+    extensions: InfoExtensions = InfoExtensions()
+
+
+class Texture(Table, frozen=True, gc=False):
+    source: Count | None = None
+    sampler: Count | None = None
+
+
+class Sampler(Table, frozen=True, gc=False):
+    wrapS: Literal[33071, 33648, 10497] = 10497
+    wrapT: Literal[33071, 33648, 10497] = 10497
+    magFilter: Count = 0
+
+
+@dataclass(frozen=True)
+class Itself:
+    """A file's `name`; `beside` gives the name of a file in its folder, None where there is none; `mean` the
+    mean of the channels (3,) of a picture in such a file, or a part of it."""
+
+    name: str
+    beside: Callable[[str], str | None]
+    mean: Callable[[str, int | None], np.ndarray]
+
+
+class Textures:
+    """The textures of a document; what of them is not read goes to `left_out`."""
+
+    def __init__(self, document: Document, itself: Itself, left_out: dict[str, None]) -> None:
+        self._document, self._itself, self._left_out = document, itself, left_out
+        self._textures: tuple[Texture, ...] | None = None
+        self._images: tuple[Image, ...] = ()
+        self._samplers: tuple[Sampler, ...] = ()
+
+    def picture(self, info: Info | None, uv: bool) -> SceneTable | None:
+        """A texture as an image of a scene file; None where there is none, or it cannot be shown."""
+        if info is None:
+            return None
+        if not uv:
+            return self._without("textures of what has no uv")
+        moved = info.extensions.KHR_texture_transform or Transform()
+        if (info.texCoord if moved.texCoord is None else moved.texCoord) != 0:
+            return self._without("textures of second uv")
+        source = self._source(info.index)
+        if source is None:
+            return None
+        table = {"type": "image", **source}
+        sampler = self._sampler(info.index)
+        if sampler.wrapS != sampler.wrapT:
+            self._without("a second way of wrapping")
+        table |= {"wrap": _WRAPS[sampler.wrapS]} if sampler.wrapS != 10497 else {}
+        table |= {"filter": "nearest"} if sampler.magFilter == _NEAREST else {}
+        if moved.rotation != 0:
+            self._without("the rotation of textures")
+        table |= {"scale": list(moved.scale)} if moved.scale != (1.0, 1.0) else {}
+        return table | ({"offset": list(moved.offset)} if moved.offset != (0.0, 0.0) else {})
+
+    def mean(self, info: Info | None) -> tuple[float, float, float]:
+        """The mean of a texture's numbers as they are stored; 1 where there is none."""
+        source = self._source(info.index) if info is not None else None
+        if source is None:
+            return 1.0, 1.0, 1.0
+        red, green, blue = self._itself.mean(source["file"], source.get("part")).tolist()
+        return red, green, blue
+
+    def _source(self, number: int) -> SceneTable | None:
+        """The `file`, and `part`, of a texture's picture."""
+        if self._textures is None:
+            document = self._document
+            self._textures = decode(document.textures, tuple[Texture, ...], "textures")
+            self._images = decode(document.images, tuple[Image, ...], "images")
+            self._samplers = decode(document.samplers, tuple[Sampler, ...], "samplers")
+        source = item(self._textures, number, "textures").source
+        image = Image(mimeType="none") if source is None else item(self._images, source, "images")
+        if image.mimeType not in _READ:
+            return self._without("textures that are neither PNG nor JPEG")
+        if image.uri is None or image.uri[:5].lower() == "data:":
+            return {"file": self._itself.name, "part": source}
+        file = self._itself.beside(image.uri)
+        return {"file": file} if file is not None else self._without("pictures that are not there")
+
+    def _sampler(self, number: int) -> Sampler:
+        assert self._textures is not None
+        sampler = self._textures[number].sampler
+        return Sampler() if sampler is None else item(self._samplers, sampler, "samplers")
+
+    def _without(self, what: str) -> SceneTable | None:
+        """None; and `what` is left out."""
+        self._left_out[what] = None
+        return None
+
+

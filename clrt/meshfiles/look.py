@@ -1,0 +1,41 @@
+"""How a file's author means it to look: materials, cameras and lights, as tables of a scene file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+NONE: Final = -1
+"""In place of a number: no material, nowhere."""
+
+Table = dict[str, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """`materials` by name, `called` the names by the file's own numbers; `cameras` by name, the first first.
+
+    `left_out` is what of the file has no counterpart here, in words, in the order in which it was met.
+    """
+
+    materials: dict[str, Table] = field(default_factory=dict)
+    called: dict[int, str] = field(default_factory=dict)
+    cameras: dict[str, Table] = field(default_factory=dict)
+    lights: list[Table] = field(default_factory=list)
+    left_out: dict[str, None] = field(default_factory=dict)
+
+
+class Names:
+    """Names that are given once each: a second "wood" is called "wood-2"."""
+
+    def __init__(self) -> None:
+        self._given: dict[str, int] = {}
+
+    def new(self, name: str) -> str:
+        """`name`, with a number behind it where it was given before."""
+        found = name
+        while found in self._given:
+            self._given[name] += 1
+            found = f"{name}-{self._given[name]}"
+        self._given[found] = 1
+        return found

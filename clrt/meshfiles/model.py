@@ -1,0 +1,77 @@
+"""A file with its author's materials, cameras and lights, taken apart to what each material holds for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from clrt.base.limits import Limits
+from clrt.base.places import At
+from clrt.meshfiles.file import broken_said, mesh_bytes, open_mesh
+from clrt.meshfiles.look import NONE, Look, Names
+from clrt.meshfiles.parts import Arrays, Placed
+
+_LOOKING: Final = (".glb", ".gltf", ".obj")
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A part of a file: its number, what it is called (None: nothing), its material's number, or NONE."""
+
+    number: int
+    name: str | None
+    material: int
+    arrays: Arrays
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """The parts of a file, the least and the largest of all their coordinates, and how they look."""
+
+    pieces: list[Piece]
+    low: np.ndarray
+    high: np.ndarray
+    look: Look
+
+
+def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model | None:
+    """What is in a file that says how it looks; None for others: meshes are all that is in them."""
+    data = mesh_bytes(path, at, limits)
+    if path.suffix.lower() not in _LOOKING:
+        return None
+    with broken_said(path, at):
+        placed = open_mesh(data, path, at, limits, apart=True)
+        if placed.look is None:
+            return None
+        if not len(placed.which):
+            raise at.says("it has no faces")
+        more = placed.sizes(smooth)
+        limits.check("primitives", more[1], at.source, at.path)
+        limits.check("vertices", more[0], at.source, at.path)
+        pieces = list(_pieces(placed, smooth))
+        low = np.min([piece.arrays[0].min(axis=0) for piece in pieces], axis=0)
+        high = np.max([piece.arrays[0].max(axis=0) for piece in pieces], axis=0)
+        used: dict[int, bool] = {}
+        for piece in sorted(pieces, key=lambda piece: piece.material):
+            if piece.material != NONE:
+                used[piece.material] = used.get(piece.material, True) and piece.arrays[3] is not None
+        look = placed.look(used, (low + high) / 2, float(np.linalg.norm(high - low)) / 2)
+        if any(part.colored for part in placed.parts):
+            look.left_out["the colours of vertices"] = None
+        look.left_out.update(dict.fromkeys(placed.left_out))
+    return Model(pieces, low, high, look)
+
+
+def _pieces(placed: Placed, smooth: bool | None) -> Iterator[Piece]:
+    numbers, groups = placed.groups()
+    order = np.argsort(numbers, kind="stable")
+    bounds = np.searchsorted(numbers[order], np.arange(len(groups) + 1))
+    names = Names()
+    for number, (where, material) in enumerate(groups):
+        places = np.sort(order[bounds[number] : bounds[number + 1]])
+        name = placed.names[where] if where != NONE and len(placed.names) else ""
+        yield Piece(number, names.new(name) if name else None, material, placed.only(places).joined(smooth))

@@ -1,0 +1,161 @@
+"""Materials of MTL files, which go with OBJ files, as tables of a scene file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+from clrt.base.errors import show
+from clrt.meshfiles.facets import Facets, Rgb, shown
+from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.look import Table
+from clrt.meshfiles.mtl_maps import Beside, finite, normals_of, texture
+
+_MIRRORS: Final = (3, 5, 8)  # models of illumination with reflections
+_GLASSES: Final = (4, 6, 7, 9)
+_BENDING: Final = (6, 7)
+_FRESNEL: Final = 5
+_PASSED_OVER: Final = ("ka", "sharpness", "map_ka", "map_ks", "map_ns", "aniso", "anisor")
+_OTHERS: Final = {
+    "map_d": "transparency in textures", "map_tr": "transparency in textures", "bump": "bump maps",
+    "map_bump": "bump maps", "disp": "displacement", "decal": "decals", "refl": "reflection maps",
+    "map_pr": "textures of roughness and metal", "map_pm": "textures of roughness and metal",
+    "ps": "sheen", "pc": "clearcoat", "pcr": "clearcoat",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Phong:
+    """A material as an MTL file states it; None where it says nothing."""
+
+    kd: Rgb = (0.8, 0.8, 0.8)
+    ks: Rgb = (0.0, 0.0, 0.0)
+    ke: Rgb = (0.0, 0.0, 0.0)
+    tf: Rgb | None = None
+    ns: float = 10.0
+    ni: float = 1.5
+    d: float = 1.0
+    illum: int = 2
+    pr: float | None = None
+    pm: float | None = None
+    map_kd: Table | None = None
+    map_ke: Table | None = None
+    norm: Table | None = None
+    left_out: dict[str, None] = field(default_factory=dict)
+
+    def table(self, uv: bool) -> Table:
+        """The material, as a scene file has it; without pictures where what has it has no uv."""
+        if not uv and (self.map_kd or self.map_ke or self.norm):
+            self.left_out["textures of what has no uv"] = None
+            return replace(self, map_kd=None, map_ke=None, norm=None).table(True)
+        light = (1.0, 1.0, 1.0) if self.map_ke is not None and not any(self.ke) else self.ke
+        if self.pr is not None or self.pm is not None:
+            return self._facets(light).table()
+        if self.illum == 0:
+            return {"color": 0.0, "diffuse": 0.0, "emission": shown(self.map_kd, self.kd)}
+        table: Table = {"color": shown(self.map_kd, self.kd)}
+        table |= {"emission": shown(self.map_ke, light)} if any(light) else {}
+        table |= {"normal_map": normals_of(self.norm)} if self.norm is not None else {}
+        if self.illum != 1 and any(self.ks):
+            strength = max(self.ks)
+            tint = [part / strength for part in self.ks]
+            table |= {"specular": strength, "highlight_color": tint, "shininess": max(self.ns / 4, 1.0)}
+            if self.illum in _MIRRORS:
+                table |= {"reflection": strength, "reflection_color": tint}
+            if self.illum == _FRESNEL:
+                table |= {"fresnel": "schlick", "reflection": 1.0, "reflection_color": list(self.ks)}
+        return table | self._passing()
+
+    def _passing(self) -> Table:
+        """What of the table is of light that passes."""
+        glass = self.illum in _GLASSES
+        share = 1.0 if glass and self.d == 1 and self.tf is not None and any(self.tf) else 1.0 - self.d
+        if share <= 0:
+            return {}
+        table: Table = {"diffuse": 1.0 - share, "transmission": share}
+        if glass and self.tf is not None:
+            table["transmission_color"] = list(self.tf)
+        if self.illum not in _BENDING:
+            return table | {"thin": True}
+        return table | {"ior": self.ni, "fresnel": self.illum == max(_BENDING)}
+
+    def _facets(self, emission: Rgb) -> Facets:
+        by_exponent = 1.0 - math.sqrt(min(self.ns, 1000.0) / 1000.0)  # as Blender writes it
+        return Facets(
+            base=self.kd,
+            metallic=min(self.pm or 0.0, 1.0),
+            roughness=by_exponent if self.pr is None else min(self.pr, 1.0),
+            ior=self.ni,
+            alpha=self.d,
+            emission=emission,
+            picture=self.map_kd,
+            glow=self.map_ke,
+            normal_map=None if self.norm is None else normals_of(self.norm),
+        )
+
+
+def read_mtl(data: bytes, name: str, beside: Beside) -> dict[str, Phong]:
+    """The materials in an MTL file by name; `beside` as `texture` has it. BrokenMesh names file and line."""
+    found: dict[str, Phong] = {}
+    current: str | None = None
+    for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
+        words = line.partition("#")[0].split()
+        key = words[0].lower() if words else ""
+        if key == "newmtl":
+            current = " ".join(words[1:])
+            found[current] = Phong()
+        elif current is not None and key:
+            try:
+                found[current] = _said(found[current], key, words[1:], beside)
+            except (ValueError, IndexError, OverflowError):
+                text = f"{show(line.strip()[:60])} is not understood"
+                raise BrokenMesh(f"{show(name[:60])}, line {number}: {text}") from None
+    return found
+
+
+def _said(material: Phong, key: str, words: list[str], beside: Beside) -> Phong:
+    """`material` with what one line says; ValueError or IndexError where its numbers are none."""
+    if key in _PASSED_OVER:
+        return material
+    if key in ("kd", "ks", "ke", "tf"):
+        if words[0] in ("spectral", "xyz"):
+            material.left_out[f"{words[0]} colours"] = None
+            return material
+        return _changed(material, key, _rgb(words))
+    if key in ("ns", "ni", "pr", "pm"):
+        return _changed(material, key, _number(words[0]))
+    if key == "d":
+        return replace(material, d=_share(words[1] if words[0] == "-halo" else words[0]))
+    if key == "tr":
+        return replace(material, d=1.0 - _share(words[0]))
+    if key == "illum":
+        return replace(material, illum=int(words[0]))
+    if key in ("map_kd", "map_ke", "norm"):
+        found = texture(words, beside)
+        if found is not None:
+            return _changed(material, key, found)
+        material.left_out["pictures that are not there"] = None
+        return material
+    material.left_out[_OTHERS.get(key, "textures" if key.startswith("map_") else show(key[:20]))] = None
+    return material
+
+
+def _changed(material: Phong, key: str, value: Any) -> Phong:
+    return replace(material, **{key: value})
+
+
+def _rgb(words: Sequence[str]) -> Rgb:
+    """Three numbers; one number stands for a grey."""
+    red, green, blue = map(_number, words[:3] if len(words) > 1 else [words[0]] * 3)
+    return red, green, blue
+
+
+def _number(word: str) -> float:
+    """A number that is finite; one below 0 counts as 0."""
+    return max(finite(word), 0.0)
+
+
+def _share(word: str) -> float:
+    return min(_number(word), 1.0)

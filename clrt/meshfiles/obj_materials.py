@@ -1,0 +1,80 @@
+"""Which faces of an OBJ file have which material, told in a way that trimesh hands on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import PurePosixPath
+from typing import Final
+
+from clrt.base.errors import show
+from clrt.meshfiles.look import Look
+from clrt.meshfiles.mtl import Phong, read_mtl
+from clrt.meshfiles.mtl_maps import Beside
+
+LIBRARY: Final = "clrt.mtl"
+"""The materials file that is made up, so that trimesh keeps materials apart."""
+
+_FEW, _MOST, _COSTLY = 64, 1024, 10**8
+Fetch = Callable[[str], bytes | None]
+"""The contents of a file beside the OBJ; None where there is none of that name."""
+
+
+class Materials:
+    """The materials of an OBJ by number, and the lines of the file with these numbers for names."""
+
+    def __init__(self, data: bytes) -> None:
+        """data: with plain lines (`clrt.meshfiles.obj`)."""
+        self.libraries: list[str] = []
+        numbers: dict[bytes, int] = {}
+        head: list[bytes] = [b"mtllib " + LIBRARY.encode()]
+        faces: dict[int | None, list[bytes]] = {None: []}
+        now: int | None = None
+        for line in data.splitlines():
+            if line.startswith(b"f "):
+                faces[now].append(line)
+            elif line.startswith(b"usemtl"):
+                name = line[6:].strip()
+                now = numbers.setdefault(name, len(numbers))
+                faces.setdefault(now, [])
+            elif line.startswith(b"mtllib"):
+                self.libraries.append(line[6:].strip().decode("utf-8", "replace"))
+            else:
+                head.append(line)
+        self.names = [name.decode("utf-8", "replace") for name in numbers]
+        for number, lines in faces.items():
+            head += [*([] if number is None else [b"usemtl m%d" % number]), *lines] if lines else []
+        # trimesh takes a time of vertices x materials, and of materials squared
+        vertices = sum(line.startswith(b"v ") for line in head)
+        self.many = len(numbers) > (_MOST if len(numbers) * vertices <= _COSTLY else _FEW)
+        self.lines = b"\n".join(head) + b"\n"
+
+    def library(self) -> bytes:
+        """What trimesh is given for `LIBRARY`."""
+        # of a single material it keeps no name
+        return "".join(f"newmtl m{number}\nKd 1 1 1\n" for number in range(len(self.names) + 1)).encode()
+
+    def look(self, used: Mapping[int, bool], fetch: Fetch, beside: Beside) -> Look:
+        """The `used` materials (each: with uv) of the libraries that are there; others are left out."""
+        found = Look()
+        known: dict[str, Phong] = {}
+        for name in self.libraries:
+            files = [name] if fetch(name) is not None else name.split()  # names may have spaces
+            for file in files:
+                data = fetch(file)
+                if data is None:
+                    found.left_out[f"the materials of {show(file[:60])}, which is not there"] = None
+                else:
+                    known |= read_mtl(data, file, partial(_within, file, beside))
+        for number, uv in used.items():
+            name = self.names[number]
+            if name in known:
+                found.called[number] = name
+                found.materials[name] = known[name].table(uv)
+                found.left_out.update(known[name].left_out)
+        return found
+
+
+def _within(library: str, beside: Beside, name: str) -> str | None:
+    """A file that a materials file names, which is beside it."""
+    return beside((PurePosixPath(library.replace("\\", "/")).parent / name).as_posix())

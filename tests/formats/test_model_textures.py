@@ -1,0 +1,251 @@
+"""Textures of glTF models: within the file, as data, in files beside it."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base.errors import LimitError, SceneError
+from clrt.images.file import write as write_picture
+from clrt.scene.scene import ImageTexture, NormalMap, Scene
+from tests.model_samples import FLOOR, PICTURE, WALL, model, write_glb
+
+UV = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+DATA = f"data:image/png;base64,{base64.b64encode(PICTURE).decode()}"
+BASE = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}}
+
+MOVED = {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 3], "offset": [0.5, 0]}}}
+
+
+def textured(
+    material: dict[str, Any], images: tuple[dict[str, Any], ...] = ({"bufferView": 1},), **more: Any
+) -> dict[str, Any]:
+    """A model of one material whose wall has uv; texture i shows image i."""
+    table = model([material])
+    table["meshes"][1]["primitives"][0]["attributes"]["TEXCOORD_0"] = 2
+    table["accessors"].append(
+        {"bufferView": 0, "byteOffset": 72, "componentType": 5126, "count": 3, "type": "VEC2"}
+    )
+    table["buffers"][0]["byteLength"] = 96 + len(PICTURE)
+    table["bufferViews"] = [
+        {"buffer": 0, "byteLength": 96}, {"buffer": 0, "byteOffset": 96, "byteLength": len(PICTURE)},
+    ]  # fmt: skip
+    return {
+        **table, "images": list(images), "textures": [{"source": k} for k in range(len(images))], **more,
+    }  # fmt: skip
+
+
+def write(path: Path, table: dict[str, Any]) -> Path:
+    corners = np.array([FLOOR, WALL], "<f4").tobytes() + np.array(UV, "<f4").tobytes()
+    return write_glb(path, table, corners + PICTURE)
+
+
+def load(tmp_path: Path, table: dict[str, Any], **options: Any) -> Scene:
+    return clrt.load(write(tmp_path / "a.glb", table), **options)
+
+
+@pytest.mark.parametrize(
+    ("material", "more", "key", "expected"),
+    [
+        (BASE, {}, "color", ImageTexture(file="a.glb", part=0)),
+        (BASE, {"images": ({"uri": DATA, "mimeType": "image/png"},)}, "color",
+         ImageTexture(file="a.glb", part=0)),
+        (BASE, {"images": ({"uri": "in%20there/b.png"},)}, "color", ImageTexture(file="in there/b.png")),
+        (BASE, {"textures": [{"source": 0, "sampler": 0}],
+                "samplers": [{"wrapS": 33071, "wrapT": 33071, "magFilter": 9728}]},
+         "color", ImageTexture(file="a.glb", part=0, wrap="clamp", filter="nearest")),
+        ({"pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0, 1], "baseColorTexture": MOVED}}, {},
+         "color", ImageTexture(file="a.glb", part=0, scale=(2, 3), offset=(0.5, 0), tint=(1, 0.5, 0))),
+        ({"pbrMetallicRoughness": {"metallicFactor": 0.5, "baseColorTexture": {"index": 0}}}, {},
+         "reflection_color", ImageTexture(file="a.glb", part=0, tint=(0.5, 0.5, 0.5))),
+        ({"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 1, 0.5],
+          "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4}}}, {},
+         "emission", ImageTexture(file="a.glb", part=0, tint=(4, 4, 2))),
+        ({"normalTexture": {"index": 0, "scale": 0.5}}, {}, "normal_map",
+         NormalMap(file="a.glb", part=0, scale=0.5)),
+        ({"normalTexture": {"index": 0}}, {"images": ({"uri": "in%20there/b.png"},)}, "normal_map",
+         NormalMap(file="in there/b.png")),
+        ({**BASE, "extensions": {"KHR_materials_unlit": {}}}, {}, "emission",
+         ImageTexture(file="a.glb", part=0)),
+        ({**BASE, "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}},
+          "pbrMetallicRoughness": {**BASE["pbrMetallicRoughness"], "roughnessFactor": 0}}, {},
+         "transmission_color", ImageTexture(file="a.glb", part=0)),
+    ],
+)  # fmt: skip
+def test_what_a_texture_becomes(
+    tmp_path: Path, material: dict[str, Any], more: dict[str, Any], key: str, expected: Any,
+    recwarn: pytest.WarningsRecorder,
+) -> None:  # fmt: skip
+    (tmp_path / "in there").mkdir()
+    (tmp_path / "in there" / "b.png").write_bytes(PICTURE)
+    scene = load(tmp_path, textured(material, **more))
+    (found,) = scene.materials.values()
+    assert getattr(found, key) == expected and [str(warning.message) for warning in recwarn] == []
+    scene.save(tmp_path / "a.toml")
+    assert clrt.load(tmp_path / "a.toml") == scene
+
+
+def test_roughness_and_metal_are_the_means_of_their_texture(tmp_path: Path) -> None:
+    """Of `PICTURE`: green 128, 255, 0, 64; blue 0, 128, 255, 64; as they are stored, not decoded."""
+    of = {"metallicRoughnessTexture": {"index": 0}, "metallicFactor": 0.5}
+    with pytest.warns(clrt.ClrtWarning, match="textures of roughness and metal, but for their mean"):
+        (found,) = load(tmp_path, textured({"pbrMetallicRoughness": of})).materials.values()
+    assert found.roughness == pytest.approx(447 / 4 / 255, abs=1e-6)
+    assert found.diffuse == pytest.approx(0.96 * (1 - 0.5 * 447 / 4 / 255), abs=1e-6)
+    write_picture(tmp_path / "b.exr", [np.full((2, 2, 3), 0.25, np.float32)])
+    of["baseColorTexture"] = {"index": 1}
+    with pytest.warns(clrt.ClrtWarning):
+        scene = load(tmp_path, textured({"pbrMetallicRoughness": of}, ({"uri": "b.exr"}, {"bufferView": 1})))
+    (found,) = scene.materials.values()
+    assert found.roughness == 0.25 and found.color == ImageTexture(file="a.glb", part=1)
+
+
+@pytest.mark.parametrize(
+    ("change", "says", "kept"),
+    [
+        ({"images": ({"uri": "gone.png"},)}, "pictures that are not there", False),
+        ({"images": ({"uri": "x" * 5000},)}, "pictures that are not there", False),
+        ({"images": ({"bufferView": 1, "mimeType": "image/webp"},)}, "neither PNG nor JPEG", False),
+        ({"textures": [{}]}, "neither PNG nor JPEG", False),
+        ({"textures": [{"source": 0, "sampler": 0}], "samplers": [{"wrapS": 33648}]},
+         "a second way of wrapping", True),
+    ],
+)  # fmt: skip
+def test_textures_that_are_left_out(
+    tmp_path: Path, change: dict[str, Any], says: str, kept: bool
+) -> None:
+    with pytest.warns(clrt.ClrtWarning, match=f"no counterpart: .*{says}") as said:
+        (found,) = load(tmp_path, textured(BASE, **change)).materials.values()
+    assert len(said) == 1 and isinstance(found.color, ImageTexture) == kept
+
+
+@pytest.mark.parametrize(
+    ("info", "says", "kept"),
+    [
+        ({"index": 0, "texCoord": 1}, "textures of second uv", False),
+        ({"index": 0, "texCoord": 1, "extensions": {"KHR_texture_transform": {"texCoord": 0, "rotation": 1}}},
+         "the rotation of textures", True),
+    ],
+)  # fmt: skip
+def test_uv_that_are_left_out(tmp_path: Path, info: dict[str, Any], says: str, kept: bool) -> None:
+    material = {"pbrMetallicRoughness": {"baseColorTexture": info}, "alphaMode": "MASK"}
+    with pytest.warns(clrt.ClrtWarning, match=rf"no counterpart: .*{says}") as said:
+        (found,) = load(tmp_path, textured(material)).materials.values()
+    assert "transparency in textures" in str(said[0].message)
+    assert isinstance(found.color, ImageTexture) == kept
+
+
+def test_what_has_no_uv_has_no_textures(tmp_path: Path) -> None:
+    table = textured(BASE)
+    del table["meshes"][1]["primitives"][0]["attributes"]["TEXCOORD_0"]
+    with pytest.warns(clrt.ClrtWarning, match="textures of what has no uv"):
+        assert not next(iter(load(tmp_path, table).materials.values())).pictures
+    transmitting = {"extensions": {
+        "KHR_materials_transmission": {"transmissionFactor": 1, "transmissionTexture": {"index": 0}},
+    }}  # fmt: skip
+    with pytest.warns(clrt.ClrtWarning, match="textures of transmission, thickness and specular"):
+        load(tmp_path, textured(transmitting))
+
+
+def test_a_picture_within_is_that_picture(tmp_path: Path) -> None:
+    """Flattened, the texels of a part, of data and of a file are the same; so are those times a tint."""
+    from clrt.flatten.flatten import flatten
+
+    (tmp_path / "b.png").write_bytes(PICTURE)
+    texels = []
+    images: tuple[dict[str, Any], ...] = ({"bufferView": 1}, {"uri": DATA}, {"uri": "b.png"})
+    for image in images:
+        flat = flatten(load(tmp_path, textured(BASE, (image,))))
+        assert flat.pictures is not None
+        texels.append(flat.pictures.texels.tolist())
+    assert texels[0] == texels[1] == texels[2]
+    glowing = {"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 0.5, 0]}
+    tinted = flatten(load(tmp_path, textured(glowing)))
+    assert tinted.pictures is not None
+    right = np.array(texels[0][:-1], np.float32).reshape(-1, 3) * np.array([1, 0.5, 0], np.float32)
+    assert tinted.pictures.texels[:-1].reshape(-1, 3).tolist() == right.tolist()
+
+
+@pytest.mark.parametrize(
+    ("image", "says"),
+    [
+        ({"bufferView": 9}, r"a\.glb: there is no bufferViews\[9\]"),
+        ({}, r"a\.glb: images\[0\] has no data"),
+        ({"uri": "data:;base64,A"}, r"a\.glb: images\[0\] is not in base64"),
+        ({"bufferView": 0}, r"a\.glb: images\[0\]: .*not a picture|a\.glb: images\[0\]"),
+    ],
+)
+def test_pictures_that_cannot_be_read(tmp_path: Path, image: dict[str, Any], says: str) -> None:
+    from clrt.flatten.flatten import flatten
+
+    scene = load(tmp_path, textured(BASE, (image,)))
+    with pytest.raises(SceneError, match=says) as caught:
+        flatten(scene)
+    assert "\n" not in str(caught.value) and len(str(caught.value)) < 400
+    rough = {"pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 0}}}
+    with pytest.raises(SceneError, match=says):
+        load(tmp_path, textured(rough, (image,)))
+
+
+def test_a_view_that_is_too_long(tmp_path: Path) -> None:
+    from clrt.flatten.flatten import flatten
+
+    table = textured(BASE)
+    table["bufferViews"][1]["byteLength"] = 9999
+    with pytest.raises(SceneError, match=r"images\[0\] reaches beyond the \d+ bytes of its buffer"):
+        flatten(load(tmp_path, table))
+    table = textured(BASE)
+    table["buffers"].append({"uri": "far.bin"})
+    table["bufferViews"][1]["buffer"] = 1
+    with pytest.raises(SceneError, match=r"images\[0\] is not within the file"):
+        flatten(load(tmp_path, table))
+
+
+def test_textures_stay_in_the_folder_and_within_limits(tmp_path: Path) -> None:
+    from clrt.flatten.flatten import flatten
+
+    (tmp_path / "far.png").write_bytes(PICTURE)
+    (tmp_path / "in").mkdir()
+    for uri in ("../far.png", str(tmp_path / "far.png"), "..%2Ffar.png"):
+        with pytest.raises(SceneError, match="a file must lie in the scene's folder"):
+            load(tmp_path / "in", textured(BASE, ({"uri": uri},)))
+    with pytest.raises(LimitError, match="texture_bytes: 48 is above the limit of 40"):
+        flatten(load(tmp_path, textured(BASE), limits=clrt.Limits(texture_bytes=40)))
+    with pytest.raises(LimitError, match=r"a\.glb: images\[0\].*image_pixels: 4 is above"):
+        flatten(load(tmp_path, textured(BASE), limits=clrt.Limits(image_pixels=3)))
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        (textured(BASE, textures=[]), r"there is no textures\[0\]"),
+        (textured(BASE, images=()), r"there is no textures\[0\]"),
+        (textured(BASE, textures=[{"source": 5}]), r"there is no images\[5\]"),
+        (textured(BASE, textures=[{"source": 0, "sampler": 1}]), r"there is no samplers\[1\]"),
+        (textured(BASE, samplers=[{"wrapS": 7}]), "Invalid enum value 7"),
+    ],
+)
+def test_textures_that_contradict_themselves(tmp_path: Path, table: dict[str, Any], says: str) -> None:
+    with pytest.raises(SceneError, match=rf"a\.glb: cannot be read as a mesh: .*{says}"):
+        load(tmp_path, table)
+
+
+def test_parts_in_scene_files(tmp_path: Path) -> None:
+    write(tmp_path / "a.glb", textured(BASE))
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
+    for picture, says in (
+        ({"file": "a.glb"}, r"color\.file: 'a\.glb' is not allowed; of a model's file say which picture"),
+        ({"file": "b.png", "part": 0}, r"color\.part: 0 is not allowed; only \.glb and \.gltf files have"),
+        ({"file": "a.glb", "part": -1}, r"color\.part: -1 is not allowed; part must be a whole number"),
+        ({"file": "a.glb", "part": 0, "tint": [1, 1, -1]}, r"color\.tint.*-1"),
+    ):
+        material = {"color": {"type": "image", **picture}}
+        with pytest.raises(SceneError, match=says):
+            clrt.load_dict({"shapes": [{**ball, "material": material}]}, folder=tmp_path)
+    with pytest.raises(SceneError, match=r"normal_map\.file: 'a\.glb' is not allowed"):
+        clrt.load_dict({"shapes": [{**ball, "material": {"normal_map": {"file": "a.glb"}}}]}, folder=tmp_path)

@@ -1,0 +1,473 @@
+"""glTF models as scenes: their author's camera, lights and materials, as docs/models.md says."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base.errors import LimitError, SceneError
+from clrt.cli import main
+from clrt.scene.scene import Camera, DirectionalLight, Material, Mesh, PointLight, Scene, SpotLight
+from tests.model_samples import CAMERA, FLOOR, WALL, model, shining, write_glb
+
+PLASTIC = {
+    "name": "plastic",
+    "pbrMetallicRoughness": {
+        "baseColorFactor": [0.8, 0.1, 0.05, 0.3], "metallicFactor": 0.0, "roughnessFactor": 0.4,
+    },
+}  # fmt: skip
+YELLOW = [1, 0.75, 0.25, 1]
+METAL = {"name": "gold", "pbrMetallicRoughness": {"baseColorFactor": YELLOW, "roughnessFactor": 0}}
+GLASS = {
+    "name": "glass",
+    "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0},
+    "extensions": {
+        "KHR_materials_transmission": {"transmissionFactor": 1},
+        "KHR_materials_ior": {"ior": 1.4},
+        "KHR_materials_volume": {
+            "thicknessFactor": 1, "attenuationColor": [0.5, 1, 0], "attenuationDistance": 2,
+        },
+    },
+}  # fmt: skip
+
+
+def material(tmp_path: Path, table: dict[str, Any]) -> dict[str, Any]:
+    """What a material of a file becomes, as a scene file has it."""
+    scene = clrt.load(write_glb(tmp_path / "a.glb", model([table])))
+    (found,) = scene.to_dict()["materials"].values()
+    return dict(found)
+
+
+def corners(scene: Scene) -> list[list[list[float]]]:
+    """The vertices of all meshes."""
+    return [shape.data().vertices.tolist() for shape in scene.shapes if isinstance(shape, Mesh)]
+
+
+def lobe(roughness: float) -> dict[str, float]:
+    alpha = max(roughness**2, 0.05)
+    return {"specular": 0.25 / alpha**2, "shininess": max(1.0, 0.5 / alpha**2 - 0.5)}
+
+
+def metal_rough(base: list[float], metallic: float, roughness: float, **more: Any) -> dict[str, Any]:
+    return {
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [*base, 1], "metallicFactor": metallic, "roughnessFactor": roughness,
+        }, **more,
+    }  # fmt: skip
+
+
+F0 = 0.04
+ABSORPTION = [math.log(2) / 2, 0.0, math.log(1e6) / 2]
+HALF_GLASS = {"KHR_materials_transmission": {"transmissionFactor": 0.5}}
+
+
+@pytest.mark.parametrize(
+    ("table", "expected"),
+    [
+        (metal_rough([0.8, 0.1, 0.05], 0, 0.4), {
+            "color": [0.8, 0.1, 0.05], "diffuse": 0.96, "fresnel": "schlick", "reflection": 1.0,
+            "highlight_color": [F0] * 3, "reflection_color": [F0] * 3, "roughness": 0.4, **lobe(0.4),
+        }),
+        (metal_rough([0.5, 0.5, 0.5], 0, 0.5), {
+            "color": [0.5] * 3, "diffuse": 0.96, "fresnel": "schlick",
+            "highlight_color": [F0] * 3, **lobe(0.5),
+        }),
+        (metal_rough([1, 0.75, 0.25], 1, 0), {
+            "color": [1, 0.75, 0.25], "diffuse": 0.0, "fresnel": "schlick", "reflection": 1.0,
+            "highlight_color": [1, 0.75, 0.25], "reflection_color": [1, 0.75, 0.25], **lobe(0),
+        }),
+        (metal_rough([0.5, 0.5, 0.5], 0.5, 1), {
+            "color": [0.5] * 3, "diffuse": 0.48, "fresnel": "schlick", "reflection": 1.0, "roughness": 1.0,
+            "highlight_color": [0.27] * 3, "reflection_color": [0.27] * 3, "specular": 0.25, "shininess": 1.0,
+        }),
+        (GLASS, {
+            "color": [1.0] * 3, "diffuse": 0.0, "fresnel": True, "ior": 1.4, "reflection": 1.0,
+            "transmission": 1.0, "transmission_color": [1.0] * 3, "specular": 1.0,
+            "shininess": lobe(0)["shininess"], "absorption": ABSORPTION,
+        }),
+        (metal_rough([1, 0, 0], 0.5, 0, extensions=HALF_GLASS), {
+            "color": [1, 0, 0], "diffuse": 0.36, "fresnel": True, "reflection": 0.25, "transmission": 0.25,
+            "transmission_color": [1, 0, 0], "thin": True,
+            "specular": 0.25, "shininess": lobe(0)["shininess"],
+        }),
+        (metal_rough([1, 1, 1], 0, 0, extensions={
+            "KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.0},
+            "KHR_materials_volume": {"thicknessFactor": 0.1},
+         }), {
+            "color": [1.0] * 3, "diffuse": 0.0, "fresnel": True, "ior": 1.0, "reflection": 1.0,
+            "transmission": 1.0, "transmission_color": [1.0] * 3, "shininess": lobe(0)["shininess"],
+        }),
+        ({**PLASTIC, "alphaMode": "BLEND"}, {
+            "color": [0.8, 0.1, 0.05], "diffuse": 0.3 * 0.96, "transmission": 0.7, "thin": True,
+            "fresnel": "schlick", "highlight_color": [F0] * 3,
+            "specular": 0.3 * lobe(0.4)["specular"], "shininess": lobe(0.4)["shininess"],
+        }),
+        ({**PLASTIC, "alphaMode": "MASK"}, {
+            "color": [0.8, 0.1, 0.05], "diffuse": 0.0, "transmission": 1.0, "thin": True,
+            "fresnel": "schlick", "highlight_color": [F0] * 3, "shininess": lobe(0.4)["shininess"],
+        }),
+        ({**PLASTIC, "alphaMode": "MASK", "alphaCutoff": 0.3}, {
+            "color": [0.8, 0.1, 0.05], "diffuse": 0.96, "fresnel": "schlick", "reflection": 1.0,
+            "highlight_color": [F0] * 3, "reflection_color": [F0] * 3, "roughness": 0.4, **lobe(0.4),
+        }),
+        (metal_rough([0.25, 0.5, 1], 0, 1, extensions={"KHR_materials_unlit": {}}), {
+            "color": 0.0, "diffuse": 0.0, "emission": [0.25, 0.5, 1.0],
+        }),
+        (metal_rough([0, 0, 0], 0, 1, emissiveFactor=[1, 0.5, 0], extensions={
+            "KHR_materials_emissive_strength": {"emissiveStrength": 3},
+            "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 0.5, 100]},
+         }), {
+            "color": [0.0] * 3, "diffuse": 0.5, "fresnel": "schlick", "specular": 0.25, "shininess": 1.0,
+            "highlight_color": [0.02, 0.01, 0.5], "emission": [3.0, 1.5, 0.0],
+        }),
+    ],
+)  # fmt: skip
+def test_what_a_material_becomes(tmp_path: Path, table: dict[str, Any], expected: dict[str, Any]) -> None:
+    found = material(tmp_path, table)
+    kept = clrt.load_dict({"materials": {"m": expected}}).to_dict()["materials"]["m"]  # without defaults
+    assert found.keys() == kept.keys()
+    for name, value in kept.items():
+        right = value if isinstance(value, (str, bool)) else pytest.approx(value, rel=1e-12)
+        assert found[name] == right, name
+
+
+def test_no_such_material_is_said_to_make_light(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    """Of the light that falls on it head-on a surface returns no more, whatever its numbers."""
+    tables = [metal_rough([1, 1, 1], m / 4, r / 8) for m in range(5) for r in range(9)]
+    tables += [metal_rough([1, 1, 1], m, 0.3, extensions=HALF_GLASS) for m in (0, 0.5)]
+    tables += [PLASTIC | {"alphaMode": mode, "alphaCutoff": 0.5} for mode in ("BLEND", "MASK")]
+    clrt.load(write_glb(tmp_path / "a.glb", model(tables)))
+    assert [str(warning.message) for warning in recwarn if "make" in str(warning.message)] == []
+
+
+HALF = math.sqrt(0.5)
+TURNED = [0.0, HALF, 0.0, HALF]  # a quarter to the left: -z to -x
+
+
+@pytest.mark.parametrize(
+    ("camera", "node", "expected"),
+    [
+        (CAMERA, {"translation": [0, 1, 6], "scale": [3, 3, 3]}, {
+            "origin": [0, 1, 6], "target": [0, 1, 0], "up": [0, 1, 0], "fov": math.degrees(0.75),
+            "fov_axis": "vertical", "near": 0.5, "width": 640, "height": 427,
+        }),
+        # turned away from the model: aimed as far away as the model is large
+        ({"type": "perspective", "perspective": {"yfov": 1.0}},
+         {"translation": [-9, 1, 0], "rotation": TURNED}, {
+            "origin": [-9, 1, 0], "target": [-9 - math.sqrt(33), 1, 0], "up": [0, 1, 0],
+            "fov": math.degrees(1.0), "fov_axis": "vertical", "width": 640, "height": 480,
+        }),
+        ({"type": "orthographic", "orthographic": {"xmag": 2.0, "ymag": -4.0, "znear": 0, "zfar": 9}},
+         {"translation": [0, 1, 6]}, {
+            "type": "orthographic", "origin": [0, 1, 6], "target": [0, 1, 0], "up": [0, 1, 0],
+            "size": 4.0, "width": 240, "height": 480,
+        }),
+        ({"type": "perspective", "perspective": {"yfov": 1.0, "aspectRatio": 1e9}},
+         {"translation": [0, 1, 6], "scale": [-1, 1, 1]}, {
+            "origin": [0, 1, 6], "target": [0, 1, 0], "up": [0, 1, 0], "fov": math.degrees(1.0),
+            "fov_axis": "vertical", "mirror": True, "width": 640, "height": 10,
+        }),
+    ],
+)  # fmt: skip
+def test_cameras(
+    tmp_path: Path, camera: dict[str, Any], node: dict[str, Any], expected: dict[str, Any]
+) -> None:
+    """The middle of `FLOOR` and one `WALL` is (0, 1, 0), half their diagonal the root of 33."""
+    table = model([METAL], ({"camera": 0, **node},), cameras=[camera])
+    found = clrt.load(write_glb(tmp_path / "a.glb", table)).camera
+    right = Camera(**expected)
+    assert found is not None
+    for name in right.__struct_fields__:
+        value = getattr(right, name)
+        exact = value is None or isinstance(value, (str, bool))
+        assert getattr(found, name) == (value if exact else pytest.approx(value, abs=1e-12)), name
+
+
+def test_one_of_several_cameras(tmp_path: Path) -> None:
+    nodes = tuple(
+        {"camera": 0, "translation": [k, 1, 6], **({"name": name} if name else {})}
+        for k, name in enumerate(("front", "front", ""))
+    )
+    path = write_glb(tmp_path / "a.glb", model([METAL], nodes, cameras=[CAMERA]))
+    with pytest.warns(clrt.ClrtWarning, match="no counterpart: the cameras 'front-2', 'camera 2'") as said:
+        scene = clrt.load(path)
+    assert len(said) == 1 and scene.camera is not None and scene.camera.origin == (0, 1, 6)
+    for name, x in (("front-2", 1), ("camera 2", 2)):
+        other = clrt.load(path, camera=name).camera
+        assert other is not None and other.origin == (x, 1, 6)
+    with pytest.raises(SceneError, match=r"a\.glb: camera: 'fornt' .*are front, front-2, camera 2; did you"):
+        clrt.load(path, camera="fornt")
+    for table in (model([METAL]), model([])):
+        write_glb(path, table)
+        with pytest.raises(SceneError, match=r"a\.glb: camera: 'x' is not allowed; it has no camera"):
+            clrt.load(path, camera="x")
+
+
+POINT = {"type": "point", "color": [1, 0.5, 0.25], "intensity": 20}
+SUN = {"type": "directional", "intensity": 2}
+SPOT = {"type": "spot", "intensity": 50, "spot": {"innerConeAngle": 0.25, "outerConeAngle": 0.5}}
+
+
+def test_lights(tmp_path: Path) -> None:
+    nodes = (
+        shining(0, translation=[1, 2, 3], scale=[5, 5, 5]), shining(1, rotation=TURNED),
+        shining(2, translation=[0, 4, 0], rotation=[-HALF, 0, 0, HALF]),
+    )  # fmt: skip
+    scene = clrt.load(write_glb(tmp_path / "a.glb", model([METAL], nodes, (POINT, SUN, SPOT))))
+    point, sun, spot = scene.lights
+    pi = math.pi
+    assert point == PointLight(
+        position=(1, 2, 3), intensity=(20 / pi, 10 / pi, 5 / pi), falloff="inverse-square"
+    )
+    assert isinstance(sun, DirectionalLight) and sun.intensity == (2 / pi,) * 3
+    np.testing.assert_allclose(sun.direction, [-1, 0, 0], atol=1e-15)
+    assert isinstance(spot, SpotLight) and spot.falloff == "inverse-square"
+    assert (spot.position, spot.intensity) == ((0, 4, 0), (50 / pi,) * 3)
+    assert spot.angle == pytest.approx(math.degrees(0.5)) and spot.penumbra == 0.5
+    np.testing.assert_allclose(spot.target, [0, 4 - math.sqrt(33), 0], atol=1e-12)
+    assert (scene.ambient, scene.background, scene.shadow) == (0.05, 0.05, "opaque")
+
+
+def test_what_a_file_lacks_is_added(tmp_path: Path) -> None:
+    """No camera: all in view; no light: one; no material: a matte one. With glass shadows are tinted."""
+    scene = clrt.load(write_glb(tmp_path / "a.glb", model([GLASS])))
+    assert scene.camera is not None and len(scene.lights) == 1 and scene.shadow == "tinted"
+    assert scene.ambient == 0.2
+    floor, wall = scene.shapes
+    assert (floor.name, wall.name, wall.material) == ("floor", "wall 0", "glass")
+    assert scene.material_of(floor) == Material(diffuse=0.8, specular=0.2)
+    lit = clrt.load(write_glb(tmp_path / "b.glb", model([], (shining(0),), (SUN,))))
+    assert lit.camera is not None and len(lit.lights) == 1 and lit.ambient == 0.05
+
+
+def test_a_model_without_looks_is_the_scene_it_was(tmp_path: Path) -> None:
+    scene = clrt.load(write_glb(tmp_path / "a.glb", model([])))
+    (mesh,) = scene.shapes
+    assert isinstance(mesh, Mesh) and mesh.part is None and mesh.file == "a.glb"
+
+
+def test_one_warning_names_all_that_has_no_counterpart(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    rough = {**GLASS, "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.5}}
+    coats: dict[str, Any] = {"KHR_materials_clearcoat": {}, "FOO_\x1bbar": {}}
+    other = {"extensions": coats, "occlusionTexture": {"index": 0}}
+    table = model(
+        [rough, other], (shining(0, skin=0),), ({**POINT, "range": 5},),
+        textures=[{}],
+    )  # fmt: skip
+    table["nodes"][1]["skin"] = 0
+    table["meshes"][1]["primitives"][0]["attributes"]["COLOR_0"] = 1
+    clrt.load(write_glb(tmp_path / "a.glb", table))
+    (said,) = [str(warning.message) for warning in recwarn]
+    assert said == (
+        "a.glb: left out, since there is no counterpart: the roughness of glass, clearcoat, FOO bar, "
+        "occlusion, the range of lights, the colours of vertices, skins"
+    )
+
+
+HAND = f"""
+ambient = 0.05
+background = 0.05
+shadow = "tinted"
+[camera]
+origin = [1.0, 1.5, 9.0]
+target = [1.0, 1.5, 0.0]
+up = [0.0, 1.0, 0.0]
+fov = {math.degrees(0.75)!r}
+fov_axis = "vertical"
+near = 0.5
+width = 96
+height = 64
+[materials.plastic]
+color = [0.8, 0.1, 0.05]
+diffuse = 0.96
+fresnel = "schlick"
+reflection = 1.0
+reflection_color = 0.04
+highlight_color = 0.04
+roughness = 0.4
+specular = {lobe(0.4)["specular"]!r}
+shininess = {lobe(0.4)["shininess"]!r}
+[materials.gold]
+color = [1.0, 0.75, 0.25]
+diffuse = 0.0
+fresnel = "schlick"
+reflection = 1.0
+reflection_color = [1.0, 0.75, 0.25]
+highlight_color = [1.0, 0.75, 0.25]
+specular = {lobe(0)["specular"]!r}
+shininess = {lobe(0)["shininess"]!r}
+[materials.glass]
+color = 1.0
+diffuse = 0.0
+fresnel = true
+ior = 1.4
+specular = 1.0
+shininess = {lobe(0)["shininess"]!r}
+absorption = [{math.log(2) / 2!r}, 0.0, {math.log(1e6) / 2!r}]
+[[lights]]
+type = "point"
+position = [1.0, 5.0, 3.0]
+intensity = [{20 / math.pi!r}, {10 / math.pi!r}, {5 / math.pi!r}]
+falloff = "inverse-square"
+[[lights]]
+type = "directional"
+direction = [0.0, 0.0, -1.0]
+intensity = {2 / math.pi!r}
+[[lights]]
+type = "spot"
+position = [0.0, 2.0, 5.0]
+target = [0.0, 2.0, 0.0]
+angle = {math.degrees(0.5)!r}
+penumbra = 0.5
+intensity = {50 / math.pi!r}
+falloff = "inverse-square"
+"""
+
+
+def test_a_model_and_the_same_scene_by_hand_have_one_hash(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    nodes = (
+        {"camera": 0, "translation": [1, 1.5, 9]}, shining(0, translation=[1, 5, 3]), shining(1),
+        shining(2, translation=[0, 2, 5]),
+    )  # fmt: skip
+    table = model([PLASTIC, METAL, GLASS], nodes, (POINT, SUN, SPOT), cameras=[CAMERA])
+    glb = write_glb(tmp_path / "a.glb", table)
+    shapes = [(None, FLOOR, 0)] + [(name, WALL, 2 * k) for k, name in enumerate(("plastic", "gold", "glass"))]
+    text = HAND
+    for name, wall, x in shapes:
+        vertices = [[a + x, b, c] for a, b, c in wall]
+        kind = f'"{name}"' if name else "{diffuse = 0.8, specular = 0.2}"
+        text += f'[[shapes]]\ntype = "mesh"\nvertices = {vertices}\nfaces = [[0, 1, 2]]\nmaterial = {kind}\n'
+    (tmp_path / "hand.toml").write_text(text)
+    assert main(["convert", str(glb), str(tmp_path / "made.toml")]) == 0
+    hashes = set()
+    for name in ("a.glb", "hand.toml", "made.toml"):
+        assert main(["hash", str(tmp_path / name), "--width", "96", "--height", "64"]) == 0
+        hashes.add(capsys.readouterr().out.split()[0])
+    assert len(hashes) == 1
+    made = clrt.load(tmp_path / "made.toml")
+    assert made == clrt.load(glb)
+    (tmp_path / "far").mkdir()
+    made.save(tmp_path / "far" / "b.toml")
+    far = clrt.load(tmp_path / "far" / "b.toml")  # meshes in place
+    assert corners(far) == corners(made)
+
+
+def test_parts_of_a_file_in_other_scenes(tmp_path: Path) -> None:
+    write_glb(tmp_path / "a.glb", model([METAL, GLASS]))
+    shapes = [{"type": "mesh", "file": "a.glb", "part": k} for k in (2, 0, 2)]
+    scene = clrt.load_dict({"shapes": shapes}, folder=tmp_path)
+    first, floor, last = corners(scene)
+    assert floor == [list(corner) for corner in FLOOR]
+    assert first == last == [[x + 2, y, z] for x, y, z in WALL]
+    assert corners(scene.replace({"shapes[0].part": 1}))[0] == [list(corner) for corner in WALL]
+    for shape, says in (
+        ({"file": "a.glb", "part": 3}, "file: part 3 is not allowed; a.glb has 3 parts, numbered from 0"),
+        ({"file": "a.glb", "part": -1}, "part: -1 is not allowed; part must be a whole number from 0"),
+        ({"vertices": FLOOR, "faces": [[0, 1, 2]], "part": 0}, "part: only a file has parts"),
+    ):
+        with pytest.raises(SceneError, match=rf"shapes\[0\]\.{says}"):
+            clrt.load_dict({"shapes": [{"type": "mesh", **shape}]}, folder=tmp_path)
+
+
+def test_far_too_many_things_go_by_their_material(tmp_path: Path) -> None:
+    table = model([METAL, {}], tuple({"mesh": 1 + k % 2} for k in range(5000)))
+    scene = clrt.load(write_glb(tmp_path / "a.glb", table))
+    assert [(shape.name, shape.material) for shape in scene.shapes] == [
+        (None, "material 1"), (None, "gold"), (None, Material(diffuse=0.8, specular=0.2)),
+    ]  # fmt: skip
+    assert sum(shape.primitives for shape in scene.shapes) == 5003
+    with pytest.raises(LimitError, match="primitives: 5 003 is above"):
+        clrt.load(tmp_path / "a.glb", limits=clrt.Limits(primitives=5000))
+    with pytest.raises(LimitError, match="vertices: 15 009 is above"):
+        clrt.load(tmp_path / "a.glb", limits=clrt.Limits(vertices=5000))
+
+
+def test_two_materials_at_one_node(tmp_path: Path) -> None:
+    table = model([METAL, GLASS])
+    table["meshes"][1]["primitives"].append(table["meshes"][2]["primitives"][0])
+    scene = clrt.load(write_glb(tmp_path / "a.glb", table))
+    assert [(shape.name, shape.material) for shape in scene.shapes][1:] == [
+        ("wall 0", "gold"), ("wall 0-2", "glass"), ("wall 1", "glass"),
+    ]  # fmt: skip
+
+
+FLAT = {"type": "orthographic", "orthographic": {"xmag": 0, "ymag": 1}}
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        (model([{"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1]}}]),
+         r"materials\[0\] are not those of a glTF file: Expected `array` of length 4"),
+        (model([{"extensions": {"KHR_materials_volume": {"attenuationDistance": 0}}}]),
+         r"materials\[0\]\.extensions\.KHR_materials_volume are not those of a glTF file: .*> 0"),
+        ({**model([{}]), "materials": []}, r"there is no materials\[0\]"),
+        ({**model([{}]), "materials": 1}, "its materials are not those of a glTF file"),
+        (model([], ({"camera": 0},)), r"there is no cameras\[0\]"),
+        (model([], ({"camera": 0},), cameras=[{"type": "perspective"}]),
+         r"cameras\[0\] is of type perspective, but says nothing of that"),
+        (model([], ({"camera": 0},), cameras=[{"type": "orthographic"}]),
+         r"cameras\[0\] is of type orthographic"),
+        (model([], ({"camera": 0},), cameras=[{"type": "perspective", "perspective": {"yfov": 4}}]),
+         "Expected `float` < 3.14"),
+        (model([], ({"camera": 0},), cameras=[FLAT]), r"cameras\[0\] has a view of no size"),
+        (model([], ({"camera": 0, "scale": [0, 0, 0]},), cameras=[CAMERA]),
+         r"nodes\[1\] has a camera or a light, but no direction"),
+        (model([], ({"camera": 0, "scale": [1, 1e300, 1e300]},), cameras=[CAMERA]),
+         r"nodes\[1\] has a camera or a light, but no direction"),
+        (model([], (shining(1),), (SUN,)), r"there is no lights\[1\]"),
+        (model([], (shining(0),), ({"type": "area"},)), "Invalid enum value 'area'"),
+        (model([], (shining(0),), ({**SPOT, "spot": {"innerConeAngle": 0.6, "outerConeAngle": 0.5}},)),
+         r"the cone of lights\[0\] ends where it begins"),
+        (model([], (shining(0),), ({**SUN, "intensity": -1},)), "Expected `float` >= 0"),
+        (model([METAL], ({"children": [3]}, {"children": [2]})), r"nodes\[\d\] is below two nodes"),
+    ],
+)  # fmt: skip
+def test_looks_that_contradict_themselves(tmp_path: Path, table: dict[str, Any], says: str) -> None:
+    with pytest.raises(SceneError, match=rf"a\.glb: cannot be read as a mesh: .*{says}") as caught:
+        clrt.load(write_glb(tmp_path / "a.glb", table))
+    assert len(str(caught.value)) < 400 and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("table", "says"),
+    [
+        (model([{"emissiveFactor": [1, 1, 1], "extensions": {
+            "KHR_materials_emissive_strength": {"emissiveStrength": 1e300}}}]), "materials.*emission"),
+        (model([], (shining(0),), ({**SUN, "intensity": 1e300},)), r"lights\[0\]\.intensity"),
+        (model([], ({"camera": 0, "translation": [1e300, 0, 0]},), cameras=[CAMERA]), "camera.origin"),
+        (model([METAL], nodes=({"camera": 0, "matrix": [1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 1]},),
+               cameras=[CAMERA]), "camera.up: .*parallel"),
+    ],
+)  # fmt: skip
+def test_numbers_that_no_device_holds(tmp_path: Path, table: dict[str, Any], says: str) -> None:
+    with pytest.raises(SceneError, match=rf"a\.glb: {says}"):
+        clrt.load(write_glb(tmp_path / "a.glb", table))
+
+
+def test_a_model_of_points_has_no_faces(tmp_path: Path) -> None:
+    table = model([METAL], ({"camera": 0},), cameras=[CAMERA])
+    for mesh in table["meshes"]:
+        mesh["primitives"][0]["mode"] = 0
+    with pytest.raises(SceneError, match=r"a\.glb: it has no faces"):
+        clrt.load(write_glb(tmp_path / "a.glb", table))
+
+
+def test_a_model_at_one_point(tmp_path: Path) -> None:
+    """Nothing could be framed; nor is there a plain mesh's."""
+    for materials in ([METAL], []):
+        table = model(materials)
+        for node in table["nodes"]:
+            node["scale"] = [0, 0, 0]
+        table["scenes"] = [{"nodes": [0]}] if not materials else [{"nodes": [1]}]
+        with pytest.raises(SceneError, match=r"a\.glb: all its vertices are at one point"):
+            clrt.load(write_glb(tmp_path / "a.glb", table))

@@ -1,0 +1,69 @@
+"""glTF models written by hand: triangles with the materials, cameras and lights that a test is about."""
+
+from __future__ import annotations
+
+import base64
+import json
+import struct
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+FLOOR = ((-4.0, 0.0, 4.0), (4.0, 0.0, 4.0), (0.0, 0.0, -4.0))
+WALL = ((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0))
+CAMERA = {"type": "perspective", "perspective": {"yfov": 0.75, "aspectRatio": 1.5, "znear": 0.5}}
+LIGHTS = "KHR_lights_punctual"
+
+
+PICTURE = base64.b64decode(
+    "iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAFklEQVR4nGP438DA8L+BoYHhv4ODAwAodAU+LXdj"
+    "cAAAAABJRU5ErkJggg=="
+)
+"""A PNG of 2 x 2 texels."""
+
+
+def model(
+    materials: list[dict[str, Any]],
+    nodes: tuple[dict[str, Any], ...] = (),
+    lights: tuple[dict[str, Any], ...] = (),
+    **more: Any,
+) -> dict[str, Any]:
+    """A document: `FLOOR` without a material, and `WALL` of each of the materials, 2 apart, then `nodes`."""
+    count = range(len(materials))
+    walls = [{"mesh": 1 + k, "name": f"wall {k}", "translation": [2.0 * k, 0.0, 0.0]} for k in count]
+    shown = [{"attributes": {"POSITION": 1}, "material": k} for k in count]
+    everything = [{"mesh": 0, "name": "floor"}, *walls, *nodes]
+    return {
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": list(range(len(everything)))}],
+        "nodes": everything,
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 0}}]},
+            *({"primitives": [primitive]} for primitive in shown),
+        ],
+        **({"materials": materials} if materials else {}),
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 3, "type": "VEC3"},
+        ],
+        "bufferViews": [{"buffer": 0, "byteLength": 72}],
+        "buffers": [{"byteLength": 72}],
+        **({"extensions": {LIGHTS: {"lights": list(lights)}}} if lights else {}),
+        **more,
+    }
+
+
+def shining(light: int, **more: Any) -> dict[str, Any]:
+    """A node with a light."""
+    return {"extensions": {LIGHTS: {"light": light}}, **more}
+
+
+def write_glb(path: Path, table: dict[str, Any], data: bytes | None = None) -> Path:
+    """The document as a .glb with its binary chunk: the corners of the two triangles, or other `data`."""
+    corners = np.array([FLOOR, WALL], "<f4").tobytes() if data is None else data
+    text = json.dumps(table).encode()
+    chunks = [(b"JSON", text + b" " * (-len(text) % 4)), (b"BIN\0", corners + b"\0" * (-len(corners) % 4))]
+    body = b"".join(struct.pack("<I4s", len(part), kind) + part for kind, part in chunks)
+    path.write_bytes(b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body)
+    return path
