@@ -117,7 +117,7 @@ def test_a_light_is_right_in_every_pixel(copies: Any, tmp_path: Path, lanes: int
 @pytest.mark.parametrize(
     ("old", "new"), [("sample.factor *= cosine;", ""), ("!(cosine > 0.0f)", "cosine != cosine")]
 )
-def test_a_light_s_formula_matters(copies: Any, tmp_path: Path, old: str, new: str) -> None:
+def test_a_light_s_formula_matters(copies: Any, tmp_path: Path, old: str, new: str, hasty: None) -> None:
     other = shutil.copytree(copies(patch_light), tmp_path / "other")
     changed(other, {"kernels/light_patch.clh": {old: new}})
     assert wrong(render(other, PATCH, tmp_path)["pixels"], right_patch()[0]) > 50
@@ -172,7 +172,7 @@ def test_a_layer_is_right_in_every_pixel(copies: Any, tmp_path: Path) -> None:
     assert found["facing"].dtype == np.float32 and wrong(found["facing"], right_facing()) == 0
 
 
-def test_a_layer_s_line_in_the_kernel_matters(copies: Any, tmp_path: Path) -> None:
+def test_a_layer_s_line_in_the_kernel_matters(copies: Any, tmp_path: Path, hasty: None) -> None:
     other = shutil.copytree(copies(facing_layer), tmp_path / "other")
     changed(other, {"kernels/film.cl": {"= fabs(dot3(at.outward,": "= (dot3(at.outward,"}})
     found = render(other, scene({"type": "point"}), tmp_path, layers=("facing",))

@@ -75,7 +75,7 @@ def reproduce(place: Path) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("name", PLANTED)
-def test_the_right_kernel_is_blamed_and_a_program_shows_it(name: str, tmp_path: Path) -> None:
+def test_the_right_kernel_is_blamed_and_a_program_shows_it(name: str, tmp_path: Path, hasty: None) -> None:
     device = planted(name, tmp_path)
     fault = first_fault(device)
     assert fault is not None

@@ -38,7 +38,7 @@ PLANTED = {
 
 @pytest.fixture(params=PLANTED)
 def planted(
-    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hasty: None
 ) -> tuple[Path, str]:
     """The folder of kernels with the fault, which is now everybody's; and the pass."""
     folder = tmp_path / "kernels"

@@ -25,7 +25,7 @@ def test_no_leaving_ray_meets_its_own_surface() -> None:
     assert proof.failed == 0
 
 
-def test_triangles_without_their_edges_leak(tmp_path: Path) -> None:
+def test_triangles_without_their_edges_leak(tmp_path: Path, hasty: None) -> None:
     kernels = shutil.copytree(kernel_folder(), tmp_path / "kernels")
     source = (kernels / "triangle.clh").read_text()
     closed = "(e.x >= 0.0f) & (e.y >= 0.0f) & (e.z >= 0.0f)) | ((e.x <= 0.0f) & (e.y <= 0.0f) & (e.z <= 0.0f)"
@@ -34,6 +34,6 @@ def test_triangles_without_their_edges_leak(tmp_path: Path) -> None:
     assert proofs.leaks(proofs.Prover(batch=1 << 14, kernels=kernels), 1).failed > 100
 
 
-def test_rays_that_start_on_the_surface_meet_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rays_that_start_on_the_surface_meet_it(monkeypatch: pytest.MonkeyPatch, hasty: None) -> None:
     monkeypatch.setattr(layout, "OFFSET", 0.0)
     assert proofs.self_hits(proofs.Prover(batch=1 << 10), 1).failed > 1000

@@ -159,7 +159,7 @@ def patched(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize("fault", PLANTED, ids=[row[-1] for row in PLANTED])
-def test_a_planted_fault_is_named(fault: tuple[str, ...], patched: Path) -> None:
+def test_a_planted_fault_is_named(fault: tuple[str, ...], patched: Path, hasty: None) -> None:
     file, text, faulty, scene, name = fault
     source = (patched / file).read_text()
     assert source.count(text) == 1, "the place of the planted fault has changed"
@@ -168,7 +168,9 @@ def test_a_planted_fault_is_named(fault: tuple[str, ...], patched: Path) -> None
     assert difference is not None and difference.name == name, str(difference)
 
 
-def test_the_first_value_that_differs_is_told_with_its_ray_and_both_numbers(patched: Path) -> None:
+def test_the_first_value_that_differs_is_told_with_its_ray_and_both_numbers(
+    patched: Path, hasty: None
+) -> None:
     """The fault strikes a single pixel, so all of the message is known."""
     source = (patched / "generate.cl").read_text()
     text = "origin = add(origin, times(direction, camera.near / dot3(direction, forward)));"
@@ -187,7 +189,7 @@ def test_the_first_value_that_differs_is_told_with_its_ray_and_both_numbers(patc
     )
 
 
-def test_selftest_passes_and_fails(patched: Path) -> None:
+def test_selftest_passes_and_fails(patched: Path, request: pytest.FixtureRequest) -> None:
     """A few of its checks; the others are those above, and hashes in tests/engine/test_bits.py."""
     names = selftest.names()
     assert len(set(names)) == len(names) == 3 + len(SCENES) and set(SCENES) < set(names)
@@ -200,6 +202,7 @@ def test_selftest_passes_and_fails(patched: Path) -> None:
     assert source.count(dot) == 1, "the place of the planted fault has changed"
     fused = "return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));"  # what a driver that ignores the pragma may do
     (patched / "math.clh").write_text(source.replace(dot, fused))
+    request.getfixturevalue("hasty")
     wrong = selftest.run_selftest(Device(kernels=patched), only=few[:3])
     broken = {result.name: result for result in wrong}
     assert broken["layout of records"].passed and broken["arithmetic"].passed

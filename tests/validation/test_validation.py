@@ -19,6 +19,8 @@ from clrt.base.errors import ClrtError
 from clrt.base.install import pip_install
 from clrt.base.resources import PACKAGE, kernel_folder, validation_module
 from clrt.scene.lights import LIGHTS
+from clrt.device import intel
+from clrt.device.device import Device
 from clrt.scene.materials import Material
 
 suite = validation_module("suite.run")
@@ -68,6 +70,22 @@ def test_a_mutant_replaces_what_stands_once() -> None:
         text = (roots[mutant.file.partition("/")[0]] / mutant.file).read_text("utf-8")
         assert text.count(mutant.old) == 1, f"{mutant.name}: {mutant.old!r} in {mutant.file}"
         assert mutant.old != mutant.new and mutant.cases
+
+
+@pytest.mark.parametrize("before", [None, "-w"])
+def test_a_fault_in_a_kernel_is_built_in_haste_and_nothing_else(
+    before: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    name = "PYOPENCL_BUILD_OPTIONS"
+    monkeypatch.delenv(name, raising=False)
+    if before is not None:
+        monkeypatch.setenv(name, before)
+    device = Device()
+    with pytest.raises(RuntimeError), mutants._in_haste(device):
+        hasty = device.info.platform == intel.PLATFORM
+        assert os.environ.get(name, "") == " ".join([before or "", "-cl-opt-disable" * hasty]).strip()
+        raise RuntimeError
+    assert os.environ.get(name) == before
 
 
 @pytest.mark.parametrize("name", ["exponent 36 for 40", "medium forgotten"])
