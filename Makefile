@@ -72,6 +72,8 @@ release: $(VENV)/test-ready
 	@$(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
 	@mkdir -p out
 	@$(USE_DRIVER); $(BIN)/clrt validate --full --mutants --report out/validation.html
+	@$(USE_DRIVER); $(BIN)/python -m validation.deletion_run --all --check
+	@$(USE_DRIVER); $(BIN)/python -m validation.mutants.generated_run
 
 clean:
 	rm -rf $(VENV) out build dist
