@@ -78,6 +78,8 @@ release: $(VENV)/test-ready
 	@$(USE_DRIVER); CLRT_EXERCISES=all $(BIN)/python -m pytest -q -m debian_pocl tests/exercises
 	@mkdir -p out
 	@$(USE_DRIVER); $(BIN)/clrt validate --full --mutants --report out/validation.html
+	@$(USE_DRIVER); $(BIN)/python -m validation.deletion_run --all --check
+	@$(USE_DRIVER); $(BIN)/python -m validation.mutants.generated_run
 
 clean:
 	rm -rf $(VENV) out build dist

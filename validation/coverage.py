@@ -1,7 +1,7 @@
 """What there is to prove, and which oracles proved it: the table of features.
 
-A feature counts as proven by an oracle where a case that has the feature agrees with it. Oracles of one
-family share code, so a feature needs two families.
+A feature counts as proven by an oracle where a case agrees with it whose picture is another one without the
+feature (`ticks`). Oracles of one family share code, so a feature needs two families.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def features_of(scene: Scene) -> set[str]:
     found = _scene_features(scene) | _light_features(scene) | _camera_features(scene)
     found |= _spectral_features(scene)
     for shape in scene.shapes:
-        found |= _shape_features(shape) | _material_features(scene, shape)
+        found |= shape_features(shape) | _material_features(scene, shape)
     return found
 
 
@@ -87,7 +87,7 @@ def coverage(results: Iterable[CaseResult], counts: Iterable[CountResult] = ()) 
     table: dict[str, set[str]] = {name: set() for names in FEATURES.values() for name in names}
     for result in results:
         agree = {oracle for oracle, (_, comparison) in result.results.items() if comparison.passed}
-        for feature in result.case.features:
+        for feature in result.case.shows:
             table.setdefault(feature, set()).update(agree)
     by_oracle: dict[str, list[bool]] = {}
     for count in counts:
@@ -154,7 +154,8 @@ def _camera_features(scene: Scene) -> set[str]:
     return {name for name, holds in tests.items() if holds}
 
 
-def _shape_features(shape: Shape) -> set[str]:
+def shape_features(shape: Shape) -> set[str]:
+    """The features that a shape alone has: its kind, and whether a transform moved it."""
     moved = getattr(shape, "transform", None) is not None
     return {_shape_name(shape, moved), *(["transform"] if moved else [])}
 

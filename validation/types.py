@@ -63,13 +63,14 @@ class Case:
     name: str
     # a scene's tables, or the file of a scene that ships (a script describes its tables)
     scene: dict[str, Any] | Path
-    features: frozenset[str]
+    features: frozenset[str]  # that its scene has
     oracles: tuple[str, ...]  # "oracle64", "mitsuba-table", "mitsuba-bsdf", "stock-S1", ...
     width: int
     height: int
     spp: int = 1
     max_depth: int | None = None
     note: str = ""
+    shows: frozenset[str] = frozenset()  # features without which it is another picture, measured (`ticks`)
     # a scene of the same picture and the same shapes' numbers, for oracles that cannot express this one
     stand_in: dict[str, Any] | None = None
 

@@ -81,7 +81,7 @@ def test_a_fault_in_a_kernel_is_built_in_haste_and_nothing_else(
     if before is not None:
         monkeypatch.setenv(name, before)
     device = Device()
-    with pytest.raises(RuntimeError), mutants._in_haste(device):
+    with pytest.raises(RuntimeError), mutants.in_haste(device):
         hasty = device.info.platform == intel.PLATFORM
         assert os.environ.get(name, "") == " ".join([before or "", "-cl-opt-disable" * hasty]).strip()
         raise RuntimeError

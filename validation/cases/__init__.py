@@ -36,6 +36,7 @@ from clrt.scene.scene import Scene
 
 from ..compare.oracle import Limits, exact, limits
 from ..coverage import features_of
+from ..ticks import shown
 from ..types import Case
 from . import chance, crossed, found, matrix, media, spectral, stock, terms, views
 from .parts import HEIGHT, WIDTH
@@ -199,7 +200,8 @@ def _case(name: str, table: dict[str, Any], tags: set[str], oracles: tuple[str, 
     assert scene.camera is not None
     spp = scene.camera.spp
     size = _SIZES.get(spp, (WIDTH, HEIGHT))
-    return Case(name, table, frozenset(features_of(scene) | tags), oracles, *size, spp)
+    case = Case(name, table, frozenset(features_of(scene) | tags), oracles, *size, spp)
+    return dataclasses.replace(case, shows=shown(case))
 
 
 def _of_scene(name: str, source: dict[str, Any] | Path, size: tuple[int, int] | None, many: bool) -> Case:

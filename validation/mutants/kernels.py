@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from clrt.base.errors import ClrtError
+
 
 @dataclass(frozen=True)
 class Mutant:
@@ -20,6 +22,13 @@ class Mutant:
     new: str
     cases: tuple[str, ...]
     where: str = ""  # "": it shows in several places, and which is worst says little
+
+    def edit(self, text: str) -> str:
+        """The file's text with the fault; ClrtError unless what it replaces stands there once."""
+        if text.count(self.old) != 1:
+            raise ClrtError(f"{self.file}: {self.name!r} must replace a text that stands there once, "
+                            f"and it does {text.count(self.old)} times: {self.old}")  # fmt: skip
+        return text.replace(self.old, self.new)
 
 
 CAMERA, GEOMETRY = "generation 0, camera", "generation 0, camera, geometry"

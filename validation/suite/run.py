@@ -114,13 +114,13 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
 def case_rows() -> Iterator[tuple[str, str]]:
     """Name and features of each case that `--case` takes, but for random ones."""
     for name in (*matrix_cases(), *shipped_cases()):
-        yield name, ", ".join(sorted(case_named(name).features))
+        yield name, ", ".join(sorted(case_named(name).shows or case_named(name).features))
 
 
 def tasks_of(plan: Plan) -> list[Task]:
     """The cases to run, and for each the oracles that can express it."""
     matrix = matrix_cases()
-    some = fewest_cases({name: c.features for name, c in matrix.items() if "mitsuba-table" in c.oracles})
+    some = fewest_cases({name: c.shows for name, c in matrix.items() if "mitsuba-table" in c.oracles})
     if not plan.least:
         some = list(dict.fromkeys([*some, *judged_by_mitsuba()]))
     if plan.cases or plan.scenes:

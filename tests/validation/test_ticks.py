@@ -1,0 +1,63 @@
+"""A tick says that a case depends on a feature: measured by deleting it, and measured again here."""
+
+from __future__ import annotations
+
+import dataclasses
+import random
+from datetime import date
+
+import pytest
+
+from clrt.base.resources import validation_module
+
+cases = validation_module("cases")
+coverage = validation_module("coverage")
+deletions = validation_module("deletions")
+deletion_run = validation_module("deletion_run")
+ticks = validation_module("ticks")
+mutants = validation_module("mutants.run")
+
+
+def test_every_feature_can_be_deleted() -> None:
+    named = {feature for group in coverage.FEATURES.values() for feature in group} - set(coverage.COUNTS)
+    assert set(deletions.DELETIONS) == named
+    faults = {f for way in deletions.DELETIONS.values() if not callable(way) for f in way}
+    assert faults <= set(mutants.MUTANTS)
+
+
+def test_every_case_was_measured_as_it_is() -> None:
+    stale = [name for name, case in cases.matrix_cases().items() if not ticks.fits(case)]
+    assert not stale, f"python -m validation.deletion_run measures: {', '.join(stale)}"
+
+
+def test_every_feature_shows_in_a_case() -> None:
+    shown = {feature for case in cases.matrix_cases().values() for feature in case.shows}
+    assert set(deletions.DELETIONS) - shown == set()
+
+
+def test_a_case_that_changes_shows_nothing() -> None:
+    case = cases.case_named("lens")
+    assert "lens" in ticks.shown(case)
+    moved = {**case.scene, "camera": {**case.scene["camera"], "aperture": 1e-6}}
+    assert ticks.shown(dataclasses.replace(case, scene=moved)) == frozenset()
+    assert ticks.shown(dataclasses.replace(case, features=case.features | {"thin"})) == frozenset()
+
+
+def test_what_stands_in_the_tables_but_out_of_sight_is_no_tick(device) -> None:
+    """A lamp behind a wall, a mirror behind the camera: their tables have them, their pictures do not."""
+    case = cases.case_named("diffuse")
+    hidden = {"type": "sphere", "center": [0, 0, 40], "radius": 1, "material": {"reflection": 0.9}}
+    made = {**case.scene, "shapes": [*case.scene["shapes"], hidden]}
+    features = coverage.features_of(cases.loaded(made))
+    assert "mirror" in features
+    ours = validation_module("oracles").our_picture
+    scene = validation_module("mutants.plant").small("diffuse")
+    with_it = scene.replace({"shapes": made["shapes"]})
+    assert mutants.judged("diffuse", ours(deletions.DELETIONS["mirror"](with_it), device), "oracle64").passed
+
+
+@pytest.mark.parametrize("draw", range(2))
+def test_a_row_is_what_is_measured(draw: int) -> None:
+    """Two cases a day; `make release` measures all of them."""
+    drawn = random.Random(f"{date.today()} {draw}").choice(sorted(cases.matrix_cases()))
+    assert deletion_run.main([drawn, "--check"]) == 0, drawn

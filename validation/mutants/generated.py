@@ -1,0 +1,144 @@
+"""Faults that nobody chose: drawn by a seed from all places where the code computes.
+
+An operator becomes its opposite, a comparison turns round, a condition is negated, a constant is off by 1 %,
+an index by one: in kernels, and in the host's code that kernels are given things by. Which of the places are
+taken the seed and each place's own text decide, so that a change elsewhere leaves the draw as it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import re
+import tokenize
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from clrt.base.resources import PACKAGE, kernel_folder
+
+SEED: Final = 1
+HOST: Final = ("flatten", "spectra", "engine/film.py", "engine/job.py", "engine/wavefront.py",
+               "engine/schedule.py", "scene/transforms.py", "scene/materials.py", "scene/camera.py")
+# what no picture is made with: queries by rays, a warning, a chart, the check of other media
+_ELSEWHERE: Final = ("query.cl", "crossings.cl", "crossings.clh", "asked.clh", "overlaps.py", "plot.py",
+                     "hidden.py")  # fmt: skip
+_TURNED: Final = {
+    "+": "-", "-": "+", "*": "/", "/": "*", "<": ">=", ">": "<=", "<=": ">", ">=": "<", "==": "!=",
+    "!=": "==", "&&": "||", "||": "&&", "+=": "-=", "-=": "+=", "*=": "/=", "and": "or", "or": "and",
+    "min": "max", "max": "min", "&": "|", "|": "&",
+}  # fmt: skip
+_C_TOKEN: Final = re.compile(
+    r"(?P<skip>//[^\n]*|/\*.*?\*/|^[ \t]*#(?:\\\n|[^\n])*|\"[^\"\n]*\")"
+    r"|(?P<number>(?<![\w.])(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?f?(?![\w.]))"
+    r"|(?P<index>\[[^\[\]\n]+\])|(?P<word>\b(?:min|max|if)\b)"
+    r"|(?P<operator>(?<=\s)(?:\+=|-=|\*=|<=|>=|==|!=|&&|\|\||[-+*/<>&|])(?=\s))",
+    re.MULTILINE | re.DOTALL,
+)
+
+
+@dataclass(frozen=True)
+class Place:
+    """A fault: the text of `file` from `start` to `end` becomes `new`."""
+
+    file: str  # "kernels/..." or "clrt/..."
+    line: int
+    start: int
+    end: int
+    old: str
+    new: str
+    around: str  # the line, and where in it
+
+    def edit(self, text: str) -> str:
+        """The file's text with the fault."""
+        return text[: self.start] + self.new + text[self.end :]
+
+    @property
+    def name(self) -> str:
+        return f"{self.file}:{self.line}: {self.old} becomes {self.new}"
+
+
+def drawn(count: int, seed: int = SEED) -> list[Place]:
+    """So many faults of all that there are, those of kernels and of the host in the share that they have."""
+    chosen = sorted(places(), key=lambda place: _rank(place, seed))[:count]
+    return sorted(chosen, key=lambda place: (place.file, place.start))
+
+
+def places() -> Iterator[Place]:
+    """Every fault that could be planted, file by file."""
+    for root, folder in ((kernel_folder(), "kernels"), (PACKAGE, "clrt")):
+        for path in _files(root, folder):
+            name, text = f"{folder}/{path.relative_to(root).as_posix()}", path.read_text("utf-8")
+            for start, end, new in _in_c(text) if folder == "kernels" else _in_python(text):
+                at = text.rfind("\n", 0, start) + 1
+                line = f"{text[at : text.find(chr(10), start)].strip()} {start - at}"
+                number = text.count("\n", 0, start) + 1
+                yield Place(name, number, start, end, text[start:end], new, line)
+
+
+def _files(root: Path, folder: str) -> list[Path]:
+    found: list[Path] = []
+    for name in ("*.cl*",) if folder == "kernels" else HOST:
+        found += root.glob(name if "." in name else f"{name}/*.py")
+    return sorted(path for path in found if path.name not in _ELSEWHERE)
+
+
+def _in_c(text: str) -> Iterator[tuple[int, int, str]]:
+    for found in _C_TOKEN.finditer(text):
+        kind, old = found.lastgroup, found.group()
+        if kind == "number" and float(old.rstrip("f")):
+            yield found.start(), found.end(), f"(1.01f * {old})"
+        elif kind == "index":
+            yield found.start(), found.end(), f"[{old[1:-1]} + 1]"
+        elif kind == "operator" or (kind == "word" and old != "if"):
+            if old not in "&*" or text[found.start() - 2] not in "(,=":  # else it may be of a pointer
+                yield found.start(), found.end(), _TURNED[old]
+        elif kind == "word" and (condition := _in_brackets(text, found.end())):
+            start, end = condition
+            yield start, end, f"(!{text[start:end]})"
+
+
+def _in_brackets(text: str, at: int) -> tuple[int, int] | None:
+    """Where the bracket that follows begins and ends; None where none does."""
+    start = text.find("(", at, at + 3)
+    depth = 0
+    for k in range(start, min(len(text), start + 300)) if start >= 0 else ():
+        depth += {"(": 1, ")": -1}.get(text[k], 0)
+        if depth == 0:
+            return start, k + 1
+    return None
+
+
+def _in_python(text: str) -> Iterator[tuple[int, int, str]]:
+    lines = [0]
+    for line in text.splitlines(keepends=True):
+        lines.append(lines[-1] + len(line))
+    before: tokenize.TokenInfo | None = None
+    annotation = False
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        start, end = lines[token.start[0] - 1] + token.start[1], lines[token.end[0] - 1] + token.end[1]
+        # what stands in a signature or a declaration is a type, whose | and [] compute nothing
+        if token.type == tokenize.NEWLINE:
+            annotation = False
+        elif token.string in ("def", "class", "import", "from") or (
+            token.string == ":" and before is not None and _declares(token.line)
+        ):
+            annotation = True
+        if not annotation:
+            names = tokenize.NAME, tokenize.NUMBER
+            binary = before is not None and (before.type in names or before.string in ")]")
+            if token.type == tokenize.NUMBER and "." in token.string and float(token.string):
+                yield start, end, f"(1.01 * {token.string})"
+            elif token.string in _TURNED and binary and token.type in (tokenize.OP, tokenize.NAME):
+                yield start, end, _TURNED[token.string]
+        before = token
+
+
+def _declares(line: str) -> bool:
+    return re.match(r"\s*[\w.]+: ", line) is not None
+
+
+def _rank(place: Place, seed: int) -> str:
+    """A random number of the place, which does not change with the others."""
+    return hashlib.sha256(f"{seed} {place.file} {place.around} {place.new}".encode()).hexdigest()
