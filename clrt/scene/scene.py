@@ -97,7 +97,9 @@ class _Settings(Colored, frozen=True, kw_only=True):
         Literal["none", "spd"], Meta(description="conformance must be 'none' or 'spd'")
     ] = "none"
     spectrum: Spectral | None = None
-    adaptive: Adaptive | None = None
+    adaptive: (
+        Annotated[Adaptive, Meta(description="must be a table such as {spp = 64, threshold = 0.01}")] | None
+    ) = None
 
 
 class Document(_Settings, frozen=True, kw_only=True):
