@@ -56,7 +56,8 @@ SETTINGS: Final = (
 CAMERAS: Final = (
     "perspective", "orthographic", "vertical field of view", "up vector", "near", "mirrored camera",
     "shifted camera",
-    "jitter", "4 samples", "16 samples", "64 samples", "lens", "tent filter", "gaussian filter", "mitchell filter",
+    "jitter", "4 samples", "16 samples", "64 samples", "lens", "tent filter",
+    "gaussian filter", "mitchell filter",
 )  # fmt: skip
 SPECTRA: Final = (
     "bands", "colours in bands", "spectra in RGB", "named spectrum", "black body", "gaussian", "band", "line",

@@ -101,7 +101,7 @@ LAYERS: Final = {
     "normal": Layer(_HIT, "outward geometric unit normal, 0 on a miss", 3, "float", _XYZ, "direction"),
     "shape": Layer(_HIT, "number of the shape, -1 on a miss", 1, "int", ("ID",), "number"),
     "bands": Layer((Spectral(),), "the picture's bands, of scenes with a `spectrum`", 0, "float", (), "none"),
-    "samples": Layer((Count(),), "samples of the pixel: more where `adaptive` asks", 1, "int", ("N",), "part"),
+    "samples": Layer((Count(),), "samples: more where `adaptive` asks", 1, "int", ("N",), "part"),
     "xyz": Layer((Spectral("xyz"),), "CIE XYZ, likewise", 3, "float", _XYZ, "luminance"),
 }
 # what the kernel `geometry` writes, in the order of its parameters: layers, and what only a query asks for

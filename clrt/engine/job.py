@@ -45,7 +45,7 @@ class Job:
 
     flat: the scene. camera: a record of `flatten_camera`, or None where the pieces are a caller's rays.
     max_depth: the last generation. layers: as `layers.check_layers` gives them.
-    adaptive: the side of the finest grid and the threshold, None for an even picture. A job can be pickled: what
+    adaptive: side of the finest grid and threshold, None for an even picture. A job can be pickled: what
     another process needs beside it is `World(Device(None, job.settings, job.flat.ray_format), job.flat)`.
     """
 
@@ -73,8 +73,8 @@ class Job:
 
     @property
     def piece_samples(self) -> int:
-        """By how many rays of a pixel pieces are cut. An adaptive one goes through its pixels tile by tile, and few
-        of them get the finer grids, so that many make a tile there."""
+        """By how many rays of a pixel pieces are cut. An adaptive one goes through its pixels tile by tile,
+        and few of them get the finer grids, so that many make a tile there."""
         return self.samples if self.adaptive is None else 1
 
     @property
@@ -204,7 +204,8 @@ class Job:
 
         special = {
             "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
-            "samples": (0.0, float(ceilings.RAYS)), "position": (-_FINITE, _FINITE), "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
+            "samples": (0.0, float(ceilings.RAYS)), "position": (-_FINITE, _FINITE),
+            "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
         }  # fmt: skip
         light = seen(flat.response)
         return {"image": light, **{name: special.get(name, light) for name in self.layers}}

@@ -53,8 +53,8 @@ from clrt.spectra.colors import Background, Colored, LightColor
 from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
 
 __all__ = [
-    "IOR", "SHAPES", "Adaptive", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk", "DiskLight",
-    "Ellipsoid", "Light", "Material", "Mesh", "MeshData", "Paraboloid", "Plane", "PointLight",
+    "IOR", "SHAPES", "Adaptive", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk",
+    "DiskLight", "Ellipsoid", "Light", "Material", "Mesh", "MeshData", "Paraboloid", "Plane", "PointLight",
     "Polygon", "Quadric", "RectangleLight", "Scene", "Shape", "Spectral", "Spectrum", "Sphere", "SphereLight",
     "SpotLight", "Step", "read_scene", "rgb",
 ]  # fmt: skip
@@ -327,7 +327,7 @@ def read_scene(
 def _check_samples(scene: Scene) -> None:
     """SceneError where the samples that a scene states and those of `adaptive` do not go together.
 
-    Not after `replace` and `override`: another number may follow, and a picture is looked at when it is asked for.
+    Not after `replace` and `override`: another number may follow, and pictures are looked at by themselves.
     """
     at = At(scene.source, "adaptive")
     if scene.adaptive is None:
