@@ -35,7 +35,9 @@ from .skies import HALF_TURN
 
 FAINT = 1e-5  # reflectances are this much lower, lights this much stronger
 LOBE_ROWS = 1025  # of the environment that is a Phong lobe
-PATHS = ("S2", "S3", "S6", "S8", "S9")  # where light goes on from mirrors; the others show what the camera meets
+# where light goes on from mirrors; the others show what the camera meets
+PATHS = ("S2", "S3", "S6", "S8", "S9")
+BENDING = {"mirror", "glass", "sheet", "rough"}  # classes from which rays go on
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,7 @@ def _settings_support(scene: Scene, name: str) -> str | None:
         return "an orthographic camera with a lens"
     if scene.one_sided != "none" or (scene.shadow == "tinted" and kinds & {"glass", "sheet"}):
         return "Mitsuba has neither one-sided visibility nor tinted shadows"
-    if scene.min_weight > 0 or (max(rgb(scene.depth_color)) > 0 and kinds & {"mirror", "glass", "sheet", "rough"}):
+    if scene.min_weight > 0 or (max(rgb(scene.depth_color)) > 0 and kinds & BENDING):
         return "Mitsuba has neither min_weight nor depth_color"
     if name not in PATHS and isinstance(scene.background, str):
         return "a background image: these configurations put a colour where nothing is hit"
