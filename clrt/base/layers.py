@@ -137,7 +137,7 @@ LAYERS: Final = {
     "crypto_material": Layer((Samples("material"),), _MATTES + "material", 2 * RANKS, "float", _PAIRS,
                              "mattes"),
     "bands": Layer((Spectral(),), "the picture's bands, of scenes with a `spectrum`", 0, "float", (), "none"),
-    "samples": Layer((Count(),), "samples of the pixel: more where `adaptive` asks", 1, "int", ("N",), "part"),
+    "samples": Layer((Count(),), "samples: more where `adaptive` asks", 1, "int", ("N",), "part"),
     "xyz": Layer((Spectral("xyz"),), "CIE XYZ, likewise", 3, "float", _XYZ, "luminance"),
 }
 # what the kernel `geometry` writes, in the order of its parameters; colours in bands

@@ -275,7 +275,8 @@ def _add_frame(parser: argparse.ArgumentParser, many: bool = False, crop: bool =
         parser.add_argument("--crop", type=whole, nargs=4, metavar=sides, help="only these pixels")
     parser.add_argument("--spp", type=whole, metavar="N", help=f"samples per pixel: 1, 4, 9, 16 ...{spp}")
     text = "up to N samples where neighbours differ: --spp times a power of 4, such as 64"
-    parser.add_argument("--adaptive", dest="set", type=_adaptive, action="append", metavar="N", help=text)
+    parser.add_argument("--adaptive", dest="set", type=_adaptive, action="append", default=[], metavar="N",
+                        help=text)  # fmt: skip
     parser.add_argument("--max-depth", type=whole, metavar="N", help="generations after the camera's")
     _add_device(parser)
     parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")

@@ -192,7 +192,8 @@ def _traced(job: Job, scene: _Scene, pixels: np.ndarray) -> tuple[dict[str, np.n
     order = np.argsort(pixels)
     layers: dict[str, np.ndarray] = {}
     rays, local_size = RayCounts(), 0
-    for part, found in job.tiles(scene.device, scene.world, list(_cut(pixels, max(1, job.tile_rays // job.piece_samples)))):
+    pieces = list(_cut(pixels, max(1, job.tile_rays // job.piece_samples)))
+    for part, found in job.tiles(scene.device, scene.world, pieces):
         place = order[np.searchsorted(pixels, part, sorter=order)]
         for name, values in found.layers.items():
             if name not in layers:

@@ -1,8 +1,8 @@
 """Adaptive sampling: grid after grid where neighbours differ (Whitted 1980, 2.3, on grids of whole pixels).
 
 A pixel's value is that of its last grid alone, so it has the bits of the even picture of as many samples.
-Whether it gets the second grid depends on its neighbours on the first one: these are traced, too, where a list of
-pixels lacks them. So any list of pixels has the bits of the whole picture, wherever it is done.
+Whether it gets the second grid depends on its neighbours on the first one: these are traced, too, where a
+list of pixels lacks them. So any list has the bits of the whole picture, wherever it is done.
 """
 
 from __future__ import annotations
@@ -98,8 +98,9 @@ class _Run:
 def around(pixels: np.ndarray, width: int, height: int) -> np.ndarray:
     """The neighbours of pixels, to the four sides within the picture, that are not among them: uint32."""
     x, y = pixels % width, pixels // width
-    sides = (pixels[x > 0] - 1, pixels[x < width - 1] + 1, pixels[y > 0] - width, pixels[y < height - 1] + width)
-    return np.setdiff1d(np.concatenate(sides).astype(np.uint32), pixels)
+    across = pixels[x > 0] - 1, pixels[x < width - 1] + 1
+    along = pixels[y > 0] - width, pixels[y < height - 1] + width
+    return np.setdiff1d(np.concatenate((*across, *along)).astype(np.uint32), pixels)
 
 
 def edges(

@@ -25,7 +25,9 @@ class Film:
     these there are until the film is developed.
     """
 
-    def __init__(self, device: Device, pixels: int, names: tuple[str, ...], weights: Weights | None = None) -> None:
+    def __init__(
+        self, device: Device, pixels: int, names: tuple[str, ...], weights: Weights | None = None
+    ) -> None:
         self.device = device
         self.pixels = pixels * (weights.samples if weights else 1)
         self.weights = weights
@@ -72,8 +74,8 @@ class Film:
         self.pixels //= samples
         values //= samples
         means = self.device.buffer(4 * values, "float")
-        sizes = np.uint32(self.pixels), np.uint32(samples)
-        self.device.launch("weighted_means", values, np.uint32(values), self.sums, self.weights.buffer, *sizes, means)
+        light = self.sums, self.weights.buffer, np.uint32(self.pixels), np.uint32(samples)
+        self.device.launch("weighted_means", values, np.uint32(values), *light, means)
         self.sums = means
         return self.reading(response)
 

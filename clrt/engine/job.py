@@ -46,7 +46,7 @@ class Job:
 
     flat: the scene. camera: a record of `flatten_camera`, or None where the pieces are a caller's rays.
     max_depth: the last generation. layers: as `layers.check_layers` gives them.
-    adaptive: the side of the finest grid and the threshold, None for an even picture. mattes: as
+    adaptive: side of the finest grid and threshold, None for an even picture. mattes: as
     `coverage.mattes` gives them for the layers. A job can be pickled: what
     another process needs beside it is `World(Device(None, job.settings, job.flat.ray_format), job.flat)`.
     """
@@ -76,8 +76,8 @@ class Job:
 
     @property
     def piece_samples(self) -> int:
-        """By how many rays of a pixel pieces are cut. An adaptive one goes through its pixels tile by tile, and few
-        of them get the finer grids, so that many make a tile there."""
+        """By how many rays of a pixel pieces are cut. An adaptive one goes through its pixels tile by tile,
+        and few of them get the finer grids, so that many make a tile there."""
         return self.samples if self.adaptive is None else 1
 
     @property

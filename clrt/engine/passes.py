@@ -194,7 +194,8 @@ def gather(
 def weigh_samples(device: Device, camera: Any, queue: Queue) -> Weights:
     """What each camera ray counts for in its pixel, by the camera's filter."""
     found = Weights(device.buffer(4 * queue.n, "float"), int(queue.pixels.samples))
-    device.launch_packets("weigh_samples", queue.n, camera, queue.pixels.numbers, np.uint32(queue.n), found.buffer)
+    numbers, n = queue.pixels.numbers, np.uint32(queue.n)
+    device.launch_packets("weigh_samples", queue.n, camera, numbers, n, found.buffer)
     return found
 
 

@@ -15,9 +15,10 @@ from clrt.engine.queues import Queue
 class Stage:
     """What one pass did for the rays of one queue.
 
-    name: of the pass: "generate" or "adopt", with a filter "weigh_samples", "closest", "shade", "feelers", "illuminate", "gather", "spawn",
-    and once for a tile "geometry", "resolve", "develop". wrote: what it made or changed on the device (a
-    Queue, QueueHits, Shaded, Feelers, Film), or arrays; who changes it in turn changes the picture.
+    name: of the pass: "generate" or "adopt", with a filter "weigh_samples", "closest", "shade", "feelers",
+    "illuminate", "gather", "spawn", and once for a tile "geometry", "resolve", "develop". wrote: what it made
+    or changed on the device (a Queue, Weights, QueueHits, Shaded, Feelers, Film), or arrays; who changes it
+    in turn changes the picture.
     """
 
     name: str

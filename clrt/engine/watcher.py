@@ -48,7 +48,7 @@ class Seen:
 
 
 class Watcher:
-    """An observer of a list of one pixel. `generations`: what it has seen of the queues of each, `weights`."""
+    """An observer of a list of one pixel. `generations`: what it has seen of the queues of each."""
 
     def __init__(self, device: Device, world: World, depth: int) -> None:
         self._device, self._world, self._depth = device, world, depth

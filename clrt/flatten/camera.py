@@ -82,8 +82,9 @@ def near_corners(camera: np.ndarray) -> np.ndarray:
         return origin + around
     scale = 1.0 if record["orthographic"] else near
     out = float(record["reach"]) - 0.5  # of the picture, by which a filter reaches
-    x = 2 * (float(record["shift_x"]) + np.array([-out, record["width"] + out])) / float(record["width"]) - 1
-    y = 1 - 2 * (float(record["shift_y"]) + np.array([-out, record["height"] + out])) / float(record["height"])
+    width, height = float(record["width"]), float(record["height"])
+    x = 2 * (float(record["shift_x"]) + np.array([-out, width + out])) / width - 1
+    y = 1 - 2 * (float(record["shift_y"]) + np.array([-out, height + out])) / height
     x, y = x * scale * float(record["half_width"]), y * scale * float(record["half_height"])
     across, above = (grid.reshape(-1, 1) for grid in np.meshgrid(x, y))
     corners = origin + near * forward + across * right + above * up

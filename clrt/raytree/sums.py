@@ -32,7 +32,7 @@ def pixel_of(
             apart[ray.sample].append(ray)
         total = np.zeros(bands, np.float32)
         alike = cancel(weights)
-        for weight, own in zip(np.float32(weights), apart, strict=True):
+        for weight, own in zip(np.array(weights, np.float32), apart, strict=True):
             total += (np.float32(1) if alike else weight) * _bounded(_summed(own, bands))
         return developed(_bounded(total / (np.float32(samples) if alike else _added(weights))), response)
 
@@ -44,7 +44,7 @@ def cancel(weights: Sequence[float]) -> bool:
 
 def _added(weights: Sequence[float]) -> np.float32:
     """Their sum as the kernel finds it, in float32 and in their order."""
-    return np.float32(np.add.accumulate(np.float32(weights))[-1])
+    return np.float32(np.add.accumulate(np.array(weights, np.float32))[-1])
 
 
 def _bounded(light: np.ndarray) -> np.ndarray:

@@ -49,9 +49,10 @@ class Camera(Record, frozen=True, kw_only=True):
     `fov` is in degrees, `size` in world units (of an orthographic view), `shift` in pixels. `spp` is a
     square number, None where none is stated, which is 1. `jitter` is the seed of the samples' jitter, None
     for none. `up` is None until a scene holds the camera: then the y axis, or the z axis for a camera that
-    looks along y. `filter` weighs the samples of a pixel, which lie all over where it is not 0: "box" (its own
-    square, evenly), "tent" (1 pixel to each side), "gaussian", "mitchell" (2). `aperture` is the radius of the lens in world units, 0 for a pinhole, which sees all
-    sharp; `focus` how far along the view things are sharp, None for the target's distance.
+    looks along y. `filter` weighs the samples of a pixel, which lie wherever it is not 0: "box" (its own
+    square, evenly), "tent" (1 pixel to each side), "gaussian", "mitchell" (2). `aperture` is the radius of
+    the lens in world units, 0 for a pinhole, which sees all sharp; `focus` how far along the view things are
+    sharp, None for the target's distance.
     """
 
     type: Annotated[

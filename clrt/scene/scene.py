@@ -62,10 +62,10 @@ from clrt.spectra.colors import Background, Colored, LightColor
 from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
 
 __all__ = [
-    "IOR", "SHAPES", "Adaptive", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk", "DiskLight",
-    "Ellipsoid", "ImageTexture", "Light", "Material", "Mesh", "MeshData", "NormalMap", "Paraboloid", "Plane",
-    "PointLight", "Polygon", "Quadric", "RectangleLight", "Scene", "Shape", "Spectral", "Spectrum", "Sphere",
-    "SphereLight", "SpotLight", "Step", "read_scene", "rgb",
+    "IOR", "SHAPES", "Adaptive", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk",
+    "DiskLight", "Ellipsoid", "ImageTexture", "Light", "Material", "Mesh", "MeshData", "NormalMap",
+    "Paraboloid", "Plane", "PointLight", "Polygon", "Quadric", "RectangleLight", "Scene", "Shape", "Spectral",
+    "Spectrum", "Sphere", "SphereLight", "SpotLight", "Step", "read_scene", "rgb",
 ]  # fmt: skip
 
 AnyShape = Sphere | Plane | Polygon | Mesh | Quadric | Ellipsoid | Cylinder | Cone | Paraboloid | Disk | Box
@@ -106,7 +106,9 @@ class _Settings(Colored, frozen=True, kw_only=True):
         Literal["none", "spd"], Meta(description="conformance must be 'none' or 'spd'")
     ] = "none"
     spectrum: Spectral | None = None
-    adaptive: Adaptive | None = None
+    adaptive: (
+        Annotated[Adaptive, Meta(description="must be a table such as {spp = 64, threshold = 0.01}")] | None
+    ) = None
 
 
 class Document(_Settings, frozen=True, kw_only=True):
@@ -354,7 +356,7 @@ def read_scene(
 def _check_samples(scene: Scene) -> None:
     """SceneError where the samples that a scene states and those of `adaptive` do not go together.
 
-    Not after `replace` and `override`: another number may follow, and a picture is looked at when it is asked for.
+    Not after `replace` and `override`: another number may follow, and pictures are looked at by themselves.
     """
     at = At(scene.source, "adaptive")
     if scene.adaptive is None:

@@ -1,4 +1,4 @@
-"""Adaptive sampling: each pixel has the bits of the even picture of its samples, and gets what the model says."""
+"""Adaptive sampling: pixels have the bits of even pictures of their samples, and get what the model says."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def test_a_render_that_was_broken_off_goes_on(scene: clrt.Scene, image: clrt.Ima
     with pytest.raises(KeyboardInterrupt):
         small.render(checkpoint=path, progress=stop, layers=("samples",))
     other = scene.replace({"adaptive.threshold": 0.1})
-    with pytest.raises(clrt.ClrtError, match="adaptive was up to 8 a side, 0.004, is up to 8 a side, 0.1"):
+    with pytest.raises(clrt.ClrtError, match=r"adaptive was up to 8 a side, 0\.004, is up to 8 a side, 0\.1"):
         clrt.Tracer(other).render(checkpoint=path, layers=("samples",))
     again = small.render(checkpoint=path, layers=("samples",))
     assert again.hash == image.hash and again.stats["rays"] == image.stats["rays"]

@@ -47,11 +47,13 @@ def test_number_37_shares_of_a_tent() -> None:
     camera = clrt.Camera(origin=(0, 0, 0), target=(0, 0, -1), filter="tent")
     share = filters.shares(camera, 4, 1).reshape(4, 4).sum(axis=0)
     assert share == pytest.approx(np.array([0.125, 0.375, 0.375, 0.125]), abs=1e-15)
-    view = {"type": "orthographic", "origin": [0, 0, 1], "target": [0, 0, 0], "size": 1, "width": 1, "height": 1}
+    view = {"type": "orthographic", "origin": [0, 0, 1], "target": [0, 0, 0], "size": 1}
+    view |= {"width": 1, "height": 1}
     glow = {"diffuse": 0.0, "emission": 1.0}
     edges = []
     for x in (-0.5, 0.0, 0.5, 1.0):  # of the samples' columns
-        box = {"type": "polygon", "points": [[-9, -9, 0], [x, -9, 0], [x, 9, 0], [-9, 9, 0]], "material": glow}
+        points = [[-9, -9, 0], [x, -9, 0], [x, 9, 0], [-9, 9, 0]]
+        box = {"type": "polygon", "points": points, "material": glow}
         tent = {**view, "spp": 16, "filter": "tent"}
         edges.append(clrt.render({"camera": tent, "shapes": [box]}).pixels[0, 0, 0])
     assert np.diff(edges, prepend=0) == pytest.approx([0.125, 0.375, 0.375, 0.125], abs=1e-6)
@@ -80,7 +82,7 @@ def test_kernels_twin_oracle_and_every_part_agree(camera: dict[str, Any]) -> Non
 
 
 def test_weights_that_cancel_count_alike() -> None:
-    """Jitter may put a pixel's few samples where Mitchell's filter is negative: no division by next to nothing."""
+    """Jitter may put a pixel's few samples where Mitchell's filter is negative: nothing explodes."""
     camera = clrt.Camera(**{**CAMERA, "filter": "mitchell", "jitter": 4, "spp": 4})
     share = filters.shares(camera, 2, 18 * 14)
     alike = (share == 0.25).all(axis=0)
@@ -89,12 +91,12 @@ def test_weights_that_cancel_count_alike() -> None:
 
 
 def test_one_sample_is_in_the_middle() -> None:
-    plain = seen(spp=1)
+    plain = clrt.render(seen(spp=1), layers=("depth",))
     for name in ("tent", "gaussian", "mitchell"):
         for jitter in ({}, {"jitter": 3}):
             image = clrt.render(seen(spp=1, filter=name, **jitter), layers=("depth",))
-            assert np.array_equal(image.layers["depth"], clrt.render(plain, layers=("depth",)).layers["depth"])
-            assert image.pixels == pytest.approx(clrt.render(plain).pixels, rel=2e-7)  # w l / w
+            assert np.array_equal(image.layers["depth"], plain.layers["depth"])
+            assert image.pixels == pytest.approx(plain.pixels, rel=2e-7)  # w l / w
 
 
 def test_the_box_is_what_it_was() -> None:
@@ -105,7 +107,8 @@ def test_the_box_is_what_it_was() -> None:
 def test_a_wide_filter_keeps_the_mean_and_blurs() -> None:
     """Of a picture with nothing at its edges: what one pixel loses another gains."""
     ball = {"type": "sphere", "center": [0, 0, 0], "radius": 0.5, "material": {"diffuse": 0, "emission": 1.0}}
-    views = [{**CAMERA, "spp": 64, "jitter": 1, "filter": name} for name in ("box", "tent", "gaussian", "mitchell")]
+    names = ("box", "tent", "gaussian", "mitchell")
+    views = [{**CAMERA, "spp": 64, "jitter": 1, "filter": name} for name in names]
     pictures = [clrt.render({"camera": view, "shapes": [ball]}).pixels[:, :, 0] for view in views]
     box, tent, gaussian, mitchell = pictures
     for wide in (tent, gaussian, mitchell):

@@ -128,6 +128,7 @@ def test_the_lists_rays_start_with() -> None:
         {"near": 0.5, "mirror": True, "shift": (3.0, -7.0)},
         {"type": "orthographic", "size": 3.0, "near": 1.0, "shift": (-2.0, 1.0)},
         {"aperture": 2.0, "focus": 9.0},
+        {"near": 2.5, "filter": "mitchell"},
         {"aperture": 2.0, "focus": 3.0, "near": 5.0},
         {"type": "orthographic", "size": 3.0, "near": 1.0, "aperture": 0.5},
     ],

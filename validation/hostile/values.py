@@ -15,13 +15,13 @@ OTHERS: Final[tuple[Any, ...]] = (
     {"type": "sphere"}, [1, 2], [1, 2, 3], [1, 2, 3, 4], [0, 0, 0], [1e30, 1e30, 1e30], [[0, 0, 0]] * 3,
     {"blackbody": 5000}, {"line": 555}, {"gaussian": [555, 0]}, [[400, 1], [300, 1]], [[555, -1], [600, 2]],
     {"band": [600, 500]}, {"translate": [1, 2, 3]}, [{"scale": [0, 1, 1]}], [{"rotate": [[0, 0, 0], 3]}],
-    [{"scale": [1e20, 1e-20, 1]}],
+    [{"scale": [1e20, 1e-20, 1]}], "mitchell", "tent", {"spp": 64}, {"spp": 4, "threshold": 0},
 )  # fmt: skip
 KEYS: Final = (
     "max_depth", "min_weight", "background", "ambient", "ambient_samples", "medium_ior", "one_sided",
     "shadow", "spectrum", "conformance", "camera", "materials", "lights", "shapes", "type", "origin",
     "target", "up", "fov", "fov_axis", "size", "near", "mirror", "shift", "width", "height", "spp",
-    "jitter", "aperture", "focus", "roughness",
+    "jitter", "aperture", "focus", "roughness", "filter", "adaptive", "threshold",
     "color", "diffuse", "specular", "shininess", "reflection", "transmission", "ior", "fresnel",
     "thin", "emission", "absorption", "priority", "conductor", "position", "direction", "intensity",
     "falloff", "angle", "penumbra", "radiance", "samples", "two_sided", "visible", "u", "v",

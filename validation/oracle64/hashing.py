@@ -38,7 +38,7 @@ def interval(x: Words) -> Array:
     return np.asarray((x >> np.uint32(8)) * 2.0**-24, float)
 
 
-def camera_path(seed: int, pixel: Any, sample: int) -> Words:
+def camera_path(seed: int, pixel: Any, sample: Any) -> Words:
     """The hash of a camera ray; without FLAGS it is its path."""
     return combine(combine(word(np.full(np.shape(pixel), seed)), pixel), sample)
 

@@ -15,6 +15,7 @@ written here.
 | S6 | diffuse, mirror, sheet | S2 with `mask`: reflects a, lets 1 - a through unbent; random |
 | S7 | diffuse | `area` emitters on black shapes out of sight, `direct`, points at random |
 | S8 | diffuse, mirror, glass | S2 with `dielectric` and `thindielectric`; random |
+| S9 | emitter, mirror, rough | S3 with `roughconductor`; random, and so are we |
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ from .skies import HALF_TURN
 
 FAINT = 1e-5  # reflectances are this much lower, lights this much stronger
 LOBE_ROWS = 1025  # of the environment that is a Phong lobe
-PATHS = ("S2", "S3", "S6", "S8")  # where light goes on from mirrors; the others show what the camera meets
+# where light goes on from mirrors; the others show what the camera meets
+PATHS = ("S2", "S3", "S6", "S8", "S9")
+BENDING = {"mirror", "glass", "sheet", "rough"}  # classes from which rays go on
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,7 @@ CONFIGURATIONS = {
     "S6": Configuration(frozenset({"diffuse", "mirror", "sheet"}), 256),
     "S7": Configuration(frozenset({"diffuse"}), 256),
     "S8": Configuration(frozenset({"diffuse", "mirror", "glass"}), 256),
+    "S9": Configuration(frozenset({"emitter", "mirror", "rough"}), 256),
 }
 
 
@@ -74,10 +78,10 @@ def material_class(material: Material, scene: Scene) -> str | None:
     """The one class that a material wholly belongs to, or None."""
     lit = material.diffuse > 0 or (material.ka > 0 and max(rgb(scene.ambient)) > 0)
     shines, emits = material.specular > 0, max(rgb(material.emission)) > 0
-    if material.alpha > 0:
-        return None
     if sum([lit, shines, emits, material.kr > 0 or material.kt > 0]) > 1:
         return None
+    if material.alpha > 0:
+        return "rough" if material.fresnel is False and material.conductor is None else None
     if material.kr == 0 and material.kt == 0:
         return "highlight" if shines else "emitter" if emits else "diffuse"
     if material.fresnel == "schlick":
@@ -114,7 +118,7 @@ def _settings_support(scene: Scene, name: str) -> str | None:
         return "an orthographic camera with a lens"
     if scene.one_sided != "none" or (scene.shadow == "tinted" and kinds & {"glass", "sheet"}):
         return "Mitsuba has neither one-sided visibility nor tinted shadows"
-    if scene.min_weight > 0 or (max(rgb(scene.depth_color)) > 0 and kinds & {"mirror", "glass", "sheet"}):
+    if scene.min_weight > 0 or (max(rgb(scene.depth_color)) > 0 and kinds & BENDING):
         return "Mitsuba has neither min_weight nor depth_color"
     if name not in PATHS and isinstance(scene.background, str):
         return "a background image: these configurations put a colour where nothing is hit"
@@ -125,8 +129,8 @@ def _settings_support(scene: Scene, name: str) -> str | None:
 
 
 def _lights_support(scene: Scene, name: str) -> str | None:
-    if name == "S3":
-        return "S3 has no point or directional lights" if scene.lights else None
+    if name in ("S3", "S9"):
+        return f"{name} has no point or directional lights" if scene.lights else None
     if not scene.lights and name not in PATHS:
         return "there are no lights"
     for number, light in enumerate(scene.lights):
@@ -218,6 +222,9 @@ def _bsdf(material: Material, scene: Scene, part: Part, faint: float) -> Plugin:
         return {"type": plugin, "int_ior": material.ior_d, "ext_ior": float(scene.medium_ior), **tints}
     if kind == "mirror":
         return _mirror(tints["specular_reflectance"])
+    if kind == "rough":
+        facets = {"distribution": "ggx", "alpha": material.alpha, "sample_visible": True}
+        return _mirror(tints["specular_reflectance"], "roughconductor", **facets)
     if kind == "highlight":
         return _mirror(color(np.multiply(material.specular, rgb(material.highlight_color))))
     if kind == "sheet":
@@ -226,11 +233,9 @@ def _bsdf(material: Material, scene: Scene, part: Part, faint: float) -> Plugin:
     return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": texture}}
 
 
-def _mirror(tint: Plugin) -> Plugin:
-    return {
-        "type": "twosided",
-        "inner": {"type": "conductor", "material": "none", "specular_reflectance": tint},
-    }
+def _mirror(tint: Plugin, kind: str = "conductor", **more: Any) -> Plugin:
+    inner = {"type": kind, "material": "none", "specular_reflectance": tint, **more}
+    return {"type": "twosided", "inner": inner}
 
 
 def _strengthened(children: dict[str, Plugin]) -> dict[str, Plugin]:

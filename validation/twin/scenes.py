@@ -203,6 +203,11 @@ def _lens() -> Table:
     return {**_flat(), "camera": {**_CAMERA, "aperture": 0.25, "near": 0.3, "jitter": 9, "mirror": True}}
 
 
+def _filter() -> Table:
+    """Weights of both signs, some of which cancel."""
+    return {**_flat(), "camera": {**_CAMERA, "filter": "mitchell", "spp": 4, "jitter": 9}}
+
+
 def _orthographic_lens() -> Table:
     camera = {**_orthographic()["camera"], "aperture": 0.3, "focus": 3.1, "spp": 4}
     return {**_spheres(), "camera": camera}
@@ -297,7 +302,7 @@ _SCENES = {
     "tinted shadows": _tinted, "ambient samples": _ambient, "lights": _lamps,
     "lights gathered": _lamps_gathered,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
-    "rough mirrors": _rough, "lens": _lens, "orthographic lens": _orthographic_lens,
+    "rough mirrors": _rough, "lens": _lens, "orthographic lens": _orthographic_lens, "filter": _filter,
     "nothing": _empty, "pictures": _pictures, "pictures dispersed": _pictures_dispersed,
     "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,
 }  # fmt: skip
