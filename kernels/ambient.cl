@@ -31,6 +31,13 @@ __kernel void gather_ambient(SPAWN_PARAMETERS)
     __global const Material *material = world.materials + surface_code[i] / SURFACE_MATERIAL;
     const bool second = surface_code[i] & SURFACE_SECOND_COLOR;
     const int band = first_band(weights, i);
+#if IMAGES
+    const int texture = second ? -1 : world.pictured[surface_code[i] / SURFACE_MATERIAL].color;
+    float rgb[3];
+    if (texture >= 0)
+        texels_at(world.texels, world.textures + texture, surfaces[in_block(i, TEXTURE_U, SURFACE_FIELDS)],
+                  surfaces[in_block(i, TEXTURE_V, SURFACE_FIELDS)], rgb);
+#endif
     const uint samples = world.scene->ambient_samples;
     const uint key = combine(path[i] & ~(uint)PATH_FLAGS, CHILD_AMBIENT);
     const uint flags = path[i] & PATH_FLAGS | PATH_GATHERED | (generation == 0 ? PATH_GATHERED_FIRST : 0);
@@ -40,9 +47,14 @@ __kernel void gather_ambient(SPAWN_PARAMETERS)
         if (!(dot3(direction, geometric) > 0.0f)) direction = cosine_direction(geometric, key, k);
         store_child(world, family, i, child, CHILD_AMBIENT, flags, start, direction);
         family.child.child_path[child] = (combine(key, k) & ~(uint)PATH_FLAGS) | flags;
-        for (int b = 0; b < RAY_BANDS; b++)
-            child_weights[in_block(child, b, VALUES)] = weights[in_block(i, b, VALUES)]
-                * (material->ka * (second ? material->color2 : material->color)[band_at(band, b)]) / (float)samples;
+        for (int b = 0; b < RAY_BANDS; b++) {
+            float color = (second ? material->color2 : material->color)[band_at(band, b)];
+#if IMAGES
+            if (texture >= 0) color = reflected_by(world.primaries, rgb, band_at(band, b));
+#endif
+            child_weights[in_block(child, b, VALUES)] = weights[in_block(i, b, VALUES)] * (material->ka * color)
+                                                      / (float)samples;
+        }
 #if NARROW
         child_weights[in_block(child, RAY_BANDS, VALUES)] = as_float(band);
 #endif

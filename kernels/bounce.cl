@@ -48,15 +48,16 @@ inline void bounce_packet(const World world, const Family f, const Pixels pixels
     const int spawn_bit = reflecting ? SPAWN_REFLECTION : SPAWN_TRANSMISSION;
     intP todo = (load_word(f.shaded.spawn, first, n) & spawn_bit) != 0, mine;
     if (!any_of(todo)) return;
-    const Surfaces s = load_surfaces(f.hits.surfaces, f.hits.surface_code, f.queue.weights, first, n);
+    Surfaces s = load_surfaces(world, f.hits.surfaces, f.hits.surface_code, f.queue.weights, first, n);
     const VecP u = load_vec(f.queue.rays, first, n, DIRECTION_X, RAY_FIELDS);
     const Streams streams = gloss_streams(world, pixels, f.queue.path, first, n);
+    show_pictures(world, &s, todo, SHOWN(MIRROR) | SHOWN(TINT));
     VecP direction = u;
     if (reflecting) direction = reflected(s, u);
     floatP weight[RAY_BANDS];
     for (int b = 0; b < RAY_BANDS; b++) weight[b] = (floatP)(0.0f);
     while (any_of(todo)) {
-        __global const Material *material = next_material(world, s, &todo, &mine);
+        __global const Material *material = next_material(world, &s, &todo, &mine);
         const int together = bands_together(disperses(world, s, material) & mine);
         for (int from = 0; from < RAY_BANDS; from += together) {
             const Bounce bounce = bounce_at(world, s, material, from, u, streams);
@@ -100,9 +101,10 @@ __kernel void disperse(SPAWN_PARAMETERS)
     if (!any_of(todo)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Family family = FAMILY_OF_PARAMETERS;
-    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
+    Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
     const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = offset_origin(s, minus(s.n));
     const Streams streams = {(uintP)(0u), (uintP)(0u)};  // what transmits is not rough
+    show_pictures(world, &s, todo, SHOWN(TINT));
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[GROUP][PACKET];
     int place[PACKET], launched[PACKET];
     floatP weight[BANDS];
@@ -112,7 +114,7 @@ __kernel void disperse(SPAWN_PARAMETERS)
     *(floatP *)oz = origin.z;
     *(intP *)place = load_word(slot, first, n);
     while (any_of(todo)) {
-        __global const Material *material = next_material(world, s, &todo, &mine);
+        __global const Material *material = next_material(world, &s, &todo, &mine);
         for (int from = 0; from < BANDS; from += GROUP) {
             const int to = min(from + GROUP, BANDS);
             const Bounce bounce = bounce_at(world, s, material, from, u, streams);

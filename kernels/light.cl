@@ -25,7 +25,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
+    Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
     const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS);
     const intP ungathered = (load_word(path, first, n) & PATH_GATHERED) == 0;
     floatP weight[RAY_BANDS], value[RAY_BANDS];
@@ -46,8 +46,9 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     const Streams streams = light_streams(world, pixels, path, first, n);
     const Streams facets = gloss_streams(world, pixels, path, first, n);
     intP todo = ~missed, mine;
+    show_pictures(world, &s, todo, SHOWN(COLOR) | SHOWN(MIRROR) | SHOWN(TINT) | SHOWN(EMISSION));
     while (any_of(todo)) {
-        __global const Material *material = next_material(world, s, &todo, &mine);
+        __global const Material *material = next_material(world, &s, &todo, &mine);
         if (scatters(material, terms))
             for (int l = 0; l < world.scene->lights; l++) {
                 __global const Light *light = world.lights + l;
@@ -66,7 +67,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
         }
         for (int b = 0; b < RAY_BANDS; b++) {
             floatP emission = (floatP)(0.0f), ambient = emission;
-            if (terms & TERM_EMISSION) emission = in_band(material->emission, s, b);
+            if (terms & TERM_EMISSION) emission = TONE(s, EMISSION, material->emission, b);
             if (material->light) emission = select(emission, (floatP)(0.0f), dark(material, s, ambient_queue));
             if (terms & TERM_AMBIENT)
                 ambient = select(material->ka * colors(material, s, b) * in_band(world.scene->ambient, s, b), ambient,
@@ -128,7 +129,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADE
     const intP counted = (load_word(spawn, first, n) & SPAWN_FEELERS) != 0;
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
+    const Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
     const VecP start = offset_origin(s, s.n);
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], distance[PACKET];
     int launched[PACKET];
@@ -199,7 +200,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
     const intP found = load_word(spawn, first, n), counted = (found & SPAWN_FEELERS) != 0;
     if (!any_of(counted)) return;
     const World world = WORLD_OF_PARAMETERS;
-    const Surfaces s = load_surfaces(surfaces, surface_code, weights, first, n);
+    Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
     const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = offset_origin(s, s.n);
     const intP bright = (found & SPAWN_LOCAL) != 0;
     const bool any_bright = any_of(bright), tinted = world.scene->tinted;
@@ -208,6 +209,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
         value[b] = (floatP)(0.0f);
         if (any_bright) value[b] = select(value[b], load_field(local_radiance, first, n, b, VALUES), bright);
     }
+    show_pictures(world, &s, counted, SHOWN(COLOR) | SHOWN(HIGHLIGHT));
     uint at = first_feeler[first], place[PACKET];
     const uint lanes = min((uint)PACKET, n - first);
     intP lighter = (intP)(0);
@@ -223,7 +225,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
             intP todo = arrivals(launch, lanes, seen, &at, place), mine;
             lighter |= todo;
             while (any_of(todo)) {
-                __global const Material *material = next_material(world, s, &todo, &mine);
+                __global const Material *material = next_material(world, &s, &todo, &mine);
                 reflected_light(light, to, s, material, u, terms, radiance);
                 for (int b = 0; b < RAY_BANDS; b++) {
                     floatP brings = load_field(weights, first, n, b, VALUES) * radiance[b];

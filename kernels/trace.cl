@@ -64,6 +64,20 @@ inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i, in
     while (hit.primitive >= 0) {
         __global const Material *material = world.materials + world.primitives[hit.primitive].material;
         const int band = first_band(filter, i);
+#if IMAGES
+        const int texture = world.pictured[world.primitives[hit.primitive].material].tint;
+        if (texture >= 0) {
+            float u, v, rgb[3];
+            int of;
+            const Local at = surface_at(world, ray, 1, hit.primitive, hit.t, &of);
+            const int mapping = world.mapping_of[hit.primitive];
+            place_in_picture(world, mapping, world.primitives[hit.primitive].index, at, &u, &v);
+            texels_at(world.texels, world.textures + texture, u, v, rgb);
+            for (int b = 0; b < RAY_BANDS; b++)
+                filter[in_block(i, b, VALUES)] *= material->kt
+                    * reflected_by(world.primaries, rgb, band_at(band, b));
+        } else
+#endif
         for (int b = 0; b < RAY_BANDS; b++)
             filter[in_block(i, b, VALUES)] *= material->kt * material->tint[band_at(band, b)];
         if (material->kt == 0.0f) {

@@ -20,6 +20,7 @@ _LOADING = {
     "lights": "use fewer lights",
     "image_pixels": "use a smaller picture",
     "image_bytes": "use a smaller picture, or one of fewer channels and smaller tiles",
+    "texture_bytes": "use smaller pictures",
 }
 _RENDERING = {
     "pixels": "lower width or height",
@@ -57,6 +58,8 @@ class Limits:
     """Width times height of a picture that a scene reads."""
     image_bytes: int = 5 << 28
     """Bytes that reading a picture takes: 12 a pixel, and what its decoder unpacks at a time."""
+    texture_bytes: int = 1 << 30
+    """Bytes of the pictures on all surfaces of a scene together: 12 a pixel."""
     pixels: int = 1 << 27
     """Width times height of the picture."""
     samples: int = 1 << 12

@@ -44,7 +44,7 @@ class Walk:
 
 def read_nodes(device: Device, world: World) -> np.ndarray:
     """The tree's nodes, dtype WideNode, from the device."""
-    section = dict(zip(layout.WORLD, world.arguments, strict=True))
+    section = dict(zip(layout.world(world.flat.ray_format.images), world.arguments, strict=True))
     info = device.read(section["scene"], np.empty(1, layout.dtype("SceneInfo")))
     return device.read(section["nodes"], np.empty(int(info["nodes"][0]), layout.dtype("WideNode")))
 

@@ -81,7 +81,7 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
     `crossing`: rays that carry lists of media go on through boundaries that they do not see, and their
     weights are what the media leave of them. To be done once.
     """
-    n, fields = queue.n, layout.surface_fields(device.media)
+    n, fields = queue.n, device.ray_format.surface_fields
     hits = QueueHits(
         device.buffer(4 * n, "float"),
         device.buffer(4 * n, "int"),

@@ -117,7 +117,7 @@ class QueueHits(_Parameters):
 
     def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
         """Distances, primitives and surfaces; with lists of media also what crossing boundaries changed."""
-        fields = queue.blocks(self.surfaces, layout.surface_fields(queue.device.media))
+        fields = queue.blocks(self.surfaces, queue.device.ray_format.surface_fields)
         values = {
             "t": queue.words(self.t, np.float32),
             "primitive": queue.words(self.primitive, np.int32),
@@ -127,9 +127,11 @@ class QueueHits(_Parameters):
             "offset": fields[9],
             "code": queue.words(self.code, np.int32),
         }
+        if queue.device.ray_format.images:
+            values["uv"] = fields[-2:]
         if not queue.device.media:
             return values
-        before, after = fields[10:].view(np.int32)
+        before, after = fields[10:12].view(np.int32)
         tops = {"before": before, "after": after, "weight": queue.bands(queue.weight)}
         return values | queue.lists() | tops
 
@@ -194,7 +196,7 @@ def queue_bytes(n: int, ray_format: layout.RayFormat, lanes: int) -> int:
 
 def _fields(ray_format: layout.RayFormat) -> int:
     media = ray_format.media
-    return len(layout.RAY_FIELDS) + layout.surface_fields(media) + 2 * ray_format.values + media
+    return len(layout.RAY_FIELDS) + ray_format.surface_fields + 2 * ray_format.values + media
 
 
 def tile_rays(ray_format: layout.RayFormat) -> int:

@@ -21,7 +21,6 @@ _SMALL: Final = 1024  # nodes: they and what their leaves hold stay in a core's 
 
 # what the builder writes, and the record that counts it
 _MADE: Final = ("scene", "nodes", "triangle_blocks", "sphere_blocks", "order")
-_TABLES: Final = {name: kind for name, kind in layout.WORLD.items() if name not in _MADE}
 
 
 class World:
@@ -39,7 +38,7 @@ class World:
             raise ValueError(f"kernels for {device.ray_format}; the scene has {flat.ray_format}")
         self.overflow = device.upload(np.zeros(1, np.uint32))  # 1 once a list of media was too short
         buffers: dict[str, Any] = {
-            name: device.upload(getattr(flat, name), kind=kind) for name, kind in _TABLES.items()
+            name: device.upload(getattr(flat, name), kind=kind) for name, kind in _tables(flat).items()
         }
         self._take(device, flat, buffers | _build_tree(device, flat, buffers))
 
@@ -49,10 +48,11 @@ class World:
         "nothing" where all arrays are equal; "tables" where some were sent; "rebuild" where the tree was
         built anew.
         """
-        changed = [name for name in _TABLES if not _same(getattr(self.flat, name), getattr(flat, name))]
+        tables = _tables(flat)
+        changed = [name for name in tables if not _same(getattr(self.flat, name), getattr(flat, name))]
         buffers = self._buffers.copy()
         for name in changed:
-            buffers[name] = device.upload(getattr(flat, name), kind=_TABLES[name])
+            buffers[name] = device.upload(getattr(flat, name), kind=tables[name])
         moved = {"primitives", "triangles", "spheres"} & set(changed) or self.flat.boxes is not flat.boxes
         if moved and not all(map(_same, _in_tree(self.flat), _in_tree(flat))):
             buffers |= _build_tree(device, flat, buffers)
@@ -69,7 +69,7 @@ class World:
         # the others keep their numbers, by which points are drawn
         lights["samples"][np.arange(len(lights)) != number] = 0
         alone._buffers = self._buffers | {"lights": device.upload(lights)}
-        alone.arguments = tuple(alone._buffers[name] for name in layout.WORLD)
+        alone.arguments = tuple(alone._buffers[name] for name in _sections(self.flat))
         return alone
 
     def _take(self, device: Device, flat: FlatScene, buffers: dict[str, Any]) -> None:
@@ -78,7 +78,7 @@ class World:
         info["nodes"] = buffers["count"]
         buffers["scene"] = device.upload(info)
         self.flat, self._buffers = flat, buffers
-        self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in layout.WORLD)
+        self.arguments: tuple[Any, ...] = tuple(buffers[name] for name in _sections(flat))
         nodes = int(info["nodes"][0])
         log.info("scene on the device: %d primitives, tree of %d nodes", int(info["primitives"][0]), nodes)
         self.small = nodes < _SMALL
@@ -86,6 +86,15 @@ class World:
         self.surfaces = bool(info["surfaces"][0])
         self.tinted = bool(info["tinted"][0])
         self.ambient_samples = int(info["ambient_samples"][0])
+
+
+def _sections(flat: FlatScene) -> dict[str, str]:
+    return layout.world(flat.ray_format.images)
+
+
+def _tables(flat: FlatScene) -> dict[str, str]:
+    """The sections that the scene has as arrays, and their element types."""
+    return {name: kind for name, kind in _sections(flat).items() if name not in _MADE}
 
 
 def _in_tree(flat: FlatScene) -> list[np.ndarray]:

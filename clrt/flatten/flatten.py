@@ -17,11 +17,13 @@ from clrt.base.errors import SceneError, located
 from clrt.flatten.camera import flatten_camera
 from clrt.flatten.geometry import GEOMETRY, geometry
 from clrt.flatten.hidden import warn_of_hidden_view
+from clrt.flatten.images import Pictures
 from clrt.flatten.lightsurfaces import add_surfaces, visible_lights, without_surfaces
-from clrt.flatten.materials import MaterialTable, flatten_lights
+from clrt.flatten.mapping import mappings
+from clrt.flatten.materials import MaterialTable, flatten_lights, shows_pictures
 from clrt.flatten.media import Media, media_of, needs_lists, shape_boxes
 from clrt.flatten.overlaps import warn_of_overlaps
-from clrt.flatten.shapes import collect
+from clrt.flatten.shapes import collect, pictured_meshes
 from clrt.images.file import read_image
 from clrt.layout import ceilings
 from clrt.scene.scene import Scene
@@ -40,7 +42,8 @@ class FlatScene:
     `group` is how many bands dispersion bends together, 0 where nothing disperses.
     `response` (rows, bands) float32 turns a pixel's bands into its colour (by `colorimetry.finished`),
     `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
-    `media` tells in which media rays start; None where rays need no lists of them.
+    `media` tells in which media rays start; None where rays need no lists of them. From `textures` on:
+    sections that a scene without pictures on its surfaces has not, and what was read.
     """
 
     scene: np.ndarray
@@ -64,6 +67,15 @@ class FlatScene:
     group: int = 0
     response: np.ndarray | None = None
     xyz: np.ndarray | None = None
+    textures: np.ndarray | None = None
+    texels: np.ndarray | None = None
+    pictured: np.ndarray | None = None
+    mappings: np.ndarray | None = None
+    mapping_of: np.ndarray | None = None
+    corner_uv: np.ndarray | None = None
+    primaries: np.ndarray | None = None
+    pictures: Pictures | None = None
+
     @property
     def bands(self) -> int:
         """How many values of light a ray carries: 3 in RGB mode."""
@@ -72,7 +84,7 @@ class FlatScene:
     @property
     def ray_format(self) -> layout.RayFormat:
         """What rays carry through this scene."""
-        return layout.RayFormat(self.bands, self.media_places, self.group)
+        return layout.RayFormat(self.bands, self.media_places, self.group, images=self.pictures is not None)
 
     @property
     def media_places(self) -> int:
@@ -134,7 +146,8 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
     materials = MaterialTable(scene, bands)
     numbers = [materials.number(shape) for shape in scene.shapes]
     glowing = {number: materials.glowing(light) for number, light in visible_lights(scene).items()}
-    before = known[1] if known and _same_shapes(scene, known[0]) else None
+    same = known is not None and _same_shapes(scene, known[0]) and _same_fans(scene, known[0])
+    before = known[1] if known and same else None
     sections = _geometry_of(before, numbers) if before else geometry(collect(scene, numbers), scene)
     sections["materials"] = materials.records()
     sections["lights"] = flatten_lights(scene, bands)
@@ -146,6 +159,11 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
     if before is None:
         warn_of_hidden_view(scene, *shape_boxes(len(scene.shapes), sections))
     add_surfaces(scene, sections, glowing)
+    shown = materials.pictures(known[1].pictures if known else None)
+    pictures = None
+    if shown is not None:
+        tables, pictures = shown
+        sections |= tables | mappings(scene, sections["primitives"], shows_pictures(tables["pictured"]))
     boxes, finite = sections.pop("boxes"), sections.pop("finite")
     kept = {
         name: array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype)
@@ -161,6 +179,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         group=scene.spectrum.group if scene.spectrum and sections["materials"]["dispersive"].any() else 0,
         response=response,
         xyz=xyz,
+        pictures=pictures,
     )
     if before:
         own = {id(getattr(flat, name)) for name in GEOMETRY}
@@ -173,6 +192,13 @@ def _same_shapes(scene: Scene, other: Scene) -> bool:
     if scene.shapes is other.shapes:
         return True
     return len(scene.shapes) == len(other.shapes) and all(map(is_, scene.shapes, other.shapes))
+
+
+def _same_fans(scene: Scene, other: Scene) -> bool:
+    """Whether two scenes of the same shapes make triangles of the same meshes."""
+    if scene.materials is other.materials:
+        return True
+    return pictured_meshes(scene) == pictured_meshes(other)
 
 
 def _geometry_of(flat: FlatScene, materials: list[int]) -> dict[str, np.ndarray]:

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt import layout
+from clrt.flatten.images import Pictures, TextureTable
 from clrt.scene.arealights import AreaLight
 from clrt.scene.lights import (
     DirectionalLight,
@@ -19,7 +20,8 @@ from clrt.scene.lights import (
     SphereLight,
     SpotLight,
 )
-from clrt.scene.scene import Checker, Disk, Material, Plane, Polygon, Scene, Shape, Sphere
+from clrt.scene.materials import Tint
+from clrt.scene.scene import Checker, Disk, ImageTexture, Material, Plane, Polygon, Scene, Shape, Sphere
 from clrt.spectra.bands import Bands, conductor, curve, light, reflectance
 from clrt.spectra.curves import ior_at
 
@@ -38,7 +40,9 @@ class MaterialTable:
         self._by_identity: dict[
             tuple[int, str], int
         ] = {}  # the scene keeps its materials alive, so an id lasts
-        self._by_value: dict[bytes, int] = {}
+        self._by_value: dict[tuple[bytes, bytes], int] = {}  # records Material and Pictured
+        self._textures = TextureTable(scene)
+        self._plain = self._textures.record(Material()).tobytes()
 
     def number(self, shape: Shape) -> int:
         """The number of this shape's material; equal materials share one."""
@@ -51,7 +55,8 @@ class MaterialTable:
         if key not in self._by_identity:
             one_sided = self._scene.one_sided == "opaque" and material.kt == 0
             record = _material(material, checker, one_sided, self._bands, self._group).tobytes()
-            self._by_identity[key] = self._by_value.setdefault(record, len(self._by_value))
+            pictured = self._textures.record(material).tobytes() if material.pictures else self._plain
+            self._by_identity[key] = self._by_value.setdefault((record, pictured), len(self._by_value))
         return self._by_identity[key]
 
     def glowing(self, light: AreaLight) -> int:
@@ -59,17 +64,33 @@ class MaterialTable:
         black = Material(color=0.0, diffuse=0.0, emission=light.radiance)
         record = _material(black, "PLAIN", False, self._bands, self._group)
         record["light"] = 2 if light.two_sided else 1
-        return self._by_value.setdefault(record.tobytes(), len(self._by_value))
+        return self._by_value.setdefault((record.tobytes(), self._plain), len(self._by_value))
 
     def records(self) -> np.ndarray:
         """All of them in the order of their numbers, dtype Material."""
-        out = np.frombuffer(b"".join(self._by_value), layout.dtype("Material", _count(self._bands))).copy()
+        records = b"".join(record for record, _ in self._by_value)
+        out = np.frombuffer(records, layout.dtype("Material", _count(self._bands))).copy()
         plain = out.copy()  # a checker is laid out by shape, but makes no other medium
         plain["checker"], plain["checker_size"] = 0, 0
-        first: dict[bytes, int] = {}
+        pictured = [pictures for _, pictures in self._by_value]
+        first: dict[tuple[bytes, bytes], int] = {}
         for number in np.flatnonzero((out["kt"] > 0) & (out["thin"] == 0)):
-            out["medium"][number] = first.setdefault(plain[number].tobytes(), int(number))
+            out["medium"][number] = first.setdefault((plain[number].tobytes(), pictured[number]), int(number))
         return out
+
+    def pictures(
+        self, known: Pictures | None
+    ) -> tuple[dict[str, np.ndarray], Pictures] | None:
+        """The sections of pictures but for those of geometry, and what was read; None where there are none.
+
+        `known` is not read again. Raises as `clrt.read_image`, LimitError where they are too large together.
+        """
+        records = b"".join(pictures for _, pictures in self._by_value)
+        pictured = np.frombuffer(records, layout.dtype("Pictured")).copy()
+        if not shows_pictures(pictured).any():
+            return None
+        sections, pictures = self._textures.sections(known, self._bands)
+        return sections | {"pictured": pictured}, pictures
 
 
 def _material(
@@ -93,11 +114,12 @@ def _material(
             material.color.divisions if checker == "CHECKER_SPHERE" else material.color.size
         )
     assert not isinstance(first, Checker) and not isinstance(second, Checker)
-    record["color"], record["color2"] = reflectance(first, bands), reflectance(second, bands)
-    record["highlight"] = reflectance(material.highlight_color, bands)
-    record["mirror"] = reflectance(material.reflection_color, bands)
-    record["tint"] = reflectance(material.transmission_color, bands)
-    record["emission"] = light(material.emission, bands)
+    record["color"], record["color2"] = _reflectance(first, bands), _reflectance(second, bands)
+    record["highlight"] = _reflectance(material.highlight_color, bands)
+    record["mirror"] = _reflectance(material.reflection_color, bands)
+    record["tint"] = _reflectance(material.transmission_color, bands)
+    if not isinstance(material.emission, ImageTexture):
+        record["emission"] = light(material.emission, bands)
     record["absorption"] = curve(material.absorption, bands)
     if material.conductor is not None:
         record["fresnel"] = layout.FRESNEL["CONDUCTOR"]
@@ -105,6 +127,16 @@ def _material(
     record["dispersive"] = bands is not None and material.dispersive
     record["band_ior"] = material.ior_d if bands is None else _band_ior(material, bands, group)
     return out
+
+
+def _reflectance(value: Tint, bands: Bands | None) -> np.ndarray:
+    """A colour's bands; 1 in place of a picture, which kernels look up."""
+    return reflectance(1.0 if isinstance(value, ImageTexture) else value, bands)
+
+
+def shows_pictures(pictured: np.ndarray) -> np.ndarray:
+    """Of each record Pictured whether it has any."""
+    return np.any([pictured[name] >= 0 for name in (*layout.PICTURES, "normal_map")], axis=0)
 
 
 def _band_ior(material: Material, bands: Bands, group: int) -> np.ndarray:

@@ -53,6 +53,12 @@ def fans(indices: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     return np.stack([indices[apex], indices[apex + step + 1], indices[apex + step + 2]], axis=1)
 
 
+def fanned(faces: np.ndarray | tuple[np.ndarray, ...]) -> np.ndarray:
+    """All faces as triangles (m, 3) of vertex numbers."""
+    indices, sizes = joined(faces)
+    return indices.reshape(-1, 3) if isinstance(faces, np.ndarray) else fans(indices, sizes)
+
+
 def starts(sizes: np.ndarray) -> np.ndarray:
     """Where each of consecutive runs of these sizes begins."""
     return np.cumsum(sizes) - sizes

@@ -17,7 +17,7 @@ from clrt.base.errors import SceneError
 from clrt.flatten import quadric
 from clrt.flatten.mesh import (
     IDENTITY,
-    fans,
+    fanned,
     joined,
     mesh_triangles,
     mirrors,
@@ -68,6 +68,7 @@ class Collected:
     # (kind, index, shape, material), one a primitive; whole arrays of records for meshes
     rows: list[tuple[int, int, int, int]] = field(default_factory=list)
     chunks: list[np.ndarray] = field(default_factory=list)
+    fanned: frozenset[int] = frozenset()  # numbers of meshes whose faces become triangles
 
     def number(self, kind: str, shape: int, material: int, count: int = 1) -> None:
         """Give the next `count` primitives, all of one kind, their numbers."""
@@ -104,12 +105,19 @@ def concatenated(chunks: list[np.ndarray], empty: np.ndarray) -> np.ndarray:
     return chunks[0] if len(chunks) == 1 else np.concatenate([empty, *chunks])
 
 
+def pictured_meshes(scene: Scene) -> frozenset[int]:
+    """The numbers of meshes with pictures and faces of more than three corners: these become triangles."""
+    meshes = ((number, shape) for number, shape in enumerate(scene.shapes) if isinstance(shape, Mesh))
+    shown = ((number, mesh) for number, mesh in meshes if scene.material_of(mesh).pictures)
+    return frozenset(number for number, mesh in shown if isinstance(mesh.data().faces, tuple))
+
+
 def collect(scene: Scene, materials: Sequence[int]) -> Collected:
     """All shapes of the scene, of materials of these numbers.
 
     Raises `SceneError` for a transform that leaves no primitive to be.
     """
-    out = Collected()
+    out = Collected(fanned=pictured_meshes(scene))
     for index, (shape, material) in enumerate(zip(scene.shapes, materials, strict=True)):
         _ADD[type(shape)](out, shape, index, material, _at(scene, index))
     return out
@@ -193,11 +201,12 @@ def _box(out: Collected, shape: Box, index: int, material: int, at: str) -> None
 def _mesh(out: Collected, shape: Mesh, index: int, material: int, at: str) -> None:
     data, matrix = shape.data(), _matrix(shape)
     indices, sizes = joined(data.faces)
-    flat_polygons = (sizes > 3) if data.normals is None else np.zeros(len(sizes), bool)
-    if data.normals is None:
+    flat = data.normals is None and index not in out.fanned
+    flat_polygons = (sizes > 3) if flat else np.zeros(len(sizes), bool)
+    if flat:
         triangles = indices[starts(sizes)[~flat_polygons, None] + np.arange(3)]
     else:
-        triangles = indices.reshape(-1, 3) if isinstance(data.faces, np.ndarray) else fans(indices, sizes)
+        triangles = fanned(data.faces)
     records, normals = mesh_triangles(data, matrix, triangles)
     if len(normals):
         records["normals"] += out.normals

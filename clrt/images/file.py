@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -161,9 +161,15 @@ def _surely(file: Path) -> Iterator[str]:
         raise OSError(str(error)) from None
 
 
-def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
-    """As `clrt.images.image.read_image`, which checks its arguments first."""
-    linear = read_samples(path, limits)
+Decoder = Callable[[np.ndarray], np.ndarray]
+"""Float32 of the same shape from samples of 8 or 16 bits or floats."""
+
+
+def read_image(
+    path: str | os.PathLike[str], limits: Limits | None = None, decoder: Decoder | None = None
+) -> np.ndarray:
+    """As `clrt.images.image.read_image`, which checks its arguments first; `decoder` as `read_samples`."""
+    linear = read_samples(path, limits, decoder)
     for row in range(0, len(linear), ROWS):
         bad = np.argwhere(~np.isfinite(linear[row : row + ROWS]))
         if len(bad):
@@ -173,18 +179,18 @@ def read_image(path: str | os.PathLike[str], limits: Limits | None = None) -> np
     return linear
 
 
-def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> np.ndarray:
-    """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash."""
+def read_samples(
+    path: str | os.PathLike[str], limits: Limits | None = None, decoder: Decoder | None = None
+) -> np.ndarray:
+    """As `read_image`, but NaN and infinity pass: what is in the file, to compare or to hash.
+
+    decoder: what makes linear numbers of samples; None: integers are sRGB, floats are taken as they are.
+    """
     limits = limits or Limits()
     name = os.fspath(path)
     with open_picture(path, limits) as (source, file):
-        channels = find_picture(source, name)
+        channels, window = _checked(source, file, name, limits)
         spec = source.spec()
-        check_meaning(spec, name)
-        window = Window.of(spec, source.format_name(), name, file)
-        pixels = max(window.width * window.height, spec.width * spec.height)
-        limits.check("image_pixels", pixels, name)
-        limits.check("image_bytes", bytes_to_read(spec, source.format_name()), name)
         integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
         if not integer and spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
             raise SceneError(f"{path}: samples of type {spec.format}; 8 or 16 bits or floats are read")
@@ -192,11 +198,33 @@ def read_samples(path: str | os.PathLike[str], limits: Limits | None = None) -> 
         for row, samples in row_blocks(source, spec, channels):
             if samples is None:
                 raise SceneError(f"{path}: cannot be read: {_words(source)}")
-            window.put(linear, row, decode(samples) if integer else samples)
+            plain = decode(samples) if integer and decoder is None else samples
+            window.put(linear, row, plain if decoder is None else decoder(samples))
         foreign = foreign_colours(spec, file)
-    if foreign:  # not before: what is written to standard error within is dropped
+    if foreign and decoder is None:  # not before: what is written to standard error within is dropped
         notices.warn(name, "", foreign)
     return linear
+
+
+def picture_shape(path: str | os.PathLike[str], limits: Limits) -> tuple[int, int]:
+    """Height and width of a picture, by its header. Raises as `read_image` for what a header can say."""
+    with open_picture(path, limits) as (source, file):
+        _, window = _checked(source, file, os.fspath(path), limits)
+        return window.height, window.width
+
+
+def _checked(source: Any, file: BinaryIO, name: str, limits: Limits) -> tuple[tuple[int, int], Window]:
+    """The range of the channels with the colours of an open file's picture, and where in it samples stand.
+
+    SceneError where these are no colours, LimitError where the picture is too large.
+    """
+    channels = find_picture(source, name)
+    spec = source.spec()
+    check_meaning(spec, name)
+    window = Window.of(spec, source.format_name(), name, file)
+    limits.check("image_pixels", max(window.width * window.height, spec.width * spec.height), name)
+    limits.check("image_bytes", bytes_to_read(spec, source.format_name()), name)
+    return channels, window
 
 
 def row_blocks(source: Any, spec: oiio.ImageSpec, channels: tuple[int, int]) -> Iterator[tuple[int, Any]]:

@@ -109,6 +109,26 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("share", "float"), ("radius", "float"), ("pad0", "int"), ("pad1", "int"),
         ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
     ),
+    # --- pictures on surfaces -----------------------------------------------------------------------------
+    # `first` = its first texel, three floats each, rows from the top; (u, v) are first scaled and moved
+    "Texture": (
+        ("first", "int"), ("width", "int"), ("height", "int"), ("wrap", "int"), ("nearest", "int"),
+        ("scale_u", "float"), ("scale_v", "float"), ("offset_u", "float"), ("offset_v", "float"),
+    ),
+    # Of each material the textures in place of its colours (PICTURES), -1 where it has none, and the map of
+    # its normals, with what their x and y are scaled by
+    "Pictured": (
+        ("color", "int"), ("highlight", "int"), ("mirror", "int"), ("tint", "int"), ("emission", "int"),
+        ("normal_map", "int"), ("normal_scale", "float"),
+    ),
+    # How primitives have u and v (MAPPINGS): of a vector p the numbers row.xyz . p + row.w. Corners of a
+    # mesh's triangle number i: from 3 (i + corners) on, two float4 a triangle in section `corner_uv`
+    "Mapping": (
+        ("row_u", "float4"), ("row_v", "float4"), ("row_w", "float4"),
+        ("kind", "int"), ("corners", "int"), ("pad0", "int"), ("pad1", "int"),
+    ),
+    # the reflectances that red, green and blue 1 of a texel stand for
+    "Primaries": (("red", "float@BANDS"), ("green", "float@BANDS"), ("blue", "float@BANDS")),
     # What holds for the whole scene; section `scene` has exactly one
     "SceneInfo": (
         ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
@@ -148,6 +168,17 @@ EXTENDED_KINDS: Final = {"RECTANGLE": 16, "DISK": 17, "SPHERE": 18}  # likewise,
 FALLOFF: Final = {"FALLOFF_NONE": 0, "INVERSE_SQUARE": 1}
 FRESNEL: Final = {"CONSTANT": 0, "FRESNEL": 1, "SCHLICK": 2, "CONDUCTOR": 3}
 BLOCKS: Final = {"BLOCK_TRIANGLE": 0, "BLOCK_SPHERE": 1, "BLOCK_OTHER": 2}  # kinds of leaves
+# what u and v are made of: an outward normal or a point seen as on a sphere; radius and angle, angle and
+# height about an axis; coordinates along two axes; corners of triangles
+MAPPINGS: Final = {
+    "MAP_NORMAL": 0, "MAP_SPHERE": 1, "MAP_POLAR": 2, "MAP_AXIAL": 3, "MAP_FLAT": 4, "MAP_MESH": 5,
+}  # fmt: skip
+WRAP: Final = {"WRAP_REPEAT": 0, "WRAP_CLAMP": 1, "WRAP_MIRROR": 2}
+# field of the record Pictured -> of the scene's Material
+PICTURES: Final = {
+    "color": "color", "highlight": "highlight_color", "mirror": "reflection_color",
+    "tint": "transmission_color", "emission": "emission",
+}  # fmt: skip
 CHECKER: Final = {"PLAIN": 0, "CHECKER_FLAT": 1, "CHECKER_SPHERE": 2}
 
 # section name -> element type, in the order of the kernels' parameters
@@ -171,6 +202,17 @@ WORLD: Final[dict[str, str]] = {
     "materials": "Material",
     "lights": "Light",
     "background": "float",  # lat-long image, rows from the top, red, green and blue of a pixel
+}
+
+# sections that kernels for scenes with pictures on surfaces (`RayFormat.images`) receive besides
+IMAGES: Final[dict[str, str]] = {
+    "textures": "Texture",
+    "texels": "float",
+    "pictured": "Pictured",
+    "mappings": "Mapping",
+    "mapping_of": "int",  # of each primitive; -1 where no material asks for u and v
+    "corner_uv": "float4",
+    "primaries": "Primaries",
 }
 
 # What travels between the passes, as parameters of the kernels: field of the Python object
@@ -228,6 +270,7 @@ SURFACE_FIELDS: Final = (
 )
 # With lists of media also the materials (as integers, -1: medium_ior) whose indices meet there
 TOP_FIELDS: Final = ("TOP_BEFORE", "TOP_AFTER")
+UV_FIELDS: Final = ("TEXTURE_U", "TEXTURE_V")  # and last, in scenes with pictures, where in them it lies
 SURFACE: Final = {"SURFACE_INSIDE": 1, "SURFACE_SECOND_COLOR": 2, "SURFACE_MATERIAL": 4}
 
 # A ray's `path` word: upper 28 bits a key that other paths of the picture share only by chance, lower 4 flags
@@ -302,9 +345,9 @@ def dtype(name: str, bands: int = BANDS) -> np.dtype:
     return np.dtype(fields)
 
 
-def surface_fields(media: int) -> int:
-    """How many fields a surface has, with so many places in the lists of media."""
-    return len(SURFACE_FIELDS) + (len(TOP_FIELDS) if media else 0)
+def world(images: bool) -> dict[str, str]:
+    """The sections of a scene with pictures on surfaces, or without: name and element type."""
+    return WORLD | IMAGES if images else WORLD
 
 
 def streams(group: int = 0) -> tuple[str, ...]:
@@ -317,13 +360,15 @@ class RayFormat:
     """What rays carry: the compile-time constants of the kernels.
 
     bands: of the scene. media: places in the list of media, 0 where there are none. group: bands that
-    dispersion bends together, 0 without it. narrow: the rays of a queue have one such group each.
+    dispersion bends together, 0 without it. narrow: the rays of a queue have one such group each. images:
+    hits know where in pictures they lie.
     """
 
     bands: int = BANDS
     media: int = 0
     group: int = 0
     narrow: bool = False
+    images: bool = False
 
     @property
     def carried(self) -> int:
@@ -334,3 +379,9 @@ class RayFormat:
     def values(self) -> int:
         """Words of a ray's weight, light or contribution: its bands, and which a narrow ray's first is."""
         return self.carried + self.narrow
+
+    @property
+    def surface_fields(self) -> int:
+        """How many fields a surface has."""
+        tops = len(TOP_FIELDS) if self.media else 0
+        return len(SURFACE_FIELDS) + tops + (len(UV_FIELDS) if self.images else 0)

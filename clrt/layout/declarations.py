@@ -32,15 +32,20 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
         "ARRANGED": layout.ARRANGED,
         "STREAMS": len(layout.streams(ray_format.group)),
         "RAY_FIELDS": len(layout.RAY_FIELDS),
-        "SURFACE_FIELDS": layout.surface_fields(ray_format.media),
+        "SURFACE_FIELDS": ray_format.surface_fields,
+        "IMAGES": int(ray_format.images),
     }
     constants |= layout.KINDS | layout.BLOCKS | layout.FALLOFF | layout.FRESNEL | layout.CHECKER
+    constants |= layout.MAPPINGS | layout.WRAP
+    constants |= {f"PICTURED_{name.upper()}": number for number, name in enumerate(layout.PICTURES)}
     constants |= layout.SURFACE | layout.PATH | layout.SPAWN | layout.TERMS
     lights = layout.LIGHT_KINDS | layout.EXTENDED_KINDS
     constants |= {f"LIGHT_{kind}": number for kind, number in lights.items()}
     constants |= {f"STREAM_{name}": number for number, name in enumerate(layout.STREAMS)}
     for fields in (layout.RAY_FIELDS, layout.SURFACE_FIELDS + layout.TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}
+    first = ray_format.surface_fields - len(layout.UV_FIELDS)
+    constants |= {name: first + number for number, name in enumerate(layout.UV_FIELDS)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
     lists = {"LIGHT_KINDS": layout.LIGHT_KINDS, "EXTENDED_KINDS": layout.EXTENDED_KINDS}
     for name, kinds in {"PRIMITIVE_KINDS": layout.KINDS, **lists}.items():
@@ -48,7 +53,7 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
     floats = {"PAD": layout.PAD, "OFFSET": layout.OFFSET, "BRIGHTEST": layout.BRIGHTEST}
     out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
     out += [_c_struct(name, ray_format.bands) for name in layout.RECORDS]
-    world = {name: f"const {kind} *{name}" for name, kind in layout.WORLD.items()}
+    world = {name: f"const {kind} *{name}" for name, kind in layout.world(ray_format.images).items()}
     geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}
     groups = {"World": world, "Queue": layout.QUEUE, "Hits": layout.HITS, "Shaded": layout.SHADED}
     groups |= {"Feelers": layout.FEELERS, "Child": layout.CHILD, "Geometry": geometry}

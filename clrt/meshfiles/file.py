@@ -31,7 +31,8 @@ _MATERIALS = re.compile(rb'^[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)  # \s
 def read_mesh_file(
     path: Path, at: At, limits: Limits, smooth: bool | None, vertices: int = 0, primitives: int = 0
 ) -> Arrays:
-    """Vertices (n, 3) float64, triangles (m, 3) int and vertex normals (n, 3) or None for a flat mesh.
+    """Vertices (n, 3) float64, triangles (m, 3) int, vertex normals (n, 3) or None for a flat mesh, and uv
+    (n, 2) or None where the file has none.
 
     All nodes are joined in world space. `smooth` None follows the file: its own normals where it has some,
     else flat; True computes normals that the file lacks, over all vertices at one position (files split
@@ -170,8 +171,22 @@ def _part(mesh: Any) -> Part:
         raise ValueError("faces must be triangles")
     if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
         raise ValueError(f"a face names a vertex that is not among the {len(vertices)} of its part")
-    colored = bool(mesh.visual.defined)
-    return Part(len(vertices), len(faces), given, colored, lambda: (vertices, faces, normals))
+    uv = _uv(mesh.visual, len(vertices))
+    colored = bool(mesh.visual.defined) and mesh.visual.kind != "texture"
+    return Part(
+        len(vertices), len(faces), given, colored, lambda: (vertices, faces, normals, uv), uv is not None
+    )
+
+
+def _uv(visual: Any, vertices: int) -> np.ndarray | None:
+    """The uv (n, 2) of a trimesh's vertices with v = 0 on top, which these formats have at the bottom."""
+    uv = getattr(visual, "uv", None)
+    if uv is None:
+        return None
+    found = np.array(uv, np.float64)
+    if found.shape != (vertices, 2):
+        raise ValueError("uv must be 2 numbers for each vertex")
+    return found * (1.0, -1.0) + (0.0, 1.0)
 
 
 def _check_lists(elements: dict[str, Any]) -> None:

@@ -106,7 +106,8 @@ class _Reader:
         attributes, mode = primitive.attributes, primitive.mode
         if mode not in (_TRIANGLES, _STRIP, _FAN) or attributes.POSITION is None:
             return None
-        key = (attributes.POSITION, attributes.NORMAL, attributes.COLOR_0 is None, primitive.indices, mode)
+        uv, plain = attributes.TEXCOORD_0, attributes.COLOR_0 is None
+        key = (attributes.POSITION, attributes.NORMAL, uv, plain, primitive.indices, mode)
         if key not in self.numbers:
             if primitive.extensions and primitive.extensions.KHR_draco_mesh_compression is not None:
                 raise BrokenMesh("it is compressed (KHR_draco_mesh_compression); save it without compression")
@@ -125,8 +126,12 @@ class _Reader:
         normals = attributes.NORMAL
         if normals is not None and self._accessor(normals, "VEC3").count != vertices:
             raise BrokenMesh(f"accessors[{normals}] has not one normal for each of {vertices} vertices")
+        uv = attributes.TEXCOORD_0
+        if uv is not None and self._accessor(uv, "VEC2").count != vertices:
+            raise BrokenMesh(f"accessors[{uv}] has not one uv for each of {vertices} vertices")
         read = partial(self._arrays, attributes, indices, mode)
-        return Part(vertices, faces, normals is not None, attributes.COLOR_0 is not None, read)
+        colored = attributes.COLOR_0 is not None
+        return Part(vertices, faces, normals is not None, colored, read, uv is not None)
 
     def _arrays(self, attributes: Attributes, indices: int | None, mode: int) -> Arrays:
         assert attributes.POSITION is not None
@@ -140,7 +145,8 @@ class _Reader:
             if corners.max() >= len(vertices):
                 raise BrokenMesh(f"a face names vertex {corners.max()} of a part that has {len(vertices)}")
         normals = None if attributes.NORMAL is None else self._numbers(attributes.NORMAL)
-        return vertices, _triangles(corners, mode), normals
+        uv = None if attributes.TEXCOORD_0 is None else self._fractions(attributes.TEXCOORD_0)
+        return vertices, _triangles(corners, mode), normals, uv
 
     def _accessor(self, number: int, kind: str) -> Accessor:
         accessor = _item(self.document.accessors, number, "accessors")
@@ -153,7 +159,12 @@ class _Reader:
         plain, normalized = self._plain(number), self.document.accessors[number].normalized
         if plain.dtype.kind == "f" or not normalized:
             return plain.astype(np.float64)
-        return np.maximum(plain / np.iinfo(plain.dtype).max, -1.0)
+        return _scaled(plain)
+
+    def _fractions(self, number: int) -> np.ndarray:
+        """The numbers of an accessor as float64 where whole ones are always parts of the largest."""
+        plain = self._plain(number)
+        return plain.astype(np.float64) if plain.dtype.kind == "f" else _scaled(plain)
 
     def _plain(self, number: int) -> np.ndarray:
         """The (count, width) numbers of an accessor as they are stored."""
@@ -216,6 +227,11 @@ def _item(items: tuple[T, ...], number: int, name: str) -> T:
     if number >= len(items):
         raise BrokenMesh(f"there is no {name}[{number}], which it speaks of")
     return items[number]
+
+
+def _scaled(plain: np.ndarray) -> np.ndarray:
+    """Whole numbers as parts of the largest."""
+    return np.maximum(plain / np.iinfo(plain.dtype).max, -1.0)
 
 
 def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:

@@ -75,6 +75,7 @@ class Attributes(_Part, frozen=True, gc=False):
     POSITION: Count | None = None
     NORMAL: Count | None = None
     COLOR_0: Count | None = None
+    TEXCOORD_0: Count | None = None
 
 
 class Compression(_Part, frozen=True, gc=False):

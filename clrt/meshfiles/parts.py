@@ -11,8 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None]
-"""Vertices (n, 3), triangles (m, 3) of vertex numbers, normals (n, 3) or None."""
+Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None]
+"""Vertices (n, 3), triangles (m, 3) of vertex numbers, normals (n, 3) or None, uv (n, 2) or None.
+
+uv have v = 0 at the top row of a picture.
+"""
 
 _BLOCK = 1 << 16  # vertices and triangles that are moved at a time
 
@@ -26,6 +29,7 @@ class Part:
     normals: bool
     colored: bool
     read: Callable[[], Arrays]
+    uv: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +67,12 @@ class Placed:
         del lengths  # as large as the numbers of a small part
         vertices, faces = np.empty((corners, 3)), np.empty((sides, 3), np.int32)
         normals = np.empty_like(vertices) if own else None
+        # a part without has none to find in a picture: all its corners are at one place of it
+        uv = np.zeros((corners, 2)) if any(part.uv for part in self.parts) else None
         order = np.argsort(self.which, kind="stable")
         bounds = np.searchsorted(self.which[order], np.arange(len(self.parts) + 1))
         for number, part in enumerate(self.parts):
-            points, triangles, directions = _prepared(part.read(), own, smooth)
+            points, triangles, directions, flat = _prepared(part.read(), own, smooth)
             step = max(1, _BLOCK // max(len(points), len(triangles)))
             for start in range(bounds[number], bounds[number + 1], step):
                 places = order[start : min(start + step, bounds[number + 1])]
@@ -78,14 +84,16 @@ class Placed:
                 vertices[at] = points @ linear.transpose(0, 2, 1) + matrices[:, None, :3, 3]
                 turned = np.where(mirrored[:, None, None], triangles[:, ::-1], triangles)
                 faces[first[:, 1:] + np.arange(len(triangles))] = turned + first[:, :1, None]
+                if uv is not None and flat is not None:
+                    uv[at] = flat
                 if normals is not None and directions is not None:
                     # the inverse transpose, times the determinant
                     cofactors = np.cross(linear[:, [1, 2, 0]], linear[:, [2, 0, 1]])
                     sign = np.where(mirrored, -1.0, 1.0)[:, None, None]
                     normals[at] = _units(directions @ cofactors.transpose(0, 2, 1) * sign)
         if own:
-            return vertices, faces, normals
-        return vertices, faces, smooth_normals(vertices, faces) if smooth else None
+            return vertices, faces, normals, uv
+        return vertices, faces, smooth_normals(vertices, faces) if smooth else None, uv
 
 
 def smooth_normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
@@ -115,13 +123,14 @@ def _prepared(arrays: Arrays, own: bool, smooth: bool | None) -> Arrays:
 
     These are smooth ones, or each triangle's own on corners of its own.
     """
-    vertices, faces, normals = arrays
+    vertices, faces, normals, uv = arrays
     if not own or normals is not None:
         return arrays
     if smooth:
-        return vertices, faces, smooth_normals(vertices, faces)
-    vertices, faces = vertices[faces.reshape(-1)], np.arange(faces.size).reshape(-1, 3)
-    return vertices, faces, vertex_normals(vertices, faces)
+        return vertices, faces, smooth_normals(vertices, faces), uv
+    corners = faces.reshape(-1)
+    vertices, faces = vertices[corners], np.arange(faces.size).reshape(-1, 3)
+    return vertices, faces, vertex_normals(vertices, faces), None if uv is None else uv[corners]
 
 
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from clrt.base import notices
 from clrt.base.errors import show
 from clrt.base.places import At
-from clrt.scene.materials import Checker, Material
+from clrt.scene.materials import Checker, ImageTexture, Material
 from clrt.spectra.colors import color_fields
 from clrt.spectra.curves import D_LINE, curve_of
 from clrt.spectra.spectrum import Spectrum
@@ -45,7 +45,7 @@ def colors(scene: Scene) -> Iterator[tuple[At, str | int, Any]]:
             if isinstance(value, Checker):
                 for i, color in enumerate(value.colors):
                     yield place.key(name).key("colors"), i, color
-            else:
+            elif not isinstance(value, ImageTexture):
                 yield place, name, value
 
 
@@ -145,7 +145,7 @@ def _of_bytes(scene: Scene) -> tuple[str, str] | None:
 
 def _in_bytes(value: Any) -> bool:
     """Whether a colour looks like one of bytes: whole numbers up to 255, one of them large."""
-    if isinstance(value, (str, Spectrum, Checker)):
+    if isinstance(value, (str, Spectrum, Checker, ImageTexture)):
         return False
     numbers = value if isinstance(value, (tuple, list)) else (value,)
     return _LARGE <= max(numbers) <= 255 and all(float(number).is_integer() for number in numbers)
@@ -156,7 +156,8 @@ def _unlit(scene: Scene) -> tuple[str, str] | None:
     intensities = (one.intensity for one in scene.lights)
     emissions = (material.emission for _, material in materials(scene))
     light = chain((scene.ambient,), intensities, emissions)
-    if scene.camera is None or any(isinstance(value, (str, Spectrum)) or _peak(value) > 0 for value in light):
+    named = (str, Spectrum, ImageTexture)
+    if scene.camera is None or any(isinstance(value, named) or _peak(value) > 0 for value in light):
         return None
     black = _first(scene, _is_black)
     if black is None:

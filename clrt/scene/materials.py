@@ -10,14 +10,21 @@ from msgspec import Meta
 from clrt.base.places import At, listed
 from clrt.base.records import Record
 from clrt.base.suggest import did_you_mean
+from clrt.scene.textures import PICTURED, ImageTexture, NormalMap
 from clrt.spectra.colors import Color, Colored, CurveColor, LightColor, check_color, full
 from clrt.spectra.curves import D_LINE, VISIBLE, ior_at
 from clrt.spectra.indices import GLASSES, IOR, LEAST, Dispersion, Ior, Metal, check_conductor
 from clrt.spectra.spectrum import Spectrum, check_points
 
-__all__ = ["IOR", "Checker", "Material", "rgb"]
+__all__ = ["IOR", "Checker", "ImageTexture", "Material", "NormalMap", "rgb"]
 
 SMOOTHEST: Final = 0.01  # roughness below which a mirror is a perfect one
+_COLOR: Final = (
+    "color must be a number >= 0, 3 numbers >= 0, spectrum, {type = 'image', ...} or {type = 'checker', ...}"
+)
+_TINT: Final = "must be a number >= 0, 3 numbers >= 0, spectrum or {type = 'image', ...}"
+Tint = Annotated[ImageTexture | Color, Meta(description=_TINT)]
+Glow = Annotated[ImageTexture | LightColor, Meta(description=_TINT)]
 Coefficient = Annotated[float, Meta(ge=0, description="must be a number >= 0")]
 
 
@@ -79,10 +86,7 @@ class Material(Colored, frozen=True, kw_only=True):
     one of the highest `priority` is there.
     """
 
-    color: Annotated[
-        Checker | Color,
-        Meta(description="color must be a number >= 0, 3 numbers >= 0, spectrum or {type = 'checker', ...}"),
-    ] = 0.8
+    color: Annotated[Checker | ImageTexture | Color, Meta(description=_COLOR)] = 0.8
     ambient: Coefficient | None = None
     diffuse: Coefficient = 1.0
     specular: Coefficient = 0.0
@@ -93,10 +97,10 @@ class Material(Colored, frozen=True, kw_only=True):
     fresnel: Annotated[
         bool | Literal["schlick"], Meta(description="fresnel must be true, false or 'schlick'")
     ] = False
-    highlight_color: Color = 1.0
-    reflection_color: Color = 1.0
-    transmission_color: Color = 1.0
-    emission: LightColor = 0.0
+    highlight_color: Tint = 1.0
+    reflection_color: Tint = 1.0
+    transmission_color: Tint = 1.0
+    emission: Glow = 0.0
     absorption: CurveColor = 0.0
     priority: Annotated[
         int,
@@ -105,11 +109,14 @@ class Material(Colored, frozen=True, kw_only=True):
     thin: bool = False
     conductor: Metal | None = None
     roughness: Annotated[float, Meta(ge=0, le=1, description="must be a number from 0 to 1")] = 0.0
+    normal_map: NormalMap | None = None
 
     def check(self, at: At) -> None:
         Colored.check(self, at)
         if isinstance(self.color, Checker):
             self.color.check(at.key("color"))
+        for name, picture in self.pictures.items():
+            picture.check(at.key(name))
         check_ior(self.ior, at.key("ior"))
         if self.conductor is not None:
             check_conductor(self.conductor, at.key("conductor"))
@@ -141,6 +148,12 @@ class Material(Colored, frozen=True, kw_only=True):
         """
         given = self.fresnel is True and self.conductor is None
         return float(given) if self.transmission is None else self.transmission
+
+    @property
+    def pictures(self) -> dict[str, ImageTexture | NormalMap]:
+        """The fields that are pictures, by name."""
+        values = {name: getattr(self, name) for name in (*PICTURED, "normal_map")}
+        return {name: value for name, value in values.items() if isinstance(value, (ImageTexture, NormalMap))}
 
     @property
     def alpha(self) -> float:

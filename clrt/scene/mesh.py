@@ -42,9 +42,19 @@ Faces = Annotated[
         },
     ),
 ]
+Places = Annotated[
+    np.ndarray,
+    Meta(
+        description="uv must be an array of 2 numbers each",
+        extra_json_schema={
+            "type": "array",
+            "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
+        },
+    ),
+]
 _FEW = 8  # faces for which numpy takes far longer than Python
 _ROWS = 1 << 16  # looked at at a time
-_ARRAYS = ("vertices", "faces", "normals")
+_ARRAYS = ("vertices", "faces", "normals", "uv")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +62,14 @@ class MeshData:
     """A mesh ready for use.
 
     `vertices` (n, 3) float64, `faces` (m, 3) int32 or a tuple of int32 arrays of 3 or more indices,
-    `normals` None (flat) or (n, 3) float64 as given, of any length but 0.
+    `normals` None (flat) or (n, 3) float64 as given, of any length but 0. `uv` None or (n, 2) float64, the
+    vertices' places in pictures, v = 0 at the top.
     """
 
     vertices: np.ndarray
     faces: np.ndarray | tuple[np.ndarray, ...]
     normals: np.ndarray | None
+    uv: np.ndarray | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The keys of a mesh in place that has this data."""
@@ -65,13 +77,15 @@ class MeshData:
             self.faces.tolist() if isinstance(self.faces, np.ndarray) else [f.tolist() for f in self.faces]
         )
         normals = {} if self.normals is None else {"normals": self.normals.tolist()}
-        return {"vertices": self.vertices.tolist(), "faces": faces, **normals}
+        uv = {} if self.uv is None else {"uv": self.uv.tolist()}
+        return {"vertices": self.vertices.tolist(), "faces": faces, **normals, **uv}
 
 
 class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mesh"):
     """Triangles or n-gons that share vertices.
 
-    Either `vertices` (n, 3) and `faces`, with optional vertex `normals` (n, 3), or a `file`. Vertex normals
+    Either `vertices` (n, 3) and `faces`, with optional vertex `normals` (n, 3) and `uv` (n, 2), places in
+    pictures, or a `file`. Vertex normals
     make the mesh smooth; `smooth = True` computes them, weighted by area, where they are not given.
     `smooth` left out (None) follows the file: its normals if it has some, else flat.
     """
@@ -79,6 +93,7 @@ class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mes
     vertices: Points | None = None
     faces: Faces | None = None
     normals: Points | None = None
+    uv: Places | None = None
     file: Annotated[str, Meta(min_length=1, description="file must be the path of a mesh file")] | None = None
     smooth: bool | None = None
 
@@ -164,7 +179,7 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
         loaded = dict(zip(_ARRAYS, found, strict=True))
         present = {name: array for name, array in loaded.items() if array is not None}
         checked = _read_arrays(present, place, own=True)
-        mesh.__dict__["_data"] = MeshData(checked["vertices"], checked["faces"], checked.get("normals"))
+        mesh.__dict__["_data"] = MeshData(**{"normals": None} | checked)
         others.files[key] = path, mesh.__dict__["_data"]
         return mesh
     for name in ("vertices", "faces"):
@@ -178,7 +193,7 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
         normals.flags.writeable = False
     if normals is None:
         _check_flat(vertices, faces, at.key("faces"))
-    mesh.__dict__["_data"] = MeshData(vertices, faces, normals)
+    mesh.__dict__["_data"] = MeshData(vertices, faces, normals, checked.get("uv"))
     return mesh
 
 
@@ -223,21 +238,27 @@ def _read_arrays(arrays: dict[str, Any], at: At, own: bool = False) -> dict[str,
                 .error(normals[zero[0]].tolist(), "a normal must not be zero")
             )
         checked["normals"] = normals
+    if "uv" in arrays:
+        uv = _points(arrays["uv"], at.key("uv"), "uv", own, 2)
+        if len(uv) != len(vertices):
+            raise at.key("uv").says(f"{len(uv)} uv for {len(vertices)} vertices; give one each")
+        checked["uv"] = uv
     return checked
 
 
-def _points(value: object, at: At, noun: str, own: bool) -> np.ndarray:
-    """(n, 3) float64, read-only; every number finite in float32. own: an array need not be copied."""
+def _points(value: object, at: At, noun: str, own: bool, width: int = 3) -> np.ndarray:
+    """(n, width) float64, read-only; every number finite in float32. own: an array need not be copied."""
     if isinstance(value, np.ndarray):
         value = _plain(value, at)
-        if value.dtype.kind not in "fiu" or value.ndim != 2 or value.shape[1] != 3:
+        if value.dtype.kind not in "fiu" or value.ndim != 2 or value.shape[1] != width:
             raise at.says(
-                f"an array of {value.dtype} {value.shape} is not allowed; {noun} must be numbers (n, 3)"
+                f"an array of {value.dtype} {value.shape} is not allowed; {noun} must be numbers (n, {width})"
             )
         points = value.astype(np.float64, copy=not own)
     else:
-        rows = _rows(value, list[tuple[float, float, float]], at, f"{noun} must be 3 numbers each")
-        points = np.array(rows, np.float64).reshape(-1, 3)
+        kind: Any = list[tuple[float, float, float]] if width == 3 else list[tuple[float, float]]
+        rows = _rows(value, kind, at, f"{noun} must be {width} numbers each")
+        points = np.array(rows, np.float64).reshape(-1, width)
     for start in range(0, len(points), _ROWS):
         bad = np.flatnonzero(~(np.abs(points[start : start + _ROWS]) <= FLOAT32_MAX).all(axis=1))
         if bad.size:

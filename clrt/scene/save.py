@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clrt.base.atomic import replacing
 from clrt.base.errors import SceneError, located, show
+from clrt.base.places import At
 from clrt.scene.mesh import Mesh
+from clrt.scene.textures import PICTURED
 
 if TYPE_CHECKING:
     from clrt.scene.scene import Scene
@@ -46,10 +49,13 @@ def _moved(scene: Scene, path: Path) -> dict[str, Any]:
     if old == new:
         return table
     if scene.background_path is not None:
-        if not scene.background_path.is_relative_to(new):
-            text = f"{scene.background!r} is not in {new}; copy the image there, or save the scene in {old}"
-            raise SceneError(located(str(path), "background", text))
-        table["background"] = scene.background_path.relative_to(new).as_posix()
+        table["background"] = _seen_from(new, old, str(scene.background), At(str(path), "background"))
+    for place, material in _materials(table, At(str(path))):
+        for key in (*PICTURED, "normal_map"):
+            picture = material.get(key)
+            if isinstance(picture, dict) and "file" in picture:
+                where = place.key(key).key("file")
+                material[key] = picture | {"file": _seen_from(new, old, picture["file"], where)}
     for shape, entry in zip(scene.shapes, table.get("shapes", ()), strict=True):
         if not isinstance(shape, Mesh) or shape.file is None:
             continue
@@ -60,3 +66,21 @@ def _moved(scene: Scene, path: Path) -> dict[str, Any]:
             del entry["file"]
             entry |= shape.data().to_dict()
     return table
+
+
+def _seen_from(new: Path, old: Path, name: str, at: At) -> str:
+    """The name of a file of folder `old` as seen from `new`; SceneError where it does not lie there."""
+    file = (old / name).resolve()
+    if not file.is_relative_to(new):
+        text = f"{name!r} is not in {new}; copy the image there, or save the scene in {old}"
+        raise at.says(text)
+    return file.relative_to(new).as_posix()
+
+
+def _materials(table: dict[str, Any], at: At) -> Iterator[tuple[At, dict[str, Any]]]:
+    """The materials of a scene's dict: those by name, and those that shapes have of their own."""
+    for name, material in table.get("materials", {}).items():
+        yield at.key("materials").key(name), material
+    for index, shape in enumerate(table.get("shapes", ())):
+        if isinstance(shape.get("material"), dict):
+            yield at.key("shapes").item(index).key("material"), shape["material"]

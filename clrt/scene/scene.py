@@ -30,7 +30,7 @@ from clrt.scene.lights import (
     SphereLight,
     SpotLight,
 )
-from clrt.scene.materials import IOR, Checker, Material, rgb
+from clrt.scene.materials import IOR, Checker, ImageTexture, Material, NormalMap, rgb
 from clrt.scene.mesh import Mesh, MeshData, Meshes, edited_mesh, read_mesh
 from clrt.scene.save import save
 from clrt.scene.shapes import (
@@ -46,16 +46,24 @@ from clrt.scene.shapes import (
     Shape,
     Sphere,
 )
-from clrt.scene.tables import check_material, listing, names_files, read_lights, read_materials
+from clrt.scene.tables import (
+    check_material,
+    check_pictures,
+    listing,
+    names_files,
+    read_lights,
+    read_materials,
+    special_on_shapes,
+)
 from clrt.scene.transforms import Step
 from clrt.spectra.colors import Background, Colored, LightColor
 from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
 
 __all__ = [
     "IOR", "SHAPES", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk", "DiskLight",
-    "Ellipsoid", "Light", "Material", "Mesh", "MeshData", "Paraboloid", "Plane", "PointLight",
-    "Polygon", "Quadric", "RectangleLight", "Scene", "Shape", "Spectral", "Spectrum", "Sphere", "SphereLight",
-    "SpotLight", "Step", "read_scene", "rgb",
+    "Ellipsoid", "ImageTexture", "Light", "Material", "Mesh", "MeshData", "NormalMap", "Paraboloid", "Plane",
+    "PointLight", "Polygon", "Quadric", "RectangleLight", "Scene", "Shape", "Spectral", "Spectrum", "Sphere",
+    "SphereLight", "SpotLight", "Step", "read_scene", "rgb",
 ]  # fmt: skip
 
 AnyShape = Sphere | Plane | Polygon | Mesh | Quadric | Ellipsoid | Cylinder | Cone | Paraboloid | Disk | Box
@@ -132,6 +140,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         # what reads mesh files leaves cycles behind
         with no_collections(paused=not names_files(self.shapes)):
             values["materials"] = read_materials(self.materials, at.key("materials"))
+            self._check_pictures(values["materials"], at.key("materials"))
             values["lights"] = read_lights(self.lights, at.key("lights"), self.limits)
             values["shapes"] = self._read_shapes(self.shapes, values["materials"], at.key("shapes"))
         for name, value in values.items():
@@ -150,13 +159,13 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
 
     def _read_shapes(self, data: object, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
         shapes: list[Shape] = []
-        checkered = {name for name, material in materials.items() if isinstance(material.color, Checker)}
+        special = {name for name, material in materials.items() if special_on_shapes(material)}
         meshes = Meshes()
         for index, one in enumerate(listing(data, at, "shapes")):
             place = at.item(index)
             shape = self._read_shape(one, place, meshes)
             name = shape.material
-            if not (name is None or (type(name) is str and name in materials and name not in checkered)):
+            if not (name is None or (type(name) is str and name in materials and name not in special)):
                 check_material(shape, materials, place)
             shapes.append(shape)
             meshes.primitives += shape.primitives
@@ -168,9 +177,16 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         if kind is Plane and type(data) is not Plane and data.get("transform") is not None:
             text = "a plane is infinite and takes no transform; move point and normal"
             raise at.key("transform").says(text)
-        if kind is Mesh:
-            return read_mesh(data, at, self.folder, self.limits, meshes)
-        return read(kind, data, at)
+        shape = (
+            read_mesh(data, at, self.folder, self.limits, meshes) if kind is Mesh else read(kind, data, at)
+        )
+        if isinstance(shape.material, Material):
+            check_pictures(shape.material, self.folder, at.key("material"))
+        return shape
+
+    def _check_pictures(self, materials: Mapping[str, Material], at: At) -> None:
+        for name, material in materials.items():
+            check_pictures(material, self.folder, at.key(name))
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):
@@ -265,6 +281,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
                 name: read(Material, value, at.key(name)) if name in touched else value
                 for name, value in materials.items()
             })  # fmt: skip
+        self._check_pictures(materials, at)
         place = At(self.source, "shapes")
         for index, shape in enumerate(self.shapes if "shapes" not in draft.values else ()):
             if isinstance(shape.material, str) and (touched is None or shape.material in touched):

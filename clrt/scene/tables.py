@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from clrt.base.frozen import FrozenDict
@@ -14,6 +15,7 @@ from clrt.scene.lights import LIGHTS, Light
 from clrt.scene.materials import Checker, Material
 from clrt.scene.mesh import Mesh
 from clrt.scene.shapes import Disk, Plane, Polygon, Shape, Sphere
+from clrt.scene.textures import picture_path
 from clrt.scene.transforms import is_similarity
 
 _CHECKERED = (Sphere, Plane, Polygon, Disk)
@@ -54,6 +56,11 @@ def listing(data: object, at: At, noun: str) -> list[Any] | tuple[Any, ...]:
     return data
 
 
+def special_on_shapes(material: Material) -> bool:
+    """Whether not every shape can have a material."""
+    return isinstance(material.color, Checker) or bool(material.pictures)
+
+
 def check_material(shape: Shape, materials: Mapping[str, Material], at: At) -> None:
     """Raise SceneError where a shape cannot have the material that it names."""
     material: object = shape.material
@@ -62,6 +69,11 @@ def check_material(shape: Shape, materials: Mapping[str, Material], at: At) -> N
             known = f"the materials are {listed(materials)}{did_you_mean(material, materials)}"
             raise at.key("material").error(material, known if materials else "the scene has no materials")
         material = materials[material]
+    if isinstance(material, Material) and isinstance(shape, Mesh) and material.pictures:
+        if shape.data().uv is None:
+            key = next(iter(material.pictures))
+            text = f"its {key} is a picture, and the mesh has no uv; give each vertex one, or a plain colour"
+            raise at.key("material").says(text)
     if isinstance(material, Material) and isinstance(material.color, Checker):
         if not isinstance(shape, _CHECKERED):
             raise at.key("material").says(
@@ -71,3 +83,9 @@ def check_material(shape: Shape, materials: Mapping[str, Material], at: At) -> N
             raise at.key("transform").says(
                 "a sphere with a checker must stay round; use one scale for all axes"
             )
+
+
+def check_pictures(material: Material, folder: Path | None, at: At) -> None:
+    """Raise SceneError for a picture of a material that is no file of the scene's folder."""
+    for name, picture in material.pictures.items():
+        picture_path(picture, folder, at.key(name))

@@ -71,15 +71,16 @@ def test_strides_offsets_and_sparse_values(tmp_path: Path) -> None:
         {"buffer": 0, "byteOffset": 60, "byteLength": 16},
     ]
     position = {**POSITIONS, "byteOffset": 4, "sparse": sparse}
-    vertices, faces, normals = read(write(tmp_path, document(data, bufferViews=views, accessors=[position])))
+    table = document(data, bufferViews=views, accessors=[position])
+    vertices, faces, normals, _ = read(write(tmp_path, table))
     assert vertices.tolist() == [[0, 0, 0], [7, 8, 9], [0, 1, 0]] and faces.tolist() == [[0, 1, 2]]
     assert normals is None
     zeros = {**POSITIONS, "sparse": sparse}
     del zeros["bufferView"]
-    vertices, _, _ = read(write(tmp_path, document(data, bufferViews=views, accessors=[zeros])))
+    vertices, _, _, _ = read(write(tmp_path, document(data, bufferViews=views, accessors=[zeros])))
     assert vertices.tolist() == [[0, 0, 0], [7, 8, 9], [0, 0, 0]]
     none = {**POSITIONS, "byteOffset": 4, "sparse": {**sparse, "count": 0}}
-    vertices, _, _ = read(write(tmp_path, document(data, bufferViews=views, accessors=[none])))
+    vertices, _, _, _ = read(write(tmp_path, document(data, bufferViews=views, accessors=[none])))
     assert vertices.tolist() == [list(corner) for corner in TRIANGLE]
 
 
@@ -127,7 +128,7 @@ def test_nodes_move_turn_scale_and_mirror(tmp_path: Path) -> None:
             {"mesh": 0, "matrix": [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, *[1] * 4], "rotation": [0] * 4},
         ],
     )
-    vertices, faces, turned = read(write(tmp_path, table))
+    vertices, faces, turned, _ = read(write(tmp_path, table))
     mirrored = [[1, 1, 6], [0, 1, 6], [1, 2, 6]]
     np.testing.assert_allclose(vertices, [*mirrored, [0, 0, 5], [0, 2, 5], [-2, 0, 5]], atol=1e-15)
     assert faces.tolist() == [[2, 1, 0], [3, 4, 5]]

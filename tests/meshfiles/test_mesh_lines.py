@@ -17,7 +17,7 @@ POINTS = np.random.default_rng(3).integers(-99, 99, (8, 3)).astype(float)
 
 
 def corners(path: Path) -> list[list[list[float]]]:
-    vertices, faces, _ = read_mesh_file(path, At(path="mesh"), Limits(), False)
+    vertices, faces, _, _ = read_mesh_file(path, At(path="mesh"), Limits(), False)
     return vertices[faces].tolist()
 
 
@@ -33,7 +33,8 @@ def test_numbers_below_zero_count_back_from_their_line(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(text)
     assert corners(tmp_path / "a.obj") == [POINTS[[0, 1, 2]].tolist(), POINTS[[5, 3, 0]].tolist()]
     normals = "vn 1 0 0\nvn 0 1 0\nvn 0 0 1\nf 1//-3 2//-2 3//-1\nvn 0 0 -1\nf 1//-1 2//-1 3//-1\n"
-    vertices, faces, found = read_mesh_file(obj(tmp_path / "b.obj", normals), At(path="mesh"), Limits(), None)
+    path = obj(tmp_path / "b.obj", normals)
+    vertices, faces, found, _ = read_mesh_file(path, At(path="mesh"), Limits(), None)
     assert found is not None
     assert found[faces].tolist() == [[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 0, -1]] * 3]
     assert vertices[faces].tolist() == [POINTS[:3].tolist()] * 2

@@ -110,10 +110,10 @@ def _pass(
     if metal.size:
         share = np.repeat(share, of.metal.shape[1], axis=1)
         share[metal] = optics.conductor(eta_i[metal, None], of.metal[shape[metal]], cosine[metal])
-    mirror = of.mirror[shape]
+    mirror = spot.mirror
     mirror = np.where(of.schlick[shape, None], optics.schlick(mirror, cosine), mirror)
     mirror = np.where(rough, facet.passed, 1.0)[:, None] * mirror
-    reflects, transmits = of.kr[shape, None] * mirror, of.kt[shape, None] * of.tint[shape]
+    reflects, transmits = of.kr[shape, None] * mirror, of.kt[shape, None] * spot.tint
     by_fresnel = (of.fresnel | of.conductor)[shape, None]
     reflects, transmits = (
         np.where(by_fresnel, reflects * share, reflects + np.where(total[:, None], transmits, 0.0)),

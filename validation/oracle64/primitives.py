@@ -30,7 +30,7 @@ def gather(scene: clrt_scene.Scene) -> tuple[list[Batch], Ints]:
     kinds: dict[Any, tuple[list[Batch], list[Ints]]] = {}
     counts: list[int] = []
     for shape in scene.shapes:
-        batches = primitives_of(shape)
+        batches = primitives_of(shape, bool(scene.material_of(shape).pictures))
         first = sum(counts)
         for batch in batches:
             key = (type(batch), batch.corners.shape[1] if isinstance(batch, Polygons) else 0)
@@ -41,8 +41,10 @@ def gather(scene: clrt_scene.Scene) -> tuple[list[Batch], Ints]:
     return [merge(*lists) for lists in kinds.values()], np.repeat(np.arange(len(counts)), counts)
 
 
-def primitives_of(shape: Any) -> list[Batch]:
-    """The primitives of one shape, in world space."""
+def primitives_of(shape: Any, pictured: bool = False) -> list[Batch]:
+    """The primitives of one shape, in world space; `pictured` meshes are triangles."""
+    if isinstance(shape, clrt_scene.Mesh):
+        return _mesh(shape, np.asarray(shape.matrix, float), pictured)
     return _BUILDERS[type(shape).__name__](shape, np.asarray(shape.matrix, float))
 
 
@@ -168,10 +170,10 @@ def _polygons(corners: Array, ids: Ints, matrix: Array) -> Polygons:
     return Polygons(ids, corners.min(axis=1), corners.max(axis=1), corners[:, 0], normal, corners)
 
 
-def _mesh(shape: Any, matrix: Array) -> list[Batch]:
+def _mesh(shape: Any, matrix: Array, pictured: bool) -> list[Batch]:
     mesh = shape.data()
     faces = [np.asarray(face, int) for face in mesh.faces]
-    if mesh.normals is not None:
+    if mesh.normals is not None or pictured:
         faces = [face[[0, k, k + 1]] for face in faces for k in range(1, len(face) - 1)]
     batches: list[Batch] = []
     sizes = np.array([len(face) for face in faces], int)
@@ -192,7 +194,7 @@ def _triangles(flat: Polygons, index: Ints, normals: Any, matrix: Array) -> Tria
 
 
 _BUILDERS = {
-    "Sphere": _sphere, "Plane": _plane, "Polygon": _polygon, "Mesh": _mesh, "Quadric": _quadric,
+    "Sphere": _sphere, "Plane": _plane, "Polygon": _polygon, "Quadric": _quadric,
     "Ellipsoid": _ellipsoid, "Cylinder": _cone, "Cone": _cone, "Paraboloid": _paraboloid, "Disk": _disk,
     "Box": _box,
 }  # fmt: skip

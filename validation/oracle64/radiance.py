@@ -80,7 +80,7 @@ def shade(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
 
 def emitted(job: Job, rays: Rays, spot: Spot) -> Array:
     """e; of a light's surface its radiance, on a side that shines, and not to ambient rays."""
-    emission, lamp = job.world.surfaces.emission[spot.shape], job.world.lamp[spot.shape]
+    emission, lamp = spot.emission, job.world.lamp[spot.shape]
     both = np.array([getattr(light, "two_sided", False) for light in job.scene.lights] + [True], bool)
     dark = (lamp >= 0) & ((~spot.enters & ~both[lamp]) | (rays.kind == "ambient"))
     return np.where(dark[:, None], 0.0, emission)
@@ -133,7 +133,7 @@ def lit_by(job: Job, number: int, way: Way, rays: Rays, spot: Spot, generation: 
     lobe = np.where(alignment > 0, np.maximum(alignment, 0) ** of.m[shape], 0.0)
     if getattr(source, "visible", False):  # mirrors show it
         lobe = np.where(of.kr[shape] > 0, 0.0, lobe)
-    highlight = of.highlight[shape]
+    highlight = spot.highlight
     highlight = np.where(of.schlick[shape, None], optics.schlick(highlight, cosine), highlight)
     diffuse = received * (of.kd[shape] * cosine)[:, None] * spot.color
     shine = received * (of.ks[shape] * lobe)[:, None] * highlight

@@ -44,6 +44,10 @@ class Spot:
     color: Array  # F
     before: Ints  # media on the ray's side
     after: Ints  # and beyond
+    highlight: Array  # H
+    mirror: Array  # M
+    tint: Array  # Tt
+    emission: Array  # e
 
     def take(self, rows: Ints) -> Spot:
         return Spot(*(getattr(self, f.name)[rows] for f in fields(self)))
@@ -101,10 +105,16 @@ def spot_at(world: World, rays: Rays, met: Met) -> Spot:
         extent[here] = batch.extent(rows)
     enters = dot(outward, u) <= 0
     n = np.where(enters[:, None], outward, -outward)
+    smooth = ns
     ns = np.where(dot(ns, n)[:, None] < 0, -ns, ns)
     ns = np.where(dot(ns, u)[:, None] >= 0, n, ns)
     largest = [across(np.maximum, np.abs(rays.origin)), across(np.maximum, np.abs(point)), extent]
     offset = OFFSET * np.max(largest, axis=0)
     shape = world.shape_of[met.primitive]
-    color = world.surfaces.reflectance(shape, point, outward)
-    return Spot(point, outward, n, ns, enters, offset, shape, color, met.before, met.after)
+    of = world.surfaces
+    at = (shape, met.primitive, point, outward)
+    color = world.images.tone("color", of.reflectance(shape, point, outward), *at)
+    names = ("highlight", "mirror", "tint", "emission")
+    tones = {name: world.images.tone(name, getattr(of, name)[shape], *at) for name in names}
+    ns = world.images.bent(ns, n, u, smooth, *at)
+    return Spot(point, outward, n, ns, enters, offset, shape, color, met.before, met.after, **tones)

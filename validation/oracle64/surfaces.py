@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from clrt.scene.scene import Checker, Scene
+from clrt.scene.scene import Checker, ImageTexture, Scene
 
 from .batch import Batch
 from .flat import Planes
@@ -87,13 +87,14 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
     color = material.color
     checked = isinstance(color, Checker)
     first, second = (color.colors[0], color.colors[1]) if checked else (color, color)
+    first, second = _plain(first), _plain(second)
     kind = PLAIN if not checked else GLOBE if type(shape).__name__ == "Sphere" else SQUARES
     metal = material.conductor
-    tints = {"color": first, "other_color": second, "highlight": material.highlight_color,
-             "mirror": material.reflection_color, "tint": material.transmission_color}
+    tints = {"color": first, "other_color": second, "highlight": _plain(material.highlight_color),
+             "mirror": _plain(material.reflection_color), "tint": _plain(material.transmission_color)}
     return {
         **{name: palette.reflectance(tint) for name, tint in tints.items()},
-        "emission": palette.light(material.emission), "ka": material.ka, "kd": material.diffuse,
+        "emission": palette.light(_plain(material.emission)), "ka": material.ka, "kd": material.diffuse,
         "ks": material.specular, "m": material.shininess, "kr": material.kr, "kt": material.kt,
         "alpha": material.roughness**2 if material.roughness >= 0.01 and material.kr > 0 else 0.0,
         "eta": palette.index(material.ior), "curved": palette.is_curve(material.ior),
@@ -102,6 +103,11 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
         "checker": kind, "size": color.size if checked else 1.0,
         "divisions": color.divisions if checked else 1,
     }  # fmt: skip
+
+
+def _plain(color: Any) -> Any:
+    """A colour, or 1 in place of a picture, which `images` looks up."""
+    return 1.0 if isinstance(color, ImageTexture) else color
 
 
 def _odd_square(offset: Array, normal: Array, size: Array) -> Bools:

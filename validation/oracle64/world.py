@@ -10,6 +10,7 @@ import numpy as np
 from clrt.scene.scene import Scene
 
 from .batch import Batch
+from .images import Images
 from .lights import with_surfaces
 from .media import Media
 from .palette import Palette
@@ -33,6 +34,7 @@ class World:
     surfaces: Surfaces  # one row a shape, and then one a visible light
     lamp: Ints  # (rows,): of each the light's number, -1 of shapes
     media: Media
+    images: Images
 
     @classmethod
     def of(cls, scene: Scene, leaf: int = LEAF) -> World:
@@ -42,7 +44,8 @@ class World:
         trees = [build(batch, leaf) for batch in batches]
         palette = Palette.of(scene)
         surfaces = Surfaces.of(scene, palette, batches, shape_of)
-        return cls(scene, batches, trees, shape_of, palette, surfaces, lamp, Media.of(scene, palette))
+        return cls(scene, batches, trees, shape_of, palette, surfaces, lamp, Media.of(scene, palette),
+                   Images(scene, palette, shape_of))  # fmt: skip
 
     @cached_property
     def shown(self) -> Ints:
@@ -122,13 +125,23 @@ def visibility(world: World, origin: Array, direction: Array, length: Array, lig
 
         def visit(rays: Ints, rows: Ints, batch: Batch = batch) -> None:
             ray, which = np.repeat(rays, len(rows)), np.tile(rows, len(rays))
-            crossed = visible_roots(world, batch, which, origin[ray], direction[ray]) < length[ray, None]
+            distance = visible_roots(world, batch, which, origin[ray], direction[ray])
+            crossed = distance < length[ray, None]
             shape = world.shape_of[batch.ids[which]]
             crossed &= (world.lamp[shape] != light)[:, None]
             opaque = (world.surfaces.kt[shape] == 0) | (not tinted)
             blocked = ray[across(np.logical_or, crossed) & opaque]
             seen[blocked], reach[blocked] = 0.0, -np.inf  # no box is nearer: such a ray is done
             tints = world.surfaces.clear[shape] ** crossed.sum(axis=1)[:, None]
+            for k in range(crossed.shape[1]):
+                shown = np.flatnonzero(crossed[:, k] & world.images.shown[shape] & ~opaque)
+                u = direction[ray[shown]]
+                at = origin[ray[shown]] + distance[shown, k, None] * u
+                outward = batch.outward(which[shown], at, u)
+                number, one = batch.ids[which[shown]], shape[shown]
+                tint = world.images.tone("tint", world.surfaces.tint[one], one, number, at, outward)
+                # all of a picture's tint is in this one crossing: what `clear` says of it is 1
+                tints[shown] *= tint / world.surfaces.tint[one]
             np.multiply.at(seen, ray[~opaque], tints[~opaque])
 
         walk(roots, origin, direction, reach, visit)

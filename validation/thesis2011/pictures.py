@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from clrt.scene.scene import Checker, PointLight, Scene, Shape, Sphere
+from clrt.scene.scene import Checker, ImageTexture, PointLight, Scene, Shape, Sphere
 from clrt.spectra.bands import Bands, light, reflectance
 
 from .shapes import Form, Spheres, form_of, unit
@@ -89,7 +89,7 @@ class Program:
         found = [self.scene.material_of(shape) for shape in shapes]
         colors = []
         for material in found:
-            assert not isinstance(material.color, Checker)
+            assert not isinstance(material.color, (Checker, ImageTexture))
             colors.append(reflectance(material.color, self.bands))
         return _Surfaces(
             np.array(colors),

@@ -10,7 +10,7 @@ from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
 from .dispersion import Groups, bounces, own_bands
-from .geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit, primitives_of
+from .geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit
 from .lights import light_samples
 from .math import Array, larger
 from .media import Crossed
@@ -181,7 +181,7 @@ def _tint(flat: FlatScene, rays: Rays, own: Array, through: Array) -> Array:
         at = nearest_hit(flat, rays[crossing], at, own[crossing])
         hit = at.primitive != NO_PRIMITIVE
         crossing, at = crossing[hit], Hits(at.t[hit], at.primitive[hit])
-        material = flat.materials[primitives_of(flat)["material"][at.primitive]]
+        material = surface_at(flat, rays[crossing], at).material
         through[:, crossing] *= material["kt"] * bands(material["tint"])
         clear = material["kt"] != 0.0
         seen[crossing[~clear]] = False

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from clrt import layout
 from clrt.base.errors import ClrtWarning
 from clrt.flatten.flatten import FlatScene, flatten
 from clrt.formats import load_dict
+from clrt.images.file import write
 from clrt.scene.scene import Scene
 
 from .media_scenes import media, media_within
@@ -241,6 +244,49 @@ def _lamps_gathered() -> Table:
     return {**_tinted(), "lights": lights, "ambient_samples": 3, "max_depth": 2, "camera": camera}
 
 
+def _textured(name: str, **keys: Any) -> Table:
+    return {"type": "image", "file": f"{name}.exr", **keys}
+
+
+def _pictures() -> Table:
+    """Every shape, wrap, filter and colour, smooth and flat meshes, maps of normals on all of them."""
+    map_of = {"file": "normals.exr"}
+    tiled = {"color": _textured("colors", scale=[2.3, -1.7], offset=[0.4, 0.1]), "normal_map": map_of}
+    near = {"color": _textured("colors", filter="nearest", wrap="mirror", scale=[3, 2])}
+    clamped = {"color": _textured("colors", wrap="clamp", offset=[0.3, -0.2]), "specular": 0.5,
+               "highlight_color": _textured("colors"), "normal_map": {**map_of, "scale": -1.5}}
+    shiny = {**_SCHLICK, "reflection_color": _textured("colors", wrap="mirror"), "normal_map": map_of}
+    lit = {"emission": _textured("colors", encoding="srgb"), "roughness": 0.3, "reflection": 0.4}
+    glass = {**_THIN, "transmission_color": _textured("colors")}
+    uv = [[0.31 * i, 0.7 - 0.17 * i * i] for i in range(22)]
+    smooth = {**_rings(5, 5), "uv": uv[:22], "smooth": True}
+    shapes = [
+        {**shape, "material": (tiled, near, clamped, shiny, lit, glass)[number % 6]}
+        for number, shape in enumerate([*_quadrics()["shapes"], *_flat()["shapes"], *_spheres()["shapes"]])
+    ]
+    return {"max_depth": 3, "shapes": [
+        *shapes,
+        {**smooth, "material": tiled, "transform": [{"scale": [-0.5, 0.6, 0.5]}, {"translate": [0, 1, 0]}]},
+        {**smooth, "smooth": False, "material": shiny, "transform": [{"translate": [1.9, 1, -1]}]},
+        {**_rings(3, 3), "material": _MATT, "transform": [{"translate": [-2, 1, -1]}]},
+    ]}
+
+
+def _pictures_dispersed() -> Table:
+    """In lists of media, bands, narrow rays, tinted shadows and ambient rays."""
+    glass = {**_GLASS, "ior": "SF10", "transmission_color": _textured("colors")}
+    camera = {**_CAMERA, "width": 16, "height": 12}
+    floor = {**_FLOOR, "material": {"color": _textured("colors"), "emission": _textured("colors")}}
+    return {
+        "spectrum": {"bands": 5, "group": 2}, "shadow": "tinted", "ambient_samples": 2, "max_depth": 3,
+        "camera": camera, "shapes": [
+            floor, {"type": "sphere", "center": [0, 0, 0], "radius": 0.8, "material": glass},
+            {"type": "sphere", "center": [0.7, 0, 0], "radius": 0.6, "material": glass},
+            {"type": "sphere", "center": [-0.9, 0.2, 0.7], "radius": 0.3, "material": floor["material"]},
+        ],
+    }
+
+
 def _empty() -> Table:
     return {"lights": [], "shapes": []}
 
@@ -252,7 +298,7 @@ _SCENES = {
     "lights gathered": _lamps_gathered,
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
     "rough mirrors": _rough, "lens": _lens, "orthographic lens": _orthographic_lens,
-    "nothing": _empty,
+    "nothing": _empty, "pictures": _pictures, "pictures dispersed": _pictures_dispersed,
     "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,
 }  # fmt: skip
 
@@ -262,13 +308,21 @@ def scenes() -> dict[str, tuple[Scene, FlatScene]]:
     light = {"ambient": [0.2, 0.25, 0.3], "background": [0.1, 0.2, 0.4], "lights": _LIGHTS}
     common = {**light, "max_depth": 4, "camera": _CAMERA}
     out = {}
-    for name, table in _SCENES.items():
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ClrtWarning)  # glass that makes light and overlaps is right here
-            scene = load_dict({**common, **table()})
+    with TemporaryDirectory() as folder, warnings.catch_warnings():
+        _write_pictures(Path(folder))
+        warnings.simplefilter("ignore", ClrtWarning)  # glass that makes light and overlaps is right here
+        for name, table in _SCENES.items():
+            scene = load_dict({**common, **table()}, folder=Path(folder))
             flat = flatten(scene)
-        out[name] = scene, with_sky(flat) if name == "sky image" else flat
+            out[name] = scene, with_sky(flat) if name == "sky image" else flat
     return out
+
+
+def _write_pictures(folder: Path) -> None:
+    """Pictures of 11 x 7 colours, and of normals of which some lean beyond the horizon."""
+    colors = _numbers(11 * 7 * 3).reshape(7, 11, 3)
+    write(folder / "colors.exr", [np.ascontiguousarray(colors[:, :, ::-1])])
+    write(folder / "normals.exr", [colors])
 
 
 def with_sky(flat: FlatScene) -> FlatScene:
@@ -288,6 +342,8 @@ def in_bands(flat: FlatScene, n: int) -> FlatScene:
         name: _in_bands(getattr(flat, name), record, n)
         for name, record in (("scene", "SceneInfo"), ("materials", "Material"), ("lights", "Light"))
     }
+    if flat.primaries is not None:
+        sections["primaries"] = _in_bands(flat.primaries, "Primaries", n)
     materials = sections["materials"]
     metal = materials["fresnel"] == layout.FRESNEL["SCHLICK"]
     materials["fresnel"][metal] = layout.FRESNEL["CONDUCTOR"]

@@ -10,6 +10,7 @@ from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
 from .geometry import KINDS, Hits, Rays, frame_of, primitives_of, quadric_times, triangle_hit, triangle_normal
+from .images import place_pictures
 from .math import ONE, Array, arccos, arctan2, cross, dot, larger, largest_coordinate, unit, vector, xyz
 
 _OFFSET = np.float32(layout.OFFSET)
@@ -36,6 +37,7 @@ class Surface:
     n: Array
     ns: Array
     inside: Array
+    place: Array  # (2, n): where in pictures
 
     @property
     def relative(self) -> Array:
@@ -64,6 +66,7 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
         n=zero,
         ns=zero,
         inside=zero[0],
+        place=zero[:2].copy(),
     )
     for kind, place in _PLACE.items():
         which = np.flatnonzero(records["kind"] == KINDS[kind])
@@ -74,6 +77,7 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
     s.ns = np.where(dot(s.smooth, s.n) < 0.0, -s.smooth, s.smooth)
     # also where the mesh is flat (0) or its normals cancelled (NaN)
     s.ns = np.where(dot(s.ns, rays.direction) < 0.0, s.ns, s.n)
+    place_pictures(flat, s, hits.primitive, rays.direction)
     return s
 
 

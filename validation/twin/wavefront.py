@@ -216,6 +216,9 @@ def surface_values(flat: FlatScene, at: Crossed, found: Shaded) -> dict[str, Arr
     code[which] = material * bits["SURFACE_MATERIAL"] + s.inside * bits["SURFACE_INSIDE"]
     code[which] += second_color(s) * bits["SURFACE_SECOND_COLOR"]
     values = {"point": fields[:3], "n": fields[3:6], "ns": fields[6:9], "offset": fields[9], "code": code}
+    if flat.pictured is not None:
+        values["uv"] = np.zeros((2, n), np.float32)
+        values["uv"][:, which] = s.place
     if at.queue.media is not None and at.before is not None and at.after is not None:
         weight = carried(flat, at.queue.weight, at.queue.band)
         values |= {"media": at.queue.media, "before": at.before, "after": at.after, "weight": weight}

@@ -1,0 +1,97 @@
+"""Pictures on surfaces as the device reads them: texels in a row, and how each material shows them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from clrt import layout
+from clrt.base.places import At
+from clrt.images.texture import Role, read_texels, texture_bytes
+from clrt.scene.scene import ImageTexture, Material, NormalMap, Scene
+from clrt.scene.textures import picture_path
+from clrt.spectra.bands import Bands, reflectance
+
+_NONE: Final = -1
+_CHANNELS: Final = 3
+
+Source = tuple[Path, Role, str | None]
+"""A picture's file, what its numbers are for, and their encoding (None: that of such a file)."""
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """Pictures that were read: of each its first texel, height and width, and the texels, float32."""
+
+    sources: tuple[Source, ...]
+    sizes: np.ndarray
+    texels: np.ndarray
+
+
+class TextureTable:
+    """The distinct pictures of a scene's materials, numbered as they come up."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._numbers: dict[tuple[Source, ImageTexture], int] = {}
+
+    def record(self, material: Material) -> np.ndarray:
+        """The record Pictured of a material, shape (1,)."""
+        out = np.zeros(1, layout.dtype("Pictured"))
+        record = out[0]
+        for field, name in layout.PICTURES.items():
+            value = getattr(material, name)
+            role: Role = "light" if field == "emission" else "reflectance"
+            record[field] = self._number(value, role, value) if isinstance(value, ImageTexture) else _NONE
+        record["normal_map"] = _NONE
+        if material.normal_map is not None:
+            of = material.normal_map
+            like = material.color if isinstance(material.color, ImageTexture) else ImageTexture(file=of.file)
+            record["normal_map"] = self._number(of, "normal", like)
+            record["normal_scale"] = of.scale
+        return out
+
+    def _number(self, picture: ImageTexture | NormalMap, role: Role, like: ImageTexture) -> int:
+        path = picture_path(picture, self._scene.folder, At(self._scene.source))
+        source: Source = path, role, getattr(picture, "encoding", None)
+        return self._numbers.setdefault((source, like), len(self._numbers))
+
+    def sections(self, known: Pictures | None, bands: Bands | None) -> tuple[dict[str, np.ndarray], Pictures]:
+        """The sections `textures`, `texels` and `primaries`, and what was read; `known` is not read again."""
+        sources = tuple(dict.fromkeys(source for source, _ in self._numbers))
+        pictures = known if known and known.sources == sources else _read(sources, self._scene)
+        out = np.zeros(len(self._numbers), layout.dtype("Texture"))
+        for record, (source, how) in zip(out, self._numbers, strict=True):
+            record["first"], record["height"], record["width"] = pictures.sizes[sources.index(source)]
+            record["wrap"] = layout.WRAP[f"WRAP_{how.wrap.upper()}"]
+            record["nearest"] = how.filter == "nearest"
+            record["scale_u"], record["scale_v"] = how.scale
+            record["offset_u"], record["offset_v"] = how.offset
+        primaries = np.zeros(1, layout.dtype("Primaries", layout.BANDS if bands is None else bands.n))
+        for number, name in enumerate(("red", "green", "blue")):
+            one = [0.0, 0.0, 0.0]
+            one[number] = 1.0
+            primaries[name] = reflectance((one[0], one[1], one[2]), bands)
+        return {"textures": out, "texels": pictures.texels, "primaries": primaries}, pictures
+
+
+def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
+    """The pictures, whose sizes are checked together before one is read."""
+    limits = scene.limits
+    total = sum(texture_bytes(path, limits) for path, _, _ in sources)
+    limits.check("texture_bytes", total, scene.source, "materials")
+    parts: list[np.ndarray] = []
+    sizes = np.zeros((len(sources), 3), np.int64)
+    first = 0
+    for size, (path, role, encoding) in zip(sizes, sources, strict=True):
+        texels = read_texels(path, role, encoding, limits)
+        size[:] = first, *texels.shape[:2]
+        first += texels.shape[0] * texels.shape[1]
+        parts.append(texels.reshape(-1))
+        # a file may be another one by now
+        limits.check("texture_bytes", 4 * _CHANNELS * first, scene.source, "materials")
+    # lanes read four numbers of a texel
+    return Pictures(sources, sizes, np.concatenate([*parts, np.zeros(1, np.float32)]))

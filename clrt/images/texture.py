@@ -1,0 +1,56 @@
+"""Picture files as the texels of surfaces: colours, light or normals, linear float32."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from functools import partial
+from typing import Literal
+
+import numpy as np
+
+from clrt.base.limits import Limits
+from clrt.images.file import decode, picture_shape, read_image, uncurved
+
+Role = Literal["reflectance", "light", "normal"]
+_MIDDLE = {np.uint8: 128.0, np.uint16: 32768.0}  # the number that stands for 0 in maps of normals
+
+
+def texture_bytes(path: str | os.PathLike[str], limits: Limits) -> int:
+    """Bytes of a picture's texels, by its header. SceneError and LimitError as `read_image`."""
+    height, width = picture_shape(path, limits)
+    return 12 * height * width
+
+
+def read_texels(
+    path: str | os.PathLike[str], role: Role, encoding: str | None, limits: Limits
+) -> np.ndarray:
+    """Linear float32 (height, width, 3), rows from the top; a grey picture's channel three times.
+
+    encoding: "srgb", "linear", or None: integers are sRGB, floats linear; of normals always linear.
+    Reflectances are clipped to [0, 1], light to >= 0, normals lie about 0. Raises as `clrt.read_image`, also
+    where decoded numbers are not finite.
+    """
+    values: Callable[[np.ndarray], np.ndarray] | None = partial(_values, encoding) if encoding else None
+    texels = read_image(path, limits, _normals if role == "normal" else values)
+    if role == "reflectance":
+        np.clip(texels, 0.0, 1.0, out=texels)
+    elif role == "light":
+        np.maximum(texels, 0.0, out=texels)
+    return texels
+
+
+def _values(encoding: str, samples: np.ndarray) -> np.ndarray:
+    integer = samples.dtype.kind == "u"
+    if encoding == "srgb":
+        with np.errstate(invalid="ignore"):  # of negative numbers, of which the straight part is taken
+            return decode(samples) if integer else uncurved(samples)
+    return (samples / float(np.iinfo(samples.dtype).max)).astype(np.float32) if integer else samples
+
+
+def _normals(samples: np.ndarray) -> np.ndarray:
+    """Components of normals, but for -128/127, which `max` with -1 makes -1 once it was filtered."""
+    if samples.dtype.kind != "u":
+        return 2.0 * samples - 1.0
+    middle = _MIDDLE[samples.dtype.type]
+    return ((samples - middle) / (middle - 1.0)).astype(np.float32)

@@ -1,0 +1,287 @@
+"""Pictures on surfaces, in float64 and in the shapes' own coordinates: u, v, texels and bent normals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+
+from clrt.scene.scene import ImageTexture, Scene
+
+from .palette import Palette
+from .vectors import Array, Ints, dot, unit
+
+COLORS = {"color": "color", "highlight": "highlight_color", "mirror": "reflection_color",
+          "tint": "transmission_color", "emission": "emission"}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where n points of a shape lie in pictures, and how that grows there, in the shape's coordinates."""
+
+    u: Array
+    v: Array
+    du: Array  # (n, 3): dp/du, of any length
+    dv: Array
+
+
+class Images:
+    """The pictures of a scene's materials."""
+
+    def __init__(self, scene: Scene, palette: Palette, shape_of: Ints) -> None:
+        self.scene, self.palette = scene, palette
+        self.first = np.searchsorted(shape_of, np.arange(len(scene.shapes)))
+        self.shown = np.array([bool(scene.material_of(shape).pictures) for shape in scene.shapes], bool)
+        self._read: dict[str, tuple[Array, int]] = {}
+
+    def tone(self, name: str, plain: Array, shape: Ints, primitive: Ints, point: Array,
+             outward: Array) -> Array:  # fmt: skip
+        """A colour (n, bands) at points: `plain`, or what pictures show there."""
+        found = np.array(plain)
+        for number in np.unique(shape[self.shown[shape]]):
+            material = self.scene.material_of(self.scene.shapes[number])
+            picture = getattr(material, COLORS[name])
+            if not isinstance(picture, ImageTexture):
+                continue
+            rows = np.flatnonzero(shape == number)
+            place = self._place(number, primitive[rows], point[rows], outward[rows])
+            rgb = looked_up(self._picture(picture, name), picture, place.u, place.v)
+            light = name == "emission"
+            of = self.palette.light if light else self.palette.reflectance
+            found[rows] = rgb @ np.stack([of(tuple(primary)) for primary in np.eye(3)])
+        return found
+
+    def bent(self, ns: Array, n: Array, u: Array, smooth: Array, shape: Ints, primitive: Ints, point: Array,
+             outward: Array) -> Array:  # fmt: skip
+        """Shading normals `ns` on the rays' side as maps bend them; `smooth`: interpolated ones, outward."""
+        found = np.array(ns)
+        for number in np.unique(shape[self.shown[shape]]):
+            one = self.scene.shapes[number]
+            material = self.scene.material_of(one)
+            if material.normal_map is None:
+                continue
+            rows = np.flatnonzero(shape == number)
+            place = self._place(number, primitive[rows], point[rows], outward[rows])
+            how = material.color if isinstance(material.color, ImageTexture) else ImageTexture(file="-")
+            picture = self._normals(material.normal_map.file)
+            texel = np.maximum(looked_up(picture, how, place.u, place.v), -1.0)
+            x, y, z = texel.T * np.array([[material.normal_map.scale], [material.normal_map.scale], [1.0]])
+            normal, matrix = smooth[rows], np.asarray(one.matrix, float)[:3, :3]
+            du, dv = place.du @ matrix.T, place.dv @ matrix.T
+            tangent = du - dot(du, normal)[:, None] * normal
+            with np.errstate(all="ignore"):
+                tangent = unit(tangent)
+            lost = ~np.isfinite(tangent).all(axis=1) | (dot(du, du) == 0)
+            tangent[lost] = _duff(normal[lost])[0]
+            side = np.where(dot(np.cross(du, dv), normal) < 0, 1.0, -1.0)
+            other = np.cross(normal, tangent) * side[:, None]
+            new = unit(x[:, None] * tangent + y[:, None] * other + z[:, None] * normal)
+            new = np.where(dot(new, n[rows])[:, None] < 0, -new, new)
+            stays = (dot(new, u[rows]) >= 0) | ((x == 0) & (y == 0) & (z > 0))
+            found[rows] = np.where(stays[:, None], ns[rows], new)
+        return found
+
+    def _place(self, number: int, primitive: Ints, point: Array, outward: Array) -> Place:
+        shape: Any = self.scene.shapes[number]
+        matrix = np.asarray(shape.matrix, float)
+        own = (point - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
+        normal = unit(outward @ matrix[:3, :3])
+        return _PLACES[type(shape).__name__](shape, primitive - self.first[number], own, normal)
+
+    def _picture(self, picture: ImageTexture, name: str) -> Array:
+        """Linear, (h, w, 3)."""
+        values, depth = self._samples(picture.file)
+        if picture.encoding == "srgb" or (picture.encoding is None and depth):
+            values = np.where(values <= 0.04045, values / 12.92, (np.maximum(values, 0) + 0.055) / 1.055) ** (
+                np.where(values <= 0.04045, 1.0, 2.4)
+            )
+        return np.clip(values, 0.0, np.inf if name == "emission" else 1.0)
+
+    def _normals(self, file: str) -> Array:
+        values, depth = self._samples(file)
+        if not depth:
+            return 2 * values - 1
+        middle = 2.0 ** (depth - 1)
+        return np.asarray((values * (2**depth - 1) - middle) / (middle - 1))
+
+    def _samples(self, file: str) -> tuple[Array, int]:
+        """(h, w, 3) as they are in the file, whole numbers from 0 to 1; and their bits, 0 of floats."""
+        if file in self._read:
+            return self._read[file]
+        source = oiio.ImageInput.open(str((self.scene.folder or Path()) / file))
+        assert source is not None
+        kind = str(source.spec().format)
+        samples = np.asarray(source.read_image(oiio.FLOAT), float)
+        source.close()
+        colors = samples[:, :, :3] if samples.shape[2] > 2 else samples[:, :, :1]
+        bits = {"uint8": 8, "uint16": 16}.get(kind, 0)
+        self._read[file] = np.broadcast_to(colors, (*colors.shape[:2], 3)), bits
+        return self._read[file]
+
+
+def looked_up(picture: Array, how: ImageTexture, u: Array, v: Array) -> Array:
+    """What a picture shows (n, 3): the equations of "Images" as they stand."""
+    rows, columns = picture.shape[:2]
+    x = _coordinate(how, u * how.scale[0] + how.offset[0], columns)
+    y = _coordinate(how, v * how.scale[1] + how.offset[1], rows)
+    if how.filter == "nearest":
+        return picture[_index(how, np.floor(y), rows), _index(how, np.floor(x), columns)]
+    x, y = x - 0.5, y - 0.5
+    fx, fy = (x - np.floor(x))[:, None], (y - np.floor(y))[:, None]
+    left, right = (_index(how, np.floor(x) + i, columns) for i in (0, 1))
+    top, bottom = (_index(how, np.floor(y) + i, rows) for i in (0, 1))
+    upper = (1 - fx) * picture[top, left] + fx * picture[top, right]
+    lower = (1 - fx) * picture[bottom, left] + fx * picture[bottom, right]
+    return np.asarray((1 - fy) * upper + fy * lower)
+
+
+def _coordinate(how: ImageTexture, u: Array, count: int) -> Array:
+    wrapped = {"repeat": np.mod(u, 1.0), "mirror": np.mod(u, 2.0), "clamp": np.clip(u, 0.0, 1.0)}
+    return np.asarray(wrapped[how.wrap] * count)
+
+
+def _index(how: ImageTexture, i: Array, count: int) -> Ints:
+    i = i.astype(int)
+    if how.wrap == "clamp":
+        return np.clip(i, 0, count - 1)
+    if how.wrap == "repeat":
+        return np.mod(i, count)
+    j = np.mod(i, 2 * count)
+    return np.where(j < count, j, 2 * count - 1 - j)
+
+
+def _phi(x: Array, y: Array) -> Array:
+    return np.mod(np.arctan2(y, x) / (2 * np.pi), 1.0)
+
+
+def _duff(n: Array) -> tuple[Array, Array]:
+    sign = np.where(n[..., 2] < 0, -1.0, 1.0)
+    a = -1 / (sign + n[..., 2])
+    b = n[..., 0] * n[..., 1] * a
+    first = np.stack([1 + sign * n[..., 0] ** 2 * a, sign * b, -sign * n[..., 0]], axis=-1)
+    return first, np.stack([b, sign + n[..., 1] ** 2 * a, -n[..., 1]], axis=-1)
+
+
+def _flat_axes(normal: Array) -> tuple[Array, Array]:
+    axis = np.eye(3)[np.argmin(np.abs(normal))]
+    across = unit(axis - (axis @ normal) * normal)
+    return across, np.cross(normal, across)
+
+
+def _globe(way: Array, radii: Array) -> Place:
+    """Of unit vectors seen from a centre, of a body with these radii."""
+    x, y, z = way.T
+    around = np.stack([-y, x, 0 * x], axis=1)
+    rim = np.hypot(x, y)
+    with np.errstate(all="ignore"):
+        down = np.stack([x * z / rim, y * z / rim, -rim], axis=1)
+    v = np.arccos(np.clip(z, -1, 1)) / np.pi
+    return Place(_phi(x, y), v, around * radii, np.nan_to_num(down) * radii)
+
+
+def _sphere(shape: Any, _: Ints, point: Array, normal: Array) -> Place:
+    return _globe(unit(point - shape.center), np.ones(3))
+
+
+def _ellipsoid(shape: Any, _: Ints, point: Array, normal: Array) -> Place:
+    return _globe(unit((point - shape.center) / shape.radii), np.asarray(shape.radii, float))
+
+
+def _quadric(shape: Any, _: Ints, point: Array, normal: Array) -> Place:
+    return _globe(normal, np.ones(3))
+
+
+def _wheel(point: Array, center: Any, across: Array, up: Array, radius: float) -> Place:
+    offset = point - np.asarray(center, float)
+    x, y = offset @ across / radius, offset @ up / radius
+    outwards = x[:, None] * across + y[:, None] * up
+    return Place(np.hypot(x, y), _phi(x, y), outwards, x[:, None] * up - y[:, None] * across)
+
+
+def _disk(shape: Any, _: Ints, point: Array, normal: Array) -> Place:
+    return _wheel(point, shape.center, *_flat_axes(unit(shape.normal)), shape.radius)
+
+
+def _round_about(point: Array, origin: Any, axis: Array, height: float) -> Place:
+    tangent, bitangent = _duff(axis)
+    offset = point - np.asarray(origin, float)
+    x, y = offset @ tangent, offset @ bitangent
+    around = x[:, None] * bitangent - y[:, None] * tangent
+    return Place(_phi(x, y), offset @ axis / height, around, np.broadcast_to(axis, point.shape))
+
+
+def _cone(shape: Any, primitive: Ints, point: Array, normal: Array) -> Place:
+    p0, p1 = np.asarray(shape.p0, float), np.asarray(shape.p1, float)
+    radii = (shape.r0, shape.r1) if hasattr(shape, "r0") else (shape.radius, shape.radius)
+    height = float(np.linalg.norm(p1 - p0))
+    axis = (p1 - p0) / height
+    tangent, bitangent = _duff(axis)
+    places = [_round_about(point, p0, axis, height)]
+    caps = zip((p0, p1), radii, strict=True)
+    places += [_wheel(point, p, tangent, bitangent, r) for p, r in caps if r > 0]
+    return _chosen(places, primitive)
+
+
+def _chosen(places: list[Place], number: Ints) -> Place:
+    """Of each point the place that its primitive's number names."""
+    rows = np.arange(len(number))
+    found = [np.stack([getattr(p, name) for p in places])[number, rows] for name in ("u", "v", "du", "dv")]
+    return Place(*found)
+
+
+def _paraboloid(shape: Any, _: Ints, point: Array, normal: Array) -> Place:
+    return _round_about(point, shape.apex, unit(shape.axis), shape.height)
+
+
+def _sheet(u: Array, v: Array, du: Array, dv: Array) -> Place:
+    return Place(u, v, np.broadcast_to(du, (len(u), 3)), np.broadcast_to(dv, (len(u), 3)))
+
+
+def _plane(shape: Any, _: Ints, point: Array, normal: Array) -> Place:
+    across, up = _flat_axes(unit(shape.normal))
+    offset = point - np.asarray(shape.point, float)
+    return _sheet(offset @ across, 1 - offset @ up, across, -up)
+
+
+def _polygon(shape: Any, _: Ints, point: Array, normal: Array) -> Place:
+    points = np.asarray(shape.points, float)
+    local = points - points[0]
+    own = unit(np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0))
+    across, up = _flat_axes(own)
+    low, high = [(points @ way).min() for way in (across, up)], [(points @ way).max() for way in (across, up)]
+    u = (point @ across - low[0]) / (high[0] - low[0])
+    return _sheet(u, 1 - (point @ up - low[1]) / (high[1] - low[1]), across, -up)
+
+
+def _box(shape: Any, primitive: Ints, point: Array, normal: Array) -> Place:
+    low, size = np.asarray(shape.min, float), np.subtract(shape.max, shape.min)
+    x, y, z = ((point - low) / size).T
+    ex, ey, ez = np.eye(3)
+    faces = [(y, z, ey, ez), (y, 1 - z, ey, -ez), (z, x, ez, ex), (1 - x, 1 - z, -ex, -ez),
+             (1 - y, x, -ey, ex), (y, x, ey, ex)]  # fmt: skip
+    return _chosen([_sheet(*face) for face in faces], primitive)
+
+
+def _mesh(shape: Any, primitive: Ints, point: Array, normal: Array) -> Place:
+    data = shape.data()
+    faces = [face[[0, k, k + 1]] for face in map(np.asarray, data.faces) for k in range(1, len(face) - 1)]
+    index = np.array(faces, int)[primitive]
+    a, b, c = (np.asarray(data.vertices, float)[index[:, i]] for i in range(3))
+    ua, ub, uc = (np.asarray(data.uv, float)[index[:, i]] for i in range(3))
+    sides = np.stack([b - a, c - a], axis=2)
+    weight = np.einsum("nij,nj->ni", np.linalg.pinv(sides), point - a)[:, :, None]
+    uv = ua + weight[:, :1, 0] * (ub - ua) + weight[:, 1:, 0] * (uc - ua)
+    # dp/du, dp/dv: the sides are what they become under the differences of u and v
+    both = sides @ np.linalg.pinv(np.stack([ub - ua, uc - ua], axis=2))
+    return Place(uv[:, 0], uv[:, 1], both[:, :, 0], both[:, :, 1])
+
+
+_PLACES: dict[str, Callable[[Any, Ints, Array, Array], Place]] = {
+    "Sphere": _sphere, "Ellipsoid": _ellipsoid, "Quadric": _quadric, "Disk": _disk, "Cylinder": _cone,
+    "Cone": _cone, "Paraboloid": _paraboloid, "Plane": _plane, "Polygon": _polygon, "Box": _box,
+    "Mesh": _mesh,
+}  # fmt: skip
