@@ -47,7 +47,7 @@ class Request:
         view = flatten_camera(camera_of(scene, self.camera), width, height, spp)
         full = int(view["width"][0]), int(view["height"][0])
         depth = depth_of(scene, self.max_depth, settings.limits)
-        names = check_layers(layers, depth, flat.response is not None)
+        names = check_layers(layers, depth, flat.response is not None, flat.pictures is not None)
         window = check_crop(self.crop, *full)
         check_limits(flat, settings.limits, full[0] * full[1], int(view["grid"][0]) ** 2, depth)
         settings.limits.check("host_bytes", picture_bytes(window, names, flat.bands))
