@@ -90,8 +90,23 @@ __kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, __gl
     put3(out_shading_normal, i, load_vector(surfaces, number, SHADING_X, SURFACE_FIELDS));
     __global const Material *of = world.materials + (hit ? material : 0);
     const int second = surface_code[number] & SURFACE_SECOND_COLOR;
-    for (int b = 0; b < BANDS; b++)
-        out_albedo[BANDS * i + b] = hit ? of->kd * (second ? of->color2[b] : of->color[b]) : 0.0f;
+    float u = 0.0f, v = 0.0f;
+#if IMAGES
+    u = surfaces[in_block(number, TEXTURE_U, SURFACE_FIELDS)];
+    v = surfaces[in_block(number, TEXTURE_V, SURFACE_FIELDS)];
+    const int texture = hit && !second ? world.pictured[material].color : -1;
+    float rgb[3];
+    if (texture >= 0) texels_at(world.texels, world.textures + texture, u, v, rgb);
+#endif
+    out_uv[2 * i] = u == u ? u : 0.0f;
+    out_uv[2 * i + 1] = v == v ? v : 0.0f;
+    for (int b = 0; b < BANDS; b++) {
+        float color = second ? of->color2[b] : of->color[b];
+#if IMAGES
+        if (texture >= 0) color = reflected_by(world.primaries, rgb, b);
+#endif
+        out_albedo[BANDS * i + b] = hit ? of->kd * color : 0.0f;
+    }
     out_shape[i] = hit ? world.primitives[primitive].shape : -1;
     out_material[i] = hit ? material : -1;
 }

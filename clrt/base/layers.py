@@ -29,9 +29,12 @@ class Term(NamedTuple):
 
 
 class Geometry(NamedTuple):
-    """What the kernel `geometry` writes about where the first ray of a pixel hits."""
+    """What the kernel `geometry` writes about where the first ray of a pixel hits.
 
-    kernel: str = "geometry"
+    pictures: it says nothing where no surface of the scene shows a picture.
+    """
+
+    pictures: bool = False
 
 
 class Spectral(NamedTuple):
@@ -92,6 +95,7 @@ PICTURES: Final = {
     "place": "red, green, blue = x, y, z, each from its 5th (0) to its 95th percentile (1) over all hits; "
     "a miss is black",
     "color": "red, green, blue, without exposure",
+    "coordinates": "red, green = u, v, each without its whole part; blue 0",
     "share": "grey: 0 black, 1 white",
     "mattes": "each name has a colour, the same in every picture, as much of it as the name covers",
     "number": "number k has hue `0.6180339887 k` (modulo 1) in every picture; a miss is black",
@@ -128,6 +132,8 @@ LAYERS: Final = {
                             "direction"),
     "albedo": Layer(_HIT, "diffuse reflectance: `diffuse` times the colour there, 0 on a miss",
                     picture="color"),
+    "uv": Layer((Geometry(pictures=True),), "u, v in the surface's pictures, 0 without; of scenes with such",
+                2, "float", ("U", "V"), "coordinates"),
     "shape": Layer(_HIT, "number of the shape, -1 on a miss", 1, "int", ("ID",), "number"),
     "material": Layer(_HIT, "number of the material, -1 on a miss", 1, "int", ("ID",), "number"),
     # of all samples of a pixel
@@ -143,7 +149,7 @@ LAYERS: Final = {
 # what the kernel `geometry` writes, in the order of its parameters; colours in bands
 GEOMETRY: Final = {
     name: layer._replace(values=0) if layer.picture == "color" else layer
-    for name, layer in LAYERS.items() if layer.sources == _HIT
+    for name, layer in LAYERS.items() if isinstance(layer.sources[0], Geometry)
 }
 # fmt: on
 _OTHER: Final = Layer((), "what its maker says")
@@ -162,13 +168,19 @@ def comes_from(name: str, *kinds: type[Source]) -> bool:
     return any(isinstance(source, kinds) for source in find(name).sources)
 
 
-def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) -> tuple[str, ...]:
+def check_layers(
+    layers: Iterable[str], max_depth: int, spectral: bool = False, pictured: bool = False
+) -> tuple[str, ...]:
     """The names, each once; "all" stands for all there are. ClrtError names an unknown one and its nearest.
 
-    A single name, or several with commas, may be one text.
+    spectral, pictured: whether the scene has a spectrum, and pictures on surfaces. A single name, or
+    several with commas, may be one text.
     """
     listed = [name.strip() for name in layers.split(",")] if isinstance(layers, str) else layers
-    known = [name for name in LAYERS if spectral or not comes_from(name, Spectral)]
+    known = [
+        name for name in LAYERS
+        if (spectral or not comes_from(name, Spectral)) and (pictured or not _of_pictures(name))
+    ]  # fmt: skip
     found: dict[str, None] = {}
     for name in listed:
         if name == "all":
@@ -176,6 +188,8 @@ def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) 
             continue
         if comes_from(name, Spectral) and not spectral:
             raise ClrtError(f"layers: {name!r} is for scenes with a spectrum; this one is in RGB")
+        if _of_pictures(name) and not pictured:
+            raise ClrtError(f"layers: {name!r} is for scenes with pictures on surfaces; this one has none")
         if name not in known and not _is_generation(name, max_depth):
             numbered = tuple(f"generation_{g}" for g in range(min(max_depth, _MOST_NAMED) + 1))
             near = nearest(name, (*known, *numbered), cutoff=0.6)
@@ -183,6 +197,10 @@ def check_layers(layers: Iterable[str], max_depth: int, spectral: bool = False) 
             raise ClrtError(f"layers: {show(name)} is not a layer; {hint}")
         found[name] = None
     return tuple(found)
+
+
+def _of_pictures(name: str) -> bool:
+    return any(isinstance(source, Geometry) and source.pictures for source in find(name).sources)
 
 
 def _is_generation(name: str, max_depth: int) -> bool:

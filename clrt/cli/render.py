@@ -176,7 +176,7 @@ def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None
 
     if "all" in getattr(options, "layers", ()):
         depth = scene.max_depth if options.max_depth is None else options.max_depth
-        names = check_layers("all", min(depth, _DEEPEST), spectral=True)
+        names = check_layers("all", min(depth, _DEEPEST), spectral=True, pictured=True)
         shown = [name for name in names if find(name).is_shown]
         options = argparse.Namespace(**{**vars(options), "layers": shown})
         check_apart(_outputs(options), {"the scene": file})

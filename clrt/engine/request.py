@@ -48,7 +48,7 @@ class Request:
         view = flatten_camera(camera_of(scene, self.camera), width, height, spp)
         full = int(view["width"][0]), int(view["height"][0])
         depth = depth_of(scene, self.max_depth, settings.limits)
-        names = check_layers(layers, depth, flat.response is not None)
+        names = check_layers(layers, depth, flat.response is not None, flat.pictures is not None)
         window = check_crop(self.crop, *full)
         grid = finest = int(view["grid"][0])
         adaptive = None

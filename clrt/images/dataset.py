@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _AXES: Final = {"light": ("channel", ["R", "G", "B"]), "luminance": ("cie", ["X", "Y", "Z"]),
                 "direction": ("axis", ["x", "y", "z"]), "place": ("axis", ["x", "y", "z"]),
-                "color": ("channel", ["R", "G", "B"]),
+                "coordinates": ("coordinate", ["u", "v"]), "color": ("channel", ["R", "G", "B"]),
                 "mattes": ("rank", [f"{part} {rank}" for rank in range(RANKS)
                                     for part in ("id", "share")])}  # fmt: skip
 

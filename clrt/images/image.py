@@ -186,6 +186,8 @@ class Image:
         absolute paths.
         """
         path = arguments.path("path", path)
+        exposure = arguments.number("exposure", exposure)
+        bits = arguments.optional("bits", bits, 1, 32)
         shown = [name for name in self.layers if find(name).is_shown]
         files = [layer_file(path, name) for name in shown]
         for file in files:
@@ -243,6 +245,8 @@ def layer_file(path: str | os.PathLike[str], name: str) -> Path:
     path = Path(path)
     if path.suffix.lower() == ".exr":
         raise ClrtError(f"{path}: an .exr holds its layers itself; or name a .png")
+    if not path.name:
+        raise ClrtError(f"{path}: is a folder; name a picture beside which {show(name)} is to stand, x.png")
     if Path(name).name != name:
         raise ClrtError(f"layers: {name!r} cannot be a part of a file's name")
     return path.with_name(f"{path.stem}.{name}{path.suffix}")

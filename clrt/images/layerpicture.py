@@ -84,6 +84,10 @@ def _colours(numbers: np.ndarray) -> np.ndarray:
     return 0.9 * (0.35 + 0.65 * np.clip(wheel, 0.0, 1.0))
 
 
+def _coordinates(uv: np.ndarray) -> np.ndarray:
+    return uncurved(np.dstack([uv - np.floor(uv), np.zeros(uv.shape[:2])]))
+
+
 def _share(values: np.ndarray) -> np.ndarray:
     return uncurved(_grey(np.clip(values, 0.0, 1.0)))
 
@@ -106,6 +110,7 @@ _PICTURES: Final[dict[str, Callable[[np.ndarray], np.ndarray]]] = {
     "direction": _direction,
     "place": _place,
     "color": _light,
+    "coordinates": _coordinates,
     "share": _share,
     "mattes": _mattes,
     "number": _number,

@@ -38,7 +38,8 @@ def same(one: clrt.Image, other: clrt.Image) -> None:
 def test_the_picture_is_that_of_one_process(name: str) -> None:
     """Media, bands that disperse, layers of all kinds, samples, a part of the picture, settings, a camera."""
     scene = clrt.load(name)
-    more: dict[str, Any] = {"layers": ["diffuse", "depth", "shape"], "spp": 4, "crop": (3, 2, 30, 20)}
+    layers = ["diffuse", "depth", "shape", "albedo", "alpha", "crypto_shape", "crypto_material"]
+    more: dict[str, Any] = {"layers": layers, "spp": 4, "crop": (3, 2, 30, 20)}
     assert scene.camera is not None
     more |= {"settings": clrt.Settings(lanes=8, tile=1000), "camera": replace_origin(scene), **SIZE}
     executor = Here()

@@ -24,7 +24,7 @@ CHANNELS = {
     "shading_normal": "shading_normal.X shading_normal.Y shading_normal.Z",
     "albedo": "albedo.R albedo.G albedo.B", "shape": "shape.ID", "material": "material.ID", "alpha": "A",
     "crypto_shape": " ".join(f"crypto_shape{level}.{c}" for level in ("00", "01", "02") for c in "RGBA"),
-    "xyz": "xyz.X xyz.Y xyz.Z",
+    "xyz": "xyz.X xyz.Y xyz.Z", "uv": "uv.U uv.V",
 }  # fmt: skip
 
 

@@ -79,7 +79,7 @@ def test_all_are_all_that_the_page_lists(image: clrt.Image):
     told = set(re.findall(r"`([\w.]+)`", in_files))
     own = [name for name in LAYERS if find(name).picture not in ("light", "none")]
     assert {*own, *(find(name).names(name)[0] for name in own)} <= told
-    assert set(image.layers) == set(LAYERS) - {"xyz", "bands"} | {"generation_0", "generation_1"}
+    assert set(image.layers) == set(LAYERS) - {"xyz", "bands", "uv"} | {"generation_0", "generation_1"}
     for name, layer in image.layers.items():
         assert layer.dtype == layout.dtype(find(name).kind)
         assert layer.shape == ((16, 24) if find(name).values == 1 else (16, 24, find(name).values))

@@ -81,6 +81,10 @@ def test_faults_say_what_there_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         image.save(tmp_path / "a.exr", view=ACES)
     with pytest.raises(clrt.ClrtError, match="view: 5 is not allowed; it must be the name of a view"):
         image.save(tmp_path / "a.png", view=5)  # type: ignore[arg-type]
+    with monkeypatch.context() as broken:
+        broken.setattr(views, "_LINEAR", "none such")
+        with pytest.raises(clrt.ClrtError, match=r"view: 'ACES.*none such"):
+            image.save(tmp_path / "a.png", view=ACES)
     monkeypatch.setattr(views, "CONFIG", "ocio://none-such")
     with pytest.raises(clrt.ClrtError, match=r"has no built-in views: OpenImageIO 3\.2 or newer"):
         image.save(tmp_path / "a.png", view=ACES)

@@ -57,6 +57,15 @@ class Images:
             found[rows] = rgb @ np.stack([of(tuple(primary)) for primary in np.eye(3)])
         return found
 
+    def places(self, shape: Ints, primitive: Ints, point: Array, outward: Array) -> Array:
+        """u and v (n, 2) where shapes show pictures, 0 elsewhere."""
+        found = np.zeros((len(shape), 2))
+        for number in np.unique(shape[self.shown[shape]]):
+            rows = np.flatnonzero(shape == number)
+            place = self._place(number, primitive[rows], point[rows], outward[rows])
+            found[rows] = np.stack([place.u, place.v], axis=1)
+        return found
+
     def bent(self, ns: Array, n: Array, u: Array, smooth: Array, shape: Ints, primitive: Ints, point: Array,
              outward: Array) -> Array:  # fmt: skip
         """Shading normals `ns` on the rays' side as maps bend them; `smooth`: interpolated ones, outward."""

@@ -26,7 +26,7 @@ from .vectors import Array, Bools, Ints, Words, unit
 from .world import World, nearest_hit
 
 BLOCK = 1 << 15  # rays of three bands that go through the recursion together
-GEOMETRY = ("depth", "z", "distance", "position", "normal", "shading_normal", "albedo", "shape",
+GEOMETRY = ("depth", "z", "distance", "position", "normal", "shading_normal", "albedo", "uv", "shape",
             "material")  # layers of the first sample  # fmt: skip
 
 
@@ -264,6 +264,7 @@ def _geometry(world: World, scene: Scene, camera: Camera, size: tuple[int, int],
     out: dict[str, Any] = {name: np.zeros((n, 3)) for name in GEOMETRY}
     out |= {name: np.full(n, math.inf) for name in ("depth", "z", "distance")}
     out |= {name: np.full(n, -1) for name in ("shape", "material")}
+    out["uv"] = np.zeros((n, 2))
     material = _numbered(scene)
     eye = np.asarray(camera.origin, float)
     forward = unit(np.asarray(camera.target, float) - eye)
@@ -280,6 +281,7 @@ def _geometry(world: World, scene: Scene, camera: Camera, size: tuple[int, int],
         out["distance"][to] = away @ forward if flat else np.sqrt((away**2).sum(axis=1))
         out["position"][to], out["normal"][to], out["shading_normal"][to] = spot.point, spot.outward, spot.ns
         out["albedo"][to] = world.palette.under_white(world.surfaces.kd[spot.shape, None] * spot.color)
+        out["uv"][to] = world.images.places(spot.shape, met.primitive[hit], spot.point, spot.outward)
         out["shape"][to], out["material"][to] = world.shown[spot.shape], material[world.shown[spot.shape]]
     return out
 

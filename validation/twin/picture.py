@@ -201,6 +201,7 @@ def geometry_layers(flat: FlatScene, queue: Queue, hits: Hits, camera: np.ndarra
     shading = np.zeros((3, len(queue)), np.float32)
     color = np.zeros((flat.bands, len(queue)), np.float32)
     material = np.full(len(queue), -1, np.int32)
+    uv = np.zeros((2, len(queue)), np.float32)
     if len(which):
         s = surface_at(flat, queue.rays[which], Hits(hits.t[which], hits.primitive[which]))
         from_eye = s.point - eye["origin"][:3, None]
@@ -208,12 +209,13 @@ def geometry_layers(flat: FlatScene, queue: Queue, hits: Hits, camera: np.ndarra
         away[:, which] = along, along if eye["orthographic"] else np.sqrt(dot(from_eye, from_eye))
         shading[:, which] = s.ns
         color[:, which] = s.material["kd"] * color_of(s)
+        uv[:, which] = np.where(np.isnan(s.place), np.float32(0.0), s.place)
         material[which] = primitives_of(flat)["material"][hits.primitive[which]]
     if flat.seen is not None:
         color = developed(color[None], flat.seen)[0]
     return {
         "depth": seen.t, "z": away[0], "distance": away[1], "position": seen.position.T,
-        "normal": seen.normal.T, "shading_normal": shading, "albedo": color, "shape": seen.shape,
+        "normal": seen.normal.T, "shading_normal": shading, "albedo": color, "uv": uv, "shape": seen.shape,
         "material": material,
     }  # fmt: skip
 
