@@ -60,9 +60,9 @@ __kernel void develop(__global const float *film, uint n, __global const float *
 
 inline void put3(__global float *out, uint i, Vec v)
 {
-    out[3 * i] = v.x;
-    out[3 * i + 1] = v.y;
-    out[3 * i + 2] = v.z;
+    out[3 * (size_t)i] = v.x;
+    out[3 * (size_t)i + 1] = v.y;
+    out[3 * (size_t)i + 2] = v.z;
 }
 
 // What is known of where the first of every `samples` rays hit (layers.GEOMETRY): the layers of geometry, and the
@@ -81,7 +81,7 @@ __kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, uint
     put3(out_position, i, at.point);
     put3(out_normal, i, at.outward);
     out_shape[i] = hit ? world.primitives[primitive].shape : -1;
-    out_uv[2 * i] = at.u;
-    out_uv[2 * i + 1] = at.v;
+    out_uv[2 * (size_t)i] = at.u;
+    out_uv[2 * (size_t)i + 1] = at.v;
     out_primitive[i] = primitive;
 }
