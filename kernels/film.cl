@@ -60,9 +60,9 @@ __kernel void develop(__global const float *film, uint n, __global const float *
 
 inline void put3(__global float *out, uint i, Vec v)
 {
-    out[3 * i] = v.x;
-    out[3 * i + 1] = v.y;
-    out[3 * i + 2] = v.z;
+    out[3 * (size_t)i] = v.x;
+    out[3 * (size_t)i + 1] = v.y;
+    out[3 * (size_t)i + 2] = v.z;
 }
 
 // What is known of where the first of every `samples` rays hit: the layers of geometry (layers.GEOMETRY). On a miss
@@ -98,14 +98,14 @@ __kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, __gl
     float rgb[3];
     if (texture >= 0) texels_at(world.texels, world.textures + texture, u, v, rgb);
 #endif
-    out_uv[2 * i] = u == u ? u : 0.0f;
-    out_uv[2 * i + 1] = v == v ? v : 0.0f;
+    out_uv[2 * (size_t)i] = u == u ? u : 0.0f;
+    out_uv[2 * (size_t)i + 1] = v == v ? v : 0.0f;
     for (int b = 0; b < BANDS; b++) {
         float color = second ? of->color2[b] : of->color[b];
 #if IMAGES
         if (texture >= 0) color = reflected_by(world.primaries, rgb, b);
 #endif
-        out_albedo[BANDS * i + b] = hit ? of->kd * color : 0.0f;
+        out_albedo[BANDS * (size_t)i + b] = hit ? of->kd * color : 0.0f;
     }
     out_shape[i] = hit ? world.primitives[primitive].shape : -1;
     out_material[i] = hit ? material : -1;

@@ -83,8 +83,9 @@ __kernel void adopt(__global const float *origins, __global const float *directi
 {
     const uint i = get_global_id(0);
     if (i >= n) return;
-    const Vec origin = vec(origins[3 * i], origins[3 * i + 1], origins[3 * i + 2]);
-    const Vec d = vec(directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]);
+    __global const float *from = origins + 3 * (size_t)i, *way = directions + 3 * (size_t)i;
+    const Vec origin = vec(from[0], from[1], from[2]);
+    const Vec d = vec(way[0], way[1], way[2]);
     store_ray(rays, i, origin, unit3(d), t_max[i]);
     pixel_of[i] = i;
     path[i] = combine(combine(0u, numbers[i]), 0u) & ~(uint)PATH_FLAGS;

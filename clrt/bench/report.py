@@ -14,7 +14,7 @@ from clrt.base.atomic import write_json
 from clrt.base.errors import ClrtError, show
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
-from clrt.bench import bands, queries, roof
+from clrt.bench import bands, live, queries, roof
 from clrt.bench.frames import shares
 from clrt.bench.timing import Measurement
 
@@ -75,6 +75,8 @@ def tables(report: Report) -> Iterable[Table]:
         yield _against(report)
     if report.of("queries"):
         yield _queries(report.of("queries"))
+    if report.of("live"):
+        yield _live(report.of("live"))
     others = report.of("builder", "launch", "compile", "program")
     if others:
         yield _others(others)
@@ -163,6 +165,18 @@ def _queries(measurements: list[Measurement]) -> Table:
         name = f"{m.name}: {m.queue}" if m.queue else m.name
         row = (m.scene, name, str(m.items), f"{m.median * 1e3:.3f}", spread(m), f"{1e3 / m.ns:.2f}")
         rows.add_row(*row, *said)
+    return rows
+
+
+def _live(measurements: list[Measurement]) -> Table:
+    right = ("ms", "spread", "of a new Tracer's", "over its kernels'")
+    rows = table("following a scene on one core, processor time", ("scene", "what"), right)
+    for m in measurements:
+        ratio = live.ratio(measurements, m)
+        said = ["" if ratio is None else f"{ratio:.3f}", ""]
+        said = said if m.unit == "primitives" else said[::-1]
+        name = f"{m.name}: {m.queue}" if m.queue else m.name
+        rows.add_row(m.scene, name, f"{m.median * 1e3:.2f}", spread(m), *said)
     return rows
 
 

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt.bench import bands, embree, host, kernels, machine, queries, roof, scenes
+from clrt.bench import bands, embree, host, kernels, live, machine, queries, roof, scenes
 from clrt.bench.frames import frame_times
 from clrt.bench.report import Report
 from clrt.bench.timing import Measurement, Tell, measure
@@ -17,7 +17,7 @@ from clrt.device.settings import Settings
 from clrt.flatten.flatten import flatten
 from clrt.scene.scene import Scene
 
-GROUPS: Final = ("kernels", "queries", "builder", "launch", "compile", "frames", "bands", "program")
+GROUPS: Final = ("kernels", "queries", "builder", "launch", "compile", "frames", "bands", "program", "live")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +52,9 @@ def run(plan: Plan, tell: Tell | None = None) -> Report:
     if "queries" in plan.groups:
         with machine.one_core():
             found += queries.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
+    if "live" in plan.groups:
+        with machine.one_core():
+            found += live.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
     if "builder" in plan.groups:
         found += _builders(plan, library, tell)
     if "launch" in plan.groups:

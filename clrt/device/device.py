@@ -206,6 +206,11 @@ class Device:
             pattern = np.array([word], np.int32)
             self._command("fill", lambda: cl.enqueue_fill_buffer(self.queue, target, pattern, 0, nbytes))
 
+    def copy(self, target: Any, source: Any, nbytes: int) -> None:
+        """Copy the start of a buffer to that of another."""
+        move = partial(cl.enqueue_copy, self.queue, target, source, byte_count=nbytes)
+        self._command("copy", move)
+
     def flush(self) -> None:
         """See to it that everything launched begins."""
         self.driver.guard(self.queue.flush, "flush")

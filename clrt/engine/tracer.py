@@ -119,12 +119,9 @@ class Tracer:
         if not all(getattr(scene, name) is getattr(before, name) for name in ON_DEVICE):
             flat = flatten(scene, (before, self.flat))
             check_ceilings(flat, scene.source)
-            if flat.ray_format == self.flat.ray_format:
-                cost = self.world.update(self.device, flat)
-            else:
-                device = self.device.variant(flat.ray_format)
-                self.world, self.device, cost = World(device, flat), device, "rebuild"
-            self.flat = flat
+            device = self.device.variant(flat.ray_format)
+            cost = self.world.update(device, flat)
+            self.flat, self.device = flat, device
         if cost == "nothing" and scene.camera != before.camera:
             cost = "camera"
         self._scene = scene

@@ -72,9 +72,13 @@ def build(device: Device, flat: FlatScene, world: dict[str, Any]) -> Sections:
     # binary nodes that are no leaves, of which wide ones are made: few of the 2 n that there might be
     inner = _SUBTREES + int(device.read(ways, np.empty(_SUBTREES, layout.dtype("Ways")))["inner"].sum())
     most = inner + 2  # leaves, and the empty one
-    nodes, leaves = _space(device, "nodes", inner), device.buffer(3 * most * 8, "int2")
-    device.launch("collapse", 1, binary, ways, nodes, np.int32(most), leaves, counts, local_size=1)
+    wide, leaves = device.buffer(inner * _SIZE["nodes"], "WideNode"), device.buffer(3 * most * 8, "int2")
+    device.launch("collapse", 1, binary, ways, wide, np.int32(most), leaves, counts, local_size=1)
     used, *blocks = (int(c) for c in device.read(counts, np.empty(4, np.int32)))
+    del parts, binary, ways, boxes, kind_buffer, tasks  # as much memory as all that stays
+    nodes = _space(device, "nodes", used)
+    device.copy(nodes, wide, used * _SIZE["nodes"])
+    del wide
     order = device.buffer(max(blocks[2], 1) * 32, "int")
     out: Sections = {"count": used, "blocks": tuple(blocks), "nodes": nodes, "order": order}
     host_leaves = device.read(leaves, np.empty((3, most, 2), np.int32))

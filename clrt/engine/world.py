@@ -43,7 +43,7 @@ class World:
         self._take(device, flat, buffers | tree.build(device, flat, buffers))
 
     def update(self, device: Device, flat: FlatScene) -> str:
-        """Hold another scene, for rays of the same format, at the least cost, and say which.
+        """Hold another scene, whose rays the device's kernels are for, at the least cost, and say which.
 
         "nothing" where all arrays are equal; "tables" where some were sent; "refit" where the tree's boxes
         were made anew; "rebuild" where the tree was built anew.

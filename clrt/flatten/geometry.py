@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -23,11 +24,33 @@ _LOWEST, _HIGHEST = np.float32(-np.inf), np.float32(np.inf)
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes of all primitives of a kind, (n, 3) float32, rounded outwards; infinite where there is none."""
+    """Boxes of all primitives of a kind: records (n,) Box, rounded outwards; infinite where there is none."""
 
-    low: np.ndarray
-    high: np.ndarray
+    records: np.ndarray
     bounded: np.ndarray  # (n,) bool
+    too_far: np.ndarray  # (n,) bool: beyond LARGEST
+
+    @staticmethod
+    def of(n: int) -> Boxes:
+        """Room for so many."""
+        return Boxes(np.zeros(n, layout.dtype("Box")), np.empty(n, bool), np.empty(n, bool))
+
+    def put(self, part: slice, low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray) -> None:
+        """Boxes (3, k), computed in float64, wider by `pad` times their largest |coordinate| and by `extra`.
+
+        Of few at a time, which stay in a processor's cache, and axis by axis: numpy is slow on rows of 3.
+        """
+        least, most = low.astype(np.float64), high.astype(np.float64)
+        margin = pad * _farthest(least, most) + extra
+        least, most = least - margin, most + margin
+        least32, most32 = least.astype(np.float32), most.astype(np.float32)
+        least32 = np.where(least32 > least, np.nextafter(least32, _LOWEST), least32)
+        most32 = np.where(most32 < most, np.nextafter(most32, _HIGHEST), most32)
+        extent = np.isfinite(most32 * 0.5 - least32 * 0.5)
+        for axis in range(3):
+            self.records["low"][part, axis], self.records["high"][part, axis] = least32[axis], most32[axis]
+        self.bounded[part] = extent.all(axis=0)
+        self.too_far[part] = ~(_farthest(least32, most32) <= LARGEST)
 
 
 GEOMETRY: Final = (
@@ -61,7 +84,7 @@ def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:
 def _check_kinds(collected: Collected, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
     """Every primitive has a record and a box: the kernels look neither up with care."""
     for kind, section in layout.SECTIONS.items():
-        found = {len(sections[section]), len(boxes[kind].low)}
+        found = {len(sections[section]), len(boxes[kind].records)}
         if found != {collected.counts[kind]}:
             raise AssertionError(f"{collected.counts[kind]} primitives {kind}, but {found} records and boxes")
     if sum(collected.counts.values()) != len(sections["primitives"]):
@@ -69,26 +92,21 @@ def _check_kinds(collected: Collected, sections: dict[str, np.ndarray], boxes: d
 
 
 def padded(low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray | float = 0.0) -> Boxes:
-    """Boxes (n, 3), computed in float64, wider by `pad` times their largest |coordinate| and by `extra`."""
-    out = Boxes(np.empty_like(low, np.float32), np.empty_like(low, np.float32), np.empty(len(low), bool))
-    extra = np.broadcast_to(extra, len(low))
-    for start in range(0, len(low), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        least, most = low[part].astype(np.float64), high[part].astype(np.float64)
-        margin = (pad * _farthest(least, most) + extra[part])[:, None]
-        least, most = least - margin, most + margin
-        least32, most32 = least.astype(np.float32), most.astype(np.float32)
-        out.low[part] = np.where(least32 > least, np.nextafter(least32, _LOWEST), least32)
-        out.high[part] = np.where(most32 < most, np.nextafter(most32, _HIGHEST), most32)
-        extent = np.isfinite(out.high[part] * 0.5 - out.low[part] * 0.5)
-        out.bounded[part] = extent[:, 0] & extent[:, 1] & extent[:, 2]
+    """Boxes (n, 3), wider by `pad` times their largest |coordinate| and by `extra`."""
+    out, extra = Boxes.of(len(low)), np.broadcast_to(extra, len(low))
+    for part in _parts(len(low)):
+        # in C's order, which sums and products of it keep
+        out.put(part, low[part].T.copy(), high[part].T.copy(), pad, extra[part])
     return out
 
 
+def _parts(n: int) -> Iterator[slice]:
+    return (slice(start, min(start + _CHUNK, n)) for start in range(0, n, _CHUNK))
+
+
 def _farthest(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """The largest |coordinate| of each of the boxes (n, 3); axis by axis, which numpy does faster."""
-    reach = np.maximum(-low, high)
-    return np.maximum(np.maximum(reach[:, 0], reach[:, 1]), reach[:, 2])
+    """The largest |coordinate| of each of the boxes (3, k)."""
+    return np.asarray(np.maximum(-low, high).max(axis=0))
 
 
 def _spheres(collected: Collected) -> tuple[np.ndarray, Boxes]:
@@ -103,7 +121,7 @@ def _planes(collected: Collected) -> tuple[np.ndarray, Boxes]:
     rows = np.reshape(collected.planes, (-1, 6))
     out["point"][:, :3], out["normal"][:, :3] = rows[:, :3], rows[:, 3:]
     everywhere = np.full((len(out), 3), np.inf, np.float32)
-    return out, Boxes(-everywhere, everywhere, np.zeros(len(out), bool))
+    return out, padded(-everywhere, everywhere, 0.0)
 
 
 def _disks(collected: Collected) -> tuple[np.ndarray, Boxes]:
@@ -120,7 +138,10 @@ def _disks(collected: Collected) -> tuple[np.ndarray, Boxes]:
 
 def _triangles(collected: Collected) -> tuple[np.ndarray, Boxes]:
     out = concatenated(collected.triangles, np.zeros(0, layout.dtype("Triangle")))
-    return out, padded(*flatten_mesh.triangle_boxes(out), layout.PAD)
+    boxes, nothing = Boxes.of(len(out)), np.zeros(1)
+    for part in _parts(len(out)):
+        boxes.put(part, *flatten_mesh.triangle_boxes(out[part]), layout.PAD, nothing)
+    return out, boxes
 
 
 def _polygons(collected: Collected) -> tuple[np.ndarray, np.ndarray, Boxes]:
@@ -136,8 +157,7 @@ def _quadrics(collected: Collected) -> tuple[np.ndarray, Boxes]:
 def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
     """Raise for the first shape that float32 cannot hold."""
     for kind in ("SPHERE", "DISK", "TRIANGLE", "POLYGON"):
-        reach = _farthest(boxes[kind].low, boxes[kind].high)
-        _refuse(scene, sections, kind, ~(reach <= LARGEST), _TOO_LARGE)
+        _refuse(scene, sections, kind, boxes[kind].too_far, _TOO_LARGE)
     quadrics = sections["quadrics"]
     fields = ("center", "diagonal", "mixed", "gradient", "reach")
     finite = [np.isfinite(quadrics[name]).all(axis=1) for name in fields]
@@ -190,17 +210,15 @@ def _warn_of_smallness(scene: Scene, sections: dict[str, np.ndarray]) -> None:
 def _gather(sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
     """Add `unbounded`, `finite` and `boxes`: from the order of the kinds to that of the primitives."""
     primitives = sections["primitives"]
-    out = np.zeros(len(primitives), layout.dtype("Box"))
-    bounded = np.zeros(len(primitives), bool)
+    out, bounded = np.zeros(0, layout.dtype("Box")), np.zeros(len(primitives), bool)
     for kind, of_kind in boxes.items():
-        if len(of_kind.low) == 0:
-            continue
-        # a kind's primitives are numbered in the order of its section
-        which: Any = primitives["kind"] == layout.KINDS[kind]
-        if len(of_kind.low) == len(primitives):
-            which = slice(None)
-        bounded[which] = of_kind.bounded
-        out["low"][which, :3], out["high"][which, :3] = of_kind.low, of_kind.high
+        if len(of_kind.records) == len(primitives):
+            out, bounded = of_kind.records, of_kind.bounded
+        elif len(of_kind.records):
+            out = out if len(out) else np.zeros(len(primitives), layout.dtype("Box"))
+            # a kind's primitives are numbered in the order of its section
+            which = primitives["kind"] == layout.KINDS[kind]
+            out[which], bounded[which] = of_kind.records, of_kind.bounded
     sections["finite"] = np.flatnonzero(bounded).astype(np.int32)
     sections["unbounded"] = np.flatnonzero(~bounded).astype(np.int32)
     sections["boxes"] = out if bounded.all() else out[bounded]

@@ -154,7 +154,7 @@ def extents_of(materials: Sequence[int], sections: dict[str, np.ndarray]) -> Ext
     n = len(materials)
     shape, boxes = sections["primitives"]["shape"], sections["boxes"]
     low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
-    owner = shape[sections["finite"]]  # ascending
+    owner = shape if len(boxes) == len(shape) else shape[sections["finite"]]  # ascending
     if len(owner):
         first = np.flatnonzero(np.diff(owner, prepend=-1))
         low[owner[first]] = np.minimum.reduceat(boxes["low"][:, :3], first)

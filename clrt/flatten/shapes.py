@@ -45,6 +45,7 @@ from clrt.scene.scene import (
 from clrt.scene.transforms import is_similarity
 
 Point = Sequence[float] | np.ndarray
+_MANY = 64  # primitives of a shape for which an array is faster than a list of rows
 
 # corner i of a box is at its maximum on x, y, z where bit 0, 1, 2 of i is set; counter-clockwise from outside
 _BOX_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)])
@@ -73,6 +74,14 @@ class Collected:
     def number(self, kind: str, shape: int, material: int, count: int = 1) -> None:
         """Give the next `count` primitives, all of one kind, their numbers."""
         first = self.counts[kind]
+        if count > _MANY:
+            self._close_rows()
+            chunk = np.zeros(count, layout.dtype("Primitive"))
+            chunk["kind"], chunk["shape"], chunk["material"] = layout.KINDS[kind], shape, material
+            chunk["index"] = np.arange(first, first + count)
+            self.chunks.append(chunk)
+            self.counts[kind] = first + count
+            return
         self.counts[kind] = first + count
         self.rows += [(layout.KINDS[kind], index, shape, material) for index in range(first, first + count)]
 
@@ -223,9 +232,9 @@ def _mesh(out: Collected, shape: Mesh, index: int, material: int, at: str) -> No
         out.corners.append(world_points(data.vertices[corners], matrix))
         out.corner_counts.append(counts)
         kinds = np.where(flat_polygons, layout.KINDS["POLYGON"], layout.KINDS["TRIANGLE"])
+        out.number_all(kinds, index, material)
     else:
-        kinds = np.full(len(triangles), layout.KINDS["TRIANGLE"])
-    out.number_all(kinds, index, material)
+        out.number("TRIANGLE", index, material, len(triangles))
 
 
 def _quadric(out: Collected, shape: Quadric, index: int, material: int, at: str) -> None:

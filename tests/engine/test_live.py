@@ -62,8 +62,8 @@ def scene() -> clrt.Scene:
         ({"shapes[4].faces": [[0, 1, 2], [0, 3, 1]]}, "refit"),
         ({"shapes[4].faces": [[0, 1, 2]]}, "rebuild"),
         ({"shapes": []}, "rebuild"),
-        ({"spectrum": {"bands": 4}}, "rebuild"),
-        ({"materials.b.absorption": 0.4}, "rebuild"),  # rays carry lists of media from now on
+        ({"spectrum": {"bands": 4}}, "tables"),
+        ({"materials.b.absorption": 0.4}, "tables"),  # rays carry lists of media from now on
     ],
     ids=str,
 )

@@ -78,8 +78,9 @@ def test_boxes_are_rounded_outwards_and_by_one_step_at_most() -> None:
     low = rng.normal(size=(100_000, 3)) * 10 ** rng.uniform(-6, 6, (100_000, 1))
     high = low + rng.random(size=low.shape) * np.abs(low)
     boxes = padded(low, high, 0.0)
-    assert (boxes.low <= low).all() and (boxes.high >= high).all() and boxes.bounded.all()
-    assert (np.nextafter(boxes.low, np.float32(np.inf)) > low).all()
-    assert (np.nextafter(boxes.high, np.float32(-np.inf)) < high).all()
-    exact = padded(np.array([[-1.0, 0.0, 0.5]]), np.array([[1.0, 0.0, 2.0]]), 0.0)
-    assert exact.low.tolist() == [[-1.0, 0.0, 0.5]] and exact.high.tolist() == [[1.0, 0.0, 2.0]]
+    least, most = boxes.records["low"][:, :3], boxes.records["high"][:, :3]
+    assert (least <= low).all() and (most >= high).all() and boxes.bounded.all()
+    assert (np.nextafter(least, np.float32(np.inf)) > low).all()
+    assert (np.nextafter(most, np.float32(-np.inf)) < high).all()
+    exact = padded(np.array([[-1.0, 0.0, 0.5]]), np.array([[1.0, 0.0, 2.0]]), 0.0).records
+    assert exact["low"].tolist() == [[-1, 0, 0.5, 0]] and exact["high"].tolist() == [[1, 0, 2, 0]]

@@ -173,6 +173,7 @@ def test_checks_stand_at_their_ceilings() -> None:
         with pytest.raises(clrt.LimitError, match=f"^scene.toml: {name}: .* is too many"):
             ceilings.check(name, most + 1, most, "scene.toml")
     assert ~(ceilings.PRIMITIVES * 4 + 3) >= -(1 << 31)  # a leaf's reference
+    assert 8 * ceilings.PRIMITIVES < 1 << 31  # places of leaves of other kinds
     assert 2 * ceilings.PRIMITIVES + 64 < 1 << 31  # nodes of the builder
     word = (ceilings.MATERIALS - 1) * layout.SURFACE["SURFACE_MATERIAL"] + 3
     assert word < 1 << 31

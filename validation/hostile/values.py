@@ -21,7 +21,7 @@ KEYS: Final = (
     "max_depth", "min_weight", "background", "ambient", "ambient_samples", "medium_ior", "one_sided",
     "shadow", "spectrum", "conformance", "camera", "materials", "lights", "shapes", "type", "origin",
     "target", "up", "fov", "fov_axis", "size", "near", "mirror", "shift", "width", "height", "spp",
-    "jitter", "aperture", "focus", "roughness", "filter", "adaptive", "threshold",
+    "jitter", "aperture", "focus", "roughness", "filter", "adaptive", "threshold", "pose", "K",
     "color", "diffuse", "specular", "shininess", "reflection", "transmission", "ior", "fresnel",
     "thin", "emission", "absorption", "priority", "conductor", "position", "direction", "intensity",
     "falloff", "angle", "penumbra", "radiance", "samples", "two_sided", "visible", "u", "v",
