@@ -48,7 +48,13 @@ def _plain_types(app: Any, *_: Any) -> None:
             noted[name] = reference.plain_type(text)
 
 
+def _skipped(app: Any, what: str, name: str, value: Any, skip: bool, options: Any) -> bool | None:
+    """What api.md does not name is not public."""
+    return None if name in reference.public_words() else True
+
+
 def setup(app: Any) -> None:
     app.connect("builder-inited", _made)
     app.connect("source-read", _prepared)
+    app.connect("autodoc-skip-member", _skipped)
     app.connect("autodoc-process-signature", _plain_types, priority=900)

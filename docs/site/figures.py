@@ -19,7 +19,8 @@ from clrt.spectra.curves import ior_at
 _GLASSES = ("BK7", "SF11", "water-dispersive", "diamond-dispersive")
 _BITS = {
     "as it comes": clrt.Settings(), "tiles of 256 rays": clrt.Settings(tile=256),
-    "one work-item a group": clrt.Settings(local_size=1), "one thread": clrt.Settings(threads=1),
+    "one work-item a group": clrt.Settings(local_size=1),
+    "tiles of 100, groups of 4": clrt.Settings(tile=100, local_size=4),
 }  # fmt: skip
 
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 import inspect
 import re
+from functools import cache
 from pathlib import Path
 
 import clrt
 from clrt.cli.examples import EXAMPLES
 from clrt.cli.options import parser
+
+DOCS = Path(__file__).resolve().parents[1]
 
 
 def write(folder: Path) -> None:
@@ -31,6 +34,12 @@ def python() -> str:
         members = ["   :members:"] if kind == "autoclass" else []
         lines += [f"## {name}", "", "```{eval-rst}", f".. {kind}:: clrt.{name}", *members, "```", ""]
     return "\n".join(lines)
+
+
+@cache
+def public_words() -> frozenset[str]:
+    """All words of api.md: what it names is public (versions.md)."""
+    return frozenset(re.findall(r"\w+", (DOCS / "api.md").read_text("utf-8")))
 
 
 def plain_type(text: str) -> str:

@@ -48,7 +48,8 @@ def messages(folder: str) -> Iterator[tuple[str, str]]:
 
 def pages() -> Iterator[tuple[str, str]]:
     """(file, text) of every line of code and every piece between backticks in the documentation."""
-    for file in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+    concepts = sorted((ROOT / "docs" / "concepts").glob("*.md"))
+    for file in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), *concepts]:
         text = file.read_text()
         for block in re.findall(r"^(?:    |\$ )(clrt .*)$", text, re.MULTILINE):
             yield file.name, re.split(r"\s{2,}|\s#", block)[0]
@@ -58,10 +59,15 @@ def pages() -> Iterator[tuple[str, str]]:
 
 @cache
 def options() -> dict[str, set[str]]:
-    """The options of each command."""
+    """The options of each command, and of its actions where it has some."""
+
+    def within(made: argparse.ArgumentParser) -> set[str]:
+        inner = [a.choices.values() for a in made._actions if isinstance(a, argparse._SubParsersAction)]
+        deeper = {text for parsers in inner for one in parsers for text in within(one)}
+        return {text for action in made._actions for text in action.option_strings} | deeper
+
     (commands,) = [a for a in parser()._actions if isinstance(a, argparse._SubParsersAction)]
-    return {name: {text for action in parser._actions for text in action.option_strings}
-            for name, parser in commands.choices.items()}  # fmt: skip
+    return {name: within(made) for name, made in commands.choices.items()}
 
 
 @cache
@@ -93,6 +99,9 @@ def test_every_command_that_is_advised_exists_with_its_options():
 def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixture[str]):
     assert main([command, "--help"]) == 0
     text = capsys.readouterr().out
+    for inner in re.findall(r"^    (\w+) ", text.split("ACTION\n")[1], re.M) if "ACTION\n" in text else ():
+        assert main([command, inner, "--help"]) == 0
+        text += capsys.readouterr().out
     assert all(option in text for option in options()[command])
     readme = (ROOT / "README.md").read_text()
     assert f"clrt {command}" in readme

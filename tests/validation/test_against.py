@@ -129,6 +129,9 @@ def test_the_command_says_what_to_mend(tmp_path: Path, capsys: pytest.CaptureFix
 def test_its_own_scene_and_a_right_program(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, _ = run(str(SCENE), "--against", COMMAND + "{out.exr}", capsys=capsys)
     assert code == 0 and out == "1 of 1 pictures are right\n"
+    code, out, _ = run(str(SCENE), "--against", COMMAND + "{out.exr}", "--json", capsys=capsys)
+    found = json.loads(out)
+    assert code == 0 and found["passed"] and len(found["cases"]) == 1
 
 
 @pytest.mark.parametrize(("command", "says"), [

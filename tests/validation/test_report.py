@@ -18,6 +18,7 @@ from PIL import Image
 import report_samples as samples
 from clrt.base.errors import ClrtError
 from clrt.base.resources import validation_module
+from clrt.cli import main
 from clrt.images.file import encode
 
 report = validation_module("suite.report")
@@ -283,3 +284,13 @@ def test_a_run_of_some_cases_says_of_how_many():
     assert report.headline(result) == says
     whole = dataclasses.replace(result, known=2)
     assert report.headline(whole) == "Proven: independent programs compute the same pictures"
+
+
+def test_the_command_answers_programs(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setattr(validation_module("suite.run"), "run", lambda *_: samples.result())
+    page = tmp_path / "out.html"
+    assert main(["validate", "--json", "--report", str(page)]) == 1
+    found, beside = json.loads(capsys.readouterr().out), json.loads(page.with_suffix(".json").read_text())
+    assert found == beside and found["passed"] is False and found["cases"]
