@@ -141,12 +141,12 @@ class Session:
         size = self._size(body)
         layer = arguments.text("layer", body.get("layer", "image"))
 
-        def look(*_: int) -> None:
-            if stale():
+        def look(done: int, total: int, rays: int) -> None:
+            if done < total and stale():
                 raise Superseded
 
         with self._lock:
-            look()
+            look(0, 1, 0)
             scene, camera = self.shown(body)
             self.tracer.update(scene)
             layers = () if layer == "image" else (layer,)

@@ -115,6 +115,14 @@ def test_it_is_coarse_first_then_full_then_of_more_samples(browser: Browser, ser
     assert browser.run("JSON.stringify(seen)") == "[[0,8,1],[1,32,1],[2,32,4],[3,32,16]]"
 
 
+def test_pictures_are_full_while_things_move_where_they_come_fast(browser: Browser, server: Server) -> None:
+    """Within a tenth of a second; else coarse. The user may want one or the other."""
+    look(browser, server)
+    quick = f"(p => {{ p.moving = HOW; p.took.set(1, MS); return p.quick(); }})({PAGE}.pictures)"
+    for how, took, level in (("auto", 90, 1), ("auto", 110, 0), ("full", 900, 1), ("coarse", 1, 0)):
+        assert browser.run(quick.replace("HOW", f"'{how}'").replace("MS", str(took))) == level
+
+
 def test_it_turns_moves_and_zooms(browser: Browser, server: Server) -> None:
     look(browser, server)
     x, y = center(browser)
