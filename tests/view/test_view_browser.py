@@ -363,6 +363,10 @@ def test_the_widget_shows_and_turns(chromium: Browser, tmp_path: Path) -> None:
     chromium.run("void el.clrtView.pick(16, 11)")
     talk("el.querySelector('.clrt-view').dataset.picked")
     assert EVIL in chromium.run("el.textContent")
+    ground = "getComputedStyle(document.querySelector('.clrt-view')).backgroundColor"
+    for light, colour in (("true", "rgb(255, 255, 255)"), ("false", "rgb(20, 23, 26)")):  # JupyterLab's theme
+        chromium.run(f"document.body.dataset.jpThemeLight = '{light}'")
+        assert chromium.run(ground) == colour
     chromium.run("close_widget()")
     assert chromium.run("el.children.length") == 0
     assert chromium.messages == [] and chromium.run("window.evil === undefined")
