@@ -44,7 +44,8 @@ def test_the_schema_is_known_by_one_name() -> None:
 
 
 def test_pages_lead_to_files_that_are_there() -> None:
-    for page in ("CHANGELOG.md", "CONTRIBUTING.md", "docs/versions.md", "docs/explain.md", "README.md"):
+    docs = ("docs/versions.md", "docs/explain.md", "docs/viewer.md")
+    for page in ("CHANGELOG.md", "CONTRIBUTING.md", "README.md", *docs):
         file = ROOT / page
         for target in re.findall(r"\]\(([\w./-]+)\)", file.read_text("utf-8")):
             assert (file.parent / target).exists(), (page, target)

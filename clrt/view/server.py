@@ -192,5 +192,5 @@ class _Handler(BaseHTTPRequestHandler):
 
 def packed(table: dict[str, Any], data: bytes) -> bytes:
     """An answer as bytes: how long the table is as JSON (4 bytes, the lowest first), the table, the data."""
-    text = json.dumps(table, allow_nan=True).encode()
+    text = json.dumps(table).encode()
     return len(text).to_bytes(4, "little") + text + data

@@ -87,7 +87,8 @@ class Session:
         state = {name: getattr(camera, name) for name in ("type", "fov_axis", *_CAMERA)}
         return {
             "title": legible(scene.source or "scene"), "size": [camera.width, camera.height],
-            "spp": int(camera.spp), "camera": state | {"focus": camera.in_focus}, "mirror": camera.mirror,
+            "spp": int(camera.spp) if isinstance(camera.spp, int) else 1,
+            "camera": state | {"focus": camera.in_focus}, "mirror": camera.mirror,
             "layers": [{"group": group, "names": held} for group, held in names.items()],
             "knobs": [
                 knob | {"group": legible(knob["group"]), "label": legible(knob["label"])}
@@ -141,12 +142,12 @@ class Session:
         size = self._size(body)
         layer = arguments.text("layer", body.get("layer", "image"))
 
-        def look(*_: int) -> None:
-            if stale():
+        def look(done: int, total: int, rays: int) -> None:
+            if done < total and stale():
                 raise Superseded
 
         with self._lock:
-            look()
+            look(0, 1, 0)
             scene, camera = self.shown(body)
             self.tracer.update(scene)
             layers = () if layer == "image" else (layer,)
@@ -165,7 +166,12 @@ class Session:
             scene, camera = self.shown(body)
             self.tracer.update(scene)
             tree = self.tracer.explain(x, y, *size, camera=camera)
-        return told(tree), b""
+        table = told(tree)
+        try:
+            json.dumps(table, allow_nan=False)  # which is all that a browser can read
+        except ValueError:
+            raise ClrtError(f"pixel ({x}, {y}): its rays bring light that is not finite") from None
+        return table, b""
 
     # --- files
 

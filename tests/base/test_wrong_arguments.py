@@ -120,6 +120,7 @@ def _calls(
                                               "layers": ["depth"], "crop": None, "camera": None}),
         "sweep": (clrt.sweep, {"scene": scene, "changes": {"max_depth": [1]}, "device": None,
                                "settings": None, "executor": None}),
+        "widget": (clrt.widget, {"scene": scene, "device": None}),
         "turntable": (clrt.turntable, {"camera": scene.camera, "frames": 2}),
         "camera_path": (clrt.camera_path, {"keys": [scene.camera] * 2, "frames": 3, "closed": False}),
         "Image": (clrt.Image, given),

@@ -86,6 +86,7 @@ def test_others_are_refused(server: Server, method: str, path: str, headers: dic
             "Host": server.authority,
             "Origin": server.origin,
             "Content-Type": "application/json",
+            "Connection": "close",  # else what is not refused would be waited for
             **given,
         }
         lines = [f"{method} {path}{name} HTTP/1.1"]
@@ -225,6 +226,40 @@ def test_what_a_screen_shows_is_what_a_file_holds() -> None:
 def test_wrong_questions_are_told_why(server: Server, body: dict[str, Any], words: str) -> None:
     table, data = ask(server, "frame", **FRAME | body)
     assert words in table["error"] and data == b""
+
+
+STRANGE: list[Any] = [
+    None, True, -1, 0, 1.5, 1e30, 1e300, -(10**40), float("nan"), float("inf"), "", "x", "\0", "\ud800",
+    "..", "/etc/passwd", [], [1, 2], [1, 2, 3], ["x"] * 3, [None] * 3, [[1]] * 3, [1e300] * 3,
+    [float("nan")] * 3,
+    {}, {"origin": [0, 0]}, {"origin": [0, 0, 0]}, {"up": [0, 0, 0]}, {"up": [0, 0, 1], "origin": [0, 0, 9]},
+    {"fov": 180}, {"fov": float("nan")}, {"aperture": 1e17}, {"focus": 0}, {"": 1}, {"camera.fov": 9},
+    {"max_depth": 10**6}, {"max_depth": -1}, {"background": [1e29] * 3}, {"shapes[2].material.ior": 0},
+    {"shapes[2].material.ior": "glass"}, {"shapes[2].material.transmission": 1, "max_depth": 0},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["open", "frame", "pixel", "save"])
+def test_nothing_that_is_asked_is_a_surprise(
+    server: Server, kind: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Each part of a question in turn is strange: there is an answer, or it is told what is wrong."""
+    right = {**FRAME, "x": 1, "y": 1, "what": "scene", "camera": {}, "changes": {}, "layer": "image"}
+    right["exposure"] = 0
+    told = 0
+    for name in right:
+        for value in STRANGE:
+            table, data = ask(server, kind, **{**right, name: value})
+            told += "error" in table
+            assert "error" not in table or data == b""
+    assert capfd.readouterr().err == ""
+    assert told > 100 or kind == "open"
+
+
+def test_light_that_is_not_finite_is_said(server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("clrt.view.session.told", lambda tree: {"value": [float("nan")] * 3})
+    table, _ = ask(server, "pixel", width=WIDTH, height=HEIGHT, x=3, y=4)
+    assert table == {"error": "pixel (3, 4): its rays bring light that is not finite"}
 
 
 def test_a_pixel_s_rays_sum_to_it(server: Server) -> None:

@@ -115,6 +115,14 @@ def test_it_is_coarse_first_then_full_then_of_more_samples(browser: Browser, ser
     assert browser.run("JSON.stringify(seen)") == "[[0,8,1],[1,32,1],[2,32,4],[3,32,16]]"
 
 
+def test_pictures_are_full_while_things_move_where_they_come_fast(browser: Browser, server: Server) -> None:
+    """Within a tenth of a second; else coarse. The user may want one or the other."""
+    look(browser, server)
+    quick = f"(p => {{ p.moving = HOW; p.took.set(1, MS); return p.quick(); }})({PAGE}.pictures)"
+    for how, took, level in (("auto", 90, 1), ("auto", 110, 0), ("full", 900, 1), ("coarse", 1, 0)):
+        assert browser.run(quick.replace("HOW", f"'{how}'").replace("MS", str(took))) == level
+
+
 def test_it_turns_moves_and_zooms(browser: Browser, server: Server) -> None:
     look(browser, server)
     x, y = center(browser)
@@ -355,6 +363,10 @@ def test_the_widget_shows_and_turns(chromium: Browser, tmp_path: Path) -> None:
     chromium.run("void el.clrtView.pick(16, 11)")
     talk("el.querySelector('.clrt-view').dataset.picked")
     assert EVIL in chromium.run("el.textContent")
+    ground = "getComputedStyle(document.querySelector('.clrt-view')).backgroundColor"
+    for light, colour in (("true", "rgb(255, 255, 255)"), ("false", "rgb(20, 23, 26)")):  # JupyterLab's theme
+        chromium.run(f"document.body.dataset.jpThemeLight = '{light}'")
+        assert chromium.run(ground) == colour
     chromium.run("close_widget()")
     assert chromium.run("el.children.length") == 0
     assert chromium.messages == [] and chromium.run("window.evil === undefined")

@@ -44,13 +44,14 @@ class Screen {
 const COARSE = 4; // pixels of the full picture across one of the coarse one
 const FAST = 100; // ms within which a full picture has to come while things move
 const STILL = 150; // ms without a change after which the picture is made better
-const SLOW = 250; // ms after which a picture of what was before is given up
+const SLOW = 1000; // ms after which even a first picture of what was before is given up
 
 // Asks for pictures of the newest wish: coarse, full, then of more samples. One question is under way, but for
 // one that takes long and shows what is no more: the server gives that up when it hears the next.
 class Pictures {
   constructor(connection, wish, shown, failed) {
-    Object.assign(this, { connection, wish, shown, failed, version: 1, issued: 0, level: -1, number: 0 });
+    Object.assign(this, { connection, wish, shown, failed, version: 1, issued: 0, level: -1, number: 0,
+      newest: 0 });
     this.page = crypto.getRandomValues(new Uint32Array(4)).join("-");
     this.moving = "auto";
     this.took = new Map(); // by level, ms
@@ -99,7 +100,8 @@ class Pictures {
     const { page } = this, { number } = mine;
     try {
       const [table, bytes] = await this.connection.ask("frame", { ...wish, ...levels[level], page, number });
-      if (table.superseded || this.number !== number) return;
+      if (table.superseded || number < this.newest) return;
+      this.newest = number;
       const took = performance.now() - mine.since;
       this.took.set(level, this.took.has(level) ? 0.7 * this.took.get(level) + 0.3 * took : took);
       this.frames[level ? 1 : 0]++;
@@ -109,6 +111,7 @@ class Pictures {
       this.level = levels.length; // until something changes
       this.failed(fault, wish);
     }
+    if (this.number !== number) return; // another question is under way
     this.busy = null;
     this.next();
   }

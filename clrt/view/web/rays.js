@@ -33,8 +33,8 @@ class Rays {
     this.key = make("p", { className: "key" });
     const views = [["front", 0, 0], ["side", Math.PI / 2, 0], ["top", 0, Math.PI / 2]].map(([name, yaw, pitch]) =>
       button(name, () => this.look(yaw, pitch, 1)));
-    this.root = make("div", { hidden: true }, this.about, this.canvas,
-      make("div", { className: "row" }, ...views), this.key, this.list);
+    this.root = make("div", { hidden: true, className: "rays" },
+      make("div", {}, this.about, this.canvas, make("div", { className: "row" }, ...views), this.key), this.list);
     this.look(0.6, 0.35, 1);
     this.listen();
   }

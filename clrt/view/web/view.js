@@ -65,7 +65,11 @@ class View {
     const stage = make("div", { className: "stage" }, canvas, this.cross);
     stage.style.maxWidth = `${85 * this.aspect}vh`;
     this.root.replaceChildren(
-      make("header", {}, make("h1", {}, about.title), this.status), stage,
+      make("header", {}, make("h1", {}, about.title), this.status),
+      make("div", { className: "main" }, stage,
+        panel("Pixel", true, labelled("samples", this.samples),
+          this.hint = make("p", { className: "dim" }, "Click into the picture to see where a pixel's light comes from."),
+          this.rays.root)),
       make("aside", {}, this.fault,
         panel("Picture", true,
           labelled("exposure", this.exposure.element),
@@ -76,9 +80,6 @@ class View {
             "auto", how => { this.pictures.moving = how; })),
           make("div", { className: "row" }, save("save PNG", "png"), save("save EXR", "exr"), save("save scene", "scene"),
             button("reset", () => this.reset()))),
-        panel("Pixel", true, labelled("samples", this.samples),
-          this.hint = make("p", { className: "dim" }, "Click into the picture to see where a pixel's light comes from."),
-          this.rays.root),
         panel("Camera", false, ...this.lens()),
         panel("Materials and lights", false, ...this.knobs.groups),
         panel("Keys", false, make("p", {}, mouse), keys)));
@@ -104,9 +105,8 @@ class View {
     this.screen.draw(frame);
     this.frame = frame;
     this.fault.hidden = true;
-    const rate = frame.level < 2 ? `, ${(1000 / frame.took).toFixed(0)} a second` : "";
-    this.status.textContent = `${frame.width} × ${frame.height}, ${frame.spp} sample${frame.spp > 1 ? "s" : ""}, `
-      + `${frame.took.toFixed(0)} ms${rate}`;
+    const rate = frame.level < 2 ? `, ${(1000 / frame.took).toFixed(0)} pictures a second` : "";
+    this.status.textContent = `${frame.width} × ${frame.height}, ${frame.spp} sample${frame.spp > 1 ? "s" : ""}${rate}`;
     Object.assign(this.root.dataset, { version: frame.version, level: frame.level, spp: frame.spp,
       frames: this.pictures.frames.join(" ") });
   }
@@ -267,7 +267,7 @@ class View {
 
   close() {
     clearTimeout(this.pictures.timer);
-    this.pictures.number = Infinity; // nothing that comes is the newest
+    this.pictures.number = this.pictures.newest = Infinity; // what still comes is too late
     this.rays.close();
     this.connection.close?.();
   }
@@ -276,6 +276,9 @@ class View {
 // what anywidget calls; `connection` in place of a notebook's
 const render = ({ model, el, connection = new OverModel(model) }) => {
   const root = make("div", { className: "clrt-view" }, "…");
+  // a notebook has shortcuts of its own: JupyterLab leaves out what is marked so, others hear nothing
+  root.dataset.lmSuppressShortcuts = "true";
+  root.addEventListener("keydown", event => event.stopPropagation());
   const frame = make("div", { className: "clrt-view-frame" }, root);
   el.append(frame);
   let view, closed = false;
