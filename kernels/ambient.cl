@@ -34,9 +34,7 @@ __kernel void gather_ambient(SPAWN_PARAMETERS)
 #if IMAGES
     const int texture = second ? -1 : world.pictured[surface_code[i] / SURFACE_MATERIAL].color;
     float rgb[3];
-    if (texture >= 0)
-        texels_at(world.texels, world.textures + texture, surfaces[in_block(i, TEXTURE_U, SURFACE_FIELDS)],
-                  surfaces[in_block(i, TEXTURE_V, SURFACE_FIELDS)], rgb);
+    for (int c = 0; c < 3; c++) rgb[c] = surfaces[in_block(i, TEXEL_R + c, SURFACE_FIELDS)];
 #endif
     const uint samples = world.scene->ambient_samples;
     const uint key = combine(path[i] & ~(uint)PATH_FLAGS, CHILD_AMBIENT);

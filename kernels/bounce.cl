@@ -51,7 +51,7 @@ inline void bounce_packet(const World world, const Family f, const Pixels pixels
     Surfaces s = load_surfaces(world, f.hits.surfaces, f.hits.surface_code, f.queue.weights, first, n);
     const VecP u = load_vec(f.queue.rays, first, n, DIRECTION_X, RAY_FIELDS);
     const Streams streams = gloss_streams(world, pixels, f.queue.path, first, n);
-    show_pictures(world, &s, todo, SHOWN(MIRROR) | SHOWN(TINT));
+    SHOW_PICTURES(world, s, todo, SHOWN(MIRROR) | SHOWN(TINT));
     VecP direction = u;
     if (reflecting) direction = reflected(s, u);
     floatP weight[RAY_BANDS];
@@ -104,7 +104,7 @@ __kernel void disperse(SPAWN_PARAMETERS)
     Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
     const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = offset_origin(s, minus(s.n));
     const Streams streams = {(uintP)(0u), (uintP)(0u)};  // what transmits is not rough
-    show_pictures(world, &s, todo, SHOWN(TINT));
+    SHOW_PICTURES(world, s, todo, SHOWN(TINT));
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[GROUP][PACKET];
     int place[PACKET], launched[PACKET];
     floatP weight[BANDS];

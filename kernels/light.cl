@@ -46,7 +46,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     const Streams streams = light_streams(world, pixels, path, first, n);
     const Streams facets = gloss_streams(world, pixels, path, first, n);
     intP todo = ~missed, mine;
-    show_pictures(world, &s, todo, SHOWN(COLOR) | SHOWN(MIRROR) | SHOWN(TINT) | SHOWN(EMISSION));
+    SHOW_PICTURES(world, s, todo, SHOWN(MIRROR) | SHOWN(TINT) | SHOWN(EMISSION));
     while (any_of(todo)) {
         __global const Material *material = next_material(world, &s, &todo, &mine);
         if (scatters(material, terms))
@@ -67,7 +67,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
         }
         for (int b = 0; b < RAY_BANDS; b++) {
             floatP emission = (floatP)(0.0f), ambient = emission;
-            if (terms & TERM_EMISSION) emission = TONE(s, EMISSION, material->emission, b);
+            if (terms & TERM_EMISSION) emission = EMISSION_OF(s, material, b);
             if (material->light) emission = select(emission, (floatP)(0.0f), dark(material, s, ambient_queue));
             if (terms & TERM_AMBIENT)
                 ambient = select(material->ka * colors(material, s, b) * in_band(world.scene->ambient, s, b), ambient,
@@ -209,7 +209,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
         value[b] = (floatP)(0.0f);
         if (any_bright) value[b] = select(value[b], load_field(local_radiance, first, n, b, VALUES), bright);
     }
-    show_pictures(world, &s, counted, SHOWN(COLOR) | SHOWN(HIGHLIGHT));
+    SHOW_PICTURES(world, s, counted, SHOWN(HIGHLIGHT));
     uint at = first_feeler[first], place[PACKET];
     const uint lanes = min((uint)PACKET, n - first);
     intP lighter = (intP)(0);

@@ -1,4 +1,4 @@
-"""Write still-life.glb: a glTF model with all that clrt reads of one, to render and to look into.
+"""Write bowl.glb: a glTF model with all that clrt reads of one, to render and to look into.
 
 A wooden table (a texture), a bowl of brass (rough metal), a glass ball (a volume that absorbs), a tiled ball
 (a normal map), a lamp that glows, a camera, a spot and a point light. Nothing in it is foreign.
@@ -188,7 +188,7 @@ def glb() -> bytes:
 
 def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parent
-    (folder / "still-life.glb").write_bytes(glb())
+    (folder / "bowl.glb").write_bytes(glb())
 
 
 if __name__ == "__main__":

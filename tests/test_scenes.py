@@ -106,6 +106,16 @@ def test_backgrounds_are_what_their_script_writes():
         np.testing.assert_allclose(held, make(), rtol=1e-3, atol=1e-6)  # half floats: 11 bits
 
 
+def test_pictures_on_surfaces_are_what_their_script_writes():
+    """But for the last bit of a byte, which another library's sine may round otherwise."""
+    folder = scene_folder()
+    script = runpy.run_path(str(folder / "generate_textures.py"))
+    assert sorted(f"{name}.png" for name in script["PICTURES"]) == sorted(f.name for f in folder.glob("*.png"))
+    for name, make in script["PICTURES"].items():
+        held = np.asarray(oiio.ImageBuf(str(folder / f"{name}.png")).get_pixels(oiio.UINT8)).astype(int)
+        assert np.abs(held - np.clip(make(), 0, 1) * 255).max() <= 1
+
+
 def test_meshes_are_what_their_script_makes(scenes: dict[str, Scene]):
     script = runpy.run_path(str(scene_folder() / "generate_meshes.py"))
     made = {

@@ -128,7 +128,7 @@ class QueueHits(_Parameters):
             "code": queue.words(self.code, np.int32),
         }
         if queue.device.ray_format.images:
-            values["uv"] = fields[-2:]
+            values["uv"] = fields[-len(layout.UV_FIELDS) :][:2]
         if not queue.device.media:
             return values
         before, after = fields[10:12].view(np.int32)

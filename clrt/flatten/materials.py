@@ -90,6 +90,8 @@ class MaterialTable:
         if not shows_pictures(pictured).any():
             return None
         sections, pictures = self._textures.sections(known, self._bands)
+        there = [(pictured[name] >= 0).any() for name in layout.PICTURES]
+        sections["primaries"]["shown"] = sum(1 << number for number, any_ in enumerate(there) if any_)
         return sections | {"pictured": pictured}, pictures
 
 

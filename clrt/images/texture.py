@@ -34,19 +34,19 @@ def read_texels(
 
     encoding: "srgb", "linear", or None: integers are sRGB, floats linear; of normals always linear.
     `tint` multiplies them. Reflectances are clipped to [0, 1], light to >= 0, normals lie about 0. Raises as
-    `clrt.read_image`, and SceneError for numbers that are not finite.
+    `clrt.read_image`, also where decoded numbers are not finite.
     """
     values: Callable[[np.ndarray], np.ndarray] | None = partial(_values, encoding) if encoding else None
     texels = read_image(path, limits, _normals if role == "normal" else values)
     if any(part != 1.0 for part in tint):
         with np.errstate(all="ignore"):
             texels *= np.array(tint, np.float32)
+        if not np.isfinite(texels).all():
+            raise SceneError(f"{os.fspath(path)}: times its tint it leaves the range of float32")
     if role == "reflectance":
         np.clip(texels, 0.0, 1.0, out=texels)
     elif role == "light":
         np.maximum(texels, 0.0, out=texels)
-    if not np.isfinite(texels).all():
-        raise SceneError(f"{os.fspath(path)}: its numbers leave the range of float32; use smaller ones")
     return texels
 
 

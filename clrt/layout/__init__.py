@@ -127,8 +127,11 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("row_u", "float4"), ("row_v", "float4"), ("row_w", "float4"),
         ("kind", "int"), ("corners", "int"), ("pad0", "int"), ("pad1", "int"),
     ),
-    # the reflectances that red, green and blue 1 of a texel stand for
-    "Primaries": (("red", "float@BANDS"), ("green", "float@BANDS"), ("blue", "float@BANDS")),
+    # the reflectances that red, green and blue 1 of a texel stand for; `shown`: of which of PICTURES there
+    # are any, 1 << number
+    "Primaries": (
+        ("shown", "int"), ("red", "float@BANDS"), ("green", "float@BANDS"), ("blue", "float@BANDS"),
+    ),
     # What holds for the whole scene; section `scene` has exactly one
     "SceneInfo": (
         ("primitives", "int"), ("unbounded", "int"), ("nodes", "int"), ("lights", "int"),
@@ -270,7 +273,8 @@ SURFACE_FIELDS: Final = (
 )
 # With lists of media also the materials (as integers, -1: medium_ior) whose indices meet there
 TOP_FIELDS: Final = ("TOP_BEFORE", "TOP_AFTER")
-UV_FIELDS: Final = ("TEXTURE_U", "TEXTURE_V")  # and last, in scenes with pictures, where in them it lies
+# and last, in scenes with pictures, where in them it lies, and what that of the material's colour shows there
+UV_FIELDS: Final = ("TEXTURE_U", "TEXTURE_V", "TEXEL_R", "TEXEL_G", "TEXEL_B")
 SURFACE: Final = {"SURFACE_INSIDE": 1, "SURFACE_SECOND_COLOR": 2, "SURFACE_MATERIAL": 4}
 
 # A ray's `path` word: upper 28 bits a key that other paths of the picture share only by chance, lower 4 flags

@@ -16,7 +16,7 @@ from clrt.scene.scene import Mesh, Scene
 from tests.cost import cost
 from tests.model_samples import write_glb
 
-STORED = "still-life.glb"
+STORED = "bowl.glb"
 
 
 def corners(scene: Scene) -> list[np.ndarray]:

@@ -72,8 +72,14 @@ def color(value: Any) -> Any:
     return Spectrum("samples", value) if isinstance(value, tuple) and isinstance(value[0], tuple) else value
 
 
+def _is_picture(value: Any) -> bool:
+    return isinstance(value, Mapping) and value.get("type") == "image"
+
+
 def material(table: Any) -> Material:
     values = {key: frozen(value) for key, value in table.items()}
+    if "normal_map" in values or any(_is_picture(values.get(key)) for key in (*COLORS, "color")):
+        raise ValueError("pictures on surfaces are not translated")
     for key in COLORS:
         if key in values:
             values[key] = color(values[key])

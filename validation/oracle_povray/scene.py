@@ -75,6 +75,8 @@ def _no_shape(shape: Any) -> str:
 
 def _no_material(m: Material) -> str:
     colours = (m.emission, m.highlight_color, m.reflection_color, m.transmission_color, m.absorption)
+    if m.pictures:
+        return "pictures on surfaces"
     if isinstance(m.color, Checker):
         return "checker as the model has it"
     if not _plain((m.color, *colours)) or m.conductor is not None or not isinstance(m.ior_d, float):
