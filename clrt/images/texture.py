@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from clrt.base.errors import SceneError
 from clrt.base.limits import Limits
 from clrt.images.file import decode, picture_shape, read_image, uncurved
 
@@ -40,6 +41,8 @@ def read_texels(
     if any(part != 1.0 for part in tint):
         with np.errstate(all="ignore"):
             texels *= np.array(tint, np.float32)
+        if not np.isfinite(texels).all():
+            raise SceneError(f"{os.fspath(path)}: times its tint it leaves the range of float32")
     if role == "reflectance":
         np.clip(texels, 0.0, 1.0, out=texels)
     elif role == "light":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from clrt.meshfiles.file import broken_said, mesh_bytes, open_mesh
 from clrt.meshfiles.look import NONE, Look, Names
 from clrt.meshfiles.parts import Arrays, Placed
 
-_LOOKING: Final = (".glb", ".gltf", ".obj")
+_LIBRARY: Final = re.compile(rb"^[ \t]*+mtllib\b", re.MULTILINE)  # possessive: each empty line anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,8 @@ class Model:
 def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model | None:
     """What is in a file that says how it looks; None for others: meshes are all that is in them."""
     data = mesh_bytes(path, at, limits)
-    if path.suffix.lower() not in _LOOKING:
+    suffix = path.suffix.lower()
+    if not (suffix in (".glb", ".gltf") or (suffix == ".obj" and _LIBRARY.search(data))):
         return None
     with broken_said(path, at):
         placed = open_mesh(data, path, at, limits, apart=True)

@@ -164,9 +164,13 @@ def test_a_picture_within_is_that_picture(tmp_path: Path) -> None:
         assert flat.pictures is not None
         texels.append(flat.pictures.texels.tolist())
     assert texels[0] == texels[1] == texels[2]
-    glowing = {"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 0.5, 0]}
+    glowing: dict[str, Any] = {"emissiveTexture": {"index": 0}, "emissiveFactor": [1, 0.5, 0]}
     tinted = flatten(load(tmp_path, textured(glowing)))
     assert tinted.pictures is not None
+    glowing["extensions"] = {"KHR_materials_emissive_strength": {"emissiveStrength": 3e38}}
+    write_picture(tmp_path / "c.exr", [np.full((1, 1, 3), 9.0, np.float32)])
+    with pytest.raises(SceneError, match=r"c\.exr: times its tint it leaves the range of float32"):
+        flatten(load(tmp_path, textured(glowing, ({"uri": "c.exr"},))))
     right = np.array(texels[0][:-1], np.float32).reshape(-1, 3) * np.array([1, 0.5, 0], np.float32)
     assert tinted.pictures.texels[:-1].reshape(-1, 3).tolist() == right.tolist()
 

@@ -192,7 +192,7 @@ def test_maps_lie_beside_their_library(tmp_path: Path) -> None:
     ],
 )
 def test_broken_lines(tmp_path: Path, mtl: str, says: str) -> None:
-    with pytest.raises(SceneError, match=rf"a\.obj .*{says}"):
+    with pytest.raises(SceneError, match=rf"a\.obj: .*{says}"):
         load(tmp_path, mtl)
 
 
