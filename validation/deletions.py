@@ -57,6 +57,14 @@ def _other_projection(scene: Scene) -> Scene:
     return _camera(type="perspective", fov=fov)(scene)
 
 
+def _level(scene: Scene) -> Scene:
+    """A pose that says where the camera is, and not how it is turned."""
+    assert scene.camera is not None
+    x, y, z = scene.camera.origin
+    pose = ((1.0, 0.0, 0.0, x), (0.0, -1.0, 0.0, y), (0.0, 0.0, -1.0, z), (0.0, 0.0, 0.0, 1.0))
+    return _camera(pose=pose)(scene)
+
+
 def with_materials(change: Callable[[Material], Material]) -> Deletion:
     """Every shape with its own material, changed."""
 
@@ -230,7 +238,8 @@ _CAMERAS: Final[dict[str, Deletion | Faults]] = {
     "vertical field of view": _camera(fov_axis="horizontal"), "up vector": _camera(up=None),
     "near": _camera(near=0.0), "mirrored camera": _camera(mirror=False),
     "shifted camera": _camera(shift=(0.0, 0.0)), "jitter": _camera(jitter=None),
-    "lens": _camera(aperture=0.0),
+    "lens": _camera(aperture=0.0), "pose": _level, "K": _camera(K=None),
+    **{f"{name} filter": _camera(filter="box") for name in ("tent", "gaussian", "mitchell")},
     **{f"{spp} samples": _camera(spp=1) for spp in (4, 16, 64)},
 }  # fmt: skip
 

@@ -42,8 +42,8 @@ class FlatScene:
     `response` (rows, bands) float32 turns a pixel's bands into its colour (by `colorimetry.finished`),
     `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
     `media` tells in which media rays start; None where rays need no lists of them. From `textures` on:
-    sections that a scene without pictures on its surfaces has not, and what was read. `extents` say what later
-    scenes of the same shapes need not find again; they do not travel.
+    sections that a scene without pictures on its surfaces has not, and what was read. `extents` say what
+    later scenes of the same shapes need not find again; they do not travel.
     """
 
     scene: np.ndarray

@@ -18,9 +18,9 @@ from clrt import layout
 from clrt.base.errors import ClrtError
 from clrt.base.install import pip_install
 from clrt.base.resources import PACKAGE, kernel_folder, validation_module
-from clrt.scene.lights import LIGHTS
 from clrt.device import intel
 from clrt.device.device import Device
+from clrt.scene.lights import LIGHTS
 from clrt.scene.materials import Material
 
 suite = validation_module("suite.run")
