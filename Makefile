@@ -69,7 +69,7 @@ reliability: $(VENV)/test-ready
 release: $(VENV)/test-ready
 	@$(MAKE) --no-print-directory lint
 	@$(BIN)/python -m validation.reliability --check
-	@$(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
+	@CLRT_EDITS=120 $(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
 	@mkdir -p out
 	@$(USE_DRIVER); $(BIN)/clrt validate --full --mutants --report out/validation.html
 
