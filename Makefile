@@ -74,7 +74,7 @@ reliability: $(VENV)/test-ready
 release: $(VENV)/test-ready
 	@$(MAKE) --no-print-directory lint
 	@$(BIN)/python -m validation.reliability --check
-	@$(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
+	@CLRT_EDITS=120 $(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
 	@$(USE_DRIVER); CLRT_EXERCISES=all $(BIN)/python -m pytest -q -m debian_pocl tests/exercises
 	@mkdir -p out
 	@$(USE_DRIVER); $(BIN)/clrt validate --full --mutants --report out/validation.html

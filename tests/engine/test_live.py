@@ -15,6 +15,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 
 import clrt
 from clrt.device.device import Device
+from clrt.scene.mesh import Mesh
 
 SIZE = {"width": 24, "height": 18}
 BASE: dict[str, Any] = {
@@ -208,7 +209,9 @@ class Edits(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         warnings.simplefilter("ignore")
-        self.scene = clrt.load_dict(BASE)
+        many = {"type": "mesh", "vertices": scattered(np.random.default_rng(2), 0.1), "material": "a",
+                "faces": np.arange(1200).reshape(-1, 3), "name": "many"}  # fmt: skip
+        self.scene = clrt.load_dict({**BASE, "shapes": [*BASE["shapes"], many]})
         self.tracer = clrt.Tracer(self.scene)
         self.left = self.scene
 
@@ -243,11 +246,16 @@ class Edits(RuleBasedStateMachine):
 
     @rule(corners=st.lists(POINT, min_size=4, max_size=4), factor=st.sampled_from([1, 1, 1e4]))
     def mesh(self, corners: Any, factor: float) -> None:
-        if self.scene.shapes and self.scene.shapes[-1].type == "mesh":
-            last = len(self.scene.shapes) - 1
-            self.edit({f"shapes[{last}].vertices": factor * np.array(corners)})
+        for index, shape in enumerate(self.scene.shapes):
+            if isinstance(shape, Mesh) and len(shape.data().vertices) == len(corners):
+                self.edit({f"shapes[{index}].vertices": factor * np.array(corners)})
 
-    @rule(drop=st.integers(0, 4))
+    @rule(seed=st.integers(0, 99), far=st.sampled_from([0.01, 0.1, 0.5, 3.0]))
+    def scatter(self, seed: int, far: float) -> None:
+        if any(shape.name == "many" for shape in self.scene.shapes):
+            self.edit({"shapes.many.vertices": scattered(np.random.default_rng(seed), far)})
+
+    @rule(drop=st.integers(0, 5))
     def fewer(self, drop: int) -> None:
         self.edit({"shapes": [s for i, s in enumerate(self.scene.shapes) if i != drop]})
 
@@ -274,6 +282,6 @@ class Edits(RuleBasedStateMachine):
 
 TestEdits = Edits.TestCase
 TestEdits.settings = settings(
-    max_examples=int(os.environ.get("CLRT_EDITS", "10")), stateful_step_count=25, deadline=None,
+    max_examples=int(os.environ.get("CLRT_EDITS", "8")), stateful_step_count=25, deadline=None,
     suppress_health_check=list(HealthCheck),
 )  # fmt: skip

@@ -102,3 +102,11 @@ def test_large_pages_are_a_hint_that_keeps_what_a_buffer_holds() -> None:
     assert not taken or (hasattr(mmap, "MADV_HUGEPAGE") and device.info.kind == "CPU")
     assert np.array_equal(device.read(buffer, np.empty_like(values)), values)
     assert not hugepages.ask(device.queue, buffer, hugepages.PAGE)
+
+
+def test_what_the_builder_no_longer_needs_is_free_for_the_leaves() -> None:
+    n = 1 << 18  # 448 bytes each: 496 were taken; ten million fit into the limit that there is
+    corners = np.random.default_rng(1).random((n, 1, 3)) + 0.01 * np.random.default_rng(2).random((n, 3, 3))
+    scene = {"shapes": [mesh(corners.reshape(-1, 3), np.arange(3 * n).reshape(-1, 3))]}
+    limits = clrt.Limits(device_bytes=448 * n)
+    assert clrt.Tracer(scene, settings=clrt.Settings(limits=limits)).flat.hash
