@@ -298,7 +298,8 @@ def _numbered(scene: Scene) -> Ints:
 def _same(material: Any) -> dict[str, Any]:
     """What makes materials equal: a number stands for three of it, a name of a glass for its index."""
     of = msgspec.structs.asdict(material)
-    for name in ("color", "highlight_color", "reflection_color", "transmission_color", "emission", "absorption"):
+    tints = (f"{name}_color" for name in ("highlight", "reflection", "transmission"))
+    for name in ("color", *tints, "emission", "absorption"):
         of[name] = (float(of[name]),) * 3 if isinstance(of[name], (int, float)) else of[name]
     return of | {"ior": material.ior_d}
 
