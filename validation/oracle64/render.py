@@ -292,7 +292,7 @@ def _numbered(scene: Scene) -> Ints:
     found = np.full(len(scene.shapes) + len(scene.lights), -1)
     for place, shape in enumerate(scene.shapes):
         of = scene.material_of(shape)
-        thing: Any = of, isinstance(of.color, Checker) and isinstance(shape, Sphere)
+        thing: Any = _same(of), isinstance(of.color, Checker) and isinstance(shape, Sphere)
         if thing not in known:
             known.append(thing)
         found[place] = known.index(thing)
@@ -303,6 +303,15 @@ def _numbered(scene: Scene) -> Ints:
                 known.append(thing)
             found[place] = known.index(thing)
     return found
+
+
+def _same(material: Any) -> dict[str, Any]:
+    """What makes materials equal: a number stands for three of it, a name of a glass for its index."""
+    of = msgspec.structs.asdict(material)
+    tints = (f"{name}_color" for name in ("highlight", "reflection", "transmission"))
+    for name in ("color", *tints, "emission", "absorption"):
+        of[name] = (float(of[name]),) * 3 if isinstance(of[name], (int, float)) else of[name]
+    return of | {"ior": material.ior_d}
 
 
 def _layer(name: str, found: dict[str, Any], max_depth: int, size: tuple[int, int]) -> Any:
