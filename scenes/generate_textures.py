@@ -1,7 +1,7 @@
 """Write the pictures that lie on surfaces of the scenes: wood.png, tiles.png, tile-normals.png, globe.png.
 
 All are made of noise that a whole-number hash gives, so nothing of them comes from elsewhere. wood, tiles and
-their normals go on beyond their edges; the globe is no map of any place: longitude to the right, north on top.
+their normals go on beyond their edges; the globe maps no place: longitude to the right, north on top.
 
     python scenes/generate_textures.py [FOLDER]
 """
@@ -68,13 +68,13 @@ def wood(width: int = 512, height: int = 512) -> Array:
     plank = np.floor(u * 4)
     across, zero = u * 4 - plank, np.zeros_like(u)
     drift = fractal(u * 8, v * 2, plank * 7.3, 3, 3, 8) * 0.9
-    rings = (across - 0.35 - 0.3 * hashed(plank.astype(np.int64), 0 * plank.astype(np.int64), 0 * plank.astype(
-        np.int64), 5)) * 4.5 + drift
+    number, none = plank.astype(np.int64), np.zeros(plank.shape, np.int64)
+    rings = (across - 0.35 - 0.3 * hashed(number, none, none, 5)) * 4.5 + drift
     ring = np.abs(np.mod(np.abs(rings), 1.0) * 2 - 1) ** 1.6
     fibre = fractal(u * 128, v * 4, zero + 2.5, 11, 3, 128)
     light, dark = np.array([0.80, 0.58, 0.36]), np.array([0.52, 0.31, 0.16])
     color = mixed(np.broadcast_to(light, (*u.shape, 3)), dark, 0.75 * ring + 0.55 * fibre)
-    tone = 0.88 + 0.22 * hashed(plank.astype(np.int64), 1 + 0 * plank.astype(np.int64), 0 * plank.astype(np.int64), 9)
+    tone = 0.88 + 0.22 * hashed(number, none + 1, none, 9)
     seam = np.minimum(across, 1 - across) * (width / 4)  # pixels to the next plank
     return color * tone[..., None] * (1 - 0.75 * np.clip(1.6 - seam, 0, 1))[..., None]
 
@@ -130,13 +130,14 @@ def globe(width: int = 1024, height: int = 512) -> Array:
     latitude = np.abs(z) + 0.10 * dry
     deep, shallow = np.array([0.03, 0.12, 0.32]), np.array([0.10, 0.42, 0.58])
     sea = mixed(np.broadcast_to(deep, (*u.shape, 3)), shallow, np.exp(np.minimum(land, 0.0) * 14))
-    green, sand, rock = np.array([0.16, 0.40, 0.14]), np.array([0.78, 0.66, 0.42]), np.array([0.45, 0.38, 0.31])
+    green, sand = np.array([0.16, 0.40, 0.14]), np.array([0.78, 0.66, 0.42])
+    rock, ice, white = np.array([0.45, 0.38, 0.31]), np.array([0.93, 0.95, 0.97]), np.full(3, 0.97)
     ground = mixed(np.broadcast_to(green, sea.shape), sand, 4.5 * dry + 0.7 - 2.2 * np.abs(latitude - 0.38))
     ground = mixed(ground, rock, (land - 0.20) * 7)
     ground = ground * (0.9 + 0.5 * dry)[..., None]
     color = mixed(sea, ground, land * 70 + 0.5)
-    color = mixed(color, np.broadcast_to([0.93, 0.95, 0.97], color.shape), (latitude - 0.86 + 0.5 * land) * 22)
-    return mixed(color, np.broadcast_to([0.97, 0.97, 0.97], color.shape), (cloud - 0.12) * 3.4)
+    color = mixed(color, ice, (latitude - 0.86 + 0.5 * land) * 22)
+    return mixed(color, white, (cloud - 0.12) * 3.4)
 
 
 PICTURES = {"wood": wood, "tiles": tiles, "tile-normals": tile_normals, "globe": globe}

@@ -110,7 +110,8 @@ def test_pictures_on_surfaces_are_what_their_script_writes():
     """But for the last bit of a byte, which another library's sine may round otherwise."""
     folder = scene_folder()
     script = runpy.run_path(str(folder / "generate_textures.py"))
-    assert sorted(f"{name}.png" for name in script["PICTURES"]) == sorted(f.name for f in folder.glob("*.png"))
+    files = sorted(f.name for f in folder.glob("*.png"))
+    assert sorted(f"{name}.png" for name in script["PICTURES"]) == files
     for name, make in script["PICTURES"].items():
         held = np.asarray(oiio.ImageBuf(str(folder / f"{name}.png")).get_pixels(oiio.UINT8)).astype(int)
         assert np.abs(held - np.clip(make(), 0, 1) * 255).max() <= 1

@@ -61,15 +61,15 @@ def _refuse_spectra(scene: Scene) -> None:
     values += [(f"lights[{i}].intensity", light.intensity) for i, light in enumerate(scene.lights)]
     for i, shape in enumerate(scene.shapes):
         material = scene.material_of(shape)
+        if material.pictures:
+            key = next(iter(material.pictures))
+            text = "pictures on surfaces are not written; give plain colours"
+            raise ClrtError(located(scene.source, f"shapes[{i}].material.{key}", text))
         if material.conductor is not None:
             found = found or f"shapes[{i}].material.conductor"
         for name in ("color", "highlight_color", "reflection_color", "transmission_color", "emission"):
             values.append((f"shapes[{i}].material.{name}", getattr(material, name)))
     plain = (int, float, tuple, Checker)
-        if material.pictures:
-            key = next(iter(material.pictures))
-            text = "pictures on surfaces are not written; give plain colours"
-            raise ClrtError(located(scene.source, f"shapes[{i}].material.{key}", text))
     found = found or next((place for place, value in values if not isinstance(value, plain)), None)
     if found:
         text = "Mitsuba's XML is written with red, green and blue only; give colours as 3 numbers"
