@@ -13,15 +13,17 @@ from clrt.base import notices
 from clrt.base.errors import SceneError, fault, located, show
 from clrt.base.limits import Limits
 from clrt.base.places import At, listed
+from clrt.base.records import table_of
 from clrt.base.suggest import did_you_mean
 from clrt.meshfiles.look import Look
-from clrt.meshfiles.model import read_model
+from clrt.meshfiles.model import Piece, read_model
 from clrt.scene.mesh import mesh_of_file
 from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene, read_scene
 
 _TOWARDS_CAMERA = np.array([0.5, 0.4, 1.0])
 _TOWARDS_LIGHT = np.array([-0.3, 1.0, 0.9])
 _PLAIN: Final = Material(diffuse=0.8, specular=0.2)  # of what has no material
+_METAL: Final = ("color", "reflection_color", "highlight_color")
 _AMBIENT, _BACKGROUND = 0.2, 0.05
 
 
@@ -46,7 +48,7 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
             part=piece.number,
             name=piece.name,
             smooth=smooth,
-            material=look.called.get(piece.material, _PLAIN),
+            material=_material(look, piece),
         )
         for piece in model.pieces
     ]
@@ -66,6 +68,24 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
         scene = read_scene(tables, folder=path.parent, source=path.name, limits=limits)
     _tell(path, look, camera)
     return scene
+
+
+def _material(look: Look, piece: Piece) -> Any:
+    """A piece's material: a name, or one of its own where its vertices have colours."""
+    name = look.called.get(piece.material)
+    if piece.color is None:
+        return _PLAIN if name is None else name
+    table: dict[str, Any] = look.materials[name] if name is not None else table_of(_PLAIN)
+    tinted = ("color",) if table["diffuse"] > 0 or "reflection_color" not in table else _METAL
+    return table | {key: _times(table.get(key, 1.0), piece.color) for key in tinted}
+
+
+def _times(value: Any, color: tuple[float, float, float]) -> Any:
+    """A colour or an image times a colour."""
+    if isinstance(value, dict):
+        return value | {"tint": _times(value.get("tint", 1.0), color)}
+    parts = [value] * 3 if isinstance(value, float) else value
+    return [part * by for part, by in zip(parts, color, strict=True)]
 
 
 def _own_camera(look: Look, name: str | None, path: Path) -> dict[str, Any] | None:

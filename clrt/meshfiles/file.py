@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -22,6 +23,7 @@ from clrt.base.files import read_bytes, resolve
 from clrt.base.install import pip_install
 from clrt.base.limits import Limits
 from clrt.base.places import At, PlacedError
+from clrt.images.file import decode
 from clrt.meshfiles.embedded import itself_of
 from clrt.meshfiles.gltf import read_gltf
 from clrt.meshfiles.gltf_document import BrokenMesh
@@ -251,8 +253,20 @@ def _part(mesh: Any) -> Part:
     uv = _uv(mesh.visual, len(vertices))
     colored = bool(mesh.visual.defined) and mesh.visual.kind != "texture"
     return Part(
-        len(vertices), len(faces), given, colored, lambda: (vertices, faces, normals, uv), uv is not None
+        len(vertices),
+        len(faces),
+        given,
+        colored,
+        lambda: (vertices, faces, normals, uv),
+        uv is not None,
+        partial(_mean_color, mesh.visual) if colored else None,
     )
+
+
+def _mean_color(visual: Any) -> np.ndarray:
+    """The mean of a trimesh's colours, which are sRGB."""
+    colors = np.asarray(visual.vertex_colors if visual.kind == "vertex" else visual.face_colors)
+    return np.asarray(decode(colors[:, :3].astype(np.uint8)).astype(np.float64).mean(axis=0))
 
 
 def _uv(visual: Any, vertices: int) -> np.ndarray | None:

@@ -106,6 +106,7 @@ class _Reader:
         which = np.concatenate([np.zeros((0, 2), np.int64), *found])
         where = np.repeat(np.arange(len(found), dtype=np.int32), [len(rows) for rows in found])
         says = self.cameras or self.lights or (which[:, 1] != NONE).any()
+        says = says or any(part.colored for part in self.parts)
         return Placed(
             self.parts,
             which[:, 0].astype(np.int32),
@@ -193,7 +194,16 @@ class _Reader:
             raise BrokenMesh(f"accessors[{uv}] has not one uv for each of {vertices} vertices")
         read = partial(self._arrays, attributes, indices, mode)
         colored = attributes.COLOR_0 is not None
-        return Part(vertices, faces, normals is not None, colored, read, uv is not None)
+        color = None if attributes.COLOR_0 is None else partial(self._mean, attributes.COLOR_0)
+        return Part(vertices, faces, normals is not None, colored, read, uv is not None, color)
+
+    def _mean(self, number: int) -> np.ndarray:
+        """The mean of vertices' colours, which are linear."""
+        kind = item(self.document.accessors, number, "accessors").type
+        colors = self._fractions(number)[:, :3]
+        if kind not in ("VEC3", "VEC4") or not len(colors):
+            raise BrokenMesh(f"accessors[{number}] holds no colours")
+        return np.asarray(np.clip(colors.mean(axis=0), 0.0, 1.0))
 
     def _arrays(self, attributes: Attributes, indices: int | None, mode: int) -> Arrays:
         assert attributes.POSITION is not None

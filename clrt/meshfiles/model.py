@@ -17,16 +17,20 @@ from clrt.meshfiles.look import NONE, Look, Names
 from clrt.meshfiles.parts import Arrays, Placed
 
 _LIBRARY: Final = re.compile(rb"^[ \t]*+mtllib\b", re.MULTILINE)  # possessive: each empty line anew
+_COLORED: Final = re.compile(rb"^property\s+\w+\s+red\b", re.MULTILINE)
+_HEADER: Final = 4096  # bytes within which a PLY says that it has colours
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A part of a file: its number, what it is called (None: nothing), its material's number, or NONE."""
+    """A part of a file: its number, what it is called (None: nothing), its material's number, or NONE, and
+    the mean of its vertices' colours, linear, or None where they have none."""
 
     number: int
     name: str | None
     material: int
     arrays: Arrays
+    color: tuple[float, float, float] | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +47,13 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
     """What is in a file that says how it looks; None for others: meshes are all that is in them."""
     data = mesh_bytes(path, at, limits)
     suffix = path.suffix.lower()
-    if not (suffix in (".glb", ".gltf") or (suffix == ".obj" and _LIBRARY.search(data))):
+    obj = suffix == ".obj" and _LIBRARY.search(data)
+    ply = suffix == ".ply" and _COLORED.search(data[:_HEADER])
+    if not (suffix in (".glb", ".gltf") or obj or ply):
         return None
     with broken_said(path, at):
         placed = open_mesh(data, path, at, limits, apart=True)
-        if placed.look is None:
+        if placed.look is None and not ply:
             return None
         if not len(placed.which):
             raise at.says("it has no faces")
@@ -61,9 +67,11 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
         for piece in sorted(pieces, key=lambda piece: piece.material):
             if piece.material != NONE:
                 used[piece.material] = used.get(piece.material, True) and piece.arrays[3] is not None
-        look = placed.look(used, (low + high) / 2, float(np.linalg.norm(high - low)) / 2)
-        if any(part.colored for part in placed.parts):
-            look.left_out["the colours of vertices"] = None
+        look = Look()
+        if placed.look is not None:
+            look = placed.look(used, (low + high) / 2, float(np.linalg.norm(high - low)) / 2)
+        if any(piece.color is not None for piece in pieces):
+            look.left_out["the colours of vertices, but for their mean"] = None
         look.left_out.update(dict.fromkeys(placed.left_out))
     return Model(pieces, low, high, look)
 
@@ -76,4 +84,14 @@ def _pieces(placed: Placed, smooth: bool | None) -> Iterator[Piece]:
     for number, (where, material) in enumerate(groups):
         places = np.sort(order[bounds[number] : bounds[number + 1]])
         name = placed.names[where] if where != NONE and len(placed.names) else ""
-        yield Piece(number, names.new(name) if name else None, material, placed.only(places).joined(smooth))
+        here = placed.only(places)
+        yield Piece(number, names.new(name) if name else None, material, here.joined(smooth), _color(here))
+
+
+def _color(placed: Placed) -> tuple[float, float, float] | None:
+    """The mean of the colours of all vertices of these parts that have one."""
+    colored = [(part.color(), part.vertices) for part in placed.parts if part.color is not None]
+    if not colored:
+        return None
+    red, green, blue = np.average([c for c, _ in colored], axis=0, weights=[n for _, n in colored]).tolist()
+    return red, green, blue

@@ -72,6 +72,8 @@ class Materials:
                 found.called[number] = name
                 found.materials[name] = known[name].table(uv)
                 found.left_out.update(known[name].left_out)
+            elif known:
+                found.left_out[f"the material {show(name[:60])}, which its library lacks"] = None
         return found
 
 

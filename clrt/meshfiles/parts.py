@@ -25,7 +25,8 @@ _BLOCK = 1 << 16  # vertices and triangles that are moved at a time
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """`vertices` and `faces` are how many there are; `read` gives the arrays."""
+    """`vertices` and `faces` are how many there are; `read` gives the arrays, `color` the mean of
+    the vertices' colours, linear, (3,)."""
 
     vertices: int
     faces: int
@@ -33,6 +34,7 @@ class Part:
     colored: bool
     read: Callable[[], Arrays]
     uv: bool = False
+    color: Callable[[], np.ndarray] | None = None
 
 
 @dataclass(frozen=True, eq=False)

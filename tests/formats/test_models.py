@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -267,7 +268,8 @@ def test_one_warning_names_all_that_has_no_counterpart(
     (said,) = [str(warning.message) for warning in recwarn]
     assert said == (
         "a.glb: left out, since there is no counterpart: the roughness of glass, clearcoat, FOO bar, "
-        "occlusion, the range of lights, the colours of vertices, skins"
+        "occlusion, the range of lights, "
+        "the colours of vertices, but for their mean, skins"
     )
 
 
@@ -471,3 +473,39 @@ def test_a_model_at_one_point(tmp_path: Path) -> None:
         table["scenes"] = [{"nodes": [0]}] if not materials else [{"nodes": [1]}]
         with pytest.raises(SceneError, match=r"a\.glb: all its vertices are at one point"):
             clrt.load(write_glb(tmp_path / "a.glb", table))
+
+
+def test_colours_of_vertices_count_by_their_mean(tmp_path: Path) -> None:
+    """Of glTF they are linear and multiply the base colour; of PLY they are sRGB."""
+    unlit = {**metal_rough([0.5, 1, 1], 0, 1), "name": "matte"}
+    table = model([METAL, unlit])
+    for mesh in table["meshes"]:
+        mesh["primitives"][0]["attributes"]["COLOR_0"] = 2
+    table["accessors"].append({"bufferView": 1, "componentType": 5121, "count": 3, "type": "VEC4"})
+    table["bufferViews"].append({"buffer": 0, "byteOffset": 72, "byteLength": 12})
+    colors = np.array([(255, 0, 51, 9), (0, 0, 51, 9), (0, 255, 51, 9)], np.uint8)
+    corners = np.array([FLOOR, WALL], "<f4").tobytes() + colors.tobytes()
+    with pytest.warns(clrt.ClrtWarning, match="the colours of vertices, but for their mean"):
+        scene = clrt.load(write_glb(tmp_path / "a.glb", table, corners))
+    plain, gold, matte = (scene.material_of(shape) for shape in scene.shapes)
+    close = partial(np.testing.assert_allclose, atol=1e-6)
+    close(plain.color, [1 / 3, 1 / 3, 0.2])
+    close(gold.color, [1 / 3, 0.25, 0.05])
+    close(gold.reflection_color, [1 / 3, 0.25, 0.05])
+    close(matte.color, [1 / 6, 1 / 3, 0.2])
+    assert matte.diffuse == 0.96 and plain.diffuse == 0.8
+    scene.save(tmp_path / "a.toml")
+    assert clrt.load(tmp_path / "a.toml") == scene
+    for kind in ("VEC2", "SCALAR"):
+        table["accessors"][2]["type"] = kind
+        with pytest.raises(SceneError, match=r"a\.glb: cannot be read .*accessors\[2\] holds no colours"):
+            clrt.load(write_glb(tmp_path / "a.glb", table, corners))
+    header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    header += "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+    header += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "a.ply").write_text(f"{header}0 0 0 255 0 128\n1 0 0 255 0 128\n0 1 0 255 255 128\n3 0 1 2\n")
+    with pytest.warns(clrt.ClrtWarning, match="the colours of vertices, but for their mean"):
+        scene = clrt.load(tmp_path / "a.ply")
+    (shape,) = scene.shapes
+    close(scene.material_of(shape).color, [1, 1 / 3, ((128 / 255 + 0.055) / 1.055) ** 2.4])
+    assert scene.camera is not None and len(scene.lights) == 1 and scene.ambient == 0.2

@@ -84,7 +84,8 @@ def test_what_a_material_becomes(
 def test_faces_by_material(tmp_path: Path) -> None:
     mtl = "newmtl red one\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n"
     obj = "f 1 2 5\no thing\nusemtl blue\nf 1 2 3\ng more\nusemtl red one\nf 1 2 4 # a comment\nusemtl blue\n"
-    scene = load(tmp_path, mtl, f"{obj}f -3 -2 -1\nusemtl none\nf 1 4 3\nusemtl empty\n")
+    with pytest.warns(clrt.ClrtWarning, match="counterpart: the material 'none', which its library lacks$"):
+        scene = load(tmp_path, mtl, f"{obj}f -3 -2 -1\nusemtl none\nf 1 4 3\nusemtl empty\n")
     found = {}
     for shape in scene.shapes:
         assert isinstance(shape, Mesh)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 import clrt
 from clrt.flatten.flatten import flatten
 from clrt.images.texture import read_texels, texture_bytes
+from clrt.meshfiles.file import _uv
 from tests.pictured import image, put
 
 POINTS = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
@@ -174,3 +176,8 @@ def test_a_scene_saved_elsewhere_still_finds_its_pictures(tmp_path: Path) -> Non
     with pytest.raises(clrt.SceneError, match=r"materials.m.color.file: 'in/a.png' is not in"):
         scene.save(other / "s.toml")
     assert clrt.load_dict(scene.to_dict(), folder=tmp_path) == scene
+
+
+def test_uv_that_do_not_fit_their_vertices_are_a_broken_file() -> None:
+    with pytest.raises(ValueError, match="uv must be 2 numbers for each vertex"):
+        _uv(SimpleNamespace(uv=np.zeros((2, 2))), 3)

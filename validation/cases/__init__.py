@@ -38,7 +38,7 @@ from ..compare.oracle import Limits, exact, limits
 from ..coverage import features_of
 from ..ticks import shown
 from ..types import Case
-from . import chance, crossed, found, matrix, media, spectral, stock, terms, views
+from . import chance, crossed, found, matrix, media, pictures, spectral, stock, terms, views
 from .parts import HEIGHT, WIDTH
 
 # that express whole scenes
@@ -108,6 +108,7 @@ def matrix_cases() -> dict[str, Case]:
     cases = [_case(name, scene, tags) for module in modules for name, scene, tags in module.scenes()]
     cases += [_case(name, scene, set(), ("oracle64", f"stock-{mode}")) for name, scene,
               mode in stock.scenes()]
+    cases += [_case(name, scene, tags, ("oracle64",)) for name, scene, tags in pictures.scenes()]
     stand_ins = {"equal distances": terms.ties(moved=50.0)}
     return {c.name: dataclasses.replace(c, stand_in=stand_ins.get(c.name)) for c in cases}
 

@@ -43,8 +43,8 @@ def gather(scene: clrt_scene.Scene) -> tuple[list[Batch], Ints]:
 
 def primitives_of(shape: Any, pictured: bool = False) -> list[Batch]:
     """The primitives of one shape, in world space; `pictured` meshes are triangles."""
-    if isinstance(shape, clrt_scene.Mesh):
-        return _mesh(shape, np.asarray(shape.matrix, float), pictured)
+    if pictured and isinstance(shape, clrt_scene.Mesh):
+        return _mesh(shape, np.asarray(shape.matrix, float), True)
     return _BUILDERS[type(shape).__name__](shape, np.asarray(shape.matrix, float))
 
 
@@ -170,7 +170,7 @@ def _polygons(corners: Array, ids: Ints, matrix: Array) -> Polygons:
     return Polygons(ids, corners.min(axis=1), corners.max(axis=1), corners[:, 0], normal, corners)
 
 
-def _mesh(shape: Any, matrix: Array, pictured: bool) -> list[Batch]:
+def _mesh(shape: Any, matrix: Array, pictured: bool = False) -> list[Batch]:
     mesh = shape.data()
     faces = [np.asarray(face, int) for face in mesh.faces]
     if mesh.normals is not None or pictured:
@@ -194,7 +194,7 @@ def _triangles(flat: Polygons, index: Ints, normals: Any, matrix: Array) -> Tria
 
 
 _BUILDERS = {
-    "Sphere": _sphere, "Plane": _plane, "Polygon": _polygon, "Quadric": _quadric,
+    "Sphere": _sphere, "Plane": _plane, "Polygon": _polygon, "Mesh": _mesh, "Quadric": _quadric,
     "Ellipsoid": _ellipsoid, "Cylinder": _cone, "Cone": _cone, "Paraboloid": _paraboloid, "Disk": _disk,
     "Box": _box,
 }  # fmt: skip
