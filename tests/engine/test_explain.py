@@ -24,7 +24,7 @@ SHIFTS = [(0.0, 0.0), *((x, y) for x in (0.05, -0.05) for y in (0.05, -0.05))]
 def drawn(seed: int, number: int) -> clrt.Scene:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", clrt.ClrtWarning)
-        return clrt.load_dict(by_chance(seed, number))
+        return clrt.load_dict(by_chance(seed, number, wide=False))  # whose lights have one feeler each
 
 
 def check_sums(tree: RayTree, image: clrt.Image, one: clrt.Image) -> None:

@@ -19,8 +19,11 @@ _LIGHTS = ("D65", "A", "F2", "F11", "sun")
 _METALS = ("gold", "silver", "copper", "aluminium", "iron")
 
 
-def scene(seed: int, number: int) -> Table:
-    """Scene `number` of a seed: the same on every machine."""
+def scene(seed: int, number: int, wide: bool = True) -> Table:
+    """Scene `number` of a seed: the same on every machine.
+
+    wide: some have a lens, a filter, spots and lights with extent in place of points.
+    """
     draw = np.random.default_rng([seed, number])
     table: Table = {
         "max_depth": int(draw.integers(1, 6)), "background": _color(draw, 0.1, 0.6),
@@ -43,7 +46,8 @@ def scene(seed: int, number: int) -> Table:
     if more.random() < _CHANCE_OF_SPECTRA:
         _colour(more, table)
     _roughen(np.random.default_rng([seed, number, 2]), table)
-    _widen(np.random.default_rng([seed, number, 3]), table)
+    if wide:
+        _widen(np.random.default_rng([seed, number, 3]), table)
     return table
 
 
