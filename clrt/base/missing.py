@@ -14,12 +14,10 @@ PAGE: Final = "docs/what-clrt-does-not-do.md"
 
 # what clrt has not -> words of scene files that ask for it, in lower case with _ for spaces and hyphens
 FEATURES: Final[dict[str, tuple[str, ...]]] = {
-    "textures from images": ("texture", "textures", "texture_map", "image_texture", "image_map", "bitmap",
-                             "albedo_map", "color_map", "uv", "uv_map", "pigment"),
     "procedural textures": ("noise", "perlin", "turbulence", "marble", "wood", "procedural", "stripes",
                             "color_ramp", "gradient_texture"),
-    "bump and normal maps": ("bump", "bump_map", "bumpmap", "normal_map", "normalmap", "displacement",
-                             "displacement_map", "bumpiness"),
+    "bump and displacement maps": ("bump", "bump_map", "bumpmap", "displacement", "displacement_map",
+                                   "bumpiness"),
     "other models of reflection": ("beckmann", "oren_nayar", "cook_torrance", "principled", "disney",
                                    "anisotropy", "anisotropic", "sheen", "clearcoat", "metallic",
                                    "metalness", "brdf", "bsdf"),
@@ -47,14 +45,25 @@ FEATURES: Final[dict[str, tuple[str, ...]]] = {
                                       "spline", "blob", "metaball", "isosurface", "julia", "quartic", "cubic",
                                       "superellipsoid", "sdf", "fractal", "heightfield", "height_field",
                                       "hair", "curve", "curves", "subdivision"),
-    "tone mapping": ("tonemap", "tone_map", "tone_mapping", "tonemapping", "reinhard", "aces", "filmic",
+    "tone curves of your own": ("tonemap", "tone_map", "tone_mapping", "tonemapping", "reinhard", "aces", "filmic",
                      "gamma", "bloom", "vignette"),
-    "denoising and pixel filters": ("denoise", "denoiser", "denoising", "filter", "pixel_filter",
-                                    "reconstruction_filter", "sampler"),
+    "denoising": ("denoise", "denoiser", "denoising", "sampler"),
 }  # fmt: skip
 
 # other programs' word -> what clrt calls it
 OTHER_WORDS: Final[dict[str, str]] = {
+    "texture": "color",
+    "texture_map": "color",
+    "image_map": "image",
+    "image_texture": "image",
+    "bitmap": "image",
+    "albedo_map": "color",
+    "color_map": "color",
+    "pigment": "color",
+    "normalmap": "normal_map",
+    "uv_map": "uv",
+    "pixel_filter": "filter",
+    "reconstruction_filter": "filter",
     "metal": "conductor",
     "refraction": "transmission",
     "refractive_index": "ior",

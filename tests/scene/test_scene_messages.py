@@ -68,8 +68,8 @@ def of_file(folder: Path, text: str, suffix: str = ".toml") -> str:
         ({"shapes": [{"type": "CSG"}]}, "clrt has no constructive solid geometry"),
         ({"lights": [{"type": "area"}]}, "clrt calls it 'rectangle'"),
         ({"lights": [{"type": "tube light"}]}, "clrt has no lights of other forms"),
-        ({"materials": {"m": {"bump-map": "x.png"}}}, "clrt has no bump and normal maps"),
-        ({"materials": {"m": {"texture": "x.png"}}}, "clrt has no textures from images"),
+        ({"materials": {"m": {"bump-map": "x.png"}}}, "clrt has no bump and displacement maps"),
+        ({"materials": {"m": {"texture": "x.png"}}}, "clrt calls it 'color'"),
         ({"materials": {"m": {"metal": "gold"}}}, "clrt calls it 'conductor'"),
         ({"camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "lens": 1}}, "clrt calls it 'aperture'"),
         ({"camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "type": "fisheye"}}, "clrt has no fisheye"),
@@ -131,7 +131,7 @@ def test_words_are_of_one_feature_and_none_is_a_key_of_clrt():
 
 
 def test_the_scene_s_own_keys_are_those_of_scenes():
-    tables = {"camera", "materials", "lights", "shapes", "spectrum"}
+    tables = {"adaptive", "camera", "materials", "lights", "shapes", "spectrum"}
     assert set(Document.__struct_fields__) - tables == missing.SCENE_KEYS
     assert set(Document.__struct_fields__) <= set(Scene.__struct_fields__)
 

@@ -146,6 +146,7 @@ def render64(
         if set(layers) & set(GEOMETRY):
             found |= _geometry(job.world, scene, camera, (width, height), grid)
         numbers = len(scene.shapes) + len(scene.lights)
+        found["samples"] = np.full(width * height, grid**2)
         if "alpha" in layers:
             found["alpha"] = np.clip(_weighed(counts[:apart], job.film.hit())[:, 0], 0, 1)
         if "crypto_shape" in layers:
@@ -317,7 +318,7 @@ def _same(material: Any) -> dict[str, Any]:
 def _layer(name: str, found: dict[str, Any], max_depth: int, size: tuple[int, int]) -> Any:
     """A layer as an image; one of the light that nothing reached is black."""
     numbered = (f"generation_{k}" for k in range(max_depth + 1))
-    known = (*ROUTES, *TERMS, *GEOMETRY, "alpha", "crypto_shape", *numbered)
+    known = (*ROUTES, *TERMS, *GEOMETRY, "samples", "alpha", "crypto_shape", *numbered)
     if name not in known:
         raise ValueError(f"{name} is not a layer; there are {', '.join(known)}")
     layer = found.get(name, np.zeros((size[0] * size[1], 3)))

@@ -248,7 +248,7 @@ def _text(value: np.generic) -> str:
 def _last_stages(
     flat: FlatScene, queue: twin_queues.Queue, film: Film, samples: int, camera: np.ndarray
 ) -> Iterator[Stage]:
-    place = np.arange(film.sums.shape[-1], dtype=np.uint32)
+    place = np.arange(len(queue) // samples, dtype=np.uint32)
     found = geometry_layers(flat, queue, first_seen(flat, queue), camera)
     values = {name: array[..., ::samples] for name, array in found.items()}
     yield Stage("geometry", 0, "camera", values, place)
