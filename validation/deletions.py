@@ -51,8 +51,8 @@ def _other_projection(scene: Scene) -> Scene:
     assert camera is not None
     distance = math.dist(camera.origin, camera.target)
     if camera.type == "perspective":
-        size = 2 * distance * math.tan(math.radians(camera.fov) / 2)
-        return _camera(type="orthographic", size=size)(scene)
+        size = 2 * distance * camera.half_extents(camera.width, camera.height)[0]
+        return _camera(type="orthographic", K=None, fov_axis="horizontal", size=size)(scene)
     fov = 2 * math.degrees(math.atan2(camera.size / 2, distance))
     return _camera(type="perspective", fov=fov)(scene)
 
