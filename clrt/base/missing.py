@@ -45,8 +45,8 @@ FEATURES: Final[dict[str, tuple[str, ...]]] = {
                                       "spline", "blob", "metaball", "isosurface", "julia", "quartic", "cubic",
                                       "superellipsoid", "sdf", "fractal", "heightfield", "height_field",
                                       "hair", "curve", "curves", "subdivision"),
-    "tone curves of your own": ("tonemap", "tone_map", "tone_mapping", "tonemapping", "reinhard", "aces", "filmic",
-                     "gamma", "bloom", "vignette"),
+    "tone curves of your own": ("tonemap", "tone_map", "tone_mapping", "tonemapping", "reinhard", "aces",
+                                "filmic", "gamma", "bloom", "vignette"),
     "denoising": ("denoise", "denoiser", "denoising", "sampler"),
 }  # fmt: skip
 

@@ -126,11 +126,11 @@ def _own(flat: FlatScene) -> np.ndarray:
     return flat.primitives[: int(flat.scene["primitives"][0] - flat.scene["surfaces"][0])]
 
 
-def _same(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two arrays hold the same bits; the same array is not looked at."""
+def _same(one: np.ndarray | None, other: np.ndarray | None) -> bool:
+    """Whether two arrays hold the same bits; the same array is not looked at. None: a scene has none."""
     if one is other:
         return True
-    if one.dtype != other.dtype or one.shape != other.shape:
+    if one is None or other is None or one.dtype != other.dtype or one.shape != other.shape:
         return False
     first, second = (np.ascontiguousarray(array).reshape(-1).view(np.uint8) for array in (one, other))
     # what differs mostly does from the start; and the processor's caches hold as much

@@ -19,7 +19,8 @@ from clrt.engine.checkpoint import Checkpoint
 from clrt.engine.picture import Picture
 from clrt.engine.wavefront import RayCounts
 
-TASK = {"size": "40 x 30", "spp": "4", "max_depth": "5", "layers": "depth,shape", "scene": "0" * 64}
+TASK = {"size": "40 x 30", "spp": "4", "refinements": "0", "max_depth": "5", "layers": "depth,shape",
+        "scene": "0" * 64}  # fmt: skip
 RAYS = [Counter({"camera": 1200, "hits": 700, "camera_hits": 700}), Counter({"reflection": 5})]
 RANGES = {"image": (0.0, 1e30), "depth": (0.0, np.inf), "shape": (-1.0, 6.0)}
 Parts = dict[str, bytes]

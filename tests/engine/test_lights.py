@@ -125,7 +125,7 @@ def test_ambient_rays_do_not_count_a_light_twice() -> None:
         ({"lights[0].radiance": 2}, "tables"), ({"lights[1].center": [0, 2, 0]}, "tables"),
         ({"lights[0].samples": 3}, "tables"), ({"lights[1].radius": 0.2}, "tables"),
         ({"lights": []}, "tables"), ({"camera.fov": 30}, "camera"),
-        ({"shapes[1].radius": 0.5}, "rebuild"),
+        ({"shapes[1].radius": 0.5}, "refit"),
     ],
 )  # fmt: skip
 def test_a_tracer_follows_lights(changes: dict[str, Any], cost: str) -> None:

@@ -184,9 +184,9 @@ def test_cameras(
     right = Camera(**expected)
     assert found is not None
     for name in right.__struct_fields__:
-        value = getattr(right, name)
+        value = right.stated(name)
         exact = value is None or isinstance(value, (str, bool))
-        assert getattr(found, name) == (value if exact else pytest.approx(value, abs=1e-12)), name
+        assert found.stated(name) == (value if exact else pytest.approx(value, abs=1e-12)), name
 
 
 def test_one_of_several_cameras(tmp_path: Path) -> None:

@@ -142,7 +142,7 @@ PLANTED = [
      f"direction = unit3(add(forward, times(in_view, {ULP})))", "spheres", "generate"),
     ("quadric.clh", "b = dot3(d, w),", f"b = dot3(d, w) * {ULP},", "quadrics", "closest"),
     ("triangle.clh", "s.u = e.y / ", f"s.u = {ULP} * e.y / ", "meshes", "surface"),
-    ("film.cl", "out_uv[2 * i] = at.u", f"out_uv[2 * i] = at.u * {ULP}", "meshes", "geometry"),
+    ("film.cl", "hit ? away : INFINITY", f"hit ? away * {ULP} : INFINITY", "meshes", "geometry"),
     ("light.cl", "(emission + ambient), mine", f"(emission + ambient) * {ULP}, mine", "spheres", "shade"),
     ("light.clh", "material->ks * power(", f"{ULP} * material->ks * power(", "spheres", "illuminate"),
     ("bounce.clh", "times(n, 2.0f * dot3(n, u))", "times(n, 2.0000002f * dot3(n, u))", "spheres", "reflect"),

@@ -58,8 +58,13 @@ def _widen(draw: np.random.Generator, table: Table) -> None:
     if draw.random() < _CHANCE_OF_EXTENT:
         table["camera"] |= {"filter": str(draw.choice(_FILTERS)), "spp": int(draw.choice([4, 9]))}
     table["lights"] = [
-        _lamp(draw, light) if draw.random() < _CHANCE_OF_EXTENT else light for light in table["lights"]
+        _lamp(draw, light) if draw.random() < _CHANCE_OF_EXTENT and _is_rgb(light) else light
+        for light in table["lights"]
     ]
+
+
+def _is_rgb(light: Table) -> bool:
+    return not isinstance(light["intensity"], (str, dict))
 
 
 def _lamp(draw: np.random.Generator, light: Table) -> Table:

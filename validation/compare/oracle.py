@@ -273,7 +273,7 @@ def gate(name: str, value: float, limit: float, better: Better, detail: str = ""
 
 
 def _blame(failed: list[Gate], rows: list[RayRow], limit: Limits) -> str:
-    """Where it went wrong first: geometry, else the worst rays of the earliest generation that is wrong.
+    """Where it went wrong first: geometry, else the worst rays of the earliest wrong generation, else a layer.
 
     Rays of later generations start from what earlier ones found, so that their failures follow from it. Rays
     that bring little light pass their gate even if all of it is wrong, which then shows in `off`.
@@ -281,10 +281,10 @@ def _blame(failed: list[Gate], rows: list[RayRow], limit: Limits) -> str:
     names = {gate.name for gate in failed}
     if names & {"another shape", "distance"}:
         return "generation 0, camera, geometry"
-    layers = [gate for gate in failed if gate.name.startswith("layer ")]
-    if layers:
-        return min(layers, key=lambda gate: gate.value).name
     broken = [row for row in rows if not row.within >= (limit.rays or 0.999) or row.off > _MANY]
+    layers = [gate for gate in failed if gate.name.startswith("layer ")]
+    if layers and not broken:
+        return min(layers, key=lambda gate: gate.value).name
     broken = broken or [row for row in rows if row.within < 1 and names - {"edges", "clipped", "lit"}]
     if not broken:
         return f"picture, {failed[0].name}"

@@ -14,7 +14,8 @@ _DISPERSED: Final = (
     Mutant("K2: the sky of dispersed rays in the first band", "kernels/sky.clh",
            "in_band(info->sky_red, s, b)", "(floatP)(info->sky_red[b])", ("dispersion and a sky",)),
     Mutant("K3: ambient rays of dispersed rays in the first band", "kernels/ambient.cl",
-           "[band_at(band, b)]) / (float)samples", "[b]) / (float)samples", ("dispersion and ambient rays",)),
+           "(second ? material->color2 : material->color)[band_at(band, b)]",
+           "(second ? material->color2 : material->color)[b]", ("dispersion and ambient rays",)),
 )  # fmt: skip
 _BEHIND_BOUNDARIES: Final = (
     Mutant("K4: checkers lost behind hidden boundaries", "kernels/boundaries.cl", _BEHIND,
@@ -49,8 +50,8 @@ _READING: Final = (
            ("opaque sphere",)),
     Mutant("diamond as lecture notes have it", "clrt/spectra/indices.py", '"diamond": 2.419',
            '"diamond": 2.47', ("clear sphere",)),
-    Mutant("upside down from above", "clrt/scene/camera.py", "up = (0.0, 0.0, 1.0) if",
-           "up = (0.0, 0.0, -1.0) if", ("camera from above",)),
+    Mutant("upside down from above", "clrt/scene/camera.py", "return (0.0, 0.0, 1.0) if",
+           "return (0.0, 0.0, -1.0) if", ("camera from above",)),
     Mutant("SF11 of another melt", "clrt/spectra/tables/glasses.csv", "SF11,1.73759695", "SF11,1.74759695",
            ("dispersion",)),
     Mutant("normals not weighted by area", "clrt/meshfiles/parts.py", "across = _cross(b - a, c - a)",

@@ -32,7 +32,7 @@ from .figures import Figure, Tell, listed
 
 _LONGEST = 0.08  # seconds until the signal: some ten rounds of saving
 _HEIGHT, _WIDTH = 120, 160
-_TASK = {"scene": "none", "max_depth": "0", "spp": "1"}
+_TASK = {"scene": "none", "max_depth": "0", "spp": "1", "refinements": "0"}
 _RANGES = {"image": (0.0, 1e30)}
 
 
