@@ -175,7 +175,8 @@ def test_random_scenes_draw_every_key_and_kind_of_spectrum() -> None:
     drawn = [validation_module("cases.chance").scene(1, number) for number in range(100)]
     materials = [shape["material"] for scene in drawn for shape in scene["shapes"]]
     # pictures are files, and a drawn scene is tables alone: cases of their own show them
-    assert {key for material in materials for key in material} == {*Material.__struct_fields__} - {"normal_map"}
+    keys = {key for material in materials for key in material}
+    assert keys == {*Material.__struct_fields__} - {"normal_map"}
     text = json.dumps(drawn)
     assert {light["type"] for scene in drawn for light in scene["lights"]} == {*LIGHTS}
     assert {scene["camera"].get("filter", "box") for scene in drawn} == {"box", *layout.REACH}

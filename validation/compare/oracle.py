@@ -273,7 +273,7 @@ def gate(name: str, value: float, limit: float, better: Better, detail: str = ""
 
 
 def _blame(failed: list[Gate], rows: list[RayRow], limit: Limits) -> str:
-    """Where it went wrong first: geometry, else the worst rays of the earliest wrong generation, else a layer.
+    """Where it went wrong first: geometry, the worst rays of the earliest wrong generation, else a layer.
 
     Rays of later generations start from what earlier ones found, so that their failures follow from it. Rays
     that bring little light pass their gate even if all of it is wrong, which then shows in `off`.
