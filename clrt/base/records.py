@@ -119,11 +119,12 @@ def _is_simple(values: Iterable[Any]) -> bool:
 
 @cache
 def _rounds_safely(cls: type[msgspec.Struct]) -> bool:
-    """Whether 0 is the only end of a range of its floats: then rounding cannot leave a range."""
+    """Whether rounding cannot leave a range of its floats: it is closed at a float32 number, or ends at 0."""
     hints = field_types(cls).values()
-    ends = [end for h in hints if float in leaves(h) for m in metas(h) for end in (m.gt, m.ge, m.lt, m.le)]
+    found = [meta for h in hints if float in leaves(h) for meta in metas(h)]
     inner: list[type[msgspec.Struct]] = [record for h in hints for record in records_in(h)]
-    return not any(ends) and all(map(_rounds_safely, inner))
+    closed = all(end is None or bool(float32(end) == end) for meta in found for end in (meta.ge, meta.le))
+    return closed and not any(meta.gt or meta.lt for meta in found) and all(map(_rounds_safely, inner))
 
 
 @cache

@@ -288,3 +288,26 @@ def test_a_million_triangles_are_read_without_a_loop() -> None:
     faces = np.concatenate([lower, upper])
     scene = Scene(shapes=[Mesh(vertices=vertices, faces=faces)])
     assert scene.shapes[0].primitives == len(faces) == 999698
+
+
+def test_a_scene_shows_itself_in_a_notebook() -> None:
+    scene = clrt.load_dict({"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "name": "<b>"}]})
+    page = scene._repr_html_()
+    assert "1 sphere" in page and "<b>" not in page.replace("<b>1", "")
+    assert scene._repr_mimebundle_()["text/html"] == page
+
+
+def test_adaptive_grids_do_not_go_with_counted_rays() -> None:
+    with pytest.raises(clrt.SceneError, match=r"adaptive: conformance counts the rays of one even grid"):
+        clrt.load_dict({"adaptive": {"spp": 64}, "conformance": "spd"})
+    assert clrt.load_dict({"adaptive": {"spp": 64}}).camera is None
+
+
+def test_only_cameras_say_one_thing_in_two_ways() -> None:
+    assert Camera.instead_of("pose") and not Material.instead_of("color")
+
+
+def test_numbers_may_be_of_numpy() -> None:
+    plain = {"ambient": 0.5, "shapes": [{"type": "sphere", "center": [0, 1, 0], "radius": 1}]}
+    theirs = {"ambient": np.float32(0.5), "shapes": [{**plain["shapes"][0], "center": np.array([0, 1, 0])}]}
+    assert clrt.load_dict(theirs).to_dict() == clrt.load_dict(plain).to_dict()
