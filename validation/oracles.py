@@ -27,7 +27,7 @@ from .oracle64 import edge_mask, render64
 from .oracle_mitsuba import Mitsuba, Source
 from .oracle_mitsuba.modes import SPECTRAL as BY_WAVELENGTH
 from .oracle_mitsuba.modes import supports
-from .oracle_mitsuba.reading import read
+from .oracle_mitsuba.reading import Untranslated, read
 from .oracle_povray.scene import not_in_pov
 from .ours import LAYERS, TERMS, ray_key, render_ours
 from .types import Case, OracleImage
@@ -174,7 +174,10 @@ def why_not(oracle: str, case: Case) -> str | None:
         return None
     if oracle == POVRAY:
         return not_in_pov(stand_in_of(case))
-    return supports(read(source_of(case)), mode_of(oracle))
+    try:
+        return supports(read(source_of(case)), mode_of(oracle))
+    except Untranslated as reason:
+        return str(reason)
 
 
 def mode_of(oracle: str) -> str:

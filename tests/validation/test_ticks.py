@@ -63,3 +63,8 @@ def test_a_row_is_what_is_measured(draw: int) -> None:
     """Two cases a day; `make release` measures all of them."""
     drawn = random.Random(f"{date.today()} {draw}").choice(sorted(cases.matrix_cases()))
     assert deletion_run.main([drawn, "--check"]) == 0, drawn
+
+
+def test_what_an_oracle_has_no_words_for_is_said() -> None:
+    reason = validation_module("oracles").why_not("mitsuba-table", cases.case_named("shipped still-life"))
+    assert reason == "pictures on surfaces are not translated"

@@ -31,6 +31,10 @@ from .records import (
 COLORS = ("highlight_color", "reflection_color", "transmission_color", "emission", "absorption")
 
 
+class Untranslated(ValueError):
+    """What a scene has and Mitsuba's side has no translation of."""
+
+
 def read(source: Source) -> Scene:
     """The scene, with what the caller wants otherwise."""
     tables = {key: value for key, value in source.tables.items() if key not in ("$schema", "version")}
@@ -84,7 +88,7 @@ def _is_picture(value: Any) -> bool:
 def material(table: Any) -> Material:
     values = {key: frozen(value) for key, value in table.items()}
     if "normal_map" in values or any(_is_picture(values.get(key)) for key in (*COLORS, "color")):
-        raise ValueError("pictures on surfaces are not translated")
+        raise Untranslated("pictures on surfaces are not translated")
     for key in COLORS:
         if key in values:
             values[key] = color(values[key])
