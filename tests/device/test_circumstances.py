@@ -59,7 +59,8 @@ def test_a_driver_that_a_variable_breaks_is_an_error_that_names_it(tmp_path: Pat
     assert command(tmp_path, "doctor", **{name: value}).returncode == 1
     right = {"POCL_MAX_WORK_GROUP_SIZE": "1", "POCL_MAX_PTHREAD_COUNT": "1"}[name]
     done = command(tmp_path, "render", "scene.json", "-o", "a.png", "--quiet", **{name: right})
-    assert (done.returncode, done.stderr) == (0, "")
+    said = [line for line in done.stderr.splitlines() if "waiting for process" not in line]  # other tests
+    assert (done.returncode, said) == (0, [])
 
 
 @pytest.mark.parametrize("limit", ["-v 600000", "-n 6"])
