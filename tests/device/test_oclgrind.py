@@ -170,6 +170,30 @@ def test_all_hits_of_a_ray():
     assert len(faces) == 21 + np.count_nonzero(~inside)
 
 
+@pytest.mark.parametrize("name", ["tent", "mitchell"])
+def test_weighed_samples(name: str):
+    camera = {"origin": [0.3, 0.5, 4], "target": [0, 0, 0], "width": 5, "height": 3, "spp": 4, "jitter": 7}
+    made = scene("flat", max_depth=1, camera={**camera, "filter": name})
+    image = clrt.render(made, layers=["diffuse"], settings=clrt.Settings(lanes=8, local_size=8, tile=24))
+    assert np.isfinite(image.pixels).all() and image.stats["rays"]["camera"] == 60
+
+
+def test_things_that_move():
+    """Boxes of the tree are made anew, level by level, for spheres and for triangles."""
+    side = np.linspace(-1, 1, 9)
+    x, y = (array.reshape(-1) for array in np.meshgrid(side, side))
+    corner = (np.arange(8)[:, None] * 9 + np.arange(8)).reshape(-1)
+    faces = np.concatenate([corner[:, None] + [0, 1, 9], corner[:, None] + [1, 10, 9]]).tolist()
+    sheet, bent = (np.stack([x, y, z * x], 1).tolist() for z in (0, 0.1))
+    balls = [{"type": "sphere", "center": [k % 4 - 1.5, k // 4 - 1.5, 0], "radius": 0.3} for k in range(16)]
+    made = scene("flat", max_depth=0)
+    made = made.replace({"shapes": [{"type": "mesh", "vertices": sheet, "faces": faces}, *balls]})
+    with clrt.Tracer(made, settings=clrt.Settings(lanes=8, local_size=8)) as tracer:
+        moved = made.replace({"shapes[0].vertices": bent, "shapes[3].center": [0.6, -1.4, 0.1]})
+        assert tracer.update(moved) == "refit"
+        assert np.isfinite(tracer.render().pixels).all()
+
+
 def test_every_kernel_was_watched():
     """Last in this file: it looks at what the tests above launched."""
     source = "".join(file.read_text() for file in kernel_folder().glob("*.cl"))
