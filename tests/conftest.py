@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from browser import Browser, installed
 from clrt.device import intel
 from clrt.device.platforms import choose
 from validation.oracle_mitsuba import Mitsuba
@@ -32,6 +33,15 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
             return file if file in TOGETHER else nodeid
 
     return Scheduling(config, log)
+
+
+@pytest.fixture(scope="module")
+def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """A headless browser."""
+    if not installed():
+        pytest.fail("nothing is proven: no chromium here; apt-get install chromium, or -m 'not browser'")
+    with Browser(tmp_path_factory.mktemp("profile")) as opened:
+        yield opened
 
 
 @pytest.fixture(scope="session")

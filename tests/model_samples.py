@@ -12,6 +12,11 @@ import numpy as np
 
 FLOOR = ((-4.0, 0.0, 4.0), (4.0, 0.0, 4.0), (0.0, 0.0, -4.0))
 WALL = ((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0))
+YELLOW = [1, 0.75, 0.25, 1]
+METAL = {"name": "gold", "pbrMetallicRoughness": {"baseColorFactor": YELLOW, "roughnessFactor": 0}}
+POINT = {"type": "point", "color": [1, 0.5, 0.25], "intensity": 20}
+SUN = {"type": "directional", "intensity": 2}
+SPOT = {"type": "spot", "intensity": 50, "spot": {"innerConeAngle": 0.25, "outerConeAngle": 0.5}}
 CAMERA = {"type": "perspective", "perspective": {"yfov": 0.75, "aspectRatio": 1.5, "znear": 0.5}}
 LIGHTS = "KHR_lights_punctual"
 

@@ -52,7 +52,7 @@ def completed(script: Path, *words: str) -> list[str]:
     return subprocess.run(call, capture_output=True, text=True, check=True).stdout.split()
 
 
-@pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
+@pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here; .ci/run itself needs one")
 def test_bash_completes_commands_options_and_scenes(
     shell: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -66,7 +66,7 @@ def test_bash_completes_commands_options_and_scenes(
     assert set(shell.scenes()) == set(shipped_scenes())
 
 
-@pytest.mark.skipif(shutil.which("zsh") is None, reason="needs zsh")
+@pytest.mark.skipif(shutil.which("zsh") is None, reason="no zsh here; .ci/run installs it")
 def test_zsh_reads_its_file(shell: ModuleType, tmp_path: Path) -> None:
     (tmp_path / "_clrt").write_text(shell.made()["_clrt"])
     subprocess.run(["zsh", "-n", str(tmp_path / "_clrt")], check=True)

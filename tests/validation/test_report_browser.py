@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import report_samples as samples
-from browser import Browser, installed
+from browser import Browser
 from clrt.base.resources import validation_module
 from report_viewer import CANVAS, CONTRAST, VIEWER, WRONG, box, bytes_of, differing, drawn, look, place, state
 
@@ -24,14 +24,6 @@ report = validation_module("suite.report")
 def page(tmp_path_factory: pytest.TempPathFactory) -> str:
     path = report.write_report(samples.result(), tmp_path_factory.mktemp("page") / "report.html")
     return path.as_uri()
-
-
-@pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    if not installed():
-        pytest.fail("nothing is proven: no chromium here; apt-get install chromium, or -m 'not browser'")
-    with Browser(tmp_path_factory.mktemp("profile")) as opened:
-        yield opened
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import clrt
-from browser import Browser, installed
+from browser import Browser
 from clrt.images.file import encode
 from clrt.view.server import Server
 from clrt.view.session import Session
@@ -48,14 +48,6 @@ FILM = f"""(tree => {{
 def server() -> Iterator[Server]:
     with serving(Session(clrt.Tracer(scene()))) as found:
         yield found
-
-
-@pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    if not installed():
-        pytest.fail("nothing is proven: no chromium here; apt-get install chromium, or -m 'not browser'")
-    with Browser(tmp_path_factory.mktemp("profile")) as opened:
-        yield opened
 
 
 @pytest.fixture

@@ -30,10 +30,10 @@ from .host import HOST_FAULTS
 from .kernels import KERNEL_FAULTS, Mutant
 from .plant import in_haste, patched, pictures_by_child, small
 from .spectral import SPECTRAL_FAULTS
+from .surfaces import SURFACE_FAULTS
 
-MUTANTS: Final = {
-    mutant.name: mutant for mutant in (*KERNEL_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS, *AUDIT_FAULTS)
-}
+_FAULTS: Final = (*KERNEL_FAULTS, *SURFACE_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS, *AUDIT_FAULTS)
+MUTANTS: Final = {mutant.name: mutant for mutant in _FAULTS}
 _SECONDS = 120  # that a patched package may take for its pictures
 
 
