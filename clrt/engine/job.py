@@ -111,9 +111,9 @@ class Job:
         """
         if self.adaptive is not None and not isinstance(piece, tuple):
             return refined(self, device, world, piece, observers, budget)
-        return self._even(device, world, piece, observers, budget)
+        return self._trace_evenly(device, world, piece, observers, budget)
 
-    def _even(
+    def _trace_evenly(
         self,
         device: Device,
         world: World,

@@ -170,3 +170,14 @@ def test_faults_say_what_there_is(image: clrt.Image):
     for text in ("{", "[1]"):
         broken = clrt.Image(image.pixels, image.layers, metadata={key: text})
         assert np.array_equal(broken.matte("left"), image.matte("left"))
+
+
+@pytest.mark.parametrize("name", ["tent", "mitchell"])
+def test_alpha_and_mattes_are_weighed_as_the_picture_is(name: str):
+    table = scene().replace({"camera.filter": name, "camera.spp": 16})
+    ours = clrt.render(table, layers=["alpha", "crypto_shape"]).layers
+    exact = render64(table, layers=["alpha"]).layers["alpha"]
+    off = np.abs(ours["alpha"] - exact)
+    assert np.mean(off > 1e-5) <= 2e-3 and 0 <= ours["alpha"].min() <= ours["alpha"].max() <= 1
+    part = ours["alpha"][(ours["alpha"] > 0) & (ours["alpha"] < 1)] * 16
+    assert np.mean(np.abs(part - np.rint(part)) > 1e-3) > 0.5, "samples count alike"
