@@ -39,7 +39,7 @@ def test_a_notebook_has_the_page_s_code_and_what_it_gives(tmp_path: Path) -> Non
     code = "".join(made["cells"][1]["source"])
     assert code in (DOCS / "concepts" / "queues.md").read_text("utf-8") and "](" not in str(made)
     assert set(notebooks.PAGES) == {
-        name for name in PAGES if name.startswith(("tutorial", "concepts/"))
+        name for name in PAGES if name.startswith(("tutorial", "concepts/", "colour"))
         and "```python" in (DOCS / f"{name}.md").read_text("utf-8")
     }  # fmt: skip
 

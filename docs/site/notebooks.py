@@ -21,7 +21,10 @@ import clrt
 
 DOCS: Final = Path(__file__).resolve().parents[1]
 HASHES: Final = Path(__file__).with_name("hashes.json")
-PAGES: Final = ("tutorial", "concepts/wavefront", "concepts/queues", "concepts/same-bits", "concepts/media")
+PAGES: Final = (
+    "tutorial", "concepts/wavefront", "concepts/queues", "concepts/same-bits", "concepts/media",
+    "concepts/dispersion", "colour",
+)
 _BLOCK = re.compile(r"```python\n(.*?)```\n", re.S)
 _SAVED = re.compile(r'\.save\("(\w+\.png)"\)')
 _MADE = re.compile(r"<!-- (figure|table|code): \w+ -->\n\n?")

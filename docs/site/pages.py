@@ -18,10 +18,10 @@ _PICTURE = re.compile(r'\.save\("(\w+)\.png"\)')
 def prepared(name: str, text: str) -> str:
     """The text of the page `name` (without its suffix, below docs/)."""
     up = "../" * name.count("/")
-    if name == "tutorial":
-        text = _SAVED.sub(_with_pictures, text)
     if name in PAGES:
-        file = f"{up}generated/notebooks/{name.split('/')[-1]}.ipynb"
+        stem = name.split("/")[-1]
+        text = _SAVED.sub(lambda match: _with_pictures(match[0], f"{up}generated/{stem}"), text)
+        file = f"{up}generated/notebooks/{stem}.ipynb"
         text += f"\n---\n\n[This page as a notebook]({file}), with its pictures.\n"
     text = _OUTSIDE.sub(lambda match: _named(name, match[1], match[2]), text)
     text = _MARK.sub(lambda match: _made(match[1], match[2], up), text)
@@ -54,7 +54,7 @@ def _made(kind: str, what: str, up: str) -> str:
     return (DOCS / "generated" / f"{what}.txt").read_text("utf-8")
 
 
-def _with_pictures(match: re.Match[str]) -> str:
-    """A block of the tutorial, and below it the pictures that it saves."""
-    pictures = [f"![{name}](generated/tutorial/{name}.png)" for name in _PICTURE.findall(match[0])]
-    return match[0] + ("\n" + "\n".join(pictures) + "\n" if pictures else "")
+def _with_pictures(block: str, folder: str) -> str:
+    """A block of code, and below it the pictures that it saves."""
+    pictures = [f"![{name}]({folder}/{name}.png)" for name in _PICTURE.findall(block)]
+    return block + ("\n" + "\n".join(pictures) + "\n" if pictures else "")
