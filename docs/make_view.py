@@ -1,4 +1,4 @@
-"""Make the pictures of docs/viewer.md, and time the viewer: `python docs/make_view.py [times]`.
+"""Make the pictures of docs/viewer.md, and time the viewer: `python docs/make_view.py [pictures|times|notebook]`.
 
 It looks at the showcase in the headless chromium of tests/browser.py, and prints pictures a second while the
 camera moves all the time, beside what the processor did for each, which does not depend on what else runs.
@@ -90,6 +90,13 @@ def notebook(browser: Browser) -> None:
             browser.run("[...document.querySelectorAll('button')].find(b => b.innerText === 'No')?.click()")
             time.sleep(1)
             browser.screenshot(HERE / "view-notebook.png")
+            tab = "document.querySelector('.jp-SideBar.jp-mod-left .lm-mod-current').getBoundingClientRect()"
+            x, y = browser.run(f"(box => [box.x + box.width / 2, box.y + box.height / 2])({tab})")
+            browser.drag((x, y), (x, y))  # a click: the list of files goes away
+            browser.resize(390, 844)
+            time.sleep(3)
+            browser.run("document.querySelector('.clrt-view').scrollIntoView()")
+            browser.screenshot(HERE / "view-notebook-phone.png")
         finally:
             process.terminate()
             process.wait(30)
@@ -116,15 +123,17 @@ def times(browser: Browser, server: Server) -> None:
 
 
 def main() -> None:
+    only = sys.argv[1] if len(sys.argv) > 1 else None
     with Server(Session(clrt.Tracer(SCENE))) as server, tempfile.TemporaryDirectory() as profile:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         with Browser(Path(profile)) as browser:
-            if "times" not in sys.argv:
+            if only in (None, "pictures"):
                 pictures(browser, server)
-            times(browser, server)
+            if only in (None, "times"):
+                times(browser, server)
         server.shutdown()
-    with tempfile.TemporaryDirectory() as profile, Browser(Path(profile)) as browser:
-        if "times" not in sys.argv:
+    if only in (None, "notebook"):
+        with tempfile.TemporaryDirectory() as profile, Browser(Path(profile)) as browser:
             notebook(browser)
 
 

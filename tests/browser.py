@@ -122,13 +122,7 @@ class Browser:
         still: bool = False,
     ) -> None:
         """Load a page in a window of a size; `touch` makes it a phone, `still` asks for no animation."""
-        self._ask(
-            "Emulation.setDeviceMetricsOverride",
-            width=width,
-            height=height,
-            deviceScaleFactor=2 if touch else 1,
-            mobile=touch,
-        )
+        self.resize(width, height, touch)
         self._ask(
             "Emulation.setEmulatedMedia",
             features=[
@@ -141,6 +135,16 @@ class Browser:
         self.requests.clear()
         self._ask("Page.navigate", url=url)
         self.wait("document.readyState === 'complete'")
+
+    def resize(self, width: int, height: int, touch: bool = False) -> None:
+        """The window's size in CSS pixels, whatever page is in it; `touch` makes it a phone."""
+        self._ask(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=2 if touch else 1,
+            mobile=touch,
+        )
 
     def run(self, script: str) -> Any:
         """The value of a JavaScript expression; a promise is waited for."""

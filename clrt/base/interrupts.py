@@ -146,12 +146,16 @@ def _leave(number: int) -> NoReturn:
     """End the process at once."""
     sweep()
     if not _said:
-        rest = "" if _main else "; nothing was saved"
+        left = f"saved: {', '.join(map(_plain, saved))}" if saved else "nothing was saved"
         try:  # noqa: SIM105
-            os.write(errors_to, f"clrt: {_word(number)}{rest}\n".encode())
+            os.write(errors_to, f"clrt: {_word(number)}; {left}\n".encode(errors="replace"))
         except OSError:  # nobody reads it
             pass
     os._exit(128 + number)
+
+
+def _plain(path: Path) -> str:
+    return "".join(letter if letter.isprintable() else "?" for letter in str(path))
 
 
 def _word(number: int) -> str:

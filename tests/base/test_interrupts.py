@@ -6,6 +6,7 @@ import random
 import signal
 import subprocess
 import sys
+import textwrap
 import time
 from collections import Counter
 from collections.abc import Iterator
@@ -148,9 +149,25 @@ def test_an_import_that_does_not_end_is_ended(tmp_path: Path, what: str, sent: s
         begin = time.monotonic()
         process.send_signal(sent)
         said = "interrupted" if sent == signal.SIGINT else "interrupted by SIGTERM"
-        assert process.communicate(timeout=30) == ("", f"clrt: {said}\n")
+        assert process.communicate(timeout=30) == ("", f"clrt: {said}; nothing was saved\n")
         assert process.returncode == 128 + sent and 1.5 < time.monotonic() - begin < 10
     assert {file.name for file in tmp_path.iterdir()} <= {"task.py", "heavy.py", "pipe"}
+
+
+def test_who_ends_at_once_tells_what_was_saved_too(tmp_path: Path) -> None:
+    """On one line, whatever the file's name holds."""
+    task = (
+        "from clrt.base.atomic import replacing\n"
+        "def run(options):\n    with replacing('a\\x1b\\n.ck') as temporary:\n"
+        "        temporary.write_bytes(b'')\n"
+        "    print('ready', flush=True)\n" + textwrap.indent(ENDLESS["deaf"], "    ")
+    )
+    with started(tmp_path, task) as process:
+        for _ in range(2):
+            time.sleep(0.5)
+            process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=30)[1]
+    assert (process.returncode, said) == (130, f"clrt: interrupted; saved: {tmp_path / 'a??.ck'}\n")
 
 
 STUBBORN = """
@@ -173,7 +190,7 @@ def test_a_second_signal_ends_what_takes_long_to_end(tmp_path: Path) -> None:
         process.send_signal(signal.SIGINT)
         assert process.stdout is not None and process.stdout.readline() == "tidying\n"
         process.send_signal(signal.SIGTERM)
-        assert process.communicate(timeout=30) == ("", "clrt: interrupted\n")
+        assert process.communicate(timeout=30) == ("", "clrt: interrupted; nothing was saved\n")
         assert process.returncode == 130
     assert [file.name for file in tmp_path.iterdir()] == ["task.py"]
 
