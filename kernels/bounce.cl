@@ -13,11 +13,10 @@ inline uint routed(uint path, uint route)
     return flags & PATH_ROUTE ? flags : flags | route;
 }
 
-// Writes the children of the lanes that spawn one by this bounce.
-inline void store_children(const World world, const Family f, uint first, bool reflecting, VecP origin, VecP direction,
-                           const floatP *weight)
+// Writes the children of the lanes `spawning` (from lanes_of).
+INLINED void store_children(const World world, const Family f, uint first, uint spawning, bool reflecting, VecP origin,
+                            VecP direction, const floatP *weight)
 {
-    const uint spawn_bit = reflecting ? SPAWN_REFLECTION : SPAWN_TRANSMISSION;
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET];
     const float *w = (const float *)weight;  // a band after the other, PACKET rays each
     *(floatP *)ox = origin.x;
@@ -26,9 +25,8 @@ inline void store_children(const World world, const Family f, uint first, bool r
     *(floatP *)dx = direction.x;
     *(floatP *)dy = direction.y;
     *(floatP *)dz = direction.z;
-    for (uint k = 0; k < PACKET && first + k < f.queue.n; k++) {
-        const uint i = first + k, at = f.slot[i];
-        if (!(f.shaded.spawn[i] & spawn_bit)) continue;
+    for (; spawning; spawning = without_first(spawning)) {
+        const uint k = first_lane(spawning), i = first + k, at = f.slot[i];
         store_child(world, f, i, at, reflecting ? CHILD_REFLECTION : CHILD_TRANSMISSION,
                     routed(f.queue.path[i], reflecting ? 1 : 2), vec(ox[k], oy[k], oz[k]), vec(dx[k], dy[k], dz[k]));
         __global float *into = f.child.child_weights + in_block(at, 0, VALUES);
@@ -46,8 +44,9 @@ inline void bounce_packet(const World world, const Family f, const Pixels pixels
     const uint first = get_global_id(0) * PACKET, n = f.queue.n;
     if (first >= n) return;
     const int spawn_bit = reflecting ? SPAWN_REFLECTION : SPAWN_TRANSMISSION;
-    intP todo = (load_word(f.shaded.spawn, first, n) & spawn_bit) != 0, mine;
-    if (!any_of(todo)) return;
+    intP todo = ((load_word(f.shaded.spawn, first, n) & spawn_bit) != 0) & lanes_within(first, n), mine;
+    const uint spawning = lanes_of(todo);
+    if (!spawning) return;
     Surfaces s = load_surfaces(world, f.hits.surfaces, f.hits.surface_code, f.queue.weights, first, n);
     const VecP u = load_vec(f.queue.rays, first, n, DIRECTION_X, RAY_FIELDS);
     const Streams streams = gloss_streams(world, pixels, f.queue.path, first, n);
@@ -69,8 +68,8 @@ inline void bounce_packet(const World world, const Family f, const Pixels pixels
             }
         }
     }
-    if (reflecting) store_children(world, f, first, true, offset_origin(s, s.n), direction, weight);
-    else store_children(world, f, first, false, offset_origin(s, minus(s.n)), direction, weight);
+    if (reflecting) store_children(world, f, first, spawning, true, offset_origin(s, s.n), direction, weight);
+    else store_children(world, f, first, spawning, false, offset_origin(s, minus(s.n)), direction, weight);
 }
 
 __kernel void reflect(SPAWN_PARAMETERS, PIXELS_PARAMETERS)
@@ -97,7 +96,7 @@ __kernel void disperse(SPAWN_PARAMETERS)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
-    intP todo = (load_word(spawn, first, n) & SPAWN_GROUPS) != 0, mine;
+    intP todo = ((load_word(spawn, first, n) & SPAWN_GROUPS) != 0) & lanes_within(first, n), mine;
     if (!any_of(todo)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Family family = FAMILY_OF_PARAMETERS;
@@ -106,7 +105,7 @@ __kernel void disperse(SPAWN_PARAMETERS)
     const Streams streams = {(uintP)(0u), (uintP)(0u)};  // what transmits is not rough
     SHOW_PICTURES(world, s, todo, SHOWN(TINT));
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[GROUP][PACKET];
-    int place[PACKET], launched[PACKET];
+    uint place[PACKET];
     floatP weight[BANDS];
     for (int b = 0; b < BANDS; b++) weight[b] = load_field(weights, first, n, b, VALUES);
     *(floatP *)ox = origin.x;
@@ -118,16 +117,15 @@ __kernel void disperse(SPAWN_PARAMETERS)
         for (int from = 0; from < BANDS; from += GROUP) {
             const int to = min(from + GROUP, BANDS);
             const Bounce bounce = bounce_at(world, s, material, from, u, streams);
-            *(intP *)launched = mine & passes_on(world, s, material, bounce, weight, from, to);
+            uint launched = lanes_of(mine & passes_on(world, s, material, bounce, weight, from, to));
             *(floatP *)dx = bounce.transmitted.x;
             *(floatP *)dy = bounce.transmitted.y;
             *(floatP *)dz = bounce.transmitted.z;
             for (int b = 0; b < GROUP; b++)
                 *(floatP *)w[b] = from + b < to ? weight[from + b] * transmits(s, material, bounce, from + b)
                                                 : (floatP)(0.0f);
-            for (uint k = 0; k < PACKET && first + k < n; k++) {
-                if (!launched[k]) continue;
-                const uint i = first + k, at = place[k]++;
+            for (; launched; launched = without_first(launched)) {
+                const uint k = first_lane(launched), i = first + k, at = place[k]++;
                 store_child(world, family, i, at, CHILD_TRANSMISSION, routed(path[i], 2), vec(ox[k], oy[k], oz[k]),
                             vec(dx[k], dy[k], dz[k]));
                 for (int b = 0; b < GROUP; b++) child_weights[in_block(at, b, GROUP + 1)] = w[b][k];

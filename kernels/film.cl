@@ -1,32 +1,35 @@
 // The film of a tile: sums of what rays bring to their pixels.
 //
-// A pixel's rays stand together in a queue. The work-item of the first of them adds them all up, in order, and
-// then adds the sum to the film: one writer a pixel, no atomics, one result. Layers are further planes of the
+// A pixel's rays stand together in a queue. The work-item of the chunk that has the first of them adds them all up, in
+// order, and then adds the sum to the film: one writer a pixel, no atomics, one result. Layers are further planes of the
 // film, for which only rays whose path word matches are added.
 #include "lanes.clh"
 
 __kernel void gather(QUEUE_PARAMETERS, SHADED_PARAMETERS, uint path_mask, uint path_value, uint plane, uint pixels,
                      __global float *film)
 {
-    const uint start = get_global_id(0);
-    if (start >= n) return;
-    const uint pixel = pixel_of[start];
-    if (start > 0 && pixel_of[start - 1] == pixel) return;
-    float sum[BANDS];
-    for (int b = 0; b < BANDS; b++) sum[b] = 0.0f;
-    bool found = false;
-    for (uint i = start; i < n && pixel_of[i] == pixel; i++) {
-        if (path_mask && (path[i] & path_mask) != path_value) continue;
-        if (!(spawn[i] & SPAWN_LOCAL)) continue;
-        found = true;
-        __global const float *brought = local_radiance + in_block(i, 0, VALUES);
-        const int band = first_band(local_radiance, i);
+    uint i = get_global_id(0) * CHUNK;
+    const uint end = min(i + CHUNK, n);
+    while (i > 0 && i < end && pixel_of[i] == pixel_of[i - 1]) i++;
+    while (i < end) {
+        const uint pixel = pixel_of[i];
+        float sum[BANDS];
+        for (int b = 0; b < BANDS; b++) sum[b] = 0.0f;
+        bool found = false;
+        for (; i < n && pixel_of[i] == pixel; i++) {
+            if (path_mask && (path[i] & path_mask) != path_value) continue;
+            if (!(spawn[i] & SPAWN_LOCAL)) continue;
+            found = true;
+            __global const float *brought = local_radiance + in_block(i, 0, VALUES);
+            const int band = first_band(local_radiance, i);
+            ONE_BY_ONE
+            for (int b = 0; b < RAY_BANDS && band + b < BANDS; b++) sum[band + b] += brought[b * LANES];
+        }
+        if (!found) continue;
+        __global float *into = film + ((size_t)plane * pixels + pixel) * BANDS;
         ONE_BY_ONE
-        for (int b = 0; b < RAY_BANDS && band + b < BANDS; b++) sum[band + b] += brought[b * LANES];
+        for (int b = 0; b < BANDS; b++) into[b] += sum[b];
     }
-    if (!found) return;
-    const size_t at = ((size_t)plane * pixels + pixel) * BANDS;
-    for (int b = 0; b < BANDS; b++) film[at + b] += sum[b];
 }
 
 // Means from sums. Light that overflowed on its way (infinite, or NaN where that met a 0) counts as the brightest

@@ -1,12 +1,19 @@
 // Local light: what a ray's hit sends back by itself, the shadow feelers that decide about the lights, what the lights
 // add, and the count of everything the hit will spawn. One work-item a packet.
 //
-// Queues are dense and in stable order, so `shade` counts, a scan gives every ray its places, and `feelers` writes.
+// Queues are dense and in stable order, so `shade` counts, the sums of chunks give each its first place, and `feelers`
+// writes.
 // After the feelers were traced `illuminate` finds directions to the lights anew and takes the packet's feelers in the
 // same order: that is cheaper than to keep what each would bring, and nothing is computed for a light that is hidden.
 #include "bounce.clh"
+#include "dense.clh"
 #include "light.clh"
 #include "sky.clh"
+
+// the fields of a feeler behind those of its ray (dense.clh)
+#define FEELER_OWNER RAY_FIELDS
+#define FEELER_OWN (RAY_FIELDS + 1)
+#define FEELER_BAND (RAY_FIELDS + 2)
 
 // Where the surface of a light shows nothing: behind, unless it shines on both sides; and to ambient rays, since feelers
 // have counted it.
@@ -118,124 +125,117 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     store_word((__global int *)spawn, first, n, found);
 }
 
-// One ray to each light above the surface, or to each of its points. The feelers of a packet stand light after light, so
-// that neighbours in the queue go the same way (with seven lights they are traced 2.5 times as fast); `owner` says which
-// ray each belongs to.
-__kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS, PIXELS_PARAMETERS,
-                      FEELERS_PARAMETERS)
+// The feelers of the packet at `first`; `own` and `filter` are not written where they do not matter.
+INLINED void append_feelers(const World world, Surfaces s, intP counted, const Streams streams, uint first, Appended *to,
+                            __global float *feeler_rays, __global uint *owner, __global int *own, __global float *filter)
 {
-    const uint first = get_global_id(0) * PACKET;
-    if (first >= n) return;
-    const intP counted = (load_word(spawn, first, n) & SPAWN_FEELERS) != 0;
-    if (!any_of(counted)) return;
-    const World world = WORLD_OF_PARAMETERS;
-    const Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
     const VecP start = offset_origin(s, s.n);
-    float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], distance[PACKET];
-    int launched[PACKET];
-    *(floatP *)ox = start.x;
-    *(floatP *)oy = start.y;
-    *(floatP *)oz = start.z;
-    uint at = first_feeler[first];
-    const uint lanes = min((uint)PACKET, n - first);
-    const Pixels pixels = PIXELS_OF_PARAMETERS;
-    const Streams streams = light_streams(world, pixels, path, first, n);
     for (int l = 0; l < world.scene->lights; l++) {
         __global const Light *light = world.lights + l;
         Draw draw = light_draw(light, streams, l);
         for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
-            const LightSample to = light_sample(light, start, draw);
-            const intP launch = counted & is_above(s, to);
-            if (!any_of(launch)) continue;
-            *(floatP *)dx = to.direction.x;
-            *(floatP *)dy = to.direction.y;
-            *(floatP *)dz = to.direction.z;
-            *(floatP *)distance = to.distance;
-            *(intP *)launched = launch;
-            for (uint k = 0; k < lanes; k++) {
-                if (!launched[k]) continue;
-                store_ray(feeler_rays, at, vec(ox[k], oy[k], oz[k]), vec(dx[k], dy[k], dz[k]), distance[k]);
+            const LightSample way = light_sample(light, start, draw);
+            const uint launched = lanes_of(counted & is_above(s, way));
+            if (!launched) continue;
+            const Appending a = appending(to, launched);
+            append_ray(to, &a, feeler_rays, start, way.direction, way.distance);
+            append_word(to, &a, FEELER_OWNER, owner, as_intP(counting_from(first)));
+            if (own) append_word(to, &a, FEELER_OWN, own, (intP)(light->surface));
 #if NARROW
-                if (world.scene->tinted)
-                    filter[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
+            if (world.scene->tinted) append(to, &a, FEELER_BAND, filter, RAY_BANDS, VALUES, as_floatP(s.band));
 #endif
-                if (world.scene->surfaces) own[at] = light->surface;
-                owner[at++] = first + k;
-            }
+            to->at += a.count;
         }
     }
 }
 
-// lanes whose feelers reached the light; `at` is the next feeler of the packet, `place` receives each lane's
-INLINED intP arrivals(intP launch, uint lanes, __global const uint *seen, uint *at, uint *place)
+// One ray to each light above the surface, or to each of its points. The feelers of a packet stand light after light, so
+// that neighbours in the queue go the same way (with seven lights they are traced 2.5 times as fast); `owner` says which
+// ray each belongs to. One work-item a chunk of rays.
+__kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS, PIXELS_PARAMETERS,
+                      FEELERS_PARAMETERS)
 {
-    int arrived[PACKET], launched[PACKET];
-    *(intP *)launched = launch;
-    for (uint k = 0; k < PACKET; k++) {
-        arrived[k] = 0;
-        if (k >= lanes || !launched[k]) continue;
-        arrived[k] = seen[*at] ? -1 : 0;
-        place[k] = (*at)++;
+    const uint chunk = get_global_id(0), end = min((chunk + 1) * CHUNK, n);
+    if (chunk * CHUNK >= n) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const Pixels pixels = PIXELS_OF_PARAMETERS;
+    Appended to;
+    to.first = to.at = first_feeler[chunk];
+    for (uint first = chunk * CHUNK; first < end; first += PACKET) {
+        const intP counted = ((load_word(spawn, first, n) & SPAWN_FEELERS) != 0) & lanes_within(first, n);
+        if (!any_of(counted)) continue;
+        const Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
+        append_feelers(world, s, counted, light_streams(world, pixels, path, first, n), first, &to, feeler_rays, owner,
+                       own, filter);
     }
-    return *(intP *)arrived;
+    for (int i = 0; i < RAY_FIELDS; i++) append_rest(&to, i, feeler_rays, i, RAY_FIELDS);
+    append_rest(&to, FEELER_OWNER, (__global float *)owner, 0, 1);
+    if (own) append_rest(&to, FEELER_OWN, (__global float *)own, 0, 1);
+#if NARROW
+    if (world.scene->tinted) append_rest(&to, FEELER_BAND, filter, RAY_BANDS, VALUES);
+#endif
 }
 
-// what surfaces on the way have let through of a band
-INLINED floatP filtered(__global const float *filter, const uint *place, intP which, int b)
+// what surfaces on the way have let through of a band: feelers at, at + 1, ... are those of the lanes `launched`
+INLINED floatP filtered(__global const float *filter, uint at, uint launched, int b)
 {
-    float share[PACKET];
-    int here[PACKET];
-    *(intP *)here = which;
-    for (uint k = 0; k < PACKET; k++) share[k] = here[k] ? filter[in_block(place[k], b, VALUES)] : 1.0f;
+    ALIGNED float share[PACKET];
+    *(floatP *)share = (floatP)(1.0f);
+    for (; launched; launched = without_first(launched))
+        share[first_lane(launched)] = filter[in_block(at++, b, VALUES)];
     return *(floatP *)share;
 }
 
 // Adds what comes from the lights that the feelers have reached to `local_radiance`, light after light; SPAWN_LOCAL
-// then says that it is to be read.
+// then says that it is to be read. One work-item a chunk of rays.
 __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_PARAMETERS, PIXELS_PARAMETERS,
                          FEELERS_PARAMETERS, uint terms)
 {
-    const uint first = get_global_id(0) * PACKET;
-    if (first >= n) return;
-    const intP found = load_word(spawn, first, n), counted = (found & SPAWN_FEELERS) != 0;
-    if (!any_of(counted)) return;
+    const uint chunk = get_global_id(0), end = min((chunk + 1) * CHUNK, n);
+    if (chunk * CHUNK >= n) return;
     const World world = WORLD_OF_PARAMETERS;
-    Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
-    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = offset_origin(s, s.n);
-    const intP bright = (found & SPAWN_LOCAL) != 0;
-    const bool any_bright = any_of(bright), tinted = world.scene->tinted;
-    floatP value[RAY_BANDS], radiance[RAY_BANDS];
-    for (int b = 0; b < RAY_BANDS; b++) {
-        value[b] = (floatP)(0.0f);
-        if (any_bright) value[b] = select(value[b], load_field(local_radiance, first, n, b, VALUES), bright);
-    }
-    SHOW_PICTURES(world, s, counted, SHOWN(HIGHLIGHT));
-    uint at = first_feeler[first], place[PACKET];
-    const uint lanes = min((uint)PACKET, n - first);
-    intP lighter = (intP)(0);
     const Pixels pixels = PIXELS_OF_PARAMETERS;
-    const Streams streams = light_streams(world, pixels, path, first, n);
-    for (int l = 0; l < world.scene->lights; l++) {
-        __global const Light *light = world.lights + l;
-        Draw draw = light_draw(light, streams, l);
-        for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
-            const LightSample to = light_sample(light, start, draw);
-            const intP launch = counted & is_above(s, to);
-            if (!any_of(launch)) continue;
-            intP todo = arrivals(launch, lanes, seen, &at, place), mine;
-            lighter |= todo;
-            while (any_of(todo)) {
-                __global const Material *material = next_material(world, &s, &todo, &mine);
-                reflected_light(light, to, s, material, u, terms, radiance);
-                for (int b = 0; b < RAY_BANDS; b++) {
-                    floatP brings = load_field(weights, first, n, b, VALUES) * radiance[b];
-                    if (tinted) brings *= filtered(filter, place, mine, b);
-                    value[b] = select(value[b], value[b] + brings, mine);
+    const bool tinted = world.scene->tinted;
+    uint at = first_feeler[chunk];
+    for (uint first = chunk * CHUNK; first < end; first += PACKET) {
+        const intP found = load_word(spawn, first, n);
+        const intP counted = ((found & SPAWN_FEELERS) != 0) & lanes_within(first, n);
+        if (!any_of(counted)) continue;
+        Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
+        const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = offset_origin(s, s.n);
+        const intP bright = (found & SPAWN_LOCAL) != 0;
+        const bool any_bright = any_of(bright);
+        floatP value[RAY_BANDS], radiance[RAY_BANDS];
+        for (int b = 0; b < RAY_BANDS; b++) {
+            value[b] = (floatP)(0.0f);
+            if (any_bright) value[b] = select(value[b], load_field(local_radiance, first, n, b, VALUES), bright);
+        }
+        SHOW_PICTURES(world, s, counted, SHOWN(HIGHLIGHT));
+        intP lighter = (intP)(0);
+        const Streams streams = light_streams(world, pixels, path, first, n);
+        for (int l = 0; l < world.scene->lights; l++) {
+            __global const Light *light = world.lights + l;
+            Draw draw = light_draw(light, streams, l);
+            for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
+                const LightSample to = light_sample(light, start, draw);
+                const uint launched = lanes_of(counted & is_above(s, to));
+                if (!launched) continue;
+                intP todo = load_apart(seen, at, launched) != 0, mine;
+                lighter |= todo;
+                while (any_of(todo)) {
+                    __global const Material *material = next_material(world, &s, &todo, &mine);
+                    reflected_light(light, to, s, material, u, terms, radiance);
+                    for (int b = 0; b < RAY_BANDS; b++) {
+                        floatP brings = load_field(weights, first, n, b, VALUES) * radiance[b];
+                        if (tinted) brings *= filtered(filter, at, launched, b);
+                        value[b] = select(value[b], value[b] + brings, mine);
+                    }
                 }
+                at += count_lanes(launched);
             }
         }
+        if (!any_of(lighter)) continue;
+        for (int b = 0; b < RAY_BANDS; b++) store_field(local_radiance, first, n, b, VALUES, value[b]);
+        store_word((__global int *)spawn, first, n, found | (lighter & SPAWN_LOCAL));
     }
-    if (!any_of(lighter)) return;
-    for (int b = 0; b < RAY_BANDS; b++) store_field(local_radiance, first, n, b, VALUES, value[b]);
-    store_word((__global int *)spawn, first, n, found | (lighter & SPAWN_LOCAL));
 }

@@ -43,7 +43,12 @@ BUGS: dict[str, tuple[str, str, str, str]] = {
         "pixel_of[i] == pixel",
         "Invalid read",
     ),
-    "all pixels in one place": ("film.cl", "const size_t at = (", "const size_t at = 0 * (", "data race"),
+    "all means in one place": (
+        "film.cl",
+        "film[i] = mean <= BRIGHTEST",
+        "film[0] = mean <= BRIGHTEST",
+        "data race",
+    ),
     "a chunk past the end": (
         "compact.cl",
         "min((chunk + 1) * CHUNK, n);\n    for (uint i = chunk * CHUNK; i < end; i++) {",

@@ -119,6 +119,10 @@ class Device:
         most = max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.ray_format.values * self.packet)))
         self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else most)
 
+    def launch_chunks(self, name: str, rays: int, *arguments: Any) -> None:
+        """Run a kernel whose work-items take a chunk of `rays` each, one packet after the other."""
+        self.launch(name, -(-rays // layout.CHUNK), *arguments, local_size=1)
+
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
         """A launch before which PoCL may compile the kernel for these sizes: one process at a time."""
         if not pocl_version(self.info):  # others compile all there is to compile when they build the program

@@ -204,7 +204,7 @@ class Kernels:
         launches, and looking at each argument would cost a twentieth of its time).
         """
         frame = sys._getframe(2)
-        if frame.f_code.co_name == "launch_packets" and frame.f_back is not None:
+        if frame.f_code.co_name in ("launch_packets", "launch_chunks") and frame.f_back is not None:
             frame = frame.f_back
         place = (name, frame.f_code, frame.f_lineno)
         if place not in self._checked:

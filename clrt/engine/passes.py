@@ -137,7 +137,7 @@ def feelers(device: Device, world: World, queue: Queue, hits: QueueHits, shaded:
     kernels = device.for_queue(queue.narrow)
     found = Feelers(
         n,
-        _first_places(device, world, queue, shaded, "FEELERS"),
+        shaded.offsets,  # whose first stream is that of feelers
         device.buffer(4 * n, "uint"),
         device.buffer(block_bytes(n, len(layout.RAY_FIELDS), lanes), "float"),
         device.buffer(4 * n, "uint"),
@@ -148,7 +148,7 @@ def feelers(device: Device, world: World, queue: Queue, hits: QueueHits, shaded:
     if n:
         lit_by = (*shaded.arguments, *queue.pixels.arguments, *found.arguments)
         groups = (*queue.arguments, *hits.arguments, *lit_by)
-        kernels.launch_packets("feelers", queue.n, *world.arguments, *groups)
+        kernels.launch_chunks("feelers", queue.n, *world.arguments, *groups)
         arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
         if world.tinted:
             kernels.launch_packets("occluded_tinted", n, *arguments, found.filter, found.own)
@@ -172,7 +172,7 @@ def illuminate(
         lit_by = (*shaded.arguments, *queue.pixels.arguments, *feelers.arguments)
         groups = (*queue.arguments, *hits.arguments, *lit_by)
         kernels = device.for_queue(queue.narrow)
-        kernels.launch_packets("illuminate", queue.n, *world.arguments, *groups, np.uint32(terms))
+        kernels.launch_chunks("illuminate", queue.n, *world.arguments, *groups, np.uint32(terms))
 
 
 def gather(
@@ -188,7 +188,7 @@ def gather(
     """Add what the rays bring to their pixels; only rays with path & path_mask == path_value."""
     where = (np.uint32(path_mask), np.uint32(path_value), np.uint32(plane), np.uint32(pixels))
     kernels = device.for_queue(queue.narrow)
-    kernels.launch("gather", queue.n, *queue.arguments, *shaded.arguments, *where, film)
+    kernels.launch_chunks("gather", queue.n, *queue.arguments, *shaded.arguments, *where, film)
 
 
 def weigh_samples(device: Device, camera: Any, queue: Queue) -> Weights:

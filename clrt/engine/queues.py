@@ -175,7 +175,7 @@ class Feelers(_Parameters):
     """Shadow feelers of a queue: packet after packet of its rays, in each light after light."""
 
     n: int
-    first: Any  # uint: how many belong to rays before this one, so a packet's first
+    first: Any  # uint: for each chunk of rays, how many belong to rays before it
     owner: Any  # uint: the ray that each belongs to
     rays: Any  # blocks of layout.RAY_FIELDS
     seen: Any  # uint: 1 where nothing blocks the light
