@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -29,7 +28,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     target = _target(path)
     suffix = target.suffix if len(target.suffix) <= _SUFFIX else ""  # a name of 255 bytes may be all suffix
-    temporary = target.with_name(f".clrt-{secrets.token_hex(6)}{suffix}")
+    temporary = target.with_name(f".clrt-{os.urandom(6).hex()}{suffix}")
     temporaries.add(temporary)
     try:
         try:

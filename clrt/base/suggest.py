@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 from heapq import nlargest
 from itertools import pairwise
 from typing import Final
@@ -31,6 +30,8 @@ def nearest(name: object, known: Iterable[str], cutoff: float = 0.0) -> str | No
     if len(names) > _MOST:
         names = nlargest(_MOST, names, likeness)
     by_letters = {candidate[:_LETTERS].lower(): candidate for candidate in names}
+    from difflib import get_close_matches  # only where somebody has erred
+
     near = get_close_matches(wrong, by_letters, n=1, cutoff=cutoff)
     return by_letters[near[0]] if near else None
 

@@ -22,7 +22,10 @@ GROUPS: Final = ("kernels", "queries", "builder", "launch", "compile", "frames",
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """What to measure. `extra` are the caller's own scenes (name -> scene), rendered as frames only."""
+    """What to measure. `extra` are the caller's own scenes (name -> scene), rendered as frames only.
+
+    isa: what Embree may use of the processor at most, "" for all there is.
+    """
 
     groups: Sequence[str] = GROUPS
     names: Sequence[str] = tuple(scenes.SCENES)
@@ -30,6 +33,7 @@ class Plan:
     rounds: int = 9
     quick: bool = False
     embree: bool = False
+    isa: str = ""
     extra: dict[str, Scene] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
 
@@ -41,14 +45,14 @@ class Plan:
 
 def run(plan: Plan, tell: Tell | None = None) -> Report:
     """Measure all that the plan names. ClrtError, before that, where the yardstick cannot be built."""
-    library = embree.build() if plan.embree else None
+    yardsticks = embree.builds(plan.isa) if plan.embree else ()
     device = Device(plan.device, plan.settings)
     before = machine.load()
     # the load that this run makes itself is no disturbance, so it is asked first
     found: list[Measurement] = []
     if "kernels" in plan.groups:
         with machine.one_core():
-            found += _on_one_core(plan, library, tell)
+            found += _on_one_core(plan, yardsticks, tell)
     if "queries" in plan.groups:
         with machine.one_core():
             found += queries.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
@@ -56,7 +60,7 @@ def run(plan: Plan, tell: Tell | None = None) -> Report:
         with machine.one_core():
             found += live.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
     if "builder" in plan.groups:
-        found += _builders(plan, library, tell)
+        found += _builders(plan, yardsticks, tell)
     if "launch" in plan.groups:
         found += measure(host.launch_cases(device), plan.rounds, tell)
     if "frames" in plan.groups:
@@ -72,25 +76,31 @@ def run(plan: Plan, tell: Tell | None = None) -> Report:
     if "program" in plan.groups:
         found += host.program_times(plan.device, plan.rounds, tell)
     facts: dict[str, Any] = {**machine.facts(device), "load_before": before, "quick": plan.quick}
+    if yardsticks:
+        facts["embree"] = [f"{build.version} {build.isa}".strip() for build in yardsticks]
     return Report(facts, tuple(found))
 
 
-def _on_one_core(plan: Plan, library: Any, tell: Tell | None) -> list[Measurement]:
+def _on_one_core(plan: Plan, builds: tuple[embree.Build, ...], tell: Tell | None) -> list[Measurement]:
     """The roof, and the passes of every scene with Embree's calls between them."""
     single = Device(plan.device, replace(plan.settings, threads=1))
     found = measure(roof.cases(single, threads=1), plan.rounds, tell)
     for name in plan.names:
         recording = kernels.recorded(scenes.make(name, plan.quick), plan.width, plan.device, plan.settings)
         cases = kernels.cases(recording, name)
-        if library is None:
+        if not builds:
             found += measure(cases, plan.rounds, tell)
             continue
         rays = {
             kind: kernels.rays_of(recording, kind) for kind in recording.rays if kind in kernels.RAY_KINDS
         }
         shape = embree.geometry(recording.world.flat)
-        yardsticks = [embree.commit(library, shape, mode) for mode in embree.MODES]
-        differ = {kind: _disagreement(recording, yardsticks[1], rays[kind], kind) for kind in rays}
+        yardsticks = [embree.commit(build, shape, mode) for build in builds for mode in embree.MODES]
+        robust = [yardstick for yardstick in yardsticks if yardstick.mode == "robust"]
+        differ = {
+            kind: max(_disagreement(recording, yardstick, rays[kind], kind) for yardstick in robust)
+            for kind in rays
+        }
         both = measure([*cases, *embree.tracing_cases(yardsticks, rays, name)], plan.rounds, tell)
         found += [replace(m, extra={"disagree": differ[m.queue]}) if m.group == "embree" else m for m in both]
         for yardstick in yardsticks:
@@ -102,17 +112,18 @@ def _disagreement(recording: Any, yardstick: embree.Yardstick, rays: np.ndarray,
     return embree.disagreement(yardstick, rays, kernels.hits_of(recording, kind), kind == "shadow")
 
 
-def _builders(plan: Plan, library: Any, tell: Tell | None) -> list[Measurement]:
+def _builders(plan: Plan, builds: tuple[embree.Build, ...], tell: Tell | None) -> list[Measurement]:
     found = []
     for name in plan.names:
         flat = flatten(scenes.make(name, plan.quick))
-        shape = embree.geometry(flat) if library is not None else None
+        shape = embree.geometry(flat) if builds else None
         cases = []
         for threads in _threads(Device(plan.device, plan.settings)):
             device = Device(plan.device, replace(plan.settings, threads=threads))
             cases += host.builder_cases(device, flat, name, threads)
             if shape is not None:
-                cases += embree.commit_cases(library, shape, name, threads)
+                for build in builds:
+                    cases += embree.commit_cases(build, shape, name, threads)
         found += measure(cases, plan.rounds, tell)
     return found
 

@@ -77,7 +77,8 @@ def _plan(options: argparse.Namespace) -> Any:
         device=next(iter(options.device), None),
         rounds=options.rounds,
         quick=options.quick,
-        embree=options.against == "embree",
+        embree=options.against is not None,
+        isa="avx2" if options.against == "embree-avx2" else "",
         extra=_scenes(options.scene or ()),
     )
 

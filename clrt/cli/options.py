@@ -175,7 +175,7 @@ def parser() -> _Parser:
     bench.add_argument("--scene", nargs="+", metavar="SCENE", help="frames of these, not the usual ones")
     bench.add_argument("--quick", action="store_true", help="small scenes: a try, not a measurement")
     bench.add_argument("--rounds", type=whole, default=9, metavar="N", help="how often a case is timed (9)")
-    bench.add_argument("--against", choices=("embree",), help="time Embree on the same rays, too")
+    bench.add_argument("--against", choices=("embree", "embree-avx2"), help=_AGAINST)
     bench.add_argument("--json", metavar="FILE", help="write all times")
     bench.add_argument("--trace", metavar="FILE.json", help=_TRACE)
     bench.add_argument("--compare", metavar="OLD.json", help="say what is slower or faster than it")
@@ -246,6 +246,7 @@ def _add_device(parser: argparse.ArgumentParser) -> None:
 
 _SCENE = "scene file, a name from `clrt scenes`, or '-': standard input"
 _VIEW = "colours of an 8- or 16-bit picture: 'ACES 2.0 - SDR 100 nits (Rec.709)'"
+_AGAINST = "time Embree on the same rays, too; embree-avx2: without AVX-512"
 _TRACE = "write when each pass, copy and wait was, for Perfetto"
 _FRAMES = ".mp4 .webm .mkv (lossless), or pictures: 'out/{index:03}_{camera.fov}.png'"
 _SWEPT = "values at a place: camera.fov=20:60:5 (5 from 20 to 60), materials.glass.ior=1.3,1.5"

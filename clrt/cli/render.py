@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 import os
 import time
+from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -17,6 +19,7 @@ from clrt.cli.source import STREAM, read, scene_path, stem
 from clrt.cli.tracing import tracing
 
 if TYPE_CHECKING:
+    from clrt.device.settings import Settings
     from clrt.images.image import Image
     from clrt.scene.scene import Scene
 
@@ -110,10 +113,15 @@ def _to_stream(options: argparse.Namespace) -> int:
 
 def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()) -> Image:
     """The image of a scene file, with a progress bar on stderr where that is a terminal."""
-    import clrt
-    from clrt.cli.clusters import cluster
-    from clrt.cli.progress import progress
-    from clrt.formats.native import with_values
+    from clrt.device.ahead import loading
+
+    with loading():
+        import clrt.device.driver
+        import clrt.flatten.flatten
+        import clrt.formats.shipped
+        from clrt.cli.clusters import cluster
+        from clrt.cli.progress import progress
+        from clrt.formats.native import with_values
 
     limits = clrt.Limits(**dict(options.limit))
     scene = with_values(read(file, limits), options.set)
@@ -121,6 +129,8 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
     settings = clrt.Settings(threads=options.threads, limits=limits, check=getattr(options, "check", False))
     quiet = getattr(options, "quiet", False)
     with cluster(options, settings) as (workers, settings), progress(stem(file), quiet) as report:
+        if not workers:
+            _ahead(scene, options.device, settings)
         return clrt.render(
             scene,
             width=options.width,
@@ -135,6 +145,20 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
             checkpoint=getattr(options, "checkpoint", None),
             **workers,
         )
+
+
+def _ahead(scene: Scene, device: str | None, settings: Settings) -> None:
+    """Import what renders and saves while the driver reads the scene's kernels. What fails here is done
+    again, and told, by the render."""
+    from clrt.device.ahead import building
+    from clrt.device.driver import Driver
+    from clrt.flatten.flatten import flatten_ahead
+
+    with suppress(ClrtError, MemoryError):
+        flat = flatten_ahead(scene)
+        with building(Driver(device, settings, None), flat.ray_format):
+            for name in ("clrt.cluster.pictures", "OpenImageIO"):
+                import_module(name)
 
 
 def _samples(options: argparse.Namespace, scene: Scene) -> int | None:

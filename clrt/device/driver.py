@@ -121,10 +121,9 @@ class Driver:
 
     def _build(self, source: str) -> cl.Program:
         check_process()
-        digest = hashlib.sha256(f"{self.info.label} {self.info.driver} {source}".encode()).hexdigest()[:16]
         # a folder of PoCL's is for one process at a time; other programs are files of their own
         beside = self.device.platform.name.strip() not in _KEEPS_PROGRAMS
-        with kernelcache.compiling(f"program-{digest}", beside):
+        with kernelcache.compiling(self._program_name(source), beside):
             given = self.given(source)
             try:
                 return _program(self.context, given)
@@ -137,6 +136,14 @@ class Driver:
                 advice = "" if self.foreign else f"; what mends it says: {command('doctor')}"
                 reason = f"the kernels{where} do not build: {plain(str(error))}{advice}"
                 raise DeviceError(f"{self.info.label}: {reason}") from None
+
+    def _program_name(self, source: str) -> str:
+        digest = hashlib.sha256(f"{self.info.label} {self.info.driver} {source}".encode()).hexdigest()[:16]
+        return f"program-{digest}"
+
+    def is_compiled(self, source: str) -> bool:
+        """Whether a program has been built here before."""
+        return kernelcache.was_compiled(self._program_name(source))
 
     def given(self, source: str) -> str:
         """What the driver's compiler is given of a source."""

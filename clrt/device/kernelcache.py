@@ -244,6 +244,15 @@ def _holder(holder: Path) -> str:
     return "another process"
 
 
+def was_compiled(what: str) -> bool:
+    """Whether what `compiling` names has been done before."""
+    return _mark(what).exists()
+
+
+def _mark(what: str) -> Path:
+    return Path(os.environ[VARIABLE]) / "launched" / what
+
+
 @contextmanager
 def compiling(what: str, beside: bool = False) -> Iterator[bool]:
     """Around a build, or a launch for which the driver may compile first: whether that has been done before.
@@ -251,7 +260,7 @@ def compiling(what: str, beside: bool = False) -> Iterator[bool]:
     The first process does it alone, so that the others find it in the folder; `what` names it. beside: while
     others do something else there.
     """
-    done = Path(os.environ[VARIABLE]) / "launched" / what
+    done = _mark(what)
     if done.exists():
         yield True
         return

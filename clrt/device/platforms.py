@@ -6,7 +6,7 @@ import os
 import re
 import shutil
 import sys
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Final
 
@@ -17,20 +17,22 @@ from clrt.base.resources import PACKAGE
 from clrt.device import intel, kernelcache, trial
 from clrt.device.info import DeviceInfo
 from clrt.device.opencl import cl
+from clrt.device.vendors import PLACES, install_command, why_none
 from clrt.device.vendors import VARIABLE as VENDORS
-from clrt.device.vendors import install_command, why_none
 
 VARIABLE: Final = "CLRT_DRIVER"
-_PLACES: Final = (VENDORS, "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES", "LD_LIBRARY_PATH", kernelcache.VARIABLE)
 _process: list[int] = []  # the one that first asked for platforms
 
 
-def listed() -> list[tuple[DeviceInfo, cl.Device]]:
-    """Every device with what is known of it. DeviceError when there is no driver."""
+def listed(beside: bool = True) -> list[tuple[DeviceInfo, cl.Device]]:
+    """Every device with what is known of it. DeviceError when there is no driver.
+
+    beside: also those of Intel's runtime beside clrt, which are the last, and take a while to load.
+    """
     check_process()
     kernelcache.prepare()  # PoCL looks at its folder once, now
     found: list[tuple[DeviceInfo, cl.Device]] = []
-    for platform in _platforms():
+    for platform in _platforms(beside):
         version = _short_version(platform.version)
         for device in _devices_of(platform):
             info = DeviceInfo(
@@ -41,17 +43,17 @@ def listed() -> list[tuple[DeviceInfo, cl.Device]]:
     return found
 
 
-def _platforms() -> list[cl.Platform]:
+def _platforms(beside: bool = True) -> list[cl.Platform]:
     """The platforms that the loader finds, then Intel's beside clrt; of CLRT_DRIVER's driver only."""
     wanted = os.environ.get(VARIABLE, "").strip().lower()
-    with nullcontext() if relative(*_PLACES) else within(PACKAGE):
+    with nullcontext() if relative(*PLACES) else within(PACKAGE):
         try:
             found, error = cl.get_platforms(), ""
         except cl.Error as refused:
             found, error = [], f" ({refused})"
         if not _process:
             _process.append(os.getpid())
-        if _intel_wanted() and all(platform.name.strip() != intel.PLATFORM for platform in found):
+        if beside and _intel_wanted() and all(platform.name.strip() != intel.PLATFORM for platform in found):
             found = [*found, *intel.platforms()]
     if not found:
         raise DeviceError(f"no OpenCL platform{error}: {why_none()}; install a driver: {mending()}")
@@ -121,14 +123,16 @@ def choose(wanted: int | str | None = None) -> tuple[DeviceInfo, cl.Device]:
     check_process()
     kernelcache.prepare()  # where the trial's verdict is kept
     trial.check_listing()
-    found = listed()
     if wanted is None:
         wanted = os.environ.get("CLRT_DEVICE") or None
+    soon = _chosen_soon(wanted)
+    if soon:
+        return soon
+    found = listed()
     if wanted is None:
         return _default(found)
     text = str(wanted).strip()
-    matches = [entry for entry in found if text == str(entry[0].index)]
-    matches = matches or [entry for entry in found if text.lower() in entry[0].label.lower()]
+    matches = _matching(text, found)
     if not matches:
         offered = "; ".join(f"{info.index}: {info.label}" for info, _ in found) or "nothing"
         raise DeviceError(
@@ -137,6 +141,36 @@ def choose(wanted: int | str | None = None) -> tuple[DeviceInfo, cl.Device]:
         )
     _check_here(matches[0][0])
     return matches[0]
+
+
+Entry = tuple[DeviceInfo, cl.Device]
+
+
+def _matching(text: str, found: list[Entry]) -> list[Entry]:
+    """Those whose number is `text`, else those whose label has it."""
+    numbered = [entry for entry in found if text == str(entry[0].index)]
+    return numbered or [entry for entry in found if text.lower() in entry[0].label.lower()]
+
+
+def _chosen_soon(wanted: int | str | None) -> Entry | None:
+    """What `choose` gives, where that is known without the runtime beside clrt; None where it is not."""
+    if os.environ.get(VARIABLE):
+        return None
+    with suppress(DeviceError):
+        found = listed(beside=False)
+        text = "" if wanted is None else str(wanted).strip()
+        if wanted is None and found:
+            best = max(found, key=_rank)
+            return best if pocl_version(best[0]) and trial.is_known_good(best[0]) else None
+        matches = [] if text.isdecimal() else _matching(text, found)
+        if matches:
+            _check_here(matches[0][0])
+            return matches[0]
+    return None
+
+
+def _rank(entry: Entry) -> tuple[tuple[int, ...], int]:
+    return pocl_version(entry[0]), -entry[0].index
 
 
 def _check_here(info: DeviceInfo) -> None:
@@ -148,7 +182,7 @@ def _check_here(info: DeviceInfo) -> None:
 
 
 def _default(found: list[tuple[DeviceInfo, cl.Device]]) -> tuple[DeviceInfo, cl.Device]:
-    ranked = sorted(found, key=lambda entry: (pocl_version(entry[0]), -entry[0].index), reverse=True)
+    ranked = sorted(found, key=_rank, reverse=True)
     if not ranked:
         advice = f"install a driver: {mending()}"
         raise DeviceError(f"no OpenCL device, though there is a platform; {advice}")

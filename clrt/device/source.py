@@ -53,7 +53,7 @@ def flatten_includes(
         seen.add(name)
         out.append(f'#line 1 "{name}"')
         for number, line in enumerate(lines, 1):
-            match = _INCLUDE.match(line)
+            match = line.startswith("#include") and _INCLUDE.match(line)
             if match:
                 add(match.group(1), (*within, name))
                 out.append(f'#line {number + 1} "{name}"')

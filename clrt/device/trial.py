@@ -87,7 +87,16 @@ def verdict(info: DeviceInfo, anew: bool = False) -> tuple[str, bool]:
 
     anew: try it whatever is known.
     """
-    return _verdict(f"{info.label}\0{info.driver}", info.label, lambda: _tried(info), anew)
+    return _verdict(_key(info), info.label, lambda: _tried(info), anew)
+
+
+def _key(info: DeviceInfo) -> str:
+    return f"{info.label}\0{info.driver}"
+
+
+def is_known_good(info: DeviceInfo) -> bool:
+    """Whether a device has passed its trial before."""
+    return _kept(_file(_key(info))) == ""
 
 
 def kept_verdict(key: str, label: str, tried: Callable[[], str]) -> str:
@@ -98,18 +107,25 @@ def kept_verdict(key: str, label: str, tried: Callable[[], str]) -> str:
 def _verdict(key: str, label: str, tried: Callable[[], str], anew: bool) -> tuple[str, bool]:
     """The verdict that is kept under a key, or that of a new trial."""
     file = _file(key)
-    if not anew:
-        with suppress(OSError, ValueError, TypeError, KeyError, RecursionError):
-            age = time.time() - file.stat().st_mtime
-            known = str(json.loads(kernelcache.contents(file))["fault"])
-            if not known or 0 <= age < (_MOMENT if ended(known) else _DAY):
-                return known, False
+    known = None if anew else _kept(file)
+    if known is not None:
+        return known, False
     fault = tried()
     with suppress(OSError, ClrtError):  # it is tried again next time
         file.parent.mkdir(mode=0o700, exist_ok=True)
         with replacing(file) as temporary:
             temporary.write_text(json.dumps({"device": label, "fault": fault}), encoding="utf-8")
     return fault, True
+
+
+def _kept(file: Path) -> str | None:
+    """The verdict that a file holds; None where there is none that still counts."""
+    with suppress(OSError, ValueError, TypeError, KeyError, RecursionError):
+        age = time.time() - file.stat().st_mtime
+        known = str(json.loads(kernelcache.contents(file))["fault"])
+        if not known or 0 <= age < (_MOMENT if ended(known) else _DAY):
+            return known
+    return None
 
 
 def ended(fault: str) -> bool:

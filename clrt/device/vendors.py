@@ -18,8 +18,12 @@ from typing import Final
 
 from clrt.base.install import pip_install
 from clrt.base.resources import PACKAGE
+from clrt.device import kernelcache
 
 VARIABLE: Final = "OCL_ICD_VENDORS"
+PLACES: Final = (VARIABLE, "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES", "LD_LIBRARY_PATH", kernelcache.VARIABLE)
+"""Variables that name where drivers are, or what they read."""
+
 USUAL_FOLDER: Final = Path("/etc/OpenCL/vendors")
 
 

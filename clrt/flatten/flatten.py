@@ -144,6 +144,9 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
     Raises `SceneError` with the place of a shape that its transform makes one that there is no primitive for,
     or whose coordinates leave the range of float32, and for a background that cannot be read.
     """
+    ahead = _taken(scene) if known is None else None
+    if ahead is not None:
+        return ahead
     bands = bands_of(scene)
     materials = MaterialTable(scene, bands)
     numbers = [materials.number(shape) for shape in scene.shapes]
@@ -193,6 +196,24 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         own = {id(getattr(flat, name)) for name in GEOMETRY}
         flat.digests.update((key, digest) for key, digest in before.digests.items() if key in own)
     return flat
+
+
+_ahead: list[tuple[Scene, FlatScene]] = []
+
+
+def flatten_ahead(scene: Scene) -> FlatScene:
+    """`flatten(scene)`, which the next call for the very same scene does not do again."""
+    _ahead[:] = [(scene, flatten(scene))]
+    return _ahead[0][1]
+
+
+def _taken(scene: Scene) -> FlatScene | None:
+    """What was flattened ahead, once."""
+    for entry in _ahead:
+        if entry[0] is scene:
+            _ahead.remove(entry)
+            return entry[1]
+    return None
 
 
 def _same_shapes(scene: Scene, other: Scene) -> bool:

@@ -9,10 +9,9 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import OpenImageIO as oiio
 
 from clrt.base.errors import ClrtError, SceneError, show
 from clrt.base.layers import LAYERS, find
@@ -21,6 +20,9 @@ from clrt.base.suggest import nearest
 from clrt.images.cryptomatte import PREFIX
 from clrt.images.file import bytes_to_read, open_picture, row_blocks
 from clrt.images.header import Window, check_meaning, find_picture
+
+if TYPE_CHECKING:
+    import OpenImageIO as oiio
 
 _BAND: Final = re.compile(r"S0\.([0-9]{1,9})(?:,([0-9]{1,9}))?nm")
 _OWN: Final = "clrt:"  # before the names of our attributes

@@ -13,10 +13,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
-import OpenImageIO as oiio
 
 from clrt.base import notices
 from clrt.base.atomic import check_replaceable, replacing
@@ -26,6 +25,11 @@ from clrt.base.hush import hushed
 from clrt.base.limits import Limits
 from clrt.images.header import Window, check_meaning, find_picture, foreign_colours
 from clrt.images.jpeg import check_jpeg
+
+if TYPE_CHECKING:
+    import OpenImageIO as oiio
+else:
+    from clrt.images import library as oiio
 
 # suffix -> bit depths that it can hold, the default first; 32 is linear float, 8 and 16 are sRGB integers
 DEPTHS = {

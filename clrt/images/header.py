@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import Any, BinaryIO, Final
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 import numpy as np
-import OpenImageIO as oiio
 
 from clrt.base.errors import SceneError, show
+
+if TYPE_CHECKING:
+    import OpenImageIO as oiio
+else:
+    from clrt.images import library as oiio
 
 MOST_PARTS: Final = 100
 """Parts of an EXR, or pages of a TIFF, among which the picture is looked for."""

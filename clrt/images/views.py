@@ -9,15 +9,19 @@ from __future__ import annotations
 import os
 from functools import cache
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-import OpenImageIO as oiio
 
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, fault, show
 from clrt.base.suggest import nearest
 from clrt.images.file import encode
+
+if TYPE_CHECKING:
+    import OpenImageIO as oiio
+else:
+    from clrt.images import library as oiio
 
 CONFIG: Final = "ocio://default"
 DISPLAY: Final = "sRGB - Display"

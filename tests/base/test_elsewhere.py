@@ -56,7 +56,7 @@ def _nowhere() -> str:
 def test_drivers_are_loaded_elsewhere(tmp_path: Path, alone: None, monkeypatch: pytest.MonkeyPatch) -> None:
     """Intel's runtime reads `cl.cfg` and runs `librt.so.1` of the current folder."""
     monkeypatch.chdir(tmp_path)
-    for name in platforms._PLACES:
+    for name in platforms.PLACES:
         monkeypatch.delenv(name, raising=False)
     seen = []
     monkeypatch.setattr(platforms.cl, "get_platforms", lambda: seen.append(Path.cwd()) or [])

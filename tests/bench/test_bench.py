@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import clrt
 from clrt import layout
-from clrt.bench import kernels, report, roof, scaling, scenes, timing, walk
+from clrt.bench import embree, kernels, report, roof, scaling, scenes, timing, walk
 from clrt.bench.machine import one_core
 from clrt.bench.recorder import Recording, case
 from clrt.bench.timing import Case
@@ -210,3 +211,32 @@ def test_embree_sees_what_we_see(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert len(rays) == 15 and len(rows) > len(rays)
     # edges and silhouettes are a matter of rounding
     assert all(row["disagree"] < 1e-3 for row in rays)
+    made = report.load(out)
+    for version in made.machine["embree"]:  # each of those that are here was timed, by a name of its own
+        tag = "" if version.startswith("3.") else f", {version}"
+        assert {m.name for m in made.of("embree")} >= {f"default 1{tag}", f"robust tree{tag}"}
+
+
+def test_the_newer_embree_is_the_one_of_the_wheel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "embreex.libs" / "libembree4-1.so.4"
+    file.parent.mkdir()
+    file.write_bytes(b"")
+    entry = SimpleNamespace(name=file.name, locate=lambda: file)
+    monkeypatch.setattr(embree.importlib.metadata, "files", lambda name: [entry])
+    made: list[tuple[str, ...]] = []
+
+    def compiled(name: str, flags: tuple[str, ...]) -> SimpleNamespace:
+        made.append((name, *flags))
+        return SimpleNamespace(yardstick_version=lambda: 40400 if "4" in name else 31305)
+
+    monkeypatch.setattr(embree, "_compiled", compiled)
+    monkeypatch.setattr(embree, "_HEADERS", tmp_path)
+    found = embree.builds("avx2")
+    assert [(build.version, build.tag, build.isa) for build in found] == [
+        ("3.13", "", "avx2"), ("4.4", ", 4.4", "avx2"),
+    ]  # fmt: skip
+    assert made[1][:3] == ("yardstick4.so", "-DEMBREE4", str(file))
+    monkeypatch.setattr(embree, "_HEADERS", tmp_path / "none")  # without Debian's the wheel's does
+    assert [build.version for build in embree.builds()] == ["4.4"]
+    monkeypatch.setattr(embree.importlib.metadata, "files", lambda name: None)
+    assert embree._wheel() is None

@@ -2,15 +2,52 @@
 // for packets of 8 and 16. A plain C interface, loaded from Python (clrt/bench/embree.py).
 //
 //   g++ -O3 -march=native -shared -fPIC yardstick.cpp -o yardstick.so -lembree3        (Debian: libembree-dev)
+//   g++ -DEMBREE4 ... yardstick.cpp -o yardstick4.so embreex.libs/libembree4-*.so.4    (PyPI: embreex)
 //
 // Denormals are flushed while Embree works, as its manual advises, and left alone afterwards.
+#ifdef EMBREE4
+#include "embree4.h"
+#else
 #include <embree3/rtcore.h>
+#endif
 #include <immintrin.h>
 
 #include <chrono>
 #include <cstring>
 
 namespace {
+
+#ifdef EMBREE4  // what the context was went to the arguments, which are last
+using Context = RTCArguments;
+template <typename Call, typename Query>
+void ask(Call call, RTCScene scene, Context *context, Query *query) { call(scene, query, context); }
+template <typename Call, typename Query>
+void ask(Call call, const int *valid, RTCScene scene, Context *context, Query *query)
+{
+    call(valid, scene, query, context);
+}
+Context context_of(int coherent)
+{
+    const int flags = coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    return {flags, ~0u, nullptr, nullptr, nullptr, 0.0f};
+}
+#else
+using Context = RTCIntersectContext;
+template <typename Call, typename Query>
+void ask(Call call, RTCScene scene, Context *context, Query *query) { call(scene, context, query); }
+template <typename Call, typename Query>
+void ask(Call call, const int *valid, RTCScene scene, Context *context, Query *query)
+{
+    call(valid, scene, context, query);
+}
+Context context_of(int coherent)
+{
+    Context context;
+    rtcInitIntersectContext(&context);
+    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    return context;
+}
+#endif
 
 struct Yardstick {
     RTCDevice device;
@@ -71,30 +108,30 @@ void store(void *to, const void *from, int width)
     else memcpy(to, from, 4 * width);
 }
 
-void closest1(RTCScene scene, RTCIntersectContext *context, const Rays &rays, int n, float *t, int *id)
+void closest1(RTCScene scene, Context *context, const Rays &rays, int n, float *t, int *id)
 {
     for (int i = 0; i < n; i++) {
         RTCRayHit query;
         load<1>(query.ray, rays, i, 1);
         query.hit.geomID = query.hit.primID = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(scene, context, &query);
+        ask(rtcIntersect1, scene, context, &query);
         t[i] = query.ray.tfar;
         id[i] = (int)query.hit.primID;
     }
 }
 
-void any1(RTCScene scene, RTCIntersectContext *context, const Rays &rays, int n, int *id)
+void any1(RTCScene scene, Context *context, const Rays &rays, int n, int *id)
 {
     for (int i = 0; i < n; i++) {
         RTCRay query;
         load<1>(query, rays, i, 1);
-        rtcOccluded1(scene, context, &query);
+        ask(rtcOccluded1, scene, context, &query);
         id[i] = query.tfar < 0.0f ? 0 : -1;
     }
 }
 
 template <int W, typename RayHit, typename Call>
-void closest(Call call, RTCScene scene, RTCIntersectContext *context, const Rays &rays, int n, float *t, int *id)
+void closest(Call call, RTCScene scene, Context *context, const Rays &rays, int n, float *t, int *id)
 {
     alignas(64) int valid[W];
     memset(valid, 255, sizeof valid);
@@ -105,14 +142,14 @@ void closest(Call call, RTCScene scene, RTCIntersectContext *context, const Rays
         load<W>(query.ray, rays, i, width);
         memset(query.hit.geomID, 255, sizeof query.hit.geomID);
         memset(query.hit.primID, 255, sizeof query.hit.primID);
-        call(valid, scene, context, &query);
+        ask(call, valid, scene, context, &query);
         store<W>(t + i, query.ray.tfar, width);
         store<W>(id + i, query.hit.primID, width);
     }
 }
 
 template <int W, typename Ray, typename Call>
-void any(Call call, RTCScene scene, RTCIntersectContext *context, const Rays &rays, int n, int *id)
+void any(Call call, RTCScene scene, Context *context, const Rays &rays, int n, int *id)
 {
     alignas(64) int valid[W];
     memset(valid, 255, sizeof valid);
@@ -121,7 +158,7 @@ void any(Call call, RTCScene scene, RTCIntersectContext *context, const Rays &ra
         for (int k = width; k < W; k++) valid[k] = 0;
         alignas(64) Ray query;
         load<W>(query, rays, i, width);
-        call(valid, scene, context, &query);
+        ask(call, valid, scene, context, &query);
         for (int k = 0; k < width; k++) id[i + k] = query.tfar[k] < 0.0f ? 0 : -1;
     }
 }
@@ -149,6 +186,15 @@ Yardstick *yardstick_spheres(int n, const float *spheres, const char *config, in
     return commit(device, geometry, robust);
 }
 
+// Of Embree, as 31305 for 3.13.5
+int yardstick_version(void)
+{
+    RTCDevice device = rtcNewDevice("threads=1");
+    const int version = (int)rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_VERSION);
+    rtcReleaseDevice(device);
+    return version;
+}
+
 double yardstick_commit_seconds(const Yardstick *y) { return y->commit_seconds; }
 
 void yardstick_free(Yardstick *y)
@@ -164,9 +210,7 @@ void yardstick_trace(const Yardstick *y, int width, int occlusion, int coherent,
                      int *id)
 {
     Flushed flushed;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+    Context context = context_of(coherent);
     const size_t m = n;
     const Rays r = {{rays, rays + m, rays + 2 * m}, {rays + 3 * m, rays + 4 * m, rays + 5 * m}, rays + 6 * m};
     if (occlusion) {
