@@ -15,6 +15,7 @@ from clrt.scene.scene import (
     Cone,
     Cylinder,
     Ellipsoid,
+    ImageTexture,
     Material,
     Mesh,
     Polygon,
@@ -45,6 +46,8 @@ MATERIALS: Final = (
     "schlick highlight",
     "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
     "rough mirror", "rough metal",
+    "picture", "picture of a tint", "picture of light", "nearest texel", "clamped picture",
+    "mirrored picture", "moved picture", "normal map",
 )  # fmt: skip
 LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
                  "rectangle light", "disk light", "sphere light", "two-sided light", "visible light",
@@ -199,7 +202,26 @@ def _material_features(scene: Scene, shape: Shape) -> set[str]:
         "schlick highlight": lit and material.specular > 0 and schlick,
         f"checker on a {shape.type}": isinstance(material.color, Checker),
     }  # fmt: skip
-    return {name for name, holds in tests.items() if holds} | _bounce_features(scene, material)
+    found = {name for name, holds in tests.items() if holds} | _picture_features(material, lit)
+    return found | _bounce_features(scene, material)
+
+
+def _picture_features(material: Material, lit: bool) -> set[str]:
+    shown = material.pictures.keys()
+    pictures = [value for value in material.pictures.values() if isinstance(value, ImageTexture)]
+    tests = {
+        "picture": "color" in shown,
+        "picture of a tint": bool(shown & {"highlight_color", "reflection_color", "transmission_color"}),
+        "picture of light": "emission" in shown,
+        "nearest texel": any(picture.filter == "nearest" for picture in pictures),
+        "clamped picture": any(picture.wrap == "clamp" for picture in pictures),
+        "mirrored picture": any(picture.wrap == "mirror" for picture in pictures),
+        "moved picture": any(
+            (picture.scale, picture.offset) != ((1.0, 1.0), (0.0, 0.0)) for picture in pictures
+        ),
+        "normal map": lit and material.normal_map is not None,
+    }
+    return {name for name, holds in tests.items() if holds}
 
 
 def _bounce_features(scene: Scene, material: Material) -> set[str]:

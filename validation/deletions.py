@@ -17,6 +17,7 @@ import numpy as np
 from clrt.flatten.inside import count_inside
 from clrt.scene.materials import Checker, Material
 from clrt.scene.scene import PointLight, Scene, Shape, Spectrum, SpotLight
+from clrt.scene.textures import PICTURED
 
 from .coverage import SHAPES, shape_features
 
@@ -81,6 +82,23 @@ def with_materials(change: Callable[[Material], Material]) -> Deletion:
 def _material(when: Holds = lambda material: True, **changes: Any) -> Deletion:
     def change(material: Material) -> Material:
         return msgspec.structs.replace(material, **changes) if when(material) else material
+
+    return with_materials(change)
+
+
+def _pictures(*fields: str, plain: float) -> Deletion:
+    """One number in place of pictures."""
+    return with_materials(lambda material: msgspec.structs.replace(
+        material, **dict.fromkeys(material.pictures.keys() & set(fields), plain)
+    ))  # fmt: skip
+
+
+def _each_picture(**changes: Any) -> Deletion:
+    def change(material: Material) -> Material:
+        shown = {name: value for name, value in material.pictures.items() if name in PICTURED}
+        return msgspec.structs.replace(
+            material, **{name: msgspec.structs.replace(value, **changes) for name, value in shown.items()}
+        )
 
     return with_materials(change)
 
@@ -257,6 +275,12 @@ _MATERIALS: Final[dict[str, Deletion | Faults]] = {
     "thin": _material(_is_thin_sheet, transmission=0.0), "equal indices": _equal_indices,
     "absorption": _material(absorption=0.0), "priority": _material(priority=0),
     "rough mirror": _material(lambda m: m.conductor is None, roughness=0.0),
+    "picture": _pictures("color", plain=0.5), "picture of light": _pictures("emission", plain=0.0),
+    "picture of a tint": _pictures("highlight_color", "reflection_color", "transmission_color", plain=1.0),
+    "nearest texel": _each_picture(filter="linear"), "clamped picture": _each_picture(wrap="repeat"),
+    "mirrored picture": _each_picture(wrap="repeat"),
+    "moved picture": _each_picture(scale=(1.0, 1.0), offset=(0.0, 0.0)),
+    "normal map": _material(normal_map=None),
     "rough metal": _material(lambda m: m.conductor is not None, roughness=0.0),
 }  # fmt: skip
 

@@ -24,7 +24,8 @@ from .types import OracleImage
 
 _TILE = 1 << 15  # rays
 _BUDGET = 256 << 20  # bytes of queues
-LAYERS: Final = ("depth", "shape", "z", "distance", "normal", "shading_normal", "albedo", "material", "alpha")
+LAYERS: Final = ("depth", "shape", "z", "distance", "normal", "shading_normal", "albedo", "uv", "material",
+                 "alpha")  # fmt: skip
 
 
 class Shares:

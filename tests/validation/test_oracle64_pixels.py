@@ -10,6 +10,7 @@ import OpenImageIO as oiio
 import pytest
 
 import clrt
+from clrt.base.resources import scene_folder
 from tests.engines import unit
 from tests.solids import CAMERA, colourful, scene
 from validation.oracle64 import edge_mask, hashing, radiance64, render64
@@ -164,6 +165,17 @@ def test_what_moves_a_pixel_of_many_samples_is_an_edge(spp: int, step: float, se
     """Two samples that cross a step of 8e-4 move a pixel of 16 by 1e-4, which is as much as it may differ."""
     ball = ball_of(step, spp)
     assert edges64(ball, picture64(ball)).any() == seen
+
+
+def test_a_picture_is_no_edge_for_it_changes() -> None:
+    """Its slope moves most pixels by more than an edge has to; float32 moves them by less than counts."""
+    shown = {"diffuse": 0, "emission": {"type": "image", "file": "globe.png", "tint": [0.3, 0.3, 0.3]}}
+    shape = {"type": "sphere", "center": [0, 0, 0], "radius": 1.0, "material": shown}
+    camera = {"origin": [0, 0, 5], "target": [0, 0, 0], "fov": 24, "width": 40, "height": 40}
+    lamp = {"type": "point", "position": [0, 9, 9]}
+    tables = {"shapes": [shape], "lights": [lamp], "camera": camera, "max_depth": 0}
+    globe = clrt.load_dict(tables, folder=scene_folder())
+    assert edges64(globe, picture64(globe)).mean() < 0.1 < 0.3 < edge_mask(globe).mean()
 
 
 def test_edge_mask_is_where_the_silhouette_is(ball: clrt.Scene) -> None:

@@ -66,5 +66,10 @@ def test_a_row_is_what_is_measured(draw: int) -> None:
 
 
 def test_what_an_oracle_has_no_words_for_is_said() -> None:
-    reason = validation_module("oracles").why_not("mitsuba-table", cases.case_named("shipped still-life"))
-    assert reason == "pictures on surfaces are not translated"
+    oracles = validation_module("oracles")
+    picture = {"type": "image", "file": "bowl.glb", "part": 0}
+    scene = {"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"color": picture}}]}
+    case = dataclasses.replace(cases.case_named("diffuse"), scene=scene)
+    assert oracles.why_not("mitsuba-table", case) == "pictures within a model's file are not translated"
+    assert oracles.why_not("mitsuba-table", cases.case_named("shipped still-life")) is None
+    assert "left to the table mode" in oracles.why_not("mitsuba-bsdf", cases.case_named("shipped still-life"))

@@ -104,11 +104,10 @@ _SHIPPED = re.compile(r"shipped ([\w-]+)( at 16 samples)?")
 @cache
 def matrix_cases() -> dict[str, Case]:
     """The small scenes that were made to test something, by name."""
-    modules = (terms, views, media, spectral, crossed, matrix, found)
+    modules = (terms, views, media, spectral, crossed, matrix, found, pictures)
     cases = [_case(name, scene, tags) for module in modules for name, scene, tags in module.scenes()]
     cases += [_case(name, scene, set(), ("oracle64", f"stock-{mode}")) for name, scene,
               mode in stock.scenes()]
-    cases += [_case(name, scene, tags, ("oracle64",)) for name, scene, tags in pictures.scenes()]
     stand_ins = {"equal distances": terms.ties(moved=50.0)}
     return {c.name: dataclasses.replace(c, stand_in=stand_ins.get(c.name)) for c in cases}
 

@@ -1,4 +1,4 @@
-"""Pictures on surfaces, judged by the float64 oracle: Mitsuba's side does not translate them."""
+"""Pictures on surfaces."""
 
 from __future__ import annotations
 
@@ -10,6 +10,11 @@ _GLOBE: Table = {"color": {"type": "image", "file": "globe.png"}, "diffuse": 0.8
 _TILES: Table = {
     "color": {"type": "image", "file": "tiles.png", "scale": [0.4, 0.4], "offset": [0.1, 0.3]},
     "normal_map": {"file": "tile-normals.png", "scale": 0.5}, "diffuse": 0.8,
+}  # fmt: skip
+_LAMP: Table = {
+    "color": 0.5, "emission": {"type": "image", "file": "globe.png", "tint": [0.6, 0.5, 0.2]}, "diffuse": 0.6,
+    "specular": 0.4, "shininess": 20.0,
+    "highlight_color": {"type": "image", "file": "tiles.png", "encoding": "linear", "scale": [2.0, -2.0]},
 }  # fmt: skip
 _WOOD: Table = {
     "color": {"type": "image", "file": "wood.png", "wrap": "mirror", "scale": [1.4, -0.7]}, "diffuse": 0.7,
@@ -25,3 +30,15 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     shapes = [with_material(CLOSED["box"]((-1.3, -0.3, 0.3), 1.1), _WOOD),
               with_material(CLOSED["capped cylinder"]((1.4, -0.2, 0.0), 1.1), _WOOD)]  # fmt: skip
     yield "picture on a box and a cylinder", room(shapes), set()
+    shapes = [_tile(-1.5, _LAMP), _tile(1.5, {**_TILES, "color": {**_TILES["color"], "filter": "nearest"}}),
+              with_material(CLOSED["sphere"]((0.2, 1.6, 0.0), 0.7), _GLOBE)]  # fmt: skip
+    yield "picture on a mesh", room(shapes), set()
+    yield "picture in bands", {**room(shapes), "spectrum": {"bands": 6}}, set()
+
+
+def _tile(x: float, material: Table) -> Table:
+    """A leaning square of two triangles, of which one shows the picture mirrored."""
+    corners = [[x - 1.2, -1.3, 1.0], [x + 1.2, -1.3, 1.2], [x + 1.2, 0.9, 0.0], [x - 1.2, 0.9, -0.2]]
+    uv = [[0.1, 0.9], [1.3, 0.8], [1.2, -0.3], [0.6, 1.9]]
+    mesh: Table = {"type": "mesh", "vertices": corners, "faces": [[0, 1, 2], [0, 2, 3]], "uv": uv}
+    return with_material(mesh, material)

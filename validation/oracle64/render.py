@@ -191,13 +191,15 @@ def edge_mask(
     reference: Array | None = None,
     step: float = 0.05,
     change: float = 2e-3,
+    together: bool = False,
 ) -> Bools:
     """Pixels (h, w) where a sample moves by more than `change` under four diagonal shifts of `step` pixel.
 
     `reference`: the picture's samples (spp, h, w, 3), where they are at hand.
 
     Samples are asked for, not their mean: rounding takes one sample across an edge as easily where a pixel
-    has others, and in the mean a jump of less than spp times `change` would not show.
+    has others, and in the mean a jump of less than spp times `change` would not show. `together`: what a
+    pixel's samples move by on average counts, whatever its sign.
     """
     if reference is None:
         reference = render64(scene, width, height, spp, max_depth).samples
@@ -211,7 +213,10 @@ def edge_mask(
             asked = np.flatnonzero(~mask)  # one shift that moves a pixel is enough
             camera = _shifted(scene.camera, (x * step, y * step))
             moved = job.world.palette.developed(_sampled(job, camera, size, grid, asked))
-            mask[asked] = (np.abs(moved - still[:, asked]) > change).any(axis=(0, 2))
+            moves = np.abs(moved - still[:, asked])
+            if together:
+                moves = moves.mean(axis=0, keepdims=True)
+            mask[asked] = (moves > change).any(axis=(0, 2))
     return mask.reshape(reference.shape[1:3])
 
 

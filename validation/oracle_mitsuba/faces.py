@@ -18,7 +18,7 @@ def moved(mesh: Triangles, to_world: Array) -> Triangles:
     normals = mesh.normals @ np.linalg.inv(linear)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     faces = mesh.faces[:, ::-1] if np.linalg.det(linear) < 0 else mesh.faces
-    return Triangles(mesh.vertices @ linear.T + to_world[:3, 3], faces, normals / length)
+    return Triangles(mesh.vertices @ linear.T + to_world[:3, 3], faces, normals / length, mesh.uv)
 
 
 def triangles(shape: Any) -> tuple[Triangles, bool]:
@@ -28,8 +28,11 @@ def triangles(shape: Any) -> tuple[Triangles, bool]:
         data = shape.data()
         if data.normals is not None:
             corners = data.faces if isinstance(data.faces, np.ndarray) else _fan(data.faces)
-            smooth = Triangles(data.vertices, np.asarray(corners), data.normals)
+            smooth = Triangles(data.vertices, np.asarray(corners), data.normals, data.uv)
             return moved(smooth, shape.matrix), True
+        if data.uv is not None:
+            fans = np.asarray(data.faces if isinstance(data.faces, np.ndarray) else _fan(data.faces))
+            return _triangles(data.vertices[fans], shape.matrix, data.uv[fans]), False
         if isinstance(data.faces, np.ndarray):
             return _triangles(data.vertices[data.faces], shape.matrix), False
         outlines: Any = [data.vertices[face] for face in data.faces]
@@ -45,14 +48,15 @@ def _fan(faces: tuple[Array, ...]) -> Array:
     return np.concatenate([np.c_[np.full(len(f) - 2, f[0]), f[1:-1], f[2:]] for f in faces])
 
 
-def _triangles(corners: Array, to_world: Array) -> Triangles:
+def _triangles(corners: Array, to_world: Array, uv: Array | None = None) -> Triangles:
     """Triangles (m, 3, 3) as a flat mesh in world space."""
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(across, axis=1)
     spanning = length > 0  # one without area is never hit
     normals = np.repeat(across[spanning] / length[spanning, None], 3, axis=0)
     vertices = corners[spanning].reshape(-1, 3)
-    return moved(Triangles(vertices, np.arange(len(vertices)).reshape(-1, 3), normals), to_world)
+    places = None if uv is None else uv[spanning].reshape(-1, 2)
+    return moved(Triangles(vertices, np.arange(len(vertices)).reshape(-1, 3), normals, places), to_world)
 
 
 def _flat(outlines: list[Array]) -> Triangles:

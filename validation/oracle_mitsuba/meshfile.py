@@ -15,29 +15,35 @@ Array = np.ndarray
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """`vertices` (n, 3); `faces` (m, 3), or a list of arrays; `normals` (n, 3), or None where it is flat."""
+    """`vertices` (n, 3); `faces` (m, 3), or a list of arrays; `normals` (n, 3), or None where it is flat.
+
+    `uv` (n, 2), v = 0 at the top row of a picture, or None.
+    """
 
     vertices: Array
     faces: Any
     normals: Array | None
+    uv: Array | None = None
 
 
-def given(vertices: Any, faces: Any, normals: Any, smooth: bool) -> Surface:
+def given(vertices: Any, faces: Any, normals: Any, smooth: bool, uv: Any = None) -> Surface:
     """A mesh whose numbers stand in the scene."""
     points = np.asarray(vertices, float).reshape(-1, 3)
     lengths = {len(face) for face in faces}
     corners: Any = [np.asarray(face, int) for face in faces]
     if lengths <= {3}:
         corners = np.asarray(faces, int).reshape(-1, 3)
+    places = None if uv is None else np.asarray(uv, float)
     if normals is not None:
-        return Surface(points, corners, np.asarray(normals, float))
-    return Surface(points, corners, area_weighted(points, corners) if smooth else None)
+        return Surface(points, corners, np.asarray(normals, float), places)
+    return Surface(points, corners, area_weighted(points, corners) if smooth else None, places)
 
 
 def read(path: Path, smooth: bool | None) -> Surface:
     """A mesh file, all of its parts in world space."""
     scene = import_module("trimesh").load_scene(path, process=False, skip_materials=True)
     parts = []
+    texcoords: list[Any] = []
     for node in scene.graph.nodes_geometry:
         matrix, name = scene.graph[node]
         part = scene.geometry[name]
@@ -46,16 +52,20 @@ def read(path: Path, smooth: bool | None) -> Surface:
         if own is not None:
             own = own @ np.linalg.inv(matrix[:3, :3])
             own = own / np.linalg.norm(own, axis=1, keepdims=True)
+        texcoords.append(getattr(part.visual, "uv", None))
         parts.append((part.vertices @ matrix[:3, :3].T + matrix[:3, 3], faces, own))
     starts = np.cumsum([0, *(len(vertices) for vertices, _, _ in parts)])
     vertices = np.concatenate([vertices for vertices, _, _ in parts])
     faces = np.concatenate([faces + start for (_, faces, _), start in zip(parts, starts[:-1], strict=True)])
+    uv = None
+    if all(each is not None for each in texcoords):
+        uv = np.concatenate(texcoords) * (1, -1) + (0, 1)
     if smooth is not False and all(own is not None for _, _, own in parts):
-        return Surface(vertices, faces, np.concatenate([own for _, _, own in parts if own is not None]))
+        return Surface(vertices, faces, np.concatenate([own for _, _, own in parts if own is not None]), uv)
     if not smooth:
-        return Surface(vertices, faces, None)
+        return Surface(vertices, faces, None, uv)
     places, place = np.unique(vertices, axis=0, return_inverse=True)  # files split vertices at seams
-    return Surface(vertices, faces, area_weighted(places, place.ravel()[faces])[place.ravel()])
+    return Surface(vertices, faces, area_weighted(places, place.ravel()[faces])[place.ravel()], uv)
 
 
 def area_weighted(vertices: Array, faces: Any) -> Array:

@@ -23,6 +23,7 @@ class Triangles:
     vertices: Array
     faces: Array
     normals: Array
+    uv: Array | None = None  # (n, 2), where it has pictures
 
 
 def turned(columns: int, radii: Array, heights: Array) -> tuple[Array, Array]:

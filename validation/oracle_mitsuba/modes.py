@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from . import stock
-from .records import AreaLight, Checker, Mesh, Scene
+from .records import AreaLight, Checker, Mesh, Picture, Scene
 
 LAYER_B = ("table", "bsdf")
 SPECTRAL = "spectral"  # the table mode, three bands at a time
@@ -17,6 +17,11 @@ def supports(scene: Scene, mode: str) -> str | None:
     for number, shape in enumerate(scene.shapes):
         if isinstance(shape, Mesh) and not len(shape.data().faces):
             return f"shapes[{number}]: a mesh without faces"
+        material = scene.material_of(shape)
+        if isinstance(shape, Mesh) and material.pictures and shape.data().uv is None:
+            return f"shapes[{number}]: a mesh whose u and v are not read"
+        if scene.shadow == "tinted" and isinstance(material.transmission_color, Picture):
+            return f"shapes[{number}]: tinted shadows of a picture"
     if mode == SPECTRAL:
         return not_by_wavelength(scene)
     if scene.spectrum is not None:
@@ -46,6 +51,8 @@ def _bsdf_supports(scene: Scene) -> str | None:
             return f"lights[{number}]: the points of lights with extent are left to the table mode"
     for number, shape in enumerate(scene.shapes):
         material = scene.material_of(shape)
+        if material.pictures:
+            return f"shapes[{number}]: pictures are left to the table mode"
         if material.specular > 0 and scene.lights:
             return f"shapes[{number}]: Mitsuba has no Phong highlight (specular > 0)"
         if material.fresnel == "schlick":

@@ -65,6 +65,8 @@ class Colors:
     def background(self, image: Array) -> Array:
         return image
 
+    reflects = shines = background
+
     def _under_d65(self, share: Array) -> Array:
         white = spectra.by_nm(D65)
         xyz = spectra.observer() @ (share * white) / (spectra.observer()[1] @ white)
@@ -131,6 +133,12 @@ class Bands:
 
     def background(self, image: Array) -> Array:
         return np.asarray(image @ (spectra.primaries(self.middle) * self._lamp(D65))[:, self.picked])
+
+    shines = background
+
+    def reflects(self, rgb: Array) -> Array:
+        """Reflectances (n, 3) of texels (n, 3)."""
+        return np.asarray(rgb @ spectra.primaries(self.middle)[:, self.picked])
 
     def _lamp(self, value: Spectrum) -> Array:
         """Bands whose XYZ is the light's, scaled to Y = 1 and then by its own scale."""

@@ -94,9 +94,15 @@ def shifted(part: Part, by: Array) -> Part:
 def _joined(parts: list[Part]) -> Plugin:
     meshes = [part.mesh for part in parts if part.mesh is not None]
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
+    pictured = any(mesh.uv is not None for mesh in meshes)
     return {
         "type": "mesh",
         "vertices": np.concatenate([mesh.vertices for mesh in meshes]),
         "normals": np.concatenate([mesh.normals for mesh in meshes]),
+        **({"texcoords": np.concatenate(list(map(_texcoords, meshes)))} if pictured else {}),
         "faces": np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]),
     }
+
+
+def _texcoords(mesh: Any) -> Array:
+    return np.zeros((len(mesh.vertices), 2)) if mesh.uv is None else np.asarray(mesh.uv)

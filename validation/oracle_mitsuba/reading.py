@@ -19,6 +19,8 @@ from .records import (
     Formula,
     Material,
     Mesh,
+    NormalMap,
+    Picture,
     PointLight,
     Scene,
     Shape,
@@ -85,13 +87,23 @@ def _is_picture(value: Any) -> bool:
     return isinstance(value, Mapping) and value.get("type") == "image"
 
 
+def _picture(table: Any) -> Picture:
+    return Picture(**{key: frozen(value) for key, value in _in_a_file(table).items() if key != "type"})
+
+
+def _in_a_file(table: Any) -> dict[str, Any]:
+    if table.get("part") is not None:
+        raise Untranslated("pictures within a model's file are not translated")
+    return dict(table)
+
+
 def material(table: Any) -> Material:
     values = {key: frozen(value) for key, value in table.items()}
-    if "normal_map" in values or any(_is_picture(values.get(key)) for key in (*COLORS, "color")):
-        raise Untranslated("pictures on surfaces are not translated")
     for key in COLORS:
         if key in values:
-            values[key] = color(values[key])
+            values[key] = _picture(values[key]) if _is_picture(values[key]) else color(values[key])
+    if "normal_map" in values:
+        values["normal_map"] = NormalMap(**_in_a_file(values["normal_map"]))
     if "color" in values:
         shown = values["color"]
         if isinstance(shown, Mapping) and shown.get("type") == "checker":
@@ -99,6 +111,8 @@ def material(table: Any) -> Material:
             if "colors" in keys:
                 keys["colors"] = tuple(color(part) for part in keys["colors"])
             values["color"] = Checker(**keys)
+        elif _is_picture(shown):
+            values["color"] = _picture(shown)
         else:
             values["color"] = color(shown)
     ior = values.get("ior", 1.5)

@@ -56,6 +56,25 @@ class Checker:
 
 
 @dataclass(frozen=True)
+class Picture:
+    """An image where a colour may stand."""
+
+    file: str
+    wrap: str = "repeat"
+    filter: str = "linear"
+    encoding: str | None = None
+    scale: tuple[float, float] = (1.0, 1.0)
+    offset: tuple[float, float] = (0.0, 0.0)
+    tint: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class NormalMap:
+    file: str
+    scale: float = 1.0
+
+
+@dataclass(frozen=True)
 class Formula:
     """An index of refraction over the wavelength: kind "sellmeier" (B, C) or "cauchy" (A, B, ...)."""
 
@@ -89,6 +108,16 @@ class Material:
     thin: bool = False
     conductor: Any = None
     roughness: float = 0.0
+    normal_map: NormalMap | None = None
+
+    @property
+    def pictures(self) -> bool:
+        """Whether anything of it is a picture."""
+        return self.normal_map is not None or any(
+            isinstance(value, Picture)
+            for value in (self.color, self.highlight_color, self.reflection_color, self.transmission_color,
+                          self.emission)
+        )  # fmt: skip
 
     @property
     def ka(self) -> float:
@@ -205,6 +234,7 @@ class Mesh(Shape):
     vertices: Any = None
     faces: Any = None
     normals: Any = None
+    uv: Any = None
     file: str | None = None
     smooth: bool | None = None
     folder: str | None = None
@@ -216,7 +246,7 @@ class Mesh(Shape):
     def _data(self) -> meshfile.Surface:
         if self.file is not None:
             return meshfile.read(Path(self.folder or ".") / self.file, self.smooth)
-        return meshfile.given(self.vertices, self.faces, self.normals, bool(self.smooth))
+        return meshfile.given(self.vertices, self.faces, self.normals, bool(self.smooth), self.uv)
 
 
 @dataclass(frozen=True, eq=False)

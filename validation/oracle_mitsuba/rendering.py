@@ -13,6 +13,7 @@ from .lobes import Lobes
 from .modes import SPECTRAL
 from .palette import Bands, triples
 from .parts import POLISHED, geometry
+from .pictures import Pictures
 from .plugins import packed
 from .records import Scene
 from .sensors import camera_rays, shares, stock_render
@@ -69,7 +70,7 @@ def _job(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -> di
     return {
         "mode": mode, "geometry": world, "materials": surfaces.materials(scene, palette),
         "media": surfaces.media(scene, palette), "lights": surfaces.lights(scene, palette),
-        "settings": surfaces.settings(scene, palette),
+        "settings": surfaces.settings(scene, palette), "pictures": Pictures(scene, palette),
     }  # fmt: skip
 
 

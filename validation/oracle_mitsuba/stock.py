@@ -100,6 +100,8 @@ def supports(scene: Scene, name: str) -> str | None:
     allowed = CONFIGURATIONS[name].classes
     for number, item in enumerate(scene.shapes):
         material = scene.material_of(item)
+        if material.pictures:
+            return f"shapes[{number}]: pictures are left to the table mode"
         found = material_class(material, scene)
         if found not in allowed:
             return f"shapes[{number}]: its material is not wholly {' or '.join(sorted(allowed))}"

@@ -18,6 +18,7 @@ from .records import (
     DirectionalLight,
     Disk,
     Material,
+    Picture,
     Plane,
     Polygon,
     Scene,
@@ -48,6 +49,11 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
     n, k = (np.ones(3), np.zeros(3)) if metal is None else palette.metal(metal)
     checker = material.color if isinstance(material.color, Checker) else None
     first, second = checker.colors if checker else (material.color, material.color)
+    first, second, highlight, mirror, tint, light = (
+        0.0 if isinstance(value, Picture) else value  # `pictures` has it
+        for value in (first, second, material.highlight_color, material.reflection_color,
+                      material.transmission_color, material.emission)
+    )  # fmt: skip
     pattern = PLAIN if checker is None else GLOBE if isinstance(shape, Sphere) else SQUARES
     origin, across, up = squares(shape) if pattern == SQUARES else np.zeros((3, 3))
     return {
@@ -60,10 +66,10 @@ def _row(palette: Palette, shape: Any, material: Any) -> dict[str, Any]:
         "kr": material.kr,
         "kt": material.kt,
         "eta": palette.eta(material),
-        "H": palette.reflectance(material.highlight_color),
-        "M": palette.reflectance(material.reflection_color),
-        "Tt": palette.reflectance(material.transmission_color),
-        "e": palette.light(material.emission),
+        "H": palette.reflectance(highlight),
+        "M": palette.reflectance(mirror),
+        "Tt": palette.reflectance(tint),
+        "e": palette.light(light),
         "thin": bool(material.thin),
         "fresnel": material.fresnel is True,
         "schlick": material.fresnel == "schlick",

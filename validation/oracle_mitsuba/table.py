@@ -18,6 +18,7 @@ from .hashing import GATHERED, basis, child_path, combine, cosine_direction, on_
 from .lights import Way, surface, unhidden, ways
 from .media import Media
 from .optics import Optics, conductor, dot, normalized
+from .pictures import Pictures
 from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
 from .world import Hits, World
 
@@ -37,6 +38,10 @@ class Spot:
     enters: Array  # (n,) bool: the ray comes from outside
     offset: Array  # (n,)
     F: Array
+    H: Array  # tints of highlight, mirror and transmission, and emission (n, 3)
+    M: Array
+    Tt: Array
+    e: Array
     form: Array  # (n,)
     eta_i: Array  # (n,): index of refraction on the ray's side
     eta_t: Array  # (n,): and beyond
@@ -66,6 +71,7 @@ class Table:
         opaque = self.of["kt"] == 0
         self.media = Media(job["media"], job["states"])
         self.world = World(job["geometry"], opaque, self.settings["hides_backs"], self.plugins())
+        self.pictures: Pictures = job["pictures"]
         self.clear = self.of["kt"][:, None] * self.of["Tt"] if self.settings["tinted"] else None
 
     def plugins(self) -> dict[str, Any]:
@@ -106,7 +112,8 @@ class Table:
             rows = np.flatnonzero((t < hits.t) & (t > (0.0 if start is None else start)))
             point = rays.origin[rows] + t[rows, None] * rays.direction[rows]
             shape, form = np.full(len(rows), self.shapes + number), np.full(len(rows), -1)
-            hits.put(rows, Hits(t[rows], shape, point, outward[rows], outward[rows], form))
+            hits.put(rows, Hits(t[rows], shape, point, outward[rows], outward[rows], form,
+                                np.zeros((len(rows), hits.chart.shape[1]))))
         return hits
 
     def shade(self, rays: Rays, hits: Hits, beyond: Array, kind: str, last: bool) -> Shaded:
@@ -144,7 +151,7 @@ class Table:
         number = np.maximum(spot.shape - self.shapes, -1)  # -1 of all that is no light
         both = np.array([*(light.get("two_sided", False) for light in self.lights), False])
         dark = (number >= 0) & ((~both[number] & ~spot.enters) | (kind == AMBIENT))
-        return np.where(dark[:, None], 0.0, self.of["e"][spot.shape])
+        return np.where(dark[:, None], 0.0, spot.e)
 
     def _spot(self, rays: Rays, hits: Hits, beyond: Array) -> Spot:
         u = rays.direction
@@ -152,11 +159,13 @@ class Table:
         n = np.where(enters[:, None], hits.outward, -hits.outward)
         ns = np.where((dot(hits.shading, n) < 0)[:, None], -hits.shading, hits.shading)
         ns = np.where((dot(ns, u) < 0)[:, None], ns, n)
-        F = self.reflectance(hits)
+        ns = self.pictures.bent(ns, n, u, hits)
+        tones = {name: self.of[name][hits.shape] for name in ("H", "M", "Tt", "e")}
+        tones = self.pictures.tones({"F": self.reflectance(hits), **tones}, hits)
         step = self.world.step(hits.point)
         sides = self._indices(hits.shape, rays.media, beyond, enters)
-        return Spot(hits.shape, hits.point, hits.outward, n, ns, enters, step, F, hits.form, *sides,
-                    rays.media, beyond)  # fmt: skip
+        return Spot(hits.shape, hits.point, hits.outward, n, ns, enters, step, form=hits.form, eta_i=sides[0],
+                    eta_t=sides[1], media=rays.media, beyond=beyond, **tones)  # fmt: skip
 
     def _indices(self, shape: Array, here: Array, beyond: Array, enters: Array) -> tuple[Array, Array]:
         """Indices of refraction on this side and beyond; sheets and opaque surfaces have theirs inside."""
@@ -211,7 +220,7 @@ class Table:
             lobe = np.where(aligned > 0, aligned ** of["m"][shape], 0.0)
         if light.get("visible"):  # mirrors show it
             lobe = np.where(of["kr"][shape] > 0, 0.0, lobe)
-        highlight = self._faded(of["H"][shape], shape, cosine)
+        highlight = self._faded(spot.H, shape, cosine)
         value = np.stack(
             [(of["kd"][shape] * cosine)[:, None] * spot.F, (of["ks"][shape] * lobe)[:, None] * highlight]
         )
@@ -256,8 +265,8 @@ class Table:
     def optics(self, u: Array, spot: Spot, n: Array) -> Optics:
         """Reflection and refraction of directions u at the normals n, in the model's formulas."""
         of, shape = self.of, spot.shape
-        kr = of["kr"][shape, None] * self._faded(of["M"][shape], shape, -dot(spot.ns, u))
-        kt = of["kt"][shape, None] * of["Tt"][shape]
+        kr = of["kr"][shape, None] * self._faded(spot.M, shape, -dot(spot.ns, u))
+        kt = of["kt"][shape, None] * spot.Tt
         thin = of["thin"][shape]
         eta_i, eta_t = spot.eta_i, spot.eta_t
         cos_i = -dot(n, u)
@@ -310,7 +319,7 @@ class Table:
     def on_facet(self, cosine: Array, spot: Spot) -> Array:
         """Fresnel's share and the tint (m, 3) of a mirror met at angles of these cosines."""
         of, shape = self.of, spot.shape
-        tint = self._faded(of["M"][shape], shape, cosine)
+        tint = self._faded(spot.M, shape, cosine)
         eta_i, eta_t = spot.eta_i, spot.eta_t
         cos_t = np.sqrt(np.maximum(1 - (eta_i / eta_t) ** 2 * (1 - cosine**2), 0.0))
         along = (eta_t * cosine - eta_i * cos_t) / (eta_t * cosine + eta_i * cos_t)

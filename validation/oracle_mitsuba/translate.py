@@ -18,6 +18,7 @@ from .forms import Array
 from .parts import SMALL, Part, geometry
 from .plugins import Plugin, shape
 from .plugins import rgb as color
+from .reading import Untranslated
 from .records import Checker, Material, Scene, rgb
 
 
@@ -28,6 +29,8 @@ def to_mitsuba(source: Scene) -> Plugin:
 
 def translated(source: Scene) -> tuple[Plugin, list[str]]:
     """The scene as plain data (plugins.py), and notes on what is not exact in it."""
+    if any(source.material_of(item).pictures for item in source.shapes):
+        raise Untranslated("pictures on surfaces are not translated into a file of Mitsuba's")
     notes = _settings_notes(source)
     world = geometry(source, SMALL)
     children: dict[str, Plugin] = {

@@ -29,6 +29,7 @@ class Hits:
     outward: Array  # (n, 3): geometric unit normal
     shading: Array  # (n, 3): shading unit normal, on either side
     form: Array  # (n,) int: row of World.forms, -1 where Mitsuba's shape is the surface itself
+    chart: Array  # (n, 8): of meshes u, v, dp/du, dp/dv; (n, 0) where no mesh has any
 
     def take(self, rows: Array) -> Hits:
         return Hits(*(getattr(self, name)[rows] for name in FIELDS))
@@ -68,6 +69,7 @@ class World:
         places = np.array([shapes[name] for name in plugins], int)
         self.first = np.zeros(places.max(initial=0) + 1, int)
         self.first[places] = geometry["first"]
+        self.chart = 8 * any("texcoords" in shape for shape in geometry["shapes"])
         self.many = np.zeros(places.max(initial=0) + 1, bool)  # a rectangle's two triangles are one primitive
         self.many[places] = [shape["type"] == "mesh" for shape in geometry["shapes"]]
 
@@ -85,7 +87,9 @@ class World:
         after = np.zeros(n) if start is None else start
         begin = after.copy()
         point, outward, shading = np.zeros((3, n, 3))
-        found = Hits(np.full(n, np.inf), np.full(n, -1), point, outward, shading, np.full(n, -1))
+        nothing = np.full(n, -1)
+        found = Hits(np.full(n, np.inf), nothing, point, outward, shading, nothing.copy(),
+                     np.zeros((n, self.chart)))  # fmt: skip
         todo = np.arange(n)
         for count in range(PASSES):
             if not todo.size:
@@ -122,16 +126,20 @@ class World:
         number = np.where(exists, engine.words(si.shape, n), 0)
         row = np.where(exists, self.first[number] + np.where(self.many[number], engine.words(prim, n), 0), 0)
         normal, shading = engine.rows(si.n, n), engine.rows(si.sh_frame.n, n)
+        chart = np.zeros((n, self.chart))
+        if self.chart:
+            chart = np.hstack([engine.rows(each, n) for each in (si.uv, si.dp_du, si.dp_dv)])
         if not len(self.owner):
             nowhere = np.full(n, np.inf)
-            return Hits(nowhere, np.full(n, -1), moved, normal, shading, np.full(n, -1)), exists, nowhere
+            none = np.full(n, -1)
+            return Hits(nowhere, none, moved, normal, shading, none.copy(), chart), exists, nowhere
         kind = self.kind[row]
         outward = np.where((kind == FLAT)[:, None], shading, normal)
         shading = np.where((kind == SMOOTH)[:, None], shading, outward)
         t = begin + t
         point = engine.rows(si.p, n) + self.center
         owner, form = (np.where(exists, table[row], -1) for table in (self.owner, self.form))
-        hits = Hits(t.copy(), owner, point, outward, shading, form)
+        hits = Hits(t.copy(), owner, point, outward, shading, form, chart)
         on_form = np.flatnonzero(form >= 0)
         if on_form.size:
             rays = origin[on_form], direction[on_form], begin[on_form]
@@ -177,7 +185,8 @@ class World:
         gradient = np.einsum("nij,nj->ni", q, homogeneous)[:, :3]
         length = np.linalg.norm(gradient, axis=1, keepdims=True)
         normal = np.where(length > 0, gradient / np.where(length > 0, length, 1.0), -direction)
-        return Hits(np.where(exists & inside, t, -1.0), shape, point, normal, normal.copy(), form)
+        return Hits(np.where(exists & inside, t, -1.0), shape, point, normal, normal.copy(), form,
+                    np.zeros((len(point), self.chart)))
 
     def _add_chords(
         self, found: Hits, origin: Array, direction: Array, form: Array, start: Array | None
