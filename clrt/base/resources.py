@@ -18,7 +18,7 @@ from clrt.base.errors import ClrtError, SceneError
 from clrt.base.suggest import nearest
 
 PACKAGE = Path(__file__).resolve().parents[1]
-SCENE_SUFFIXES = (".toml", ".json", ".nff", ".txt", ".py")
+SCENE_SUFFIXES = (".toml", ".json", ".nff", ".txt", ".xml", ".py")
 TOOL_PREFIX = "generate_"  # scripts that write what scenes load, and are none themselves
 
 

@@ -16,7 +16,7 @@ from clrt.base.limits import Limits
 from clrt.base.notices import bounded
 from clrt.base.places import listed
 from clrt.base.suggest import did_you_mean
-from clrt.formats import mesh, native, nff, thesis
+from clrt.formats import mesh, mitsuba, native, nff, thesis
 from clrt.meshfiles.file import MESH_SUFFIXES
 from clrt.scene.scene import Scene, read_scene
 
@@ -25,6 +25,7 @@ LOADERS: dict[str, Callable[..., Scene]] = {
     ".json": native.load,
     ".nff": nff.load,
     ".txt": thesis.load,
+    ".xml": mitsuba.load,
     **dict.fromkeys(MESH_SUFFIXES, mesh.load),
 }
 """By suffix: functions of (path, limits, **options)."""

@@ -42,6 +42,11 @@ def load_stream(stream: BinaryIO, source: str, limits: Limits) -> Scene:
         return _read(lambda: data, toml, source, Path(), limits)
 
 
+def load_text(text: str, source: str, folder: Path, limits: Limits) -> Scene:
+    """The scene that a text of JSON describes."""
+    return _read(lambda: text.encode(), False, source, folder, limits)
+
+
 def _read(fetch: Callable[[], bytes], toml: bool, source: str, folder: Path, limits: Limits) -> Scene:
     text = _text(fetch(), source)
     try:

@@ -177,7 +177,7 @@ def test_the_inputs_of_a_seed_are_always_the_same(hostile: ModuleType, tmp_path:
     for index in range(40):
         assert make(3, index) == make(3, index)
     kinds = {Path(make(3, index).scene).suffix for index in range(300)}
-    assert kinds >= {".toml", ".json", ".nff", ".txt", ".obj", ".ply", ".glb", ".gltf", ".stl"}
+    assert kinds >= {".toml", ".json", ".nff", ".txt", ".obj", ".ply", ".glb", ".gltf", ".stl", ".xml"}
     hostile.keep([{"seed": 3, "index": 1, "status": "not finite"}], tmp_path)
     (place,) = tmp_path.iterdir()
     assert (place / make(3, 1).scene).read_bytes() == make(3, 1).files[make(3, 1).scene]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from ..cases.parts import Table
-from . import archives, meshfiles, pictures, seeds, texts
+from . import archives, meshfiles, pictures, seeds, texts, xmlfiles
 from .values import KEYS, NUMBERS, OTHERS, WORDS
 
 
@@ -127,6 +127,17 @@ def _long(draw: random.Random) -> Input:
     return Input(f"scene{kind}", {f"scene{kind}": data})
 
 
+def _xml(draw: random.Random) -> Input:
+    """Mitsuba's XML."""
+    text = xmlfiles.SCENE
+    for _ in range(_few(draw)):
+        text = xmlfiles.spoil(draw, text) if len(text) < 1 << 20 else text
+    data = text.encode("utf-8", "replace")
+    if draw.random() < 0.2:
+        data = spoil_bytes(draw, data)
+    return Input("scene.xml", {"scene.xml": data})
+
+
 def _few(draw: random.Random) -> int:
     return draw.choice((1, 1, 1, 2, 3, 6))
 
@@ -187,12 +198,13 @@ def spoil_bytes(draw: random.Random, data: bytes) -> bytes:
 
 
 _KINDS: Final = (
-    (_native, 47),
+    (_native, 41),
     (_words, 16),
     (_mesh, 12),
     (_mesh_in_scene, 8),
     (_image, 9),
     (_checkpoint, 6),
     (_long, 2),
+    (_xml, 6),
 )
 """What draws an input, and how often of 100."""

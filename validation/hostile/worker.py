@@ -25,7 +25,7 @@ import clrt
 from clrt.device import kernelcache
 from clrt.device.opencl import cl
 
-from . import finite, seeds
+from . import finite, seeds, xmlfiles
 from .memory import Cost, measured
 from .mutate import make
 
@@ -160,6 +160,7 @@ def warm(folder: Path, device: int | str | None) -> None:
     for suffix, text in (
         (".nff", seeds.NFF),
         (".txt", seeds.THESIS),
+        (".xml", xmlfiles.SCENE),
         (".toml", "[camera]\norigin=[0,0,1]\ntarget=[0,0,0]"),
     ):
         (folder / f"warm{suffix}").write_text(text)

@@ -1,8 +1,9 @@
-"""Mitsuba's XML of a scene, with its meshes as PLY files beside it."""
+"""Mitsuba's XML of a scene, with its meshes as PLY files beside it, and its picture of the sky."""
 
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -107,17 +108,23 @@ def write_xml(scene: Scene, path: str | os.PathLike[str]) -> int:
         check_replaceable(path.parent / name)
     for name, mesh in meshes.items():
         with replacing(path.parent / name) as temporary:
-            temporary.write_bytes(ply(mesh))
+            if isinstance(mesh, Path):
+                shutil.copyfile(mesh, temporary)
+            else:
+                temporary.write_bytes(ply(mesh))
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return text.count("<!--")
 
 
-def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict[str, Plugin]]:
-    """The XML, and the meshes by file name. folder: what names of pictures are relative to, None: nothing."""
+def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict[str, Plugin | Path]]:
+    """The XML; by file name the meshes, and a picture that does not lie in `folder`, which is copied.
+
+    folder: what names of pictures are relative to, None: nothing.
+    """
     source = Source(scene.to_dict(), None if scene.folder is None else str(scene.folder))
     plain, notes = translated(read(source))
-    found: dict[str, Plugin] = {}
+    found: dict[str, Plugin | Path] = {}
     for key, plugin in plain.items():
         if isinstance(plugin, dict) and plugin["type"] == "mesh":
             name = f"{meshes}/{key}.ply"
@@ -125,7 +132,11 @@ def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict
             inner = {part: plugin[part] for part in ("bsdf", "emitter") if part in plugin}
             plain[key] = {"type": "ply", "filename": name, **inner}
         elif isinstance(plugin, dict) and "filename" in plugin and folder is not None:
-            plain[key] = {**plugin, "filename": os.path.relpath(plugin["filename"], folder)}
+            name = os.path.relpath(os.path.realpath(plugin["filename"]), os.path.realpath(folder))
+            if name.startswith(".."):
+                name = f"{meshes}/{Path(name).name}"
+                found[name] = Path(plugin["filename"])
+            plain[key] = {**plugin, "filename": name}
     lines = [f'<scene version="{VERSION}">']
     lines += [f"  <!-- {note.replace('--', '- -')} -->" for note in notes]
     for key, plugin in plain.items():

@@ -1,0 +1,129 @@
+"""Mitsuba's XML: its plugins as far as they have counterparts here, and whole scenes that clrt wrote."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from clrt.base import notices
+from clrt.base.atomic import replacing
+from clrt.base.errors import ClrtError, LimitError, located
+from clrt.base.files import read_bytes, read_text_bytes, resolve
+from clrt.base.limits import Limits
+from clrt.base.places import At, listed
+from clrt.formats import native
+from clrt.formats.mitsuba_bsdfs import Materials
+from clrt.formats.mitsuba_file import Context, opened
+from clrt.formats.mitsuba_shapes import Shapes
+from clrt.formats.mitsuba_values import Plugin
+from clrt.formats.mitsuba_views import camera, depth, emitter
+from clrt.formats.xml_tree import Element
+from clrt.scene.save import encoded
+from clrt.scene.scene import Scene, read_scene
+
+INSTRUCTION: Final = "clrt"
+"""The target of the processing instruction that holds a seal and the scene itself, as JSON."""
+
+
+def load(path: Path, limits: Limits) -> Scene:
+    """The scene in Mitsuba's XML (.xml).
+
+    A file that clrt wrote, and that nobody has changed since, is the scene that was written. Of others the
+    plugins are read; what has no counterpart is named in one warning.
+    """
+    context = Context(path.parent, path.name, limits)
+    try:
+        tops, notes = opened(read_text_bytes(path, limits), context)
+        if INSTRUCTION in notes:
+            mark, _, text = notes[INSTRUCTION].partition(" ")
+            if mark == seal(tops, path.parent, limits):
+                return native.load_text(text, path.name, path.parent, limits)
+            notices.warn(path.name, "", "it was changed after clrt had written it: its plugins are read")
+        return _scene(tops, context)
+    except RecursionError:
+        raise LimitError(located(path.name, "", "nesting: deeper than Python follows")) from None
+
+
+def seal(tops: list[Element], folder: Path, limits: Limits) -> str:
+    """A digest of all that a file says, and of the files of meshes and pictures that it names."""
+    digest = hashlib.sha256()
+    for top in tops:
+        for element in top.walk():
+            told = [element.tag, *(f"{key}={value}" for key, value in sorted(element.keys.items()))]
+            digest.update("\x1f".join([*told, str(len(element.children)), "\n"]).encode())
+            if element.keys.get("name") == "filename":
+                name = element.keys.get("value", "")
+                try:
+                    digest.update(read_bytes(resolve(name, folder, At()), limits))
+                except ClrtError:
+                    digest.update(b"missing")
+    return digest.hexdigest()
+
+
+def keep(scene: Scene, path: Path) -> None:
+    """Put the scene itself into the XML of it that was written to `path`: as JSON, for `load` alone.
+
+    Programs pass over processing instructions for others. A file that would not be read back, being too
+    large, stays as it is.
+    """
+    limits, text = scene.limits, path.read_text(encoding="utf-8")
+    try:
+        words = _itself(scene, path)
+        tops, _ = opened(text.encode(), Context(path.parent, path.name, limits))
+    except ClrtError:
+        return
+    words = words.replace("?>", "?\\u003e")  # within a text of JSON's the same
+    instruction = f"<?{INSTRUCTION} {seal(tops, path.parent, limits)} {words}?>"
+    text = text.removesuffix("</scene>\n") + f"  {instruction}\n</scene>\n"
+    if len(text) <= limits.text_bytes:
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+
+
+def _itself(scene: Scene, path: Path) -> str:
+    """The scene as JSON beside `path`, where a picture of the sky may have been copied to."""
+    picture = scene.background_path
+    copied = path.parent / f"{path.stem}_meshes" / (picture.name if picture else "")
+    there = picture is not None and copied.is_file()
+    plain = msgspec.structs.replace(scene, background=0.0) if there else scene
+    table = json.loads(encoded(plain, path.with_suffix(".json")))
+    if there:
+        table["background"] = copied.relative_to(path.parent).as_posix()
+    return json.dumps(table, separators=(",", ":"))
+
+
+def _scene(tops: list[Element], context: Context) -> Scene:
+    materials = Materials(context)
+    shapes = Shapes(materials)
+    table: dict[str, Any] = {"lights": shapes.lights}
+    cameras = 0
+    for element in tops:
+        if element.tag == "shape":
+            shapes.add(element)
+        elif element.tag == "emitter":
+            emitter(Plugin.of(element), context, table)
+        elif element.tag == "sensor":
+            cameras += 1
+            if cameras == 1:
+                table["camera"] = camera(Plugin.of(element), context)
+        elif element.tag == "integrator":
+            most = depth(Plugin.of(element), context)
+            table |= {} if most is None else {"max_depth": most}
+        elif element.tag == "bsdf":
+            materials.of(element)  # so that what is wrong in it is said, though nothing should have it
+        elif element.tag in ("medium", "phase", "volume"):
+            context.left_out["media"] = None
+    if cameras > 1:
+        context.left_out["cameras but the first"] = None
+    table |= {"shapes": shapes.shapes, "materials": shapes.named}
+    table |= {} if context.ior is None else {"medium_ior": context.ior}
+    with notices.without("a surface makes light"):  # of coefficients that nobody stated here
+        scene = read_scene(table, folder=context.folder, source=context.source, limits=context.limits)
+    if context.left_out:
+        text = f"left out, since there is no counterpart: {listed(context.left_out)}"
+        notices.warn(context.source, "", text)
+    return scene

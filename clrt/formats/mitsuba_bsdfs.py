@@ -1,0 +1,306 @@
+"""Mitsuba's BSDFs and textures as materials of a scene file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.base.errors import fault, show
+from clrt.formats.mitsuba_file import Context
+from clrt.formats.mitsuba_values import Plugin
+from clrt.formats.xml_tree import Element, unknown
+from clrt.meshfiles.facets import Facets, Rgb, fresnel_of
+
+Table = dict[str, Any]
+IOR: Final = {
+    "vacuum": 1.0, "helium": 1.000036, "hydrogen": 1.000132, "air": 1.000277, "carbon dioxide": 1.00045,
+    "water": 1.3330, "acetone": 1.36, "ethanol": 1.361, "carbon tetrachloride": 1.461, "glycerol": 1.4729,
+    "benzene": 1.501, "silicone oil": 1.52045, "bromine": 1.661, "water ice": 1.31, "fused quartz": 1.458,
+    "pyrex": 1.470, "acrylic glass": 1.49, "polypropylene": 1.49, "bk7": 1.5046, "sodium chloride": 1.544,
+    "amber": 1.55, "pet": 1.5750, "diamond": 2.419,
+}  # fmt: skip
+"""Mitsuba's names of indices of refraction."""
+METALS: Final = {"Au": "gold", "Ag": "silver", "Cu": "copper", "Al": "aluminium"}
+_ALPHA: Final = {"alpha": "alpha", "alpha_u": "", "alpha_v": "", "distribution": "distribution",
+                 "sample_visible": "-"}  # fmt: skip
+_DIELECTRIC: Final = {"int_ior": "ior", "ext_ior": "ior", "specular_reflectance": "tint",
+                      "specular_transmittance": "tint"}  # fmt: skip
+_CONDUCTOR: Final = {"material": "conductor", "eta": "", "k": "", "specular_reflectance": "tint"}
+_PLASTIC: Final = {"diffuse_reflectance": "color", "int_ior": "ior", "ext_ior": "ior", "nonlinear": "-",
+                   "specular_reflectance": ""}  # fmt: skip
+_PRINCIPLED: Final = dict.fromkeys(
+    ("base_color", "roughness", "metallic", "spec_trans", "eta", "specular"), "x"
+) | dict.fromkeys(
+    ("anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness", "clearcoat", "clearcoat_gloss",
+     "diffuse_reflectance_sampling_rate", "specular_reflectance_sampling_rate", "diff_trans"), "",
+)  # fmt: skip
+_GROUPS: Final = {
+    "diffuse": ("color",),
+    "specular": ("highlight_color", "shininess"),
+    "reflection": ("reflection_color", "roughness", "conductor"),
+    "transmission": ("transmission_color", "ior", "thin", "fresnel"),
+}
+"""A material's coefficients, and what each of them goes with."""
+
+
+@dataclass(eq=False)
+class Materials:
+    """Materials by the elements that describe them, each read once."""
+
+    context: Context
+    named: dict[str, Table] = field(default_factory=dict)
+    _read: dict[int, Table | None] = field(default_factory=dict)
+
+    def of(self, element: Element) -> Table:
+        """The material that an element describes; SceneError where it is made of itself."""
+        key = id(element)
+        if key not in self._read:
+            self._read[key] = None
+            self._read[key] = self._table(Plugin.of(element))
+        found = self._read[key]
+        if found is None:
+            raise element.says("this BSDF refers to itself")
+        return found
+
+    def _table(self, plugin: Plugin) -> Table:
+        make = _KINDS.get(plugin.type)
+        if make is not None:
+            return make(plugin, self)
+        if plugin.type not in _OTHERS:
+            raise unknown(plugin.element, "bsdf", plugin.type, [*_KINDS, *_OTHERS])
+        self.context.left_out[f"the bsdf {plugin.type}"] = None
+        inner = self.context.elements(plugin, "bsdf")
+        return self.of(inner[0]) if inner else {"color": 0.5}
+
+    def inner(self, plugin: Plugin, count: int = 1) -> list[Table]:
+        """The BSDFs within another, exactly so many."""
+        found = self.context.elements(plugin, "bsdf")
+        if len(found) != count:
+            text = f"a {plugin.type} needs {count} bsdf within it, not {len(found)}"
+            raise plugin.element.says(text)
+        return [self.of(element) for element in found]
+
+    def color(self, plugin: Plugin, name: str, default: float) -> Any:
+        """A colour or a texture."""
+        for child in plugin.objects:
+            if child.keys.get("name") == name:
+                return self.texture(Plugin.of(self.context.referred(child)))
+        return plugin.color(name, default)
+
+    def tint(self, plugin: Plugin, name: str, default: float) -> Any:
+        """A colour or an image: where a pattern cannot be."""
+        return _unpatterned(self.color(plugin, name, default), self.context)
+
+    def texture(self, plugin: Plugin) -> Any:
+        """A texture as a scene file has it; what there is none of is grey."""
+        if plugin.type == "bitmap":
+            plugin.check(_BITMAP, self.context.left_out)
+            return self._bitmap(plugin)
+        if plugin.type == "checkerboard":
+            plugin.check({"color0": "x", "color1": "x", "to_uv": "x"}, self.context.left_out)
+            pair = [plugin.color("color0", 0.4), plugin.color("color1", 0.2)]
+            return {"type": "checker", "colors": pair, "to_uv": plugin.to_world("to_uv")}
+        if plugin.type not in ("mesh_attribute", "volume"):
+            known = ["bitmap", "checkerboard", "mesh_attribute", "volume"]
+            raise unknown(plugin.element, "texture", plugin.type, known)
+        self.context.left_out[f"the texture {plugin.type}"] = None
+        return 0.5
+
+    def _bitmap(self, plugin: Plugin) -> Table:
+        if "filename" not in plugin.values:
+            raise plugin.element.says("a bitmap needs its filename")
+        wrap = plugin.one_of("wrap_mode", "repeat", {name: name for name in ("repeat", "mirror", "clamp")})
+        kind = plugin.one_of("filter_type", "bilinear", {"bilinear": "linear", "nearest": "nearest"})
+        table: Table = {"type": "image", "file": self.context.file(plugin.values["filename"]), "wrap": wrap,
+                        "filter": kind}  # fmt: skip
+        to_uv = plugin.to_world("to_uv")
+        if to_uv[0, 1] or to_uv[1, 0]:
+            self.context.left_out["rotations of textures"] = None
+        table |= {"scale": [float(to_uv[0, 0]), float(to_uv[1, 1])]}
+        table |= {"offset": [float(to_uv[0, 3]), float(to_uv[1, 3])]}
+        return table | ({"encoding": "linear"} if plugin.flag("raw", False) else {})
+
+
+_BITMAP: Final = dict.fromkeys(("filename", "filter_type", "wrap_mode", "raw", "to_uv"), "x") | {
+    "format": "-", "accel": "-"}  # fmt: skip
+
+
+def _unpatterned(color: Any, context: Context) -> Any:
+    """A colour that is no checker: the mean of one."""
+    if not isinstance(color, dict) or color["type"] != "checker":
+        return color
+    context.left_out["a checkerboard, but for its mean, where there can be none"] = None
+    return mean(color)
+
+
+def mean(checker: Table) -> list[float]:
+    """The colour that a checker is from afar."""
+    return [float(part) for part in np.mean([_rgb(one) for one in checker["colors"]], axis=0)]
+
+
+def _rgb(color: Any) -> Rgb:
+    """A plain colour in three numbers; of a curve its mean."""
+    if isinstance(color, float):
+        return (color,) * 3
+    if isinstance(color[0], list):
+        return (float(np.mean([value for _, value in color])),) * 3
+    red, green, blue = color
+    return red, green, blue
+
+
+def ior(plugin: Plugin, name: str, default: str) -> float:
+    """An index of refraction, a number or a name."""
+    element = plugin.values.get(name)
+    if element is None:
+        return IOR[default]
+    if element.tag != "string":
+        return plugin.number(name, 0.0)
+    if element.get("value") not in IOR:
+        raise unknown(element, "index of refraction called", element.get("value"), [*IOR])
+    return IOR[element.get("value")]
+
+
+def _alpha_of(plugin: Plugin, materials: Materials) -> float:
+    if any(child.keys.get("name") == "alpha" for child in plugin.objects):
+        materials.context.left_out["textures of roughness"] = None
+    value = plugin.number("alpha", 0.1)
+    if not 0 <= value <= 1:
+        raise plugin.values["alpha"].says(fault("", "alpha", value, "it must be a number from 0 to 1"))
+    return value
+
+
+def _diffuse(plugin: Plugin, materials: Materials) -> Table:
+    plugin.check({"reflectance": "color"}, materials.context.left_out)
+    return {"color": materials.color(plugin, "reflectance", 0.5), "diffuse": 1.0}
+
+
+def _conductor(plugin: Plugin, materials: Materials) -> Table:
+    rough = plugin.type == "roughconductor"
+    plugin.check(_CONDUCTOR | (_ALPHA if rough else {}), materials.context.left_out)
+    metal = plugin.text("material", "none" if "eta" in plugin.values else "Cu")
+    tint = materials.tint(plugin, "specular_reflectance", 1.0)
+    table = {"diffuse": 0.0, "reflection": 1.0, "reflection_color": tint}
+    if metal in METALS:
+        table["conductor"] = METALS[metal]
+    elif metal != "none":
+        materials.context.left_out[f"the metal {show(metal)}"] = None
+    if not rough:
+        return table
+    alpha = _alpha_of(plugin, materials)
+    table["roughness"] = math.sqrt(alpha)
+    square = max(alpha, 0.0025) ** 2
+    lobe = {"specular": 0.25 / square, "shininess": max(1.0, 0.5 / square - 0.5)}
+    return table | lobe | {"highlight_color": tint if metal == "none" else 1.0}
+
+
+def _surroundings(plugin: Plugin, materials: Materials) -> None:
+    """Keep the index around a glass: a scene has one."""
+    outside, context = ior(plugin, "ext_ior", "air"), materials.context
+    outside = 1.0 if outside == IOR["air"] else outside
+    if context.ior is None:
+        context.ior = outside
+    elif context.ior != outside:
+        context.left_out["more than one ext_ior"] = None
+
+
+def _dielectric(plugin: Plugin, materials: Materials) -> Table:
+    rough = plugin.type == "roughdielectric"
+    plugin.check(_DIELECTRIC | (_ALPHA if rough else {}), materials.context.left_out)
+    _surroundings(plugin, materials)
+    if rough:
+        materials.context.left_out["the roughness of glass"] = None
+    thin = {"thin": True} if plugin.type == "thindielectric" else {}
+    return {
+        "diffuse": 0.0, "fresnel": True, "ior": ior(plugin, "int_ior", "bk7"),
+        "reflection": 1.0, "reflection_color": materials.tint(plugin, "specular_reflectance", 1.0),
+        "transmission": 1.0, "transmission_color": materials.tint(plugin, "specular_transmittance", 1.0),
+    } | thin  # fmt: skip
+
+
+def _plastic(plugin: Plugin, materials: Materials) -> Table:
+    rough = plugin.type == "roughplastic"
+    plugin.check(_PLASTIC | (_ALPHA if rough else {}), materials.context.left_out)
+    roughness = math.sqrt(_alpha_of(plugin, materials)) if rough else 0.0
+    index = ior(plugin, "int_ior", "polypropylene")
+    color = materials.color(plugin, "diffuse_reflectance", 0.5)
+    table = Facets(roughness=roughness, ior=index, f0=(fresnel_of(index),) * 3).table()
+    return table | {"color": color}
+
+
+def _principled(plugin: Plugin, materials: Materials) -> Table:
+    context = materials.context
+    plugin.check(_PRINCIPLED, context.left_out)
+    shares = [min(max(plugin.number(name, default), 0.0), 1.0)
+              for name, default in (("metallic", 0.0), ("roughness", 0.5), ("spec_trans", 0.0))]  # fmt: skip
+    if any(child.keys.get("name") in ("metallic", "roughness", "spec_trans") for child in plugin.objects):
+        context.left_out["textures of metal and roughness"] = None
+    color = materials.tint(plugin, "base_color", 0.5)
+    picture = color if isinstance(color, dict) else None
+    specular = 2 / (1 - math.sqrt(0.08 * min(max(plugin.number("specular", 0.5), 0.0), 1.0))) - 1
+    found = Facets(
+        base=(1.0, 1.0, 1.0) if picture is not None else _rgb(color), picture=picture, metallic=shares[0],
+        roughness=shares[1], transmission=shares[2], solid=True, ior=plugin.number("eta", specular),
+    )  # fmt: skip
+    if found.blurred:
+        context.left_out["the roughness of glass"] = None
+    return found.table()
+
+
+def _inner(plugin: Plugin, materials: Materials) -> Table:
+    plugin.check({}, materials.context.left_out)
+    return materials.inner(plugin)[0]
+
+
+def _normal_map(plugin: Plugin, materials: Materials) -> Table:
+    plugin.check({"flip_invalid_normals": "-", "use_shadowing_function": "-"}, materials.context.left_out)
+    found = materials.inner(plugin)[0]
+    picture = materials.color(plugin, "normalmap", 0.5)
+    if not isinstance(picture, dict) or picture["type"] != "image":
+        raise plugin.element.says("a normalmap needs a bitmap called 'normalmap'")
+    return found | {"normal_map": {"file": picture["file"]}}
+
+
+def _blend(plugin: Plugin, materials: Materials) -> Table:
+    """The sum of two: each coefficient of theirs, with what goes with it."""
+    context = materials.context
+    plugin.check({"weight": "x"}, context.left_out)
+    first, second = materials.inner(plugin, 2)
+    weight = plugin.number("weight", 0.5)
+    if any(child.keys.get("name") == "weight" for child in plugin.objects):
+        context.left_out["textures of a blend"] = None
+    table: Table = {key: one[key] for one in (second, first) for key in ("normal_map",) if key in one}
+    table["diffuse"] = 0.0
+    shares = min(max(1 - weight, 0.0), 1.0), min(max(weight, 0.0), 1.0)
+    for group, keys in _GROUPS.items():
+        both = zip(shares, (first, second), strict=True)
+        parts = [(share * one[group], one) for share, one in both if share * one.get(group, 0.0) > 0]
+        if not parts:
+            continue
+        strength, one = max(parts, key=lambda part: part[0])
+        table |= {group: strength} | {key: one[key] for key in keys if key in one}
+        if len(parts) == 2:
+            if group != "diffuse" or any(isinstance(part["color"], dict) for _, part in parts):
+                context.left_out[f"the weaker {group} of a blendbsdf"] = None
+                continue
+            table["diffuse"] = sum(share for share, _ in parts)
+            colors = [share * np.array(_rgb(part["color"])) for share, part in parts]
+            table["color"] = [float(c) for c in np.sum(colors, axis=0) / table["diffuse"]]
+    if "fresnel" not in table and "schlick" in (first.get("fresnel"), second.get("fresnel")):
+        table["fresnel"] = "schlick"
+    return table
+
+
+_KINDS: Final[dict[str, Callable[[Plugin, Materials], Table]]] = {
+    "diffuse": _diffuse, "conductor": _conductor, "roughconductor": _conductor, "dielectric": _dielectric,
+    "thindielectric": _dielectric, "roughdielectric": _dielectric, "plastic": _plastic,
+    "roughplastic": _plastic, "principled": _principled, "twosided": _inner, "normalmap": _normal_map,
+    "blendbsdf": _blend,
+}  # fmt: skip
+_OTHERS: Final = (
+    "mask", "bumpmap", "null", "measured", "principledthin", "pplastic", "circular", "hair", "polarizer",
+    "retarder",
+)  # fmt: skip

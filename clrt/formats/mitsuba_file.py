@@ -1,0 +1,113 @@
+"""A Mitsuba file before it means anything: its parts in order, includes and parameters in their places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Final
+
+from clrt.base.errors import located
+from clrt.base.files import read_text_bytes, resolve
+from clrt.base.limits import Limits
+from clrt.base.places import At
+from clrt.formats.mitsuba_values import OBJECTS, Plugin
+from clrt.formats.xml_tree import Element, filled, parse, unknown
+
+_NOWHERE: Final = ("default", "include", "alias", "path")
+_BOM: Final = b"\xef\xbb\xbf"
+
+
+@dataclass(eq=False)
+class Context:
+    """What reading a file knows: where it lies, its objects by id, and what has no counterpart here."""
+
+    folder: Path
+    source: str
+    limits: Limits
+    ids: dict[str, Element] = field(default_factory=dict)
+    left_out: dict[str, None] = field(default_factory=dict)
+    ior: float | None = None  # around all glass
+
+    def file(self, element: Element) -> str:
+        """The name of a file that a value names, which lies in the scene's folder."""
+        name = element.get("value").replace("\\", "/")
+        path = resolve(name, self.folder, At(f"{element.source}:{element.line}", element.name))
+        return path.relative_to(self.folder.resolve()).as_posix()
+
+
+    def inner(self, plugin: Plugin, tag: str) -> list[Plugin]:
+        """The objects of kind `tag` within another, those that it refers to among them."""
+        return [Plugin.of(element) for element in self.elements(plugin, tag)]
+
+    def elements(self, plugin: Plugin, tag: str) -> list[Element]:
+        """As `inner`, as they stand in the file."""
+        found = [self.referred(child) for child in plugin.objects]
+        return [element for element in found if element.tag == tag]
+
+    def referred(self, element: Element) -> Element:
+        """The element, or what a <ref> refers to."""
+        if element.tag != "ref":
+            return element
+        name = element.get("id")
+        if name not in self.ids:
+            raise unknown(element, "object with the id", name, [*self.ids])
+        return self.ids[name]
+
+
+def opened(data: bytes, context: Context) -> tuple[list[Element], dict[str, str]]:
+    """The objects at the top of a file, includes among them, and its processing instructions."""
+    root, notes = parse(data.removeprefix(_BOM), context.limits, context.source)
+    if root.tag != "scene":
+        raise root.says(f"a Mitsuba file holds a <scene>, not <{root.tag}>")
+    parameters: dict[str, str] = {}
+    aliases: list[Element] = []
+    tops = [*_objects(root, context, parameters, aliases, len(data))]
+    for top in tops:
+        for element in top.walk():
+            if "id" in element.keys and element.tag != "ref":
+                context.ids.setdefault(element.keys["id"], element)
+    for alias in aliases:
+        name = alias.get("id")
+        if name not in context.ids:
+            raise unknown(alias, "object with the id", name, [*context.ids])
+        context.ids[alias.get("as")] = context.ids[name]
+    return tops, notes
+
+
+def _objects(
+    root: Element, context: Context, parameters: dict[str, str], aliases: list[Element], size: int,
+    included: bool = False,
+) -> Iterator[Element]:
+    """The root's children without those that only say how to read others."""
+    for child in root.children:
+        for element in child.walk():
+            filled(element, parameters)
+            if element.tag == "default":
+                parameters.setdefault(element.get("name"), element.get("value"))
+        if child.tag == "include":
+            if included:
+                raise child.says("an included file includes no other; name both in the scene's file")
+            beside, size = _included(child, context, size)
+            yield from _objects(beside, context, parameters, aliases, size, included=True)
+        elif child.tag == "alias":
+            aliases.append(child)
+        elif child.tag in OBJECTS:
+            yield child
+        elif child.tag not in _NOWHERE:
+            raise unknown(child, "element", child.tag, [*OBJECTS, *_NOWHERE])
+
+
+def _included(element: Element, context: Context, size: int) -> tuple[Element, int]:
+    """The root of an included file, and how many bytes have been read so far with it."""
+    at = At(f"{element.source}:{element.line}", "filename")
+    path = resolve(element.get("filename"), context.folder, at)
+    data = read_text_bytes(path, context.limits)
+    size += len(data)
+    context.limits.check("text_bytes", size, located(context.source, "", path.name))
+    root, _ = parse(data.removeprefix(_BOM), context.limits, path.name)
+    if root.tag == "scene":
+        return root, size
+    above = Element("scene", {}, root.line, root.source)
+    above.children = [root]
+    return above, size

@@ -1,0 +1,205 @@
+"""Mitsuba's shapes as those of a scene file, and their area emitters as lights."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.formats.mitsuba_bsdfs import Materials, mean
+from clrt.formats.mitsuba_values import Array, Plugin, rows
+from clrt.formats.xml_tree import Element, unknown
+from clrt.meshfiles.look import Names
+from clrt.scene.transforms import is_similarity
+
+Table = dict[str, Any]
+_EVERY: Final = {"to_world": "x", "flip_normals": "x", "silhouette_sampling_weight": "-"}
+_MESH: Final = _EVERY | {"filename": "x", "face_normals": "x", "flip_tex_coords": "x"}
+_KEYS: Final[dict[str, dict[str, str]]] = {
+    "sphere": _EVERY | {"center": "x", "radius": "x"},
+    "cylinder": _EVERY | {"p0": "x", "p1": "x", "radius": "x"},
+    "rectangle": _EVERY, "disk": _EVERY, "cube": _EVERY, "obj": _MESH, "ply": _MESH,
+}  # fmt: skip
+_OTHERS: Final = ("serialized", "shapegroup", "instance", "bsplinecurve", "linearcurve", "sdfgrid", "merge",
+                  "ellipsoids", "ellipsoidsmesh", "hair", "heightfield", "rectangles")  # fmt: skip
+_CORNERS: Final = np.array([[-1.0, -1, 0, 1], [1, -1, 0, 1], [1, 1, 0, 1], [-1, 1, 0, 1]])
+_UV: Final = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+
+
+@dataclass(eq=False)
+class Shapes:
+    """Shapes, lights and named materials of a scene, as they are met."""
+
+    materials: Materials
+    shapes: list[Table] = field(default_factory=list)
+    lights: list[Table] = field(default_factory=list)
+    named: dict[str, Table] = field(default_factory=dict)
+    _names: Names = field(default_factory=Names)
+    _called: dict[int, str] = field(default_factory=dict)
+    _alike: dict[str, str] = field(default_factory=dict)
+
+    def add(self, element: Element) -> None:
+        """One shape, or the light that it is."""
+        plugin, context = Plugin.of(element), self.materials.context
+        if plugin.type not in _KEYS:
+            if plugin.type not in _OTHERS:
+                raise unknown(element, "shape", plugin.type, [*_KEYS, *_OTHERS])
+            context.left_out[f"the shape {plugin.type}"] = None
+            return
+        plugin.check(_KEYS[plugin.type], context.left_out)
+        if any(context.referred(child).tag == "medium" for child in plugin.objects):
+            context.left_out["media"] = None
+        radiance = self._radiance(plugin)
+        light = None if radiance is None else _light(plugin)
+        if light is not None:
+            self.lights.append(light | {"radiance": radiance})
+            return
+        bsdfs = context.elements(plugin, "bsdf")
+        plain = {"color": 0.5}
+        table = self.materials.of(bsdfs[0]) if bsdfs else plain
+        if plugin.flag("flip_normals", False) and table.get("transmission"):
+            context.left_out["flip normals of glass"] = None
+        material = self._dressed(table, plugin)
+        if radiance is not None:
+            context.left_out["the light that a mesh sheds"] = None
+            material = material | {"emission": radiance}
+        shape = _MAKE[plugin.type](plugin)
+        if plugin.type in ("obj", "ply"):
+            shape |= self._file(plugin)
+        elif plugin.type == "rectangle" and _pictured(material):
+            shape = {"type": "mesh", "vertices": shape["points"], "faces": [[0, 1, 2], [0, 2, 3]], "uv": _UV}
+        if bsdfs and material is table:
+            shape["material"] = self._name(bsdfs[0], table)
+        else:
+            shape["material"] = material
+        if "id" in element.keys:
+            shape["name"] = element.keys["id"]
+        self.shapes.append(shape)
+
+    def _name(self, element: Element, table: Table) -> str:
+        """The name of a material: one for all that are alike, of the first of them."""
+        key = id(element)
+        if key not in self._called:
+            like = repr(table)
+            if like not in self._alike:
+                self._alike[like] = self._names.new(element.keys.get("id") or element.keys["type"])
+                self.named[self._alike[like]] = table
+            self._called[key] = self._alike[like]
+        return self._called[key]
+
+    def _radiance(self, plugin: Plugin) -> Any:
+        """That of the area emitter within a shape; None where it has none."""
+        for emitter in self.materials.context.inner(plugin, "emitter"):
+            if emitter.type != "area":
+                raise unknown(emitter.element, "emitter of a shape", emitter.type, ["area"])
+            emitter.check({"radiance": "x", "sampling_weight": "-"}, self.materials.context.left_out)
+            color = self.materials.tint(emitter, "radiance", 1.0)
+            if isinstance(color, dict):
+                self.materials.context.left_out["textures of lights"] = None
+                return 1.0
+            return color
+        return None
+
+    def _file(self, plugin: Plugin) -> Table:
+        if "filename" not in plugin.values:
+            raise plugin.element.says(f"the shape {plugin.type} needs its filename")
+        name = self.materials.context.file(plugin.values["filename"])
+        return {"file": name, "smooth": not plugin.flag("face_normals", False)}
+
+    def _dressed(self, table: Table, plugin: Plugin) -> Table:
+        """The material with patterns and pictures as this shape has its u and v; the same where none are."""
+        changed: Table = {}
+        # Mitsuba turns v of an OBJ over, unless it is told otherwise, and of a PLY if told so; clrt of both
+        over = plugin.type in ("obj", "ply") and not plugin.flag("flip_tex_coords", plugin.type == "obj")
+        for key, value in table.items():
+            if isinstance(value, dict) and value.get("type") == "checker":
+                changed[key] = self._checker(value, plugin)
+            elif over and isinstance(value, dict) and value.get("type") == "image":
+                (across, down), (x, y) = value["scale"], value["offset"]
+                changed[key] = value | {"scale": [across, -down], "offset": [x, down + y]}
+        return table | changed if changed else table
+
+    def _checker(self, checker: Table, plugin: Plugin) -> Any:
+        left_out, to_uv = self.materials.context.left_out, checker["to_uv"]
+        found = {"type": "checker", "colors": checker["colors"]}
+        if plugin.type == "rectangle":
+            sides = np.linalg.norm(plugin.to_world()[:3, :2], axis=0)
+            across, up = sides / np.maximum(np.abs(np.diag(to_uv)[:2]), 1e-9)
+            if abs(across - up) > 1e-6 * across:
+                left_out["the stretch of a checkerboard"] = None
+            return found | {"size": float(max(across, 1e-9))}
+        if plugin.type == "sphere":
+            return found | {"divisions": int(min(max(round(2 * abs(to_uv[0, 0])), 1), 1 << 16))}
+        left_out["a checkerboard, but for its mean, where there can be none"] = None
+        return mean(checker)
+
+
+def _pictured(material: Table) -> bool:
+    return "normal_map" in material or any(
+        isinstance(value, dict) and value.get("type") == "image" for value in material.values()
+    )
+
+
+def _light(plugin: Plugin) -> Table | None:
+    """The light with extent that a shape with an emitter is; None of shapes that no light has."""
+    matrix = plugin.to_world()
+    middle = matrix[:3, 3].tolist()
+    sign = -1.0 if plugin.flag("flip_normals", False) else 1.0
+    if plugin.type == "rectangle":
+        u, v = matrix[:3, 0], sign * matrix[:3, 1]
+        return {"type": "rectangle", "center": middle, "u": u.tolist(), "v": v.tolist()}
+    if not is_similarity(matrix) or plugin.type not in ("disk", "sphere"):
+        return None
+    scale = float(np.linalg.norm(matrix[:3, 0]))
+    if plugin.type == "disk":
+        normal = (sign * matrix[:3, 2]).tolist()
+        return {"type": "disk", "center": middle, "normal": normal, "radius": scale}
+    center = matrix @ np.array([*plugin.vector("center", (0.0, 0.0, 0.0)), 1.0])
+    radius = scale * plugin.number("radius", 1.0)
+    return {"type": "sphere", "center": center[:3].tolist(), "radius": radius}
+
+
+def _placed(plugin: Plugin, shape: Table) -> Table:
+    matrix = plugin.to_world()
+    return shape if _is_unit(matrix) else shape | {"transform": rows(matrix)}
+
+
+def _is_unit(matrix: Array) -> bool:
+    return bool((matrix == np.eye(4)).all())
+
+
+def _sphere(plugin: Plugin) -> Table:
+    center = list(plugin.vector("center", (0.0, 0.0, 0.0)))
+    return _placed(plugin, {"type": "sphere", "center": center, "radius": plugin.number("radius", 1.0)})
+
+
+def _cylinder(plugin: Plugin) -> Table:
+    p0, p1 = plugin.vector("p0", (0.0, 0.0, 0.0)), plugin.vector("p1", (0.0, 0.0, 1.0))
+    cylinder = {"type": "cylinder", "p0": list(p0), "p1": list(p1), "radius": plugin.number("radius", 1.0)}
+    return _placed(plugin, cylinder)
+
+
+def _rectangle(plugin: Plugin) -> Table:
+    points = (_CORNERS @ plugin.to_world().T)[:, :3]
+    return {"type": "polygon", "points": points.tolist()}
+
+
+def _disk(plugin: Plugin) -> Table:
+    disk = {"type": "disk", "center": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0], "radius": 1.0}
+    return _placed(plugin, disk)
+
+
+def _cube(plugin: Plugin) -> Table:
+    return _placed(plugin, {"type": "box", "min": [-1.0, -1.0, -1.0], "max": [1.0, 1.0, 1.0]})
+
+
+def _mesh(plugin: Plugin) -> Table:
+    return _placed(plugin, {"type": "mesh"})
+
+
+_MAKE: Final[dict[str, Callable[[Plugin], Table]]] = {
+    "sphere": _sphere, "cylinder": _cylinder, "rectangle": _rectangle, "disk": _disk, "cube": _cube,
+    "obj": _mesh, "ply": _mesh,
+}  # fmt: skip

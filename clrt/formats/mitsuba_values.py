@@ -1,0 +1,245 @@
+"""Values in Mitsuba's XML: numbers, vectors, colours, transforms; and who asks for which."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.base.errors import fault, show
+from clrt.formats.xml_tree import Element, unknown
+
+Rgb = tuple[float, float, float]
+Array = np.ndarray
+VALUES: Final = ("float", "integer", "boolean", "string", "rgb", "spectrum", "point", "vector", "transform")
+OBJECTS: Final = (
+    "integrator", "sensor", "film", "rfilter", "sampler", "shape", "bsdf", "emitter", "texture", "medium",
+    "phase", "volume", "ref",
+)  # fmt: skip
+_CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
+_BOOLEAN: Final = {"true": True, "false": False}
+
+
+@dataclass(eq=False)
+class Plugin:
+    """An object of the file: its `type`, its values by name, the objects within it, and what asked for them.
+
+    Names are those of Mitsuba 3; those of its first version (`toWorld`) become these.
+    """
+
+    element: Element
+    type: str
+    values: dict[str, Element] = field(default_factory=dict)
+    objects: list[Element] = field(default_factory=list)
+
+    @classmethod
+    def of(cls, element: Element) -> Plugin:
+        """The object that an element describes."""
+        plugin = cls(element, element.get("type"))
+        for child in element.children:
+            if child.tag in VALUES:
+                plugin.values[snake(child.get("name"))] = child
+            elif child.tag in OBJECTS:
+                plugin.objects.append(child)
+            elif child.tag != "default":
+                raise unknown(child, "element", child.tag, [*VALUES, *OBJECTS])
+        return plugin
+
+    def check(self, known: dict[str, str], left_out: dict[str, None]) -> None:
+        """Raise for a value that the plugin has not; what it has, but we have not, goes to `left_out`.
+
+        known: what each value becomes, "" of those without a counterpart, "-" of those that change nothing.
+        """
+        for name, element in self.values.items():
+            if name not in known:
+                what = f"value of {self.element.tag} {show(self.type)} called"
+                raise unknown(element, what, name, [*known])
+            if known[name] == "":
+                left_out[f"{name.replace('_', ' ')} of {self.type}"] = None
+
+    def number(self, name: str, default: float) -> float:
+        """A float or an integer."""
+        element = self.values.get(name)
+        return default if element is None else _number(element, element.get("value"))
+
+    def whole(self, name: str, default: int, least: int) -> int:
+        """A whole number, at least `least`."""
+        value = self.number(name, default)
+        if value != math.floor(value) or value < least:
+            raise self.values[name].says(fault("", name, value, f"it must be a whole number >= {least}"))
+        return int(value)
+
+    def flag(self, name: str, default: bool) -> bool:
+        """A boolean."""
+        element = self.values.get(name)
+        if element is None:
+            return default
+        value = element.get("value").strip().lower()
+        if value not in _BOOLEAN:
+            raise element.says(fault("", name, value, "it must be true or false"))
+        return _BOOLEAN[value]
+
+    def text(self, name: str, default: str) -> str:
+        """A text."""
+        element = self.values.get(name)
+        return default if element is None else element.get("value").strip()
+
+    def one_of(self, name: str, default: str, known: dict[str, str]) -> str:
+        """What a word stands for."""
+        word = self.text(name, default)
+        if word not in known:
+            raise unknown(self.values[name], name.replace("_", " "), word, [*known])
+        return known[word]
+
+    def vector(self, name: str, default: Rgb) -> Rgb:
+        """A point or a vector."""
+        element = self.values.get(name)
+        return default if element is None else vector(element, 0.0)
+
+    def color(self, name: str, default: float) -> Any:
+        """A colour as scene files have it: a number, three, or [nm, value] pairs."""
+        element = self.values.get(name)
+        return default if element is None else color(element)
+
+    def to_world(self, name: str = "to_world") -> Array:
+        """The transform of that name, (4, 4) float64."""
+        element = self.values.get(name)
+        return np.eye(4) if element is None else transform(element)
+
+
+def snake(name: str) -> str:
+    """A name as Mitsuba 3 writes it: `toWorld` is `to_world`."""
+    return _CAMEL.sub("_", name).lower()
+
+
+def _number(element: Element, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or "_" in text:
+        raise element.says(fault("", element.name, text, "it must be a number"))
+    return value
+
+
+def numbers(element: Element, text: str, *counts: int) -> list[float]:
+    """Numbers, with commas or spaces between, as many as one of `counts`."""
+    words = text.replace(",", " ").split()
+    if len(words) not in counts:
+        many = " or ".join(map(str, counts))
+        raise element.says(fault("", element.name, text, f"it must be {many} numbers, not {len(words)}"))
+    return [_number(element, word) for word in words]
+
+
+def vector(element: Element, default: float) -> Rgb:
+    """x, y, z, or a value of three numbers or one."""
+    if "value" in element.keys:
+        found = numbers(element, element.keys["value"], 1, 3)
+        x, y, z = found * 3 if len(found) == 1 else found
+        return x, y, z
+    for key in element.keys:
+        if key not in ("x", "y", "z", "name", "angle"):
+            raise unknown(element, "part of a vector called", key, ["x", "y", "z", "value"])
+    x, y, z = (_number(element, element.keys.get(key, str(default))) for key in "xyz")
+    return x, y, z
+
+
+def color(element: Element) -> Any:
+    """A colour as scene files have it."""
+    text = element.get("value")
+    if element.tag == "spectrum" and ":" in text:
+        pairs = [pair.split(":") for pair in text.replace(",", " ").split()]
+        return [numbers(element, " ".join(pair), 2) for pair in pairs]
+    found = numbers(element, text, 1, 3)
+    return found[0] if len(found) == 1 else found
+
+
+def times(value: Any, factor: float) -> Any:
+    """A colour so many times as bright."""
+    if isinstance(value, float):
+        return plain(value * factor)
+    if isinstance(value[0], list):
+        return [[nm, plain(part * factor)] for nm, part in value]
+    return [plain(part * factor) for part in value]
+
+
+def plain(value: float) -> float:
+    """The number of 15 digits that is meant: what was multiplied by pi and divided again lost its last."""
+    return float(f"{value:.15g}")
+
+
+def transform(element: Element) -> Array:
+    """A transform's steps, the first acting first, as (4, 4) float64."""
+    matrix = np.eye(4)
+    with np.errstate(all="ignore"):  # what is not finite is an error where it is used
+        for step in element.children:
+            if step.tag not in _STEPS:
+                raise unknown(step, "step of a transform called", step.tag, [*_STEPS])
+            matrix = _STEPS[step.tag](step) @ matrix
+    return matrix
+
+
+def _translated(step: Element) -> Array:
+    matrix = np.eye(4)
+    matrix[:3, 3] = vector(step, 0.0)
+    return matrix
+
+
+def _scaled(step: Element) -> Array:
+    return np.diag([*vector(step, 1.0), 1.0])
+
+
+def _rotated(step: Element) -> Array:
+    axis, angle = np.array(vector(step, 0.0)), math.radians(_number(step, step.get("angle")))
+    length = float(np.linalg.norm(axis))
+    if length == 0:
+        raise step.says("the axis of a rotation must not be zero")
+    x, y, z = axis / length
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += math.sin(angle) * across + (1 - math.cos(angle)) * across @ across
+    return matrix
+
+
+def _given(step: Element) -> Array:
+    found = numbers(step, step.get("value"), 9, 16)
+    if len(found) == 16:
+        return np.array(found).reshape(4, 4)
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.array(found).reshape(3, 3)
+    return matrix
+
+
+def looks(step: Element) -> tuple[Rgb, Rgb, Rgb]:
+    """Origin, target and up of a <lookat>."""
+    found = (tuple(numbers(step, step.get(key), 3)) for key in ("origin", "target", "up"))
+    origin, target, up = found
+    return origin, target, up  # type: ignore[return-value]
+
+
+def _aimed(step: Element) -> Array:
+    """Mitsuba's own: z towards the target, x to the left."""
+    origin, target, up = (np.array(part) for part in looks(step))
+    forward = target - origin
+    left = np.cross(up, forward)
+    lengths = float(np.linalg.norm(forward)), float(np.linalg.norm(left))
+    if 0.0 in lengths:
+        raise step.says("the target of a <lookat> must not be at its origin, nor up parallel to its view")
+    forward, left = forward / lengths[0], left / lengths[1]
+    matrix = np.eye(4)
+    matrix[:3] = np.stack([left, np.cross(forward, left), forward, origin], axis=1)
+    return matrix
+
+
+_STEPS: Final = {
+    "translate": _translated, "scale": _scaled, "rotate": _rotated, "matrix": _given,
+    "lookat": _aimed, "look_at": _aimed,
+}  # fmt: skip
+
+
+def rows(matrix: Array) -> list[list[float]]:
+    """A matrix as a scene file has it."""
+    return [[float(value) for value in row] for row in matrix]

@@ -1,0 +1,200 @@
+"""Mitsuba's cameras, lights, surroundings and integrator as a scene file has them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.base.errors import fault
+from clrt.formats.mitsuba_file import Context
+from clrt.formats.mitsuba_values import Array, Plugin, looks, times
+from clrt.formats.xml_tree import unknown
+
+Table = dict[str, Any]
+MOST_SAMPLES: Final = 16
+"""Samples a pixel that are taken over: a path tracer needs many times as many."""
+_FILTERS: Final = {
+    "box": "box", "tent": "tent", "gaussian": "gaussian", "mitchell": "mitchell", "catmullrom": "mitchell",
+    "lanczos": "mitchell",
+}  # fmt: skip
+_SAMPLERS: Final = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
+_INTEGRATORS: Final = (
+    "path", "direct", "volpath", "volpathmis", "aov", "ptracer", "stokes", "moment", "depth", "prb",
+    "whitted", "bdpt", "emission", "photonmapper", "sppm", "pssmlt", "mlt", "irrcache",
+)  # fmt: skip
+_VIEW: Final = dict.fromkeys(
+    ("to_world", "fov", "fov_axis", "focal_length", "principal_point_offset_x", "principal_point_offset_y"),
+    "x",
+) | dict.fromkeys(("near_clip", "far_clip"), "-")  # fmt: skip
+_LENS: Final = {"aperture_radius": "x", "focus_distance": "x"}
+_SENSORS: Final[dict[str, dict[str, str]]] = {
+    "perspective": _VIEW, "thinlens": _VIEW | _LENS, "orthographic": _VIEW,
+}  # fmt: skip
+_FILM: Final = {"width": "x", "height": "x"} | dict.fromkeys(
+    ("crop_width", "crop_height", "crop_offset_x", "crop_offset_y", "sample_border"), ""
+) | dict.fromkeys(
+    ("pixel_format", "component_format", "file_format", "banner", "gamma", "high_quality_edges",
+     "compensate"),
+    "-",
+)  # fmt: skip
+_DIAGONAL: Final = math.hypot(36.0, 24.0)  # mm, of the film that a focal length is about
+_HALF_TURN: Final = np.diag([-1.0, 1.0, -1.0, 1.0])
+
+
+def camera(plugin: Plugin, context: Context) -> Table:
+    """The camera of a sensor."""
+    if plugin.type not in _SENSORS:
+        raise unknown(plugin.element, "sensor", plugin.type, [*_SENSORS])
+    plugin.check(_SENSORS[plugin.type], context.left_out)
+    orthographic = plugin.type == "orthographic"
+    table: Table = _film(plugin, context) | _samples(plugin, context) | _place(plugin)
+    width, height = table["width"], table["height"]
+    if orthographic:
+        table |= {"type": "orthographic", "size": 2 * float(np.linalg.norm(plugin.to_world()[:3, 0]))}
+        return table
+    table |= _angle(plugin, width, height)
+    shift = [plugin.number(f"principal_point_offset_{axis}", 0.0) for axis in "xy"]
+    if any(shift):
+        table["shift"] = [shift[0] * width, shift[1] * height]
+    if plugin.type == "thinlens":
+        table["aperture"] = plugin.number("aperture_radius", 0.0)
+        if "focus_distance" in plugin.values:
+            table["focus"] = plugin.number("focus_distance", 0.0)
+    return table
+
+
+def _place(plugin: Plugin) -> Table:
+    """Where it is and looks to. Mitsuba's +x is to the left; where it is to the right, it is a mirror's."""
+    element = plugin.values.get("to_world")
+    if element is not None and [step.tag for step in element.children] == ["lookat"]:
+        told = zip(("origin", "target", "up"), looks(element.children[0]), strict=True)
+        return {key: list(value) for key, value in told}
+    matrix = plugin.to_world()
+    origin, forward, up = matrix[:3, 3], matrix[:3, 2], matrix[:3, 1]
+    lengths = np.linalg.norm(forward), np.linalg.norm(up)
+    if 0.0 in lengths or not np.isfinite(matrix).all():
+        raise plugin.element.says("to_world must not flatten space")
+    target = origin + forward / lengths[0]
+    mirror = {"mirror": True} if np.linalg.det(matrix[:3, :3]) < 0 else {}
+    return {"origin": origin.tolist(), "target": target.tolist(), "up": up.tolist()} | mirror
+
+
+def _angle(plugin: Plugin, width: int, height: int) -> Table:
+    """The angle of view along the axis that a camera here has."""
+    known = ("x", "y", "diagonal", "smaller", "larger")
+    axis = plugin.one_of("fov_axis", "x", {name: name for name in known})
+    if axis in ("smaller", "larger"):
+        axis = "x" if (axis == "larger") == (width >= height) else "y"
+    if "fov" in plugin.values:
+        degrees = plugin.number("fov", 0.0)
+    else:
+        length = plugin.values.get("focal_length")
+        text = "50mm" if length is None else length.get("value")
+        try:
+            degrees = 2 * math.degrees(math.atan(_DIAGONAL / (2 * float(text.removesuffix("mm")))))
+        except (ValueError, ZeroDivisionError):
+            assert length is not None
+            raise length.says(fault("", "focal_length", text, "it must be like 50mm")) from None
+        axis = "diagonal"
+    if not 0 < degrees < 180:
+        raise plugin.element.says(fault("", "fov", degrees, "it must be an angle from 0 to 180 degrees"))
+    if axis == "diagonal":
+        tangent = math.tan(math.radians(degrees / 2)) * width / math.hypot(width, height)
+        return {"fov": 2 * math.degrees(math.atan(tangent))}
+    return {"fov": degrees} | ({"fov_axis": "vertical"} if axis == "y" else {})
+
+
+def _film(plugin: Plugin, context: Context) -> Table:
+    found: Table = {"width": 768, "height": 576}
+    for film in context.inner(plugin, "film"):
+        film.check(_FILM, context.left_out)
+        found = {name: film.whole(name, found[name], 1) for name in ("width", "height")}
+        for kind in context.inner(film, "rfilter"):
+            if kind.type not in _FILTERS:
+                raise unknown(kind.element, "rfilter", kind.type, [*_FILTERS])
+            if _FILTERS[kind.type] != "box":
+                found["filter"] = _FILTERS[kind.type]
+    return found
+
+
+def _samples(plugin: Plugin, context: Context) -> Table:
+    for sampler in context.inner(plugin, "sampler"):
+        if sampler.type not in _SAMPLERS:
+            raise unknown(sampler.element, "sampler", sampler.type, [*_SAMPLERS])
+        sampler.check({"sample_count": "x", "seed": "-", "jitter": "-"}, context.left_out)
+        root = math.isqrt(min(sampler.whole("sample_count", 4, 1), MOST_SAMPLES))
+        return {"spp": root * root}
+    return {}
+
+
+def depth(plugin: Plugin, context: Context) -> int | None:
+    """`max_depth` of an integrator: paths of length 2 see the light on the first surface. None: not said."""
+    if plugin.type not in _INTEGRATORS:
+        raise unknown(plugin.element, "integrator", plugin.type, [*_INTEGRATORS])
+    found = None
+    if plugin.type == "direct":
+        found = 0
+    elif "max_depth" in plugin.values:
+        most = plugin.whole("max_depth", -1, -1)
+        found = None if most < 0 else min(max(most - 2, 0), context.limits.depth)
+    inner = [depth(one, context) for one in context.inner(plugin, "integrator")]
+    return inner[0] if found is None and inner else found
+
+
+def emitter(plugin: Plugin, context: Context, scene: Table) -> None:
+    """Put a light, or what surrounds a scene, into it. What falls on a white wall is pi times the model's."""
+    if plugin.type not in _EMITTERS:
+        raise unknown(plugin.element, "emitter", plugin.type, [*_EMITTERS])
+    plugin.check(_EMITTERS[plugin.type] | {"sampling_weight": "-"}, context.left_out)
+    if plugin.type == "constant":
+        # all of it falls on each surface, less what is in the way
+        scene["background"] = scene["ambient"] = plugin.color("radiance", 1.0)
+    elif plugin.type == "envmap":
+        if "filename" not in plugin.values:
+            raise plugin.element.says("an envmap needs its filename")
+        scene["background"] = context.file(plugin.values["filename"])
+        scene |= {"ambient_samples": 16, "ambient": 0.5}
+        if not np.allclose(plugin.to_world(), _HALF_TURN, atol=1e-6):
+            context.left_out["turns of an envmap"] = None
+    else:
+        scene["lights"].append(_LIGHTS[plugin.type](plugin))
+
+
+def _point(plugin: Plugin) -> Table:
+    place = plugin.to_world()[:3, 3].tolist()
+    position = list(plugin.vector("position", place))
+    intensity = times(plugin.color("intensity", 1.0), 1 / math.pi)
+    return {"type": "point", "position": position, "intensity": intensity, "falloff": "inverse-square"}
+
+
+def _directional(plugin: Plugin) -> Table:
+    way = plugin.vector("direction", tuple(plugin.to_world()[:3, 2].tolist()))
+    return {"type": "directional", "direction": list(way),
+            "intensity": times(plugin.color("irradiance", 1.0), 1 / math.pi)}  # fmt: skip
+
+
+def _spot(plugin: Plugin) -> Table:
+    matrix: Array = plugin.to_world()
+    angle = plugin.number("cutoff_angle", 20.0)
+    inner = plugin.number("beam_width", 0.75 * angle)
+    if not 0 < angle <= 90 or not 0 <= inner <= angle:
+        text = "it must be from 0 to 90 degrees, and beam_width no more"
+        raise plugin.element.says(fault("", "cutoff_angle", angle, text))
+    return {
+        "type": "spot", "position": matrix[:3, 3].tolist(),
+        "target": (matrix[:3, 3] + matrix[:3, 2]).tolist(),
+        "intensity": times(plugin.color("intensity", 1.0), 1 / math.pi), "angle": angle,
+        "penumbra": 1 - inner / angle, "falloff": "inverse-square",
+    }  # fmt: skip
+
+
+_LIGHTS: Final = {"point": _point, "directional": _directional, "spot": _spot}
+_EMITTERS: Final[dict[str, dict[str, str]]] = {
+    "point": dict.fromkeys(("position", "to_world", "intensity"), "x"),
+    "directional": dict.fromkeys(("direction", "to_world", "irradiance"), "x"),
+    "spot": dict.fromkeys(("to_world", "intensity", "cutoff_angle", "beam_width"), "x") | {"texture": ""},
+    "constant": {"radiance": "x"},
+    "envmap": {"filename": "x", "to_world": "x", "scale": "", "mis_compensation": "-"},
+}

@@ -1,0 +1,356 @@
+"""Mitsuba's plugins as a scene, by docs/mitsuba.md."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base.errors import ClrtWarning
+from clrt.meshfiles.facets import Facets, fresnel_of
+from validation.hostile import xmlfiles
+
+WOOD = '<string name="filename" value="wood.png"/>'
+BALL = '<shape type="sphere">{}</shape>'
+SCENES = Path(__file__).parents[2] / "scenes"
+
+
+def read(tmp_path: Path, body: str, version: str = "3.0.0") -> clrt.Scene:
+    """The scene of a file with these parts."""
+    (tmp_path / "a.xml").write_text(f'\ufeff<scene version="{version}">{body}</scene>', encoding="utf-8")
+    return clrt.load(tmp_path / "a.xml")
+
+
+def table(tmp_path: Path, body: str, version: str = "3.0.0") -> dict[str, Any]:
+    return read(tmp_path, body, version).to_dict()
+
+
+def material(tmp_path: Path, bsdf: str) -> dict[str, Any]:
+    """The material of a sphere that has this BSDF, whose values left out are the defaults'."""
+    scene = read(tmp_path, BALL.format(bsdf))
+    table = {"materials": {"a": scene.material_of(scene.shapes[0])}, "shapes": []}
+    named = clrt.load_dict(table, folder=tmp_path)
+    return dict(named.to_dict()["materials"]["a"])
+
+
+def lost(tmp_path: Path, body: str) -> str:
+    """What the one warning names."""
+    with pytest.warns(ClrtWarning, match="left out, since there is no counterpart: ") as found:
+        read(tmp_path, body)
+    (one,) = [str(entry.message) for entry in found if "left out" in str(entry.message)]
+    return one.split("counterpart: ")[1]
+
+
+def test_a_whole_file(tmp_path: Path) -> None:
+    (tmp_path / "a.xml").write_text(xmlfiles.SCENE)
+    found = clrt.load(tmp_path / "a.xml").to_dict()
+    assert found["max_depth"] == 4 and found["background"] == found["ambient"] == 0.1
+    assert found["camera"] == {
+        "origin": [0, 1, 5], "target": [0, 0.5, 0], "up": [0, 1, 0], "fov": 40.0, "fov_axis": "vertical",
+        "aperture": 0.05, "focus": 5.0, "width": 12, "height": 9, "filter": "tent", "spp": 4,
+    }  # fmt: skip
+    assert [shape["type"] for shape in found["shapes"]] == ["sphere", "box", "polygon"]
+    disk, spot = found["lights"]
+    assert disk["type"] == "disk" and disk["radius"] == 1 and disk["radiance"] == [5, 5, 4]
+    np.testing.assert_allclose(disk["normal"], [0, -1, 0], atol=1e-15)
+    assert spot["type"] == "spot" and "angle" not in spot and spot["penumbra"] == 0.25
+    assert found["shapes"][2]["material"]["color"] == {"type": "checker", "colors": [0.9, 0.2]}  # of size 1
+
+
+def test_lights_are_pi_times_as_bright(tmp_path: Path) -> None:
+    body = f"""
+    <emitter type="point"><point name="position" value="1 2 3"/>
+      <rgb name="intensity" value="{math.pi * 0.3!r}"/></emitter>
+    <emitter type="point"><transform name="to_world"><translate value="4, 5, 6"/></transform></emitter>
+    <emitter type="directional"><vector name="direction" x="1" y="-1"/>
+      <spectrum name="irradiance" value="400:{math.pi!r} 700:{math.pi!r}"/></emitter>
+    <emitter type="directional"><rgb name="irradiance" value="{math.pi!r} 0 0"/></emitter>
+    <shape type="sphere"><float name="radius" value="2"/><point name="center" x="1"/>
+      <transform name="to_world"><scale value="3"/></transform><emitter type="area"/></shape>
+    <shape type="rectangle"><boolean name="flip_normals" value="true"/><emitter type="area">
+      <rgb name="radiance" value="7"/></emitter></shape>"""
+    lights = table(tmp_path, body)["lights"]
+    assert lights[0] == {
+        "type": "point",
+        "position": [1, 2, 3],
+        "intensity": 0.3,
+        "falloff": "inverse-square",
+    }
+    assert lights[1]["position"] == [4, 5, 6]
+    assert lights[2]["direction"] == [1, -1, 0]
+    assert lights[3]["direction"] == [0, 0, 1] and lights[3]["intensity"] == [1, 0, 0]
+    assert lights[4]["center"] == [3, 0, 0] and lights[4]["radius"] == 6
+    assert lights[5]["radiance"] == 7 and np.cross(lights[5]["u"], lights[5]["v"]).tolist() == [0, 0, -1]
+
+
+def test_cameras(tmp_path: Path) -> None:
+    def camera(inner: str, kind: str = "perspective") -> Any:
+        return read(tmp_path, f'<sensor type="{kind}">{inner}</sensor>').camera
+
+    size = '<integer name="width" value="300"/><integer name="height" value="400"/>'
+    film = f'<film type="hdrfilm">{size}</film>'
+    fov = '<float name="fov" value="50"/>'
+    plain = camera(film)
+    assert (
+        plain.origin == (0, 0, 0) and plain.target == (0, 0, 1) and plain.spp == 1 and plain.filter == "box"
+    )
+    across = 2 * math.degrees(math.atan(math.hypot(36, 24) / 100 * 300 / 500))
+    assert plain.fov == pytest.approx(across, rel=1e-12)  # 50 mm along the diagonal
+    assert camera('<string name="focal_length" value="28mm"/>').fov > 60
+    for axis, is_vertical in (("x", False), ("y", True), ("smaller", False), ("larger", True)):
+        found = camera(f'{film}<float name="fov" value="50"/><string name="fov_axis" value="{axis}"/>')
+        assert found.fov == 50 and (found.fov_axis == "vertical") is is_vertical
+    moved = camera(f'{film}{fov}<float name="principal_point_offset_x" value="0.1"/>')
+    assert moved.shift == (30, 0)
+    assert camera('<transform name="to_world"><scale x="-1"/></transform>').mirror
+    flat = camera('<transform name="to_world"><scale value="3"/></transform>', "orthographic")
+    assert flat.type == "orthographic" and flat.size == 6
+    assert camera("", "thinlens").aperture == 0
+    many = camera('<sampler type="multijitter"><integer name="sample_count" value="1024"/></sampler>')
+    assert many.spp == 16
+    assert camera('<film type="hdrfilm"><rfilter type="box"/></film>').filter == "box"
+
+
+def test_materials(tmp_path: Path) -> None:
+    grey = material(tmp_path, '<default name="a" value="b"/>')
+    assert grey == {"color": 0.5}
+    assert material(tmp_path, '<bsdf type="diffuse"/>') == {"color": 0.5}
+    said = '<string name="material" value="Au"/><float name="alpha" value="0.25"/>'
+    gold = f'<bsdf type="roughconductor">{said}</bsdf>'
+    rough = material(tmp_path, f'<bsdf type="twosided">{gold}</bsdf>')
+    assert rough["conductor"] == "gold" and rough["roughness"] == 0.5 and rough["specular"] == 4
+    mirror = material(tmp_path, '<bsdf type="conductor"><string name="material" value="none"/></bsdf>')
+    assert mirror == {"diffuse": 0, "reflection": 1}
+    glass = material(tmp_path, '<bsdf type="thindielectric"><float name="int_ior" value="1.4"/></bsdf>')
+    assert glass == {
+        "diffuse": 0,
+        "fresnel": True,
+        "ior": 1.4,
+        "reflection": 1,
+        "transmission": 1,
+        "thin": True,
+    }
+    dark = '<rgb name="diffuse_reflectance" value="0.2"/>'
+    plastic = material(tmp_path, f'<bsdf type="roughplastic">{dark}</bsdf>')
+    index = 1.49
+    made = Facets(roughness=math.sqrt(0.1), ior=index, f0=(fresnel_of(index),) * 3).table()
+    assert plastic["color"] == 0.2 and plastic["specular"] == made["specular"]
+    assert material(tmp_path, '<bsdf type="plastic"/>')["fresnel"] == "schlick"
+    metal = material(
+        tmp_path, '<bsdf type="principled"><float name="metallic" value="1"/>'
+        '<spectrum name="base_color" value="400:0.2 700:0.4"/></bsdf>',
+    )  # fmt: skip
+    assert metal["reflection_color"] == pytest.approx([0.3] * 3)
+    grey = material(tmp_path, '<bsdf type="principled"><rgb name="base_color" value="0.1 0.2 0.3"/></bsdf>')
+    assert grey["color"] == [0.1, 0.2, 0.3]
+
+
+def test_glass_under_water(tmp_path: Path) -> None:
+    water = '<bsdf type="dielectric"><string name="ext_ior" value="water"/></bsdf>'
+    twice = water.replace(">", ' id="a">', 1) + BALL.format(water) + '<texture type="bitmap"/>'
+    assert table(tmp_path, twice)["medium_ior"] == 1.333
+    air = '<bsdf type="dielectric" id="a"/>'
+    assert "more than one ext_ior" in lost(tmp_path, air + BALL.format(water))
+
+
+def test_blends_are_sums(tmp_path: Path) -> None:
+    colors = [f'<rgb name="reflectance" value="{color}"/>' for color in ("1 0 0", "0 0 1")]
+    red, blue = (f'<bsdf type="diffuse">{color}</bsdf>' for color in colors)
+    mirror = '<bsdf type="conductor"><string name="material" value="none"/></bsdf>'
+    weight = '<float name="weight" value="0.25"/>'
+    found = material(tmp_path, f'<bsdf type="blendbsdf">{weight}{red}{blue}</bsdf>')
+    assert found["color"] == [0.75, 0, 0.25] and found.get("diffuse", 1.0) == 1
+    found = material(tmp_path, f'<bsdf type="blendbsdf">{weight}{mirror}{blue}</bsdf>')
+    assert found["reflection"] == 0.75 and found["diffuse"] == 0.25 and found["color"] == [0, 0, 1]
+    two = f'<bsdf type="blendbsdf">{mirror}{mirror}</bsdf>'
+    assert "the weaker reflection of a blendbsdf" in lost(tmp_path, BALL.format(two))
+    plastic = '<bsdf type="plastic"/>'
+    assert material(tmp_path, f'<bsdf type="blendbsdf">{red}{plastic}</bsdf>')["fresnel"] == "schlick"
+
+
+def test_shapes(tmp_path: Path) -> None:
+    turned = '<transform name="to_world"><rotate z="1" angle="90"/><scale x="2"/></transform>'
+    matrix = '<transform name="to_world"><matrix value="2 0 0 1  0 2 0 0  0 0 2 0  0 0 0 1"/></transform>'
+    shapes = table(tmp_path, f"""
+    <shape type="cylinder" id="tube">
+      <point name="p0" value="0 0 0"/><point name="p1" value="0 1 0"/>{turned}</shape>
+    <shape type="rectangle">{matrix}</shape>
+    <shape type="disk"><transform name="to_world"><matrix value="0 0 1 0 1 0 1 0 0"/></transform></shape>
+    <shape type="cube"/>""")["shapes"]  # fmt: skip
+    assert shapes[0]["name"] == "tube" and "caps" not in shapes[0]
+    np.testing.assert_allclose(
+        shapes[0]["transform"], [[0, -2, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], atol=1e-15
+    )
+    assert shapes[1]["points"] == [[-1, -2, 0], [3, -2, 0], [3, 2, 0], [-1, 2, 0]]
+    assert shapes[2]["transform"][0] == [0, 0, 1, 0]
+    assert shapes[3]["type"] == "box" and "transform" not in shapes[3]
+
+
+def test_files_beside(tmp_path: Path) -> None:
+    for name in ("knot.ply", "gem.obj", "wood.png", "tile-normals.png", "sky.exr"):
+        shutil.copy(SCENES / name, tmp_path)
+    wood = f'<texture name="reflectance" type="bitmap">{WOOD}</texture>'
+    (tmp_path / "part.xml").write_text(f'<bsdf type="diffuse" id="wood">{wood}</bsdf>')
+    (tmp_path / "two.xml").write_text('<scene version="3.0.0"><shape type="cube"/></scene>')
+    bumps = """<bsdf type="normalmap">
+      <texture name="normalmap" type="bitmap"><boolean name="raw" value="true"/>
+      <string name="filename" value="tile-normals.png"/></texture><ref id="wood"/></bsdf>"""
+    gem = '<string name="filename" value="gem.obj"/><boolean name="face_normals" value="true"/>'
+    obj = f'<shape type="obj">{gem}'
+    body = f"""<include filename="part.xml"/><include filename="two.xml"/>
+    <alias id="wood" as="oak"/><path value="x"/>
+    <shape type="sphere"><ref id="oak"/></shape>
+    <shape type="rectangle"><ref id="wood"/></shape><shape type="rectangle">{bumps}</shape>
+    <shape type="ply"><string name="filename" value="knot.ply"/></shape>
+    {obj}</shape>{obj}<emitter type="area"/></shape>
+    <emitter type="envmap"><string name="filename" value="sky.exr"/>
+      <transform name="to_world"><rotate y="1" angle="180"/></transform></emitter>"""
+    assert "the light that a mesh sheds" in lost(tmp_path, body)
+    with pytest.warns(ClrtWarning):
+        found = read(tmp_path, body).to_dict()
+    assert found["background"] == "sky.exr" and found["ambient_samples"] == 16
+    kinds = [shape["type"] for shape in found["shapes"]]
+    assert kinds == ["box", "sphere", "mesh", "mesh", "mesh", "mesh", "mesh"]
+    assert found["shapes"][1]["material"] == "wood"
+    assert found["materials"]["wood"]["color"] == {"type": "image", "file": "wood.png"}
+    assert found["materials"]["normalmap"]["normal_map"] == {"file": "tile-normals.png"}
+    assert found["shapes"][4]["smooth"] and not found["shapes"][5].get("smooth")
+    assert found["shapes"][6]["material"]["emission"] == 1
+
+
+def test_v_of_a_ply_runs_upwards(tmp_path: Path) -> None:
+    """Mitsuba reads the numbers of a PLY as they stand, the picture's first row at v = 0."""
+    shutil.copy(SCENES / "wood.png", tmp_path)
+    vertices = "0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n"
+    (tmp_path / "a.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "property float s\nproperty float t\nelement face 1\n"
+        "property list uchar int vertex_indices\nend_header\n"
+        f"{vertices}3 0 1 2\n"
+    )
+    to_uv = '<transform name="to_uv"><scale x="2" y="3"/><translate x="0.1" y="0.2"/></transform>'
+    bsdf = f"""<bsdf type="diffuse"><texture name="reflectance" type="bitmap">{to_uv}
+      <string name="filename" value="wood.png"/></texture></bsdf>"""
+    shape = '<shape type="ply"><string name="filename" value="a.ply"/>{}</shape>'
+    color = table(tmp_path, shape.format(bsdf))["shapes"][0]["material"]["color"]
+    assert color["scale"] == [2, -3] and color["offset"] == [0.1, 3.2]
+    flipped = '<boolean name="flip_tex_coords" value="true"/>'
+    found = read(tmp_path, shape.format(bsdf + flipped))
+    assert found.material_of(found.shapes[0]).color.scale == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("integrator", "depth"),
+    [
+        ('<integrator type="direct"/>', 0),
+        ('<integrator type="path"/>', 5),
+        ('<integrator type="path"><integer name="maxDepth" value="-1"/></integrator>', 5),
+        ('<integrator type="path"><integer name="max_depth" value="1"/></integrator>', 0),
+        ('<integrator type="aov"><integrator type="direct"/></integrator>', 0),
+        ('<integrator type="volpath"><integer name="max_depth" value="999"/></integrator>', 64),
+    ],
+)
+def test_depths(integrator: str, depth: int, tmp_path: Path) -> None:
+    assert read(tmp_path, integrator, "0.6.0").max_depth == depth
+
+
+CHECKER = '<texture type="checkerboard" name="{}">{}</texture>'
+
+
+@pytest.mark.parametrize(
+    ("body", "name"),
+    [
+        ('<shape type="serialized"/>', "the shape serialized"),
+        (BALL.format('<bsdf type="mask"><bsdf type="diffuse"/></bsdf>'), "the bsdf mask"),
+        (BALL.format('<bsdf type="null"/>'), "the bsdf null"),
+        (BALL.format('<medium type="homogeneous" name="interior"/>'), "media"),
+        ('<medium type="homogeneous"/>', "media"),
+        ('<sensor type="perspective"/><sensor type="perspective"/>', "cameras but the first"),
+        (BALL.format('<bsdf type="conductor"><string name="material" value="Cr"/></bsdf>'), "the metal 'Cr'"),
+        (BALL.format('<bsdf type="conductor"><rgb name="eta" value="1"/></bsdf>'), "eta of conductor"),
+        (BALL.format('<bsdf type="roughdielectric"/>'), "the roughness of glass"),
+        (
+            BALL.format('<bsdf type="principled"><float name="spec_trans" value="1"/></bsdf>'),
+            "the roughness of glass",
+        ),
+        (
+            BALL.format('<bsdf type="principled"><texture name="roughness" type="bitmap"/></bsdf>'),
+            "textures of metal",
+        ),
+        (
+            BALL.format(f'<bsdf type="roughplastic">{CHECKER.format("alpha", "")}</bsdf>'),
+            "textures of roughness",
+        ),
+        (
+            BALL.format(f'<bsdf type="conductor">{CHECKER.format("specular_reflectance", "")}</bsdf>'),
+            "a checkerboard",
+        ),
+        (
+            BALL.format('<bsdf type="diffuse"><texture type="volume" name="reflectance"/></bsdf>'),
+            "the texture volume",
+        ),
+        (
+            f'<shape type="cube"><bsdf type="diffuse">{CHECKER.format("reflectance", "")}</bsdf></shape>',
+            "a checkerboard",
+        ),
+        (
+            f"""<shape type="rectangle"><transform name="to_world"><scale x="2"/></transform>
+             <bsdf type="diffuse">{CHECKER.format("reflectance", "")}</bsdf></shape>""",
+            "the stretch of a checkerboard",
+        ),
+        (
+            BALL.format('<boolean name="flip_normals" value="true"/><bsdf type="dielectric"/>'),
+            "flip normals of glass",
+        ),
+        (
+            BALL.format(
+                '<emitter type="area"><texture type="bitmap" name="radiance">'
+                '<string name="filename" value="wood.png"/></texture></emitter>'
+            ),
+            "textures of lights",
+        ),
+        (
+            """<shape type="sphere"><bsdf type="blendbsdf"><texture name="weight" type="bitmap"/>
+             <bsdf type="diffuse"/>
+             <bsdf type="diffuse"/></bsdf></shape>""",
+            "textures of a blend",
+        ),
+        (
+            BALL.format('<transform name="to_world"><scale x="2"/></transform><emitter type="area"/>'),
+            "a mesh sheds",
+        ),
+        ('<emitter type="envmap"><string name="filename" value="sky.exr"/></emitter>', "turns of an envmap"),
+        (
+            BALL.format("""<bsdf type="diffuse"><texture name="reflectance" type="bitmap">
+          <string name="filename" value="wood.png"/>
+          <transform name="to_uv"><rotate z="1" angle="9"/></transform>
+          </texture></bsdf>"""),
+            "rotations of textures",
+        ),
+    ],
+)
+def test_what_has_no_counterpart_is_named(body: str, name: str, tmp_path: Path) -> None:
+    for picture in ("wood.png", "sky.exr"):
+        shutil.copy(SCENES / picture, tmp_path)
+    assert name in lost(tmp_path, body)
+
+
+def test_a_checker_around_a_sphere(tmp_path: Path) -> None:
+    to_uv = '<transform name="to_uv"><scale x="8" y="4"/></transform>'
+    color = material(tmp_path, f'<bsdf type="diffuse">{CHECKER.format("reflectance", to_uv)}</bsdf>')["color"]
+    assert color == {"type": "checker", "colors": [0.4, 0.2]}  # 16 of them, which is the default
+
+
+def test_a_picture_of_a_principled(tmp_path: Path) -> None:
+    shutil.copy(SCENES / "wood.png", tmp_path)
+    found = material(tmp_path, """<bsdf type="principled"><texture name="base_color" type="bitmap">
+      <string name="filename" value="wood.png"/></texture></bsdf>""")  # fmt: skip
+    assert found["color"] == {"type": "image", "file": "wood.png"}
+    blend = """<bsdf type="blendbsdf"><bsdf type="diffuse"/><bsdf type="diffuse"><texture type="bitmap"
+      name="reflectance"><string name="filename" value="wood.png"/></texture></bsdf></bsdf>"""  # fmt: skip
+    assert "the weaker diffuse" in lost(tmp_path, BALL.format(blend))

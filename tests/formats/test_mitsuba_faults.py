@@ -1,0 +1,129 @@
+"""What is wrong in Mitsuba's XML is said in one line; nothing is read that a file may not name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import clrt
+from clrt.base.errors import LimitError, SceneError
+from clrt.base.limits import Limits
+from clrt.formats.xml_tree import LONGEST
+
+BALL = '<shape type="sphere">{}</shape>'
+VIEW = '<sensor type="perspective">{}</sensor>'
+
+
+def wrong(tmp_path: Path, text: str, limits: Limits | None = None) -> str:
+    (tmp_path / "a.xml").write_text(text)
+    with pytest.raises((SceneError, LimitError)) as found:
+        clrt.load(tmp_path / "a.xml", limits=limits or Limits())
+    return str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ("<bsdf", "a.xml:1: wrong syntax"),
+        ("words", "the text 'words' belongs to no value"),
+        ("<thing/>", "no element 'thing'"),
+        (BALL.format("<thing/>"), "no element 'thing'"),
+        ('<shape type="sphear"/>', "did you mean 'sphere'"),
+        ("<shape/>", '<shape> needs type="..."'),
+        (BALL.format('<float name="radios" value="1"/>'), "called 'radios'; did you mean 'radius'"),
+        (BALL.format('<float name="radius"/>'), 'needs value="..."'),
+        (BALL.format('<float name="radius" value="x"/>'), "radius: 'x' is not allowed"),
+        (BALL.format('<float name="radius" value="1_0"/>'), "it must be a number"),
+        (BALL.format('<float name="radius" value="$r"/>'), "'$r' stands for nothing"),
+        (BALL.format('<point name="center" value="1 2"/>'), "1 or 3 numbers, not 2"),
+        (BALL.format('<point name="center" w="2"/>'), "part of a vector called 'w'"),
+        (BALL.format('<boolean name="flip_normals" value="yes"/>'), "it must be true or false"),
+        (BALL.format('<ref id="a"/>'), "no object with the id 'a'"),
+        (BALL.format('<emitter type="point"/>'), "no emitter of a shape 'point'"),
+        ('<alias id="a" as="b"/>', "no object with the id 'a'"),
+        (
+            BALL.format('<transform name="to_world"><skale/></transform>'),
+            "called 'skale'; did you mean 'scale'",
+        ),
+        (BALL.format('<transform name="to_world"><rotate angle="3"/></transform>'), "axis of a rotation"),
+        (
+            VIEW.format(
+                '<transform name="to_world"><rotate x="1" angle="3"/>'
+                '<lookat origin="0 0 0" target="0 0 0" up="0 1 0"/></transform>'
+            ),
+            "must not be at its origin",
+        ),
+        (VIEW.format('<transform name="to_world"><scale value="0"/></transform>'), "must not flatten space"),
+        (VIEW.format('<float name="fov" value="200"/>'), "from 0 to 180 degrees"),
+        (VIEW.format('<string name="focal_length" value="0mm"/>'), "it must be like 50mm"),
+        (VIEW.format('<string name="fov_axis" value="z"/>'), "no fov axis 'z'"),
+        (VIEW.format('<film type="hdrfilm"><float name="width" value="1.5"/></film>'), "a whole number >= 1"),
+        (VIEW.format('<film type="hdrfilm"><rfilter type="sinc"/></film>'), "no rfilter 'sinc'"),
+        (VIEW.format('<sampler type="random"/>'), "no sampler 'random'"),
+        ('<sensor type="fisheye"/>', "no sensor 'fisheye'"),
+        ('<integrator type="pat"/>', "did you mean 'path'"),
+        ('<emitter type="sun"/>', "no emitter 'sun'"),
+        ('<emitter type="envmap"/>', "needs its filename"),
+        ('<emitter type="spot"><float name="cutoff_angle" value="99"/></emitter>', "from 0 to 90 degrees"),
+        ('<bsdf type="difuse"/>', "did you mean 'diffuse'"),
+        ('<bsdf type="twosided"/>', "needs 1 bsdf within it, not 0"),
+        ('<bsdf type="normalmap"><bsdf type="diffuse"/></bsdf>', "needs a bitmap"),
+        ('<bsdf type="roughplastic"><float name="alpha" value="2"/></bsdf>', "a number from 0 to 1"),
+        ('<bsdf type="dielectric"><string name="int_ior" value="bk9"/></bsdf>', "did you mean 'bk7'"),
+        ('<bsdf type="diffuse"><texture name="reflectance" type="bitmab"/></bsdf>', "did you mean 'bitmap'"),
+        ('<bsdf type="diffuse"><texture name="reflectance" type="bitmap"/></bsdf>', "needs its filename"),
+        ('<bsdf type="twosided" id="a"><ref id="a"/></bsdf>', "refers to itself"),
+        ('<shape type="ply"/>', "needs its filename"),
+        (
+            '<shape type="ply"><string name="filename" value="/etc/passwd"/></shape>',
+            "must lie in the scene's folder",
+        ),
+        ('<include filename="../x.xml"/>', "must lie in the scene's folder"),
+        ('<include filename="a.xml"/>', "an included file includes no other"),
+    ],
+)
+def test_faults_are_one_line(body: str, said: str, tmp_path: Path) -> None:
+    found = wrong(tmp_path, f'<scene version="3.0.0">{body}</scene>')
+    assert said in found and found.startswith("a.xml") and "\n" not in found
+
+
+def test_what_is_no_scene(tmp_path: Path) -> None:
+    assert "no element found" in wrong(tmp_path, "")
+    assert "holds a <scene>, not <shape>" in wrong(tmp_path, '<shape type="sphere"/>')
+
+
+@pytest.mark.parametrize("inner", ['[<!ENTITY a "lol">]', 'SYSTEM "file:///etc/passwd"', ""])
+def test_document_types_are_refused(inner: str, tmp_path: Path) -> None:
+    """So no entity can grow, nor name another file."""
+    assert "DOCTYPE" in wrong(tmp_path, f"<!DOCTYPE scene {inner}><scene/>")
+
+
+def test_parameters_do_not_grow(tmp_path: Path) -> None:
+    doubled = "".join(f'<default name="a{k}" value="$a{k - 1}$a{k - 1}"/>' for k in range(1, 60))
+    text = f'<scene version="3.0.0"><default name="a0" value="99"/>{doubled}</scene>'
+    assert f"longer than {LONGEST} letters" in wrong(tmp_path, text)
+
+
+def test_limits(tmp_path: Path) -> None:
+    deep = '<bsdf type="twosided">' * 20 + "</bsdf>" * 20
+    assert "nesting: " in wrong(tmp_path, f"<scene>{deep}</scene>")
+    many = "<shape/>" * 10
+    assert "primitives: " in wrong(tmp_path, f"<scene>{many}</scene>", Limits(primitives=9))
+    (tmp_path / "b.xml").write_text("<scene>" + " " * 100 + "</scene>")
+    both = '<scene version="3.0.0"><include filename="b.xml"/></scene>'
+    assert "text_bytes: " in wrong(tmp_path, both, Limits(text_bytes=120))
+    endless = Limits(nesting=10**6)
+    deeper = '<bsdf type="twosided">' * 5000 + "</bsdf>" * 5000
+    assert "deeper than Python follows" in wrong(tmp_path, f"<scene>{deeper}</scene>", endless)
+
+
+def test_references_are_followed_once(tmp_path: Path) -> None:
+    """Each of 40 blends names the one before it twice: 2 to the 40th as a tree."""
+    blends = "".join(
+        f'<bsdf type="blendbsdf" id="b{k + 1}"><ref id="b{k}"/><ref id="b{k}"/></bsdf>' for k in range(39)
+    )
+    first = '<bsdf type="diffuse" id="b0"/>'
+    last = BALL.format('<ref id="b39"/>')
+    (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">{first}{blends}{last}</scene>')
+    assert clrt.load(tmp_path / "a.xml").shapes
