@@ -15,7 +15,7 @@ from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, fault
 from clrt.flatten.mesh import unit
 from clrt.scene.camera import Camera
-from clrt.scene.scene import Scene
+from clrt.scene.scene import Scene, edited
 
 Values = dict[str, Any]
 MOST: Final = 1 << 20  # cameras of a path: eleven hours of a video
@@ -38,7 +38,7 @@ def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
     for place, values in found.items():
         others = {other: values[0] for other, values in found.items()}
         for value in values:
-            scene.replace({**others, place: value})
+            edited(scene, {**others, place: value})
     return found
 
 

@@ -19,7 +19,7 @@ from clrt.base.notices import bounded
 from clrt.base.places import At, PlacedError
 from clrt.formats import toml_scan
 from clrt.formats.lines import json_line, toml_key, toml_line
-from clrt.scene.scene import Scene, read_scene
+from clrt.scene.scene import Scene, edited, read_scene
 
 _DEEP: Final = "nesting: deeper than Python's own readers follow, whatever the limit"
 
@@ -70,7 +70,7 @@ def _read(fetch: Callable[[], bytes], toml: bool, source: str, folder: Path, lim
 def with_values(scene: Scene, given: Iterable[tuple[str, str]]) -> Scene:
     """A scene with other values at some places (`Scene.replace`), each as TOML writes it, else a text."""
     changes = {place: _value(text, scene.limits, place) for place, text in given}
-    return scene.replace(changes) if changes else scene
+    return edited(scene, changes) if changes else scene
 
 
 def value_list(text: str, limits: Limits, source: str) -> list[Any]:
