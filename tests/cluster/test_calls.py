@@ -1,9 +1,10 @@
-"""`clrt validate` on an executor's workers: what one process finds; what is lost is done again, what differs named."""
+"""`clrt validate` on an executor's workers: what one process finds; what is lost is done again."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import clrt
 from clrt.base.resources import validation_module
 from clrt.cli import main
 from clrt.cluster import calls
+from clrt.cluster.pool import pool_of
 from tests.farm_samples import Here
 
 pytestmark = pytest.mark.usefixtures("fresh")
@@ -41,6 +43,10 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "own.toml"
 
 
+def note(told: list[tuple[int, int]], done: int, total: int, name: str) -> None:
+    told.append((done, total))
+
+
 def said(result: Any) -> list[tuple[Any, ...]]:
     """What a run found, without times."""
     return [
@@ -54,46 +60,39 @@ def test_the_run_is_that_of_one_process(own: Path, monkeypatch: pytest.MonkeyPat
     """Where workers see no file of the client's, too: they are sent along, and leave nothing behind."""
     plan = suite.Plan(cases=(SHIPPED,), scenes=(str(own), "tetrahedron"), pictures=True)
     right = [runner.run_case(replace(task, oracles=("oracle64",))) for task in suite.tasks_of(plan)]
-    laid: list[Path] = []
+    laid: list[str] = []
     for sees in (True, False):
         if not sees:
             monkeypatch.setattr(calls, "_same", lambda name, data: False)
-        monkeypatch.setattr(runner, "case_named", lambda name: laid.append(Path(name)) or cases.case_named(name))
+        monkeypatch.setattr(runner, "case_named", lambda name: laid.append(name) or cases.case_named(name))
         told: list[tuple[int, int]] = []
-        result = suite.run(replace(plan, executor=Here()), lambda done, of, name: told.append((done, of)))
+        result = suite.run(replace(plan, executor=Here()), partial(note, told))
         assert said(result) == said(suite.SuiteResult(right, [], [], {}, {}, "", 0, None))
         assert told == [(1, 3), (2, 3), (3, 3)] and result.device and result.passed
         assert [one.case.scene for one in result.cases] == [one.case.scene for one in right]
-    elsewhere = laid[-1] if laid[-1].name == "own.toml" else next(p for p in laid[::-1] if p.name == "own.toml")
-    assert "clrt-call-" in str(elsewhere) and not Path(str(elsewhere).removeprefix("file ")).exists()
+    here, there = (cases.own_file(name) for name in laid if name.endswith("own.toml"))
+    assert here == own and there != own and not there.exists()
 
 
-LOST: dict[str, tuple[int, str]] = {"once": (1, ""), "always": (99, "was lost 5 times: it is likely what ends")}
+RAYS = {"camera_hits": 1, "reflection": 2, "transmission": 3, "total_internal_reflection": 4, "feelers": 5}
 
 
-@pytest.mark.parametrize("often", LOST)
-def test_what_is_lost_is_done_again(often: str) -> None:
-    times, error = LOST[often]
-
+@pytest.mark.parametrize(("times", "error"), [(1, ""), (99, "was lost 5 times: it is likely what ends")])
+def test_what_is_lost_is_done_again(times: int, error: str) -> None:
     def changed(answer: Any) -> Any:
         seen.append(answer)
         return replace(answer, found=answer.found + b" ") if len(seen) <= times else answer
 
     seen: list[Any] = []
-    jobs = {"a": calls.Call("spd", "counted", ({"camera": 3},)), "b": calls.Call("spd", "counted", ({},))}
+    jobs = {name: calls.Call("spd", "counted", (RAYS,)) for name in "ab"}
     told = calls.Told()
-    work = calls.answers(calls_pool(Here(after=changed)), jobs, told)
+    work = calls.answers(pool_of(Here(after=changed)), jobs, told)
     if error:
         with pytest.raises(clrt.ClrtError, match=error):
             dict(work)
     else:
-        assert dict(work).keys() == {"a", "b"} and (told.answers, told.lost, len(seen)) == (2, 1, 3)
-
-
-def calls_pool(executor: Any) -> Any:
-    from clrt.cluster.pool import pool_of
-
-    return pool_of(executor)
+        assert dict(work) == dict.fromkeys("ab", (1, 2, 7, 5))
+        assert (told.answers, told.lost, len(seen)) == (2, 1, 3)
 
 
 REFUSED: dict[str, Callable[[calls.Sent], calls.Sent]] = {
@@ -105,9 +104,9 @@ REFUSED: dict[str, Callable[[calls.Sent], calls.Sent]] = {
 
 @pytest.mark.parametrize("text", REFUSED)
 def test_a_worker_that_differs_is_refused_by_name(text: str) -> None:
-    jobs = {"a": calls.Call("spd", "counted", ({},))}
+    jobs = {"a": calls.Call("spd", "counted", (RAYS,))}
     with pytest.raises(clrt.ClrtError, match=rf"^worker \S+, process \d+: a: {text}"):
-        dict(calls.answers(calls_pool(Here(REFUSED[text])), jobs, calls.Told()))
+        dict(calls.answers(pool_of(Here(REFUSED[text])), jobs, calls.Told()))
 
 
 def test_published_scenes_travel_and_other_jobs_are_called_by_name(tmp_path: Path) -> None:
