@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from clrt.device.platforms import devices
     from clrt.device.settings import Settings
     from clrt.engine.answers import Crossings, Hits
+    from clrt.engine.campath import camera_path, turntable
     from clrt.engine.raymesh import RayMeshIntersector
-    from clrt.engine.sweep import camera_path, turntable
     from clrt.engine.tracer import Tracer
     from clrt.formats import load_dict
     from clrt.formats.shipped import load
@@ -46,7 +46,7 @@ _HOMES = {
     "clrt.device.info": ("DeviceInfo",),
     "clrt.device.platforms": ("devices",),
     "clrt.engine.raymesh": ("RayMeshIntersector",),
-    "clrt.engine.sweep": ("camera_path", "turntable"),
+    "clrt.engine.campath": ("camera_path", "turntable"),
     "clrt.scene.camera": ("Camera",),
     "clrt.scene.scene": ("Scene",),
     "clrt.device.settings": ("Settings",),

@@ -21,7 +21,7 @@ ABOVE = ("clrt", "clrt.__main__")
 VALIDATION = {
     "clrt/base/resources.py", "clrt/cli/compare.py", "clrt/cli/convert.py", "clrt/cli/selftest.py",
     "clrt/cli/validate.py", "clrt/cli/validate_against.py", "clrt/cli/validating.py",
-    "clrt/cluster/worker.py", "clrt/diagnosis/doctor.py", "clrt/diagnosis/probe.py",
+    "clrt/cluster/calls.py", "clrt/cluster/worker.py", "clrt/diagnosis/doctor.py", "clrt/diagnosis/probe.py",
     "clrt/judging/verdict.py",
 }  # fmt: skip
 

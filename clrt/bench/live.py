@@ -15,10 +15,13 @@ import numpy as np
 from clrt.bench import scenes
 from clrt.bench.timing import Case, Measurement, Tell, measure
 from clrt.device.settings import Settings
+from clrt.engine.campath import turntable
 from clrt.engine.tracer import Tracer
-from clrt.scene.scene import Scene
+from clrt.formats.shipped import load_scene
+from clrt.scene.scene import Scene, edited
 
 NEW, KERNELS = "new Tracer", "kernels"
+FRAMES: Final = 50  # of a series, 320 x 180
 SIZES: Final = ((512, 512), (320, 180))
 _CHANGES: Final[dict[str, dict[str, Any]]] = {
     "update, another light": {"lights[0].position": [5.0, 15.0, 4.0]},
@@ -54,7 +57,32 @@ def times(
         views = _views(scene, width, height)
         cases.append(case(name, "", _picture(other, views), pixels, "pixels"))
         cases.append(case(name, KERNELS, _picture(other, views, kernels=True, cpu=cpu), pixels, "pixels"))
+    film, frames = load_scene("showcase"), 5 if quick else FRAMES
+    for how in ("", KERNELS):
+        name = f"series of {frames} pictures"
+        made = _series(film, frames, wanted, settings, kernels=bool(how), cpu=cpu)
+        cases.append(replace(case(name, how, made, frames * 320 * 180, "pixels"), scene="showcase"))
     return measure(cases, rounds, tell)
+
+
+def _series(
+    scene: Scene, frames: int, wanted: int | str | None, settings: Settings, kernels: bool, cpu: bool
+) -> Callable[[], float | None]:
+    """A turntable from its beginning to its end, the Tracer too, as `clrt.sweep` makes it."""
+    assert scene.camera is not None
+    views = turntable(scene.camera, frames)
+
+    def run() -> float | None:
+        start, seconds = _outside_python() if kernels and cpu else 0.0, 0.0
+        with Tracer(scene, wanted, settings) as tracer:
+            for view in views:
+                tracer.update(edited(scene, {"camera": view}))
+                seconds += sum(tracer.render(320, 180).stats["seconds"].values())
+        if not kernels:
+            return None
+        return _outside_python() - start if cpu else seconds
+
+    return run
 
 
 def _new(scene: Scene, wanted: int | str | None, settings: Settings) -> None:

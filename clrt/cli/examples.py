@@ -35,6 +35,7 @@ EXAMPLES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     ),
     "sweep": (
         ("clrt sweep showcase --set materials.glass.ior=1.3:1.6:4 -o 'out/{index}.png'", "four pictures"),
+        ("clrt sweep showcase --keyframes path.toml -o flight.mp4", "a flight through the scene"),
     ),
     "turntable": (("clrt turntable showcase --frames 120 --width 640 -o spin.mp4", "a video"),),
     "compare": (

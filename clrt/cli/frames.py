@@ -11,7 +11,7 @@ from clrt.device.settings import Settings
 from clrt.engine.request import Request
 from clrt.engine.tracer import Tracer
 from clrt.images.image import Image
-from clrt.scene.scene import Scene
+from clrt.scene.scene import Scene, edited
 
 Values = dict[str, Any]
 
@@ -38,7 +38,7 @@ class Frames:
 
         def wanted() -> Iterator[int]:
             for index, values in enumerate(self.series):
-                if is_there(index, self.maker.turn_to(index, self.scene.replace(values))):
+                if is_there(index, self.maker.turn_to(index, edited(self.scene, values))):
                     self._told()
                 else:
                     yield index

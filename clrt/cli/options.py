@@ -133,6 +133,8 @@ def parser() -> _Parser:
     sweep = command("sweep", "Render a scene for every combination of some values, to files or a video.")
     _add_scene(sweep)
     sweep.add_argument("-o", "--output", metavar="OUT", required=True, help=_FRAMES)
+    sweep.add_argument("--keyframes", metavar="FILE", help="go along a camera's path: a .toml or .json file")
+    sweep.add_argument("--frames", type=whole, metavar="N", help="pictures of the path (by its times, 120)")
     _add_frame(sweep, many=True)
     _add_series(sweep)
 
@@ -168,6 +170,7 @@ def parser() -> _Parser:
     validate.add_argument("--mutants", action="store_true", help="plant faults: each must be noticed")
     validate.add_argument("--case", action="append", metavar="NAME", help="only this case; may be repeated")
     validate.add_argument("--list", action="store_true", help="list the cases and what each shows, run none")
+    _add_cluster(validate)
     _add_device(validate)
 
     bench = command("bench", "Time every pass, the tree's builder, and whole pictures.")

@@ -55,7 +55,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     manifest = options.manifest or (None if film else str(Path(names[0]).parent / "frames.csv"))
     if manifest:
         outputs["--manifest"] = manifest
-    check_apart(outputs, {"the scene": file})
+    check_apart(outputs, {"the scene": file, "the keyframes": getattr(options, "keyframes", None)})
     check_spares(outputs, scene)
     if manifest:
         check_replaceable(manifest)
@@ -122,8 +122,7 @@ def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any
     from clrt.images.video import writing
     from clrt.images.views import check_shown, encode_view
 
-    if not 0 < options.fps <= 1000:
-        raise ClrtError(f"--fps: {options.fps} is not allowed; it must be from 0 to 1000 frames a second")
+    check_fps(options.fps)
     check_shown(options.output, 8, options.view)
     rows: dict[int, dict[str, Any]] = {}
 
@@ -142,6 +141,12 @@ def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any
             put(encode_view(image.pixels, options.exposure, view=options.view))
             rows[index] |= {"picture": image.hash, "rays": image.stats["traced"]}
     return [*rows.values()]
+
+
+def check_fps(fps: float) -> None:
+    """ClrtError for what is no number of frames a second."""
+    if not 0 < fps <= 1000:
+        raise ClrtError(f"--fps: {fps} is not allowed; it must be from 0 to 1000 frames a second")
 
 
 def _known(manifest: str | None) -> dict[tuple[str, str], dict[str, str]]:

@@ -23,7 +23,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _values(scene: Scene, options: argparse.Namespace) -> tuple[Scene, list[dict[str, Any]]]:
-    from clrt.engine.sweep import turntable
+    from clrt.engine.campath import turntable
     from clrt.formats.native import with_values
 
     scene = with_values(scene, options.set)

@@ -15,9 +15,11 @@ from clrt.base.atomic import check_replaceable
 from clrt.base.errors import ClrtError, printable
 from clrt.base.install import install_extra
 from clrt.base.resources import validation_module
+from clrt.cli.clusters import cluster
 from clrt.cli.outputs import check_apart
 from clrt.cli.terminal import console
 from clrt.cli.validating import progress_bar, say_json, write
+from clrt.device.settings import Settings
 
 FAILED = 1  # exit code
 MOST_RANDOM = 10_000  # scenes: the list of all is made before the first is rendered
@@ -42,8 +44,8 @@ def run(options: argparse.Namespace) -> int:
             validation_module("suite.files").check_beside(Path(options.report))
             _check_spares(Path(options.report), options.spd)
         plan, stamp = _plan(suite, options), _stamp()
-        with progress_bar() as progress:
-            result = replace(suite.run(plan, progress), stamp=stamp)
+        with cluster(options, Settings()) as (workers, _), progress_bar() as progress:
+            result = replace(suite.run(replace(plan, **workers), progress), stamp=stamp)
         if options.report:
             write(result, Path(options.report), options.json)
     except ModuleNotFoundError as error:

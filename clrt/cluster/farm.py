@@ -5,24 +5,22 @@ from __future__ import annotations
 import hashlib
 from collections import deque
 from collections.abc import Generator, Iterator
-from concurrent.futures import BrokenExecutor, CancelledError, Future
+from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from queue import Empty, SimpleQueue
 from typing import Any, Final
 
 import numpy as np
 
-from clrt.base.errors import ClrtError, one_line
+from clrt.base.errors import ClrtError
 from clrt.cluster.orders import Answer, Lacking, Order, Refusal, Worker, sealed
 from clrt.cluster.parcels import LARGE, Parcel
-from clrt.cluster.pool import Pool
+from clrt.cluster.pool import LOSSES, Pool
 from clrt.device.source import kernel_source
 from clrt.engine.job import Job
 from clrt.version import __version__
 
 _AHEAD: Final = 3  # orders a worker, so that it has the next one when it has done one
-_LOSSES: Final = 5  # times that an order may be lost: it is likely then that it is what ends the workers
-_LOST: Final = ("FutureCancelledError", "CommClosedError")  # what dask says where its scheduler is gone
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +131,7 @@ class Farm:
             held, self._held = self._held, deque()
             for other in held:
                 self._hand_in(other)
-        said = self._outcome(errand, future)
+        said = self.pool.outcome(future)
         if isinstance(said, Refusal):
             raise type(said.error)(f"worker {said.worker}: {said.error}")
         if isinstance(said, Lacking):
@@ -153,31 +151,6 @@ class Farm:
         told.walls.append(said.wall)
         return said
 
-    def _outcome(self, errand: _Errand, future: Future[Any]) -> Any:
-        """What a future holds; None where its worker has ended."""
-        try:
-            return future.result()
-        except CancelledError:
-            raise self._given_up() from None
-        except BrokenExecutor as error:
-            raise ClrtError(
-                f"executor: its processes have ended ({one_line(str(error))}); those of dask.distributed are "
-                "replaced: see docs/cluster.md"
-            ) from None
-        except Exception as error:
-            if type(error).__name__ == "KilledWorker":  # the scheduler's limit is not ours
-                return None
-            if type(error).__name__ in _LOST:
-                raise self._given_up() from None
-            raise ClrtError(
-                f"a worker cannot do its work: {type(error).__name__}: {error}; it needs clrt {__version__} "
-                "and the same Python packages"
-            ) from error
-
-    def _given_up(self) -> ClrtError:
-        self.pool.check()  # which may know more
-        return ClrtError("executor: it has given up what it was to do; was it, or its scheduler, shut down?")
-
     def _send(self, errand: _Errand, lacking: Lacking) -> None:
         """Send what a worker lacks, unless that is on its way: then wait until it has arrived."""
         self.report.asked += 1
@@ -193,9 +166,9 @@ class Farm:
 
     def _again(self, errand: _Errand, why: str) -> None:
         self.report.lost += 1
-        if errand.losses + 1 >= _LOSSES:
+        if errand.losses + 1 >= LOSSES:
             pixels = f"{len(errand.task.pixels)} pixels from {errand.task.pixels[0]} on"
-            raise ClrtError(f"{pixels} were lost {_LOSSES} times, the last time by {why}")
+            raise ClrtError(f"{pixels} were lost {LOSSES} times, the last time by {why}")
         self._hand_in(replace(self._bare(errand), losses=errand.losses + 1))
 
     def _bare(self, errand: _Errand) -> _Errand:

@@ -35,7 +35,7 @@ from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.layout import ceilings
 from clrt.scene.camera import Camera
-from clrt.scene.scene import Scene
+from clrt.scene.scene import Scene, edited
 
 _PIECES: Final = 4  # of a picture or of the pictures left, a worker: the last ones to end leave few idle
 _LEAST: Final = 1 << 13  # rays of a piece: with fewer what is done for each shows
@@ -112,7 +112,7 @@ def _here(
 ) -> Iterator[tuple[Values, Image]]:
     with tracer:
         for values in combinations(changes):
-            tracer.update(base.replace(values))
+            tracer.update(edited(base, values))
             yield values, tracer.render(**picture)
 
 
@@ -124,7 +124,7 @@ def _there(
     progress: Progress | None,
 ) -> Iterator[tuple[Values, Image]]:
     many = [*combinations(changes)]
-    sheets = (Sheet(*remote.plan(base.replace(values), asked), progress) for values in many)
+    sheets = (Sheet(*remote.plan(edited(base, values), asked), progress) for values in many)
     with closing(remote.sheets(sheets, len(many))) as done:
         for values, sheet in zip(many, done, strict=True):
             yield values, sheet.image()

@@ -5,15 +5,19 @@ from __future__ import annotations
 import os
 import time
 import warnings
-from concurrent.futures import Executor, Future
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from typing import Any, Final
 
-from clrt.base.errors import ClrtError, show
-from clrt.cluster.orders import Order, Worker
+from clrt.base.errors import ClrtError, one_line, show
+from clrt.cluster.orders import Worker
 from clrt.cluster.worker import work
+from clrt.version import __version__
 
 _PING: Final = 10.0  # seconds of silence after which a scheduler is asked whether it is there
 _ANSWER: Final = 30.0  # seconds that it may take to say so: one that is busy with 1,000 workers takes one
+LOSSES: Final = 5  # times that something may be lost: it is likely then that it is what ends the workers
+_LOST: Final = ("FutureCancelledError", "CommClosedError")  # what dask says where its scheduler is gone
 _WORKERS: Final = 60.0  # seconds without any worker: one that is started anew takes 5
 
 
@@ -28,10 +32,10 @@ class Pool:
         """How many orders are done at a time, as far as that is known."""
         return int(getattr(self.executor, "_max_workers", 0) or os.cpu_count() or 1)
 
-    def submit(self, order: Order, to: Worker | None = None) -> Future[Any]:
-        """Hand in an order, if possible to that worker."""
+    def submit(self, order: Any, to: Worker | None = None, do: Callable[[Any], Any] = work) -> Future[Any]:
+        """Hand in an order, if possible to that worker. do: what the worker calls with it."""
         try:
-            return self.executor.submit(work, order)
+            return self.executor.submit(do, order)
         except RuntimeError as error:  # it was shut down, or is broken
             raise ClrtError(f"executor: {error or type(error).__name__}; give one that is running") from None
 
@@ -40,6 +44,31 @@ class Pool:
 
     def heard(self) -> None:
         """An answer has come."""
+
+    def outcome(self, future: Future[Any]) -> Any:
+        """What a future holds; None where its worker has ended."""
+        try:
+            return future.result()
+        except CancelledError:
+            raise self._given_up() from None
+        except BrokenExecutor as error:
+            raise ClrtError(
+                f"executor: its processes have ended ({one_line(str(error))}); those of dask.distributed are "
+                "replaced: see docs/cluster.md"
+            ) from None
+        except Exception as error:
+            if type(error).__name__ == "KilledWorker":  # the scheduler's limit is not ours
+                return None
+            if type(error).__name__ in _LOST:
+                raise self._given_up() from None
+            raise ClrtError(
+                f"a worker cannot do its work: {type(error).__name__}: {error}; it needs clrt {__version__} "
+                "and the same Python packages"
+            ) from error
+
+    def _given_up(self) -> ClrtError:
+        self.check()  # which may know more
+        return ClrtError("executor: it has given up what it was to do; was it, or its scheduler, shut down?")
 
 
 class DaskPool(Pool):
@@ -57,7 +86,7 @@ class DaskPool(Pool):
             self._ask()
         return max(1, self._workers)
 
-    def submit(self, order: Order, to: Worker | None = None) -> Future[Any]:
+    def submit(self, order: Any, to: Worker | None = None, do: Callable[[Any], Any] = work) -> Future[Any]:
         # never `pure`: dask would answer an order that comes again with what it said before
         where: dict[str, Any] = {"pure": False}
         if to is not None and to.address:
@@ -65,7 +94,7 @@ class DaskPool(Pool):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of large orders: a scene is sent once a worker
             try:
-                return self.executor.submit(work, order, **where)
+                return self.executor.submit(do, order, **where)
             except Exception as error:  # in tornado's or dask's own words
                 raise self._gone(error) from None
 

@@ -14,9 +14,10 @@ import threading
 import time
 from collections import OrderedDict
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from functools import cache
-from typing import Final
+from typing import Any, Final
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -45,17 +46,34 @@ _lock = threading.Lock()  # orders are done one after the other: one has all cor
 
 def work(order: Order) -> Answer | Lacking | Refusal:
     """Do an order. Whatever is wrong is in the answer, with the worker's name, and never raised."""
-    me = _myself()
+    with doing() as task:
+        try:
+            task.answer = _bench().done(order, task.me)
+        except _Lacks as lacks:
+            task.answer = Lacking(task.me, lacks.arrays)
+    return task.answer
+
+
+@dataclass
+class Doing:
+    """Something that a worker does: who it is, and what it will have answered."""
+
+    me: Worker
+    answer: Any = None
+
+
+@contextmanager
+def doing() -> Iterator[Doing]:
+    """One task after the other. What is wrong with one becomes its answer: a Refusal."""
+    task = Doing(_myself())
     try:
         with _lock, np.errstate(all="ignore"):
-            return _bench().done(order, me)
-    except _Lacks as lacks:
-        return Lacking(me, lacks.arrays)
+            yield task
     except ClrtError as error:
-        return Refusal(me, error)
+        task.answer = Refusal(task.me, error)
     except (MemoryError, OSError, RuntimeError, ImportError) as error:
         spent = exhausted(error)
-        return Refusal(me, ClrtError(spent or f"{type(error).__name__}: {error}"))
+        task.answer = Refusal(task.me, ClrtError(spent or f"{type(error).__name__}: {error}"))
 
 
 class _Lacks(Exception):
@@ -111,7 +129,7 @@ class _Bench:
             return self.scenes[key]
         arrays = self._arrays(order)
         flat = unpacked(order.scene, order.recipe, arrays)
-        found = _kernels(flat.ray_format)
+        found = kernels_hash(flat.ray_format)
         if found != order.kernels:
             both = f"{found[:12]}, not {order.kernels[:12]}"
             raise ClrtError(f"its kernels are others: {both}; install the same clrt")
@@ -183,7 +201,16 @@ def _bench() -> _Bench:
 
 
 @cache
-def _kernels(ray_format: layout.RayFormat) -> str:
+def proven(wanted: int | str | None) -> str:
+    """The label of a device whose arithmetic has been found right. DeviceError where it was not."""
+    device = Device(wanted)
+    check(device)
+    return device.info.label
+
+
+@cache
+def kernels_hash(ray_format: layout.RayFormat) -> str:
+    """SHA-256 of the kernels' text."""
     return hashlib.sha256(kernel_source(ray_format).encode()).hexdigest()
 
 
@@ -214,7 +241,7 @@ def check(device: Device) -> None:
 
     The verdict is kept as that of a driver's trial is, so that the workers of a machine make it once.
     """
-    what = f"selftest {__version__} {_kernels(layout.RayFormat())}"
+    what = f"selftest {__version__} {kernels_hash(layout.RayFormat())}"
     key = hashlib.sha256(f"{what} {device.info.label} {device.info.driver}".encode()).hexdigest()
     with kernelcache.lock(name=f"selftest-{key[:16]}"):
         fault = trial.kept_verdict(f"selftest-{key}", device.info.label, lambda: _fault(device))

@@ -6,8 +6,9 @@ import codecs
 import json
 import re
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO, Final, NoReturn
+from typing import Any, BinaryIO, Final, NoReturn, TypeVar
 
 import tomli
 
@@ -19,7 +20,9 @@ from clrt.base.notices import bounded
 from clrt.base.places import At, PlacedError
 from clrt.formats import toml_scan
 from clrt.formats.lines import json_line, toml_key, toml_line
-from clrt.scene.scene import Scene, read_scene
+from clrt.scene.scene import Scene, edited, read_scene
+
+T = TypeVar("T")
 
 _DEEP: Final = "nesting: deeper than Python's own readers follow, whatever the limit"
 
@@ -27,7 +30,15 @@ _DEEP: Final = "nesting: deeper than Python's own readers follow, whatever the l
 def load(path: Path, limits: Limits) -> Scene:
     """The scene in a .toml or .json file."""
     toml = path.suffix.lower() == ".toml"
-    return _read(lambda: read_text_bytes(path, limits), toml, path.name, path.parent, limits)
+    fetch = partial(read_text_bytes, path, limits)
+    return _read(fetch, toml, path.name, limits, partial(_scene, path.parent, path.name, limits))
+
+
+def load_other(path: Path, limits: Limits, make: Callable[[Any], T]) -> T:
+    """What `make` makes of the tables in another .toml or .json file; faults name their lines."""
+    with bounded(path.name):
+        fetch = partial(read_text_bytes, path, limits)
+        return _read(fetch, path.suffix.lower() == ".toml", path.name, limits, make)
 
 
 def load_stream(stream: BinaryIO, source: str, limits: Limits) -> Scene:
@@ -39,15 +50,21 @@ def load_stream(stream: BinaryIO, source: str, limits: Limits) -> Scene:
     limits.check("text_bytes", len(data), source)
     toml = not data.removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"{")
     with bounded(source):
-        return _read(lambda: data, toml, source, Path(), limits)
+        return _read(lambda: data, toml, source, limits, partial(_scene, Path(), source, limits))
 
 
 def load_text(text: str, source: str, folder: Path, limits: Limits) -> Scene:
     """The scene that a text of JSON describes."""
-    return _read(lambda: text.encode(), False, source, folder, limits)
+    return _read(lambda: text.encode(), False, source, limits, partial(_scene, folder, source, limits))
 
 
-def _read(fetch: Callable[[], bytes], toml: bool, source: str, folder: Path, limits: Limits) -> Scene:
+def _scene(folder: Path, source: str, limits: Limits, table: Any) -> Scene:
+    return read_scene(table, folder=folder, source=source, limits=limits)
+
+
+def _read(
+    fetch: Callable[[], bytes], toml: bool, source: str, limits: Limits, make: Callable[[Any], T]
+) -> T:
     text = _text(fetch(), source)
     try:
         with no_collections():
@@ -63,7 +80,7 @@ def _read(fetch: Callable[[], bytes], toml: bool, source: str, folder: Path, lim
     del text  # as large as what is made of it now
     limits.check("nesting", _depth(table, limits.nesting + 1), source)
     try:
-        return read_scene(table, folder=folder, source=source, limits=limits)
+        return make(table)
     except PlacedError as error:
         text = _text(fetch(), source)
         line = (toml_line if toml else json_line)(text, error.path)
@@ -75,7 +92,7 @@ def _read(fetch: Callable[[], bytes], toml: bool, source: str, folder: Path, lim
 def with_values(scene: Scene, given: Iterable[tuple[str, str]]) -> Scene:
     """A scene with other values at some places (`Scene.replace`), each as TOML writes it, else a text."""
     changes = {place: _value(text, scene.limits, place) for place, text in given}
-    return scene.replace(changes) if changes else scene
+    return edited(scene, changes) if changes else scene
 
 
 def value_list(text: str, limits: Limits, source: str) -> list[Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import Annotated, Any, Final
 
 from msgspec import Meta
 
@@ -32,6 +32,23 @@ class Adaptive(Record, frozen=True, kw_only=True):
             near = f"{' or '.join(map(str, _reached(spp, self.spp)))}"
             text = f"grids double their sides from camera.spp = {spp} on: it must be {spp} times a power of 4"
             raise at.key("spp").error(self.spp, f"{text}, such as {near}")
+
+
+SAMPLED: Final = ("camera", "adaptive", "conformance")  # fields of a scene that `check_samples` looks at
+
+
+def check_samples(scene: Any) -> None:
+    """SceneError where the samples that a `Scene` states and those of its `adaptive` do not go together.
+
+    Not after `override`: pictures are looked at by themselves.
+    """
+    at = At(scene.source, "adaptive")
+    if scene.adaptive is None:
+        return
+    if scene.conformance != "none":
+        raise at.says("conformance counts the rays of one even grid; leave one of them out")
+    if scene.camera is not None:
+        scene.adaptive.check_reached(scene.camera.spp, at)
 
 
 def is_reached(first: int, last: int) -> bool:

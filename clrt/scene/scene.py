@@ -14,13 +14,13 @@ from clrt.base import arguments, display
 from clrt.base.arguments import public
 from clrt.base.collector import no_collections
 from clrt.base.files import resolve
-from clrt.base.frozen import FrozenDict
 from clrt.base.limits import Limits
 from clrt.base.places import At, known_keys, listed
 from clrt.base.records import read, table_of, tagged
-from clrt.scene.adaptive import Adaptive
+from clrt.scene.adaptive import SAMPLED, Adaptive, check_samples
 from clrt.scene.advice import check_lines, warn
 from clrt.scene.camera import Camera, resized
+from clrt.scene.changes import edited_materials, edited_shapes
 from clrt.scene.edit import Draft
 from clrt.scene.lights import (
     DirectionalLight,
@@ -32,7 +32,7 @@ from clrt.scene.lights import (
     SpotLight,
 )
 from clrt.scene.materials import IOR, Checker, ImageTexture, Material, NormalMap, rgb
-from clrt.scene.mesh import Mesh, MeshData, Meshes, edited_mesh, read_mesh
+from clrt.scene.mesh import Mesh, MeshData, Meshes, read_mesh
 from clrt.scene.save import save
 from clrt.scene.shapes import (
     Box,
@@ -150,7 +150,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             values["shapes"] = self._read_shapes(self.shapes, values["materials"], at.key("shapes"))
         for name, value in values.items():
             msgspec.structs.force_setattr(self, name, value)
-        _check_samples(self)
+        check_samples(self)
         check_lines(self)
         warn(self)
 
@@ -267,6 +267,12 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         `vertices` must be as many as before, unless it gets `faces` too. Raises SceneError and LimitError
         that name the place.
         """
+        other = edited(self, changes)
+        if any(getattr(other, name) is not getattr(self, name) for name in SAMPLED):
+            check_samples(other)
+        return other
+
+    def _edited(self, changes: Mapping[str, Any]) -> Scene:
         draft = Draft(self, arguments.mapping("changes", changes), Document.__struct_fields__)
         at, values, other = At(self.source), draft.values, copy.copy(self)
         settings = values.keys() & set(_Settings.__struct_fields__)
@@ -279,51 +285,14 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         if "lights" in values:
             values["lights"] = read_lights(values["lights"], at.key("lights"), self.limits)
         if "materials" in values:
-            values["materials"] = self._edit_materials(draft, at.key("materials"))
+            values["materials"] = edited_materials(self, draft, at.key("materials"))
         if "shapes" in values:
             materials = values.get("materials", self.materials)
-            values["shapes"] = self._edit_shapes(draft, materials, at.key("shapes"))
+            values["shapes"] = edited_shapes(self, draft, materials, at.key("shapes"))
         for name, value in values.items():
             msgspec.structs.force_setattr(other, name, value)
         check_lines(other)
         return other
-
-    def _edit_materials(self, draft: Draft, at: At) -> dict[str, Material]:
-        """The materials as the draft has them; all shapes of those that are new can have them."""
-        materials, touched = draft.values["materials"], draft.touched.get("materials")
-        if touched is None:
-            materials = read_materials(materials, at)
-        else:
-            materials = FrozenDict({
-                name: read(Material, value, at.key(name)) if name in touched else value
-                for name, value in materials.items()
-            })  # fmt: skip
-        self._check_pictures(materials, at)
-        place = At(self.source, "shapes")
-        for index, shape in enumerate(self.shapes if "shapes" not in draft.values else ()):
-            if isinstance(shape.material, str) and (touched is None or shape.material in touched):
-                check_material(shape, materials, place.item(index))
-        return materials
-
-    def _edit_shapes(self, draft: Draft, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
-        """The shapes as the draft has them."""
-        shapes, touched = draft.values["shapes"], draft.touched.get("shapes")
-        if touched is None:
-            return self._read_shapes(shapes, materials, at)
-        numbers = sorted(number for number in touched if isinstance(number, int))
-        for index in numbers:
-            place, before = at.item(index), self.shapes[index]
-            new = shapes[index]
-            if isinstance(before, Mesh) and isinstance(new, Mapping):
-                shapes[index] = edited_mesh(before, new, place, self.folder, self.limits)
-            else:
-                shapes[index] = self._read_shape(new, place, Meshes())
-        for index in range(len(shapes)) if "materials" in draft.values else numbers:
-            check_material(shapes[index], materials, at.item(index))
-        self.limits.check("primitives", sum(shape.primitives for shape in shapes), at.source, at.path)
-        vertices = sum(len(shape.data().vertices) for shape in shapes if isinstance(shape, Mesh))
-        self.limits.check("vertices", vertices, at.source, at.path)
-        return tuple(shapes)
 
     @property
     def background_path(self) -> Path | None:
@@ -353,18 +322,12 @@ def read_scene(
     return Scene(**data, folder=folder, source=source, limits=limits or Limits())
 
 
-def _check_samples(scene: Scene) -> None:
-    """SceneError where the samples that a scene states and those of `adaptive` do not go together.
+def edited(scene: Scene, changes: Mapping[str, Any]) -> Scene:
+    """`Scene.replace` for a picture that is asked for with a number of samples of its own.
 
-    Not after `replace` and `override`: another number may follow, and pictures are looked at by themselves.
+    Whether `adaptive` goes with them is looked at then, not here.
     """
-    at = At(scene.source, "adaptive")
-    if scene.adaptive is None:
-        return
-    if scene.conformance != "none":
-        raise at.says("conformance counts the rays of one even grid; leave one of them out")
-    if scene.camera is not None:
-        scene.adaptive.check_reached(scene.camera.spp, at)
+    return scene._edited(changes)
 
 
 def read_camera(data: object, at: At) -> Camera | None:

@@ -105,6 +105,59 @@ def test_a_series_that_was_broken_off_goes_on(scene: Path, monkeypatch: pytest.M
     assert [bool(row["rays"]) for row in rows()] == [False, False, True]
 
 
+KEYS = """
+[[keyframes]]
+time = 0
+[[keyframes]]
+time = 0.12
+origin = [3, 1, 4]
+fov = 30
+"""
+
+
+def test_a_path_of_keyframes(scene: Path) -> None:
+    """Its pictures are those of `camera_path`; what is there is not rendered again."""
+    Path("path.toml").write_text(KEYS)
+    given = ("--keyframes", "path.toml", "--set", "ambient=0,0.2", "--set", "camera.aperture=0.01")
+    assert run(*given) == 0
+    base = clrt.load("s.toml").replace({"camera.aperture": 0.01})
+    assert base.camera is not None
+    end = base.replace({"camera.origin": [3, 1, 4], "camera.fov": 30}).camera
+    assert end is not None
+    path = clrt.camera_path([base.camera, end], 4, times=[0, 0.12])  # 25 a second, and the first
+    found = rows()
+    assert [row["ambient"] for row in found] == ["0"] * 4 + ["0.2"] * 4
+    for row, camera in zip(found, path * 2, strict=True):
+        right = base.replace({"ambient": float(row["ambient"]), "camera": camera})
+        assert row["picture"] == clrt.render(right).hash and row["camera.fov"] == str(camera.fov)
+        assert row["camera.origin"] == str(camera.origin) and "camera.aperture" not in row
+    assert run(*given) == 0 and all(row["rays"] == "" for row in rows())
+    assert run(*given[:2], "-o", "n{index}.png", "--frames", "2", "--manifest", "n.csv") == 0
+    assert [row["camera.origin"] for row in rows("n.csv")] == ["(0.0, 1.0, 5.0)", "(3.0, 1.0, 4.0)"]
+
+
+WRONG_PATHS = {
+    "path.toml:7: keyframes[1].fov: 300 is not": (KEYS.replace("30\n", "300\n"), ()),
+    "path.toml: picture 1.target: (0.0, 0.0, 0.0) is not allowed; target must not be": (
+        "keyframes = [{origin = [0, 0, 1]}, {origin = [0, 0, -1]}]", ("--frames", "3")),
+    "path.toml: 1 pictures of a path are not allowed; from 2 to 100000 are": (KEYS, ("--frames", "1")),
+    "path.toml: 50001 pictures of a path are not allowed; from 2 to 50000 are": (
+        KEYS, ("--frames", "50001", "--set", "ambient=0,1")),
+    "--set camera.fov: 2 values are too many; what changes along": (KEYS, ("--set", "camera.fov=20,30")),
+    "--fps: 0.0 is not allowed": (KEYS, ("--fps", "0")),
+    "path.toml: is the keyframes; give --manifest": (KEYS, ("--manifest", "path.toml", "--frames", "2")),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("says", WRONG_PATHS)
+def test_wrong_paths_are_one_line(says: str, scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("path.toml").write_text(WRONG_PATHS[says][0])
+    assert run("-o", "{index}.png", "--keyframes", "path.toml", *WRONG_PATHS[says][1]) == 2
+    said = capsys.readouterr().err
+    assert says in said and said.count("\n") == 1, said
+    assert sorted(path.name for path in Path().iterdir()) == ["path.toml", "s.toml"]
+
+
 def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
     av = pytest.importorskip("av", reason="needs the optional dependency clrt[video]")
     given = ["--frames", "5", "-o", "spin.mkv", "--manifest", "m.csv", "--quiet"]
@@ -138,6 +191,8 @@ def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
         (["--set", "camera.width=15,16", "-o", "a.mp4"], "a.mp4: .mp4 needs an even width and height"),
         (["--set", "camera.width=14,16", "-o", "a.mkv"], "a video's frames have one size"),
         (["-o", "a.mkv", "--fps", "0"], "--fps: 0.0 is not allowed"),
+        (["--frames", "3"], "--frames: is of --keyframes; --set has a count of its own"),
+        (["--keyframes", "no.toml"], "no.toml: "),
         (["--set", "camera.fov=20", "-o", "s.toml"], "s.toml: is the scene"),
         (["--set", "camera.fov=20", "-o", "{index}.png", "--manifest", "s.toml"], "s.toml: is the scene;"),
     ],

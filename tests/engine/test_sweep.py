@@ -85,12 +85,43 @@ def test_a_path_passes_through_its_keys() -> None:
     assert max(step) < 3
 
 
+def test_a_path_is_at_its_keys_when_they_say() -> None:
+    """And its speed there is that from the key before to the one after, whatever the times."""
+    keys = [clrt.Camera(origin=[x, 1, z], target=[0, 0, 0]) for x, z in ((0, 5), (5, 0), (0, -5), (-5, 0))]
+    times = [2.0, 3.0, 7.0, 8.0]
+    fine = np.array([camera.origin for camera in clrt.camera_path(keys, 60_001, times=times)])
+    at = [0, 10_000, 50_000, 60_000]
+    assert np.allclose(fine[at], [key.origin for key in keys], atol=1e-12)
+    step = 6 / 60_000
+    for place, before, after in ((10_000, 0, 2), (50_000, 1, 3)):
+        right = np.subtract(keys[after].origin, keys[before].origin) / (times[after] - times[before])
+        for side in (fine[place] - fine[place - 1], fine[place + 1] - fine[place]):
+            assert np.allclose(side / step, right, atol=1e-2)
+    assert clrt.camera_path(keys, 50, times=np.arange(4) * 1.0) == clrt.camera_path(keys, 50)
+    around = clrt.camera_path(keys, 16, closed=True, times=[0, 1, 2, 4, 8])
+    assert [around[i].origin for i in (2, 4, 8)] == [tuple(map(float, key.origin)) for key in keys[1:]]
+
+
+def test_the_lens_of_a_path_changes_between_its_keys() -> None:
+    placed = {"origin": (0.0, 1.0, 5.0), "target": (0.0, 1.0, 0.0)}
+    one = clrt.Camera(**placed, aperture=0.1, shift=(0.0, 2.0))
+    other = clrt.Camera(**placed, aperture=0.3, focus=3, near=1)
+    middle = clrt.camera_path([one, other], 3)[1]
+    assert (middle.aperture, middle.focus, middle.near, middle.shift) == (0.2, 4, 0.5, (0, 1))
+    assert clrt.camera_path([one, one], 4)[1:] == [one.upright()] * 3
+
+
 @pytest.mark.parametrize(
     "call",
     [
         lambda camera: clrt.turntable(camera, 0), lambda camera: clrt.turntable("x", 3),
         lambda camera: clrt.camera_path([camera], 3), lambda camera: clrt.camera_path([camera, 3], 3),
         lambda camera: clrt.camera_path([camera, camera], 1),
+        lambda camera: clrt.camera_path([camera, camera], 2, times=[0, 0]),
+        lambda camera: clrt.camera_path([camera, camera], 2, times=[0, 1, 2]),
+        lambda camera: clrt.camera_path([camera, camera], 2, closed=True, times=[0, 1]),
+        lambda camera: clrt.camera_path([camera, camera], 2, times=[-1.7e308, 1.7e308]),
+        lambda camera: clrt.camera_path([camera, camera], 2, times=[0, "1"]),
     ],
 )  # fmt: skip
 def test_what_makes_no_path_is_an_error(call: Any, scene: clrt.Scene) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import clrt
+from clrt.formats.native import with_values
 
 BASE: dict[str, Any] = {
     "max_depth": 3,
@@ -185,3 +187,22 @@ def test_what_is_given_stays_as_it_is(scene: clrt.Scene) -> None:
     for told in ([light], (light,)):
         found = scene.replace({"lights": told, "lights[0].position": [0, 2, 0]})
         assert found.lights[0].position == (0.0, 2.0, 0.0) and told[0]["position"] == [0, 1, 0]
+
+
+def test_samples_go_together_as_in_a_file(scene: clrt.Scene, tmp_path: Path) -> None:
+    """What is saved loads again; a picture may be asked for with other samples than the scene states."""
+    adaptive = scene.replace({"camera.spp": 9, "adaptive": {"spp": 36}})
+    adaptive.save(tmp_path / "s.toml")
+    assert clrt.load(tmp_path / "s.toml").adaptive == adaptive.adaptive
+    text = r"^base.toml: adaptive.spp: 36 is not allowed; grids double their sides from camera.spp = "
+    for changes in ({"camera.spp": 4}, {"camera": dict(BASE["camera"], spp=4)}):
+        with pytest.raises(clrt.SceneError, match=text + "4 on: .*such as 16 or 64$"):
+            adaptive.replace(changes)
+    with pytest.raises(clrt.SceneError, match=text + "1 on"):
+        scene.replace({"adaptive": {"spp": 36}})
+    with pytest.raises(clrt.SceneError, match=r"^base.toml: adaptive: conformance counts the rays"):
+        adaptive.replace({"conformance": "spd"})
+    assert adaptive.replace({"max_depth": 2, "camera.fov": 20, "adaptive.spp": 144}).max_depth == 2
+    # clrt render --spp 9 --adaptive 36
+    asked = with_values(scene, [("adaptive", "{spp = 36}")]).override(spp=9)
+    assert asked.camera and asked.adaptive and (asked.camera.spp, asked.adaptive.spp) == (9, 36)

@@ -145,6 +145,11 @@ def own_case(name: str) -> str:
     scene = quietly(partial(load_scene, file))
     if scene.camera is None:
         raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
+    return name_of_own(file)
+
+
+def name_of_own(file: Path) -> str:
+    """The name of the case that a file is."""
     return _FILE + str(file.resolve())
 
 

@@ -52,7 +52,7 @@ class Plan:
     """What a run consists of.
 
     least: no more cases than show every feature to two oracles. seed: of the random scenes. pictures: keep
-    them for a report.
+    them for a report. executor: whose workers do it, in place of this machine's processes.
     """
 
     quick: bool = True
@@ -66,13 +66,13 @@ class Plan:
     device: int | str | None = None
     pictures: bool = False
     command: str = ""
+    executor: Any = None
     processes: int = field(default_factory=lambda: min(os.cpu_count() or 1, _MOST_PROCESSES))
 
 
 def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
     """Run what the plan says. ClrtError, before anything runs, for a case or folder that is not there."""
     start, started = time.perf_counter(), datetime.datetime.now().astimezone().isoformat(timespec="seconds")
-    label = choose(plan.device)[0].label
     tasks, mutants = tasks_of(plan), tuple(MUTANTS) if plan.mutants else ()
     jobs: dict[str, tuple[Any, ...]] = {}
     if plan.spd is not None:
@@ -87,8 +87,7 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
     # the longest first, so that no process is left alone with one of them
     jobs |= {task.name: (run_case, task) for task in sorted(tasks, key=lambda task: -task.rays)}
     jobs |= {f"mutant: {name}": (run_mutant, name, plan.device) for name in mutants}
-    Device(plan.device).kernels.program  # noqa: B018 - compiled once, then all processes find it in the driver's cache
-    found = dict(completed(jobs, plan.processes, progress))
+    found, label = _done(jobs, plan, progress)
 
     cases: list[CaseResult] = [found[task.name] for task in tasks]
     counts = [count for name in counting for count in found[name]]
@@ -109,6 +108,21 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
         (found["float32 twin"],) if "float32 twin" in found else (),
         0 if plan.scenes else len({*matrix_cases(), *shipped_cases(), *(task.name for task in tasks)}),
     )
+
+
+def _done(
+    jobs: dict[str, tuple[Any, ...]], plan: Plan, progress: Progress | None
+) -> tuple[dict[str, Any], str]:
+    """What the jobs found, and the devices that they ran on."""
+    if plan.executor is not None:
+        from .shared import Told, completed_by
+
+        told = Told()
+        found = dict(completed_by(plan.executor, jobs, plan.device, progress, told))
+        return found, ", ".join(sorted(told.devices))
+    label = choose(plan.device)[0].label
+    Device(plan.device).kernels.program  # noqa: B018 - compiled once, then all processes find it in the driver's cache
+    return dict(completed(jobs, plan.processes, progress)), label
 
 
 def case_rows() -> Iterator[tuple[str, str]]:
