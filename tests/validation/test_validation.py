@@ -196,4 +196,6 @@ def test_the_quick_suite_asks_mitsuba_where_only_it_can_judge() -> None:
     assert {"opaque box", "dispersion", "camera from above"} <= set(wanted)
     assert all(any(oracle.startswith("mitsuba") for oracle in asked[name]) for name in wanted)
     # all others are judged by the float64 oracle, on cases that the quick suite gives it
-    assert all(case in asked for mutant in mutants.MUTANTS.values() for case in mutant.cases)
+    of_cases = {case for mutant in mutants.MUTANTS.values() for case in mutant.cases
+                if not case.startswith((mutants.CHECK, mutants.REFITTED))}  # fmt: skip
+    assert of_cases <= set(asked)

@@ -29,7 +29,8 @@ def once(oracle: str, what: Any, make: Callable[[], Answer]) -> Answer:
     name = hashlib.sha256(f"{code(oracle)} {_harness()} {what!r}".encode()).hexdigest()[:32]
     file = Path(user_cache_dir("clrt", appauthor=False)) / "references" / f"{name}.pickle"
     with suppress(OSError, pickle.UnpicklingError, EOFError):
-        return pickle.loads(file.read_bytes())  # type: ignore[no-any-return]
+        kept: Answer = pickle.loads(file.read_bytes())
+        return kept
     made = make()
     with suppress(OSError, ClrtError):  # only time is lost
         file.parent.mkdir(mode=0o700, parents=True, exist_ok=True)

@@ -1,8 +1,8 @@
 """On which cases a fault that nobody chose is looked for, and in which order: first where it is cheap.
 
 Building the kernels for another format of rays takes as long as a hundred small pictures. So faults in
-kernels are looked for on cases of as few formats as show every feature that a kernel can tell apart, one
-format after the other; faults of the host, which need no build, on all cases.
+kernels are looked for on cases of as few formats as show every feature that a kernel can tell apart; faults
+of the host, which need no build, on all cases.
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from clrt.flatten.flatten import flatten
 from clrt.layout import RayFormat
 
 from ..cases import matrix_cases
+from ..coverage import fewest_cases
+from .checks import CHECK
 from .plant import REFITTED, small
 from .run import MUTANTS
 
@@ -28,6 +30,8 @@ _OF_TABLES: Final = frozenset((
 # trees of many nodes, and of few wide ones; the cases of the matrix have but some leaves
 _LARGE: Final = ("shipped sphereflake", "shipped mesh")
 _BOTH: Final = "dispersive prism"  # what only rays with media and bands of their own run through
+MOST: Final = 100
+"""Cases on which a fault of the host is looked for: those that show every feature, and others."""
 _REFITTED: Final = tuple(REFITTED + name for name in _LARGE)
 _TREES: Final = ("tree.cl", "collapse.clh", "walk.clh", "leaves.clh", "intersect.clh", "packet.clh",
                  "frustum.clh", "gather.clh", "children.clh", "boxes.clh")  # fmt: skip
@@ -35,14 +39,15 @@ _TREES: Final = ("tree.cl", "collapse.clh", "walk.clh", "leaves.clh", "intersect
 
 def cases_for(file: str) -> list[str]:
     """The cases on which faults in a file are looked for, the most promising first."""
-    near = [case for mutant in MUTANTS.values() if mutant.file == file for case in mutant.cases]
+    near = [case for mutant in MUTANTS.values() if mutant.file == file for case in mutant.cases
+            if not case.startswith(CHECK)]  # fmt: skip
     if not file.startswith("kernels/"):
-        return list(dict.fromkeys([*near, *_panel(), *matrix_cases()]))
-    if file.endswith("/refit.cl"):
-        return list(_REFITTED)
+        every = fewest_cases({name: case.shows for name, case in matrix_cases().items()})
+        return list(dict.fromkeys([*near, *every, *_panel(), *matrix_cases()]))[:MOST]
     if file.rpartition("/")[2] in _TREES:
         near = [*_LARGE, *near]
-    return list(dict.fromkeys([*near, *_panel(), *_LARGE]))
+    others = [case for case in matrix_cases() if _format(case) in {*map(_format, _panel())}]
+    return list(dict.fromkeys([*near, *_panel(), *_LARGE, *_REFITTED, *others]))
 
 
 @cache

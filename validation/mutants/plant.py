@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Final
@@ -118,7 +118,7 @@ def in_haste() -> Iterator[None]:
 
 def pictures_by_child(
     root: Path, cases: Sequence[str], device: int | str | None, seconds: float
-) -> Iterator[tuple[str, OracleImage]]:
+) -> Generator[tuple[str, OracleImage], None, None]:
     """Pictures by a process that takes kernels and package from `root` where it has them, as they are made.
 
     ClrtError where the process fails, crashes, takes longer than that, or _SECONDS of processor time for one.

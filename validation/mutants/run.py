@@ -26,6 +26,8 @@ from ..oracles import ORACLE64, SPECTRAL, edges64, our_picture, picture64, sourc
 from ..suite.worker import oracles
 from ..types import Case, Comparison, MutantResult, OracleImage
 from .audit import AUDIT_FAULTS
+from .checks import CHECK, failed, passes
+from .engine import ENGINE_FAULTS
 from .host import HOST_FAULTS
 from .kept import once
 from .kernels import KERNEL_FAULTS, Mutant
@@ -33,7 +35,8 @@ from .plant import REFITTED, in_haste, patched, picture_of, pictures_by_child, s
 from .spectral import SPECTRAL_FAULTS
 from .surfaces import SURFACE_FAULTS
 
-_FAULTS: Final = (*KERNEL_FAULTS, *SURFACE_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS, *AUDIT_FAULTS)
+_FAULTS: Final = (*KERNEL_FAULTS, *SURFACE_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS, *AUDIT_FAULTS,
+                  *ENGINE_FAULTS)
 MUTANTS: Final = {mutant.name: mutant for mutant in _FAULTS}
 _SECONDS = 120  # that a patched package may take for its pictures
 
@@ -41,7 +44,13 @@ _SECONDS = 120  # that a patched package may take for its pictures
 def run_mutant(name: str, device: int | str | None = None) -> MutantResult:
     """Plant a fault and see whether its judge notices it on one of its cases, and what it blames."""
     mutant = MUTANTS[name]
+    if mutant.cases[0].startswith(CHECK):
+        return _checked(mutant)
     for case, ours in pictures_of(mutant, device):
+        if case.startswith(REFITTED):
+            if ours.pixels.tobytes() != sound(case, device).pixels.tobytes():
+                return MutantResult(name, mutant.file, f"{case}: other bits", ("a new tracer",), False)
+            continue
         oracle = judge_of(mutant.file, case)
         reason = oracles().unable(oracle, source_of(rendered(case)))
         if reason is not None:
@@ -51,6 +60,17 @@ def run_mutant(name: str, device: int | str | None = None) -> MutantResult:
             gates = ", ".join(gate.name for gate in comparison.gates if not gate.passed)
             return MutantResult(name, mutant.file, f"{case}: {gates}", (oracle,), False, comparison.worst)
     return MutantResult(name, mutant.file, f"no gate failed on {', '.join(mutant.cases)}", (), True)
+
+
+def _checked(mutant: Mutant) -> MutantResult:
+    """What the check says that a mutant names in place of cases."""
+    check = mutant.cases[0].removeprefix(CHECK)
+    passes(check)
+    with patched(mutant.file, mutant.edit) as root:
+        said = failed(root, check)
+    if said:
+        return MutantResult(mutant.name, mutant.file, said, (mutant.cases[0],), False)
+    return MutantResult(mutant.name, mutant.file, f"no word from {mutant.cases[0]}", (), True)
 
 
 def judge_of(planted: str, case: str) -> str:
@@ -71,8 +91,9 @@ def rendered(case: str) -> Case:
 
 def judged_by_mitsuba() -> list[str]:
     """The cases on which only Mitsuba's side can notice a fault: a quick run asks it for these, too."""
-    return list(dict.fromkeys(case for mutant in MUTANTS.values() for case in mutant.cases
-                              if judge_of(mutant.file, case) != ORACLE64))  # fmt: skip
+    return list(dict.fromkeys(case for mutant in MUTANTS.values()
+                              for case in mutant.cases if not case.startswith((CHECK, REFITTED))
+                              and judge_of(mutant.file, case) != ORACLE64))  # fmt: skip
 
 
 def judged(case: str, ours: OracleImage, oracle: str) -> Comparison:

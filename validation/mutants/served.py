@@ -74,11 +74,12 @@ class Served:
             self._child.wait()
             self._child = None
 
-    def build(self, case: str) -> OracleImage:
-        """The picture without any fault; faults that do not build with the others become `unable`."""
+    def sound(self, case: str) -> tuple[OracleImage, frozenset[int]]:
+        """The picture without any fault, and those whose places it comes by; faults that do not build with
+        the others become `unable`."""
         while True:
             try:
-                return self.picture(0, case)
+                return self._answer(0, case)
             except Lost as error:
                 where = [(found[1], int(found[2])) for found in _WRONG.finditer(str(error))]
                 wrong = {n for n, place in self._faults.items() if n not in self.unable
@@ -92,6 +93,9 @@ class Served:
 
     def picture(self, fault: int, case: str) -> OracleImage:
         """The picture of a case with a fault, 0: none. Lost where the process ends or takes too long."""
+        return self._answer(fault, case)[0]
+
+    def _answer(self, fault: int, case: str) -> tuple[OracleImage, frozenset[int]]:
         child = self._child = self._child or self._start()
         assert child.stdin is not None and child.stdout is not None
         clock = threading.Timer(_SECONDS, child.kill)
@@ -99,7 +103,8 @@ class Served:
         try:
             pickle.dump((fault, case), child.stdin)
             child.stdin.flush()
-            return pickle.load(child.stdout)  # type: ignore[no-any-return]
+            picture, reached = pickle.load(child.stdout)
+            return picture, reached
         except (EOFError, BrokenPipeError, pickle.UnpicklingError):
             ended = child.wait()
             self._errors.seek(0)
@@ -140,6 +145,5 @@ def serve() -> None:
             bound_time()
             switch.choose(fault)
             picture = picture_of(case, opened)
-            switch.choose(0)
-            pickle.dump(picture, answers)
+            pickle.dump((picture, switch.reached()), answers)
             answers.flush()

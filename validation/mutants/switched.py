@@ -1,8 +1,8 @@
 """Many faults in one build of the kernels: a number in memory says which of them is there (0: none).
 
-Building takes a hundred times as long as a small picture, so each place holds both texts, and looks at a page
-of memory at ADDRESS for which one counts. That needs a driver that runs kernels in its own process, as CPU
-drivers do. With no fault chosen the pictures have the bits of the kernels as they are.
+Building takes a hundred times as long as a small picture, so each place holds both texts, looks at a page of
+memory at ADDRESS for which one counts, and leaves a mark there. That needs a driver that runs kernels in its
+own process, as CPU drivers do. With no fault chosen the pictures have the bits of the kernels as they are.
 """
 
 from __future__ import annotations
@@ -19,7 +19,12 @@ from .generated import Place
 
 ADDRESS: Final = 1 << 44
 _FIXED: Final = 0x100000  # MAP_FIXED_NOREPLACE
-_ON: Final = f"(*(volatile __global const int *){ADDRESS}ul == {{}})"
+_PLACES: Final = 4000  # of faults on the page, behind the number
+# notes that the place is reached, and says whether its fault is there
+_ON: Final = (
+    f"(*(volatile __global uchar *)({ADDRESS + 16}ul + {{0}}) = 1, "
+    f"*(volatile __global const int *){ADDRESS}ul == {{0}})"
+)
 # how tightly C's binary operators bind; their operands end where another binds as loosely
 _BINDS: Final = {
     "*": 10, "/": 10, "%": 10, "+": 9, "-": 9, "<<": 8, ">>": 8, "<": 7, ">": 7, "<=": 7, ">=": 7, "==": 6,
@@ -48,10 +53,16 @@ class Switch:
         if at != ADDRESS:
             raise DeviceError("there is no page for the number of a fault; faults can be planted one by one")
         self._number = ctypes.c_int.from_address(ADDRESS)
+        self._marks = (ctypes.c_ubyte * _PLACES).from_address(ADDRESS + 16)
 
     def choose(self, number: int) -> None:
         """The fault that kernels launched from now on have; 0: none."""
         self._number.value = number
+        ctypes.memset(self._marks, 0, _PLACES)
+
+    def reached(self) -> frozenset[int]:
+        """The faults whose places were looked at since then."""
+        return frozenset(number for number, mark in enumerate(self._marks) if mark)
 
 
 def with_all(text: str, faults: Iterable[tuple[int, Place]]) -> tuple[str, set[int]]:
