@@ -8,6 +8,7 @@ not count.
 from __future__ import annotations
 
 import ast
+import hashlib
 import importlib.util
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -51,6 +52,18 @@ def reached(oracle: str, roots: Roots | None = None) -> frozenset[str]:
     """The modules that an oracle, or the renderer, is made of."""
     roots = roots or {"clrt": _folder("clrt"), "validation": Path(__file__).parent}
     return _reached(_STARTS[oracle.split("-")[0]], tuple(roots.items()))
+
+
+@cache
+def code(oracle: str) -> str:
+    """SHA-256 of what an oracle is made of: its modules, and the tables beside them."""
+    roots: Roots = {"clrt": _folder("clrt"), "validation": Path(__file__).parent}
+    files = {file for module in reached(oracle) if (file := _file(module, roots)) is not None}
+    files |= {table for folder in {file.parent for file in files} for table in folder.rglob("*.csv")}
+    held = hashlib.sha256()
+    for file in sorted(files):
+        held.update(file.read_bytes())
+    return held.hexdigest()
 
 
 @cache

@@ -161,6 +161,7 @@ def parser() -> _Parser:
     validate.add_argument("scenes", metavar="SCENE", nargs="*", help="only your own scenes, or shipped ones")
     validate.add_argument("--full", action="store_true", help="every oracle and scene, mutants")
     validate.add_argument("--against", metavar="CMD", help="a program: 'myrt {scene.toml} {out.exr}'")
+    validate.add_argument("--as-oracle", action="store_true", help="that program judges clrt, as oracles do")
     validate.add_argument("--timeout", type=float, default=60.0, metavar="S", help="its time a picture (60)")
     validate.add_argument("--report", metavar="OUT.html", help="write a page with all pictures and figures")
     validate.add_argument("--json", action="store_true", help="print JSON, as it stands beside a report")

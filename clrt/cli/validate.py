@@ -36,7 +36,9 @@ def run(options: argparse.Namespace) -> int:
         suite = validation_module("suite.run")
         if options.list:
             return _list(suite, options.json)
-        if options.against is not None:
+        if options.as_oracle and options.against is None:
+            raise ClrtError("--as-oracle: say which program: --against 'myrt {scene.toml} {out.exr}'")
+        if options.against is not None and not options.as_oracle:
             from clrt.cli import validate_against
 
             return validate_against.run(options)
@@ -87,6 +89,9 @@ def _plan(suite: Any, options: argparse.Namespace) -> Any:
         what = f"it is a number of scenes, from 0 to {MOST_RANDOM}"
         raise ClrtError(f"--random: {options.random} is not allowed; {what}")
     everything = options.full and not options.case and not options.scenes
+    program = None
+    if options.as_oracle:
+        program = validation_module("suite.program").parse(options.against, options.timeout)
     return suite.Plan(
         quick=not options.full,
         random=suite.FULL_RANDOM if options.random is None and everything else options.random or 0,
@@ -98,6 +103,7 @@ def _plan(suite: Any, options: argparse.Namespace) -> Any:
         device=options.device,
         pictures=bool(options.report),
         command=printable(shlex.join(["clrt", *sys.argv[1:]])),
+        program=program,
     )
 
 

@@ -18,8 +18,6 @@ from clrt import layout
 from clrt.base.errors import ClrtError
 from clrt.base.install import pip_install
 from clrt.base.resources import PACKAGE, kernel_folder, validation_module
-from clrt.device import intel
-from clrt.device.device import Device
 from clrt.scene.lights import LIGHTS
 from clrt.scene.materials import Material
 
@@ -80,10 +78,8 @@ def test_a_fault_in_a_kernel_is_built_in_haste_and_nothing_else(
     monkeypatch.delenv(name, raising=False)
     if before is not None:
         monkeypatch.setenv(name, before)
-    device = Device()
-    with pytest.raises(RuntimeError), mutants.in_haste(device):
-        hasty = device.info.platform == intel.PLATFORM
-        assert os.environ.get(name, "") == " ".join([before or "", "-cl-opt-disable" * hasty]).strip()
+    with pytest.raises(RuntimeError), mutants.in_haste():
+        assert os.environ[name] == f"{before or ''} -cl-opt-disable".strip()
         raise RuntimeError
     assert os.environ.get(name) == before
 
@@ -200,4 +196,6 @@ def test_the_quick_suite_asks_mitsuba_where_only_it_can_judge() -> None:
     assert {"opaque box", "dispersion", "camera from above"} <= set(wanted)
     assert all(any(oracle.startswith("mitsuba") for oracle in asked[name]) for name in wanted)
     # all others are judged by the float64 oracle, on cases that the quick suite gives it
-    assert all(case in asked for mutant in mutants.MUTANTS.values() for case in mutant.cases)
+    of_cases = {case for mutant in mutants.MUTANTS.values() for case in mutant.cases
+                if not case.startswith((mutants.CHECK, mutants.REFITTED))}  # fmt: skip
+    assert of_cases <= set(asked)

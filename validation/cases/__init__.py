@@ -75,7 +75,7 @@ _ONE_SAMPLE = (
     "across an edge, where ours agree with the float64 oracle's within 1e-7. In a picture of 80 x 93 that "
     "pixel is half of all squared differences, or 3 dB."
 )
-_OWN: dict[str, tuple[dict[str, float], str]] = {
+OWN_LIMITS: dict[str, tuple[dict[str, float], str]] = {
     "shipped thesis_3_07_acne": ({"fine": 0.997, "rays": 0.997, "distance": 2e-4}, _FAR),
     "shipped thesis_3_07_acne at 16 samples": (
         {"fine": 0.998, "rays": 0.998, "coarse": 0.998, "distance": 2e-4, "masked": 0.03, "mean": 8e-5},
@@ -171,7 +171,7 @@ def limits_of(case: Case, oracle: str) -> Limits:
     elif oracle.startswith("stock"):
         # its shadow rays start elsewhere, which shows where shadows meet what casts them
         base = dataclasses.replace(base, masked=0.03, psnr=(base.psnr or 0) - 2)
-    own = _OWN.get(f"{case.name} ({oracle})") or _OWN.get(case.name, ({}, ""))
+    own = OWN_LIMITS.get(f"{case.name} ({oracle})") or OWN_LIMITS.get(case.name, ({}, ""))
     return dataclasses.replace(base, **own[0])
 
 
@@ -216,5 +216,5 @@ def _of_scene(name: str, source: dict[str, Any] | Path, size: tuple[int, int] | 
     width, height = size or (width, round(width * scene.camera.height / scene.camera.width))
     if many and size:
         width, height = size[0] * 2 // 3, size[1] * 2 // 3
-    features, note = frozenset(features_of(scene)), _OWN.get(name, ({}, ""))[1]
+    features, note = frozenset(features_of(scene)), OWN_LIMITS.get(name, ({}, ""))[1]
     return Case(name, source, features, ORACLES, width, height, 16 if many else 1, note=note)

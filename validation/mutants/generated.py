@@ -36,6 +36,8 @@ _C_TOKEN: Final = re.compile(
     r"|(?P<operator>(?<=\s)(?:\+=|-=|\*=|<=|>=|==|!=|&&|\|\||[-+*/<>&|])(?=\s))",
     re.MULTILINE | re.DOTALL,
 )
+# what stands before the size of an array that is declared
+_DECLARED: Final = re.compile(r"\s*(?!return\b)(?:\w+ )+(?:\w+(?:\[[^\]]*\])*, )*\w+(?:\[[^\]]*\])*")
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,7 @@ class Place:
 
     file: str  # "kernels/..." or "clrt/..."
     line: int
+    column: int
     start: int
     end: int
     old: str
@@ -56,7 +59,7 @@ class Place:
 
     @property
     def name(self) -> str:
-        return f"{self.file}:{self.line}: {self.old} becomes {self.new}"
+        return f"{self.file}:{self.line}:{self.column}: {self.old} becomes {self.new}"
 
 
 def drawn(count: int, seed: int = SEED) -> list[Place]:
@@ -74,7 +77,7 @@ def places() -> Iterator[Place]:
                 at = text.rfind("\n", 0, start) + 1
                 line = f"{text[at : text.find(chr(10), start)].strip()} {start - at}"
                 number = text.count("\n", 0, start) + 1
-                yield Place(name, number, start, end, text[start:end], new, line)
+                yield Place(name, number, start - at + 1, start, end, text[start:end], new, line)
 
 
 def _files(root: Path, folder: str) -> list[Path]:
@@ -89,7 +92,7 @@ def _in_c(text: str) -> Iterator[tuple[int, int, str]]:
         kind, old = found.lastgroup, found.group()
         if kind == "number" and float(old.rstrip("f")):
             yield found.start(), found.end(), f"(1.01f * {old})"
-        elif kind == "index":
+        elif kind == "index" and not _declared(text, found.start()):
             yield found.start(), found.end(), f"[{old[1:-1]} + 1]"
         elif kind == "operator" or (kind == "word" and old != "if"):
             if old not in "&*" or text[found.start() - 2] not in "(,=":  # else it may be of a pointer
@@ -97,6 +100,12 @@ def _in_c(text: str) -> Iterator[tuple[int, int, str]]:
         elif kind == "word" and (condition := _in_brackets(text, found.end())):
             start, end = condition
             yield start, end, f"(!{text[start:end]})"
+
+
+def _declared(text: str, at: int) -> bool:
+    """Whether what stands in the brackets there is the size of an array."""
+    before = text[text.rfind("\n", 0, at) + 1 : at]
+    return _DECLARED.fullmatch(before) is not None or re.search(r"\(\*\w+\)$", before) is not None
 
 
 def _in_brackets(text: str, at: int) -> tuple[int, int] | None:

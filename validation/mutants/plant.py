@@ -6,6 +6,7 @@ process that imports a patched copy of the package.
 
 from __future__ import annotations
 
+import math
 import os
 import pickle
 import shutil
@@ -13,21 +14,28 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Final
 
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE, kernel_folder
-from clrt.device import intel
 from clrt.device.device import Device
+from clrt.device.kernelcache import VARIABLE as CACHE
+from clrt.formats import load_dict
 from clrt.scene.scene import Scene
 
 from ..cases import case_named
-from ..oracles import our_picture, scene_of
+from ..oracles import our_picture, scene_of, tracer_of
+from ..ours import render_ours
 from ..types import OracleImage
 
+REFITTED: Final = "refitted "
+"""Before the name of a case whose shapes a tracer first has elsewhere."""
+_STEP: Final = 0.02  # units, by which they are
+_SECONDS: Final = 40  # of processor time that a picture may take, its kernels' build among them
+_MEMORY: Final = 12 << 30  # bytes of addresses, of which drivers take much
 _MORE_OPTIONS: Final = "PYOPENCL_BUILD_OPTIONS"
 _BESIDE: Final = ("kernels", "scenes", "validation")  # what a checkout has beside the package
 _CHILD: Final = (
@@ -42,16 +50,33 @@ def small(case: str) -> Scene:
     return scene.override(width=scene.camera.width // 2, height=scene.camera.height // 2)
 
 
+def picture_of(case: str, device: Device) -> OracleImage:
+    """Our picture of a case, half its size; where it is refitted, from a tree made for other places."""
+    scene = small(case.removeprefix(REFITTED))
+    if not case.startswith(REFITTED):
+        return our_picture(scene, device)
+    tracer = tracer_of(_elsewhere(scene), device)
+    tracer.update(scene)
+    return render_ours(tracer)
+
+
+def _elsewhere(scene: Scene) -> Scene:
+    """The scene with each shape a little away from its place, all in other directions."""
+    table = scene.to_dict()
+    for number, shape in enumerate(table["shapes"]):
+        if shape["type"] != "plane":
+            way = [_STEP * math.cos(number + turn) for turn in (0.0, 2.0, 4.0)]
+            shape["transform"] = [*shape.get("transform", ()), {"translate": way}]
+    return load_dict(table, folder=scene.folder)
+
+
 @contextmanager
 def patched(file: str, edit: Callable[[str], str]) -> Iterator[Path]:
     """A folder with a copy of the kernels, or of the package beside what it needs; `file` in it is edited."""
     of_kernels = file.startswith("kernels/")
     folder, name = (kernel_folder(), "kernels") if of_kernels else (PACKAGE, "clrt")
-    with tempfile.TemporaryDirectory(prefix="clrt-mutant-") as place:
-        root = Path(place)
-        shutil.copytree(folder, root / name, ignore=shutil.ignore_patterns("__pycache__"))
-        text = (root / file).read_text(encoding="utf-8")
-        (root / file).write_text(edit(text), encoding="utf-8")
+    with _copied(folder, name) as root:
+        (root / file).write_text(edit((root / file).read_text("utf-8")), "utf-8")
         for beside in () if of_kernels else _BESIDE:
             if (PACKAGE.parent / beside).is_dir():
                 (root / beside).symlink_to(PACKAGE.parent / beside)
@@ -59,14 +84,30 @@ def patched(file: str, edit: Callable[[str], str]) -> Iterator[Path]:
 
 
 @contextmanager
-def in_haste(device: Device) -> Iterator[None]:
-    """Build without optimising, which takes Intel's compiler a quarter of the time; the bits are the same.
+def patched_with(edit: Callable[[str, str], str]) -> Iterator[Path]:
+    """A folder with a copy of the kernels, each file ("kernels/...", text) edited."""
+    with _copied(kernel_folder(), "kernels") as root:
+        for file in sorted((root / "kernels").glob("*.cl*")):
+            file.write_text(edit(f"kernels/{file.name}", file.read_text("utf-8")), "utf-8")
+        yield root
+
+
+@contextmanager
+def _copied(folder: Path, name: str) -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix="clrt-mutant-") as place:
+        shutil.copytree(folder, Path(place) / name, ignore=shutil.ignore_patterns("__pycache__"))
+        yield Path(place)
+
+
+@contextmanager
+def in_haste() -> Iterator[None]:
+    """Build without optimising, which takes Intel's compiler a quarter of the time and PoCL's 0.4 of it; the
+    bits are the same.
 
     For kernels that render a small picture once. Only those of the mutant may be built meanwhile.
     """
     before = os.environ.get(_MORE_OPTIONS)
-    if device.info.platform == intel.PLATFORM:
-        os.environ[_MORE_OPTIONS] = f"{before or ''} -cl-opt-disable".strip()
+    os.environ[_MORE_OPTIONS] = f"{before or ''} -cl-opt-disable".strip()
     try:
         yield
     finally:
@@ -77,10 +118,10 @@ def in_haste(device: Device) -> Iterator[None]:
 
 def pictures_by_child(
     root: Path, cases: Sequence[str], device: int | str | None, seconds: float
-) -> Iterator[tuple[str, OracleImage]]:
+) -> Generator[tuple[str, OracleImage], None, None]:
     """Pictures by a process that takes kernels and package from `root` where it has them, as they are made.
 
-    ClrtError where the process fails, crashes or takes longer than that.
+    ClrtError where the process fails, crashes, takes longer than that, or _SECONDS of processor time for one.
     """
     path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
     command = [sys.executable, "-P", "-W", "ignore", "-c", _CHILD]
@@ -120,9 +161,32 @@ def render_for_parent() -> None:
     with answers:
         pickle.dump(str(PACKAGE), answers)
         answers.flush()
+        bound_memory()
+        if own:  # nobody else needs what is built, and it goes with the folder
+            (Path(root) / "built").mkdir(mode=0o700)
+            os.environ[CACHE] = str(Path(root) / "built")
         opened = Device(device, kernels=kernels) if own else Device(device)
         for case in cases:
-            with in_haste(opened) if own else nullcontext():
-                picture = our_picture(small(case), opened)
+            bound_time()
+            with in_haste() if own else nullcontext():
+                picture = picture_of(case, opened)
             pickle.dump(picture, answers)
             answers.flush()
+
+
+def bound_time() -> None:
+    """End this process once it has used _SECONDS more of processor time. (Windows has no such limit.)"""
+    with suppress(ImportError):
+        import resource
+
+        used = resource.getrusage(resource.RUSAGE_SELF)
+        most = math.ceil(used.ru_utime + used.ru_stime) + _SECONDS
+        resource.setrlimit(resource.RLIMIT_CPU, (most, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+
+
+def bound_memory() -> None:
+    """Take no more than _MEMORY, whatever a fault makes of a size."""
+    with suppress(ImportError):
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))

@@ -24,6 +24,7 @@ FILES: Final[dict[str, tuple[str, ...]]] = {
     "performance/povray.json": ("clrt.bench.frames",),
     "performance/thesis.json": code.PROGRAM,
     "validation.json": ("validation.suite.run",),
+    "mutants.json": ("validation.mutants.generated_run",),
 }
 """Files below docs, and the modules that each depends on."""
 

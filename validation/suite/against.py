@@ -18,25 +18,20 @@ from typing import Final
 import numpy as np
 
 from clrt.base.errors import ClrtError, ClrtWarning
-from clrt.images.file import decode, encode
 
 from ..cases import case_named, limits_of, matrix_cases, own_file, terms, views
 from ..compare.causes import BYTE, FLOAT, Cause
-from ..compare.layers import TERMS
-from ..compare.metrics import encoded, largest
-from ..compare.oracle import Limits, compare, gate
 from ..compare.pictures import SceneReference, causes_between
 from ..oracles import ORACLE64, Picture64, edges64, picture64, scene_of
-from ..ours import ray_key
-from ..types import Case, CaseResult, Comparison, OracleImage, SuiteResult
-from .program import Program, Rendered
+from ..types import CaseResult, OracleImage, SuiteResult
+from .alike import alike, compared, is_of_bytes
+from .program import Program
 from .run import Plan, Progress, completed, versions
 from .scenefiles import as_nff
 from .worker import lean, lean_maps
 
 SECONDS: Final = 20.0  # of processor time for the causes of one picture
 REFERENCE: Final = ORACLE64
-_NEAR_BYTES: Final = 0.999  # share of pixels within 1.5 steps of 255, outside edges
 _MOST: Final = 5  # features that are told
 
 
@@ -87,11 +82,11 @@ def _judge(task: Task) -> Judged:
     reference = picture64(scene) if nff else _reference(task.case)
     limit = limits_of(case, "mitsuba-table")
     eight = task.program.integer and is_of_bytes(rendered.pixels)
-    theirs, wanted = _alike(rendered, reference, task.program, eight)
-    comparison, edges = _compared(theirs, wanted, case, limit, None, eight), None
+    theirs, wanted = alike(rendered, reference, task.program, eight)
+    comparison, edges = compared(theirs, wanted, case, limit, None, eight), None
     if not comparison.passed and theirs.pixels.shape == wanted.pixels.shape:
         edges = edges64(scene, reference)
-        comparison = _compared(theirs, wanted, case, limit, edges, eight)
+        comparison = compared(theirs, wanted, case, limit, edges, eight)
     causes: tuple[Cause, ...] = ()
     if not comparison.passed:
         again = SceneReference(scene, case.width, case.height, task.device)
@@ -106,52 +101,6 @@ def _judge(task: Task) -> Judged:
 @cache
 def _reference(name: str) -> Picture64:
     return picture64(scene_of(case_named(name)))
-
-
-def is_of_bytes(pixels: np.ndarray) -> bool:
-    """Whether a linear picture holds no more than 8 bits of sRGB do."""
-    return bool(np.array_equal(decode(encode(pixels)), pixels))
-
-
-def _alike(
-    rendered: Rendered, reference: Picture64, program: Program, eight: bool
-) -> tuple[OracleImage, OracleImage]:
-    """The program's picture, and the reference as a file of the same kind would hold it.
-
-    Both have no more layers than the program wrote: what it does not tell apart is not compared.
-    """
-    assert rendered.pixels is not None
-    terms = {ray_key(0, f"camera {name}"): rendered.layers[name] for name in TERMS if name in rendered.layers}
-    by_ray = {key: values for key, values in reference.by_ray.items() if key in terms}
-    theirs = OracleImage(rendered.pixels.astype(np.float64), {key: terms[key] for key in by_ray},
-                         rendered.layers.get("depth"), _shape(rendered), program.name,
-                         rendered.seconds)  # fmt: skip
-    pixels = reference.pixels
-    if eight:
-        pixels = decode(encode(pixels.astype(np.float32))).astype(np.float64)
-    elif program.integer:
-        pixels = np.clip(pixels, 0.0, 1.0)
-    wanted = OracleImage(pixels, by_ray, reference.t, reference.shape, reference.name, reference.seconds)
-    return theirs, wanted
-
-
-def _shape(rendered: Rendered) -> np.ndarray | None:
-    shape = rendered.layers.get("shape")
-    return None if shape is None else np.nan_to_num(shape, nan=-2).astype(np.int64)
-
-
-def _compared(theirs: OracleImage, wanted: OracleImage, case: Case, limit: Limits,
-              edges: np.ndarray | None, eight: bool) -> Comparison:  # fmt: skip
-    """The comparison; of pictures of 8 bits in their steps, which are larger than what is asked else."""
-    if not eight or theirs.pixels.shape != wanted.pixels.shape:
-        return compare(theirs, wanted, edges, case.spp, limit)
-    rough = dataclasses.replace(limit, fine=None, coarse=None, mean=2e-3, masked=None, rays=None)
-    found = compare(theirs, wanted, edges, case.spp, rough)
-    out = np.ones(wanted.pixels.shape[:2], bool) if edges is None else ~edges
-    near = largest(encoded(theirs.pixels) - encoded(wanted.pixels))[out] <= BYTE
-    share = float(np.mean(near)) if near.size else 0.0
-    more = gate("within 1.5 steps of 255", share, _NEAR_BYTES, "high", "share of pixels, outside edges")
-    return dataclasses.replace(found, gates=(*found.gates, more))
 
 
 def run(

@@ -71,6 +71,15 @@ class Program:
         """Whether its pictures hold no radiance above 1."""
         return self.out_suffix == ".png"
 
+    def unable(self, scene: Scene, origin: Path | None = None) -> str:
+        """Why its format has no words for a scene; "" where it has."""
+        with tempfile.TemporaryDirectory(prefix="clrt-against-") as name:
+            try:
+                write_scene(scene, Path(name).resolve() / f"scene{self.scene_suffix}", origin)
+            except ClrtError as error:
+                return str(error)
+        return ""
+
     def render(self, scene: Scene, origin: Path | None = None) -> Rendered:
         """Its picture, from the scene's camera. ClrtError where its format has no words for the scene.
 

@@ -29,14 +29,15 @@ from clrt.device.platforms import choose
 from clrt.scene.scene import Scene
 from clrt.version import __version__
 
-from ..cases import case_named, matrix_cases, own_case, random_cases, shipped_cases
+from ..cases import case_named, matrix_cases, own_case, own_file, random_cases, shipped_cases
 from ..compare.metrics import without_flip
-from ..coverage import coverage, fewest_cases
+from ..coverage import PROGRAM, coverage, fewest_cases
 from ..mutants.run import MUTANTS, judged_by_mitsuba, run_mutant
 from ..oracle_povray import client as povray
 from ..oracles import ORACLE64, POVRAY, able, scene_of, why_not
 from ..spd import KNOWN, PUBLISHED, check_folder
 from ..types import CaseResult, SuiteResult
+from .program import Program
 from .worker import Task, count_known, count_published, run_case, run_twin
 
 Progress = Callable[[int, int, str], None]
@@ -52,7 +53,8 @@ class Plan:
     """What a run consists of.
 
     least: no more cases than show every feature to two oracles. seed: of the random scenes. pictures: keep
-    them for a report. executor: whose workers do it, in place of this machine's processes.
+    them for a report. executor: whose workers do it, in place of this machine's processes. program: somebody
+    else's, as a further oracle of every case.
     """
 
     quick: bool = True
@@ -67,6 +69,7 @@ class Plan:
     pictures: bool = False
     command: str = ""
     executor: Any = None
+    program: Program | None = None
     processes: int = field(default_factory=lambda: min(os.cpu_count() or 1, _MOST_PROCESSES))
 
 
@@ -153,7 +156,7 @@ def tasks_of(plan: Plan) -> list[Task]:
         if plan.quick and not chosen:
             oracles = [oracle for oracle in oracles if oracle != "mitsuba-bsdf"]
         able_ones = tuple(o for o in oracles if able(o, case) and not (o == POVRAY and povray.missing()))
-        tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene_of(case))))
+        tasks.append(Task(name, able_ones, plan.device, plan.pictures, rays_of(scene_of(case)), plan.program))
     return tasks
 
 
@@ -181,6 +184,11 @@ def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:
         for oracle in result.case.oracles:
             if oracle not in result.results and oracle not in result.unproven:
                 yield f"{result.case.name}: {oracle} cannot express it: {why_not(oracle, result.case)}"
+    for result in cases if plan.program else ():
+        assert plan.program is not None
+        if PROGRAM + plan.program.name not in {*result.results, *result.unproven}:
+            why = plan.program.unable(scene_of(result.case), own_file(result.case.name))
+            yield f"{result.case.name}: {plan.program.scene_suffix} has no words for it: {why}"
     if plan.cases or plan.scenes:
         yield f"only the {'scenes' if plan.scenes else 'cases'} asked for; no ray counts"
     elif plan.least:

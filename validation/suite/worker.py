@@ -8,8 +8,9 @@ import multiprocessing
 import os
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -20,8 +21,9 @@ from clrt.engine.tripwire import NotFinite
 from clrt.scene.scene import Scene
 
 from .. import spd
-from ..cases import case_named, limits_of
+from ..cases import case_named, limits_of, own_file
 from ..compare.oracle import Limits, compare, gate, statistical
+from ..coverage import PROGRAM
 from ..oracle_mitsuba import MitsubaError
 from ..oracle_povray import client as povray
 from ..oracle_povray.client import PovrayError
@@ -39,6 +41,8 @@ from ..oracles import (
 )
 from ..twin.check import twin_check
 from ..types import Case, CaseResult, CheckResult, Comparison, CountResult, OracleImage
+from .alike import alike, compared, is_of_bytes
+from .program import Program
 
 
 def _end_with_parent() -> None:
@@ -61,13 +65,14 @@ _NOISY_PSNR = 40.0  # dB: what a random oracle's own noise leaves
 
 @dataclass(frozen=True)
 class Task:
-    """A case to run. pictures: return them, too. rays: how many it takes, about."""
+    """A case to run. pictures: return them. rays: how many it takes, about. program: a further oracle."""
 
     name: str
     oracles: tuple[str, ...]
     device: int | str | None = None
     pictures: bool = False
     rays: int = 0
+    program: Program | None = None
 
 
 @cache
@@ -121,11 +126,34 @@ def run_case(task: Task) -> CaseResult:
             wrong = gate("tripwire", 1.0, 0.0, "low", tripped)
             comparison = dataclasses.replace(comparison, gates=(*comparison.gates, wrong))
         results[oracle] = picture, comparison
+    if task.program is not None:
+        beside(task.program, case, scene, ours, partial(edges64, scene, reference), results, unproven)
     passed = all(comparison.passed for _, comparison in results.values())
     kept = task.pictures and (not passed or not task.name.startswith("random"))
     results = {o: (lean(image, kept), lean_maps(found, kept)) for o, (image, found) in results.items()}
     ours = lean(ours, kept)
     return CaseResult(case, ours, results, unproven, time.perf_counter() - start)
+
+
+def beside(program: Program, case: Case, scene: Scene, ours: OracleImage, edges: Callable[[], np.ndarray],
+           results: dict[str, tuple[OracleImage, Comparison]], unproven: dict[str, str]) -> None:  # fmt: skip
+    """Let somebody else's program judge our picture, by what its file can hold and Mitsuba's limits.
+
+    Nothing where its format has no words for the scene.
+    """
+    name, origin = PROGRAM + program.name, own_file(case.name)
+    if program.unable(scene, origin):
+        return
+    rendered = program.render(scene, origin)
+    if rendered.pixels is None:
+        unproven[name] = rendered.failure
+        return
+    eight, limit = program.integer and is_of_bytes(rendered.pixels), limits_of(case, "mitsuba-table")
+    theirs, mine = alike(rendered, ours, program, eight)
+    found = compared(mine, theirs, case, limit, None, eight)
+    if not found.passed and mine.pixels.shape == theirs.pixels.shape:
+        found = compared(mine, theirs, case, limit, edges(), eight)
+    results[name] = theirs, found
 
 
 def seen(scene: Scene, wanted: int | str | None) -> tuple[OracleImage, str]:

@@ -1,0 +1,115 @@
+"""Checks of what no oracle renders: how many samples pixels get, and the numbers of names in mattes.
+
+What is right stands here, from docs/model.md and from published values; nothing of it is taken from clrt.
+Each raises AssertionError where clrt does otherwise. A fault is planted in a copy of the package, and the
+check runs there, in a process of its own.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+import clrt
+from clrt.images import cryptomatte
+
+CHECK: Final = "check "
+"""Before the name of a check, where a mutant names its cases."""
+_RUN: Final = "import sys; from clrt.base.resources import validation_module as find; " \
+              "find('mutants.checks').CHECKS[sys.argv[1]]()"  # fmt: skip
+_SECONDS: Final = 300
+# docs/model.md: the cosine between normals below which neighbours differ
+_BENT: Final = 0.9
+_SCENE: Final[dict[str, Any]] = {
+    "background": [0.1, 0.2, 0.3], "ambient": 0.2,
+    "camera": {"origin": [0, 0.6, 4], "target": [0, 0, 0], "width": 40, "height": 28, "spp": 4, "jitter": 2},
+    "lights": [{"type": "point", "position": [3, 5, 4]}],
+    "shapes": [
+        {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"diffuse": 0.5, "specular": 0.4}},
+        {"type": "box", "min": [-2, -1, -1], "max": [-1.2, 0, 0.5], "transform": [{"rotate": ["y", 30]}]},
+        {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0],
+         "material": {"color": {"type": "checker", "colors": [0.3, 0.6], "size": 0.7}}},
+    ],
+}  # fmt: skip
+_LAYERS: Final = ("samples", "shape", "normal")
+
+
+def adaptive() -> None:
+    """Pixels get as many samples as docs/model.md says, and have the bits of even pictures of so many; the
+    same in parts."""
+    scene = clrt.load_dict(_SCENE)
+    even = {spp: clrt.render(scene, spp=spp, layers=_LAYERS) for spp in (4, 16, 64)}
+    for threshold in (0.004, 1.0):  # 1: outlines alone
+        asked = clrt.load_dict({**_SCENE, "adaptive": {"spp": 64, "threshold": threshold}})
+        image = clrt.render(asked, layers=_LAYERS)
+        count = image.layers["samples"]
+        assert np.array_equal(count, _samples(even, threshold)), f"samples at threshold {threshold}"
+        for spp, whole in even.items():
+            assert np.array_equal(image.pixels[count == spp], whole.pixels[count == spp]), f"bits of {spp}"
+        part = clrt.render(asked, crop=(10, 3, 17, 20))
+        assert np.array_equal(part.pixels, image.pixels[3:23, 10:27]), "bits of a part"
+
+
+def _samples(even: dict[int, clrt.Image], threshold: float) -> np.ndarray:
+    """How many samples each pixel has to get."""
+    root = {spp: np.sqrt(np.clip(whole.pixels, 0, 1)) for spp, whole in even.items()}
+    shape, normal = even[4].layers["shape"], even[4].layers["normal"]
+    height, width = shape.shape
+    most = np.float32(threshold)
+    found = np.full((height, width), 4)
+    for y in range(height):
+        for x in range(width):
+            for j, i in ((y, x - 1), (y, x + 1), (y - 1, x), (y + 1, x)):
+                if 0 <= j < height and 0 <= i < width:
+                    colour = ((root[4][y, x] - root[4][j, i]) ** 2 > most).any()
+                    bent = min(shape[y, x], shape[j, i]) >= 0 and normal[y, x] @ normal[j, i] < _BENT
+                    if colour or bent or shape[y, x] != shape[j, i]:
+                        found[y, x] = 16
+            if found[y, x] == 16 and ((root[16][y, x] - root[4][y, x]) ** 2 > most).any():
+                found[y, x] = 64
+    return found
+
+
+def names_as_numbers() -> None:
+    """Published values of MurmurHash3_x86_32 (seed 0), those of Psyop's own tests of Cryptomatte, and its
+    rule for numbers that are no normal floats: an exponent of all zeros or ones has its lowest bit turned."""
+    hashes = {b"": 0, b"test": 0xBA6BD213, b"Hello, world!": 0xC0363E43, b"\0\0\0\0": 0x2362F9DE,
+              b"The quick brown fox jumps over the lazy dog": 0x2E4FF723}  # fmt: skip
+    assert {data: cryptomatte.murmur3(data) for data in hashes} == hashes
+    floats = {"hello": 6.0705627102400005616e-17, "cube": -4.08461912519e15, "sphere": 2.79018604383e15,
+              "plane": 3.66557617593e-11, "mädchen": 6.2361298211599995797e25}  # fmt: skip
+    found = cryptomatte.ids_of(list(floats))
+    assert found.tolist() == [float(np.float32(value)) for value in floats.values()]
+    changed = 0
+    for name in (f"n{number}" for number in range(4000)):
+        plain = cryptomatte.murmur3(name.encode())
+        odd = plain >> 23 & 255 in (0, 255)
+        assert cryptomatte.id_of(name) == (plain ^ 1 << 23 if odd else plain), name
+        changed += odd
+    assert changed
+
+
+CHECKS: Final[dict[str, Callable[[], None]]] = {"adaptive": adaptive, "names as numbers": names_as_numbers}
+
+
+def failed(root: Path, name: str) -> str:
+    """What a check says of the package in a folder; "" where all is right."""
+    path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
+    command = [sys.executable, "-P", "-W", "ignore", "-c", _RUN, name]
+    ran = subprocess.run(command, cwd=root, env={**os.environ, "PYTHONPATH": path}, capture_output=True,
+                         text=True, timeout=_SECONDS, check=False)  # fmt: skip
+    return "" if ran.returncode == 0 else (ran.stderr.strip().splitlines() or ["it ended"])[-1]
+
+
+@cache
+def passes(name: str) -> bool:
+    """Whether clrt as it is passes a check; AssertionError, for else failing says nothing of a fault."""
+    CHECKS[name]()
+    return True
