@@ -6,7 +6,9 @@
 // same order: that is cheaper than to keep what each would bring, and nothing is computed for a light that is hidden.
 #include "bounce.clh"
 #include "light.clh"
+#include "shaft.clh"
 #include "sky.clh"
+#include "tinted.clh"
 
 // Where the surface of a light shows nothing: behind, unless it shines on both sides; and to ambient rays, since feelers
 // have counted it.
@@ -118,6 +120,17 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     store_word((__global int *)spawn, first, n, found);
 }
 
+// What stands between points and a light whose feelers are worth a shaft: how many primitives; -1 where they are many,
+// or not asked for.
+INLINED int stands_between(const World *world, __global const Light *light, VecP start, intP which, Standing *standing)
+{
+    Shaft shaft;
+    if (!light->extended || light->samples < WORTH_A_SHAFT || world->scene->one_sided) return -1;
+    const Vec size = fabs(light->u.xyz) + fabs(light->v.xyz) + light->radius;
+    if (!shaft_between(start, which, light->place.xyz, size, &shaft)) return -1;
+    return standing_in(world, &shaft, standing);
+}
+
 // One ray to each light above the surface, or to each of its points. The feelers of a packet stand light after light, so
 // that neighbours in the queue go the same way (with seven lights they are traced 2.5 times as fast); `owner` says which
 // ray each belongs to.
@@ -133,6 +146,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADE
     const VecP start = offset_origin(s, s.n);
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], distance[PACKET];
     int launched[PACKET];
+    uint place[PACKET];
     *(floatP *)ox = start.x;
     *(floatP *)oy = start.y;
     *(floatP *)oz = start.z;
@@ -143,6 +157,8 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADE
     for (int l = 0; l < world.scene->lights; l++) {
         __global const Light *light = world.lights + l;
         Draw draw = light_draw(light, streams, l);
+        Standing standing[STANDING];
+        const int found = stands_between(&world, light, start, counted, standing);
         for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
             const LightSample to = light_sample(light, start, draw);
             const intP launch = counted & is_above(s, to);
@@ -160,24 +176,32 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADE
                     filter[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(weights, first + k));
 #endif
                 if (world.scene->surfaces) own[at] = light->surface;
+                if (world.scene->extended) seen[at] = UNTRACED;
+                place[k] = at;
                 owner[at++] = first + k;
             }
+            if (found < 0) continue;
+            const RayP ray = {start, to.direction, to.distance};
+            const intP all = launch & (as_intP(counting_from(0)) < (int)lanes);
+            trace_standing(&world, &ray, all, place, standing, found, light->surface, seen, filter);
         }
     }
 }
 
-// lanes whose feelers reached the light; `at` is the next feeler of the packet, `place` receives each lane's
-INLINED intP arrivals(intP launch, uint lanes, __global const uint *seen, uint *at, uint *place)
+// lanes whose feelers reached the light; `at` is the next feeler of the packet. `place` receives those of lanes that
+// came through something, `through`.
+INLINED intP arrivals(intP launch, uint lanes, __global const uint *seen, uint *at, uint *place, intP *through)
 {
-    int arrived[PACKET], launched[PACKET];
+    ALIGNED int arrived[PACKET], launched[PACKET];
     *(intP *)launched = launch;
     for (uint k = 0; k < PACKET; k++) {
         arrived[k] = 0;
         if (k >= lanes || !launched[k]) continue;
-        arrived[k] = seen[*at] ? -1 : 0;
+        arrived[k] = seen[*at];
         place[k] = (*at)++;
     }
-    return *(intP *)arrived;
+    *through = *(intP *)arrived == FILTERED;
+    return *(intP *)arrived != 0;
 }
 
 // what surfaces on the way have let through of a band
@@ -203,7 +227,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
     Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
     const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = offset_origin(s, s.n);
     const intP bright = (found & SPAWN_LOCAL) != 0;
-    const bool any_bright = any_of(bright), tinted = world.scene->tinted;
+    const bool any_bright = any_of(bright);
     floatP value[RAY_BANDS], radiance[RAY_BANDS];
     for (int b = 0; b < RAY_BANDS; b++) {
         value[b] = (floatP)(0.0f);
@@ -222,14 +246,16 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
             const LightSample to = light_sample(light, start, draw);
             const intP launch = counted & is_above(s, to);
             if (!any_of(launch)) continue;
-            intP todo = arrivals(launch, lanes, seen, &at, place), mine;
+            intP through;
+            intP todo = arrivals(launch, lanes, seen, &at, place, &through), mine;
+            const bool any_through = any_of(through);
             lighter |= todo;
             while (any_of(todo)) {
                 __global const Material *material = next_material(world, &s, &todo, &mine);
                 reflected_light(light, to, s, material, u, terms, radiance);
                 for (int b = 0; b < RAY_BANDS; b++) {
                     floatP brings = load_field(weights, first, n, b, VALUES) * radiance[b];
-                    if (tinted) brings *= filtered(filter, place, mine, b);
+                    if (any_through) brings *= filtered(filter, place, through, b);
                     value[b] = select(value[b], value[b] + brings, mine);
                 }
             }
