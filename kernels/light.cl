@@ -8,7 +8,9 @@
 #include "bounce.clh"
 #include "dense.clh"
 #include "light.clh"
+#include "shaft.clh"
 #include "sky.clh"
+#include "tinted.clh"
 
 // the fields of a feeler behind those of its ray (dense.clh)
 #define FEELER_OWNER RAY_FIELDS
@@ -125,25 +127,62 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     store_word((__global int *)spawn, first, n, found);
 }
 
+// What stands between points and a light whose feelers are worth a shaft: how many primitives; -1 where they are many,
+// or not asked for.
+INLINED int stands_between(const World *world, __global const Light *light, VecP start, intP which, Standing *standing)
+{
+    Shaft shaft;
+    if (!light->extended || light->samples < WORTH_A_SHAFT || world->scene->one_sided) return -1;
+    const Vec size = fabs(light->u.xyz) + fabs(light->v.xyz) + light->radius;
+    if (!shaft_between(start, which, light->place.xyz, size, &shaft)) return -1;
+    return standing_in(world, &shaft, standing);
+}
+
+// Traces the feelers of the lanes `which`, at `at` and on in the queue, past the primitives that may stand between.
+INLINED void pass_standing(const World *world, const Surfaces *s, const RayP *feelers, intP which, uint at, int own,
+                           const Standing *standing, int count, __global uint *seen, __global float *filter)
+{
+    uint place[PACKET];
+    for (uint left = lanes_of(which); left; left = without_first(left)) place[first_lane(left)] = at++;
+#if NARROW
+    if (world->scene->tinted) {  // what is appended may still be on its way
+        ALIGNED int band[PACKET];
+        *(intP *)band = s->band;
+        for (uint left = lanes_of(which); left; left = without_first(left))
+            filter[in_block(place[first_lane(left)], RAY_BANDS, VALUES)] = as_float(band[first_lane(left)]);
+    }
+#endif
+    trace_standing(world, feelers, which, place, standing, count, own, seen, filter);
+}
+
 // The feelers of the packet at `first`; `own` and `filter` are not written where they do not matter.
 INLINED void append_feelers(const World world, Surfaces s, intP counted, const Streams streams, uint first, Appended *to,
-                            __global float *feeler_rays, __global uint *owner, __global int *own, __global float *filter)
+                            __global float *feeler_rays, __global uint *owner, __global uint *seen, __global int *own,
+                            __global float *filter)
 {
     const VecP start = offset_origin(s, s.n);
     for (int l = 0; l < world.scene->lights; l++) {
         __global const Light *light = world.lights + l;
         Draw draw = light_draw(light, streams, l);
+        Standing standing[STANDING];
+        const int found = stands_between(&world, light, start, counted, standing);
         for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
             const LightSample way = light_sample(light, start, draw);
-            const uint launched = lanes_of(counted & is_above(s, way));
-            if (!launched) continue;
-            const Appending a = appending(to, launched);
+            const intP launched = counted & is_above(s, way);
+            if (!any_of(launched)) continue;
+            const Appending a = appending(to, lanes_of(launched));
             append_ray(to, &a, feeler_rays, start, way.direction, way.distance);
             append_word(to, &a, FEELER_OWNER, owner, as_intP(counting_from(first)));
             if (own) append_word(to, &a, FEELER_OWN, own, (intP)(light->surface));
 #if NARROW
             if (world.scene->tinted) append(to, &a, FEELER_BAND, filter, RAY_BANDS, VALUES, as_floatP(s.band));
 #endif
+            if (world.scene->extended)
+                for (uint k = 0; k < a.count; k++) seen[to->at + k] = UNTRACED;
+            if (found >= 0) {
+                const RayP ray = {start, way.direction, way.distance};
+                pass_standing(&world, &s, &ray, launched, to->at, light->surface, standing, found, seen, filter);
+            }
             to->at += a.count;
         }
     }
@@ -166,7 +205,7 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADE
         if (!any_of(counted)) continue;
         const Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
         append_feelers(world, s, counted, light_streams(world, pixels, path, first, n), first, &to, feeler_rays, owner,
-                       own, filter);
+                       seen, own, filter);
     }
     for (int i = 0; i < RAY_FIELDS; i++) append_rest(&to, i, feeler_rays, i, RAY_FIELDS);
     append_rest(&to, FEELER_OWNER, (__global float *)owner, 0, 1);
@@ -176,13 +215,14 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADE
 #endif
 }
 
-// what surfaces on the way have let through of a band: feelers at, at + 1, ... are those of the lanes `launched`
-INLINED floatP filtered(__global const float *filter, uint at, uint launched, int b)
+// what surfaces on the way have let through of a band: feelers at, at + 1, ... are those of the lanes `launched`, and
+// those of `through` have met some
+INLINED floatP filtered(__global const float *filter, uint at, uint launched, uint through, int b)
 {
     ALIGNED float share[PACKET];
     *(floatP *)share = (floatP)(1.0f);
-    for (; launched; launched = without_first(launched))
-        share[first_lane(launched)] = filter[in_block(at++, b, VALUES)];
+    for (; launched; launched = without_first(launched), at++)
+        if (through & launched & -launched) share[first_lane(launched)] = filter[in_block(at, b, VALUES)];
     return *(floatP *)share;
 }
 
@@ -195,7 +235,6 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
     if (chunk * CHUNK >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     const Pixels pixels = PIXELS_OF_PARAMETERS;
-    const bool tinted = world.scene->tinted;
     uint at = first_feeler[chunk];
     for (uint first = chunk * CHUNK; first < end; first += PACKET) {
         const intP found = load_word(spawn, first, n);
@@ -220,14 +259,16 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
                 const LightSample to = light_sample(light, start, draw);
                 const uint launched = lanes_of(counted & is_above(s, to));
                 if (!launched) continue;
-                intP todo = load_apart(seen, at, launched) != 0, mine;
+                const intP arrives = load_apart(seen, at, launched);
+                const uint through = lanes_of(arrives == FILTERED);
+                intP todo = arrives != 0, mine;
                 lighter |= todo;
                 while (any_of(todo)) {
                     __global const Material *material = next_material(world, &s, &todo, &mine);
                     reflected_light(light, to, s, material, u, terms, radiance);
                     for (int b = 0; b < RAY_BANDS; b++) {
                         floatP brings = load_field(weights, first, n, b, VALUES) * radiance[b];
-                        if (tinted) brings *= filtered(filter, at, launched, b);
+                        if (through) brings *= filtered(filter, at, launched, through, b);
                         value[b] = select(value[b], value[b] + brings, mine);
                     }
                 }

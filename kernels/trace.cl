@@ -2,6 +2,8 @@
 //
 // A feeler stops at the first blocker it finds (thesis 3.2.1). With tinted shadows it must see all surfaces it
 // crosses, in the order of (t, primitive), so that the product of their tints is the same on every device.
+#include "shaft.clh"
+#include "tinted.clh"
 #include "walk.clh"
 
 // words of rays `first` to `first + PACKET` of an order
@@ -36,6 +38,14 @@ __kernel void closest(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, __glo
     }
 }
 
+// Has the pass `feelers` found for all of a packet what stands in their way?
+INLINED bool all_known(__global const uint *seen, __global const uint *sequence, uint first)
+{
+    bool known = true;
+    for (uint k = 0; k < PACKET; k++) known &= seen[place_in(sequence, first + k)] != UNTRACED;
+    return known;
+}
+
 // `own`: of each ray the primitive that it passes by (the light it goes to); null: there are none
 __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,
                        __global const uint *sequence, __global const int *own)
@@ -44,6 +54,7 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
+        if (world.scene->extended && all_known(seen, sequence, first)) return;
         const intP passed = own_lanes(own, sequence, first);
         const PacketHit hits = packet_hits(world, load_packet(rays, sequence, first), passed, true);
         store_ordered((__global int *)seen, sequence, first, (hits.primitive < 0) & 1);
@@ -51,40 +62,9 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
     }
     for (uint i = first; i < n; i++) {
         const uint place = place_in(sequence, i);
+        if (world.scene->extended && seen[place] != UNTRACED) continue;
         const int passed = own_of(own, place);
         seen[place] = nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, true, passed).primitive < 0;
-    }
-}
-
-// Follows feeler i, of which all is seen so far, from its first hit through all it crosses, or until an opaque surface:
-// is it seen, and what share of each band comes through.
-inline void cross_surfaces(const World world, const Ray ray, Hit hit, uint i, int own,
-                           __global uint *seen, __global float *filter)
-{
-    while (hit.primitive >= 0) {
-        __global const Material *material = world.materials + world.primitives[hit.primitive].material;
-        const int band = first_band(filter, i);
-#if IMAGES
-        const int texture = world.pictured[world.primitives[hit.primitive].material].tint;
-        if (texture >= 0) {
-            float u, v, rgb[3];
-            int of;
-            const Local at = surface_at(world, ray, 1, hit.primitive, hit.t, &of);
-            const int mapping = world.mapping_of[hit.primitive];
-            place_in_picture(world, mapping, world.primitives[hit.primitive].index, at, &u, &v);
-            texels_at(world.texels, world.textures + texture, u, v, rgb);
-            for (int b = 0; b < RAY_BANDS; b++)
-                filter[in_block(i, b, VALUES)] *= material->kt
-                    * reflected_by(world.primaries, rgb, band_at(band, b));
-        } else
-#endif
-        for (int b = 0; b < RAY_BANDS; b++)
-            filter[in_block(i, b, VALUES)] *= material->kt * material->tint[band_at(band, b)];
-        if (material->kt == 0.0f) {
-            seen[i] = 0;
-            return;
-        }
-        hit = nearest_hit(world, ray, hit.t, hit.primitive, false, own);
     }
 }
 
@@ -95,11 +75,11 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
+        if (world.scene->extended && all_known(seen, 0, first)) return;
         ALIGNED float t[PACKET];
         ALIGNED int primitive[PACKET];
         const PacketHit hits = packet_hits(world, load_packet(rays, 0, first), own_lanes(own, 0, first), false);
-        store_word((__global int *)seen, first, n, (intP)(1));
-        for (int b = 0; b < RAY_BANDS; b++) store_field(filter, first, n, b, VALUES, (floatP)(1.0f));
+        store_word((__global int *)seen, first, n, (intP)(CLEAR));
         *(floatP *)t = hits.t;
         *(intP *)primitive = hits.primitive;
         for (uint left = lanes_of(hits.primitive >= 0); left; left = without_first(left)) {
@@ -110,11 +90,10 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
         return;
     }
     for (uint i = first; i < n; i++) {
+        if (world.scene->extended && seen[i] != UNTRACED) continue;
         const Ray ray = load_ray(rays, i);
         const int passed = own_of(own, i);
         const Hit hit = nearest_hit(world, ray, 0.0f, BEFORE_ALL, false, passed);
-        seen[i] = 1;
-        for (int b = 0; b < RAY_BANDS; b++) filter[in_block(i, b, VALUES)] = 1.0f;
         cross_surfaces(world, ray, hit, i, passed, seen, filter);
     }
 }

@@ -7,6 +7,7 @@ from typing import Final
 
 import numpy as np
 
+from clrt import layout
 from clrt.base.layers import TERMS
 from clrt.device.device import Device
 from clrt.engine.film import Film
@@ -53,7 +54,7 @@ class Shares:
 def unshadowed(stage: Stage) -> None:
     """An observer that lets every opaque feeler arrive."""
     if isinstance(stage.wrote, Feelers) and stage.wrote.n:
-        stage.queue.device.write(stage.wrote.seen, np.ones(stage.wrote.n, np.uint32))
+        stage.queue.device.write(stage.wrote.seen, np.full(stage.wrote.n, layout.SEEN["CLEAR"], np.uint32))
 
 
 def ray_key(generation: int, kind: str) -> str:

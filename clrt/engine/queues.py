@@ -178,17 +178,23 @@ class Feelers(_Parameters):
     first: Any  # uint: for each chunk of rays, how many belong to rays before it
     owner: Any  # uint: the ray that each belongs to
     rays: Any  # blocks of layout.RAY_FIELDS
-    seen: Any  # uint: 1 where nothing blocks the light
+    seen: Any  # uint: 0 where something blocks the light, else one of layout.SEEN
     own: Any  # int: where lights are seen, the primitive of the one that each goes to, -1 of others
-    filter: Any  # where shadows are tinted, blocks of layout.RayFormat.values: what comes through a band
+    filter: Any  # where shadows are tinted, blocks of layout.RayFormat.values: what comes through a band of
+    # those that are seen and not clear
     tinted: bool
     _fields = attrgetter(*layout.FEELERS)
 
     def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
         """The feelers: `owner` is the number of each one's ray."""
-        words = {"owner": queue.words(self.owner, n=self.n), "seen": queue.words(self.seen, n=self.n)}
-        tint = {"filter": queue.bands(self.filter, self.n)} if self.tinted else {}
-        return words | queue.lines(self.rays, self.n) | tint
+        seen = queue.words(self.seen, n=self.n)
+        arrives = np.where(seen == layout.SEEN["FILTERED"], np.uint32(1), seen)
+        found = {"owner": queue.words(self.owner, n=self.n), "seen": arrives}
+        found |= queue.lines(self.rays, self.n)
+        if self.tinted:
+            found["filter"] = queue.bands(self.filter, self.n)
+            found["filter"][: queue.device.ray_format.carried, seen == layout.SEEN["CLEAR"]] = 1
+        return found
 
 
 def chunks(n: int) -> int:

@@ -301,6 +301,12 @@ SPAWN: Final = {
     "SPAWN_GROUPS": 127 << 21,
     "SPAWN_LOCAL": 1 << 28,  # there is local light: not all bands are 0
 }
+# What of a feeler is known: 0 where something blocks the light
+SEEN: Final = {
+    "CLEAR": 1,  # nothing is in its way
+    "UNTRACED": 2,  # nothing yet; it is still to be traced
+    "FILTERED": 0x7FFFFFFF,  # it is seen, and `filter` says what share of each band comes through
+}
 STREAMS: Final = ("FEELERS", "REFLECTION", "TRANSMISSION", "AMBIENT", "HIT", "TOTAL_INTERNAL", "GROUPS")
 
 TERMS: Final = {f"TERM_{name.upper()}": 1 << number for number, name in enumerate(layers.TERMS)} | {
