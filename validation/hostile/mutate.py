@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from ..cases.parts import Table
-from . import archives, meshfiles, pictures, seeds, texts, xmlfiles
+from . import archives, meshfiles, pictures, seeds, texts, textures, xmlfiles
 from .values import KEYS, NUMBERS, OTHERS, WORDS
 
 
@@ -94,13 +94,37 @@ def _mesh_in_scene(draw: random.Random) -> Input:
     return Input("scene.json", {"scene.json": seeds.as_json(table), name: data})
 
 
-def _image(draw: random.Random) -> Input:
+def _spoilt_picture(draw: random.Random) -> tuple[str, bytes]:
     suffix, data = draw.choice(list(seeds.images().items()))
     if draw.random() < 0.6:
-        data = pictures.spoil(draw, suffix, data)
-    else:
-        for _ in range(_few(draw)):
-            data = spoil_bytes(draw, data)
+        return suffix, pictures.spoil(draw, suffix, data)
+    for _ in range(_few(draw)):
+        data = spoil_bytes(draw, data)
+    return suffix, data
+
+
+def _textured(draw: random.Random) -> Input:
+    """Pictures on surfaces: a spoilt file, or spoilt keys, or both."""
+    choice = draw.random()
+    suffix, data = _spoilt_picture(draw)
+    if choice < 0.5:
+        suffix, data = draw.choice(list(seeds.images().items()))
+    table = textures.table(suffix)
+    for _ in range(_few(draw) if choice < 0.7 else 0):
+        spoil(draw, table)
+    return Input("scene.json", {"scene.json": seeds.as_json(table), f"paint{suffix}": data})
+
+
+def _library(draw: random.Random) -> Input:
+    """An OBJ file with its library of materials and their picture."""
+    picture = seeds.images()[".png"]
+    if draw.random() < 0.2:
+        picture = pictures.spoil(draw, ".png", picture)
+    return Input("mesh.obj", {**textures.model(draw), "paint.png": picture})
+
+
+def _image(draw: random.Random) -> Input:
+    suffix, data = _spoilt_picture(draw)
     if draw.random() < 0.2:
         suffix = draw.choice(list(seeds.images()))
     table = {**copy.deepcopy(draw.choice(seeds.tables())), "background": f"sky{suffix}"}
@@ -198,11 +222,13 @@ def spoil_bytes(draw: random.Random, data: bytes) -> bytes:
 
 
 _KINDS: Final = (
-    (_native, 41),
-    (_words, 16),
+    (_native, 36),
+    (_words, 10),
     (_mesh, 12),
     (_mesh_in_scene, 8),
-    (_image, 9),
+    (_image, 8),
+    (_textured, 9),
+    (_library, 3),
     (_checkpoint, 6),
     (_long, 2),
     (_xml, 6),

@@ -16,6 +16,9 @@ OTHERS: Final[tuple[Any, ...]] = (
     {"blackbody": 5000}, {"line": 555}, {"gaussian": [555, 0]}, [[400, 1], [300, 1]], [[555, -1], [600, 2]],
     {"band": [600, 500]}, {"translate": [1, 2, 3]}, [{"scale": [0, 1, 1]}], [{"rotate": [[0, 0, 0], 3]}],
     [{"scale": [1e20, 1e-20, 1]}], "mitchell", "tent", {"spp": 64}, {"spp": 4, "threshold": 0},
+    {"type": "image", "file": "paint.png"}, {"type": "image", "file": "mesh.glb", "part": 0}, "repeat",
+    "nearest",
+    {"file": "paint.png"}, {"file": "paint.png", "scale": 1e30}, [[0, 0], [1, 0], [1, 1], [0, 1]],
 )  # fmt: skip
 KEYS: Final = (
     "max_depth", "min_weight", "background", "ambient", "ambient_samples", "medium_ior", "one_sided",
@@ -28,7 +31,9 @@ KEYS: Final = (
     "center", "radius", "point", "normal", "points", "vertices", "faces", "normals", "file",
     "smooth", "coefficients", "clip", "radii", "p0", "p1", "r0", "r1", "caps", "apex", "axis", "focal",
     "height", "min", "max", "material", "name", "transform", "version", "depth_color", "bands", "range",
-    "group", "response", "white", "$schema", "__class__", "folder", "limits",
+    "group", "response", "white", "$schema", "wrap", "encoding", "scale", "offset", "tint", "part",
+    "normal_map", "uv", "highlight_color", "reflection_color", "transmission_color", "__class__", "folder",
+    "limits",
 )  # fmt: skip
 WORDS: Final = (
     b"nan", b"inf", b"-1", b"0", b"1e39", b"1e-50", b"999999999999", b"2147483648", b"", b"\x00",
