@@ -8,8 +8,8 @@
 
 FOLDER holds each scene twice, as spd/NAME.nff and pov/NAME.pov. The times are kept in
 docs/performance/*.json. The machine should have nothing else to do; its load before each run is kept and
-shown. The ratios to Embree are kept
-in processors.json once more, by kind of processor. Without FOLDER the kept times of POV-Ray stay, without FILE those of `mbs`.
+shown. The ratios to Embree are kept in processors.json once more, by kind of processor. Without FOLDER the
+kept times of POV-Ray stay, without FILE those of `mbs`.
 """
 
 # ruff: noqa: E402  (a checkout's own clrt is measured, installed or not)
