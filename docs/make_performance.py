@@ -1,14 +1,15 @@
 """Measures what docs/performance.md shows, and writes its tables and charts.
 
     python docs/make_performance.py                        tables and charts, from the times that are kept
-    python docs/make_performance.py --measure              measure again first; takes ten minutes
+    python docs/make_performance.py --measure              measure again first; says how long each part took
     python docs/make_performance.py --measure --spd FOLDER and time POV-Ray, on scenes of the SPD
     python docs/make_performance.py --measure --thesis FILE and time the thesis' `mbs`
     python docs/make_performance.py --measure --quick      try that with tiny scenes, in a temporary folder
 
 FOLDER holds each scene twice, as spd/NAME.nff and pov/NAME.pov. The times are kept in
 docs/performance/*.json. The machine should have nothing else to do; its load before each run is kept and
-shown. Without FOLDER the kept times of POV-Ray stay, without FILE those of `mbs`.
+shown. The ratios to Embree are kept in processors.json once more, by kind of processor. Without FOLDER the
+kept times of POV-Ray stay, without FILE those of `mbs`.
 """
 
 # ruff: noqa: E402  (a checkout's own clrt is measured, installed or not)
@@ -24,6 +25,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -35,32 +38,84 @@ import performance_tables as tables
 import clrt
 from clrt.bench import chart, host, machine, report, scaling, suite
 from clrt.bench.frames import frame_times
+from clrt.device import trial
 from clrt.device.platforms import devices
 from validation.reliability import kept as figures
 
-OTHER_DRIVER = "PoCL 3.0"
-DRIVERS = ("PoCL 3.1", OTHER_DRIVER)
+DRIVERS = ("PoCL 3.1", "PoCL 3.0", "Intel")  # those of them that work here are compared
+NARROW = {"POCL_LLVM_CPU_NAME": "haswell"}  # PoCL's code for processors without AVX-512
 FEW = 3  # rounds of what is only compared with itself, against nine
 
 
 def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> None:
-    """Everything anew, into `kept`/*.json."""
+    """Everything anew, into `kept`/*.json; says how long each part took."""
     rounds = {"rounds": FEW} if quick else {}
-    stamp = _stamp("bench")
-    suite.run(suite.Plan(embree=True, quick=quick, **rounds), print).save(kept / "bench.json")
-    _keep(kept / "bench.json", {**json.loads((kept / "bench.json").read_text()), "stamp": stamp})
-    if any(OTHER_DRIVER in info.label for info in devices()):
-        groups = ("kernels", "builder", "frames")
-        plan = suite.Plan(device=OTHER_DRIVER, groups=groups, rounds=FEW, quick=quick)
-        suite.run(plan, print).save(kept / "bench_pocl30.json")
-    stamp = _stamp("scaling")
-    _keep(kept / "scaling.json", {**scaling.run(quick, rounds=FEW), "stamp": stamp})
+    with _timed("bench"):
+        stamp = _stamp("bench")
+        made = suite.run(suite.Plan(embree=True, quick=quick, **rounds), print)
+        made.save(kept / "bench.json")
+        _keep(kept / "bench.json", {**json.loads((kept / "bench.json").read_text()), "stamp": stamp})
+    drivers = working()
+    with _timed("the other driver"):
+        (kept / "bench_other.json").unlink(missing_ok=True)
+        if len(drivers) > 1:
+            plan = suite.Plan(
+                device=drivers[1], groups=("kernels", "builder", "frames"), rounds=FEW, quick=quick
+            )
+            suite.run(plan, print).save(kept / "bench_other.json")
+    with _timed("without AVX-512"):
+        narrow(drivers[0], kept / "bench_avx2.json", quick)
+    _note_processor(kept, stamp)
+    with _timed("scaling"):
+        stamp = _stamp("scaling")
+        _keep(kept / "scaling.json", {**scaling.run(quick, rounds=FEW), "stamp": stamp})
     if spd:
-        stamp = _stamp("povray")
-        _keep(kept / "povray.json", {**peers(spd, 1 if quick else 5), "stamp": stamp})
+        with _timed("POV-Ray"):
+            stamp = _stamp("povray")
+            _keep(kept / "povray.json", {**peers(spd, 1 if quick else 5), "stamp": stamp})
     if thesis:
-        stamp = _stamp("thesis")
-        _keep(kept / "thesis.json", {**processes(thesis, 1 if quick else 5), "stamp": stamp})
+        with _timed("the thesis' mbs"):
+            stamp = _stamp("thesis")
+            found = processes(thesis, 1 if quick else 5, drivers[:2])
+            _keep(kept / "thesis.json", {**found, "stamp": stamp})
+
+
+@contextmanager
+def _timed(what: str) -> Iterator[None]:
+    begin = time.perf_counter()
+    yield
+    print(f"{what}: measured in {time.perf_counter() - begin:.0f} s", flush=True)
+
+
+def working() -> list[str]:
+    """Those of DRIVERS that build kernels on this machine."""
+    found = []
+    for name in DRIVERS:
+        infos = [info for info in devices() if name.lower() in info.label.lower()]
+        if infos and not trial.verdict(infos[0])[0]:
+            found.append(name)
+    return found
+
+
+def narrow(driver: str, file: Path, quick: bool) -> None:
+    """Rays against Embree, both without AVX-512, in a process of its own: drivers read variables once."""
+    if "PoCL" not in driver:
+        return
+    command = [sys.executable, "-m", "clrt", "bench", "--only", "kernels", "--against", "embree-avx2"]
+    command += ["--device", driver, "--rounds", str(FEW if quick else 5), "--json", str(file)]
+    environment = {**os.environ, **NARROW}
+    subprocess.run(command + ["--quick"] * quick, cwd=DOCS.parent, env=environment, check=True)
+
+
+def _note_processor(kept: Path, stamp: dict[str, Any]) -> None:
+    """The ratios to Embree under this kind of processor; those of others stay."""
+    file = kept / "processors.json"
+    known = json.loads(file.read_text()) if file.exists() else {}
+    own: dict[str, Any] = {"stamp": stamp}
+    for name in ("bench", "bench_avx2"):
+        if (kept / f"{name}.json").exists():
+            own[name] = report.ratios(report.load(kept / f"{name}.json"))
+    _keep(file, {**known, machine.processor_kind(): own})
 
 
 def _stamp(name: str) -> dict[str, Any]:
@@ -68,13 +123,13 @@ def _stamp(name: str) -> dict[str, Any]:
     return figures.stamp(figures.FILES[f"performance/{name}.json"])
 
 
-def processes(scene: Path, rounds: int) -> dict[str, Any]:
-    """`clrt render` of a scene at 2000 x 2500 on both drivers, in turns, after one to fill the caches.
+def processes(scene: Path, rounds: int, drivers: list[str]) -> dict[str, Any]:
+    """`clrt render` of a scene at 2000 x 2500 on these drivers, in turns, after one to fill the caches.
 
     Seconds of the whole process, by the wall and of processors.
     """
     found: dict[str, Any] = {"load_before": machine.load(), "drivers": {}}
-    for driver in DRIVERS:
+    for driver in drivers:
         found["drivers"][driver] = {"wall": [], "cpu": []}
     with host.empty_caches() as environment, tempfile.TemporaryDirectory() as folder:
         size = ["--width", "2000", "--height", "2500", "-o", f"{folder}/out.png", "--quiet"]
@@ -150,9 +205,11 @@ def write(kept: Path, page: Path) -> None:
         "povray": tables.povray(povray),
         "scaling": tables.growth(grown),
     }
-    other = kept / "bench_pocl30.json"
-    if other.exists():
-        parts["drivers"] = tables.drivers(made, report.load(other))
+    for name, show in ("bench_other", tables.drivers), ("bench_avx2", tables.narrow):
+        if (kept / f"{name}.json").exists():
+            parts[name] = show(made, report.load(kept / f"{name}.json"))
+    if (kept / "processors.json").exists():
+        parts["processors"] = tables.processors(json.loads((kept / "processors.json").read_text()))
     text = page.read_text()
     for name, part in parts.items():
         start, end = f"<!-- {name} -->", f"<!-- end {name} -->"
@@ -178,7 +235,8 @@ def main() -> None:
         shutil.copy(DOCS / "performance.md", page)
     kept.mkdir(exist_ok=True)
     if options.measure:
-        measure(kept, options.spd, options.thesis, options.quick)
+        with _timed("all"):
+            measure(kept, options.spd, options.thesis, options.quick)
     write(kept, page)
     print(page)
 

@@ -43,7 +43,8 @@ def against(made: Report) -> str:
         if row["queue"] != "tree":
             modes = ("default", "robust", "default_single", "robust_single")
             rate = f"{row['rate'] / 1e6:.1f}"
-            rows.append((f"{row['scene']}, {row['queue']}", rate, *(f"{row[mode]:.2f}" for mode in modes)))
+            cells = (f"{row[mode]:.2f}" if mode in row else "" for mode in modes)
+            rows.append((f"{row['scene']}, {row['queue']}", rate, *cells))
     return table(head, rows)
 
 
@@ -138,21 +139,44 @@ def growth(content: dict[str, Any]) -> str:
 
 
 def drivers(made: Report, other: Report) -> str:
-    """The speed with the other driver, as a share of that with the first, over the cases of each group."""
+    """The speed with another driver, as a share of that with the first, over the cases of each group."""
     first = {m.key: m for m in made.measurements}
     rows = []
     for group in ("roof", "tracing", "shading", "compaction", "builder", "frame"):
         ratio = [first[m.key].ns / m.ns for m in other.of(group) if m.key in first]
         if ratio:
             rows.append((group, *(f"{value:.2f}" for value in (min(ratio), median(ratio), max(ratio)))))
-    return table(("cases", "least", "median", "largest"), rows)
+    named = f"{other.machine['device']}, as a share of {made.machine['device']}:"
+    return f"{named}\n\n" + table(("cases", "least", "median", "largest"), rows)
+
+
+def narrow(_: Report, made: Report) -> str:
+    """The same rays without AVX-512, ours and Embree's."""
+    return f"{made.machine['device']}; Embree {', '.join(made.machine['embree'])}:\n\n" + against(made)
+
+
+def processors(kept: dict[str, Any]) -> str:
+    """Our speed over Embree's best call, default / robust, by kind of processor."""
+    rows: dict[tuple[str, str], dict[tuple[str, str], str]] = {}
+    heads = []
+    for kind, found in kept.items():
+        for name, code in ("bench", "all it has"), ("bench_avx2", "AVX2"):
+            if name not in found:
+                continue
+            heads.append((kind, code))
+            for row in found[name]:
+                if row["queue"] != "tree":
+                    cell = f"{row['default']:.2f} / {row['robust']:.2f}"
+                    rows.setdefault((row["scene"], row["queue"]), {})[kind, code] = cell
+    head = ("rays", *(f"{kind}, {code}" for kind, code in heads))
+    return table(head, ((f"{s}, {q}", *(cells.get(h, "") for h in heads)) for (s, q), cells in rows.items()))
 
 
 def aims(made: Report, grown: dict[str, Any], peers: dict[str, Any], thesis: dict[str, Any]) -> str:
     """What the project wants to reach, and what it reaches."""
     rows = [*_against_embree(made), *_whole(made, grown), *_in_bands(made)]
     for driver, times in thesis["drivers"].items():
-        wanted = {"PoCL 3.1": 4, "PoCL 3.0": 8}[driver]
+        wanted = {"PoCL 3.1": 4}.get(driver, 8)
         what = f"mbs, 2000 x 2500, 20 bands, the process, {driver}"
         rows.append((what, f"<= {wanted} s", f"{median(times['wall']):.2f} s"))
     for name, times in peers["scenes"].items():

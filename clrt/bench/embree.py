@@ -30,7 +30,7 @@ CALLS: Final = ((1, False), (8, False), (8, True), (16, False), (16, True))
 
 @dataclass(frozen=True)
 class Build:
-    """The yardstick compiled against one Embree. version: "3.13"; isa: what it may use, "" for all there is."""
+    """The yardstick compiled against one Embree. version: "3.13"; isa: the most it may use, "" for all."""
 
     library: ctypes.CDLL
     version: str

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from clrt.device.device import Device
 from clrt.version import __version__
@@ -20,6 +20,7 @@ def facts(device: Device) -> dict[str, Any]:
     """What times depend on, for the report."""
     return {
         "processor": processor_name(),
+        "kind": processor_kind(),
         "cores": os.cpu_count(),
         "memory_bytes": os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"),
         "system": platform.platform(),
@@ -39,6 +40,22 @@ def processor_name() -> str:
     name = re.search(r"model name\s*: (.*)", text)
     widest = next((unit for unit in ("avx512f", "avx2", "avx", "asimd") if f" {unit}" in text), "")
     return f"{name.group(1) if name else platform.machine()} {widest}".strip()
+
+
+_FAMILIES: Final = {("AuthenticAMD", 25): "Zen 3 or 4", ("AuthenticAMD", 26): "Zen 5"}
+
+
+def processor_kind() -> str:
+    """The processor's maker and family, by which figures are kept apart: "AuthenticAMD 26 (Zen 5)"."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return platform.processor() or platform.machine()
+    maker, family = (re.search(rf"{name}\s*: (\S+)", text) for name in ("vendor_id", "cpu family"))
+    if not maker or not family:
+        return platform.machine()
+    known = _FAMILIES.get((maker.group(1), int(family.group(1))), "")
+    return f"{maker.group(1)} {family.group(1)}" + (f" ({known})" if known else "")
 
 
 def load() -> float:
