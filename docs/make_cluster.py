@@ -3,6 +3,8 @@
 One process with one thread, and 1 and 2 local workers with one thread each, in turns, render a picture of 84
 tiles of the usual size. Times are processor times, so that other work on the machine counts little. All raw
 values go to docs/cluster.json; the tables of docs/cluster.md follow from them (`tables`).
+
+    python docs/make_cluster.py faults FILE     takes over what `tests.cluster.endurance --out FILE` found
 """
 
 from __future__ import annotations
@@ -21,12 +23,14 @@ sys.path.insert(0, str(FOLDER.parent))
 import clrt  # noqa: E402
 from clrt.cluster import pictures  # noqa: E402
 from clrt.cluster.connect import connected  # noqa: E402
+from clrt.engine.request import Request  # noqa: E402
 
 SCENE, WIDTH, HEIGHT, SPP, ROUNDS = "showcase", 2048, 1024, 4, 3
 WORKERS = (1, 2, 10, 100, 1000)
 BIG_SPP = 16
 BIG = 3840 * 2160 * BIG_SPP  # rays of generation 0 of the picture that the model is asked about
 MARK = "<!-- measured -->"
+spread = statistics.median
 
 
 def one_process(tracer: clrt.Tracer, size: dict[str, int]) -> dict[str, Any]:
@@ -44,7 +48,7 @@ def on_workers(
     before = client.run(time.process_time)
     cpu, wall = time.process_time(), time.perf_counter()
     remote = pictures.Remote(executor, None, settings)
-    sheet = pictures.Sheet(*remote.plan(scene, pictures.request(**size)))
+    sheet = pictures.Sheet(*remote.plan(scene, Request(**size)))
     (done,) = remote.sheets(iter([sheet]), 1)
     image, report = done.image(), remote.farm.report
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
@@ -78,7 +82,7 @@ def measure() -> dict[str, Any]:
 
 def tables(told: dict[str, Any]) -> str:
     """The tables of docs/cluster.md."""
-    rounds, spread = told["rounds"], statistics.median
+    rounds = told["rounds"]
     here = spread(one["process"]["cpu"] for one in rounds)
     lines = ["| | processor time | of one process |", "|---|---|---|"]
     lines.append(f"| one process, one thread | {here:.2f} s | 1 |")
@@ -106,7 +110,22 @@ def tables(told: dict[str, Any]) -> str:
         seconds = setup + max(math.ceil(pieces / workers) * whole / pieces, served)
         gain = whole / seconds
         lines.append(f"| {workers} | {seconds:.1f} s | {gain:.1f} | {100 * gain / workers:.0f} % |")
-    return "\n".join(lines)
+    return "\n".join([*lines, *faults(told)])
+
+
+def faults(told: dict[str, Any]) -> list[str]:
+    """What came of the rounds in which a worker was killed or paused, as a table."""
+    found = told["faults"]
+    lines = ["", f"| {found['workers']} workers, one | rounds | the same bits | done twice | median time |"]
+    lines.append("|---|---|---|---|---|")
+    kinds = {"picture": "a picture", "series": "four pictures", "validation": "cases of validation"}
+    for what, name in (("kill", "killed"), ("pause", "paused")):
+        for kind, shown in kinds.items():
+            rows = [row for row in found["rounds"] if (row["what"], row["kind"]) == (what, kind)]
+            same, took = sum(row["same"] for row in rows), spread(row["seconds"] for row in rows)
+            twice = sum(row["twice"] for row in rows) if "twice" in rows[0] else "not counted"
+            lines.append(f"| {name}, {shown} | {len(rows)} | {same} | {twice} | {took:.1f} s |")
+    return lines
 
 
 def costs(told: dict[str, Any]) -> tuple[float, float, float]:
@@ -119,7 +138,11 @@ def costs(told: dict[str, Any]) -> tuple[float, float, float]:
 
 def main() -> None:
     """Measure, and write file and page."""
-    told = measure()
+    kept = json.loads((FOLDER / "cluster.json").read_text("utf-8"))
+    if sys.argv[1:2] == ["faults"]:
+        told = kept | {"faults": json.loads(Path(sys.argv[2]).read_text("utf-8"))}
+    else:
+        told = measure() | {"faults": kept["faults"]}
     (FOLDER / "cluster.json").write_text(json.dumps(told) + "\n", encoding="utf-8")
     page = FOLDER / "cluster.md"
     before, _, after = page.read_text(encoding="utf-8").split(MARK)

@@ -21,7 +21,7 @@ from clrt.formats.shipped import load_scene
 from clrt.scene.scene import Scene, edited
 
 NEW, KERNELS = "new Tracer", "kernels"
-FRAMES: Final = 50  # of a series, 320 x 180
+FRAMES: Final = 50  # of a series, of the second of these sizes
 SIZES: Final = ((512, 512), (320, 180))
 _CHANGES: Final[dict[str, dict[str, Any]]] = {
     "update, another light": {"lights[0].position": [5.0, 15.0, 4.0]},
@@ -57,17 +57,19 @@ def times(
         views = _views(scene, width, height)
         cases.append(case(name, "", _picture(other, views), pixels, "pixels"))
         cases.append(case(name, KERNELS, _picture(other, views, kernels=True, cpu=cpu), pixels, "pixels"))
-    film, frames = load_scene("showcase"), 5 if quick else FRAMES
+    film, frames, (width, height) = load_scene("showcase"), 2 if quick else FRAMES, SIZES[1]
+    size = (width // 8, height // 8) if quick else (width, height)
     for how in ("", KERNELS):
         name = f"series of {frames} pictures"
-        made = _series(film, frames, wanted, settings, kernels=bool(how), cpu=cpu)
-        cases.append(replace(case(name, how, made, frames * 320 * 180, "pixels"), scene="showcase"))
+        made = _series(film, frames, size, wanted, settings, kernels=bool(how), cpu=cpu)
+        cases.append(replace(case(name, how, made, frames * width * height, "pixels"), scene="showcase"))
     return measure(cases, rounds, tell)
 
 
 def _series(
-    scene: Scene, frames: int, wanted: int | str | None, settings: Settings, kernels: bool, cpu: bool
-) -> Callable[[], float | None]:
+    scene: Scene, frames: int, size: tuple[int, int], wanted: int | str | None, settings: Settings,
+    kernels: bool, cpu: bool,
+) -> Callable[[], float | None]:  # fmt: skip
     """A turntable from its beginning to its end, the Tracer too, as `clrt.sweep` makes it."""
     assert scene.camera is not None
     views = turntable(scene.camera, frames)
@@ -77,7 +79,7 @@ def _series(
         with Tracer(scene, wanted, settings) as tracer:
             for view in views:
                 tracer.update(edited(scene, {"camera": view}))
-                seconds += sum(tracer.render(320, 180).stats["seconds"].values())
+                seconds += sum(tracer.render(*size).stats["seconds"].values())
         if not kernels:
             return None
         return _outside_python() - start if cpu else seconds

@@ -94,9 +94,14 @@ class DaskPool(Pool):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of large orders: a scene is sent once a worker
             try:
-                return self.executor.submit(do, order, **where)
+                held = self.client.submit(do, order, **self.executor._kwargs | where)
+                future: Future[Any] = self.executor._wrap_future(held)
             except Exception as error:  # in tornado's or dask's own words
                 raise self._gone(error) from None
+        # given back as soon as its answer has come: dask would do again what it believes to be wanted still,
+        # where the worker ends on which it was
+        future.add_done_callback(lambda _: held.release())
+        return future
 
     def heard(self) -> None:
         self._heard = self._peopled = time.monotonic()

@@ -229,10 +229,12 @@ def tile_rays(ray_format: layout.RayFormat) -> int:
 def picture_tile(rays: int, tile: int) -> int:
     """Rays of a tile of a picture of so many rays, where `tile` would do for a large one.
 
-    A small one is cut in two: while one half waits for the host the other goes on, and what the host does for
-    a tile, which a small picture waits for, is done twice only.
+    A small one is cut in two or three, of at most two such tiles each: while one part waits for the host the
+    others go on, and what the host does for a tile, which a small picture waits for, is done less often.
     """
-    return -(-rays // 2) if tile // 2 < rays <= 4 * tile else tile
+    if tile // 2 < rays <= 6 * tile:
+        return -(-rays // max(2, -(-rays // (2 * tile))))
+    return tile
 
 
 def feeler_bytes(

@@ -1,7 +1,8 @@
-"""The long run, `python -m tests.cluster.endurance`: pictures while workers are killed and paused.
+"""The long run, `python -m tests.cluster.endurance [--out F.json]`: workers are killed and paused.
 
-Prints a line for each picture and, at the end, JSON. It fails where a picture differs, or was rendered twice
-by more than what was lost.
+Each round renders a picture, a series of pictures, or runs some of validation's cases, in turns, while one
+of the workers is killed (SIGKILL) or paused (SIGSTOP). Prints a line for each; fails where bits differ, or a
+worker that was not disturbed has done anything twice. `docs/make_cluster.py faults` keeps what it found.
 """
 
 from __future__ import annotations
@@ -18,10 +19,16 @@ from contextlib import suppress
 from typing import Any
 
 import clrt
+from clrt.base.resources import validation_module
 from clrt.cluster import pictures
 from clrt.cluster.connect import connected
 from clrt.cluster.farm import Report
+from clrt.engine.campath import turntable
 from clrt.engine.request import Request
+
+SIZE = {"width": 320, "height": 180, "spp": 4}
+CASES = ("picture on a sphere", "picture and normals on a floor", "picture on a box and a cylinder")
+Counts = dict[str, tuple[int, int]]  # by address: process, and orders that it has done
 
 
 def pids(executor: Any) -> list[int]:
@@ -33,27 +40,75 @@ def pids(executor: Any) -> list[int]:
             time.sleep(1)
 
 
+def _orders() -> tuple[int, int]:
+    """Asked of a worker."""
+    import os
+
+    from clrt.cluster import worker
+
+    return os.getpid(), worker._bench().orders
+
+
+def orders(executor: Any, of: list[str] | None = None) -> Counts:
+    """What workers say, all or those at some addresses."""
+    found: Counts = executor._client.run(_orders, workers=of)
+    return found
+
+
 def disturbed(
     executor: Any,
     settings: clrt.Settings,
     scene: clrt.Scene,
     after: int,
     what: Callable[[int], None],
+    victim: int | None = None,
     **size: Any,
 ) -> tuple[clrt.Image, Report]:
     """A picture, and its report; once so many pieces are there, `what` is done to one of the workers."""
-    victim = random.choice(pids(executor))
+    (image,), report = series(executor, settings, [scene], after, what, victim, **size)
+    return image, report
+
+
+def series(
+    executor: Any,
+    settings: clrt.Settings,
+    scenes: list[clrt.Scene],
+    after: int,
+    what: Callable[[int], None],
+    victim: int | None = None,
+    **size: Any,
+) -> tuple[list[clrt.Image], Report]:
+    """As `disturbed`, several pictures."""
+    process = random.choice(pids(executor)) if victim is None else victim
     seen: list[int] = []
 
     def progress(done: int, total: int, rays: int) -> None:
         seen.append(done)
         if len(seen) == after:
-            what(victim)
+            what(process)
 
     remote = pictures.Remote(executor, None, settings)
-    sheet = pictures.Sheet(*remote.plan(scene, Request(**size)), progress)
-    (done,) = remote.sheets(iter([sheet]), 1)
-    return done.image(), remote.farm.report
+    sheets = (pictures.Sheet(*remote.plan(scene, Request(**size)), progress) for scene in scenes)
+    images = [sheet.image() for sheet in remote.sheets(sheets, len(scenes))]
+    return images, remote.farm.report
+
+
+def validated(
+    executor: Any, after: int, what: Callable[[int], None], victim: int, cases: tuple[str, ...] = CASES
+) -> list[Any]:
+    """What validation's cases find, by the float64 oracle; once so many are done one worker is disturbed."""
+
+    def progress(done: int, total: int, name: str) -> None:
+        if done == after:
+            what(victim)
+
+    suite = validation_module("suite.run")
+    result = suite.run(suite.Plan(cases=cases, pictures=True, executor=executor), progress)
+    return [
+        (one.case.name, found.metrics, one.ours.pixels.tobytes())
+        for one in result.cases
+        for _, found in one.results.values()
+    ]
 
 
 def kill(pid: int) -> None:
@@ -85,33 +140,59 @@ def settle(executor: Any, workers: int) -> None:
         executor._client.wait_for_workers(workers, timeout=60)
 
 
+def rounds(workers: int, kills: int, pauses: int, name: str) -> list[dict[str, Any]]:
+    """What came of each round."""
+    scene = clrt.load(name)
+    assert scene.camera is not None
+    scenes = [scene.replace({"camera": camera}) for camera in turntable(scene.camera, 4)]
+    right = [clrt.render(one, **SIZE) for one in scenes]
+    told: list[dict[str, Any]] = []
+    with connected(f"local:{workers}", clrt.Settings(threads=1)) as (executor, settings):
+        proven = validated(executor, 99, kill, 0)
+        for number in range(kills + pauses):
+            settle(executor, workers)
+            pids(executor)
+            before = orders(executor)
+            victim = random.choice([process for process, _ in before.values()])
+            what = kill if number < kills else pause
+            kind, start = ("picture", "series", "validation")[number % 3], time.monotonic()
+            row: dict[str, Any] = {"what": what.__name__, "kind": kind}
+            if kind == "validation":
+                same = validated(executor, 1, what, victim) == proven
+            else:
+                some = scenes[: 1 if kind == "picture" else 4]
+                after = random.randrange(1, 9)
+                images, report = series(executor, settings, some, after, what, victim, **SIZE)
+                same = all(
+                    (image.hash, image.stats["rays"]) == (wanted.hash, wanted.stats["rays"])
+                    for image, wanted in zip(images, right[: len(some)], strict=True)
+                )
+                others = [address for address, (process, _) in before.items() if process != victim]
+                done = orders(executor, others)
+                sure = sum(done[address][1] - before[address][1] for address in others)
+                row["twice"] = sure - sum(
+                    count for worker, count in report.workers.items() if worker.address in others
+                )
+                row |= {"after": after, "answers": report.answers, "lost": report.lost}
+            told.append(row | {"same": same, "seconds": round(time.monotonic() - start, 2)})
+            print(number, told[-1], flush=True)
+            assert same
+    return told
+
+
 def main() -> None:
     """Kill, pause, compare."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--workers", type=int, default=4)
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--pauses", type=int, default=20)
     parser.add_argument("--scene", default="showcase")
+    parser.add_argument("--out", help="write all rounds as JSON")
     options = parser.parse_args()
-    scene, size = clrt.load(options.scene), {"width": 320, "height": 180, "spp": 4}
-    right = clrt.render(scene, **size)
-    told: list[dict[str, Any]] = []
-    with connected(f"local:{options.workers}", clrt.Settings()) as (executor, settings):
-        for number in range(options.kills + options.pauses):
-            what = kill if number < options.kills else pause
-            settle(executor, options.workers)
-            start = time.monotonic()
-            after = random.randrange(1, 7)
-            image, report = disturbed(executor, settings, scene, after, what, **size)
-            row = {
-                "what": what.__name__, "after": after, "seconds": round(time.monotonic() - start, 2),
-                "same": image.hash == right.hash and image.stats["rays"] == right.stats["rays"],
-                "answers": report.answers, "lost": report.lost, "sent": report.sent,
-            }  # fmt: skip
-            print(number, row, flush=True)
-            told.append(row)
-            assert row["same"]
-    print(json.dumps(told))
+    told = rounds(options.workers, options.kills, options.pauses, options.scene)
+    if options.out:
+        with open(options.out, "w", encoding="utf-8") as file:
+            json.dump({"workers": options.workers, "rounds": told}, file)
 
 
 if __name__ == "__main__":

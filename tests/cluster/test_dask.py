@@ -21,7 +21,7 @@ import clrt
 from clrt.cli import main
 from clrt.cluster import connect, pictures, pool
 from clrt.cluster.connect import connected
-from tests.cluster.endurance import disturbed, kill, pause, pids, settle
+from tests.cluster.endurance import CASES, disturbed, kill, pause, pids, settle, validated
 
 psutil = pytest.importorskip("psutil", reason="needs the optional dependency clrt[cluster]")
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -84,6 +84,15 @@ def test_a_worker_may_end_or_hang(what: Any, workers: Any, scene: clrt.Scene, ri
     left = {worker for worker in after.workers if worker.pid in pids(executor)}
     for worker in left & after.orders.keys():
         assert after.orders[worker] - before.orders.get(worker, 0) == after.workers[worker]
+
+
+def test_a_worker_may_end_while_it_validates(workers: Any) -> None:
+    """What is found is what is found in peace; that is compared with one process in `test_calls`."""
+    executor, _ = workers
+    settle(executor, 2)
+    found = validated(executor, 1, kill, pids(executor)[0], CASES[:2])
+    settle(executor, 2)
+    assert len(found) == 2 and found == validated(executor, 9, kill, 0, CASES[:2])
 
 
 def test_the_page_s_code_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,6 +8,7 @@ import pytest
 import clrt
 from clrt.device.device import TRACKS, Device
 from clrt.device.tracks import seconds_by_name
+from clrt.engine.queues import picture_tile
 from clrt.engine.schedule import TooLarge, Work, complete, interleaved
 
 LARGEST = 30
@@ -56,6 +57,14 @@ def test_every_piece_is_done_and_too_large_ones_are_split(device: Device) -> Non
     assert not pieces
 
 
+def test_small_pictures_are_cut_in_few_parts_of_at_most_two_tiles() -> None:
+    """Whose memory is that of the largest tiles before: nothing more is given up and begun again."""
+    tile = 100
+    parts = {rays: -(-rays // picture_tile(rays, tile)) for rays in (50, 51, 200, 400, 401, 518, 600, 601)}
+    assert parts == {50: 1, 51: 2, 200: 2, 400: 2, 401: 3, 518: 3, 600: 3, 601: 7}
+    assert all(picture_tile(rays, tile) <= 2 * tile for rays in range(1, 1000))
+
+
 def test_a_track_reuses_no_memory_that_another_still_works_on(device: Device) -> None:
     other = device.on(1)
     kept = other.buffer(1000)
@@ -84,7 +93,8 @@ def test_time_in_which_two_kernels_work_counts_once() -> None:
 
 def test_a_small_picture_is_two_tiles_and_a_large_one_many() -> None:
     tracer = clrt.Tracer(clrt.load_dict({"camera": {"origin": [0, 0, 5], "target": [0, 0, 0]}}))
-    for width, height, tiles in ((256, 256, 1), (257, 256, 2), (1024, 512, 2), (1025, 512, 5)):
+    sizes = ((256, 256, 1), (257, 256, 2), (1024, 512, 2), (1025, 512, 3), (1537, 512, 7))
+    for width, height, tiles in sizes:
         done: list[int] = []
         tracer.render(width, height, progress=lambda pixels, total, rays, done=done: done.append(pixels))
         assert (len(done), tracer.tile) == (tiles, 1 << 17), (width, height)
