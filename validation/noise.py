@@ -2,10 +2,10 @@
 
     python -m validation.noise [CASE ...]        measures these, or all cases that have limits of their own
 
-The float64 oracle renders the scene, and once more with every coordinate, length and index moved by one unit
-in the last place of a float32, up or down by a seed. What the two pictures differ by is the least that any
-program in float32 may differ by, for it rounds as much when it reads the scene. The worst of SEEDS pictures is
-kept in noise.json with the digest of the scene.
+The float64 oracle renders the scene, and once more with every number of shapes, lights, materials and camera
+moved by one unit in the last place of a float32, up or down by a seed. What the two pictures differ by is the
+least that any program in float32 may differ by, for it rounds as much when it reads the scene. The worst of
+SEEDS pictures is kept in noise.json with the digest of the scene.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def cases() -> list[str]:
 
 
 def moved(scene: Scene, seed: int) -> Scene:
-    """The scene with each number of its shapes, lights, materials and camera one float32 step away, at random."""
+    """The scene with each of those numbers one step of float32 away, at random up or down."""
     draw = np.random.default_rng(seed)
     table = scene.to_dict()
     for key in ("shapes", "lights", "materials", "camera"):
@@ -117,7 +117,8 @@ def main(names: list[str]) -> int:
     for name in names or cases():
         start = time.process_time()
         row = {"scene": digest(name), "noise": measured(name)}
-        lines = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in sorted({**kept(), name: row}.items())]
+        rows = sorted({**kept(), name: row}.items())
+        lines = [f"{json.dumps(key)}: {json.dumps(value)}" for key, value in rows]
         write_text(FILE, "{\n" + ",\n".join(lines) + "\n}\n")
         print(f"{name}: {row['noise']} ({time.process_time() - start:.0f} s)", flush=True)
     return 0

@@ -7,6 +7,7 @@ check runs there, in a process of its own.
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import sys
@@ -27,6 +28,11 @@ _RUN: Final = "import sys; from clrt.base.resources import validation_module as 
 _SECONDS: Final = 300
 # docs/model.md: the cosine between normals below which neighbours differ
 _BENT: Final = 0.9
+# a strip of three flat pieces that bend by 29 degrees and by 24, on both sides of what counts as bent
+_STRIP: Final = [(1.1, 0.0), (1.5, 0.0)]
+for _turn in (29.0, 53.0):
+    _STRIP.append((_STRIP[-1][0] + 0.4 * math.cos(math.radians(_turn)),
+                   _STRIP[-1][1] - 0.4 * math.sin(math.radians(_turn))))  # fmt: skip
 _SCENE: Final[dict[str, Any]] = {
     "background": [0.1, 0.2, 0.3], "ambient": 0.2,
     "camera": {"origin": [0, 0.6, 4], "target": [0, 0, 0], "width": 40, "height": 28, "spp": 4, "jitter": 2},
@@ -34,6 +40,8 @@ _SCENE: Final[dict[str, Any]] = {
     "shapes": [
         {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"diffuse": 0.5, "specular": 0.4}},
         {"type": "box", "min": [-2, -1, -1], "max": [-1.2, 0, 0.5], "transform": [{"rotate": ["y", 30]}]},
+        {"type": "mesh", "vertices": [[x, y, z] for x, z in _STRIP for y in (-0.7, 0.8)],
+         "faces": [[0, 2, 3, 1], [2, 4, 5, 3], [4, 6, 7, 5]], "material": {"diffuse": 0.0, "ambient": 0.5}},
         {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0],
          "material": {"color": {"type": "checker", "colors": [0.3, 0.6], "size": 0.7}}},
     ],

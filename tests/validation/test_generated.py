@@ -1,0 +1,134 @@
+"""Faults that nobody chose: drawn alike, planted many in one build, and the kernels without them the same."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import warnings
+from pathlib import Path
+
+import pytest
+
+from clrt.base.resources import kernel_folder, validation_module
+from clrt.device import platforms
+
+generated = validation_module("mutants.generated")
+switched = validation_module("mutants.switched")
+planting = validation_module("mutants.generated_run")
+panel = validation_module("mutants.panel")
+mutants = validation_module("mutants.run")
+FILE = "kernels/some.cl"
+
+
+def places(text: str) -> list[generated.Place]:
+    """All faults of a file of kernels with this text."""
+    return [generated.Place(FILE, text.count("\n", 0, start) + 1, 1, start, end, text[start:end], new, "")
+            for start, end, new in generated._in_c(text)]  # fmt: skip
+
+
+def planted(text: str, alone: bool = True) -> list[str]:
+    """The text with each fault, or with all of them, as the compiler sees it where they count."""
+    numbered = list(enumerate(places(text), 1))
+    out = []
+    for faults in [[one] for one in numbered] if alone else [numbered]:
+        new, left = switched.with_all(text, faults)
+        assert not left and new.count("\n") == text.count("\n")
+        out.append(re.sub(r"\(\*\(volatile __global uchar \*\)\(.*?\) = 1, \*.*?ul == \d+\)", "ON", new))
+    return out
+
+
+@pytest.mark.parametrize(("text", "expected"), [
+    ("x = a - b * c;", ["x = (ON ? a + b * c : a - b * c);", "x = a - (ON ? b / c : b * c);"]),
+    ("x = f(a, 2.0f) < d ? 1 : 0;", ["x = f(a, (ON ? (1.01f * 2.0f) : 2.0f)) < d ? 1 : 0;",
+                                     "x = (ON ? f(a, 2.0f) >= d : f(a, 2.0f) < d) ? 1 : 0;"]),
+    ("if (a == b) c[i] = d;", ["if (!(a == b) == ON) c[i] = d;", "if ((ON ? a != b : a == b)) c[i] = d;",
+                               "if (a == b) c[(i) + ON] = d;"]),
+    ("x = min(a, b);", ["x = (ON ? max(a, b) : min(a, b));"]),
+    ("s += a;", ["s = ON ? s - ( a) : s + ( a);"]),
+    ("return a && b || c;", ["return (ON ? a || b : a && b) || c;",
+                             "return (ON ? a && b && c : a && b || c);"]),
+    ("x = a // one\n    + b;", ["x = (ON ? a      - b : a // one\n    + b);"]),
+])  # fmt: skip
+def test_each_place_holds_both_texts(text: str, expected: list[str]) -> None:
+    assert planted(text) == expected
+
+
+def test_faults_within_operands_of_others_are_in_both_of_their_texts() -> None:
+    expected = "x = (ON ? a + (ON ? b / c : b * c) : a - (ON ? b / c : b * c));"
+    assert planted("x = a - b * c;", alone=False) == [expected]
+
+
+@pytest.mark.parametrize("text", [
+    "    float ox[PACKET], oy[3];", "INLINED void keep(VecP v, float (*field)[PACKET])",
+    "#define A(x) x + 1.0f\n", "// a + b\n", "__global float *p;",
+])  # fmt: skip
+def test_what_computes_nothing_has_no_fault(text: str) -> None:
+    assert places(text) == []
+
+
+def test_faults_that_cut_into_each_other_are_left_for_another_build() -> None:
+    text = "x = a && b && c;"
+    faults = list(enumerate(places(text), 1))
+    _, left = switched.with_all(text, faults)
+    assert len(faults) == 2 and left <= {2}
+    one, two = places("x = a + b;")[0], places("x = a + b;")[0]
+    assert switched.with_all("x = a + b;", [(1, one), (2, two)])[1] == {2}
+
+
+def test_all_of_the_draw_are_in_one_source() -> None:
+    """No line moves, for the compiler names lines; and every place can be chosen."""
+    drawn = [place for place in generated.drawn(planting.COUNT) if place.file.startswith("kernels/")]
+    assert len(drawn) > 200
+    for file, found in itertools.groupby(enumerate(drawn, 1), key=lambda numbered: numbered[1].file):
+        text = (kernel_folder() / file.removeprefix("kernels/")).read_text("utf-8")
+        new, left = switched.with_all(text, list(found))
+        assert not left and new.count("\n") == text.count("\n")
+
+
+def test_the_draw_does_not_change_with_other_lines(tmp_path: Path) -> None:
+    names = [place.name for place in generated.drawn(40)]
+    assert names == [place.name for place in generated.drawn(40)] and len(set(names)) == 40
+    assert set(names) <= {place.name for place in generated.drawn(80)}
+    assert set(names) != {place.name for place in generated.drawn(40, seed=2)}
+
+
+def test_cases_of_few_formats_show_what_kernels_can_tell_apart() -> None:
+    for file in ("kernels/light.clh", "kernels/tree.cl"):
+        cases = panel.cases_for(file)
+        assert len({panel._format(case) for case in cases}) <= 6
+    assert panel.cases_for("kernels/tree.cl")[0] == "shipped sphereflake"
+    assert not any(case.startswith(mutants.CHECK) for case in panel.cases_for("clrt/engine/adaptive.py"))
+    refitted = [case for case in panel.cases_for("kernels/refit.cl") if case.startswith(mutants.REFITTED)]
+    assert len(refitted) >= 2
+
+
+def test_what_came_out_is_kept_and_every_live_fault_is_noticed() -> None:
+    """Faults in files that have changed since are named; `make release` plants these again."""
+    rows = planting.kept()
+    assert rows and {row["outcome"] for row in rows.values()} <= set(planting.OUTCOMES)
+    assert [name for name, row in rows.items() if row["outcome"] == "survived"] == []
+    now = {place.name: planting.digest(place) for place in generated.drawn(planting.COUNT)}
+    old = [name for name in now if name not in rows or rows[name]["text"] != now[name]]
+    if old:
+        warnings.warn(f"docs/{planting.NAME}: {len(old)} faults were not planted in this code", stacklevel=1)
+
+
+@pytest.mark.parametrize("name", [
+    "refitted leaves keep their boxes", "the neighbour above not asked", "a hash without its length",
+])  # fmt: skip
+def test_what_no_oracle_renders_is_checked(name: str) -> None:
+    """One judged by a new tracer, two by checks that say what is right."""
+    found = mutants.run_mutant(name)
+    assert not found.survived and found.caught_by in (("a new tracer",), mutants.MUTANTS[name].cases)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif("Portable" not in platforms.choose()[0].platform, reason="asks for a page of its memory")
+def test_a_build_with_many_faults_is_the_sound_one_until_one_is_chosen() -> None:
+    drawn = [place for place in generated.drawn(planting.COUNT) if place.file == "kernels/light.clh"][:2]
+    with validation_module("mutants.served").Served(dict(enumerate(drawn, 1))) as served:
+        picture, reached = served.sound("diffuse")
+        assert planting._same(picture, mutants.sound("diffuse", None)) and reached <= {1, 2}
+        for number in reached:
+            assert not planting._same(served.picture(number, "diffuse"), picture)
+        assert planting._same(served.picture(0, "diffuse"), picture)
