@@ -97,10 +97,12 @@ class _Run:
 
 def around(pixels: np.ndarray, width: int, height: int) -> np.ndarray:
     """The neighbours of pixels, to the four sides within the picture, that are not among them: uint32."""
-    x, y = pixels % width, pixels // width
-    across = pixels[x > 0] - 1, pixels[x < width - 1] + 1
-    along = pixels[y > 0] - width, pixels[y < height - 1] + width
-    return np.setdiff1d(np.concatenate((*across, *along)).astype(np.uint32), pixels)
+    first, own = _in_rows(pixels, width)
+    beside = np.zeros((int(own.max()) // width + 3) * width, bool)  # a row above and one below them
+    for inside, step in _sides(pixels, width, height):
+        beside[own[inside] + (width + step)] = True
+    beside[own + width] = False
+    return (np.flatnonzero(beside) + (first - width)).astype(np.uint32)
 
 
 def edges(
@@ -110,15 +112,26 @@ def edges(
 
     seen: their `image` (m, 3), `shape` (m,) and `normal` (m, 3).
     """
-    order = np.argsort(pixels)
-    own = pixels[:n]
-    x, y = own % width, own // width
+    _, own = _in_rows(pixels, width)
+    place = np.empty(int(own.max()) + 1, np.int32)
+    place[own] = np.arange(len(pixels), dtype=np.int32)
     chosen = np.zeros(n, bool)
-    for inside, step in ((x > 0, -1), (x < width - 1, 1), (y > 0, -width), (y < height - 1, width)):
+    for inside, step in _sides(pixels[:n], width, height):
         here = np.flatnonzero(inside)
-        there = order[np.searchsorted(pixels, own[here].astype(np.int64) + step, sorter=order)]
-        chosen[here] |= _differ(seen, here, there, threshold)
+        chosen[here] |= _differ(seen, here, place[own[here] + step], threshold)
     return chosen
+
+
+def _in_rows(pixels: np.ndarray, width: int) -> tuple[int, np.ndarray]:
+    """The first number of the first of the picture's rows that has any, and the pixels counted from there."""
+    first = int(pixels.min()) // width * width
+    return first, pixels.astype(np.int64) - first
+
+
+def _sides(pixels: np.ndarray, width: int, height: int) -> list[tuple[np.ndarray, int]]:
+    """Of each side which pixels have a neighbour there, and by how much its number is larger."""
+    x, y = pixels % width, pixels // width
+    return [(x > 0, -1), (x < width - 1, 1), (y > 0, -width), (y < height - 1, width)]
 
 
 def _differ(seen: Found, here: np.ndarray, there: np.ndarray, threshold: float) -> np.ndarray:
