@@ -11,7 +11,7 @@ import numpy as np
 from clrt import layout
 from clrt.base.places import At
 from clrt.images.texture import Role, read_texels, texture_bytes
-from clrt.meshfiles.embedded import picture_file
+from clrt.meshfiles.pictures import picture_file
 from clrt.scene.scene import ImageTexture, Material, NormalMap, Scene
 from clrt.scene.textures import picture_path
 from clrt.spectra.bands import Bands, reflectance
@@ -48,6 +48,8 @@ class TextureTable:
         for field, name in layout.PICTURES.items():
             value = getattr(material, name)
             role: Role = "light" if field == "emission" else "reflectance"
+            if isinstance(value, ImageTexture) and value.file.lower().endswith(".ply"):
+                role = "corners"
             record[field] = self._number(value, role, value) if isinstance(value, ImageTexture) else _NONE
         record["normal_map"] = _NONE
         if material.normal_map is not None:

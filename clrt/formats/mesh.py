@@ -48,7 +48,7 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
             part=piece.number,
             name=piece.name,
             smooth=smooth,
-            material=_material(look, piece),
+            material=_material(look, piece, path),
         )
         for piece in model.pieces
     ]
@@ -70,8 +70,11 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
     return scene
 
 
-def _material(look: Look, piece: Piece) -> Any:
+def _material(look: Look, piece: Piece, path: Path) -> Any:
     """A piece's material: a name, or one of its own where its vertices have colours."""
+    if piece.pictured:
+        image = {"type": "image", "file": path.name, "part": 0, "wrap": "clamp"}
+        return table_of(_PLAIN) | {"color": image}
     name = look.called.get(piece.material)
     if piece.color is None:
         return _PLAIN if name is None else name

@@ -23,9 +23,9 @@ def load(path: str | os.PathLike[str], *, limits: Limits | None = None, **option
 
     Files: .toml and .json are the project's own; .nff takes `conformance` ("none" or "spd"); .txt are scenes
     of the thesis' program, .xml Mitsuba's; models (.obj .ply .glb .gltf .stl) take `smooth` (True, False,
-    None) and `camera`, the name of one of theirs, and get a camera and a light where they have none. Names are those that
-    `clrt scenes` lists, such as "showcase"; where there is no such file, "scenes/showcase.toml" means the
-    same. Of .py files only those that ship with clrt are run.
+    None) and `camera`, the name of one of theirs, and get a camera and a light where they have none. Names
+    are those that `clrt scenes` lists, such as "showcase"; where there is no such file,
+    "scenes/showcase.toml" means the same. Of .py files only those that ship with clrt are run.
     `limits` is what reading may cost. Raises `SceneError` and `LimitError`, and ClrtError for arguments of
     another kind.
     """

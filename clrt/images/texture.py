@@ -13,7 +13,8 @@ from clrt.base.errors import SceneError
 from clrt.base.limits import Limits
 from clrt.images.file import decode, picture_shape, read_image, uncurved
 
-Role = Literal["reflectance", "light", "normal"]
+Role = Literal["reflectance", "light", "normal", "corners"]
+"""corners: reflectances that are within [0, 1] only where a triangle shows them."""
 _MIDDLE = {np.uint8: 128.0, np.uint16: 32768.0}  # the number that stands for 0 in maps of normals
 
 

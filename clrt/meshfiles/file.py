@@ -31,6 +31,7 @@ from clrt.meshfiles.look import NONE
 from clrt.meshfiles.obj import plain_obj
 from clrt.meshfiles.obj_materials import LIBRARY, Materials
 from clrt.meshfiles.parts import Arrays, Part, Placed
+from clrt.meshfiles.vertex_colors import spread
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
 _MOST_GROUPS = 64  # for which trimesh's time, groups x vertices or groups squared, is of no account
@@ -115,12 +116,16 @@ def _checked(
 def open_mesh(
     data: bytes, path: Path, at: At, limits: Limits, primitives: int = 0, apart: bool = False
 ) -> Placed:
-    """The file's parts that have faces. apart: those of an OBJ by material, with what materials are."""
+    """The file's parts that have faces.
+
+    apart: those of an OBJ by material, with what materials are; a PLY's colours where its `picture` has them.
+    """
     suffix = path.suffix.lower()
     if suffix == ".obj" and apart:
         return _obj_apart(data, path, at, limits)
     if suffix not in (".glb", ".gltf"):
-        return _parse(_prepared(data, suffix), path, at)
+        placed = _parse(_prepared(data, suffix), path, at)
+        return spread(placed) if apart and suffix == ".ply" else placed
     contents: dict[Path, bytes] = {}
 
     def fetch(uri: str) -> bytes:
@@ -260,6 +265,7 @@ def _part(mesh: Any) -> Part:
         lambda: (vertices, faces, normals, uv),
         uv is not None,
         partial(_mean_color, mesh.visual) if colored else None,
+        partial(_corner_colors, mesh.visual, faces) if colored else None,
     )
 
 
@@ -267,6 +273,14 @@ def _mean_color(visual: Any) -> np.ndarray:
     """The mean of a trimesh's colours, which are sRGB."""
     colors = np.asarray(visual.vertex_colors if visual.kind == "vertex" else visual.face_colors)
     return np.asarray(decode(colors[:, :3].astype(np.uint8)).astype(np.float64).mean(axis=0))
+
+
+def _corner_colors(visual: Any, faces: np.ndarray) -> np.ndarray:
+    """The linear colours (m, 3, 3) of all triangles' corners."""
+    if visual.kind == "vertex":
+        return decode(np.asarray(visual.vertex_colors)[:, :3].astype(np.uint8))[faces]
+    own = decode(np.asarray(visual.face_colors)[:, :3].astype(np.uint8))
+    return np.repeat(own[:, None], 3, axis=1)
 
 
 def _uv(visual: Any, vertices: int) -> np.ndarray | None:

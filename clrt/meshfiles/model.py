@@ -24,13 +24,15 @@ _HEADER: Final = 4096  # bytes within which a PLY says that it has colours
 @dataclass(frozen=True, eq=False)
 class Piece:
     """A part of a file: its number, what it is called (None: nothing), its material's number, or NONE, and
-    the mean of its vertices' colours, linear, or None where they have none."""
+    the mean of its vertices' colours, linear, or None where they have none. `pictured`: these are a picture
+    of the file's."""
 
     number: int
     name: str | None
     material: int
     arrays: Arrays
     color: tuple[float, float, float] | None
+    pictured: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +72,7 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
         look = Look()
         if placed.look is not None:
             look = placed.look(used, (low + high) / 2, float(np.linalg.norm(high - low)) / 2)
-        if any(piece.color is not None for piece in pieces):
+        if not ply and any(piece.color is not None for piece in pieces):
             look.left_out["the colours of vertices, but for their mean"] = None
         look.left_out.update(dict.fromkeys(placed.left_out))
     return Model(pieces, low, high, look)
@@ -85,7 +87,14 @@ def _pieces(placed: Placed, smooth: bool | None) -> Iterator[Piece]:
         places = np.sort(order[bounds[number] : bounds[number + 1]])
         name = placed.names[where] if where != NONE and len(placed.names) else ""
         here = placed.only(places)
-        yield Piece(number, names.new(name) if name else None, material, here.joined(smooth), _color(here))
+        called = names.new(name) if name else None
+        arrays = here.joined(smooth)
+        yield Piece(number, called, material, arrays, _color(here), _pictured(here))
+
+
+def _pictured(placed: Placed) -> bool:
+    """Whether any of these parts has its colours in the file's picture (vertex_colors.py)."""
+    return any(part.corners is not None and part.color is None for part in placed.parts)
 
 
 def _color(placed: Placed) -> tuple[float, float, float] | None:

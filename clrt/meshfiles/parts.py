@@ -26,7 +26,7 @@ _BLOCK = 1 << 16  # vertices and triangles that are moved at a time
 @dataclass(frozen=True, eq=False)
 class Part:
     """`vertices` and `faces` are how many there are; `read` gives the arrays, `color` the mean of
-    the vertices' colours, linear, (3,)."""
+    the vertices' colours, linear, (3,), `corners` those of each triangle's corners, (faces, 3, 3)."""
 
     vertices: int
     faces: int
@@ -35,6 +35,7 @@ class Part:
     read: Callable[[], Arrays]
     uv: bool = False
     color: Callable[[], np.ndarray] | None = None
+    corners: Callable[[], np.ndarray] | None = None
 
 
 @dataclass(frozen=True, eq=False)

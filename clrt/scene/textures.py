@@ -14,7 +14,7 @@ from clrt.base.records import Record, single_of
 PICTURED: Final = ("color", "highlight_color", "reflection_color", "transmission_color", "emission")
 """The colours of a material that may be pictures."""
 
-MODELS: Final = (".glb", ".gltf")
+MODELS: Final = (".glb", ".gltf", ".ply")
 """Files that pictures may be parts of."""
 
 File = Annotated[str, Meta(min_length=1, description="file must be the path of a picture")]
@@ -28,7 +28,8 @@ class ImageTexture(Record, frozen=True, kw_only=True, tag="image", tag_field="ty
 
     file: EXR, HDR, PNG, JPEG, TIFF or BMP in the scene's folder. wrap: what lies beyond the picture. filter:
     between texels. encoding: of its numbers; None: integers are sRGB, floats linear. tint multiplies them.
-    part: which of the pictures that are within a model's file (.glb, .gltf), counted from 0.
+    part: which of the pictures that are within a model's file (.glb, .gltf), counted from 0;
+    of a .ply 0, the colours of its vertices or faces.
     """
 
     file: File
@@ -73,7 +74,7 @@ def _check_part(picture: ImageTexture | NormalMap, at: At) -> None:
     if model and picture.part is None:
         raise at.key("file").error(picture.file, "of a model's file say which picture: part = 0, 1, ...")
     if picture.part is not None and not model:
-        raise at.key("part").error(picture.part, f"only {' and '.join(MODELS)} files have parts")
+        raise at.key("part").error(picture.part, f"only {', '.join(MODELS)} files have parts")
 
 
 def picture_path(picture: ImageTexture | NormalMap, folder: Path | None, at: At) -> Path:

@@ -254,7 +254,8 @@ def test_parts_in_scene_files(tmp_path: Path) -> None:
     ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
     for picture, says in (
         ({"file": "a.glb"}, r"color\.file: 'a\.glb' is not allowed; of a model's file say which picture"),
-        ({"file": "b.png", "part": 0}, r"color\.part: 0 is not allowed; only \.glb and \.gltf files have"),
+        ({"file": "b.png", "part": 0},
+         r"color\.part: 0 is not allowed; only \.glb, \.gltf, \.ply files have"),
         ({"file": "a.glb", "part": -1}, r"color\.part: -1 is not allowed; part must be a whole number"),
         ({"file": "a.glb", "part": 0, "tint": [1, 1, -1]}, r"color\.tint.*-1"),
     ):

@@ -386,7 +386,7 @@ def test_a_model_at_one_point(tmp_path: Path) -> None:
 
 
 def test_colours_of_vertices_count_by_their_mean(tmp_path: Path) -> None:
-    """Of glTF they are linear and multiply the base colour; of PLY they are sRGB."""
+    """Of glTF they are linear and multiply the base colour."""
     unlit = {**metal_rough([0.5, 1, 1], 0, 1), "name": "matte"}
     table = model([METAL, unlit])
     for mesh in table["meshes"]:
@@ -410,12 +410,3 @@ def test_colours_of_vertices_count_by_their_mean(tmp_path: Path) -> None:
         table["accessors"][2]["type"] = kind
         with pytest.raises(SceneError, match=r"a\.glb: cannot be read .*accessors\[2\] holds no colours"):
             clrt.load(write_glb(tmp_path / "a.glb", table, corners))
-    header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-    header += "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-    header += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
-    (tmp_path / "a.ply").write_text(f"{header}0 0 0 255 0 128\n1 0 0 255 0 128\n0 1 0 255 255 128\n3 0 1 2\n")
-    with pytest.warns(clrt.ClrtWarning, match="the colours of vertices, but for their mean"):
-        scene = clrt.load(tmp_path / "a.ply")
-    (shape,) = scene.shapes
-    close(scene.material_of(shape).color, [1, 1 / 3, ((128 / 255 + 0.055) / 1.055) ** 2.4])
-    assert scene.camera is not None and len(scene.lights) == 1 and scene.ambient == 0.2

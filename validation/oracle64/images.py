@@ -11,7 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 
 from clrt.base.limits import Limits
-from clrt.meshfiles.embedded import picture_file
+from clrt.meshfiles.pictures import picture_file
 from clrt.scene.scene import ImageTexture, NormalMap, Scene
 
 from .palette import Palette
@@ -110,6 +110,8 @@ class Images:
             values = np.where(values <= 0.04045, values / 12.92, (np.maximum(values, 0) + 0.055) / 1.055) ** (
                 np.where(values <= 0.04045, 1.0, 2.4)
             )
+        if picture.file.lower().endswith(".ply"):  # corners' colours, and what makes them linear between
+            return np.asarray(values * picture.tint)
         return np.clip(values * picture.tint, 0.0, np.inf if name == "emission" else 1.0)
 
     def _normals(self, of: NormalMap) -> Array:
