@@ -1,4 +1,6 @@
-"""Make the pictures of docs/viewer.md, and time the viewer: `python docs/make_view.py [pictures|times|notebook]`.
+"""Make the pictures of docs/viewer.md, and time the viewer.
+
+    python docs/make_view.py [pictures|times|notebook]
 
 It looks at the showcase in the headless chromium of tests/browser.py, and prints pictures a second while the
 camera moves all the time, beside what the processor did for each, which does not depend on what else runs.

@@ -25,7 +25,7 @@ class Pool:
     """Any `concurrent.futures.Executor`."""
 
     def __init__(self, executor: Executor) -> None:
-        self.executor = executor
+        self.executor: Any = executor  # dask's has more than the interface
 
     @property
     def workers(self) -> int:
