@@ -1,6 +1,6 @@
 """Render the showcase from all around on a local cluster, one of whose workers is killed on the way.
 
-    python docs/make_turntable.py [--frames 120] [--workers 2]
+    python docs/make_turntable.py [--frames 120] [--workers 4]
 
 writes docs/turntable.png, all frames small. It fails where a frame is not that of one process, bit for bit:
 every tenth is rendered here, too. Prints how long it took and what was lost.
@@ -26,7 +26,7 @@ import clrt  # noqa: E402
 from clrt.cluster.connect import connected  # noqa: E402
 from clrt.images.file import encode  # noqa: E402
 
-SIZE: Final = {"width": 640, "height": 360}
+SIZE: Final = {"width": 640, "height": 360, "spp": 1}
 COLUMNS, CELL, GAP, PAPER = 12, (106, 60), 2, 24  # pixels; grey of 255
 TENTH: Final = 10
 
@@ -45,7 +45,7 @@ def main() -> None:
     """Render, kill, compare, write."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--frames", type=int, default=120)
-    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--workers", type=int, default=4)
     options = parser.parse_args()
     scene = clrt.load("showcase")
     assert scene.camera is not None
@@ -54,6 +54,7 @@ def main() -> None:
     with connected(f"local:{options.workers}", clrt.Settings(threads=1)) as (executor, settings):
         series = clrt.sweep(scene, {"camera": cameras}, executor=executor, settings=settings, **SIZE)
         for number, (_, image) in enumerate(series):
+            print(f"frame {number}: {time.monotonic() - start:.0f} s", flush=True)
             if number == options.frames // 3:
                 victim = next(iter(executor._client.run(os.getpid).values()))
                 os.kill(victim, signal.SIGKILL)
