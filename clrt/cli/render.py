@@ -8,7 +8,7 @@ import time
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from clrt.base.atomic import check_replaceable, write_json
 from clrt.base.errors import ClrtError
@@ -129,15 +129,14 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
     settings = clrt.Settings(threads=options.threads, limits=limits, check=getattr(options, "check", False))
     quiet = getattr(options, "quiet", False)
     with cluster(options, settings) as (workers, settings), progress(stem(file), quiet) as report:
-        if not workers:
-            _ahead(scene, options.device, settings)
+        opened = options.device if workers else _ahead(scene, options.device, settings)
         return clrt.render(
             scene,
             width=options.width,
             height=options.height,
             spp=_samples(options, scene),
             max_depth=options.max_depth,
-            device=options.device,
+            device=opened,
             layers=layers,
             progress=report,
             settings=settings,
@@ -147,18 +146,23 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
         )
 
 
-def _ahead(scene: Scene, device: str | None, settings: Settings) -> None:
-    """Import what renders and saves while the driver reads the scene's kernels. What fails here is done
-    again, and told, by the render."""
+def _ahead(scene: Scene, device: str | None, settings: Settings) -> Any:
+    """The device, opened for a scene; what renders and saves is imported while it reads its kernels.
+
+    `device` itself where something fails: the render does it again, and tells what is wrong.
+    """
     from clrt.device.ahead import building
     from clrt.device.driver import Driver
     from clrt.flatten.flatten import flatten_ahead
 
     with suppress(ClrtError, MemoryError):
         flat = flatten_ahead(scene)
-        with building(Driver(device, settings, None), flat.ray_format):
+        driver = Driver(device, settings, None)
+        with building(driver, flat.ray_format):
             for name in ("clrt.cluster.pictures", "OpenImageIO"):
                 import_module(name)
+        return import_module("clrt.device.device").Device(driver, ray_format=flat.ray_format)
+    return device
 
 
 def _samples(options: argparse.Namespace, scene: Scene) -> int | None:
