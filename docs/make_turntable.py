@@ -54,7 +54,6 @@ def main() -> None:
     with connected(f"local:{options.workers}", clrt.Settings(threads=1)) as (executor, settings):
         series = clrt.sweep(scene, {"camera": cameras}, executor=executor, settings=settings, **SIZE)
         for number, (_, image) in enumerate(series):
-            print(f"frame {number}: {time.monotonic() - start:.0f} s", flush=True)
             if number == options.frames // 3:
                 victim = next(iter(executor._client.run(os.getpid).values()))
                 os.kill(victim, signal.SIGKILL)
