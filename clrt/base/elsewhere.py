@@ -34,6 +34,17 @@ def within(folder: Path) -> Iterator[None]:
             os.close(here)
 
 
+@contextmanager
+def without(name: str) -> Iterator[None]:
+    """Take a variable out of the environment for a moment."""
+    value = os.environ.pop(name, None)
+    try:
+        yield
+    finally:
+        if value is not None:
+            os.environ[name] = value
+
+
 def _here() -> str | int:
     """The current folder: its name, or, where that leads to it no more, a descriptor.
 

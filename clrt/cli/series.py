@@ -6,6 +6,7 @@ import argparse
 import csv
 import hashlib
 import io
+from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
@@ -49,7 +50,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     film = Path(options.output).suffix.lower() in SUFFIXES
     names = [options.output] if film else [frame_name(options.output, i, v) for i, v in enumerate(series)]
     if len(set(names)) < (1 if film else len(series)):
-        twice = next(name for i, name in enumerate(names) if name in names[:i])
+        twice = next(name for name, count in Counter(names).items() if count > 1)
         raise ClrtError(f"{options.output}: several pictures would be {twice}; put {{index}} into the name")
     outputs = {f"-o ({name})" if len(names) > 1 else "-o": name for name in names}
     manifest = options.manifest or (None if film else str(Path(names[0]).parent / "frames.csv"))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from clrt import layout
 from clrt.base.places import At
-from clrt.images.texture import Role, read_texels, texture_bytes
-from clrt.meshfiles.pictures import picture_file
+from clrt.images.texture import Role, finished, read_plain, texture_bytes
+from clrt.meshfiles.pictures import PictureFiles
 from clrt.scene.scene import ImageTexture, Material, NormalMap, Scene
 from clrt.scene.textures import picture_path
 from clrt.spectra.bands import Bands, reflectance
@@ -69,9 +69,10 @@ class TextureTable:
         """The sections `textures`, `texels` and `primaries`, and what was read; `known` is not read again."""
         sources = tuple(dict.fromkeys(source for source, _ in self._numbers))
         pictures = known if known and known.sources == sources else _read(sources, self._scene)
+        places = {source: number for number, source in enumerate(pictures.sources)}
         out = np.zeros(len(self._numbers), layout.dtype("Texture"))
         for record, (source, how) in zip(out, self._numbers, strict=True):
-            record["first"], record["height"], record["width"] = pictures.sizes[sources.index(source)]
+            record["first"], record["height"], record["width"] = pictures.sizes[places[source]]
             record["wrap"] = layout.WRAP[f"WRAP_{how.wrap.upper()}"]
             record["nearest"] = how.filter == "nearest"
             record["scale_u"], record["scale_v"] = how.scale
@@ -86,22 +87,29 @@ class TextureTable:
 
 def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
     """The pictures, whose sizes are checked together before one is read."""
-    limits = scene.limits
-    total = 0
-    for path, _, _, part, _ in sources:
-        with picture_file(path, part, limits) as file:
-            total += texture_bytes(file, limits)
+    limits, files = scene.limits, PictureFiles(scene.limits)
+    alike: dict[tuple[Any, ...], list[int]] = {}  # what differs in its tint alone is read once
+    for number, (path, role, encoding, part, _) in enumerate(sources):
+        alike.setdefault((path, part, role, encoding), []).append(number)
+    headers: dict[tuple[Path, int | None], int] = {}
+    for path, part in dict.fromkeys(key[:2] for key in alike):
+        with files.file(path, part) as file:
+            headers[path, part] = texture_bytes(file, limits)
+    total = sum(len(numbers) * headers[key[:2]] for key, numbers in alike.items())
     limits.check("texture_bytes", total, scene.source, "materials")
-    parts: list[np.ndarray] = []
-    sizes = np.zeros((len(sources), 3), np.int64)
-    first = 0
-    for size, (path, role, encoding, part, tint) in zip(sizes, sources, strict=True):
-        with picture_file(path, part, limits) as file:
-            texels = read_texels(file, role, encoding, limits, tint)
-        size[:] = first, *texels.shape[:2]
-        first += texels.shape[0] * texels.shape[1]
-        parts.append(texels.reshape(-1))
-        # a file may be another one by now
-        limits.check("texture_bytes", 4 * _CHANNELS * first, scene.source, "materials")
+    found: list[np.ndarray] = [np.zeros(0)] * len(sources)
+    read = 0
+    for (path, part, role, encoding), numbers in alike.items():
+        with files.file(path, part) as file:
+            plain = read_plain(file, role, encoding, limits)
+            # a file may be another one by now
+            read += 4 * _CHANNELS * len(numbers) * plain.shape[0] * plain.shape[1]
+            limits.check("texture_bytes", read, scene.source, "materials")
+            for number in numbers:
+                own = plain if number == numbers[-1] else plain.copy()
+                found[number] = finished(own, role, sources[number][-1], str(file))
+    sizes = np.array([texels.shape[:2] for texels in found], np.int64).reshape(-1, 2)
+    firsts = np.cumsum([0, *(sizes[:, 0] * sizes[:, 1])])[:-1]
     # lanes read four numbers of a texel
-    return Pictures(sources, sizes, np.concatenate([*parts, np.zeros(1, np.float32)]))
+    texels = np.concatenate([*(texels.reshape(-1) for texels in found), np.zeros(1, np.float32)])
+    return Pictures(sources, np.column_stack([firsts, sizes]), texels)

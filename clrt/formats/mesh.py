@@ -40,11 +40,13 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
         return _of_mesh(path, limits, smooth, camera)
     look = model.look
     # read and checked already: a scene takes them as they are
+    resolved = path.resolve()  # as a scene notes it
     shapes = [
         mesh_of_file(
-            path,
+            resolved,
             piece.arrays,
             at,
+            file=path.name,
             part=piece.number,
             name=piece.name,
             smooth=smooth,

@@ -19,6 +19,7 @@ import numpy as np
 
 from clrt.base import notices
 from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.elsewhere import without
 from clrt.base.errors import ClrtError, SceneError
 from clrt.base.files import opened
 from clrt.base.hush import hushed
@@ -43,9 +44,23 @@ MAGIC = {
     b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
 }  # fmt: skip
 _OPEN = "/proc/self/fd/{}"
+_own_colours = False  # whether OpenImageIO has its own table of colour spaces
 _unfinished: list[oiio.ImageOutput] = []
 BLOCK = 1 << 20  # bytes read at a time, where 64 rows have fewer
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
+
+
+def own_colours() -> None:
+    """Let OpenImageIO take its own table of colour spaces, before it takes the file that $OCIO names.
+
+    It asks for one where a picture says what its colours are, and nothing here depends on it: but the file
+    may be a pipe, that of another program, or as large as the disk.
+    """
+    global _own_colours
+    if not _own_colours and "OCIO" in os.environ:
+        with without("OCIO"):
+            oiio.ColorConfig.default_colorconfig().getColorSpaceNames()  # it is read when it is asked
+    _own_colours = True
 
 
 def check_writable(path: str | os.PathLike[str], exposure: float = 0.0, bits: int | None = None) -> int:
@@ -115,6 +130,7 @@ def write(
     The first one is uint8, uint16 or float32, and so are the samples. `channels` names them all; `metadata`
     becomes text attributes where the format has such (EXR, PNG).
     """
+    own_colours()
     height, width, _ = parts[0].shape
     sample_type = "float" if parts[0].dtype == np.float32 else parts[0].dtype.name
     spec = oiio.ImageSpec(width, height, len(channels), sample_type)
@@ -273,6 +289,7 @@ def bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
 @contextmanager
 def open_picture(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple[oiio.ImageInput, BinaryIO]]:
     """OpenImageIO's reader of a picture, closed in the end, and the file itself."""
+    own_colours()
     with hushed(), opened(path, limits) as file:
         head = file.read(8)
         reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from clrt.base.atomic import replacing
-from clrt.base.elsewhere import within
+from clrt.base.elsewhere import within, without
 from clrt.base.errors import ClrtError, fault
 from clrt.base.install import pip_install
 
@@ -74,17 +74,6 @@ def _imported() -> Any:
         found = importlib.util.find_spec("matplotlib")
         if found is None or found.origin is None:
             raise ClrtError(f"charts need matplotlib; install it with: {pip_install('matplotlib')}")
-        with within(Path(found.origin).with_name("mpl-data")), _without("MPLBACKEND"):
+        with within(Path(found.origin).with_name("mpl-data")), without("MPLBACKEND"):
             importlib.import_module("matplotlib")
     return importlib.import_module("matplotlib")
-
-
-@contextmanager
-def _without(name: str) -> Iterator[None]:
-    """Take a variable out of the environment for a moment."""
-    value = os.environ.pop(name, None)
-    try:
-        yield
-    finally:
-        if value is not None:
-            os.environ[name] = value

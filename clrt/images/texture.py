@@ -37,13 +37,24 @@ def read_texels(
     `tint` multiplies them. Reflectances are clipped to [0, 1], light to >= 0, normals lie about 0. Raises as
     `clrt.read_image`, also where decoded numbers are not finite.
     """
+    return finished(read_plain(path, role, encoding, limits), role, tint, os.fspath(path))
+
+
+def read_plain(
+    path: str | os.PathLike[str], role: Role, encoding: str | None, limits: Limits
+) -> np.ndarray:
+    """As `read_texels`, but neither tinted nor clipped."""
     values: Callable[[np.ndarray], np.ndarray] | None = partial(_values, encoding) if encoding else None
-    texels = read_image(path, limits, _normals if role == "normal" else values)
+    return read_image(path, limits, _normals if role == "normal" else values)
+
+
+def finished(texels: np.ndarray, role: Role, tint: Sequence[float], name: str) -> np.ndarray:
+    """Plain texels, tinted and clipped in place; `name` is what a SceneError calls the picture."""
     if any(part != 1.0 for part in tint):
         with np.errstate(all="ignore"):
             texels *= np.array(tint, np.float32)
         if not np.isfinite(texels).all():
-            raise SceneError(f"{os.fspath(path)}: times its tint it leaves the range of float32")
+            raise SceneError(f"{name}: times its tint it leaves the range of float32")
     if role == "reflectance":
         np.clip(texels, 0.0, 1.0, out=texels)
     elif role == "light":

@@ -16,7 +16,7 @@ import numpy as np
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, fault, show
 from clrt.base.suggest import nearest
-from clrt.images.file import encode
+from clrt.images.file import encode, own_colours
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -38,6 +38,7 @@ def views() -> tuple[str, ...]:
 
 @cache
 def _views(name: str) -> tuple[str, ...]:
+    own_colours()
     config = oiio.ColorConfig(name)
     names: tuple[str, ...] = () if config.geterror() else tuple(config.getViewNames(DISPLAY))
     if not names or _LINEAR not in config.getColorSpaceNames():

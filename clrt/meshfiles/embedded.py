@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from urllib.parse import unquote
 
@@ -16,48 +18,76 @@ from clrt.base.files import read_bytes, resolve
 from clrt.base.limits import Limits
 from clrt.base.places import At
 from clrt.images.file import read_samples
-from clrt.meshfiles.gltf import read_picture
+from clrt.meshfiles.gltf import pictures_in
 from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.gltf_textures import Itself
 
 
-@contextmanager
-def picture_file(path: Path, part: int | None, limits: Limits, data: bytes | None = None) -> Iterator[Path]:
-    """A file with a picture: `path`, or while the block lasts one with a part of it.
+class Models:
+    """Model files, of which each is read and parsed once however many of its pictures are asked for.
 
-    `data` is what is in `path`, where that is known. SceneError names the model and the picture's number.
+    All that is taken from one file is within `limits.file_bytes`: its pictures may be the same bytes.
     """
-    if part is None:
-        yield path
-        return
-    where = f"{path}: images[{part}]"
-    try:
-        picture = read_picture(read_bytes(path, limits) if data is None else data, _binary(path), part)
-    except BrokenMesh as error:
-        raise SceneError(f"{path}: {error}"[:300]) from None
-    descriptor, name = tempfile.mkstemp()
-    try:
-        with open(descriptor, "wb") as file:
-            file.write(picture)
-        yield Path(name)
-    except (SceneError, LimitError) as error:
-        raise type(error)(str(error).replace(name, where)) from None
-    finally:
-        os.unlink(name)
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self._pictures: dict[Path, Callable[[int], bytes]] = {}
+        self._taken: dict[Path, int] = {}
+
+    @contextmanager
+    def file(self, path: Path, part: int | None, data: bytes | None = None) -> Iterator[Path]:
+        """A file with a picture: `path`, or while the block lasts one with a part of it.
+
+        `data` is what is in `path`, where that is known. SceneError names the model and the picture's number.
+        """
+        if part is None:
+            yield path
+            return
+        where = f"{path}: images[{part}]"
+        picture = self._picture(path, part, data)
+        descriptor, name = tempfile.mkstemp()
+        try:
+            with open(descriptor, "wb") as file:
+                file.write(picture)
+            yield Path(name)
+        except (SceneError, LimitError) as error:
+            raise type(error)(str(error).replace(name, where)) from None
+        finally:
+            os.unlink(name)
+
+    def _picture(self, path: Path, part: int, data: bytes | None) -> bytes:
+        try:
+            if path not in self._pictures:
+                whole = read_bytes(path, self._limits) if data is None else data
+                self._pictures[path] = pictures_in(whole, _binary(path))
+            picture = self._pictures[path](part)
+        except BrokenMesh as error:
+            raise SceneError(f"{path}: {error}"[:300]) from None
+        self._taken[path] = self._taken.get(path, 0) + len(picture)
+        self._limits.check("file_bytes", self._taken[path], f"{path}: its pictures together")
+        return picture
 
 
 def itself_of(path: Path, at: At, limits: Limits, data: bytes) -> Itself:
     """What a glTF file's look has to know of the file, which holds `data`."""
+    models, pixels = Models(limits), 0
 
+    @cache
     def beside(uri: str) -> str | None:
         name = unquote(uri)
         if not os.path.exists(path.parent / name):
             return None
         return resolve(name, path.parent, at).relative_to(path.parent.resolve()).as_posix()
 
+    @cache
     def mean(file: str, part: int | None) -> np.ndarray:
-        with picture_file(path.parent / file, part, limits, data if part is not None else None) as picture:
-            return read_samples(picture, limits, _plain).reshape(-1, 3).mean(axis=0)
+        nonlocal pixels
+        with models.file(path.parent / file, part, data if part is not None else None) as picture:
+            # all these pictures together are as one: they are few and small where nobody means harm
+            left = replace(limits, image_pixels=max(limits.image_pixels - pixels, 0))
+            samples = read_samples(picture, left, _plain).reshape(-1, 3)
+        pixels += len(samples)
+        return samples.mean(axis=0)
 
     return Itself(path.name, beside, mean)
 

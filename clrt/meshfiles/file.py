@@ -7,7 +7,7 @@ import logging
 import os
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -71,11 +71,10 @@ def read_mesh_file(
             if path not in opened:
                 opened[path] = open_mesh(mesh_bytes(path, at, limits), path, at, limits, primitives, True)
             placed = opened[path]
-            numbers, groups = placed.groups()
-            if part >= len(groups):
-                text = f"{path.name} has {len(groups)} parts, numbered from 0"
+            if part >= len(placed.groups):
+                text = f"{path.name} has {len(placed.groups)} parts, numbered from 0"
                 raise PlacedError(at, f"part {part} is not allowed; {text}")
-            found = placed.only(np.flatnonzero(numbers == part))
+            found = placed.only(placed.groups[part][2])
             arrays = _checked(found, path, at, limits, smooth, vertices, primitives)
     if placed.left_out:
         text = f"{path.name}: its {' and '.join(placed.left_out)} are left out; save it with them applied"
@@ -148,11 +147,12 @@ def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
         return _parse(_prepared(data, ".obj"), path, at)
     placed = _parse(materials.lines, path, at, materials.library())
 
-    def fetch(name: str) -> bytes | None:
+    def fetch(name: str) -> tuple[Path, Callable[[], bytes]] | None:
         name = name.replace("\\", "/")
         if not os.path.exists(path.parent / name):
             return None
-        return read_bytes(resolve(name, path.parent, at), limits, "text_bytes")
+        file = resolve(name, path.parent, at)
+        return file, partial(read_bytes, file, limits, "text_bytes")
 
     beside = itself_of(path, at, limits, data).beside
     return replace(placed, look=lambda used, center, radius: materials.look(used, fetch, beside))

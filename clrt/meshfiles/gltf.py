@@ -29,6 +29,7 @@ from clrt.meshfiles.gltf_document import (
     parse,
 )
 from clrt.meshfiles.gltf_look import Held, look_of
+from clrt.meshfiles.gltf_nodes import matrix_of
 from clrt.meshfiles.gltf_textures import Itself
 from clrt.meshfiles.look import NONE, Look
 from clrt.meshfiles.parts import Arrays, Part, Placed
@@ -54,23 +55,30 @@ def read_gltf(
     return _Reader(document, chunk, fetch, itself).placed(check)
 
 
-def read_picture(data: bytes, binary: bool, number: int) -> bytes:
-    """The bytes of a picture that is within a .gltf, or a .glb; BrokenMesh where it is not."""
-
-    def refuse(name: str) -> bytes:
-        raise BrokenMesh(f"images[{number}] is not within the file; name its own file")
-
+def pictures_in(data: bytes, binary: bool) -> Callable[[int], bytes]:
+    """What gives the bytes of a picture that is within a .gltf, or a .glb; BrokenMesh where it is not."""
     document, chunk = parse(data, binary)
-    image = item(decode(document.images, tuple[Image, ...], "images"), number, "images")
-    if image.uri is not None:
-        return bytes(_data_of(image.uri, refuse, f"images[{number}]"))
-    if image.bufferView is None:
-        raise BrokenMesh(f"images[{number}] has no data")
-    view = item(document.bufferViews, image.bufferView, "bufferViews")
-    whole = _Reader(document, chunk, refuse)._buffer(view.buffer)
-    if view.byteOffset + view.byteLength > len(whole):
-        raise BrokenMesh(f"images[{number}] reaches beyond the {len(whole)} bytes of its buffer")
-    return bytes(whole[view.byteOffset : view.byteOffset + view.byteLength])
+    images = decode(document.images, tuple[Image, ...], "images")
+    buffers: dict[int, memoryview] = {}
+
+    def picture(number: int) -> bytes:
+        def refuse(name: str) -> bytes:
+            raise BrokenMesh(f"images[{number}] is not within the file; name its own file")
+
+        image = item(images, number, "images")
+        if image.uri is not None:
+            return bytes(_data_of(image.uri, refuse, f"images[{number}]"))
+        if image.bufferView is None:
+            raise BrokenMesh(f"images[{number}] has no data")
+        view = item(document.bufferViews, image.bufferView, "bufferViews")
+        reader = _Reader(document, chunk, refuse)
+        reader.buffers = buffers
+        whole = reader._buffer(view.buffer)
+        if view.byteOffset + view.byteLength > len(whole):
+            raise BrokenMesh(f"images[{number}] reaches beyond the {len(whole)} bytes of its buffer")
+        return bytes(whole[view.byteOffset : view.byteOffset + view.byteLength])
+
+    return picture
 
 
 @dataclass(eq=False)
@@ -137,7 +145,7 @@ class _Reader:
             if seen[number]:
                 raise BrokenMesh(f"nodes[{number}] is below two nodes, or below itself")
             seen[number] = 1
-            matrix = _matrix(node, above)
+            matrix = matrix_of(node, above)
             left += [(child, matrix) for child in node.children]
             self._hold(number, node, matrix)
             if node.mesh is not None:
@@ -193,17 +201,21 @@ class _Reader:
         if uv is not None and self._accessor(uv, "VEC2").count != vertices:
             raise BrokenMesh(f"accessors[{uv}] has not one uv for each of {vertices} vertices")
         read = partial(self._arrays, attributes, indices, mode)
-        colored = attributes.COLOR_0 is not None
-        color = None if attributes.COLOR_0 is None else partial(self._mean, attributes.COLOR_0)
+        colors = attributes.COLOR_0
+        if colors is not None:
+            found = item(self.document.accessors, colors, "accessors")
+            if found.type not in ("VEC3", "VEC4") or found.count != vertices:
+                raise BrokenMesh(f"accessors[{colors}] has not one colour for each of {vertices} vertices")
+        colored = colors is not None
+        color = None if colors is None else partial(self._mean, colors)
         return Part(vertices, faces, normals is not None, colored, read, uv is not None, color)
 
     def _mean(self, number: int) -> np.ndarray:
         """The mean of vertices' colours, which are linear."""
-        kind = item(self.document.accessors, number, "accessors").type
-        colors = self._fractions(number)[:, :3]
-        if kind not in ("VEC3", "VEC4") or not len(colors):
-            raise BrokenMesh(f"accessors[{number}] holds no colours")
-        return np.asarray(np.clip(colors.mean(axis=0), 0.0, 1.0))
+        mean = self._fractions(number)[:, :3].mean(axis=0)
+        if not np.isfinite(mean).all():
+            raise BrokenMesh(f"accessors[{number}] holds colours that are not finite")
+        return np.asarray(np.clip(mean, 0.0, 1.0))
 
     def _arrays(self, attributes: Attributes, indices: int | None, mode: int) -> Arrays:
         assert attributes.POSITION is not None
@@ -313,33 +325,3 @@ def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:
     faces = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
     faces[1::2] = faces[1::2, ::-1]
     return faces
-
-
-def _matrix(node: Node, above: np.ndarray) -> np.ndarray:
-    """The node's matrix to the world, given that of the node above it."""
-    if node.matrix is not None:
-        if node.matrix[3::4] != (0.0, 0.0, 0.0, 1.0):
-            raise BrokenMesh("the last row of a node's matrix must be 0, 0, 0, 1")
-        above = above @ np.array(node.matrix).reshape(4, 4).T
-    if node.translation is None and node.rotation is None and node.scale is None:
-        return above
-    own = np.eye(4)
-    own[:3, :3] = _rotation(node.rotation or (0.0, 0.0, 0.0, 1.0)) * (node.scale or (1.0, 1.0, 1.0))
-    own[:3, 3] = node.translation or (0.0, 0.0, 0.0)
-    with np.errstate(all="ignore"):  # what is not finite is an error later, with its place
-        return above @ own
-
-
-def _rotation(quaternion: tuple[float, float, float, float]) -> np.ndarray:
-    """The rotation (3, 3) of a quaternion x, y, z, w of any length."""
-    with np.errstate(all="ignore"):
-        q = np.array(quaternion)
-        square = float(q @ q)
-        if not square > 0:
-            return np.eye(3)
-        x, y, z, w = q * np.sqrt(2.0 / square)
-        return np.array([
-            [1.0 - y * y - z * z, x * y - z * w, x * z + y * w],
-            [x * y + z * w, 1.0 - x * x - z * z, y * z - x * w],
-            [x * z - y * w, y * z + x * w, 1.0 - x * x - y * y],
-        ])  # fmt: skip

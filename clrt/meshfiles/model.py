@@ -79,12 +79,8 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
 
 
 def _pieces(placed: Placed, smooth: bool | None) -> Iterator[Piece]:
-    numbers, groups = placed.groups()
-    order = np.argsort(numbers, kind="stable")
-    bounds = np.searchsorted(numbers[order], np.arange(len(groups) + 1))
     names = Names()
-    for number, (where, material) in enumerate(groups):
-        places = np.sort(order[bounds[number] : bounds[number + 1]])
+    for number, (where, material, places) in enumerate(placed.groups):
         name = placed.names[where] if where != NONE and len(placed.names) else ""
         here = placed.only(places)
         called = names.new(name) if name else None

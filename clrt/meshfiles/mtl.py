@@ -45,6 +45,18 @@ class Phong:
     norm: Table | None = None
     left_out: dict[str, None] = field(default_factory=dict)
 
+    def with_pictures(self, beside: Beside) -> Phong:
+        """The material with the names of pictures as a scene has them, without those that are not there."""
+        files: dict[str, Table | None] = {}
+        for key in ("map_kd", "map_ke", "norm"):
+            picture = getattr(self, key)
+            if picture is not None:
+                file = beside(picture["file"])
+                files[key] = None if file is None else picture | {"file": file}
+        if None in files.values():
+            self.left_out["pictures that are not there"] = None
+        return _changed(self, **files)
+
     def table(self, uv: bool) -> Table:
         """The material, as a scene file has it; without pictures where what has it has no uv."""
         if not uv and (self.map_kd or self.map_ke or self.norm):
@@ -96,8 +108,11 @@ class Phong:
         )
 
 
-def read_mtl(data: bytes, name: str, beside: Beside) -> dict[str, Phong]:
-    """The materials in an MTL file by name; `beside` as `texture` has it. BrokenMesh names file and line."""
+def read_mtl(data: bytes, name: str) -> dict[str, Phong]:
+    """The materials in an MTL file by name; BrokenMesh names file and line.
+
+    Of pictures the files are as it names them: a file may name many, of which few are used.
+    """
     found: dict[str, Phong] = {}
     current: str | None = None
     for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
@@ -108,14 +123,14 @@ def read_mtl(data: bytes, name: str, beside: Beside) -> dict[str, Phong]:
             found[current] = Phong()
         elif current is not None and key:
             try:
-                found[current] = _said(found[current], key, words[1:], beside)
+                found[current] = _said(found[current], key, words[1:])
             except (ValueError, IndexError, OverflowError):
                 text = f"{show(line.strip()[:60])} is not understood"
                 raise BrokenMesh(f"{show(name[:60])}, line {number}: {text}") from None
     return found
 
 
-def _said(material: Phong, key: str, words: list[str], beside: Beside) -> Phong:
+def _said(material: Phong, key: str, words: list[str]) -> Phong:
     """`material` with what one line says; ValueError or IndexError where its numbers are none."""
     if key in _PASSED_OVER:
         return material
@@ -123,9 +138,9 @@ def _said(material: Phong, key: str, words: list[str], beside: Beside) -> Phong:
         if words[0] in ("spectral", "xyz"):
             material.left_out[f"{words[0]} colours"] = None
             return material
-        return _changed(material, key, _rgb(words))
+        return _changed(material, **{key: _rgb(words)})
     if key in ("ns", "ni", "pr", "pm"):
-        return _changed(material, key, _number(words[0]))
+        return _changed(material, **{key: _number(words[0])})
     if key == "d":
         return replace(material, d=_share(words[1] if words[0] == "-halo" else words[0]))
     if key == "tr":
@@ -133,17 +148,13 @@ def _said(material: Phong, key: str, words: list[str], beside: Beside) -> Phong:
     if key == "illum":
         return replace(material, illum=int(words[0]))
     if key in ("map_kd", "map_ke", "norm"):
-        found = texture(words, beside)
-        if found is not None:
-            return _changed(material, key, found)
-        material.left_out["pictures that are not there"] = None
-        return material
+        return _changed(material, **{key: texture(words)})
     material.left_out[_OTHERS.get(key, "textures" if key.startswith("map_") else show(key[:20]))] = None
     return material
 
 
-def _changed(material: Phong, key: str, value: Any) -> Phong:
-    return replace(material, **{key: value})
+def _changed(material: Phong, **values: Any) -> Phong:
+    return replace(material, **values)
 
 
 def _rgb(words: Sequence[str]) -> Rgb:

@@ -16,8 +16,8 @@ _TURBULENCE: Final = "-t"
 _PLACES: Final = ("-s", "-o", _TURBULENCE)
 
 
-def texture(words: list[str], beside: Beside) -> Table | None:
-    """The image that the words after `map_Kd` name; ValueError where they are none, None where it is missing.
+def texture(words: list[str]) -> Table:
+    """The image that the words after `map_Kd` name, its file as it stands there; ValueError for no image.
 
     v = 0 is at the bottom there, on top here: `1 - (s (1 - v) + o) = s v + (1 - s - o)`.
     """
@@ -39,11 +39,8 @@ def texture(words: list[str], beside: Beside) -> Table | None:
             raise ValueError(option)
     if not left:
         raise ValueError("no file")
-    file = beside(" ".join(left).replace("\\", "/"))
-    if file is None:
-        return None
     (su, sv), (ou, ov) = places["-s"], places["-o"]
-    table: Table = {"type": "image", "file": file}
+    table: Table = {"type": "image", "file": " ".join(left).replace("\\", "/")}
     table |= {"wrap": wrap} if wrap != "repeat" else {}
     table |= {"scale": [su, sv]} if (su, sv) != (1.0, 1.0) else {}
     offset = [ou, 1.0 - sv - ov]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import Final
 
 from clrt.base.errors import show
@@ -16,8 +16,8 @@ LIBRARY: Final = "clrt.mtl"
 """The materials file that is made up, so that trimesh keeps materials apart."""
 
 _FEW, _MOST, _COSTLY = 64, 1024, 10**8
-Fetch = Callable[[str], bytes | None]
-"""The contents of a file beside the OBJ; None where there is none of that name."""
+Fetch = Callable[[str], tuple[Path, Callable[[], bytes]] | None]
+"""A file beside the OBJ, and what reads it; None where there is none of that name."""
 
 
 class Materials:
@@ -57,21 +57,26 @@ class Materials:
     def look(self, used: Mapping[int, bool], fetch: Fetch, beside: Beside) -> Look:
         """The `used` materials (each: with uv) of the libraries that are there; others are left out."""
         found = Look()
-        known: dict[str, Phong] = {}
-        for name in self.libraries:
+        known: dict[str, tuple[Phong, Beside]] = {}
+        seen: set[Path] = set()  # a library may be named often, and in many ways
+        for name in dict.fromkeys(self.libraries):
             files = [name] if fetch(name) is not None else name.split()  # names may have spaces
-            for file in files:
-                data = fetch(file)
-                if data is None:
+            for file in dict.fromkeys(files):
+                there = fetch(file)
+                if there is None:
                     found.left_out[f"the materials of {show(file[:60])}, which is not there"] = None
-                else:
-                    known |= read_mtl(data, file, partial(_within, file, beside))
+                elif there[0] not in seen:
+                    seen.add(there[0])
+                    read = read_mtl(there[1](), file)
+                    place = partial(_within, file, beside)
+                    known |= {called: (phong, place) for called, phong in read.items()}
         for number, uv in used.items():
             name = self.names[number]
             if name in known:
+                phong, its = known[name]
                 found.called[number] = name
-                found.materials[name] = known[name].table(uv)
-                found.left_out.update(known[name].left_out)
+                found.materials[name] = phong.with_pictures(its).table(uv)
+                found.left_out.update(phong.left_out)
             elif known:
                 found.left_out[f"the material {show(name[:60])}, which its library lacks"] = None
         return found

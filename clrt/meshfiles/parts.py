@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
+from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.look import NONE, Look
 
 Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None]
@@ -58,11 +60,12 @@ class Placed:
     names: Sequence[str] = ()
     look: Callable[[Mapping[int, bool], np.ndarray, float], Look] | None = None
 
-    def groups(self) -> tuple[np.ndarray, list[tuple[int, int]]]:
-        """A number for each place, and of each number where it stands and its material.
+    @cached_property
+    def groups(self) -> list[tuple[int, int, np.ndarray]]:
+        """Of each number that a shape may name: where it stands, its material, and its places, ascending.
 
         What stands at one place and has one material goes together; all of one material does where there
-        would be more than `MOST_GROUPS`, and then stands nowhere: NONE.
+        would be more than `MOST_GROUPS`, and then stands nowhere: NONE. BrokenMesh for more materials.
         """
         materials = np.full(len(self.which), NONE) if self.materials is None else self.materials
         pairs = np.stack([self.where, materials], axis=1).astype(np.int64)
@@ -70,10 +73,12 @@ class Placed:
         if len(found) > MOST_GROUPS:
             pairs[:, 0] = NONE
             found, first, group = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
+        if len(found) > MOST_GROUPS:
+            raise BrokenMesh(f"it shows {len(found)} materials; at most {MOST_GROUPS} are read")
         order = np.lexsort((first, -found[:, 0]))  # as in the file: readers walk what stands in it backwards
-        numbers = np.empty(len(order), np.int64)
-        numbers[order] = np.arange(len(order))
-        return numbers[group.reshape(-1)], [(where, material) for where, material in found[order].tolist()]
+        sorted_places = np.argsort(group.reshape(-1), kind="stable")
+        places = np.split(sorted_places, np.cumsum(np.bincount(group.reshape(-1)))[:-1])
+        return [(*found[number].tolist(), places[number]) for number in order]
 
     def only(self, places: np.ndarray) -> Placed:
         """Some of the places."""

@@ -28,8 +28,9 @@ def edited_materials(scene: Scene, draft: Draft, at: At) -> dict[str, Material]:
             name: read(Material, value, at.key(name)) if name in touched else value
             for name, value in materials.items()
         })  # fmt: skip
+    known: set[str] = set()
     for name, material in materials.items():
-        check_pictures(material, scene.folder, at.key(name))
+        check_pictures(material, scene.folder, at.key(name), known)
     place = At(scene.source, "shapes")
     for index, shape in enumerate(scene.shapes if "shapes" not in draft.values else ()):
         if isinstance(shape.material, str) and (touched is None or shape.material in touched):

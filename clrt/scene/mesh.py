@@ -134,6 +134,8 @@ class Meshes:
     """
 
     files: dict[tuple[str, bool | None, int | None], tuple[Path, MeshData]] = field(default_factory=dict)
+    paths: dict[str, Path] = field(default_factory=dict)
+    pictures: set[str] = field(default_factory=set)
     opened: dict[Path, Placed] = field(default_factory=dict)
     vertices: int = 0
     primitives: int = 0
@@ -173,7 +175,8 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
         if key in others.files:
             mesh.__dict__["_path"], mesh.__dict__["_data"] = others.files[key]
             return mesh
-        path = resolve(mesh.file, folder, place)
+        path = others.paths.get(mesh.file) or resolve(mesh.file, folder, place)
+        others.paths[mesh.file] = path
         mesh.__dict__["_path"] = path
         if isinstance(data, Mesh) and data.__dict__.get("_path") == path:  # read before, for another scene
             mesh.__dict__["_data"] = data.data()
@@ -201,8 +204,8 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
 
 
 def mesh_of_file(path: Path, arrays: Arrays, at: At, **keys: Any) -> Mesh:
-    """The mesh of a file that is read already, with what its table says besides `file`."""
-    mesh = read(Mesh, {"file": path.name, **keys}, at)
+    """The mesh of a file that is read already; `path` is resolved, `keys` are those of its table."""
+    mesh = read(Mesh, keys, at)
     _keep(mesh, path, arrays, at)
     return mesh
 

@@ -187,12 +187,13 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             read_mesh(data, at, self.folder, self.limits, meshes) if kind is Mesh else read(kind, data, at)
         )
         if isinstance(shape.material, Material):
-            check_pictures(shape.material, self.folder, at.key("material"))
+            check_pictures(shape.material, self.folder, at.key("material"), meshes.pictures)
         return shape
 
     def _check_pictures(self, materials: Mapping[str, Material], at: At) -> None:
+        known: set[str] = set()
         for name, material in materials.items():
-            check_pictures(material, self.folder, at.key(name))
+            check_pictures(material, self.folder, at.key(name), known)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Scene):

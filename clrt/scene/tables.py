@@ -85,7 +85,12 @@ def check_material(shape: Shape, materials: Mapping[str, Material], at: At) -> N
             )
 
 
-def check_pictures(material: Material, folder: Path | None, at: At) -> None:
-    """Raise SceneError for a picture of a material that is no file of the scene's folder."""
+def check_pictures(material: Material, folder: Path | None, at: At, known: set[str]) -> None:
+    """Raise SceneError for a picture of a material that is no file of the scene's folder.
+
+    `known` are the names of those that are, to which this material's are added.
+    """
     for name, picture in material.pictures.items():
-        picture_path(picture, folder, at.key(name))
+        if picture.file not in known:
+            picture_path(picture, folder, at.key(name))
+            known.add(picture.file)

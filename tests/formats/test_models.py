@@ -408,5 +408,5 @@ def test_colours_of_vertices_count_by_their_mean(tmp_path: Path) -> None:
     assert clrt.load(tmp_path / "a.toml") == scene
     for kind in ("VEC2", "SCALAR"):
         table["accessors"][2]["type"] = kind
-        with pytest.raises(SceneError, match=r"a\.glb: cannot be read .*accessors\[2\] holds no colours"):
+        with pytest.raises(SceneError, match=r"a\.glb: cannot be read .*accessors\[2\] has not one colour"):
             clrt.load(write_glb(tmp_path / "a.glb", table, corners))

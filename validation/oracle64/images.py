@@ -11,7 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 
 from clrt.base.limits import Limits
-from clrt.meshfiles.pictures import picture_file
+from clrt.meshfiles.pictures import PictureFiles
 from clrt.scene.scene import ImageTexture, NormalMap, Scene
 
 from .palette import Palette
@@ -126,7 +126,7 @@ class Images:
         file = picture.file, picture.part
         if file in self._read:
             return self._read[file]
-        with picture_file((self.scene.folder or Path()) / picture.file, picture.part, Limits()) as path:
+        with PictureFiles(Limits()).file((self.scene.folder or Path()) / picture.file, picture.part) as path:
             source = oiio.ImageInput.open(str(path))
             assert source is not None
             kind = str(source.spec().format)
