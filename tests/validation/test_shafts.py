@@ -23,7 +23,8 @@ PANEL = {
 }
 LIGHTS: list[dict[str, Any]] = [
     PANEL,
-    {"type": "disk", "center": [-2, 0.6, 1], "normal": [2, 0, -1], "radius": 0.4, "samples": 9, "visible": False},
+    {"type": "disk", "center": [-2, 0.6, 1], "normal": [2, 0, -1], "radius": 0.4, "samples": 9,
+     "visible": False},
     {"type": "sphere", "center": [1.5, 0.9, 1.7], "radius": 0.3, "radiance": [3, 4, 5], "samples": 5},
     {"type": "point", "position": [2, 3, 4]},
 ]  # fmt: skip
