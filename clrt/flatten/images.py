@@ -90,16 +90,19 @@ def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
         with picture_file(path, part, limits) as file:
             total += texture_bytes(file, limits)
     limits.check("texture_bytes", total, scene.source, "materials")
-    parts: list[np.ndarray] = []
+    # in one piece from the start, or all of them would be held twice; lanes read four numbers of a texel
+    texels = np.zeros(total // 4 + 1, np.float32)
     sizes = np.zeros((len(sources), 3), np.int64)
     first = 0
     for size, (path, role, encoding, part, tint) in zip(sizes, sources, strict=True):
         with picture_file(path, part, limits) as file:
-            texels = read_texels(file, role, encoding, limits, tint)
-        size[:] = first, *texels.shape[:2]
-        first += texels.shape[0] * texels.shape[1]
-        parts.append(texels.reshape(-1))
+            own = read_texels(file, role, encoding, limits, tint)
+        size[:] = first, *own.shape[:2]
+        place = _CHANNELS * first
+        first += own.shape[0] * own.shape[1]
         # a file may be another one by now
         limits.check("texture_bytes", 4 * _CHANNELS * first, scene.source, "materials")
-    # lanes read four numbers of a texel
-    return Pictures(sources, sizes, np.concatenate([*parts, np.zeros(1, np.float32)]))
+        texels.resize(max(len(texels), _CHANNELS * first + 1), refcheck=False)
+        texels[place : place + own.size] = own.reshape(-1)
+        del own  # before the next is read
+    return Pictures(sources, sizes, texels)
