@@ -97,19 +97,23 @@ def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
             headers[path, part] = texture_bytes(file, limits)
     total = sum(len(numbers) * headers[key[:2]] for key, numbers in alike.items())
     limits.check("texture_bytes", total, scene.source, "materials")
-    found: list[np.ndarray] = [np.zeros(0)] * len(sources)
-    read = 0
-    for (path, part, role, encoding), numbers in alike.items():
+    # in one piece from the start, or all of them would be held twice; lanes read four numbers of a texel
+    texels = np.zeros(total // 4 + 1, np.float32)
+    sizes = np.zeros((len(sources), 3), np.int64)
+    first = 0
+    for (path, role, encoding, part), numbers in alike.items():
         with files.file(path, part) as file:
             plain = read_plain(file, role, encoding, limits)
-            # a file may be another one by now
-            read += 4 * _CHANNELS * len(numbers) * plain.shape[0] * plain.shape[1]
-            limits.check("texture_bytes", read, scene.source, "materials")
+            count = plain.shape[0] * plain.shape[1]
+            end = _CHANNELS * (first + len(numbers) * count)
+            limits.check("texture_bytes", 4 * end, scene.source, "materials")  # the file may be another one by now
+            texels.resize(max(len(texels), end + 1), refcheck=False)
             for number in numbers:
                 own = plain if number == numbers[-1] else plain.copy()
-                found[number] = finished(own, role, sources[number][-1], str(file))
-    sizes = np.array([texels.shape[:2] for texels in found], np.int64).reshape(-1, 2)
-    firsts = np.cumsum([0, *(sizes[:, 0] * sizes[:, 1])])[:-1]
-    # lanes read four numbers of a texel
-    texels = np.concatenate([*(texels.reshape(-1) for texels in found), np.zeros(1, np.float32)])
-    return Pictures(sources, np.column_stack([firsts, sizes]), texels)
+                own = finished(own, role, sources[number][-1], str(file))
+                sizes[number] = first, *own.shape[:2]
+                texels[_CHANNELS * first : _CHANNELS * (first + count)] = own.reshape(-1)
+                first += count
+                del own
+            del plain  # before the next is read
+    return Pictures(sources, sizes, texels)

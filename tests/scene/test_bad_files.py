@@ -35,7 +35,7 @@ FILES: list[tuple[str, bytes, list[str]]] = [
     ("a.json", b'{"ambient": ' + b"[" * 100_000 + b"]" * 100_000 + b"}", ["a.json", "nesting"]),
     ("a.toml", b"ambient = " + b"[" * 80 + b"]" * 80, ["a.toml", "nesting"]),
     ("a.toml", b"ambient = " + b"[" * 5000 + b"]" * 5000, ["a.toml", "nesting"]),
-    ("a.xyz", b"0 0 0", ["a.xyz", "suffix '.xyz'", ".toml, .json, .nff, .txt, .obj"]),
+    ("a.xyz", b"0 0 0", ["a.xyz", "suffix '.xyz'", ".toml, .json, .nff, .txt, .xml, .obj"]),
     ("a", b"", ["suffix ''", ".toml"]),
     ("a.obj", b"this is no mesh\n", ["a.obj"]),
     ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", ["a.obj"]),

@@ -102,17 +102,22 @@ def answer(task: dict[str, Any], folder: Path, device: int | str | None) -> dict
 
 
 def _pixels(files: list[Path]) -> int:
-    """What pictures among these declare, as far as the product's limit allows it: a limit of its own."""
+    """What pictures among these declare, as far as the product's limits allow it: limits of their own.
+
+    A picture counts as often as it is named: each way in which a surface shows it has its own texels.
+    """
     import OpenImageIO as oiio
 
     most, found = clrt.Limits().image_pixels, 0
+    words = b"".join(file.read_bytes() for file in files if not _PICTURES.search(file.name))
     for file in files:
         if _PICTURES.search(file.name) and (source := oiio.ImageInput.open(str(file))):
             spec = source.spec()
-            many = spec.width * spec.height
-            found += many if 0 < many <= most else 0
+            # an EXR's picture is its display window, however little of it is stored
+            many = max(spec.width * spec.height, spec.full_width * spec.full_height)
+            found += many * max(1, words.count(file.name.encode())) if 0 < many <= most else 0
             source.close()
-    return found
+    return min(found, clrt.Limits().texture_bytes // 12)
 
 
 class _Builds:
