@@ -106,7 +106,8 @@ def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
             plain = read_plain(file, role, encoding, limits)
             count = plain.shape[0] * plain.shape[1]
             end = _CHANNELS * (first + len(numbers) * count)
-            limits.check("texture_bytes", 4 * end, scene.source, "materials")  # the file may be another one by now
+            # the file may be another one by now
+            limits.check("texture_bytes", 4 * end, scene.source, "materials")
             texels.resize(max(len(texels), end + 1), refcheck=False)
             for number in numbers:
                 own = plain if number == numbers[-1] else plain.copy()

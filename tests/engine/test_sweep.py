@@ -89,14 +89,14 @@ def test_a_path_is_at_its_keys_when_they_say() -> None:
     """And its speed there is that from the key before to the one after, whatever the times."""
     keys = [clrt.Camera(origin=[x, 1, z], target=[0, 0, 0]) for x, z in ((0, 5), (5, 0), (0, -5), (-5, 0))]
     times = [2.0, 3.0, 7.0, 8.0]
-    fine = np.array([camera.origin for camera in clrt.camera_path(keys, 60_001, times=times)])
-    at = [0, 10_000, 50_000, 60_000]
+    fine = np.array([camera.origin for camera in clrt.camera_path(keys, 6_001, times=times)])
+    at = [0, 1_000, 5_000, 6_000]
     assert np.allclose(fine[at], [key.origin for key in keys], atol=1e-12)
-    step = 6 / 60_000
-    for place, before, after in ((10_000, 0, 2), (50_000, 1, 3)):
+    step = 6 / 6_000
+    for place, before, after in ((1_000, 0, 2), (5_000, 1, 3)):
         right = np.subtract(keys[after].origin, keys[before].origin) / (times[after] - times[before])
         for side in (fine[place] - fine[place - 1], fine[place + 1] - fine[place]):
-            assert np.allclose(side / step, right, atol=1e-2)
+            assert np.allclose(side / step, right, atol=0.02)  # the curve bends by 0.0125 in a step
     assert clrt.camera_path(keys, 50, times=np.arange(4) * 1.0) == clrt.camera_path(keys, 50)
     around = clrt.camera_path(keys, 16, closed=True, times=[0, 1, 2, 4, 8])
     assert [around[i].origin for i in (2, 4, 8)] == [tuple(map(float, key.origin)) for key in keys[1:]]
