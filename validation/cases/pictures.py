@@ -25,3 +25,5 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     shapes = [with_material(CLOSED["box"]((-1.3, -0.3, 0.3), 1.1), _WOOD),
               with_material(CLOSED["capped cylinder"]((1.4, -0.2, 0.0), 1.1), _WOOD)]  # fmt: skip
     yield "picture on a box and a cylinder", room(shapes), set()
+    gathered = [with_material(CLOSED["sphere"]((0.2, -0.3, 0), 1.6), {**_GLOBE, "ambient": 0.9})]
+    yield "picture and ambient rays", room(gathered, ambient_samples=3, max_depth=2), set()
