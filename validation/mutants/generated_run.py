@@ -75,7 +75,7 @@ def in_kernels(places: Sequence[Place], device: int | str | None = None) -> Iter
     """
     with Served(dict(enumerate(places, 1)), device) as served:
         reached: dict[str, frozenset[int]] = {}
-        for case in cases_for(places[0].file):
+        for case in dict.fromkeys(case for place in places for case in cases_for(place.file)):
             picture, reached[case] = served.sound(case)
             with _looking:
                 if not _same(picture, sound(case, device)):
