@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from .parts import CLEAR, OPAQUE, Table, room
+from .crossed import INSIDE
+from .parts import CAMERA, CLEAR, LIGHTS, OPAQUE, Table, room
 
 
 def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     """Name, scene and what nobody can see from the scene's tables."""
     yield "next to the camera", _next_to_the_camera(), set()
     yield "cylinder upon cylinder", _cylinder_upon_cylinder(), set()
+    yield "checkers and ambient rays", _checkers_and_ambient_rays(), set()
+    yield "shifted near plane in glass", _shifted_near_plane(), {INSIDE}
 
 
 def _next_to_the_camera() -> Table:
@@ -34,3 +37,22 @@ def _cylinder_upon_cylinder() -> Table:
         {**tube, "p0": [0.3, -2.0, 0.4], "p1": [0.3, 0.5, 0.4], "material": {**CLEAR["glass"], "thin": True}},
         {**tube, "p0": [0.3, 0.5, 0.4], "p1": [0.3, 1.1, 0.4], "material": OPAQUE["matte"]},
     ])  # fmt: skip
+
+
+def _checkers_and_ambient_rays() -> Table:
+    """Ambient rays from both colours of a checker: fault `&` for `|` in what tells these went unnoticed."""
+    tiles = {"type": "checker", "colors": [[0.7, 0.3, 0.2], [0.2, 0.4, 0.6]], "size": 1.1}
+    floor = {"type": "polygon", "points": [[-3, -2.3, 3], [3, -2.3, 3], [3, -1.8, -2.8], [-3, -1.8, -2.8]]}
+    ball = {"type": "sphere", "center": [0.2, -0.3, 0.2], "radius": 1.3, "material": OPAQUE["checker"]}
+    material = {"color": tiles, "diffuse": 0.4, "ambient": 0.9}
+    return room([{**floor, "material": material}, ball], ambient_samples=3, max_depth=2, lights=LIGHTS[:1])
+
+
+def _shifted_near_plane() -> Table:
+    """Rays start in a block that a near plane meets only as far as the picture is shifted: with its corners
+    mirrored about the middle no ray was thought to start there, and it went unnoticed."""
+    block = {"type": "box", "min": [0.4, -0.9, 4.6], "max": [1.9, 0.9, 5.9],
+             "material": {"diffuse": 0.0, "fresnel": True, "ior": 1.3, "absorption": [0.5, 0.1, 0.2]}}
+    ball = {"type": "sphere", "center": [1.1, 0.0, 5.05], "radius": 0.3, "material": OPAQUE["matte"]}
+    camera = {**CAMERA, "near": 3.0, "shift": [55, 30]}
+    return room([block, ball], camera=camera, lights=LIGHTS[:1])

@@ -34,6 +34,8 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
               with_material(CLOSED["sphere"]((0.2, 1.6, 0.0), 0.7), _GLOBE)]  # fmt: skip
     yield "picture on a mesh", room(shapes), set()
     yield "picture in bands", {**room(shapes), "spectrum": {"bands": 6}}, set()
+    gathered = [with_material(CLOSED["sphere"]((0.2, -0.3, 0), 1.6), {**_GLOBE, "ambient": 0.9})]
+    yield "picture and ambient rays", room(gathered, ambient_samples=3, max_depth=2), set()
 
 
 def _tile(x: float, material: Table) -> Table:

@@ -174,13 +174,13 @@ def render_for_parent() -> None:
             answers.flush()
 
 
-def bound_time() -> None:
-    """End this process once it has used _SECONDS more of processor time. (Windows has no such limit.)"""
+def bound_time(seconds: int = _SECONDS) -> None:
+    """End this process once it has used so much more of processor time. (Windows has no such limit.)"""
     with suppress(ImportError):
         import resource
 
         used = resource.getrusage(resource.RUSAGE_SELF)
-        most = math.ceil(used.ru_utime + used.ru_stime) + _SECONDS
+        most = math.ceil(used.ru_utime + used.ru_stime) + seconds
         resource.setrlimit(resource.RLIMIT_CPU, (most, resource.getrlimit(resource.RLIMIT_CPU)[1]))
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import pickle
 import re
+import signal
 import subprocess
 import sys
 import tempfile
@@ -31,11 +32,16 @@ _CHILD: Final = (
     "from clrt.base.resources import validation_module as find; find('mutants.served').serve()"
 )
 _SECONDS: Final = 900.0  # for a picture that waits and does not compute
+_BUILD, _PICTURE = 100, 10  # seconds of processor time, with what is built for the first one of a format
 _WRONG: Final = re.compile(r"error: ([\w.]+):(\d+):")
 
 
 class Lost(ClrtError):
-    """The process ended before it gave a picture."""
+    """The process ended before it gave a picture: crashed, or took too long."""
+
+    def __init__(self, said: str, crashed: bool) -> None:
+        super().__init__(said)
+        self.crashed = crashed
 
 
 class Served:
@@ -110,7 +116,9 @@ class Served:
             self._errors.seek(0)
             said = self._errors.read().decode(errors="replace").strip()[-2000:]
             self.restart()
-            raise Lost(said or f"ended by {-ended}") from None
+            slow = -ended in (signal.SIGXCPU, signal.SIGKILL)
+            why = f"no picture within {_PICTURE} s" if slow else said or f"ended by {-ended}"
+            raise Lost(why, not slow) from None
         finally:
             clock.cancel()
 
@@ -142,7 +150,7 @@ def serve() -> None:
     with answers, in_haste(), suppress(EOFError):
         while True:
             fault, case = pickle.load(sys.stdin.buffer)
-            bound_time()
+            bound_time(_BUILD if fault == 0 else _PICTURE)
             switch.choose(fault)
             picture = picture_of(case, opened)
             pickle.dump((picture, switch.reached()), answers)
