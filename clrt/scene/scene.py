@@ -13,6 +13,7 @@ from msgspec import Meta
 from clrt.base import arguments, display
 from clrt.base.arguments import public
 from clrt.base.collector import no_collections
+from clrt.base.errors import ClrtError, fault
 from clrt.base.files import resolve
 from clrt.base.frozen import FrozenDict
 from clrt.base.limits import Limits

@@ -212,7 +212,7 @@ def _odd_file(draw: random.Random, run: Command) -> None:
             suffix = os.path.splitext(name)[1].decode(errors="replace")
             try:
                 spoiled = pictures.spoil(draw, suffix, data)
-            except (struct.error, ValueError, IndexError):  # it was spoiled before
+            except (struct.error, ValueError, LookupError):  # it was spoiled before
                 spoiled = data
             run.files[name] = spoiled if spoiled != data else spoil_bytes(draw, data)
 
