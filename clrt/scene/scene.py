@@ -13,6 +13,7 @@ from msgspec import Meta
 from clrt.base import arguments, display
 from clrt.base.arguments import public
 from clrt.base.collector import no_collections
+from clrt.base.errors import ClrtError, fault
 from clrt.base.files import resolve
 from clrt.base.limits import Limits
 from clrt.base.places import At, known_keys, listed
@@ -207,9 +208,13 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
 
     def material_of(self, shape: Shape) -> Material:
         """The material of one of this scene's shapes; the default one where it names none."""
-        if isinstance(shape.material, str):
-            return self.materials[shape.material]
-        return shape.material or _DEFAULT_MATERIAL
+        if not isinstance(shape, Shape):
+            raise ClrtError(fault("", "shape", shape, "it must be one of scene.shapes"))
+        if not isinstance(shape.material, str):
+            return shape.material or _DEFAULT_MATERIAL
+        if shape.material not in self.materials:
+            raise ClrtError(fault("", "shape.material", shape.material, "it is no material of this scene"))
+        return self.materials[shape.material]
 
     def _repr_html_(self) -> str:
         """What notebooks show: what is in it."""

@@ -236,6 +236,15 @@ def test_a_scene_may_be_a_name_a_file_or_a_dict(
         clrt.load("tetrahedron", smooth=True)
 
 
+def test_a_shape_whose_material_is_asked_for_is_one_of_the_scene() -> None:
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
+    scene = clrt.load_dict({"materials": {"red": {}}, "shapes": [{**ball, "material": "red"}]})
+    with pytest.raises(clrt.ClrtError, match=r"shape: .red. is not allowed; it must be one of scene\.shapes"):
+        scene.material_of("red")  # type: ignore[arg-type]
+    with pytest.raises(clrt.ClrtError, match=r"shape\.material: .red. is not allowed; it is no"):
+        clrt.Scene().material_of(scene.shapes[0])
+
+
 def test_memory_that_runs_out_is_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def none(*arguments: object, **named: object) -> None:
         raise MemoryError

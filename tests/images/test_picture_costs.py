@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import struct
+import subprocess
+import sys
 import zlib
 from pathlib import Path
 
@@ -11,8 +13,10 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
+import clrt
 from clrt.base.errors import LimitError, SceneError
 from clrt.base.limits import Limits
+from clrt.images.file import own_colours
 from clrt.images.image import read_image
 from tests.cost import bounded
 
@@ -147,3 +151,28 @@ def test_the_first_number_that_is_not_finite_is_named_wherever_it_is(tmp_path: P
     assert writer.open(str(tmp_path / "a.exr"), spec) and writer.write_image(pixels) and writer.close()
     with pytest.raises(SceneError, match=r"pixel \(4, 150\) is nan"):
         read_image(tmp_path / "a.exr")
+
+
+def test_a_table_of_colours_that_the_environment_names_is_not_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("OCIO", "/nowhere")
+    monkeypatch.setattr("clrt.images.file._own_colours", False)
+    own_colours()
+    assert os.environ["OCIO"] == "/nowhere"
+    os.mkfifo(tmp_path / "pipe.ocio")  # reading it would wait for ever
+    code = (
+        "import os, numpy as np, clrt\n"
+        "view = clrt.views()[0]\n"
+        "image = clrt.Image(np.ones((2, 2, 3), np.float32))\n"
+        "image.save('a.png'), image.save('b.png', view=view), clrt.read_image('a.png')\n"
+        "print(os.environ['OCIO'])"
+    )
+    named = {**os.environ, "OCIO": str(tmp_path / "pipe.ocio")}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=named, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.stdout.strip() == named["OCIO"], done.stderr
+    one, other = (clrt.read_image(tmp_path / name) for name in ("a.png", "b.png"))
+    assert one[0, 0, 0] == 1 and other[0, 0, 0] < 1

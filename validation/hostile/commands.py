@@ -212,7 +212,7 @@ def _odd_file(draw: random.Random, run: Command) -> None:
             suffix = os.path.splitext(name)[1].decode(errors="replace")
             try:
                 spoiled = pictures.spoil(draw, suffix, data)
-            except (struct.error, ValueError, IndexError):  # it was spoiled before
+            except (struct.error, ValueError, LookupError):  # it was spoiled before
                 spoiled = data
             run.files[name] = spoiled if spoiled != data else spoil_bytes(draw, data)
 
@@ -222,7 +222,7 @@ def _environment(draw: random.Random, run: Command) -> None:
     for _ in range(draw.choice((1, 1, 2, 4))):
         name = draw.choice(list(VARIABLES))
         run.environment[name] = None if draw.random() < 0.1 else draw.choice(VARIABLES[name])
-    run.files |= {b"file": b"x", b"loop": "loop", b"world": "world", b"spoiled": "spoiled"}
+    run.files |= {b"file": b"x", b"loop": "loop", b"world": "world", b"spoiled": "spoiled", b"pipe": "fifo"}
 
 
 def _streams(draw: random.Random, run: Command) -> None:

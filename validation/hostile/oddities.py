@@ -90,6 +90,6 @@ VARIABLES: Final[dict[bytes, tuple[bytes, ...]]] = {
     b"TZ": (b"x", b"\xff"),
     b"SOURCE_DATE_EPOCH": (b"x", b"-1", b"9" * 400),
     b"DISPLAY": (b":99",),
-    b"OCIO": (b"file", b"/proc"),
+    b"OCIO": (b"file", b"/proc", b"pipe", b"/dev/zero", b"ocio://nothing"),
 }
 """Environment variables that clrt, Python, the driver or a library of ours reads, and what they may say."""
