@@ -43,28 +43,29 @@ from clrt.device.platforms import devices
 from validation.reliability import kept as figures
 
 DRIVERS = ("PoCL 3.1", "PoCL 3.0", "Intel")  # those of them that work here are compared
-NARROW = {"POCL_LLVM_CPU_NAME": "haswell"}  # PoCL's code for processors without AVX-512
+NARROW = "Intel"  # the driver that can be told to do without AVX-512
+NARROWED = {"CL_CONFIG_CPU_TARGET_ARCH": "core-avx2"}
 FEW = 3  # rounds of what is only compared with itself, against nine
 
 
 def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> None:
     """Everything anew, into `kept`/*.json; says how long each part took."""
     rounds = {"rounds": FEW} if quick else {}
+    drivers = _found_apart()
     with _timed("bench"):
         stamp = _stamp("bench")
         made = suite.run(suite.Plan(embree=True, quick=quick, **rounds), print)
         made.save(kept / "bench.json")
         _keep(kept / "bench.json", {**json.loads((kept / "bench.json").read_text()), "stamp": stamp})
-    drivers = working()
     with _timed("the other driver"):
         (kept / "bench_other.json").unlink(missing_ok=True)
         if len(drivers) > 1:
-            plan = suite.Plan(
-                device=drivers[1], groups=("kernels", "builder", "frames"), rounds=FEW, quick=quick
-            )
-            suite.run(plan, print).save(kept / "bench_other.json")
+            only = ["--only", "kernels,builder,frames"]
+            _bench(only, drivers[1], FEW, kept / "bench_other.json", quick, {})
     with _timed("without AVX-512"):
-        narrow(drivers[0], kept / "bench_avx2.json", quick)
+        (kept / "bench_avx2.json").unlink(missing_ok=True)
+        if NARROW in drivers:
+            narrow(kept / "bench_avx2.json", quick)
     _note_processor(kept, stamp)
     with _timed("scaling"):
         stamp = _stamp("scaling")
@@ -97,14 +98,28 @@ def working() -> list[str]:
     return found
 
 
-def narrow(driver: str, file: Path, quick: bool) -> None:
+def narrow(file: Path, quick: bool) -> None:
     """Rays against Embree, both without AVX-512, in a process of its own: drivers read variables once."""
-    if "PoCL" not in driver:
-        return
-    command = [sys.executable, "-m", "clrt", "bench", "--only", "kernels", "--against", "embree-avx2"]
-    command += ["--device", driver, "--rounds", str(FEW if quick else 5), "--json", str(file)]
-    environment = {**os.environ, **NARROW}
-    subprocess.run(command + ["--quick"] * quick, cwd=DOCS.parent, env=environment, check=True)
+    against = ["--only", "kernels", "--against", "embree-avx2"]
+    _bench(against, NARROW, FEW if quick else 5, file, quick, NARROWED)
+
+
+def _bench(
+    what: list[str], driver: str, rounds: int, file: Path, quick: bool, variables: dict[str, str]
+) -> None:
+    command = [sys.executable, "-m", "clrt", "bench", *what, "--device", driver]
+    command += ["--rounds", str(rounds), "--json", str(file), *["--quick"] * quick]
+    subprocess.run(command, cwd=DOCS.parent, env={**os.environ, **variables}, check=True)
+
+
+def _found_apart() -> list[str]:
+    """`working()` of another process: a driver that is loaded here would meet Embree's libraries."""
+    order = "import json, make_performance; print(json.dumps(make_performance.working()))"
+    done = subprocess.run(
+        [sys.executable, "-c", order], cwd=DOCS, capture_output=True, text=True, check=True
+    )
+    found: list[str] = json.loads(done.stdout)
+    return found
 
 
 def _note_processor(kept: Path, stamp: dict[str, Any]) -> None:

@@ -45,8 +45,8 @@ class Plan:
 
 def run(plan: Plan, tell: Tell | None = None) -> Report:
     """Measure all that the plan names. ClrtError, before that, where the yardstick cannot be built."""
+    device = Device(plan.device, plan.settings)  # first: Intel's loads beside no older TBB
     yardsticks = embree.builds(plan.isa) if plan.embree else ()
-    device = Device(plan.device, plan.settings)
     before = machine.load()
     # the load that this run makes itself is no disturbance, so it is asked first
     found: list[Measurement] = []

@@ -2,7 +2,7 @@
 
 A file is its program's name in one line, the SHA-256 of what follows, and the driver's binary. The name is a
 digest of all that the binary depends on: driver and its version, device, processor, build options (those that
-pyopencl adds from the environment among them) and source.
+pyopencl and the driver take from the environment among them) and source.
 What does not fit, is cut short or is refused by the driver is compiled again and written anew.
 """
 
@@ -21,7 +21,7 @@ from clrt.device import kernelcache
 from clrt.device.opencl import cl
 from clrt.device.processor import signature
 
-_MORE_OPTIONS: Final = "PYOPENCL_BUILD_OPTIONS"
+_VARIABLES: Final = ("PYOPENCL_BUILD_OPTIONS", "CL_CONFIG_CPU_TARGET_ARCH")
 _MOST: Final = 256 << 20  # bytes that are read of a file: programs take about 2 MB
 
 
@@ -43,7 +43,7 @@ def _place(device: cl.Device, source: str, options: list[str]) -> tuple[Path, by
     platform = device.platform
     parts = (
         platform.name, platform.version, device.name, device.driver_version, signature(), *options,
-        os.environ.get(_MORE_OPTIONS, ""), source,
+        *(os.environ.get(name, "") for name in _VARIABLES), source,
     )  # fmt: skip
     name = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     return Path(os.environ[kernelcache.VARIABLE]) / "binaries" / name[:32], name.encode()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from clrt.device import intel, platforms, trial, vendors
+from clrt.device import binaries, intel, platforms, trial, vendors
 from clrt.device.opencl import cl
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -132,6 +132,15 @@ def test_intel_is_kept_out_where_drivers_are_named(monkeypatch: pytest.MonkeyPat
         monkeypatch.setenv("OCL_ICD_VENDORS", files)
         assert platforms._intel_wanted() is wanted
         assert platforms.mending("it is old").startswith("export CLRT_DRIVER=intel") is not wanted
+
+
+def test_programs_compiled_for_another_processor_are_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Intel's runtime compiles for what a variable says."""
+    device = platforms.choose()[1]
+    monkeypatch.delenv("CL_CONFIG_CPU_TARGET_ARCH", raising=False)
+    usual = binaries._place(device, "", [])
+    monkeypatch.setenv("CL_CONFIG_CPU_TARGET_ARCH", "core-avx2")
+    assert binaries._place(device, "", []) != usual
 
 
 def test_a_verdict_is_kept_by_driver_and_processor_and_a_bad_one_for_a_day(
