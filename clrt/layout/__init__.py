@@ -100,9 +100,9 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # POINT, SPOT: `place`.xyz its position; DIRECTIONAL: the unit vector towards it. SPOT: `axis` = unit
     # vector that it shines along; `angle` from it where the light ends, `width` of the penumbra, in radians.
     # EXTENDED_KINDS: `place`.xyz the middle, `axis` = unit normal, `u`, `v` = half sides or radii across each
-    # other, `share` of a point: area / (pi samples); `radius` of a sphere; all points within |u| + |v| +
-    # radius of the middle in each coordinate. `samples` feelers at a hit, 1
-    # of others; `surface` = the primitive by which rays see it, -1 without one
+    # other, `share` of a point: area / (pi samples); `radius` of a sphere; all points are within
+    # |u| + |v| + radius of the middle in each coordinate. `samples` feelers at a hit, 1 of others;
+    # `surface` = the primitive by which rays see it, -1 without one
     "Light": (
         ("place", "float4"), ("axis", "float4"), ("u", "float4"), ("v", "float4"),
         ("kind", "int"), ("falloff", "int"), ("angle", "float"), ("width", "float"),

@@ -14,15 +14,8 @@ from validation.twin.compare import compare_picture
 from validation.twin.scenes import scenes
 
 SCENES = scenes()
-PANEL = {
-    "type": "rectangle",
-    "center": [0.2, 1.6, 0.6],
-    "u": [0.7, 0, 0.2],
-    "v": [0.1, 0.2, 0.6],
-    "samples": 16,
-}
 LIGHTS: list[dict[str, Any]] = [
-    PANEL,
+    {"type": "rectangle", "center": [0.2, 1.6, 0.6], "u": [0.7, 0, 0.2], "v": [0.1, 0.2, 0.6], "samples": 16},
     {"type": "disk", "center": [-2, 0.6, 1], "normal": [2, 0, -1], "radius": 0.4, "samples": 9,
      "visible": False},
     {"type": "sphere", "center": [1.5, 0.9, 1.7], "radius": 0.3, "radiance": [3, 4, 5], "samples": 5},
