@@ -101,7 +101,7 @@ def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
     texels = np.zeros(total // 4 + 1, np.float32)
     sizes = np.zeros((len(sources), 3), np.int64)
     first = 0
-    for (path, role, encoding, part), numbers in alike.items():
+    for (path, part, role, encoding), numbers in alike.items():
         with files.file(path, part) as file:
             plain = read_plain(file, role, encoding, limits)
             count = plain.shape[0] * plain.shape[1]
