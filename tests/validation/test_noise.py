@@ -1,0 +1,33 @@
+"""What float32 does to a scene's picture, as limits of its own are derived from it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+import clrt
+from clrt.base.resources import validation_module
+
+noise = validation_module("noise")
+cases = validation_module("cases")
+
+
+def test_every_number_moves_by_one_step_of_float32() -> None:
+    camera = {"origin": [0, 0.3, 4.1], "target": [0, 0, 0], "width": 8, "height": 6}
+    ball = {"type": "sphere", "center": [3000.0, 0, 0], "radius": 0.7}
+    scene = clrt.load_dict({"camera": camera, "shapes": [ball], "ambient": 0.5})
+    one, other = noise.moved(scene, 1), noise.moved(scene, 1)
+    assert one.to_dict() == other.to_dict() and one.camera.width == 8
+    for was, now in ((3000.0, one.shapes[0].center[0]), (0.7, one.shapes[0].radius)):
+        assert abs(now - was) == float(np.spacing(np.float32(was)))
+
+
+def test_limits_of_a_far_scene_are_within_its_noise() -> None:
+    """And the rows are of the scenes as they are."""
+    rows = noise.kept()
+    assert all(row["scene"] == noise.digest(name) for name, row in rows.items())
+    name = "shipped thesis_3_07_acne"
+    own = cases.OWN_LIMITS[name][0]
+    for field, (_, low) in noise.FIGURES.items():
+        if field in own:
+            most = noise.allowed(field, rows[name]["noise"][field])
+            assert own[field] >= most if low else own[field] <= most, field
