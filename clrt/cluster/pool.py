@@ -76,7 +76,7 @@ class DaskPool(Pool):
 
     def __init__(self, executor: Any) -> None:
         super().__init__(executor)
-        self.client = executor._client
+        self.client, self._submitting = executor._client, executor
         self._workers, self._asked = 1, 0.0
         self._heard = self._peopled = time.monotonic()
 
@@ -94,8 +94,8 @@ class DaskPool(Pool):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of large orders: a scene is sent once a worker
             try:
-                held = self.client.submit(do, order, **self.executor._kwargs | where)
-                future: Future[Any] = self.executor._wrap_future(held)
+                held = self.client.submit(do, order, **self._submitting._kwargs | where)
+                future: Future[Any] = self._submitting._wrap_future(held)
             except Exception as error:  # in tornado's or dask's own words
                 raise self._gone(error) from None
         # given back as soon as its answer has come: dask would do again what it believes to be wanted still,
