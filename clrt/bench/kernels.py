@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt.bench.recorder import ARRANGING, CLASSES, TRACING, Recording, case, record
+from clrt.bench.recorder import ADDING, ARRANGING, CLASSES, TRACING, Recording, case, record
 from clrt.bench.timing import Case
 from clrt.bench.walk import Walk, count_visits, read_nodes
 from clrt.device.settings import Settings
@@ -45,7 +45,7 @@ def cases(recording: Recording, scene: str, passes_too: bool = True) -> list[Cas
     found: list[Case] = []
     seen: set[str] = set()
     for kernel, queue in recording.launches:
-        if kernel == ARRANGING:
+        if kernel in (ARRANGING, ADDING):  # each with what needs it
             continue
         if kernel in TRACING and queue in RAY_KINDS:
             made = case(recording, kernel, queue, scene)

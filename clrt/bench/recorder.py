@@ -31,6 +31,7 @@ CLASSES: Final = {REFLECTION: "reflection", TRANSMISSION: "refraction", AMBIENT:
 TRACING: Final = ("closest", "occluded")
 ARRANGING: Final = "arrange"  # what readies rays for it, where that pays
 COMPACTION: Final = ("count", "scan", "rank")
+ADDING: Final = "offsets"  # what makes places of what `count` found, in place: other kernels read them
 # kernels that read what they write: their buffers are put back before every repetition
 _IN_PLACE: Final = ("rank", "illuminate", "gather", "resolve")
 
@@ -128,13 +129,18 @@ def record(scene: Scene, width: int, wanted: int | str | None, settings: Setting
 
 
 def case(recording: Recording, kernel: str, queue: str, scene: str) -> Case:
-    """All launches of a kernel on one kind of rays, as something to time; tracing with what readies rays."""
+    """All launches of a kernel on one kind of rays, as something to time.
+
+    Tracing with what readies rays, counting with what adds up: that leaves the places as other kernels read
+    them, however often it runs.
+    """
     device = recording.device
     launches = recording.launches[kernel, queue]
     before = recording.launches.get((ARRANGING, queue), []) if kernel in TRACING else []
+    after = recording.launches[ADDING, queue] if kernel == "count" else []
 
     def run() -> None:
-        for launch in (*before, *launches):
+        for launch in (*before, *launches, *after):
             device.launch(launch.kernel, launch.items, *launch.arguments, local_size=launch.local_size)
         device.finish()
 

@@ -70,6 +70,9 @@ def test_launches_can_be_repeated_without_changing_the_queues(recording: Recordi
     before = {kind: kernels.hits_of(recording, kind) for kind in recording.rays}
     slots = recording.launches["rank", "generation 2"][0].arguments[-1]
     contents = recording.device.read(slots, np.empty(100, np.uint32))
+    chunks, places, _ = recording.launches["offsets", "primary"][0].arguments
+    firsts = recording.device.read(places, np.empty(int(chunks), np.uint32))
+    assert firsts[-1] > firsts[1] > 0  # of the feelers, by which their pass writes
     cases = kernels.cases(recording, "flake")
     assert {c.name for c in cases if c.reset} == {"rank", "illuminate", "gather", "resolve"}
     for made in cases:
@@ -77,6 +80,8 @@ def test_launches_can_be_repeated_without_changing_the_queues(recording: Recordi
             if made.reset:
                 made.reset()
             made.run()
+            found = recording.device.read(places, np.empty(int(chunks), np.uint32))
+            assert np.array_equal(found, firsts), made.name
     for made in cases:
         if made.reset:
             made.reset()
