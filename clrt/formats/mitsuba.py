@@ -51,17 +51,24 @@ def load(path: Path, limits: Limits) -> Scene:
 def seal(tops: list[Element], folder: Path, limits: Limits) -> str:
     """A digest of all that a file says, and of the files of meshes and pictures that it names."""
     digest = hashlib.sha256()
+    files: dict[str, bytes] = {}  # a file may be named in every line
     for top in tops:
         for element in top.walk():
             told = [element.tag, *(f"{key}={value}" for key, value in sorted(element.keys.items()))]
             digest.update("\x1f".join([*told, str(len(element.children)), "\n"]).encode())
             if element.keys.get("name") == "filename":
                 name = element.keys.get("value", "")
-                try:
-                    digest.update(read_bytes(resolve(name, folder, At()), limits))
-                except ClrtError:
-                    digest.update(b"missing")
+                if name not in files:
+                    files[name] = _file_digest(name, folder, limits)
+                digest.update(files[name])
     return digest.hexdigest()
+
+
+def _file_digest(name: str, folder: Path, limits: Limits) -> bytes:
+    try:
+        return hashlib.sha256(read_bytes(resolve(name, folder, At()), limits)).digest()
+    except ClrtError:
+        return b"missing"
 
 
 def keep(scene: Scene, path: Path) -> None:
@@ -79,9 +86,10 @@ def keep(scene: Scene, path: Path) -> None:
     words = words.replace("?>", "?\\u003e")  # within a text of JSON's the same
     instruction = f"<?{INSTRUCTION} {seal(tops, path.parent, limits)} {words}?>"
     text = text.removesuffix("</scene>\n") + f"  {instruction}\n</scene>\n"
-    if len(text) <= limits.text_bytes:
+    data = text.encode()
+    if len(data) <= limits.text_bytes:
         with replacing(path) as temporary:
-            temporary.write_text(text, encoding="utf-8")
+            temporary.write_bytes(data)
 
 
 def _itself(scene: Scene, path: Path) -> str:

@@ -74,7 +74,7 @@ class Materials:
             raise unknown(plugin.element, "bsdf", plugin.type, [*_KINDS, *_OTHERS])
         self.context.left_out[f"the bsdf {plugin.type}"] = None
         inner = self.context.elements(plugin, "bsdf")
-        return self.of(inner[0]) if inner else {"color": 0.5}
+        return self.of(inner[0]) if inner else {"color": 0.5, "diffuse": 1.0}
 
     def inner(self, plugin: Plugin, count: int = 1) -> list[Table]:
         """The BSDFs within another, exactly so many."""
@@ -158,10 +158,17 @@ def ior(plugin: Plugin, name: str, default: str) -> float:
     if element is None:
         return IOR[default]
     if element.tag != "string":
-        return plugin.number(name, 0.0)
+        return _index(plugin, name, 0.0)
     if element.get("value") not in IOR:
         raise unknown(element, "index of refraction called", element.get("value"), [*IOR])
     return IOR[element.get("value")]
+
+
+def _index(plugin: Plugin, name: str, default: float) -> float:
+    value = plugin.number(name, default)
+    if value <= 0:
+        raise plugin.values[name].says(fault("", name, value, "it must be a number > 0"))
+    return value
 
 
 def _alpha_of(plugin: Plugin, materials: Materials) -> float:
@@ -243,7 +250,7 @@ def _principled(plugin: Plugin, materials: Materials) -> Table:
     specular = 2 / (1 - math.sqrt(0.08 * min(max(plugin.number("specular", 0.5), 0.0), 1.0))) - 1
     found = Facets(
         base=(1.0, 1.0, 1.0) if picture is not None else _rgb(color), picture=picture, metallic=shares[0],
-        roughness=shares[1], transmission=shares[2], solid=True, ior=plugin.number("eta", specular),
+        roughness=shares[1], transmission=shares[2], solid=True, ior=_index(plugin, "eta", specular),
     )  # fmt: skip
     if found.blurred:
         context.left_out["the roughness of glass"] = None

@@ -35,7 +35,6 @@ class Context:
         path = resolve(name, self.folder, At(f"{element.source}:{element.line}", element.name))
         return path.relative_to(self.folder.resolve()).as_posix()
 
-
     def inner(self, plugin: Plugin, tag: str) -> list[Plugin]:
         """The objects of kind `tag` within another, those that it refers to among them."""
         return [Plugin.of(element) for element in self.elements(plugin, tag)]

@@ -174,11 +174,13 @@ def plain(value: float) -> float:
 def transform(element: Element) -> Array:
     """A transform's steps, the first acting first, as (4, 4) float64."""
     matrix = np.eye(4)
-    with np.errstate(all="ignore"):  # what is not finite is an error where it is used
+    with np.errstate(all="ignore"):
         for step in element.children:
             if step.tag not in _STEPS:
                 raise unknown(step, "step of a transform called", step.tag, [*_STEPS])
             matrix = _STEPS[step.tag](step) @ matrix
+    if not np.isfinite(matrix).all():
+        raise element.says("the numbers of a transform must not leave the range of float64")
     return matrix
 
 

@@ -74,7 +74,7 @@ def _place(plugin: Plugin) -> Table:
     matrix = plugin.to_world()
     origin, forward, up = matrix[:3, 3], matrix[:3, 2], matrix[:3, 1]
     lengths = np.linalg.norm(forward), np.linalg.norm(up)
-    if 0.0 in lengths or not np.isfinite(matrix).all():
+    if 0.0 in lengths:
         raise plugin.element.says("to_world must not flatten space")
     target = origin + forward / lengths[0]
     mirror = {"mirror": True} if np.linalg.det(matrix[:3, :3]) < 0 else {}
@@ -139,8 +139,8 @@ def depth(plugin: Plugin, context: Context) -> int | None:
     elif "max_depth" in plugin.values:
         most = plugin.whole("max_depth", -1, -1)
         found = None if most < 0 else min(max(most - 2, 0), context.limits.depth)
-    inner = [depth(one, context) for one in context.inner(plugin, "integrator")]
-    return inner[0] if found is None and inner else found
+    inner = context.inner(plugin, "integrator")[:1]  # each may be referred to: all of them were a tree
+    return depth(inner[0], context) if found is None and inner else found
 
 
 def emitter(plugin: Plugin, context: Context, scene: Table) -> None:

@@ -39,6 +39,15 @@ def wrong(tmp_path: Path, text: str, limits: Limits | None = None) -> str:
         (BALL.format('<point name="center" value="1 2"/>'), "1 or 3 numbers, not 2"),
         (BALL.format('<point name="center" w="2"/>'), "part of a vector called 'w'"),
         (BALL.format('<boolean name="flip_normals" value="yes"/>'), "it must be true or false"),
+        (BALL.format('<bsdf type="plastic"><float name="int_ior" value="-1"/></bsdf>'), "a number > 0"),
+        (BALL.format('<bsdf type="principled"><float name="eta" value="-1"/></bsdf>'), "a number > 0"),
+        (
+            BALL.format(
+                '<bsdf type="diffuse"><texture name="reflectance" type="checkerboard">'
+                '<transform name="to_uv"><scale x="1e200"/><scale x="1e200"/></transform></texture></bsdf>'
+            ),
+            "must not leave the range of float64",
+        ),
         (BALL.format('<ref id="a"/>'), "no object with the id 'a'"),
         (BALL.format('<emitter type="point"/>'), "no emitter of a shape 'point'"),
         ('<alias id="a" as="b"/>', "no object with the id 'a'"),
@@ -126,4 +135,15 @@ def test_references_are_followed_once(tmp_path: Path) -> None:
     first = '<bsdf type="diffuse" id="b0"/>'
     last = BALL.format('<ref id="b39"/>')
     (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">{first}{blends}{last}</scene>')
+    assert clrt.load(tmp_path / "a.xml").shapes
+
+
+def test_integrators_are_followed_once(tmp_path: Path) -> None:
+    """Each of 40 integrators names the next one twice."""
+    inner = "".join(
+        f'<integrator type="aov" id="i{k}"><ref id="i{k + 1}"/><ref id="i{k + 1}"/></integrator>'
+        for k in range(39)
+    )
+    last = '<integrator type="direct" id="i39"/>'
+    (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">{inner}{last}{BALL.format("")}</scene>')
     assert clrt.load(tmp_path / "a.xml").shapes
