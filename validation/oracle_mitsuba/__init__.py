@@ -11,6 +11,7 @@ share). It is asked in two ways:
   leaves that to Mitsuba's own BSDFs and emitters where it has them.
 
     records    the scene: defaults, references and overrides as its tables and docs/scene-files.md say
+    shapes     its shapes
     steps      transforms
     meshfile   mesh files, and normals that they lack
     published  indices of refraction, typed in
@@ -22,7 +23,8 @@ share). It is asked in two ways:
     parts      the scene's shapes as Mitsuba's
     faces      polygons, boxes and meshes as triangles
     plugins    those as plain data
-    surfaces   materials, lights and camera as arrays
+    surfaces   materials and lights as arrays
+    cameras    the camera, as arrays and as Mitsuba's
     hashing    what looks random and is not
     stock      layer A: its configurations
     modes      what each mode can express

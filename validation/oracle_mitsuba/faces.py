@@ -9,7 +9,7 @@ import numpy as np
 from . import meshing
 from .forms import Array
 from .meshing import Triangles
-from .records import Box, Mesh
+from .shapes import Box, Mesh
 
 
 def moved(mesh: Triangles, to_world: Array) -> Triangles:

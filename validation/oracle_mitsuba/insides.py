@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from . import faces, forms, records
+from . import faces, forms, shapes
 from .records import Scene
 
 Array = np.ndarray
@@ -23,7 +23,7 @@ def starting(scene: Scene, number: Array, points: Array) -> tuple[list[State], A
     number (shapes,): the medium that a shape bounds, or -1.
     """
     bounding = [i for i in range(len(scene.shapes)) if number[i] >= 0]
-    bounding = [i for i in bounding if not isinstance(scene.shapes[i], (records.Polygon, records.Disk))]
+    bounding = [i for i in bounding if not isinstance(scene.shapes[i], (shapes.Polygon, shapes.Disk))]
     bounding.sort(key=lambda i: -_volume(scene.shapes[i]))  # equal ones stay in the order of their numbers
     if not bounding:
         return [()], np.zeros(len(points), int)
@@ -40,27 +40,27 @@ def _times(shape: Any, points: Array) -> Array:
     """How often the shape is around points (n, 3): 0 or 1, but for meshes."""
     to_object = np.linalg.inv(shape.matrix)
     local = points @ to_object[:3, :3].T + to_object[:3, 3]
-    if isinstance(shape, records.Mesh):
+    if isinstance(shape, shapes.Mesh):
         return _winding(faces.triangles(shape)[0], points)
     return _is_within(shape, local).astype(int)
 
 
 def _is_within(shape: Any, p: Array) -> Array:
-    if isinstance(shape, records.Plane):
+    if isinstance(shape, shapes.Plane):
         return (p - np.array(shape.point)) @ np.array(shape.normal, float) < 0
-    if isinstance(shape, records.Box):
+    if isinstance(shape, shapes.Box):
         return np.all((np.array(shape.min) < p) & (p < np.array(shape.max)), axis=1)
-    if isinstance(shape, records.Quadric):
+    if isinstance(shape, shapes.Quadric):
         h = np.c_[p, np.ones(len(p))]
         below = np.einsum("ni,ij,nj->n", h, forms.matrix(shape.coefficients), h) < 0
         if shape.clip is not None:
             low, high = np.array(shape.clip, float)
             below &= np.all((low <= p) & (p <= high), axis=1)
         return np.asarray(below)
-    if isinstance(shape, (records.Sphere, records.Ellipsoid)):
-        radii = shape.radius if isinstance(shape, records.Sphere) else np.array(shape.radii)
+    if isinstance(shape, (shapes.Sphere, shapes.Ellipsoid)):
+        radii = shape.radius if isinstance(shape, shapes.Sphere) else np.array(shape.radii)
         return np.linalg.norm((p - np.array(shape.center)) / radii, axis=1) < 1
-    if isinstance(shape, records.Paraboloid):
+    if isinstance(shape, shapes.Paraboloid):
         start, axis, length = shape.apex, np.array(shape.axis, float), shape.height
     else:
         start, axis = shape.p0, np.subtract(shape.p1, shape.p0)
@@ -68,9 +68,9 @@ def _is_within(shape: Any, p: Array) -> Array:
     axis = axis / np.linalg.norm(axis)
     along = (p - np.array(start)) @ axis
     away = np.linalg.norm(np.cross(p - np.array(start), axis), axis=1)
-    if isinstance(shape, records.Paraboloid):
+    if isinstance(shape, shapes.Paraboloid):
         radius = np.sqrt(np.maximum(4 * shape.focal * along, 0))
-    elif isinstance(shape, records.Cone):
+    elif isinstance(shape, shapes.Cone):
         radius = shape.r0 + (shape.r1 - shape.r0) * along / length
     else:
         radius = np.full(len(p), shape.radius)
@@ -100,29 +100,29 @@ def _volume(shape: Any) -> float:
 def _box(shape: Any) -> tuple[Array, Array]:
     """Lowest and highest x, y, z of the surface."""
     matrix = shape.matrix
-    if isinstance(shape, records.Plane):
+    if isinstance(shape, shapes.Plane):
         return np.full(3, -np.inf), np.full(3, np.inf)
-    if isinstance(shape, records.Mesh):
+    if isinstance(shape, shapes.Mesh):
         return _around(np.asarray(shape.data().vertices), matrix)
-    if isinstance(shape, records.Box):
+    if isinstance(shape, shapes.Box):
         return _around(_corners(shape.min, shape.max), matrix)
-    if isinstance(shape, (records.Sphere, records.Ellipsoid)):
-        radii = np.broadcast_to(shape.radius if isinstance(shape, records.Sphere) else shape.radii, 3)
+    if isinstance(shape, (shapes.Sphere, shapes.Ellipsoid)):
+        radii = np.broadcast_to(shape.radius if isinstance(shape, shapes.Sphere) else shape.radii, 3)
         placed = matrix @ np.array([*np.c_[np.diag(radii), shape.center], [0, 0, 0, 1]])
         return _ball(placed)
-    if isinstance(shape, records.Quadric):
+    if isinstance(shape, shapes.Quadric):
         if shape.clip is not None:
             return _around(_corners(*shape.clip), matrix)
         frame = forms.ellipsoid_frame(shape.coefficients)
         return _ball(matrix @ frame[0]) if frame is not None else (np.full(3, -np.inf), np.full(3, np.inf))
-    if isinstance(shape, records.Paraboloid):
+    if isinstance(shape, shapes.Paraboloid):
         axis = np.array(shape.axis, float) / np.linalg.norm(shape.axis)
         rim = np.array(shape.apex) + shape.height * axis
         return _around(
             np.r_[[shape.apex], _circle(rim, axis, 2 * np.sqrt(shape.focal * shape.height))], matrix
         )
     axis = np.subtract(shape.p1, shape.p0)
-    r0, r1 = (shape.r0, shape.r1) if isinstance(shape, records.Cone) else (shape.radius, shape.radius)
+    r0, r1 = (shape.r0, shape.r1) if isinstance(shape, shapes.Cone) else (shape.radius, shape.radius)
     return _around(np.r_[_circle(shape.p0, axis, r0), _circle(shape.p1, axis, r1)], matrix)
 
 

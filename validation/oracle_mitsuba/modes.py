@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from . import stock
-from .records import AreaLight, Checker, Mesh, Picture, Scene
+from .records import AreaLight, Checker, Picture, Scene
+from .shapes import Mesh
 
 LAYER_B = ("table", "bsdf")
 SPECTRAL = "spectral"  # the table mode, three bands at a time

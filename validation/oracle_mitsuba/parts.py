@@ -16,20 +16,8 @@ import numpy as np
 from . import endless, faces, forms, meshing
 from .forms import Array, Form
 from .meshing import Triangles
-from .records import (
-    Box,
-    Cone,
-    Cylinder,
-    Disk,
-    Ellipsoid,
-    Mesh,
-    Paraboloid,
-    Plane,
-    Polygon,
-    Quadric,
-    Scene,
-    Sphere,
-)
+from .records import Scene
+from .shapes import Box, Cone, Cylinder, Disk, Ellipsoid, Mesh, Paraboloid, Plane, Polygon, Quadric, Sphere
 
 Kind = Literal["sphere", "cylinder", "disk", "rectangle", "mesh"]
 CURVED_TRIANGLES = 1 << 20  # of all curved meshes of a scene together

@@ -11,7 +11,8 @@ from . import engine
 from .engine import dr, mi
 from .palette import Bands, Colors
 from .places import Chart, chart
-from .records import Mesh, NormalMap, Picture, Scene
+from .records import NormalMap, Picture, Scene
+from .shapes import Mesh
 from .world import Hits
 
 Array = np.ndarray

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from .hashing import basis
-from .records import Box, Cone, Cylinder, Disk, Ellipsoid, Paraboloid, Plane, Polygon, Quadric, Shape, Sphere
+from .shapes import Box, Cone, Cylinder, Disk, Ellipsoid, Paraboloid, Plane, Polygon, Quadric, Shape, Sphere
 
 Array = np.ndarray
 STEP = 1e-5  # of the shape's size

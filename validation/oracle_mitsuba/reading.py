@@ -10,7 +10,6 @@ import numpy as np
 
 from .records import (
     LIGHTS,
-    SHAPES,
     AreaLight,
     Camera,
     Checker,
@@ -18,17 +17,16 @@ from .records import (
     DirectionalLight,
     Formula,
     Material,
-    Mesh,
     NormalMap,
     Picture,
     PointLight,
     Scene,
-    Shape,
     Source,
     Spectral,
     Spectrum,
     SpotLight,
 )
+from .shapes import SHAPES, Mesh, Shape
 
 COLORS = ("highlight_color", "reflection_color", "transmission_color", "emission", "absorption")
 

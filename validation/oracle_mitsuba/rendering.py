@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from . import stock, surfaces
+from . import cameras, stock, surfaces
 from .hashing import combine
 from .insides import starting
 from .lobes import Lobes
@@ -85,14 +85,14 @@ def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -
     assert camera is not None
     width, height, spp = camera.width, camera.height, camera.spp
     job = _job(scene, mode, world, palette)
-    view = surfaces.view(scene, width, height, spp, world["size"], world["center"])
+    view = cameras.view(scene, width, height, spp, world["size"], world["center"])
     positions = view["positions"].reshape(-1, 2)
     lens = None if view["lens"] is None else view["lens"].reshape(-1, 2)
     eye = view["eye"] if view["eye"] is None or lens is None else view["eye"].reshape(-1, 3)
     thin = lens if camera.type == "perspective" else None
     origin, direction = camera_rays(view["sensor"], eye, positions, thin)
     if lens is not None and thin is None:
-        origin, direction = surfaces.bent(camera, origin, direction, lens)
+        origin, direction = cameras.bent(camera, origin, direction, lens)
     origin = origin + world["center"]
     one_eye = eye is not None and lens is None
     start = _start(scene, job, np.asarray(camera.origin, float)[None] if one_eye else origin)

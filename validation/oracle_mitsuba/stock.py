@@ -25,12 +25,13 @@ from typing import Any
 
 import numpy as np
 
-from . import surfaces, textures
+from . import cameras, surfaces, textures
 from .forms import Array
 from .parts import EXACT, Part, geometry, is_endless
 from .plugins import Plugin, shape, shifted
 from .plugins import rgb as color
-from .records import AreaLight, DirectionalLight, Ellipsoid, Material, Quadric, Scene, Sphere, rgb
+from .records import AreaLight, DirectionalLight, Material, Scene, rgb
+from .shapes import Ellipsoid, Quadric, Sphere
 from .skies import HALF_TURN
 
 FAINT = 1e-5  # reflectances are this much lower, lights this much stronger
@@ -158,7 +159,7 @@ def work(scene: Scene, name: str, paths: int | None) -> Work:
     world = geometry(scene, EXACT)
     found = Work(name, scene, size, spp, world.center, [], [])
     parts = [textures.shaped(part, scene) for part in world.parts]
-    base = surfaces.view(scene, *size, spp, world.size, world.center)
+    base = cameras.view(scene, *size, spp, world.size, world.center)
     base["positions"] = base["positions"].reshape(-1, 2)
     if base["lens"] is not None:
         base["lens"] = base["lens"].reshape(-1, 2)

@@ -15,7 +15,8 @@ from .forms import Array
 from .meshing import Triangles
 from .parts import Part
 from .plugins import Plugin, rgb
-from .records import Checker, Material, Scene, Sphere
+from .records import Checker, Material, Scene
+from .shapes import Sphere
 from .surfaces import squares
 
 RIM = 1024  # corners of a disk that is a mesh

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from . import skies, surfaces, textures
+from . import cameras, skies, surfaces, textures
 from .forms import Array
 from .parts import SMALL, Part, geometry
 from .plugins import Plugin, shape
@@ -38,7 +38,7 @@ def translated(source: Scene) -> tuple[Plugin, list[str]]:
     }
     camera = source.camera
     if camera is not None:
-        children["sensor"] = surfaces.sensor(camera, camera.width, camera.height, world.size)
+        children["sensor"] = cameras.sensor(camera, camera.width, camera.height, world.size)
         children["sensor"]["sampler"] = {"type": "independent", "sample_count": max(16, camera.spp)}
     for index, part in enumerate(world.parts):
         part = textures.shaped(part, source)
