@@ -9,7 +9,7 @@ from .kernels import Mutant
 
 _BEHIND: Final = "store_surface(world, ray, hit.primitive, hit.t, i, i + 1, surfaces, surface_code);"
 _DISPERSED: Final = (
-    Mutant("K1: tinted shadows of dispersed rays in the first band", "kernels/trace.cl",
+    Mutant("K1: tinted shadows of dispersed rays in the first band", "kernels/tinted.clh",
            "material->tint[band_at(band, b)]", "material->tint[b]", ("dispersion and tinted shadows",)),
     Mutant("K2: the sky of dispersed rays in the first band", "kernels/sky.clh",
            "in_band(info->sky_red, s, b)", "(floatP)(info->sky_red[b])", ("dispersion and a sky",)),

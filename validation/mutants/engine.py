@@ -48,7 +48,8 @@ _ADAPTIVE: Final = tuple(
         ("normals compared without their height", "one[:, 1] * other[:, 1] + ", ""),
         ("grids of four times as many a side", "grid *= 2", "grid *= 4"),
         ("what has settled is refined on", "chosen = chosen[changed]", "chosen = chosen[:]"),
-        ("neighbours beyond a part's upper and lower edge left out", "(*across, *along)", "(*across,)"),
+        ("neighbours beyond a part's upper and lower edge left out", "_sides(pixels, width, height):",
+         "_sides(pixels, width, height)[:2]:"),
     )
 )
 
