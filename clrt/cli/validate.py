@@ -38,6 +38,10 @@ def run(options: argparse.Namespace) -> int:
             return _list(suite, options.json)
         if options.as_oracle and options.against is None:
             raise ClrtError("--as-oracle: say which program: --against 'myrt {scene.toml} {out.exr}'")
+        if options.against is not None and options.cluster:
+            raise ClrtError(
+                "--cluster: not together with --against: the program under test runs on this machine"
+            )
         if options.against is not None and not options.as_oracle:
             from clrt.cli import validate_against
 

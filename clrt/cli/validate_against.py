@@ -24,8 +24,6 @@ def run(options: argparse.Namespace) -> int:
     for flag, name in ((options.mutants, "--mutants"), (options.spd, "--spd"), (options.random, "--random")):
         if flag:
             raise ClrtError(f"{name} is of clrt's own validation; not together with --against")
-    if options.cluster:
-        raise ClrtError("--cluster: not together with --against: the program under test runs on this machine")
     program = validation_module("suite.program").parse(options.against, options.timeout)
     against = validation_module("suite.against")
     if options.report:

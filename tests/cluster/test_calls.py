@@ -118,6 +118,7 @@ def test_published_scenes_travel_and_other_jobs_are_called_by_name(tmp_path: Pat
     assert (call.module, call.function, call.arguments) == ("suite.worker", "run_twin", ("pocl",))
 
 
-def test_a_program_under_test_stays_here(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["validate", "--against", "myrt {scene.toml} {out.exr}", "--cluster", "local:1"]) == 2
+@pytest.mark.parametrize("more", [[], ["--as-oracle"]])
+def test_a_program_under_test_stays_here(more: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["validate", "--against", "myrt {scene.toml} {out.exr}", "--cluster", "local:1", *more]) == 2
     assert capsys.readouterr().err.endswith("--against: the program under test runs on this machine\n")
