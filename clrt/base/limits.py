@@ -43,7 +43,7 @@ class Limits:
     file_bytes: int = 512 << 20
     """Bytes of one scene, mesh or image file."""
     text_bytes: int = 128 << 20
-    """Bytes of one scene file (.toml .json .nff .txt), of which reading takes up to 60 times as many."""
+    """Bytes of one scene file (.toml .json .nff .txt .xml), of which reading takes up to 60 times as many."""
     nesting: int = 16
     """Depth of tables and arrays in a scene file."""
     tables: int = 1 << 16
