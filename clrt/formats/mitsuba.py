@@ -96,7 +96,8 @@ def _itself(scene: Scene, path: Path) -> str:
     """The scene as JSON beside `path`, where a picture of the sky may have been copied to."""
     picture = scene.background_path
     copied = path.parent / f"{path.stem}_meshes" / (picture.name if picture else "")
-    there = picture is not None and copied.is_file()
+    away = picture is not None and not picture.resolve().is_relative_to(path.parent.resolve())
+    there = away and copied.is_file()  # else it may be of an earlier file
     plain = msgspec.structs.replace(scene, background=0.0) if there else scene
     table = json.loads(encoded(plain, path.with_suffix(".json")))
     if there:

@@ -162,3 +162,12 @@ def test_convert_both_ways(tmp_path: Path) -> None:
     assert main(["convert", str(tmp_path / "a.toml"), str(tmp_path / "b.xml")]) == 0
     assert main(["convert", str(tmp_path / "b.xml"), str(tmp_path / "c.toml")]) == 0
     assert clrt.load(tmp_path / "c.toml").to_dict() == clrt.load(tmp_path / "a.toml").to_dict()
+
+
+def test_a_sky_beside_a_scene_is_its_own(tmp_path: Path) -> None:
+    """Not one of the same name that an earlier conversion has left."""
+    (tmp_path / "a_meshes").mkdir()
+    for name, value in (("a_meshes/sky.exr", 0.9), ("sky.exr", 0.1)):
+        clrt.Image(np.full((4, 8, 3), value, np.float32)).save(tmp_path / name)
+    scene = clrt.load_dict({**CLEAN, "background": "sky.exr"}, folder=tmp_path)
+    assert written(scene, tmp_path / "a.xml").background_path == tmp_path / "sky.exr"
