@@ -24,7 +24,7 @@ _CONFIG: Final[dict[str, Any]] = {
     # workers send a sign of life each half second, from a thread of their own; one that is paused or hangs
     # is given up after this time, and what it had is done by another
     "distributed.scheduler.worker-ttl": "10 s",
-    # whose death takes an order with it is a matter of chance; the client counts itself (`farm._LOSSES`)
+    # whose death takes an order with it is a matter of chance; the client counts itself (`pool.LOSSES`)
     "distributed.scheduler.allowed-failures": 3,
     "distributed.worker.multiprocessing-method": "spawn",  # OpenCL's threads do not survive a fork
     "distributed.worker.profile.enabled": False,  # looks at each worker a hundred times a second
