@@ -109,19 +109,24 @@ class Device:
             recorder.enqueued("pass", name, self._number, event, before, items)
 
     def launch_packets(self, name: str, rays: int, *arguments: Any) -> None:
-        """Run a kernel whose work-items take a packet of `rays` each.
+        """Run a kernel whose work-items take a packet of `rays` each."""
+        self.launch(name, -(-rays // self.packet), *arguments, local_size=self._of_packets)
+
+    def launch_chunks(self, name: str, rays: int, *arguments: Any) -> None:
+        """Run a kernel whose work-items take a chunk of `rays` each, one packet after the other."""
+        self.launch(name, -(-rays // layout.CHUNK), *arguments, local_size=self._of_packets)
+
+    @property
+    def _of_packets(self) -> int:
+        """The size of a work-group whose work-items take packets.
 
         Unless the settings say how large, a work-group on a CPU is one work-item: PoCL gives each of a group
         private arrays of its own, and those of many packets (a value a band and ray) leave the caches. Nor
         may a group have more than `ceilings` allow: its arrays lie on a thread's stack.
         """
-        alone = self.info.kind == "CPU" and self.settings.local_size is None
-        most = max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.ray_format.values * self.packet)))
-        self.launch(name, -(-rays // self.packet), *arguments, local_size=1 if alone else most)
-
-    def launch_chunks(self, name: str, rays: int, *arguments: Any) -> None:
-        """Run a kernel whose work-items take a chunk of `rays` each, one packet after the other."""
-        self.launch(name, -(-rays // layout.CHUNK), *arguments, local_size=1)
+        if self.info.kind == "CPU" and self.settings.local_size is None:
+            return 1
+        return max(1, min(ceilings.PACKETS, ceilings.PRIVATE // (4 * self.ray_format.values * self.packet)))
 
     def _first_launch(self, enqueue: Callable[[], cl.Event], sizes: tuple[str, int, bool]) -> cl.Event:
         """A launch before which PoCL may compile the kernel for these sizes: one process at a time."""
