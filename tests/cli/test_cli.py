@@ -285,7 +285,8 @@ def test_a_quick_selftest_needs_no_optional_package(
     assert main(["selftest", "--quick"]) == 0
     printed = capsys.readouterr()
     last = printed.out.splitlines()[-2]
-    assert last.startswith("same ") and "not run, for they need clrt's extra [mesh] (trimesh): cabinet, mesh" in last
+    assert last.startswith("same ")
+    assert "not run, for they need clrt's extra [mesh] (trimesh): cabinet, mesh" in last
     assert "dispersion" not in printed.out and "half a minute" in printed.err
 
 
