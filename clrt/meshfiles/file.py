@@ -264,15 +264,8 @@ def _part(mesh: Any) -> Part:
         colored,
         lambda: (vertices, faces, normals, uv),
         uv is not None,
-        partial(_mean_color, mesh.visual) if colored else None,
-        partial(_corner_colors, mesh.visual, faces) if colored else None,
+        corners=partial(_corner_colors, mesh.visual, faces) if colored else None,
     )
-
-
-def _mean_color(visual: Any) -> np.ndarray:
-    """The mean of a trimesh's colours, which are sRGB."""
-    colors = np.asarray(visual.vertex_colors if visual.kind == "vertex" else visual.face_colors)
-    return np.asarray(decode(colors[:, :3].astype(np.uint8)).astype(np.float64).mean(axis=0))
 
 
 def _corner_colors(visual: Any, faces: np.ndarray) -> np.ndarray:

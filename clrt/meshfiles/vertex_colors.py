@@ -29,7 +29,7 @@ def spread(placed: Placed) -> Placed:
             parts.append(part)
             continue
         read = partial(_apart, part.read, first, count)
-        parts.append(replace(part, vertices=3 * part.faces, read=read, uv=True, color=None))
+        parts.append(replace(part, vertices=3 * part.faces, read=read, uv=True))
         first += part.faces
     return replace(placed, parts=parts)
 

@@ -171,3 +171,16 @@ def test_a_sky_beside_a_scene_is_its_own(tmp_path: Path) -> None:
         clrt.Image(np.full((4, 8, 3), value, np.float32)).save(tmp_path / name)
     scene = clrt.load_dict({**CLEAN, "background": "sky.exr"}, folder=tmp_path)
     assert written(scene, tmp_path / "a.xml").background_path == tmp_path / "sky.exr"
+
+
+def test_a_file_that_two_shapes_name_returns(tmp_path: Path) -> None:
+    wood = {"color": {"type": "image", "file": "wood.png"}}
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
+    with pytest.raises(ClrtError):
+        written(clrt.load_dict({"shapes": [{**ball, "material": wood}]}, folder=SCENES), tmp_path / "no.xml")
+    (tmp_path / "gem.obj").write_bytes((SCENES / "gem.obj").read_bytes())
+    gem = {"type": "mesh", "file": "gem.obj"}
+    both = [gem, {**gem, "transform": [{"translate": [3, 0, 0]}]}]
+    camera = {"origin": [0, 0, 5], "target": [0, 0, 0]}
+    scene = clrt.load_dict({"camera": camera, "shapes": both}, folder=tmp_path)
+    assert written(scene, tmp_path / "a.xml").to_dict() == scene.to_dict()

@@ -318,3 +318,15 @@ def test_numbers_may_be_of_numpy() -> None:
 def test_scenes_of_millions_are_read_the_short_way(kind: type[Record]) -> None:
     """Their tables are checked once: rounding to float32 leaves no range of theirs, closed at 0 and 1."""
     assert _rounds_safely(kind) and not _rounds_safely(Camera), "fov is open at 180"
+
+
+def test_the_material_of_what_is_no_shape_of_the_scene() -> None:
+    red = clrt.load_dict({
+        "materials": {"red": {"color": [1, 0, 0]}},
+        "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": "red"}],
+    })
+    assert red.material_of(red.shapes[0]) is red.materials["red"]
+    with pytest.raises(clrt.ClrtError, match=r"shape: 'red' is not allowed; it must be one of scene\.shapes"):
+        red.material_of("red")  # type: ignore[arg-type]
+    with pytest.raises(clrt.ClrtError, match=r"shape\.material: 'red' is not allowed; it is no material of"):
+        clrt.Scene().material_of(red.shapes[0])

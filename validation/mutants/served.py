@@ -39,7 +39,7 @@ _WRONG: Final = re.compile(r"error: ([\w.]+):(\d+):")
 class Lost(ClrtError):
     """The process ended before it gave a picture: crashed, or took too long."""
 
-    def __init__(self, said: str, crashed: bool) -> None:
+    def __init__(self, said: str, crashed: bool = False) -> None:
         super().__init__(said)
         self.crashed = crashed
 
