@@ -152,8 +152,9 @@ class Material(Colored, frozen=True, kw_only=True):
     @property
     def pictures(self) -> dict[str, ImageTexture | NormalMap]:
         """The fields that are pictures, by name."""
-        values = {name: getattr(self, name) for name in (*PICTURED, "normal_map")}
-        return {name: value for name, value in values.items() if isinstance(value, (ImageTexture, NormalMap))}
+        kinds = (ImageTexture, NormalMap)
+        names = (*PICTURED, "normal_map")
+        return {name: value for name in names if isinstance(value := getattr(self, name), kinds)}
 
     @property
     def alpha(self) -> float:

@@ -173,14 +173,16 @@ def test_a_sky_beside_a_scene_is_its_own(tmp_path: Path) -> None:
     assert written(scene, tmp_path / "a.xml").background_path == tmp_path / "sky.exr"
 
 
-def test_a_file_that_two_shapes_name_returns(tmp_path: Path) -> None:
-    wood = {"color": {"type": "image", "file": "wood.png"}}
-    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
-    with pytest.raises(ClrtError):
-        written(clrt.load_dict({"shapes": [{**ball, "material": wood}]}, folder=SCENES), tmp_path / "no.xml")
+def test_a_file_that_two_shapes_name(tmp_path: Path) -> None:
+    """It returns; and where somebody has changed the lines to name one file, the plugins are read."""
     (tmp_path / "gem.obj").write_bytes((SCENES / "gem.obj").read_bytes())
     gem = {"type": "mesh", "file": "gem.obj"}
     both = [gem, {**gem, "transform": [{"translate": [3, 0, 0]}]}]
     camera = {"origin": [0, 0, 5], "target": [0, 0, 0]}
-    scene = clrt.load_dict({"camera": camera, "shapes": both}, folder=tmp_path)
-    assert written(scene, tmp_path / "a.xml").to_dict() == scene.to_dict()
+    scene = clrt.load_dict({"camera": camera, "ambient": 1, "shapes": both}, folder=tmp_path)
+    path = tmp_path / "a.xml"
+    assert written(scene, path).to_dict() == scene.to_dict()
+    path.write_text(path.read_text().replace("shape_1_1.ply", "shape_0_0.ply"))
+    with pytest.warns(clrt.ClrtWarning):
+        again = clrt.load(path)
+    assert [shape.file for shape in again.shapes] == ["a_meshes/shape_0_0.ply"] * 2
