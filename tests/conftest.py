@@ -15,8 +15,8 @@ from validation.oracle_mitsuba import Mitsuba
 
 collect_ignore = ["example_project"]  # another project: tests/judging/test_plugin.py runs it
 
-# a fixture of theirs takes a minute: once, not once a process
-TOGETHER = ("tests/validation/test_validation.py",)
+# once, not once a process: a fixture that takes a minute; kernels of which all have to be launched
+TOGETHER = ("tests/validation/test_validation.py", "tests/device/test_oclgrind.py")
 
 
 @pytest.hookimpl(optionalhook=True)
