@@ -57,3 +57,12 @@ def test_changes_name_what_there_is() -> None:
     text = (ROOT / "CHANGELOG.md").read_text("utf-8")
     named = set(re.findall(r"`clrt (\w[\w-]*)", text))
     assert named and named <= set(parser().commands)
+
+
+def test_tests_under_oclgrind_are_where_ci_looks_for_them() -> None:
+    """`.ci/run` collects one folder there: collecting all takes every process its time."""
+    mark = "mark" + ".oclgrind"
+    tests = Path(__file__).parent
+    marked = [file for file in tests.rglob("*.py") if mark in file.read_text("utf-8")]
+    assert {file.parent for file in marked} == {tests / "device"}
+    assert "-m oclgrind tests/device\n" in (tests.parent / ".ci/run").read_text("utf-8")

@@ -20,6 +20,9 @@ from clrt.device.device import Device
 from clrt.device.driver import Driver, Kernels
 from clrt.device.opencl import cl
 
+if "PYTEST_XDIST_WORKER" in os.environ and "OCLGRIND_LOG" in os.environ:
+    # Oclgrind opens it with the first context: one for each of pytest's processes
+    os.environ["OCLGRIND_LOG"] += f".{os.environ['PYTEST_XDIST_WORKER']}"
 buffers: list[cl.Buffer] = []
 programs: dict[str, cl.Program] = {}
 _Context, _program = cl.Context, Kernels.program.func  # before they are replaced

@@ -18,13 +18,11 @@ from pathlib import Path
 from types import CodeType
 from typing import Any, Final
 
-import numpy as np
-
 from clrt import layout
 from clrt.base.errors import DeviceError
 from clrt.base.log import log
 from clrt.base.resources import kernel_folder, kernel_text
-from clrt.device import binaries, foreign, intel, kernelcache
+from clrt.device import binaries, foreign, intel, kernelcache, kernelpool
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, choose, command, pocl_version
 from clrt.device.settings import Settings
@@ -202,6 +200,7 @@ class Kernels:
         self.launched: set[tuple[str, int, bool]] = set()  # name, size of work-groups, is the grid small
         self.groups: dict[str, int] = {}  # work-items of a kernel's work-group
         self._kernels: dict[str, cl.Kernel] = {}
+        self._kept = kernelpool.Kept()
         self._checked: set[tuple[str, CodeType, int]] = set()  # kernels, and lines of code that launch them
 
     def check(self, name: str, arguments: tuple[Any, ...]) -> None:
@@ -243,13 +242,11 @@ class Kernels:
         return self._driver.build(self.source)
 
     def kernel(self, name: str, arguments: tuple[Any, ...]) -> cl.Kernel:
-        """A kernel object for arguments of these types, looked up once: a lookup costs more than a launch.
-
-        Told the types of its numbers beforehand, it takes them in a tenth of the time.
-        """
+        """A kernel object for arguments of these types, looked up once: a lookup costs more than a launch."""
         if name not in self._kernels:
-            kernel = self._driver.guard(lambda: cl.Kernel(self.program, name), f"kernel {name}")
-            kernel.set_scalar_arg_dtypes([a.dtype if isinstance(a, np.generic) else None for a in arguments])
+            kernel = self._driver.guard(
+                lambda: self._kept.take(self.program, name, arguments), f"kernel {name}"
+            )
             self._kernels[name] = kernel
             most = cl.kernel_work_group_info.WORK_GROUP_SIZE
             wanted = self._driver.settings.local_size or _GROUP

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from operator import attrgetter
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
@@ -25,6 +26,9 @@ _COLOR: Final = (
 _TINT: Final = "must be a number >= 0, 3 numbers >= 0, spectrum or {type = 'image', ...}"
 Tint = Annotated[ImageTexture | Color, Meta(description=_TINT)]
 Glow = Annotated[ImageTexture | LightColor, Meta(description=_TINT)]
+_MAY_BE: Final = (*PICTURED, "normal_map")
+_values: Final = attrgetter(*_MAY_BE)
+_PICTURES: Final = {ImageTexture, NormalMap}
 Coefficient = Annotated[float, Meta(ge=0, description="must be a number >= 0")]
 
 
@@ -152,9 +156,10 @@ class Material(Colored, frozen=True, kw_only=True):
     @property
     def pictures(self) -> dict[str, ImageTexture | NormalMap]:
         """The fields that are pictures, by name."""
-        kinds = (ImageTexture, NormalMap)
-        names = (*PICTURED, "normal_map")
-        return {name: value for name in names if isinstance(value := getattr(self, name), kinds)}
+        values = _values(self)
+        if _PICTURES.isdisjoint(map(type, values)):  # as in most of many materials
+            return {}
+        return {name: value for name, value in zip(_MAY_BE, values, strict=True) if type(value) in _PICTURES}
 
     @property
     def alpha(self) -> float:

@@ -176,7 +176,7 @@ def test_a_page_does_not_replace_a_scene_whose_rays_are_counted(
 
 def test_xml_is_written_with_all_its_meshes_or_none(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Mitsuba's meshes lie in a folder beside it, where a mesh of the scene may lie, too."""
-    pytest.importorskip("trimesh")
+    pytest.importorskip("trimesh", reason="needs the optional dependency clrt[mesh]")
     assert main(["convert", "room.toml", "new.xml"]) == 0
     made = sorted(Path("new_meshes").iterdir())
     assert made

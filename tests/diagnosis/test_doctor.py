@@ -63,13 +63,13 @@ def test_the_plain_page_marks_what_is_wrong_and_says_what_to_do(
     assert capsys.readouterr().out.splitlines()[-1] == "nothing is wrong"
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux finds drivers by files")
+@pytest.mark.skipif(sys.platform != "linux", reason="drivers are found by files on Linux alone")
 def test_a_folder_of_drivers_that_no_file_can_be_called(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("OCL_ICD_VENDORS", "a" * 300)
     assert "which is not there" in [finding.text for finding in doctor._drivers()][-1]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux finds drivers by files")
+@pytest.mark.skipif(sys.platform != "linux", reason="drivers are found by files on Linux alone")
 def test_no_driver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "broken.icd").write_text("libnowhere.so\nmore\n")
     for wanted, says, mends in (

@@ -267,9 +267,9 @@ def test_a_mesh_of_half_a_million_triangles_takes_no_loop_over_them() -> None:
     low = np.stack([first, first + 1, first + side + 2], axis=1)
     high = np.stack([first, first + side + 2, first + side + 1], axis=1)
     scene = Scene(shapes=[{"type": "mesh", "vertices": vertices, "faces": np.concatenate([low, high])}])
-    start = time.perf_counter()
+    start = time.process_time()  # others may hold the core meanwhile
     result = flatten(scene)
-    assert time.perf_counter() - start < 4.0  # 0.3 s on a free core
+    assert time.process_time() - start < 4.0  # 0.3 s
     assert len(result.boxes) == 2 * side * side
     last = result.triangles[-1]
     np.testing.assert_array_equal(last["v0"][:3], vertices[high[-1, 0]].astype(np.float32))

@@ -84,7 +84,7 @@ np.save(sys.argv[3], np.array(found))
 
 def test_mitsubas_aov_are_these_layers(tmp_path: Path) -> None:
     """Along our own rays: depth, normals, position, albedo; some shapes are meshes there."""
-    pytest.importorskip("mitsuba")
+    pytest.importorskip("mitsuba", reason="needs the optional dependency clrt[validation]")
     from validation.oracle_mitsuba.xml import write_xml
 
     materials = {"floor": CHECKER, "a": CHECKER, "b": MATTE, "c": GREY, "d": MATTE}
