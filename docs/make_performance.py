@@ -48,6 +48,21 @@ NARROWED = {"CL_CONFIG_CPU_TARGET_ARCH": "core-avx2"}
 FEW = 3  # rounds of what is only compared with itself, against nine
 
 
+_HEADS = {
+    "bench_avx2": """\
+## Without AVX-512
+
+Our speed over Embree's where neither may use AVX-512, as on most laptops: with Intel's runtime, which
+`CL_CONFIG_CPU_TARGET_ARCH=core-avx2` tells so, and Embree with `isa=avx2`.""",
+    "processors": """\
+## By kind of processor
+
+Our speed over Embree's best call, default / robust. `--measure` writes the figures of the processor that it
+runs on, and leaves those of others.""",
+}
+"""Of parts that are on the page only once they are measured."""
+
+
 def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> None:
     """Everything anew, into `kept`/*.json; says how long each part took."""
     rounds = {"rounds": FEW} if quick else {}
@@ -225,6 +240,8 @@ def write(kept: Path, page: Path) -> None:
             parts[name] = show(made, report.load(kept / f"{name}.json"))
     if (kept / "processors.json").exists():
         parts["processors"] = tables.processors(json.loads((kept / "processors.json").read_text()))
+    for name in "bench_avx2", "processors":  # a page has no headings above nothing
+        parts[name] = f"{_HEADS[name]}\n\n{parts[name]}" if name in parts else ""
     text = page.read_text()
     for name, part in parts.items():
         start, end = f"<!-- {name} -->", f"<!-- end {name} -->"

@@ -48,8 +48,6 @@ class TextureTable:
         for field, name in layout.PICTURES.items():
             value = getattr(material, name)
             role: Role = "light" if field == "emission" else "reflectance"
-            if isinstance(value, ImageTexture) and value.file.lower().endswith(".ply"):
-                role = "corners"
             record[field] = self._number(value, role, value) if isinstance(value, ImageTexture) else _NONE
         record["normal_map"] = _NONE
         if material.normal_map is not None:
@@ -102,6 +100,7 @@ def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
     sizes = np.zeros((len(sources), 3), np.int64)
     first = 0
     for (path, part, role, encoding), numbers in alike.items():
+        corners = files.corners(path, part)
         with files.file(path, part) as file:
             plain = read_plain(file, role, encoding, limits)
             count = plain.shape[0] * plain.shape[1]
@@ -111,7 +110,7 @@ def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
             texels.resize(max(len(texels), end + 1), refcheck=False)
             for number in numbers:
                 own = plain if number == numbers[-1] else plain.copy()
-                own = finished(own, role, sources[number][-1], str(file))
+                own = finished(own, role, sources[number][-1], str(path if corners else file), corners)
                 sizes[number] = first, *own.shape[:2]
                 texels[_CHANNELS * first : _CHANNELS * (first + count)] = own.reshape(-1)
                 first += count

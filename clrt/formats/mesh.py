@@ -15,6 +15,7 @@ from clrt.base.limits import Limits
 from clrt.base.places import At, listed
 from clrt.base.records import table_of
 from clrt.base.suggest import did_you_mean
+from clrt.meshfiles.facets import shown
 from clrt.meshfiles.look import Look
 from clrt.meshfiles.model import Piece, read_model
 from clrt.scene.mesh import mesh_of_file
@@ -74,23 +75,34 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
 
 def _material(look: Look, piece: Piece, path: Path) -> Any:
     """A piece's material: a name, or one of its own where its vertices have colours."""
-    if piece.pictured:
-        image = {"type": "image", "file": path.name, "part": 0, "wrap": "clamp"}
-        return table_of(_PLAIN) | {"color": image}
     name = look.called.get(piece.material)
-    if piece.color is None:
+    if piece.color is None and piece.colors is None:
         return _PLAIN if name is None else name
     table: dict[str, Any] = look.materials[name] if name is not None else table_of(_PLAIN)
+    if piece.colors is None:
+        return table | {key: _times(table.get(key, 1.0), piece.color) for key in _based(table)}
+    image = {"type": "image", "file": path.name, "part": piece.colors, "wrap": "clamp"}
+    return table | {key: shown(image, _rgb(table.get(key, 1.0))) for key in _based(table)}
+
+
+def _based(table: dict[str, Any]) -> tuple[str, ...]:
+    """The colours of a material that are its base colour."""
+    if table.get("color") == 0.0:
+        return ("emission",)  # of what is unlit
     tinted = ("color",) if table["diffuse"] > 0 or "reflection_color" not in table else _METAL
-    return table | {key: _times(table.get(key, 1.0), piece.color) for key in tinted}
+    return (*tinted, "transmission_color") if "transmission_color" in table else tinted
 
 
-def _times(value: Any, color: tuple[float, float, float]) -> Any:
+def _times(value: Any, color: Any) -> Any:
     """A colour or an image times a colour."""
     if isinstance(value, dict):
         return value | {"tint": _times(value.get("tint", 1.0), color)}
-    parts = [value] * 3 if isinstance(value, float) else value
-    return [part * by for part, by in zip(parts, color, strict=True)]
+    return [part * by for part, by in zip(_rgb(value), color, strict=True)]
+
+
+def _rgb(color: Any) -> tuple[float, float, float]:
+    red, green, blue = [color] * 3 if isinstance(color, float) else color
+    return red, green, blue
 
 
 def _own_camera(look: Look, name: str | None, path: Path) -> dict[str, Any] | None:

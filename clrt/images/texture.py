@@ -13,8 +13,7 @@ from clrt.base.errors import SceneError
 from clrt.base.limits import Limits
 from clrt.images.file import decode, picture_shape, read_image, uncurved
 
-Role = Literal["reflectance", "light", "normal", "corners"]
-"""corners: reflectances that are within [0, 1] only where a triangle shows them."""
+Role = Literal["reflectance", "light", "normal"]
 _MIDDLE = {np.uint8: 128.0, np.uint16: 32768.0}  # the number that stands for 0 in maps of normals
 
 
@@ -48,18 +47,42 @@ def read_plain(
     return read_image(path, limits, _normals if role == "normal" else values)
 
 
-def finished(texels: np.ndarray, role: Role, tint: Sequence[float], name: str) -> np.ndarray:
-    """Plain texels, tinted and clipped in place; `name` is what a SceneError calls the picture."""
+def finished(
+    texels: np.ndarray, role: Role, tint: Sequence[float], name: str, corners: bool = False
+) -> np.ndarray:
+    """Plain texels, tinted and clipped in place; `name` is what a SceneError calls the picture.
+
+    corners: they are those of triangles (clrt.meshfiles.vertex_colors), of whose squares each fourth may be
+    out of range, since no triangle shows it.
+    """
     if any(part != 1.0 for part in tint):
         with np.errstate(all="ignore"):
             texels *= np.array(tint, np.float32)
         if not np.isfinite(texels).all():
             raise SceneError(f"{name}: times its tint it leaves the range of float32")
-    if role == "reflectance":
+    if corners:
+        if role == "normal":
+            raise SceneError(f"{name}: colours of vertices or faces are no normals")
+        _clip_corners(texels, 1.0 if role == "reflectance" else np.inf)
+    elif role == "reflectance":
         np.clip(texels, 0.0, 1.0, out=texels)
     elif role == "light":
         np.maximum(texels, 0.0, out=texels)
     return texels
+
+
+def _clip_corners(texels: np.ndarray, most: float) -> None:
+    """Clip the three corners in each square of texels; the fourth is then what keeps the square linear."""
+    rows, columns = texels.shape[:2]
+    squares = texels.reshape(rows // 2, 2, columns // 2, 2, 3)
+    shown = squares[:, 0, :, 0], squares[:, 0, :, 1], squares[:, 1, :, 0]
+    beyond = np.any([(corner < 0.0) | (corner > most) for corner in shown], axis=0)
+    if not beyond.any():
+        return
+    for corner in shown:
+        np.clip(corner, 0.0, most, out=corner)
+    a, b, c = shown
+    squares[:, 1, :, 1][beyond] = (b + c - a)[beyond]
 
 
 def _values(encoding: str, samples: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ class Models:
 
     def __init__(self, limits: Limits) -> None:
         self._limits = limits
-        self._pictures: dict[Path, Callable[[int], bytes]] = {}
+        self._pictures: dict[Path, tuple[int, Callable[[int], bytes]]] = {}
         self._taken: dict[Path, int] = {}
 
     @contextmanager
@@ -55,12 +55,22 @@ class Models:
         finally:
             os.unlink(name)
 
+    def count(self, path: Path) -> int:
+        """How many pictures a model file names."""
+        return self._opened(path, None)[0]
+
+    def _opened(self, path: Path, data: bytes | None) -> tuple[int, Callable[[int], bytes]]:
+        if path not in self._pictures:
+            whole = read_bytes(path, self._limits) if data is None else data
+            try:
+                self._pictures[path] = pictures_in(whole, _binary(path))
+            except BrokenMesh as error:
+                raise SceneError(f"{path}: {error}"[:300]) from None
+        return self._pictures[path]
+
     def _picture(self, path: Path, part: int, data: bytes | None) -> bytes:
         try:
-            if path not in self._pictures:
-                whole = read_bytes(path, self._limits) if data is None else data
-                self._pictures[path] = pictures_in(whole, _binary(path))
-            picture = self._pictures[path](part)
+            picture = self._opened(path, data)[1](part)
         except BrokenMesh as error:
             raise SceneError(f"{path}: {error}"[:300]) from None
         self._taken[path] = self._taken.get(path, 0) + len(picture)

@@ -117,14 +117,14 @@ def open_mesh(
 ) -> Placed:
     """The file's parts that have faces.
 
-    apart: those of an OBJ by material, with what materials are; a PLY's colours where its `picture` has them.
+    apart: those of an OBJ by material, with what those are; colours of vertices where a `picture` has them.
     """
     suffix = path.suffix.lower()
     if suffix == ".obj" and apart:
         return _obj_apart(data, path, at, limits)
     if suffix not in (".glb", ".gltf"):
         placed = _parse(_prepared(data, suffix), path, at)
-        return spread(placed) if apart and suffix == ".ply" else placed
+        return spread(placed) if apart else placed
     contents: dict[Path, bytes] = {}
 
     def fetch(uri: str) -> bytes:
@@ -137,7 +137,8 @@ def open_mesh(
     def check(faces: int) -> None:
         limits.check("primitives", primitives + faces, at.source, at.path)
 
-    return read_gltf(data, suffix == ".glb", fetch, check, itself_of(path, at, limits, data))
+    placed = read_gltf(data, suffix == ".glb", fetch, check, itself_of(path, at, limits, data), colors=apart)
+    return spread(placed) if apart else placed
 
 
 def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import binascii
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final
 from urllib.parse import unquote_to_bytes
@@ -30,7 +30,7 @@ from clrt.meshfiles.gltf_document import (
 )
 from clrt.meshfiles.gltf_look import Held, look_of
 from clrt.meshfiles.gltf_nodes import matrix_of
-from clrt.meshfiles.gltf_textures import Itself
+from clrt.meshfiles.gltf_textures import Itself, picture_count, textured_in
 from clrt.meshfiles.look import NONE, Look
 from clrt.meshfiles.parts import Arrays, Part, Placed
 
@@ -42,21 +42,24 @@ _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 
 
 def read_gltf(
-    data: bytes, binary: bool, fetch: Fetch, check: Callable[[int], None], itself: Itself
+    data: bytes, binary: bool, fetch: Fetch, check: Callable[[int], None], itself: Itself, colors: bool = True
 ) -> Placed:
     """The triangles in a .gltf, or, if `binary`, a .glb.
 
     `fetch` gives the contents of a file beside it, `check` raises where there are too many triangles,
-    `itself` is what its look has to know of the file.
+    `itself` is what its look has to know of the file, `colors` whether those of vertices are of use.
     BrokenMesh where the file contradicts itself. Points, lines and morph targets are left out; animations and
     skins are not read; materials, cameras and lights only by the `look` of what is placed.
     """
     document, chunk = parse(data, binary)
-    return _Reader(document, chunk, fetch, itself).placed(check)
+    return _Reader(document, chunk, fetch, itself, colors).placed(check)
 
 
-def pictures_in(data: bytes, binary: bool) -> Callable[[int], bytes]:
-    """What gives the bytes of a picture that is within a .gltf, or a .glb; BrokenMesh where it is not."""
+def pictures_in(data: bytes, binary: bool) -> tuple[int, Callable[[int], bytes]]:
+    """How many pictures a .gltf, or a .glb, names; and what gives the bytes of one that is within it.
+
+    That raises BrokenMesh where it is not.
+    """
     document, chunk = parse(data, binary)
     images = decode(document.images, tuple[Image, ...], "images")
     buffers: dict[int, memoryview] = {}
@@ -78,7 +81,7 @@ def pictures_in(data: bytes, binary: bool) -> Callable[[int], bytes]:
             raise BrokenMesh(f"images[{number}] reaches beyond the {len(whole)} bytes of its buffer")
         return bytes(whole[view.byteOffset : view.byteOffset + view.byteLength])
 
-    return picture
+    return len(images), picture
 
 
 @dataclass(eq=False)
@@ -87,6 +90,7 @@ class _Reader:
     chunk: memoryview | None
     fetch: Fetch
     itself: Itself | None = None
+    colors: bool = False
 
     def __post_init__(self) -> None:
         self.buffers: dict[int, memoryview] = {}
@@ -96,6 +100,7 @@ class _Reader:
         self.names: list[str] = []  # of the nodes that have a mesh
         self.cameras: list[Held] = []
         self.lights: list[Held] = []
+        self.textured = textured_in(self.document)
 
     def placed(self, check: Callable[[int], None]) -> Placed:
         """What the nodes of the scene show, in the order of a walk that takes the last child first."""
@@ -124,6 +129,7 @@ class _Reader:
             materials=which[:, 1],
             names=self.names,
             look=self._look if says else None,
+            colors=picture_count(self.document) if any(part.corners for part in self.parts) else 0,
         )
 
     def _look(self, materials: Mapping[int, bool], center: np.ndarray, radius: float) -> Look:
@@ -177,17 +183,18 @@ class _Reader:
         attributes, mode = primitive.attributes, primitive.mode
         if mode not in (_TRIANGLES, _STRIP, _FAN) or attributes.POSITION is None:
             return None
-        uv, plain = attributes.TEXCOORD_0, attributes.COLOR_0 is None
-        key = (attributes.POSITION, attributes.NORMAL, uv, plain, primitive.indices, mode)
+        plain = not self.colors or primitive.material is None or not self.textured(primitive.material)
+        key = (attributes, primitive.indices, mode, plain)
         if key not in self.numbers:
             if primitive.extensions and primitive.extensions.KHR_draco_mesh_compression is not None:
                 raise BrokenMesh("it is compressed (KHR_draco_mesh_compression); save it without compression")
-            part = self._part(attributes, primitive.indices, mode)
+            part = self._part(attributes, primitive.indices, mode, plain)
             self.numbers[key] = len(self.parts) if part.faces else None
             self.parts += [part] if part.faces else []
         return self.numbers[key]
 
-    def _part(self, attributes: Attributes, indices: int | None, mode: int) -> Part:
+    def _part(self, attributes: Attributes, indices: int | None, mode: int, plain: bool) -> Part:
+        """A part; of one that shows no picture (`plain`) the colours of vertices are one."""
         assert attributes.POSITION is not None
         vertices = self._accessor(attributes.POSITION, "VEC3").count
         corners = vertices if indices is None else self._accessor(indices, "SCALAR").count
@@ -206,16 +213,24 @@ class _Reader:
             found = item(self.document.accessors, colors, "accessors")
             if found.type not in ("VEC3", "VEC4") or found.count != vertices:
                 raise BrokenMesh(f"accessors[{colors}] has not one colour for each of {vertices} vertices")
-        colored = colors is not None
-        color = None if colors is None else partial(self._mean, colors)
-        return Part(vertices, faces, normals is not None, colored, read, uv is not None, color)
+        part = Part(vertices, faces, normals is not None, colors is not None, read, uv is not None)
+        if colors is None or not self.colors:
+            return part
+        if not plain:
+            return replace(part, color=lambda: np.asarray(self._colors(colors).mean(axis=0)))
 
-    def _mean(self, number: int) -> np.ndarray:
-        """The mean of vertices' colours, which are linear."""
-        mean = self._fractions(number)[:, :3].mean(axis=0)
-        if not np.isfinite(mean).all():
+        def checked() -> Arrays:
+            self._colors(colors)
+            return read()
+
+        return replace(part, read=checked, corners=lambda: self._colors(colors)[read()[1]])
+
+    def _colors(self, number: int) -> np.ndarray:
+        """The colours (n, 3) of vertices, which are linear; alpha is not read."""
+        colors = self._fractions(number)[:, :3]
+        if not np.isfinite(colors).all():
             raise BrokenMesh(f"accessors[{number}] holds colours that are not finite")
-        return np.asarray(np.clip(mean, 0.0, 1.0))
+        return np.asarray(np.clip(colors, 0.0, 1.0))
 
     def _arrays(self, attributes: Attributes, indices: int | None, mode: int) -> Arrays:
         assert attributes.POSITION is not None

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Literal
+from functools import cache
+from typing import Any, Final, Literal
 
+import msgspec
 import numpy as np
 
 from clrt.meshfiles.gltf_document import Count, Document, Image, Table, decode, item
@@ -55,6 +57,39 @@ class Itself:
     name: str
     beside: Callable[[str], str | None]
     mean: Callable[[str, int | None], np.ndarray]
+
+
+class _Metal(Table, frozen=True, gc=False):
+    baseColorTexture: Any = None
+
+
+class _Shown(Table, frozen=True, gc=False):
+    """What of a material needs uv."""
+
+    pbrMetallicRoughness: _Metal = _Metal()
+    normalTexture: Any = None
+    emissiveTexture: Any = None
+
+
+def textured_in(document: Document) -> Callable[[int], bool]:
+    """What says whether the material of a number shows pictures; BrokenMesh where it is not there."""
+
+    @cache
+    def materials() -> tuple[msgspec.Raw, ...]:
+        return decode(document.materials, tuple[msgspec.Raw, ...], "materials")
+
+    @cache
+    def textured(number: int) -> bool:
+        shown = decode(item(materials(), number, "materials"), _Shown, f"materials[{number}]")
+        pictures = shown.pbrMetallicRoughness.baseColorTexture, shown.normalTexture, shown.emissiveTexture
+        return any(picture is not None for picture in pictures)
+
+    return textured
+
+
+def picture_count(document: Document) -> int:
+    """How many pictures a document names: what is behind them is that of its vertices' colours."""
+    return len(decode(document.images, tuple[msgspec.Raw, ...], "images"))
 
 
 class Textures:

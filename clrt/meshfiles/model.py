@@ -24,15 +24,15 @@ _HEADER: Final = 4096  # bytes within which a PLY says that it has colours
 @dataclass(frozen=True, eq=False)
 class Piece:
     """A part of a file: its number, what it is called (None: nothing), its material's number, or NONE, and
-    the mean of its vertices' colours, linear, or None where they have none. `pictured`: these are a picture
-    of the file's."""
+    the mean of its vertices' colours, linear, or None where they have none, or are the file's picture of this
+    number, `colors`."""
 
     number: int
     name: str | None
     material: int
     arrays: Arrays
     color: tuple[float, float, float] | None
-    pictured: bool = False
+    colors: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +72,7 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
         look = Look()
         if placed.look is not None:
             look = placed.look(used, (low + high) / 2, float(np.linalg.norm(high - low)) / 2)
-        if not ply and any(piece.color is not None for piece in pieces):
+        if any(piece.color is not None for piece in pieces):
             look.left_out["the colours of vertices, but for their mean"] = None
         look.left_out.update(dict.fromkeys(placed.left_out))
     return Model(pieces, low, high, look)
@@ -88,9 +88,9 @@ def _pieces(placed: Placed, smooth: bool | None) -> Iterator[Piece]:
         yield Piece(number, called, material, arrays, _color(here), _pictured(here))
 
 
-def _pictured(placed: Placed) -> bool:
-    """Whether any of these parts has its colours in the file's picture (vertex_colors.py)."""
-    return any(part.corners is not None and part.color is None for part in placed.parts)
+def _pictured(placed: Placed) -> int | None:
+    """The number of the file's picture that has colours of these parts (vertex_colors.py)."""
+    return placed.colors if any(part.corners is not None for part in placed.parts) else None
 
 
 def _color(placed: Placed) -> tuple[float, float, float] | None:

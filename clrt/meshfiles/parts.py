@@ -49,6 +49,7 @@ class Placed:
     Its material has the number `materials[i]` (None: no place has one); `names[where[i]]` is what the file
     calls what stands there. `look` says what the materials of some numbers are (with each: whether all that
     has it has uv), and what else makes the picture, given the middle and the radius of all that is placed.
+    `colors`: the number of the file's picture that its vertices' colours make.
     """
 
     parts: Sequence[Part]
@@ -59,6 +60,7 @@ class Placed:
     materials: np.ndarray | None = None
     names: Sequence[str] = ()
     look: Callable[[Mapping[int, bool], np.ndarray, float], Look] | None = None
+    colors: int = 0
 
     @cached_property
     def groups(self) -> list[tuple[int, int, np.ndarray]]:

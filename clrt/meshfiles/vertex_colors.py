@@ -21,7 +21,20 @@ _OFF: Final = np.array([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5]])  # where the corner
 
 
 def spread(placed: Placed) -> Placed:
-    """Parts with colours on corners of their own, where they lie in their file's `picture`."""
+    """Parts with colours on corners of their own, where they lie in their file's `picture`.
+
+    Parts without that a shape joins with such ones are white.
+    """
+    if not any(part.corners is not None for part in placed.parts):
+        return placed
+    plain = {number for number, part in enumerate(placed.parts) if part.corners is None}
+    joined = [{*placed.which[places].tolist()} for _, _, places in placed.groups] if plain else []
+    white = {number for group in joined if group - plain for number in group & plain}
+    all_parts = [
+        replace(part, corners=partial(np.ones, (part.faces, 3, 3))) if number in white else part
+        for number, part in enumerate(placed.parts)
+    ]
+    placed = replace(placed, parts=all_parts)
     count = sum(part.faces for part in placed.parts if part.corners is not None)
     first, parts = 0, []
     for part in placed.parts:

@@ -177,12 +177,12 @@ def test_a_picture_within_is_that_picture(tmp_path: Path) -> None:
 
 def test_a_texture_times_the_colours_of_vertices(tmp_path: Path) -> None:
     table = textured(BASE)
-    table["meshes"][1]["primitives"][0]["attributes"]["COLOR_0"] = 1  # the corners of the wall, clipped
+    table["meshes"][1]["primitives"][0]["attributes"]["COLOR_0"] = 1  # the corners of the wall, each clipped
     with pytest.warns(clrt.ClrtWarning, match="but for their mean"):
         scene = load(tmp_path, table)
     color = scene.material_of(scene.shapes[1]).color
     assert isinstance(color, ImageTexture) and color.part == 0
-    np.testing.assert_allclose(color.tint, [0, 2 / 3, 0])
+    np.testing.assert_allclose(color.tint, [1 / 3, 1 / 3, 0])
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -14,6 +14,7 @@ import clrt
 from clrt.base.errors import LimitError, SceneError
 from clrt.cli import main
 from clrt.scene.scene import Material, Mesh, Scene
+from clrt.scene.textures import ImageTexture
 from tests.model_samples import CAMERA, FLOOR, METAL, POINT, SPOT, SUN, WALL, model, shining, write_glb
 
 PLASTIC = {
@@ -178,8 +179,7 @@ def test_one_warning_names_all_that_has_no_counterpart(
     (said,) = [str(warning.message) for warning in recwarn]
     assert said == (
         "a.glb: left out, since there is no counterpart: the roughness of glass, clearcoat, FOO bar, "
-        "occlusion, the range of lights, "
-        "the colours of vertices, but for their mean, skins"
+        "occlusion, the range of lights, skins"
     )
 
 
@@ -385,25 +385,28 @@ def test_a_model_at_one_point(tmp_path: Path) -> None:
             clrt.load(write_glb(tmp_path / "a.glb", table))
 
 
-def test_colours_of_vertices_count_by_their_mean(tmp_path: Path) -> None:
-    """Of glTF they are linear and multiply the base colour."""
-    unlit = {**metal_rough([0.5, 1, 1], 0, 1), "name": "matte"}
-    table = model([METAL, unlit])
+def test_colours_of_vertices_multiply_the_base_colour(tmp_path: Path) -> None:
+    """They are a picture after the file's last, of which there is one that nothing shows."""
+    matte = {**metal_rough([0.5, 1, 1], 0, 1), "name": "matte"}
+    unlit = {**metal_rough([0.5, 1, 1], 0, 1), "name": "unlit", "extensions": {"KHR_materials_unlit": {}}}
+    table = model([METAL, matte, unlit, GLASS], images=[{"uri": "none.png"}])
     for mesh in table["meshes"]:
         mesh["primitives"][0]["attributes"]["COLOR_0"] = 2
     table["accessors"].append({"bufferView": 1, "componentType": 5121, "count": 3, "type": "VEC4"})
     table["bufferViews"].append({"buffer": 0, "byteOffset": 72, "byteLength": 12})
     colors = np.array([(255, 0, 51, 9), (0, 0, 51, 9), (0, 255, 51, 9)], np.uint8)
     corners = np.array([FLOOR, WALL], "<f4").tobytes() + colors.tobytes()
-    with pytest.warns(clrt.ClrtWarning, match="the colours of vertices, but for their mean"):
-        scene = clrt.load(write_glb(tmp_path / "a.glb", table, corners))
-    plain, gold, matte = (scene.material_of(shape) for shape in scene.shapes)
-    close = partial(np.testing.assert_allclose, atol=1e-6)
-    close(plain.color, [1 / 3, 1 / 3, 0.2])
-    close(gold.color, [1 / 3, 0.25, 0.05])
-    close(gold.reflection_color, [1 / 3, 0.25, 0.05])
-    close(matte.color, [1 / 6, 1 / 3, 0.2])
-    assert matte.diffuse == 0.96 and plain.diffuse == 0.8
+    scene = clrt.load(write_glb(tmp_path / "a.glb", table, corners))
+    image = ImageTexture(file="a.glb", part=1, wrap="clamp")
+    plain, gold, dull, glowing, glass = (scene.material_of(shape) for shape in scene.shapes)
+    assert plain.color == image and plain.diffuse == 0.8
+    yellow = msgspec.structs.replace(image, tint=(1.0, 0.75, 0.25))
+    assert gold.color == gold.reflection_color == gold.highlight_color == yellow
+    half = msgspec.structs.replace(image, tint=(0.5, 1.0, 1.0))
+    assert dull.color == half and dull.diffuse == 0.96
+    assert glowing.emission == half and glowing.diffuse == 0
+    assert glass.color == glass.transmission_color
+    assert isinstance(glass.transmission_color, ImageTexture)
     scene.save(tmp_path / "a.toml")
     assert clrt.load(tmp_path / "a.toml") == scene
     for kind in ("VEC2", "SCALAR"):

@@ -19,7 +19,7 @@ _STRANGE: Final[tuple[Any, ...]] = (
     -1, 0, 1e-30, 1e308, "x", "../x.png", "/dev/zero", "data:;base64,AAAA", "", [], {}, None, True, [1, 2, 3],
 )  # fmt: skip
 _GLASSES: Final = 300
-"""At one place: a tinted feeler looks for the next one anew behind each (docs/reliability.md, bounds)."""
+"""At one place: a tinted feeler looks for the next 32 anew (docs/reliability.md, bounds)."""
 _FORMS: Final = ("SCALAR", "VEC2", "VEC3", "VEC4", "MAT4", "VEC3 ", "")
 
 
