@@ -56,5 +56,6 @@ __kernel void gather_ambient(SPAWN_PARAMETERS)
 #if NARROW
         child_weights[in_block(child, RAY_BANDS, VALUES)] = as_float(band);
 #endif
+        hand_on_cone(family, i, child, VALUES);
     }
 }

@@ -35,6 +35,7 @@ INLINED void store_children(const World world, const Family f, uint first, uint 
 #if NARROW
         f.child.child_weights[in_block(at, RAY_BANDS, VALUES)] = as_float(first_band(f.queue.weights, i));
 #endif
+        hand_on_cone(f, i, at, VALUES);
     }
 }
 
@@ -91,7 +92,8 @@ __kernel void transmit(SPAWN_PARAMETERS)
 #if GROUP && !NARROW
 
 // One ray a group of bands, in the order of the groups, where the index on either side is a curve (docs/model.md,
-// "Media"). The children carry one group, and its first band: GROUP + 1 values.
+// "Media"). The children carry one group, and its first band.
+#define NARROW_VALUES (GROUP + 1 + 2 * MIPS)
 __kernel void disperse(SPAWN_PARAMETERS)
 {
     const uint first = get_global_id(0) * PACKET;
@@ -128,8 +130,9 @@ __kernel void disperse(SPAWN_PARAMETERS)
                 const uint k = first_lane(launched), i = first + k, at = place[k]++;
                 store_child(world, family, i, at, CHILD_TRANSMISSION, routed(path[i], 2), vec(ox[k], oy[k], oz[k]),
                             vec(dx[k], dy[k], dz[k]));
-                for (int b = 0; b < GROUP; b++) child_weights[in_block(at, b, GROUP + 1)] = w[b][k];
-                child_weights[in_block(at, GROUP, GROUP + 1)] = as_float(from);
+                for (int b = 0; b < GROUP; b++) child_weights[in_block(at, b, NARROW_VALUES)] = w[b][k];
+                child_weights[in_block(at, GROUP, NARROW_VALUES)] = as_float(from);
+                hand_on_cone(family, i, at, NARROW_VALUES);
             }
         }
     }

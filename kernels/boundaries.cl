@@ -63,7 +63,8 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
         const Hit hit = nearest_hit(world, ray, hit_t[i], hit_primitive[i], false, NO_PRIMITIVE);
         hit_t[i] = hit.t;
         hit_primitive[i] = hit.primitive;
-        store_surface(world, ray, hit.primitive, hit.t, i, i + 1, surfaces, surface_code);
+        const float width = cone_width_of(weights, i, hit.t);
+        store_surface(world, ray, hit.primitive, hit.t, width, i, i + 1, surfaces, surface_code);
     }
     surfaces[in_block(i, TOP_BEFORE, SURFACE_FIELDS)] = as_float(before);
     surfaces[in_block(i, TOP_AFTER, SURFACE_FIELDS)] = as_float(after);

@@ -99,7 +99,9 @@ __kernel void geometry(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, __gl
     v = surfaces[in_block(number, TEXTURE_V, SURFACE_FIELDS)];
     const int texture = hit && !second ? world.pictured[material].color : -1;
     float rgb[3];
-    if (texture >= 0) texels_at(world.texels, world.textures + texture, u, v, rgb);
+    if (texture >= 0)
+        PICTURE_AT(world.texels, world.textures + texture, u, v, surfaces[in_block(number, REACH_U, SURFACE_FIELDS)],
+                   surfaces[in_block(number, REACH_V, SURFACE_FIELDS)], 1, rgb);
 #endif
     out_uv[2 * (size_t)i] = u == u ? u : 0.0f;
     out_uv[2 * (size_t)i + 1] = v == v ? v : 0.0f;

@@ -73,6 +73,15 @@ __kernel void generate(__global const Camera *cameras, __global const uint *pixe
     store_word((__global int *)pixel_of, first, n, as_intP(camera.filter ? i : place));
     store_word((__global int *)path, first, n, as_intP(key & ~(uint)PATH_FLAGS));
     for (int b = 0; b < RAY_BANDS; b++) store_field(weights, first, n, b, VALUES, (floatP)(1.0f));
+#if MIPS
+    // as wide as the part of the pixel that is the sample's own, the longer side of it, at any distance
+    const float side = larger(2.0f * camera.half_width / (float)camera.width,
+                              2.0f * camera.half_height / (float)camera.height) / (float)camera.grid;
+    const floatP spread = camera.orthographic ? (floatP)(0.0f) : side * dot3(direction, forward);
+    const float width = camera.orthographic ? side : side * camera.near;
+    store_field(weights, first, n, CONE_WIDTH, VALUES, (floatP)(width));
+    store_field(weights, first, n, CONE_SPREAD, VALUES, spread);
+#endif
 }
 
 // The same queue from rays that the caller brings: n x 3 origins and directions of any length, n values of t_max.
@@ -90,4 +99,7 @@ __kernel void adopt(__global const float *origins, __global const float *directi
     pixel_of[i] = i;
     path[i] = combine(combine(0u, numbers[i]), 0u) & ~(uint)PATH_FLAGS;
     for (int b = 0; b < RAY_BANDS; b++) weights[in_block(i, b, VALUES)] = 1.0f;
+#if MIPS
+    weights[in_block(i, CONE_WIDTH, VALUES)] = weights[in_block(i, CONE_SPREAD, VALUES)] = 0.0f;
+#endif
 }

@@ -33,6 +33,7 @@ __kernel void surface(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS)
         ask_for(world, hit_primitive, first + 2 * AHEAD * PACKET, n, false);
         ask_for(world, hit_primitive, first + AHEAD * PACKET, n, true);
     }
-    store_surface(world, load_rays(rays, first, n), load_word(hit_primitive, first, n), load_numbers(hit_t, first, n),
-                  first, n, surfaces, surface_code);
+    const floatP t = load_numbers(hit_t, first, n);
+    store_surface(world, load_rays(rays, first, n), load_word(hit_primitive, first, n), t,
+                  cone_width(weights, first, n, t), first, n, surfaces, surface_code);
 }

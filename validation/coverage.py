@@ -47,7 +47,7 @@ MATERIALS: Final = (
     "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
     "rough mirror", "rough metal",
     "picture", "picture of a tint", "picture of light", "nearest texel", "clamped picture",
-    "mirrored picture", "moved picture", "normal map",
+    "mirrored picture", "moved picture", "normal map", "mip levels",
 )  # fmt: skip
 LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
                  "rectangle light", "disk light", "sphere light", "two-sided light", "visible light",
@@ -224,6 +224,7 @@ def _picture_features(material: Material, lit: bool) -> set[str]:
         "moved picture": any(
             (picture.scale, picture.offset) != ((1.0, 1.0), (0.0, 0.0)) for picture in pictures
         ),
+        "mip levels": any(picture.filter == "mipmap" for picture in pictures),
         "normal map": lit and material.normal_map is not None,
     }
     return {name for name, holds in tests.items() if holds}

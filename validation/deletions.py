@@ -280,7 +280,7 @@ _MATERIALS: Final[dict[str, Deletion | Faults]] = {
     "nearest texel": _each_picture(filter="linear"), "clamped picture": _each_picture(wrap="repeat"),
     "mirrored picture": _each_picture(wrap="repeat"),
     "moved picture": _each_picture(scale=(1.0, 1.0), offset=(0.0, 0.0)),
-    "normal map": _material(normal_map=None),
+    "normal map": _material(normal_map=None), "mip levels": _each_picture(filter="linear"),
     "rough metal": _material(lambda m: m.conductor is not None, roughness=0.0),
 }  # fmt: skip
 

@@ -92,7 +92,9 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
     arguments = (*world.arguments, *queue.arguments, *hits.arguments)
     sequence = arranged(device, queue.rays, n) if queue.kind == AMBIENT and world.small else None
     device.launch_packets("closest", n, *arguments, sequence)
-    device.launch_packets("surface", n, *arguments)
+    # what a hit is does not depend on what a ray carries, but for cones
+    cones = device.for_queue(queue.narrow and device.ray_format.mips)
+    cones.launch_packets("surface", n, *arguments)
     if crossing and world.flat.media is not None:
         device.for_queue(queue.narrow).launch_packets("cross_boundaries", n, *arguments, world.overflow)
     return hits

@@ -86,8 +86,16 @@ class Queue(_Parameters):
         return np.ascontiguousarray(blocks.transpose(1, 0, 2).reshape(fields, -1)[:, :n])
 
     def bands(self, buffer: Any, n: int | None = None) -> np.ndarray:
-        """(layout.RayFormat.values, n) of a buffer of weight or light."""
-        return self.blocks(buffer, self.device.ray_format.values, n)
+        """(layout.RayFormat.cone, n) of a buffer of weight or light: all but cones."""
+        ray_format = self.device.ray_format
+        return self.blocks(buffer, ray_format.values, n)[: ray_format.cone]
+
+    def cones(self) -> dict[str, np.ndarray]:
+        """`cone` (layout.CONE, n), where rays carry them."""
+        ray_format = self.device.ray_format
+        if not ray_format.mips:
+            return {}
+        return {"cone": self.blocks(self.weight, ray_format.values)[ray_format.cone :]}
 
     def lines(self, buffer: Any, n: int | None = None) -> dict[str, np.ndarray]:
         """`origin`, `direction` (3, n) and `t_max` (n,) of a buffer of rays."""
@@ -104,7 +112,8 @@ class Queue(_Parameters):
     def decoded(self, queue: Queue) -> dict[str, np.ndarray]:
         """The rays themselves."""
         words = {"pixel_of": self.words(self.pixel_of), "path": self.words(self.path)}
-        return words | self.lines(self.rays) | {"weight": self.bands(self.weight)} | self.lists()
+        carried = {"weight": self.bands(self.weight)} | self.cones() | self.lists()
+        return words | self.lines(self.rays) | carried
 
 
 @dataclass(frozen=True)
@@ -127,8 +136,11 @@ class QueueHits(_Parameters):
             "offset": fields[9],
             "code": queue.words(self.code, np.int32),
         }
-        if queue.device.ray_format.images:
-            values["uv"] = fields[-len(layout.UV_FIELDS) :][:2]
+        ray_format = queue.device.ray_format
+        if ray_format.images:
+            values["uv"] = fields[ray_format.place :][:2]
+        if ray_format.mips:
+            values["footprint"] = fields[ray_format.place + len(layout.UV_FIELDS) :]
         if not queue.device.media:
             return values
         before, after = fields[10:12].view(np.int32)

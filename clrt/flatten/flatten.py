@@ -85,7 +85,9 @@ class FlatScene:
     @property
     def ray_format(self) -> layout.RayFormat:
         """What rays carry through this scene."""
-        return layout.RayFormat(self.bands, self.media_places, self.group, images=self.pictures is not None)
+        images = self.pictures is not None
+        mips = self.pictures is not None and any(self.pictures.levels)
+        return layout.RayFormat(self.bands, self.media_places, self.group, images=images, mips=mips)
 
     @property
     def media_places(self) -> int:

@@ -10,6 +10,7 @@ import numpy as np
 
 from clrt import layout
 from clrt.base.places import At
+from clrt.images.levels import halved, level_sizes
 from clrt.images.texture import Role, finished, read_plain, texture_bytes
 from clrt.meshfiles.pictures import PictureFiles
 from clrt.scene.scene import ImageTexture, Material, NormalMap, Scene
@@ -17,6 +18,7 @@ from clrt.scene.textures import picture_path
 from clrt.spectra.bands import Bands, reflectance
 
 _NONE: Final = -1
+_MIPMAP: Final = "mipmap"
 _CHANNELS: Final = 3
 
 Tint = tuple[float, float, float]
@@ -27,9 +29,13 @@ file it is (None: all), and what multiplies it."""
 
 @dataclass(frozen=True)
 class Pictures:
-    """Pictures that were read: of each its first texel, height and width, and the texels, float32."""
+    """Pictures that were read: of each its first texel, height and width, and the texels, float32.
+
+    levels: which have mip levels; their texels follow, level after level.
+    """
 
     sources: tuple[Source, ...]
+    levels: tuple[bool, ...]
     sizes: np.ndarray
     texels: np.ndarray
 
@@ -66,7 +72,12 @@ class TextureTable:
     def sections(self, known: Pictures | None, bands: Bands | None) -> tuple[dict[str, np.ndarray], Pictures]:
         """The sections `textures`, `texels` and `primaries`, and what was read; `known` is not read again."""
         sources = tuple(dict.fromkeys(source for source, _ in self._numbers))
-        pictures = known if known and known.sources == sources else _read(sources, self._scene)
+        shrunk = {source for source, how in self._numbers if how.filter == _MIPMAP}
+        levels = tuple(source in shrunk for source in sources)
+        pictures = known
+        if known is None or (known.sources, known.levels) != (sources, levels):
+            pictures = _read(sources, levels, self._scene)
+        assert pictures is not None
         places = {source: number for number, source in enumerate(pictures.sources)}
         out = np.zeros(len(self._numbers), layout.dtype("Texture"))
         for record, (source, how) in zip(out, self._numbers, strict=True):
@@ -75,6 +86,7 @@ class TextureTable:
             record["nearest"] = how.filter == "nearest"
             record["scale_u"], record["scale_v"] = how.scale
             record["offset_u"], record["offset_v"] = how.offset
+        out = _with_levels(out, [how.filter == _MIPMAP for _, how in self._numbers])
         primaries = np.zeros(1, layout.dtype("Primaries", layout.BANDS if bands is None else bands.n))
         for number, name in enumerate(("red", "green", "blue")):
             one = [0.0, 0.0, 0.0]
@@ -83,17 +95,37 @@ class TextureTable:
         return {"textures": out, "texels": pictures.texels, "primaries": primaries}, pictures
 
 
-def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
+def _with_levels(textures: np.ndarray, levels: list[bool]) -> np.ndarray:
+    """The records of textures, and behind them those of the mip levels of some."""
+    out = [textures]
+    count = len(textures)
+    for number in np.flatnonzero(levels).tolist():
+        record = textures[number]
+        sizes = level_sizes(int(record["height"]), int(record["width"]))
+        own = np.repeat(textures[number : number + 1], len(sizes))
+        before = int(record["height"]) * int(record["width"])
+        for level, size in zip(own, sizes, strict=True):
+            level["first"] = record["first"] + before
+            level["height"], level["width"] = size
+            before += size[0] * size[1]
+        record["levels"], record["smaller"] = len(sizes), count - number
+        out.append(own)
+        count += len(own)
+    return np.concatenate(out)
+
+
+def _read(sources: tuple[Source, ...], levels: tuple[bool, ...], scene: Scene) -> Pictures:
     """The pictures, whose sizes are checked together before one is read."""
     limits, files = scene.limits, PictureFiles(scene.limits)
     alike: dict[tuple[Any, ...], list[int]] = {}  # what differs in its tint alone is read once
     for number, (path, role, encoding, part, _) in enumerate(sources):
         alike.setdefault((path, part, role, encoding), []).append(number)
-    headers: dict[tuple[Path, int | None], int] = {}
-    for path, part in dict.fromkeys(key[:2] for key in alike):
+    headers: dict[tuple[Path, int | None, bool], int] = {}
+    wanted = [(source[0], source[3], shrunk) for source, shrunk in zip(sources, levels, strict=True)]
+    for path, part, shrunk in dict.fromkeys(wanted):
         with files.file(path, part) as file:
-            headers[path, part] = texture_bytes(file, limits)
-    total = sum(len(numbers) * headers[key[:2]] for key, numbers in alike.items())
+            headers[path, part, shrunk] = texture_bytes(file, limits, shrunk)
+    total = sum(headers[key] for key in wanted)
     limits.check("texture_bytes", total, scene.source, "materials")
     # in one piece from the start, or all of them would be held twice; lanes read four numbers of a texel
     texels = np.zeros(total // 4 + 1, np.float32)
@@ -104,7 +136,8 @@ def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
         with files.file(path, part) as file:
             plain = read_plain(file, role, encoding, limits)
             count = plain.shape[0] * plain.shape[1]
-            end = _CHANNELS * (first + len(numbers) * count)
+            smaller = sum(height * width for height, width in level_sizes(*plain.shape[:2]))
+            end = _CHANNELS * (first + sum(count + levels[number] * smaller for number in numbers))
             # the file may be another one by now
             limits.check("texture_bytes", 4 * end, scene.source, "materials")
             texels.resize(max(len(texels), end + 1), refcheck=False)
@@ -112,8 +145,10 @@ def _read(sources: tuple[Source, ...], scene: Scene) -> Pictures:
                 own = plain if number == numbers[-1] else plain.copy()
                 own = finished(own, role, sources[number][-1], str(path if corners else file), corners)
                 sizes[number] = first, *own.shape[:2]
-                texels[_CHANNELS * first : _CHANNELS * (first + count)] = own.reshape(-1)
-                first += count
+                for more in range(1 + levels[number] * len(level_sizes(*own.shape[:2]))):
+                    own = halved(own) if more else own
+                    texels[_CHANNELS * first : _CHANNELS * first + own.size] = own.reshape(-1)
+                    first += own.size // _CHANNELS
                 del own
             del plain  # before the next is read
-    return Pictures(sources, sizes, texels)
+    return Pictures(sources, levels, sizes, texels)

@@ -95,7 +95,9 @@ def _from(origin: Any, way: np.ndarray, offset: float = 0.0) -> Row:
 def _by_normal(shape: Sphere | Quadric) -> list[np.ndarray]:
     # a plane's normal of object space is that of the world times the matrix, from the left
     columns = shape.matrix[:3, :3].T
-    return [_record("MAP_NORMAL", _AXES, *((column, 0.0) for column in columns))]
+    record = _record("MAP_NORMAL", _AXES, *((column, 0.0) for column in columns))
+    record["quadric"] = type(shape) is Quadric
+    return [record]
 
 
 def _sphere(shape: Sphere) -> list[np.ndarray]:

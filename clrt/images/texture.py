@@ -12,15 +12,20 @@ import numpy as np
 from clrt.base.errors import SceneError
 from clrt.base.limits import Limits
 from clrt.images.file import decode, picture_shape, read_image, uncurved
+from clrt.images.levels import level_sizes
 
 Role = Literal["reflectance", "light", "normal"]
 _MIDDLE = {np.uint8: 128.0, np.uint16: 32768.0}  # the number that stands for 0 in maps of normals
 
 
-def texture_bytes(path: str | os.PathLike[str], limits: Limits) -> int:
-    """Bytes of a picture's texels, by its header. SceneError and LimitError as `read_image`."""
-    height, width = picture_shape(path, limits)
-    return 12 * height * width
+def texture_bytes(path: str | os.PathLike[str], limits: Limits, levels: bool = False) -> int:
+    """Bytes of a picture's texels, by its header. SceneError and LimitError as `read_image`.
+
+    levels: with those of its mip levels.
+    """
+    shape = picture_shape(path, limits)
+    sizes = [shape, *level_sizes(*shape)] if levels else [shape]
+    return sum(12 * height * width for height, width in sizes)
 
 
 def read_texels(

@@ -111,10 +111,12 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("intensity", "float@BANDS"), ("pad", "float@-BANDS"),
     ),
     # --- pictures on surfaces -----------------------------------------------------------------------------
-    # `first` = its first texel, three floats each, rows from the top; (u, v) are first scaled and moved
+    # `first` = its first texel, three floats each, rows from the top; (u, v) are first scaled and moved.
+    # `levels` smaller pictures of it are textures, too: the largest is this one's number and `smaller`
     "Texture": (
         ("first", "int"), ("width", "int"), ("height", "int"), ("wrap", "int"), ("nearest", "int"),
         ("scale_u", "float"), ("scale_v", "float"), ("offset_u", "float"), ("offset_v", "float"),
+        ("levels", "int"), ("smaller", "int"),
     ),
     # Of each material the textures in place of its colours (PICTURES), -1 where it has none, and the map of
     # its normals, with what their x and y are scaled by
@@ -123,10 +125,11 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
         ("normal_map", "int"), ("normal_scale", "float"),
     ),
     # How primitives have u and v (MAPPINGS): of a vector p the numbers row.xyz . p + row.w. Corners of a
-    # mesh's triangle number i: from 3 (i + corners) on, two float4 a triangle in section `corner_uv`
+    # mesh's triangle number i: from 3 (i + corners) on, two float4 a triangle in section `corner_uv`.
+    # `quadric`: MAP_NORMAL, of a quadric and not of a sphere
     "Mapping": (
         ("row_u", "float4"), ("row_v", "float4"), ("row_w", "float4"),
-        ("kind", "int"), ("corners", "int"), ("pad0", "int"), ("pad1", "int"),
+        ("kind", "int"), ("corners", "int"), ("quadric", "int"), ("pad0", "int"),
     ),
     # the reflectances that red, green and blue 1 of a texel stand for; `shown`: of which of PICTURES there
     # are any, 1 << number
@@ -280,6 +283,11 @@ SURFACE_FIELDS: Final = (
 TOP_FIELDS: Final = ("TOP_BEFORE", "TOP_AFTER")
 # and last, in scenes with pictures, where in them it lies, and what that of the material's colour shows there
 UV_FIELDS: Final = ("TEXTURE_U", "TEXTURE_V", "TEXEL_R", "TEXEL_G", "TEXEL_B")
+# and with mip levels how far a ray's footprint reaches in u and v, and how wide its cone is there
+MIP_FIELDS: Final = ("REACH_U", "REACH_V", "CONE_THERE")
+# With mip levels a ray carries behind its weights how wide its cone is where it starts, and by how much it
+# grows on its way, a unit of length
+CONE: Final = ("CONE_WIDTH", "CONE_SPREAD")
 SURFACE: Final = {"SURFACE_INSIDE": 1, "SURFACE_SECOND_COLOR": 2, "SURFACE_MATERIAL": 4}
 
 # A ray's `path` word: upper 28 bits a key that other paths of the picture share only by chance, lower 4 flags
@@ -376,7 +384,7 @@ class RayFormat:
 
     bands: of the scene. media: places in the list of media, 0 where there are none. group: bands that
     dispersion bends together, 0 without it. narrow: the rays of a queue have one such group each. images:
-    hits know where in pictures they lie.
+    hits know where in pictures they lie. mips: some pictures have mip levels, and rays carry cones.
     """
 
     bands: int = BANDS
@@ -384,6 +392,7 @@ class RayFormat:
     group: int = 0
     narrow: bool = False
     images: bool = False
+    mips: bool = False
 
     @property
     def carried(self) -> int:
@@ -392,11 +401,21 @@ class RayFormat:
 
     @property
     def values(self) -> int:
-        """Words of a ray's weight, light or contribution: its bands, and which a narrow ray's first is."""
+        """Words of a ray's weight, light or contribution: bands, which a narrow ray's first is, the cone."""
+        return self.cone + (len(CONE) if self.mips else 0)
+
+    @property
+    def cone(self) -> int:
+        """Which of these words is the first of the cone, or would be."""
         return self.carried + self.narrow
 
     @property
     def surface_fields(self) -> int:
         """How many fields a surface has."""
-        tops = len(TOP_FIELDS) if self.media else 0
-        return len(SURFACE_FIELDS) + tops + (len(UV_FIELDS) if self.images else 0)
+        mips = len(MIP_FIELDS) if self.mips else 0
+        return self.place + (len(UV_FIELDS) if self.images else 0) + mips
+
+    @property
+    def place(self) -> int:
+        """Which of these fields is the first of where it lies in pictures, or would be."""
+        return len(SURFACE_FIELDS) + (len(TOP_FIELDS) if self.media else 0)

@@ -34,6 +34,7 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
         "RAY_FIELDS": len(layout.RAY_FIELDS),
         "SURFACE_FIELDS": ray_format.surface_fields,
         "IMAGES": int(ray_format.images),
+        "MIPS": int(ray_format.mips),
     }
     constants |= layout.KINDS | layout.BLOCKS | layout.FALLOFF | layout.FRESNEL | layout.CHECKER
     constants |= layout.MAPPINGS | layout.WRAP
@@ -45,8 +46,9 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
     constants |= {f"STREAM_{name}": number for number, name in enumerate(layout.STREAMS)}
     for fields in (layout.RAY_FIELDS, layout.SURFACE_FIELDS + layout.TOP_FIELDS):
         constants |= {name: number for number, name in enumerate(fields)}
-    first = ray_format.surface_fields - len(layout.UV_FIELDS)
-    constants |= {name: first + number for number, name in enumerate(layout.UV_FIELDS)}
+    places = layout.UV_FIELDS + layout.MIP_FIELDS
+    constants |= {name: ray_format.place + number for number, name in enumerate(places)}
+    constants |= {name: ray_format.cone + number for number, name in enumerate(layout.CONE)}
     out = [f"#define {name} {value}" for name, value in constants.items()]
     lists = {"LIGHT_KINDS": layout.LIGHT_KINDS, "EXTENDED_KINDS": layout.EXTENDED_KINDS}
     for name, kinds in {"PRIMITIVE_KINDS": layout.KINDS, **lists}.items():

@@ -27,7 +27,8 @@ class ImageTexture(Record, frozen=True, kw_only=True, tag="image", tag_field="ty
     """A picture where a colour may stand: at `(u, v)` of a surface its colour at `(u, v) scale + offset`.
 
     file: EXR, HDR, PNG, JPEG, TIFF or BMP in the scene's folder. wrap: what lies beyond the picture. filter:
-    between texels. encoding: of its numbers; None: integers are sRGB, floats linear. tint multiplies them.
+    between texels; "mipmap" also between smaller pictures of it, where a sample sees many texels.
+    encoding: of its numbers; None: integers are sRGB, floats linear. tint multiplies them.
     part: which of the pictures that are within a model's file (.glb, .gltf), counted from 0;
     of a .ply 0, the colours of its vertices or faces.
     """
@@ -38,7 +39,8 @@ class ImageTexture(Record, frozen=True, kw_only=True, tag="image", tag_field="ty
         Literal["repeat", "clamp", "mirror"], Meta(description="wrap must be 'repeat', 'clamp' or 'mirror'")
     ] = "repeat"
     filter: Annotated[
-        Literal["linear", "nearest"], Meta(description="filter must be 'linear' or 'nearest'")
+        Literal["linear", "nearest", "mipmap"],
+        Meta(description="filter must be 'linear', 'nearest' or 'mipmap'"),
     ] = "linear"
     encoding: Annotated[
         Literal["srgb", "linear"] | None, Meta(description="encoding must be 'srgb' or 'linear'")
@@ -53,6 +55,9 @@ class ImageTexture(Record, frozen=True, kw_only=True, tag="image", tag_field="ty
         """Raise for a picture that would show one line of itself alone."""
         if not all(single_of(number) for number in self.scale):
             raise at.key("scale").error(self.scale, "neither number of scale may be 0")
+        if self.filter == "mipmap" and self.file.lower().endswith(".ply"):
+            text = "colours of vertices and faces have no mip levels: take 'linear'"
+            raise at.key("filter").error(self.filter, text)
         _check_part(self, at)
 
 

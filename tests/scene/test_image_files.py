@@ -31,10 +31,13 @@ KEYS = {
     "no file": ({"file": "none.png"}, "there is no such file"),
     "outside": ({"file": "../a.png"}, "must lie in the scene's folder"),
     "no wrap": ({"file": "a.png", "wrap": "tile"}, "wrap must be 'repeat', 'clamp' or 'mirror'"),
-    "no filter": ({"file": "a.png", "filter": "cubic"}, "filter must be 'linear' or 'nearest'"),
+    "no filter": ({"file": "a.png", "filter": "cubic"}, "filter must be 'linear', 'nearest' or 'mipmap'"),
     "no encoding": ({"file": "a.png", "encoding": "aces"}, "encoding must be 'srgb' or 'linear'"),
     "flat scale": ({"file": "a.png", "scale": [0, 1]}, "neither number of scale may be 0"),
     "unknown key": ({"file": "a.png", "wrapp": "clamp"}, "wrapp"),
+    "levels of corners": (
+        {"file": "a.ply", "part": 0, "filter": "mipmap"}, "colours of vertices and faces have no mip levels"
+    ),
     "nothing": ({}, "the key 'file' is missing"),
 }
 
@@ -99,6 +102,21 @@ def test_all_pictures_together_have_a_limit_that_headers_tell(tmp_path: Path) ->
     flatten(clrt.load_dict(table, folder=tmp_path, limits=limits))
     with pytest.raises(clrt.LimitError, match="texture_bytes: 4 800 is above the limit of 4 799"):
         flatten(clrt.load_dict(table, folder=tmp_path, limits=clrt.Limits(texture_bytes=4799)))
+
+
+def test_mip_levels_count_before_they_are_made(tmp_path: Path) -> None:
+    """10 x 20, 5 x 10, 2 x 5, 1 x 2 and 1 x 1 texels; and those of a row, which are nearly as many again."""
+    put(tmp_path / "a.png", np.zeros((10, 20, 3)), "uint8")
+    put(tmp_path / "row.png", np.zeros((1, 64, 3)), "uint8")
+    limits = clrt.Limits()
+    assert texture_bytes(tmp_path / "a.png", limits, levels=True) == 12 * (200 + 50 + 10 + 2 + 1)
+    assert texture_bytes(tmp_path / "row.png", limits, levels=True) == 12 * 127
+    # of a material that shows it with levels, of another without, and of its tinted twin: two sets of texels
+    shown = image("a.png", filter="mipmap"), image("a.png"), image("a.png", tint=[0.5, 1, 1])
+    table = {"shapes": [{**BALL, "material": {"color": one}} for one in shown]}
+    flatten(clrt.load_dict(table, folder=tmp_path, limits=clrt.Limits(texture_bytes=12 * 463)))
+    with pytest.raises(clrt.LimitError, match="texture_bytes: 5 556 is above the limit of 5 555"):
+        flatten(clrt.load_dict(table, folder=tmp_path, limits=clrt.Limits(texture_bytes=5555)))
 
 
 def test_texels_are_what_their_place_needs(tmp_path: Path) -> None:

@@ -38,6 +38,26 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "picture and ambient rays", room(gathered, ambient_samples=3, max_depth=2), set()
 
 
+def at_levels() -> Iterator[tuple[str, Table]]:
+    """Name and scene of what only the float64 oracle has: mip levels."""
+    fine: Table = {"filter": "mipmap", "scale": [2.5, 2.5]}
+    globe: Table = {"color": {**_GLOBE["color"], **fine, "wrap": "mirror"}, "diffuse": 0.8}
+    tiles: Table = {**_TILES, "color": {**_TILES["color"], "filter": "mipmap"}}
+    mirror: Table = {"color": 0.1, "diffuse": 0.3, "reflection": 0.7,
+                     "reflection_color": {"type": "image", "file": "tiles.png", **fine}}  # fmt: skip
+    glass: Table = {"diffuse": 0.05, "transmission": 0.9, "ior": 1.3,
+                    "transmission_color": {"type": "image", "file": "wood.png", **fine}}  # fmt: skip
+    wood: Table = {"color": {"type": "image", "file": "wood.png", **fine, "wrap": "clamp"}, "diffuse": 0.8}
+    floor = {"type": "plane", "point": [0, -1.9, 0], "normal": [0, 1, 0.05], "material": tiles}
+    shapes = [floor, with_material(CLOSED["sphere"]((-1.4, 0.7, 0.2), 0.8), globe),
+              with_material(CLOSED["quadric"]((1.5, 0.9, 0.0), 0.8), globe),
+              with_material(CLOSED["turned ellipsoid"]((0.0, 1.5, -0.4), 0.8), wood),
+              with_material(CLOSED["capped cylinder"]((1.4, -0.8, 0.6), 0.8), mirror),
+              with_material(CLOSED["box"]((-0.2, -0.9, 0.8), 0.8), glass),
+              _tile(-1.6, {"color": {**_WOOD["color"], "filter": "mipmap"}, "diffuse": 0.9})]  # fmt: skip
+    yield "pictures at their levels", room(shapes)
+
+
 def _tile(x: float, material: Table) -> Table:
     """A leaning square of two triangles, of which one shows the picture mirrored."""
     corners = [[x - 1.2, -1.3, 1.0], [x + 1.2, -1.3, 1.2], [x + 1.2, 0.9, 0.0], [x - 1.2, 0.9, -0.2]]

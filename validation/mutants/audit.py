@@ -7,7 +7,7 @@ from typing import Final
 
 from .kernels import Mutant
 
-_BEHIND: Final = "store_surface(world, ray, hit.primitive, hit.t, i, i + 1, surfaces, surface_code);"
+_BEHIND: Final = "store_surface(world, ray, hit.primitive, hit.t, width, i, i + 1, surfaces, surface_code);"
 _DISPERSED: Final = (
     Mutant("K1: tinted shadows of dispersed rays in the first band", "kernels/tinted.clh",
            "material->tint[band_at(band, b)]", "material->tint[b]", ("dispersion and tinted shadows",)),

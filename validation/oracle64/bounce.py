@@ -71,8 +71,9 @@ def bounce(world: World, rays: Rays, spot: Spot) -> Bounce:
     asked = (world.surfaces.kr[spot.shape] > 0) | (world.surfaces.kt[spot.shape] > 0)
     kept = np.flatnonzero(_worth(world, rays.weight * reflects, asked))
     child = replace(
-        rays, origin=spot.leave(spot.n), direction=mirrored, weight=reflects, media=spot.before
-    )
+        rays, origin=spot.leave(spot.n), direction=mirrored, weight=reflects, media=spot.before,
+        cone=spot.cone,
+    )  # fmt: skip
     return Bounce(Spawned(child[kept], kept), _joined(transmitted), total)
 
 
@@ -130,7 +131,7 @@ def _transmitted(world: World, rays: Rays, spot: Spot, rows: Ints, share: Array,
     parent = rows[kept]
     child = replace(
         rays[parent], origin=spot.leave(-spot.n)[parent], direction=passed.direction[kept],
-        weight=share[kept], media=spot.after[parent], group=group[kept],
+        weight=share[kept], media=spot.after[parent], group=group[kept], cone=spot.cone[parent],
     )  # fmt: skip
     return Spawned(child, parent)
 
@@ -150,7 +151,7 @@ def _joined(spawned: list[Spawned]) -> Spawned:
     """Children of several rows, in the order of their parents."""
     parent = np.concatenate([part.parent for part in spawned])
     order = np.argsort(parent, kind="stable")
-    names = ("origin", "direction", "weight", "path", "pixel", "media", "group", "base", "sample")
+    names = ("origin", "direction", "weight", "path", "pixel", "media", "group", "base", "sample", "cone")
     joined: dict[str, Any] = {
         name: np.concatenate([getattr(part.rays, name) for part in spawned])[order] for name in names
     }

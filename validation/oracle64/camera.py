@@ -41,6 +41,20 @@ def camera_rays(
     return origin + (camera.near / dot(direction, forward[None]))[:, None] * direction, direction
 
 
+def cones(camera: Camera, width: int, height: int, grid: int, direction: Array) -> Array:
+    """Cones (n, 2) of camera rays, width at their origins and growth: those of a sample's part of a pixel."""
+    half = camera.size / 2 if camera.type == "orthographic" else np.tan(np.radians(camera.fov) / 2)
+    sides = np.full(2, 2 * half / (width if camera.fov_axis == "horizontal" else height))
+    if camera.has_k:
+        focal = np.array(camera.K, float)[[0, 1], [0, 1]]
+        sides = np.array([camera.width / width, camera.height / height]) / focal
+    side = sides.max() / grid
+    if camera.type == "orthographic":
+        return np.tile([side, 0.0], (len(direction), 1))
+    grown = side * (direction @ basis(camera)[0])
+    return np.stack([np.full(len(direction), side * camera.near), grown], axis=1)
+
+
 def _through_lens(
     camera: Camera, origin: Array, in_view: Array, lens: tuple[Array, Array]
 ) -> tuple[Array, Array]:

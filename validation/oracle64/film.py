@@ -32,6 +32,7 @@ class Rays:
     group: Ints  # (n,): the only group of bands that a ray carries; -1: all of them
     base: Words  # (n,): what numbers are drawn from: of generation 0 the pixel's hash, deeper the ray's key
     sample: Ints  # (n,): and which stretch of these is the ray's: which sample of the pixel it is, deeper 0
+    cone: Array  # (n, 2): how wide it is at the origin, and what it grows by along the ray
     kind: str = "camera"  # "reflection", "transmission", "ambient"
 
     def __len__(self) -> int:

@@ -12,8 +12,9 @@ import OpenImageIO as oiio
 
 from clrt.base.limits import Limits
 from clrt.meshfiles.pictures import PictureFiles
-from clrt.scene.scene import ImageTexture, NormalMap, Scene
+from clrt.scene.scene import ImageTexture, NormalMap, Quadric, Scene
 
+from .footprints import Seen, between, pyramid, reaches
 from .palette import Palette
 from .vectors import Array, Ints, dot, unit
 
@@ -39,10 +40,11 @@ class Images:
         self.first = np.searchsorted(shape_of, np.arange(len(scene.shapes)))
         self.shown = np.array([bool(scene.material_of(shape).pictures) for shape in scene.shapes], bool)
         self._read: dict[tuple[str, int | None], tuple[Array, int]] = {}
+        self._levels: dict[Any, list[Array]] = {}
 
     def tone(self, name: str, plain: Array, shape: Ints, primitive: Ints, point: Array,
-             outward: Array) -> Array:  # fmt: skip
-        """A colour (n, bands) at points: `plain`, or what pictures show there."""
+             outward: Array, seen: Seen | None = None) -> Array:  # fmt: skip
+        """A colour (n, bands) at points: `plain`, or what pictures show there (not `seen`: of level 0)."""
         found = np.array(plain)
         for number in np.unique(shape[self.shown[shape]]):
             material = self.scene.material_of(self.scene.shapes[number])
@@ -50,8 +52,8 @@ class Images:
             if not isinstance(picture, ImageTexture):
                 continue
             rows = np.flatnonzero(shape == number)
-            place = self._place(number, primitive[rows], point[rows], outward[rows])
-            rgb = looked_up(self._picture(picture, name), picture, place.u, place.v)
+            at = number, primitive[rows], point[rows], outward[rows]
+            rgb = self._shown(picture, name, picture, at, seen and seen[rows])
             light = name == "emission"
             of = self.palette.light if light else self.palette.reflectance
             found[rows] = rgb @ np.stack([of(tuple(primary)) for primary in np.eye(3)])
@@ -66,8 +68,8 @@ class Images:
             found[rows] = np.stack([place.u, place.v], axis=1)
         return found
 
-    def bent(self, ns: Array, n: Array, u: Array, smooth: Array, shape: Ints, primitive: Ints, point: Array,
-             outward: Array) -> Array:  # fmt: skip
+    def bent(self, ns: Array, n: Array, smooth: Array, shape: Ints, primitive: Ints, point: Array,
+             outward: Array, seen: Seen) -> Array:  # fmt: skip
         """Shading normals `ns` on the rays' side as maps bend them; `smooth`: interpolated ones, outward."""
         found = np.array(ns)
         for number in np.unique(shape[self.shown[shape]]):
@@ -76,10 +78,10 @@ class Images:
             if material.normal_map is None:
                 continue
             rows = np.flatnonzero(shape == number)
-            place = self._place(number, primitive[rows], point[rows], outward[rows])
+            at = number, primitive[rows], point[rows], outward[rows]
+            place = self._place(*at)
             how = material.color if isinstance(material.color, ImageTexture) else ImageTexture(file="-")
-            picture = self._normals(material.normal_map)
-            texel = np.maximum(looked_up(picture, how, place.u, place.v), -1.0)
+            texel = np.maximum(self._shown(material.normal_map, "normals", how, at, seen[rows]), -1.0)
             x, y, z = texel.T * np.array([[material.normal_map.scale], [material.normal_map.scale], [1.0]])
             normal, matrix = smooth[rows], np.asarray(one.matrix, float)[:3, :3]
             du, dv = place.du @ matrix.T, place.dv @ matrix.T
@@ -92,7 +94,7 @@ class Images:
             other = np.cross(normal, tangent) * side[:, None]
             new = unit(x[:, None] * tangent + y[:, None] * other + z[:, None] * normal)
             new = np.where(dot(new, n[rows])[:, None] < 0, -new, new)
-            stays = (dot(new, u[rows]) >= 0) | ((x == 0) & (y == 0) & (z > 0))
+            stays = (dot(new, seen.direction[rows]) >= 0) | ((x == 0) & (y == 0) & (z > 0))
             found[rows] = np.where(stays[:, None], ns[rows], new)
         return found
 
@@ -102,6 +104,44 @@ class Images:
         own = (point - matrix[:3, 3]) @ np.linalg.inv(matrix[:3, :3]).T
         normal = unit(outward @ matrix[:3, :3])
         return _PLACES[type(shape).__name__](shape, primitive - self.first[number], own, normal)
+
+    def _shown(self, picture: ImageTexture | NormalMap, name: str, how: ImageTexture, at: tuple[Any, ...],
+               seen: Seen | None) -> Array:  # fmt: skip
+        """What a picture for the colour `name`, or for "normals", shows as `how` says."""
+        levels = self._levels.get((picture, name, how.filter))
+        if levels is None:
+            whole = self._normals(picture) if isinstance(picture, NormalMap) else self._picture(picture, name)
+            levels = self._levels[picture, name, how.filter] = pyramid(whole, how.filter == "mipmap")
+        place = self._place(*at)
+        if len(levels) == 1 or seen is None:
+            return looked_up(levels[0], how, place.u, place.v)
+        number, primitive, point, outward = at
+
+        def moved(rest: Array) -> tuple[Array, Array]:
+            own = self._place(number, primitive, point + rest, self._turned(number, point + rest, outward))
+            return own.u, own.v
+
+        reach = reaches(moved, outward, seen)
+        size = np.array(levels[0].shape[1::-1]) * np.abs(how.scale)
+        level, share = between(np.max(reach * size, axis=1), len(levels) - 1)
+        found = np.zeros((len(level), 3))
+        for k, texels in enumerate(levels):
+            part = np.where(level == k, 1 - share, 0) + np.where(level == k - 1, share, 0)
+            found += np.where(part[:, None] > 0, part[:, None] * looked_up(texels, how, place.u, place.v), 0)
+        return found
+
+    def _turned(self, number: int, point: Array, outward: Array) -> Array:
+        """Outward directions at points beside those of `outward`, where u and v depend on them."""
+        shape: Any = self.scene.shapes[number]
+        if not isinstance(shape, Quadric):
+            return outward
+        matrix = np.asarray(shape.matrix, float)
+        back = np.linalg.inv(matrix[:3, :3])
+        x, y, z = ((point - matrix[:3, 3]) @ back.T).T
+        a, b, c, d, e, f, g, h, i, _ = shape.coefficients
+        rows = (a * x + d * y + f * z + g, d * x + b * y + e * z + h, f * x + e * y + c * z + i)
+        slope = np.stack(rows, axis=1) @ back
+        return np.where(dot(slope, outward)[:, None] < 0, -slope, slope)
 
     def _picture(self, picture: ImageTexture, name: str) -> Array:
         """Linear, (h, w, 3)."""

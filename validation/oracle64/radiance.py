@@ -108,6 +108,7 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
             gatherers = replace(
                 parents, origin=origin, direction=direction, weight=weight, path=key | flags, base=key,
                 sample=np.zeros(len(key), int), media=spot.before[gathers], kind="ambient",
+                cone=spot.cone[gathers],
             )  # fmt: skip
             seen = radiance(job, gatherers, generation + 1)
             light[gathers] += share[gathers] / samples * seen

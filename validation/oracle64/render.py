@@ -14,7 +14,7 @@ from clrt.scene.arealights import AreaLight
 from clrt.scene.scene import Camera, Checker, Scene, Sphere
 
 from . import hashing
-from .camera import Background, camera_rays
+from .camera import Background, camera_rays, cones
 from .film import ROUTES, TERMS, Film, Rays
 from .filters import offsets, shares
 from .media import around
@@ -250,7 +250,8 @@ def _camera_block(
     seed = camera.jitter or 0
     lens = hashing.lens(seed, pixel, sample)
     origin, direction = camera_rays(camera, width, height, x, y, lens)
-    return _fresh(world, origin, direction, hashing.key(h), pixel, seed=seed, sample=sample)
+    rays = _fresh(world, origin, direction, hashing.key(h), pixel, seed=seed, sample=sample)
+    return replace(rays, cone=cones(camera, width, height, grid, direction))
 
 
 def _fresh(world: World, origin: Array, direction: Array, path: Words, pixel: Ints,
@@ -261,7 +262,8 @@ def _fresh(world: World, origin: Array, direction: Array, path: Words, pixel: In
     weight = np.ones((len(pixel), world.palette.bands))
     base = hashing.combine(hashing.word(np.full(len(pixel), seed)), pixel)
     sample = np.broadcast_to(sample, len(pixel))
-    return Rays(origin, direction, weight, path, pixel, media, np.full(len(pixel), -1), base, sample)
+    cone = np.zeros((len(pixel), 2))
+    return Rays(origin, direction, weight, path, pixel, media, np.full(len(pixel), -1), base, sample, cone)
 
 
 def _geometry(world: World, scene: Scene, camera: Camera, size: tuple[int, int], grid: int) -> dict[str, Any]:

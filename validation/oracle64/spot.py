@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from .film import Rays
+from .footprints import Seen
 from .media import tidy
 from .vectors import Array, Bools, Ints, across, dot
 from .world import World, nearest_hit
@@ -48,6 +49,7 @@ class Spot:
     mirror: Array  # M
     tint: Array  # Tt
     emission: Array  # e
+    cone: Array  # (n, 2): as in Rays, from the hit on
 
     def take(self, rows: Ints) -> Spot:
         return Spot(*(getattr(self, f.name)[rows] for f in fields(self)))
@@ -112,9 +114,12 @@ def spot_at(world: World, rays: Rays, met: Met) -> Spot:
     offset = OFFSET * np.max(largest, axis=0)
     shape = world.shape_of[met.primitive]
     of = world.surfaces
-    at = (shape, met.primitive, point, outward)
+    cone = np.stack([rays.cone[:, 0] + rays.cone[:, 1] * met.t, rays.cone[:, 1]], axis=1)
+    at = (shape, met.primitive, point, outward, Seen(u, cone[:, 0]))
     color = world.images.tone("color", of.reflectance(shape, point, outward), *at)
     names = ("highlight", "mirror", "tint", "emission")
     tones = {name: world.images.tone(name, getattr(of, name)[shape], *at) for name in names}
-    ns = world.images.bent(ns, n, u, smooth, *at)
-    return Spot(point, outward, n, ns, enters, offset, shape, color, met.before, met.after, **tones)
+    ns = world.images.bent(ns, n, smooth, *at)
+    return Spot(
+        point, outward, n, ns, enters, offset, shape, color, met.before, met.after, cone=cone, **tones
+    )

@@ -23,6 +23,8 @@ def supports(scene: Scene, mode: str) -> str | None:
             return f"shapes[{number}]: a mesh whose u and v are not read"
         if scene.shadow == "tinted" and isinstance(material.transmission_color, Picture):
             return f"shapes[{number}]: tinted shadows of a picture"
+        if any(isinstance(of, Picture) and of.filter == "mipmap" for of in vars(material).values()):
+            return f"shapes[{number}]: mip levels of a picture"
     if mode == SPECTRAL:
         return not_by_wavelength(scene)
     if scene.spectrum is not None:

@@ -27,16 +27,25 @@ _RAYS, _PAIRS = 1 << 12, 1 << 17  # computed at a time: rays, and rays times pri
 
 @dataclass(frozen=True)
 class Rays:
-    """Origins and unit directions (3, ...); hits count for 0 < t < t_max (...)."""
+    """Origins and unit directions (3, ...); hits count for 0 < t < t_max (...).
+
+    cone: (2, ...), how wide their cones are at the origins, and what they grow by; None: 0.
+    """
 
     origin: Array
     direction: Array
     t_max: Array
+    cone: Array | None = None
 
     def __getitem__(self, index: object) -> Rays:
         """Some of the rays, or the same with further axes."""
         at = index if isinstance(index, tuple) else (index,)
-        return Rays(self.origin[:, *at], self.direction[:, *at], self.t_max[at])
+        cone = None if self.cone is None else self.cone[:, *at]
+        return Rays(self.origin[:, *at], self.direction[:, *at], self.t_max[at], cone)
+
+    def width(self, t: Array) -> Array:
+        """How wide their cones are at distances t."""
+        return np.zeros_like(t) if self.cone is None else self.cone[0] + self.cone[1] * t
 
     def __len__(self) -> int:
         return len(self.t_max)

@@ -11,6 +11,7 @@ from clrt.flatten.flatten import FlatScene
 
 from .geometry import primitives_of
 from .math import ONE, Array, arccos, arctan2, cross, dot, frame_about, larger, smaller, unit, xyz
+from .mips import along_rows, corners_of, levels_of, reaches
 
 _MAP = layout.MAPPINGS
 _WRAP = layout.WRAP
@@ -31,19 +32,26 @@ def place_pictures(flat: FlatScene, s: Any, primitive: Array, direction: Array) 
     here = s[which]
     u, v = _place(flat, how, index, here)
     s.place[:, which] = u, v
+    reach = reaches(flat, how, index, here, direction[:, which])
+    s.footprint[:2, which] = reach
     pictured = flat.pictured[records["material"][which]]
     for field in layout.PICTURES:
-        _show(flat, s, which, field, pictured[field], u, v)
+        _show(flat, s, which, field, pictured[field], (u, v, *reach))
     for number in np.unique(pictured["normal_map"][pictured["normal_map"] >= 0]):
         bent = np.flatnonzero(pictured["normal_map"] == number)
         at = which[bent]
-        texel = larger(_texels(flat, number, u[bent], v[bent]), np.float32(-1.0))
+        texel = larger(_shown(flat, number, u[bent], v[bent], *reach[:, bent]), np.float32(-1.0))
         scale = pictured["normal_scale"][bent]
         s.ns[:, at] = _bent(flat, how[bent], index[bent], here[bent], texel, scale, direction[:, at])
 
 
-def _show(flat: FlatScene, s: Any, which: Array, field: str, textures: Array, u: Array, v: Array) -> None:
-    """Replace a colour of the materials of surfaces `which` by what pictures show there."""
+def _show(
+    flat: FlatScene, s: Any, which: Array, field: str, textures: Array, at: tuple[Array, ...]
+) -> None:
+    """Replace a colour of the materials of surfaces `which` by what pictures show there.
+
+    at: u, v, and how far footprints reach in them.
+    """
     assert flat.primaries is not None
     info = flat.scene[0]
     sky = [info[name] for name in ("sky_red", "sky_green", "sky_blue")]
@@ -51,15 +59,11 @@ def _show(flat: FlatScene, s: Any, which: Array, field: str, textures: Array, u:
     basis = sky if field == "emission" else own
     for number in np.unique(textures[textures >= 0]):
         shown = np.flatnonzero(textures == number)
-        red, green, blue = _texels(flat, number, u[shown], v[shown])[..., None]
+        red, green, blue = _shown(flat, number, *(one[shown] for one in at))[..., None]
         value = red * basis[0] + green * basis[1] + blue * basis[2]
         s.material[field][which[shown]] = value
         if field == "color":
             s.material["color2"][which[shown]] = value
-
-
-def _along(row: Array, p: Array) -> Array:
-    return row[:, 0] * p[0] + row[:, 1] * p[1] + row[:, 2] * p[2] + row[:, 3]
 
 
 def _turns(x: Array, y: Array) -> Array:
@@ -67,32 +71,33 @@ def _turns(x: Array, y: Array) -> Array:
     return np.where(angle < 0.0, angle + ONE, angle)
 
 
-def _corners(flat: FlatScene, how: Array, index: Array) -> Array:
-    """(8, n): u and v of the three corners of triangles, and two numbers that are 0."""
-    assert flat.corner_uv is not None
-    first = np.where(how["kind"] == _MAP["MAP_MESH"], index + how["corners"], 0)
-    table = flat.corner_uv.reshape(-1, 8) if len(flat.corner_uv) > 1 else np.zeros((1, 8), np.float32)
-    return table[first].T
-
-
-def _point(how: Array, s: Any) -> tuple[Array, Array, Array]:
-    p = np.where(how["kind"] == _MAP["MAP_NORMAL"], s.outward, s.point)
-    x, y, z = (_along(how[name], p) for name in ("row_u", "row_v", "row_w"))
-    return x, y, z
-
-
 def _place(flat: FlatScene, how: Array, index: Array, s: Any) -> tuple[Array, Array]:
     kind = how["kind"]
-    u0, v0, u1, v1, u2, v2, _, _ = _corners(flat, how, index)
+    u0, v0, u1, v1, u2, v2, _, _ = corners_of(flat, how, index)
     b, c = s.uv
     a = ONE - b - c
-    x, y, z = _point(how, s)
+    x, y, z = along_rows(how, s)
     turns = _turns(x, y)
     down = arccos(z / np.sqrt(x * x + y * y + z * z)) * np.float32(0.318309886)
     kinds = [kind == _MAP[name] for name in ("MAP_MESH", "MAP_FLAT", "MAP_POLAR", "MAP_AXIAL")]
     u = np.select(kinds, [u0 * a + u1 * b + u2 * c, x, np.sqrt(x * x + y * y), turns], turns)
     v = np.select(kinds, [v0 * a + v1 * b + v2 * c, y, turns, z], down)
     return u, v
+
+
+def _shown(flat: FlatScene, number: int, u: Array, v: Array, reach_u: Array, reach_v: Array) -> Array:
+    """(3, n): what a picture shows, between two levels of those that have some."""
+    assert flat.textures is not None
+    how = flat.textures[number]
+    found = _texels(flat, number, u, v)
+    if not how["levels"]:
+        return found
+    level, share = levels_of(how, reach_u, reach_v)
+    for k in range(int(how["levels"]) + 1):
+        shown = _texels(flat, number + int(how["smaller"]) + k - 1, u, v) if k else found
+        found = np.where(level == k, shown, found)
+        found = np.where((level == k - 1) & (share > 0.0), found + (shown - found) * share, found)
+    return found
 
 
 def _texels(flat: FlatScene, number: int, u: Array, v: Array) -> Array:
@@ -143,14 +148,14 @@ def _way_of_u(flat: FlatScene, how: Array, index: Array, s: Any, n: Array) -> tu
     """The way in which u grows, of any length; negative where v grows to the right of it."""
     kind = how["kind"]
     mesh = kind == _MAP["MAP_MESH"]
-    u0, v0, u1, v1, u2, v2, _, _ = _corners(flat, how, index)
+    u0, v0, u1, v1, u2, v2, _, _ = corners_of(flat, how, index)
     triangle = flat.triangles[np.where(mesh, index, 0)]
     corner = xyz(triangle["v0"])
     e1, e2 = xyz(triangle["v1"]) - corner, xyz(triangle["v2"]) - corner
     area = (u1 - u0) * (v2 - v0) - (u2 - u0) * (v1 - v0)
     on_mesh = (e1 * (v2 - v0) + e2 * -(v1 - v0)) * np.where(area < 0.0, -ONE, ONE)
 
-    x, y, _ = _point(how, s)
+    x, y, _ = along_rows(how, s)
     rows = [how[name][:, :3].T for name in ("row_u", "row_v", "row_w")]
     around = rows[1] * x + rows[0] * -y
     flat_map, polar, axial = (kind == _MAP[name] for name in ("MAP_FLAT", "MAP_POLAR", "MAP_AXIAL"))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from clrt import layout
 
 from .geometry import Rays
-from .math import Array, combine, disk, dot, exponential, mix_bits, unit, unit_interval
+from .math import Array, combine, disk, dot, exponential, larger, mix_bits, unit, unit_interval, vector
 
 FLAGS = np.uint32(layout.PATH["PATH_FLAGS"])
 
@@ -83,7 +83,13 @@ def generate(camera: Array, pixels: Array, bands: int = layout.BANDS) -> Queue:
         origin = origin + direction * (c["near"] / dot(direction, forward))
     if c["filter"]:
         place = np.arange(len(place), dtype=np.uint32)
-    queue = new_queue("camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)))
+    sides = 2.0 * c["half_width"] / np.float32(width), 2.0 * c["half_height"] / np.float32(height)
+    side = np.float32(larger(*sides)) / np.float32(grid)
+    spread = np.float32(0.0) if c["orthographic"] else side * dot(direction, forward)
+    cone = vector(side if c["orthographic"] else side * c["near"], spread, np.zeros(len(place)))[:2]
+    queue = new_queue(
+        "camera", origin, direction, place, key & ~FLAGS, ones(bands, len(place)), cone=cone
+    )
     return replace(queue, first=Streams(combine(np.full_like(pixel, c["seed"]), pixel), sample))
 
 
@@ -167,13 +173,15 @@ def new_queue(
     t_max: Array | None = None,
     media: Array | None = None,
     band: Array | None = None,
+    cone: Array | None = None,
 ) -> Queue:
-    """t_max defaults to infinity; `origin` may be one for all."""
+    """t_max defaults to infinity, `cone` to 0; `origin` may be one for all."""
     n = len(pixel_of)
     rays = Rays(
         np.ascontiguousarray(np.broadcast_to(origin, (3, n))),
         np.ascontiguousarray(direction),
         np.full(n, np.inf, np.float32) if t_max is None else t_max,
+        np.zeros((2, n), np.float32) if cone is None else cone,
     )
     return Queue(kind, rays, pixel_of, path, weight, media, band)
 
@@ -186,7 +194,7 @@ def merged(queues: list[Queue]) -> Queue:
         return np.concatenate(parts, axis=-1)[..., order]
 
     rays = Rays(
-        *(join([getattr(queue.rays, name) for queue in queues]) for name in ("origin", "direction", "t_max"))
+        *(join([getattr(queue.rays, field.name) for queue in queues]) for field in fields(Rays))
     )
     lists = [queue.media for queue in queues if queue.media is not None]
     band = [queue.band for queue in queues if queue.band is not None]

@@ -19,6 +19,7 @@ from clrt.images.file import write
 from clrt.scene.scene import Scene
 
 from .media_scenes import media, media_within
+from .mip_scenes import at_levels
 from .spectral_scenes import dispersion, dispersion_within, metals
 
 Table = dict[str, Any]
@@ -304,6 +305,8 @@ _SCENES = {
     "one-sided": _one_sided, "counted rays": _counted, "orthographic": _orthographic, "sky image": _sky,
     "rough mirrors": _rough, "lens": _lens, "orthographic lens": _orthographic_lens, "filter": _filter,
     "nothing": _empty, "pictures": _pictures, "pictures dispersed": _pictures_dispersed,
+    "pictures at levels": lambda: at_levels(_pictures()),
+    "levels dispersed": lambda: at_levels(_pictures_dispersed()),
     "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,
 }  # fmt: skip
 

@@ -38,6 +38,7 @@ class Surface:
     ns: Array
     inside: Array
     place: Array  # (2, n): where in pictures
+    footprint: Array  # (3, n): how far it reaches in u and in v, and how wide the cone is there
 
     @property
     def relative(self) -> Array:
@@ -67,6 +68,7 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
         ns=zero,
         inside=zero[0],
         place=zero[:2].copy(),
+        footprint=zero.copy(),
     )
     for kind, place in _PLACE.items():
         which = np.flatnonzero(records["kind"] == KINDS[kind])
@@ -77,6 +79,7 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
     s.ns = np.where(dot(s.smooth, s.n) < 0.0, -s.smooth, s.smooth)
     # also where the mesh is flat (0) or its normals cancelled (NaN)
     s.ns = np.where(dot(s.ns, rays.direction) < 0.0, s.ns, s.n)
+    s.footprint[2] = rays.width(hits.t)
     place_pictures(flat, s, hits.primitive, rays.direction)
     return s
 

@@ -23,7 +23,7 @@ from .math import Array, combine
 from .media import Crossed, crossed, handed_on, immersed
 from .queues import FLAGS, Queue, merged, new_queue
 from .shading import ambient_directions, ambient_share
-from .surface import second_color
+from .surface import Surface, second_color
 
 _ROUTE = np.uint32(layout.PATH["PATH_ROUTE"])
 SPAWNING = {"reflection": "reflect", "transmission": "transmit", "ambient": "gather_ambient"}
@@ -73,10 +73,16 @@ def narrow_children(flat: FlatScene, queue: Queue, found: Shaded) -> Queue:
     weight = np.where(own_bands(flat, band), weight, np.float32(0.0))
     lists = None if queue.media is None else handed_on(flat, queue.media[:, parent], s)
     path = child_path(queue.path[parent], 2, 2)
-    origin = s.offset_origin(-s.n)
+    origin, cone = s.offset_origin(-s.n), _cone(queue, parent, s)
     return new_queue(
-        "transmission", origin, direction, queue.pixel_of[parent], path, weight, None, lists, band
+        "transmission", origin, direction, queue.pixel_of[parent], path, weight, None, lists, band, cone
     )
+
+
+def _cone(queue: Queue, parent: Array, s: Surface) -> Array:
+    """Children go on with their parents' cones."""
+    assert queue.rays.cone is not None
+    return np.stack([s.footprint[2], queue.rays.cone[1, parent]])
 
 
 def child_path(path: Array, number: int, route: int) -> Array:
@@ -98,6 +104,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: S
     path, weight, pixel_of = queue.path[parent], queue.weight[:, parent], queue.pixel_of[parent]
     lists = None if queue.media is None else queue.media[:, parent]
     band = None if queue.band is None else queue.band[parent]
+    cone = _cone(queue, parent, s)
     if kind == "ambient":
         samples = int(flat.scene["ambient_samples"][0])
         direction, key = ambient_directions(s, path, samples)
@@ -113,6 +120,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: S
             np.repeat(weight, samples, axis=1),
             media=None if lists is None else np.repeat(lists, samples, axis=1),
             band=None if band is None else np.repeat(band, samples),
+            cone=np.repeat(cone, samples, axis=1),
         )
     bounce = found.bounce
     direction, share = (
@@ -122,7 +130,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: S
     if kind == "transmission" and lists is not None:
         lists = handed_on(flat, lists, s)
     path, weight = child_path(path, number, flag), weight * share[:, chosen]
-    return new_queue(kind, origin, direction[:, chosen], pixel_of, path, weight, None, lists, band)
+    return new_queue(kind, origin, direction[:, chosen], pixel_of, path, weight, None, lists, band, cone)
 
 
 def generations(
@@ -196,6 +204,8 @@ def kinds_of(group: int) -> list[tuple[str, bool]]:
 
 def queue_values(flat: FlatScene, queue: Queue) -> dict[str, Array]:
     lists = {} if queue.media is None else {"media": queue.media}
+    if flat.ray_format.mips and queue.rays.cone is not None:
+        lists["cone"] = queue.rays.cone
     return lists | {
         "pixel_of": queue.pixel_of,
         "path": queue.path,
@@ -221,6 +231,9 @@ def surface_values(flat: FlatScene, at: Crossed, found: Shaded) -> dict[str, Arr
     if flat.pictured is not None:
         values["uv"] = np.zeros((2, n), np.float32)
         values["uv"][:, which] = s.place
+    if flat.ray_format.mips:
+        values["footprint"] = np.zeros((3, n), np.float32)
+        values["footprint"][:, which] = s.footprint
     if at.queue.media is not None and at.before is not None and at.after is not None:
         weight = carried(flat, at.queue.weight, at.queue.band)
         values |= {"media": at.queue.media, "before": at.before, "after": at.after, "weight": weight}
