@@ -1,4 +1,4 @@
-"""Deliberate faults in what light with extent, filters and gloss are made of: shafts, draws, tints, mattes."""
+"""Deliberate faults in light with extent, filters and gloss: shafts, draws, tints, films, disks, mattes."""
 
 from __future__ import annotations
 
