@@ -104,7 +104,34 @@ def names_as_numbers() -> None:
     assert changed
 
 
-CHECKS: Final[dict[str, Callable[[], None]]] = {"adaptive": adaptive, "names as numbers": names_as_numbers}
+def mattes() -> None:
+    """The parts of a pixel that names cover, the largest first: of a grid of 2 x 2 samples they are the
+    pixels of a picture twice as large."""
+    camera = {key: value for key, value in _SCENE["camera"].items() if key != "jitter"}
+    scene = clrt.load_dict({**_SCENE, "camera": camera})
+    ranked = clrt.render(scene, layers=["crypto_shape"]).layers["crypto_shape"].reshape(28, 40, -1, 2)
+    fine = clrt.load_dict({**_SCENE, "camera": {**camera, "width": 80, "height": 56, "spp": 1}})
+    shape = clrt.render(fine, layers=["shape"]).layers["shape"].reshape(28, 2, 40, 2)
+    part = np.stack([(shape == number).mean(axis=(1, 3)) for number in range(len(_SCENE["shapes"]))], axis=-1)
+    counts = (part > 0).sum(axis=-1)
+    assert counts.max() >= 2 and part.sum(axis=-1).min() == 0, "the scene shows too little"
+    expected = np.zeros(ranked.shape[:3])
+    expected[..., : part.shape[-1]] = -np.sort(-part, axis=-1)
+    assert np.array_equal(ranked[..., 1], expected), "parts"
+    ids = np.ascontiguousarray(ranked[..., 0]).view(np.uint32)
+    of_shape = {}
+    for number in range(part.shape[-1]):
+        found = np.unique(ids[part[..., number] == 1][:, 0])
+        assert len(found) == 1, "one name a shape"
+        of_shape[number] = found[0]
+    assert len(set(of_shape.values())) == len(of_shape), "a name a shape"
+    for y, x in np.argwhere(counts > 0):
+        covered = {of_shape[int(number)] for number in np.flatnonzero(part[y, x])}
+        assert set(ids[y, x, : counts[y, x]]) == covered, "names"
+
+
+CHECKS: Final[dict[str, Callable[[], None]]] = {"adaptive": adaptive, "names as numbers": names_as_numbers,
+                                                "mattes": mattes}
 
 
 def failed(root: Path, name: str) -> str:

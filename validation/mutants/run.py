@@ -28,6 +28,7 @@ from ..types import Case, Comparison, MutantResult, OracleImage
 from .audit import AUDIT_FAULTS
 from .checks import CHECK, failed, passes
 from .engine import ENGINE_FAULTS
+from .extent import EXTENT_FAULTS
 from .host import HOST_FAULTS
 from .kept import once
 from .kernels import KERNEL_FAULTS, Mutant
@@ -36,7 +37,7 @@ from .spectral import SPECTRAL_FAULTS
 from .surfaces import SURFACE_FAULTS
 
 _FAULTS: Final = (*KERNEL_FAULTS, *SURFACE_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS, *AUDIT_FAULTS,
-                  *ENGINE_FAULTS)
+                  *ENGINE_FAULTS, *EXTENT_FAULTS)
 MUTANTS: Final = {mutant.name: mutant for mutant in _FAULTS}
 _SECONDS = 120  # that a patched package may take for its pictures
 

@@ -24,6 +24,7 @@ CURVED_TRIANGLES = 1 << 20  # of all curved meshes of a scene together
 CROWD, CROWD_SEGMENTS = 256, 12  # from how many spheres on they become meshes, and how coarse ones
 ENCLOSING = 192  # segments of meshes around ellipsoids, cylinders and cones
 APART = 1e-3  # of the radius: how far meshes around one surface lie from one another
+TINY = 1e-3, 5e-3  # of the scene's size: coordinates are counted from what is so small, see `_ball`
 NEAR = 20.0  # times the scene's size: where the middle part of a plane ends
 
 
@@ -83,8 +84,9 @@ class Geometry:
     """A scene's parts, and the ball that holds all that is finite in it."""
 
     parts: tuple[Part, ...]
-    center: Array
+    center: Array  # that coordinates are counted from
     size: float  # the ball's radius
+    fine: float  # how large what lies at `center` is
 
 
 def geometry(scene: Scene, fineness: Fineness) -> Geometry:
@@ -99,7 +101,7 @@ def geometry(scene: Scene, fineness: Fineness) -> Geometry:
         )
     finite = [part for number, shape in enumerate(scene.shapes) for part in _finite(number, shape, fineness)]
     finite = [part for part in finite if len(part.corners())]  # a mesh may have no faces
-    center, size = _ball(scene, finite)
+    center, size, fine = _ball(scene, finite)
     finite = list(_apart(finite))
     without_end: list[Part] = []
     for number, shape in enumerate(scene.shapes):
@@ -110,7 +112,7 @@ def geometry(scene: Scene, fineness: Fineness) -> Geometry:
     if fineness.forms and sum(_is_round(part) for part in finite) >= CROWD:
         finite = [_in_crowd(part) if _is_round(part) else part for part in finite]
     parts = sorted([*finite, *without_end], key=lambda part: part.owner)
-    return Geometry(tuple(parts), center, size)
+    return Geometry(tuple(parts), center, size, fine)
 
 
 def _apart(parts: list[Part]) -> Iterator[Part]:
@@ -131,16 +133,33 @@ def _apart(parts: list[Part]) -> Iterator[Part]:
         yield part if wider == 1 else replace(part, mesh=faces.moved(part.mesh, placed))
 
 
-def _ball(scene: Scene, parts: list[Part]) -> tuple[Array, float]:
+def _ball(scene: Scene, parts: list[Part]) -> tuple[Array, float, float]:
+    """Where coordinates are counted from, the ball's radius, and the size of what lies there.
+
+    That is the ball's middle, but for scenes that have something tiny in them: float32 is coarse far from
+    where it counts from, and a drop that is seen against a lamp 400 away would be as coarse as the lamp.
+    Something smaller still is not what a picture shows, and all else would be the coarser for it: of the case
+    "next to the camera" 0.1 % of the pixels would be wrong.
+    """
     points = [part.corners() for part in parts]
     points += [np.array([shape.point]) for shape in scene.shapes if isinstance(shape, Plane)]
     if scene.camera is not None:
         points.append(np.array([scene.camera.origin, scene.camera.target]))
     if not points:
-        return np.zeros(3), 1.0
-    low = np.min([p.min(axis=0) for p in points], axis=0)
-    high = np.max([p.max(axis=0) for p in points], axis=0)
-    return (low + high) / 2, max(float(np.linalg.norm(high - low)) / 2, 1e-6)
+        return np.zeros(3), 1.0, 1.0
+    center, size = _middle(np.concatenate(points))
+    size = max(size, 1e-6)
+    alone = parts if len(parts) < CROWD else []
+    for at, extent in sorted((_middle(part.corners()) for part in alone), key=lambda found: found[1]):
+        if TINY[0] < extent / size < TINY[1]:
+            return at, size, extent
+    return center, size, size
+
+
+def _middle(points: Array) -> tuple[Array, float]:
+    """Of points (n, 3) the middle of their box, and half its diagonal."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2, float(np.linalg.norm(high - low)) / 2
 
 
 def _finite(number: int, shape: Any, fineness: Fineness) -> Iterator[Part]:

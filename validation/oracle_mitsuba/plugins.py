@@ -52,8 +52,8 @@ def packed(world: Geometry) -> dict[str, Any]:
 
     `shapes`: the plugins; `first` (shapes,): a plugin's first row in `owner` (the scene's shape), `form` (row
     in `forms`, or -1) and `kind` (NATIVE; FLAT: the mesh's normals are the surface's; SMOOTH: they are for
-    shading); `size`, `center`: the scene's. Shapes are moved so that this centre is at 0, where float32 is
-    finest.
+    shading); `size`, `fine`, `center`: the scene's. Shapes are moved so that this centre is at 0, where
+    float32 is finest.
     """
     parts = [shifted(part, -world.center) for part in world.parts]
     groups: list[tuple[Plugin, list[Part], list[int], int]] = []
@@ -71,6 +71,7 @@ def packed(world: Geometry) -> dict[str, Any]:
     sizes = [sum(counts) for _, _, counts, _ in groups]
     return {
         "size": world.size,
+        "fine": world.fine,
         "center": world.center,
         "shapes": [plugin for plugin, _, _, _ in groups],
         "first": np.cumsum([0, *sizes])[:-1],

@@ -56,7 +56,7 @@ class World:
     ) -> None:
         self.center = geometry["center"]
         self.short = SHORT * float(geometry["size"])
-        self.least_step = OFFSET * 0.05 * float(geometry["size"])
+        self.least_step = OFFSET * 0.05 * float(geometry["fine"])
         plugins = {f"shape_{i:06d}": shape for i, shape in enumerate(geometry["shapes"])}
         self.scene = engine.load({"type": "scene", **plugins, **more})
         self.owner, self.kind, self.form = geometry["owner"], geometry["kind"], geometry["form"]
