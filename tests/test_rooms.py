@@ -15,6 +15,26 @@ ROOMS = (
     "engine", "cluster", "judging", "diagnosis", "bench", "exercises", "view", "cli",
 )  # fmt: skip
 """From the ground up."""
+# Files of a room that name each other, one of them for types alone. Each is a part of a class or of a job,
+# in a file of its own, whose functions take the whole: nothing of the whole is needed to import it.
+PARTS = {
+    "clrt.engine.adaptive": "clrt.engine.job",
+    "clrt.engine.shown": "clrt.engine.tracer",
+    "clrt.images.dataset": "clrt.images.image",
+    "clrt.raytree.document": "clrt.raytree.tree",
+    "clrt.raytree.drawing": "clrt.raytree.tree",
+    "clrt.raytree.files": "clrt.raytree.tree",
+    "clrt.raytree.page": "clrt.raytree.tree",
+    "clrt.raytree.sums": "clrt.raytree.tree",
+    "clrt.raytree.tubes": "clrt.raytree.tree",
+    "clrt.raytree.ways": "clrt.raytree.tree",
+    "clrt.raytree.words": "clrt.raytree.tree",
+    "clrt.scene.advice": "clrt.scene.scene",
+    "clrt.scene.changes": "clrt.scene.scene",
+    "clrt.scene.save": "clrt.scene.scene",
+    "clrt.scene.summary": "clrt.scene.scene",
+    "clrt.spectra.colorimetry": "clrt.spectra.bands",
+}
 # The public names of `clrt`, each imported when it is first asked for, stand above all rooms.
 ABOVE = ("clrt", "clrt.__main__")
 # Where the command line and the diagnosis reach what is above them, within a function: it may be missing.
@@ -71,6 +91,17 @@ def climbing(root: Path) -> list[str]:
     ]  # fmt: skip
 
 
+def reached(graph: dict[str, set[str]], start: str) -> set[str]:
+    seen: set[str] = set()
+    todo = list(graph.get(start, ()))
+    while todo:
+        module = todo.pop()
+        if module not in seen:
+            seen.add(module)
+            todo += graph.get(module, ())
+    return seen
+
+
 def circles(root: Path) -> list[str]:
     """Files that import each other, one after the other, but for types alone."""
     known = modules(root)
@@ -78,18 +109,19 @@ def circles(root: Path) -> list[str]:
         name: {target for target, types in imported(path, known) if not types and target != "clrt"}
         for name, path in known.items()
     }
+    return [name for name in graph if name in reached(graph, name)]
 
-    def reached(start: str) -> set[str]:
-        seen: set[str] = set()
-        todo = list(graph.get(start, ()))
-        while todo:
-            module = todo.pop()
-            if module not in seen:
-                seen.add(module)
-                todo += graph.get(module, ())
-        return seen
 
-    return [name for name in graph if name in reached(name)]
+def parts(root: Path) -> dict[str, str]:
+    """What a file imports for types alone that imports it, at once or by way of others."""
+    known = modules(root)
+    found = {name: list(imported(path, known)) for name, path in known.items() if room(name) in ROOMS}
+    graph = {name: {target for target, _ in targets} for name, targets in found.items()}
+    return {
+        name: target
+        for name, targets in found.items()
+        for target, types in targets if types and name in reached(graph, target)
+    }  # fmt: skip
 
 
 def test_every_file_is_in_a_room() -> None:
@@ -103,6 +135,10 @@ def test_imports_go_down() -> None:
 
 def test_no_files_import_each_other() -> None:
     assert circles(ROOT) == []
+
+
+def test_only_parts_of_a_whole_name_it_for_types() -> None:
+    assert parts(ROOT) == PARTS
 
 
 @pytest.mark.parametrize("find", [climbing, circles])

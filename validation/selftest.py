@@ -27,7 +27,8 @@ from . import expected
 from .conformance.blame import Fault, blame
 from .conformance.watch import Launch, options_of, words_of
 from .twin.compare import compare_picture, compare_rays
-from .twin.scenes import difficult_rays, scenes
+from .twin.rays import difficult_rays
+from .twin.scenes import scenes
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,8 @@ import clrt
 import watched
 from clrt.device.device import Device
 from validation.twin.compare import compare_picture, compare_rays
-from validation.twin.scenes import difficult_rays, scenes
+from validation.twin.rays import difficult_rays
+from validation.twin.scenes import scenes
 
 pytestmark = pytest.mark.oclgrind
 SCENES = scenes()

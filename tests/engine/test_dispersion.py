@@ -14,7 +14,8 @@ from clrt.device.device import Device
 from clrt.flatten.flatten import flatten
 from clrt.spectra.bands import Bands
 from clrt.spectra.curves import ior_at
-from validation.twin.scenes import in_bands, scenes
+from validation.twin.scenes import scenes
+from validation.twin.variants import in_bands
 
 GLASS: dict[str, Any] = {"type": "sphere", "center": [0, 0.3, 0], "radius": 0.8}
 METAL = {"type": "sphere", "center": [1.5, 0, -0.5], "radius": 0.6,

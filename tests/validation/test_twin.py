@@ -20,7 +20,9 @@ from validation import expected, selftest
 from validation.twin.compare import Comparison, compare_picture, compare_rays
 from validation.twin.geometry import primitives_of
 from validation.twin.picture import radiance32, render32, trace32
-from validation.twin.scenes import difficult_rays, in_bands, scenes, with_sky
+from validation.twin.rays import difficult_rays
+from validation.twin.scenes import scenes
+from validation.twin.variants import in_bands, with_sky
 
 SCENES = scenes()
 RAYS_PER_SCENE = 9_000

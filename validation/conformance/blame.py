@@ -14,7 +14,7 @@ from clrt.flatten.flatten import FlatScene
 from clrt.scene.scene import Scene
 
 from ..twin.compare import Difference, compare_picture, compare_rays, twin_stages
-from ..twin.scenes import difficult_rays
+from ..twin.rays import difficult_rays
 from .watch import Launch, Log, places, watching
 
 RAYS = 1000  # of callers, with a seed, for each scene

@@ -8,7 +8,8 @@ from clrt.device.device import Device
 
 from ..types import CheckResult
 from .compare import compare_picture, compare_rays
-from .scenes import difficult_rays, scenes
+from .rays import difficult_rays
+from .scenes import scenes
 
 RAYS = 1_000_000  # callers' rays, over all scenes; what these spawn comes on top
 _BLOCK = 20_000  # that numpy traces at a time

@@ -1,17 +1,15 @@
-"""Small scenes that together hold every primitive and every term of the image model, and rays for them."""
+"""Small scenes that together hold every primitive and every term of the image model."""
 
 from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from clrt import layout
 from clrt.base.errors import ClrtWarning
 from clrt.flatten.flatten import FlatScene, flatten
 from clrt.formats import load_dict
@@ -21,6 +19,7 @@ from clrt.scene.scene import Scene
 from .media_scenes import media, media_within
 from .mip_scenes import at_levels
 from .spectral_scenes import dispersion, dispersion_within, metals
+from .variants import numbers, with_sky
 
 Table = dict[str, Any]
 
@@ -328,82 +327,6 @@ def scenes() -> dict[str, tuple[Scene, FlatScene]]:
 
 def _write_pictures(folder: Path) -> None:
     """Pictures of 11 x 7 colours, and of normals of which some lean beyond the horizon."""
-    colors = _numbers(11 * 7 * 3).reshape(7, 11, 3)
+    colors = numbers(11 * 7 * 3).reshape(7, 11, 3)
     write(folder / "colors.exr", [np.ascontiguousarray(colors[:, :, ::-1])])
     write(folder / "normals.exr", [colors])
-
-
-def with_sky(flat: FlatScene) -> FlatScene:
-    """The same scene with a lat-long image of 13 x 6 pixels around it."""
-    height, width = 6, 13
-    info = flat.scene.copy()
-    info["background_width"], info["background_height"] = width, height
-    return replace(flat, scene=info, background=_numbers(height * width * 3))
-
-
-def in_bands(flat: FlatScene, n: int) -> FlatScene:
-    """The same scene with n bands, each of whose values is an RGB value times a number from 0 to 1.25.
-
-    What Schlick's approximation reflects is a conductor there.
-    """
-    sections: Table = {
-        name: _in_bands(getattr(flat, name), record, n)
-        for name, record in (("scene", "SceneInfo"), ("materials", "Material"), ("lights", "Light"))
-    }
-    if flat.primaries is not None:
-        sections["primaries"] = _in_bands(flat.primaries, "Primaries", n)
-    materials = sections["materials"]
-    metal = materials["fresnel"] == layout.FRESNEL["SCHLICK"]
-    materials["fresnel"][metal] = layout.FRESNEL["CONDUCTOR"]
-    materials["eta"][metal] = 0.1 + 2 * _numbers(n)
-    materials["k"][metal] = 5 * _numbers(2 * n)[n:]
-    matrix = _numbers(4 * n).reshape(4, n) - np.float32(0.25)
-    return replace(flat, **sections, response=matrix[:3], xyz=matrix[1:])
-
-
-def _in_bands(records: np.ndarray, name: str, n: int) -> np.ndarray:
-    out = np.zeros(records.shape, layout.dtype(name, n))
-    for field, kind in layout.RECORDS[name]:
-        if kind == "float@BANDS":
-            factor = 1.25 * _numbers(len(records) * n).reshape(-1, n)
-            out[field] = records[field][:, np.arange(n) % 3] * factor.astype(np.float32)
-        elif "@" not in kind:
-            out[field] = records[field]
-    return out
-
-
-def _numbers(n: int) -> np.ndarray:
-    """n numbers in [0, 1), float32."""
-    value = np.arange(n, dtype=np.uint32) * np.uint32(2654435761) >> np.uint32(8)
-    return value.astype(np.float32) * np.float32(2.0**-24)
-
-
-def difficult_rays(n: int, seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Origins, directions (n, 3) and t_max (n,) float32 that meet the scenes in every way.
-
-    From outside, inside and far away; parallel to axes and in planes; of any length; with numbers that are
-    zero, infinite or NaN. Half of them go side by side, so that packets hold rays of one kind and of all.
-    """
-    generator = np.random.default_rng(seed)
-
-    def some(share: float) -> np.ndarray:
-        return generator.random(n) < share
-
-    origins = generator.normal(size=(n, 3)) * generator.choice([0.3, 1.5, 5.0, 2e3], (n, 1))
-    together = some(0.5)
-    origins[together] = origins[0] / np.linalg.norm(origins[0]) * 5
-    directions = generator.normal(size=(n, 3)) * 0.7 - origins
-    grid = some(0.15)
-    origins[grid] = np.round(origins[grid] * 4) / 4
-    axes = some(0.15)
-    directions[axes] = generator.integers(-1, 2, (np.count_nonzero(axes), 3))
-    directions *= generator.choice([1.0, 1e-12, 1e12], (n, 1), p=[0.9, 0.05, 0.05])
-    t_max = np.where(some(0.2), np.linalg.norm(origins, axis=1) * generator.random(n), np.inf)
-    for value in (np.nan, np.inf, 0.0, -1.0, 1e30, 3e38):
-        for numbers in (origins, directions):
-            rows = np.flatnonzero(some(0.001))
-            numbers[rows, generator.integers(0, 3, len(rows))] = value
-        t_max[some(0.001)] = value
-    order = np.argsort(~together, kind="stable")
-    o, d, limit = (numbers[order].astype(np.float32) for numbers in (origins, directions, t_max))
-    return o, d, limit
