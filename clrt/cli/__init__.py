@@ -81,7 +81,7 @@ def program() -> NoReturn:
 
 def _leave(code: int) -> NoReturn:
     """End the process; not by `sys.exit`, for taking apart drivers and modules takes a tenth of a second."""
-    atexit._run_exitfuncs()
+    atexit._run_exitfuncs()  # in public only the end of the interpreter runs them, and that takes long
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError, AttributeError):  # `terminal` has told of it; None: there is none
             stream.flush()

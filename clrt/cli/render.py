@@ -149,14 +149,15 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
 def _ahead(scene: Scene, device: str | None, settings: Settings) -> Any:
     """The device, opened for a scene; what renders and saves is imported while it reads its kernels.
 
-    `device` itself where something fails: the render does it again, and tells what is wrong.
+    `device` itself where it cannot be opened: the render does it again, and tells what is wrong. Errors of
+    the scene come at once.
     """
     from clrt.device.ahead import building
     from clrt.device.driver import Driver
     from clrt.flatten.flatten import flatten_ahead
 
+    flat = flatten_ahead(scene)
     with suppress(ClrtError, MemoryError):
-        flat = flatten_ahead(scene)
         driver = Driver(device, settings, None)
         with building(driver, flat.ray_format):
             for name in ("clrt.cluster.pictures", "OpenImageIO"):

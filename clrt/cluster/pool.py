@@ -76,6 +76,7 @@ class DaskPool(Pool):
 
     def __init__(self, executor: Any) -> None:
         super().__init__(executor)
+        # dask names neither an executor's client nor its keywords in public
         self.client, self._submitting = executor._client, executor
         self._workers, self._asked = 1, 0.0
         self._heard = self._peopled = time.monotonic()

@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clrt.base.errors import DeviceError
+from clrt.base.errors import DeviceError, SceneError
+from clrt.base.limits import Limits
 from clrt.base.resources import PACKAGE
+from clrt.cli import main
 from clrt.device import ahead, platforms, trial
 from clrt.device.driver import Driver
 from clrt.device.settings import Settings
@@ -120,6 +122,22 @@ def test_what_was_flattened_ahead_is_taken_once() -> None:
     one, other = load_dict(data), load_dict(data)
     made = flatten_ahead(one)
     assert flatten(other) is not made and flatten(one) is made and flatten(one) is not made
+
+
+def test_a_scene_that_is_wrong_is_flattened_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    def refuse(path: Path, limits: Limits) -> int:
+        asked.append(path.name)
+        raise SceneError(f"{path.name}: no picture")
+
+    monkeypatch.setattr("clrt.flatten.images.texture_bytes", refuse)
+    (tmp_path / "a.png").write_text("hello")
+    camera = "[camera]\norigin = [0, 0, 3]\ntarget = [0, 0, 0]\n"
+    ball = '[[shapes]]\ntype = "sphere"\ncenter = [0, 0, 0]\nradius = 1\n'
+    (tmp_path / "a.toml").write_text(f'{camera}{ball}material.color = {{type = "image", file = "a.png"}}\n')
+    assert main(["render", str(tmp_path / "a.toml"), "-o", str(tmp_path / "a.exr")]) == 2
+    assert asked == ["a.png"]
 
 
 def test_the_runtime_beside_is_loaded_only_where_it_may_be_chosen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -130,7 +130,7 @@ def reference(case: str) -> tuple[OracleImage, np.ndarray]:
         picture = picture64(scene)
         return picture, edges64(scene, picture)
 
-    return once(ORACLE64, (scene.to_dict(), str(scene.folder)), made)
+    return once(ORACLE64, scene.to_dict(), scene.folder, made)
 
 
 @cache
@@ -138,7 +138,7 @@ def _theirs(case: str, oracle: str) -> OracleImage:
     source = source_of(rendered(case))
     assert source.width is not None and source.height is not None
     half = dataclasses.replace(source, width=source.width // 2, height=source.height // 2)
-    return once(oracle, dataclasses.asdict(half), lambda: oracles().render(oracle, half))
+    return once(oracle, dataclasses.asdict(half), half.folder, lambda: oracles().render(oracle, half))
 
 
 def pictures_of(mutant: Mutant, device: int | str | None) -> Iterator[tuple[str, OracleImage]]:
