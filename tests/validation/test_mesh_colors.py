@@ -1,4 +1,4 @@
-"""Colours of a PLY's vertices and faces against Mitsuba's own attributes of meshes, which it reads by itself."""
+"""Colours of a PLY's vertices and faces against Mitsuba's attributes of meshes, which it reads by itself."""
 
 from __future__ import annotations
 
