@@ -1,4 +1,4 @@
-"""A picture of one colour shows the colour: in bands within five roundings (its bits in RGB: tests/engine)."""
+"""A picture of one colour shows it: in bands within five roundings (the bits in RGB: tests/engine)."""
 
 from __future__ import annotations
 
