@@ -55,6 +55,8 @@ def _mesh(plugin: dict[str, Any]) -> Any:
         params["vertex_texcoords"] = mi.Float(texcoords.astype(np.float32).ravel())
     params["faces"] = mi.UInt32(faces.astype(np.uint32).ravel())
     params.update()
+    for name, values in plugin.get("attributes", {}).items():
+        mesh.add_attribute(name, 3, values.astype(np.float32).ravel())
     return mesh
 
 

@@ -18,7 +18,8 @@ def moved(mesh: Triangles, to_world: Array) -> Triangles:
     normals = mesh.normals @ np.linalg.inv(linear)
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     faces = mesh.faces[:, ::-1] if np.linalg.det(linear) < 0 else mesh.faces
-    return Triangles(mesh.vertices @ linear.T + to_world[:3, 3], faces, normals / length, mesh.uv)
+    placed = mesh.vertices @ linear.T + to_world[:3, 3]
+    return Triangles(placed, faces, normals / length, mesh.uv, mesh.colors)
 
 
 def triangles(shape: Any) -> tuple[Triangles, bool]:
@@ -28,8 +29,12 @@ def triangles(shape: Any) -> tuple[Triangles, bool]:
         data = shape.data()
         if data.normals is not None:
             corners = data.faces if isinstance(data.faces, np.ndarray) else _fan(data.faces)
-            smooth = Triangles(data.vertices, np.asarray(corners), data.normals, data.uv)
+            smooth = Triangles(data.vertices, np.asarray(corners), data.normals, data.uv, data.colors)
             return moved(smooth, shape.matrix), True
+        if data.colors is not None:
+            of_vertices = len(data.colors) == len(data.vertices)
+            own = data.colors[data.faces] if of_vertices else data.colors
+            return _triangles(data.vertices[data.faces], shape.matrix, colors=own), False
         if data.uv is not None:
             fans = np.asarray(data.faces if isinstance(data.faces, np.ndarray) else _fan(data.faces))
             return _triangles(data.vertices[fans], shape.matrix, data.uv[fans]), False
@@ -48,7 +53,8 @@ def _fan(faces: tuple[Array, ...]) -> Array:
     return np.concatenate([np.c_[np.full(len(f) - 2, f[0]), f[1:-1], f[2:]] for f in faces])
 
 
-def _triangles(corners: Array, to_world: Array, uv: Array | None = None) -> Triangles:
+def _triangles(corners: Array, to_world: Array, uv: Array | None = None,
+               colors: Array | None = None) -> Triangles:  # fmt: skip
     """Triangles (m, 3, 3) as a flat mesh in world space."""
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     length = np.linalg.norm(across, axis=1)
@@ -56,7 +62,9 @@ def _triangles(corners: Array, to_world: Array, uv: Array | None = None) -> Tria
     normals = np.repeat(across[spanning] / length[spanning, None], 3, axis=0)
     vertices = corners[spanning].reshape(-1, 3)
     places = None if uv is None else uv[spanning].reshape(-1, 2)
-    return moved(Triangles(vertices, np.arange(len(vertices)).reshape(-1, 3), normals, places), to_world)
+    tones = None if colors is None else colors[spanning].reshape(-1, 3)
+    own = np.arange(len(vertices)).reshape(-1, 3)
+    return moved(Triangles(vertices, own, normals, places, tones), to_world)
 
 
 def _flat(outlines: list[Array]) -> Triangles:

@@ -24,6 +24,7 @@ class Surface:
     faces: Any
     normals: Array | None
     uv: Array | None = None
+    colors: Array | None = None  # of vertices (n, 3) or faces (m, 3), linear
 
 
 def given(vertices: Any, faces: Any, normals: Any, smooth: bool, uv: Any = None) -> Surface:
@@ -42,6 +43,7 @@ def given(vertices: Any, faces: Any, normals: Any, smooth: bool, uv: Any = None)
 def read(path: Path, smooth: bool | None) -> Surface:
     """A mesh file, all of its parts in world space."""
     scene = import_module("trimesh").load_scene(path, process=False, skip_materials=True)
+    colors = _colors(scene) if path.suffix.lower() == ".ply" else None
     parts = []
     texcoords: list[Any] = []
     for node in scene.graph.nodes_geometry:
@@ -61,11 +63,22 @@ def read(path: Path, smooth: bool | None) -> Surface:
     if all(each is not None for each in texcoords):
         uv = np.concatenate(texcoords) * (1, -1) + (0, 1)
     if smooth is not False and all(own is not None for _, _, own in parts):
-        return Surface(vertices, faces, np.concatenate([own for _, _, own in parts if own is not None]), uv)
+        return Surface(vertices, faces, np.concatenate([own for _, _, own in parts if own is not None]), uv,
+                       colors)  # fmt: skip
     if not smooth:
-        return Surface(vertices, faces, None, uv)
+        return Surface(vertices, faces, None, uv, colors)
     places, place = np.unique(vertices, axis=0, return_inverse=True)  # files split vertices at seams
-    return Surface(vertices, faces, area_weighted(places, place.ravel()[faces])[place.ravel()], uv)
+    return Surface(vertices, faces, area_weighted(places, place.ravel()[faces])[place.ravel()], uv, colors)
+
+
+def _colors(scene: Any) -> Array | None:
+    """The colours of a PLY's only part, by the sRGB curve of IEC 61966-2-1."""
+    (part,) = scene.geometry.values()
+    kind = part.visual.kind
+    if kind not in ("vertex", "face"):
+        return None
+    stated = np.asarray(getattr(part.visual, f"{kind}_colors"))[:, :3] / 255.0
+    return np.where(stated <= 0.04045, stated / 12.92, ((stated + 0.055) / 1.055) ** 2.4)
 
 
 def area_weighted(vertices: Array, faces: Any) -> Array:

@@ -24,6 +24,7 @@ class Triangles:
     faces: Array
     normals: Array
     uv: Array | None = None  # (n, 2), where it has pictures
+    colors: Array | None = None  # of vertices (n, 3) or faces (m, 3), linear, where it has some
 
 
 def turned(columns: int, radii: Array, heights: Array) -> tuple[Array, Array]:

@@ -19,7 +19,15 @@ def supports(scene: Scene, mode: str) -> str | None:
         if isinstance(shape, Mesh) and not len(shape.data().faces):
             return f"shapes[{number}]: a mesh without faces"
         material = scene.material_of(shape)
-        if isinstance(shape, Mesh) and material.pictures and shape.data().uv is None:
+        shown = [value for value in vars(material).values() if isinstance(value, Picture)]
+        of_mesh = [value for value in shown if value.part is not None]
+        if of_mesh:
+            known = isinstance(shape, Mesh) and shape.data().colors is not None
+            if not known or any(value.file != shape.file for value in of_mesh):
+                return f"shapes[{number}]: colours of another mesh"
+            if material.normal_map is not None or len(of_mesh) < len(shown):
+                return f"shapes[{number}]: pictures beside the colours of a mesh"
+        elif isinstance(shape, Mesh) and material.pictures and shape.data().uv is None:
             return f"shapes[{number}]: a mesh whose u and v are not read"
         if scene.shadow == "tinted" and isinstance(material.transmission_color, Picture):
             return f"shapes[{number}]: tinted shadows of a picture"

@@ -42,7 +42,10 @@ class Pictures:
             if rows.size and asked:
                 at = self._chart(number, hits.take(rows))
                 for name, picture in asked.items():
-                    rgb = self._looked_up(self._colors(picture, name == "e"), picture, at)
+                    if picture.part is None:
+                        rgb = self._looked_up(self._colors(picture, name == "e"), picture, at)
+                    else:
+                        rgb = hits.chart[rows, 8:] * np.array(picture.tint)
                     shown = self.palette.shines if name == "e" else self.palette.reflects
                     found[name][rows] = shown(rgb)
         return found

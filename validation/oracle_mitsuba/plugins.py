@@ -102,7 +102,18 @@ def _joined(parts: list[Part]) -> Plugin:
         "normals": np.concatenate([mesh.normals for mesh in meshes]),
         **({"texcoords": np.concatenate(list(map(_texcoords, meshes)))} if pictured else {}),
         "faces": np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=True)]),
+        **({"attributes": _attributes(meshes)} if any(mesh.colors is not None for mesh in meshes) else {}),
     }
+
+
+def _attributes(meshes: list[Any]) -> dict[str, Array]:
+    """Colours of vertices and of faces, 0 where the others are meant: their sum is what is shown."""
+    found: dict[str, list[Array]] = {"vertex_color": [], "face_color": []}
+    for mesh in meshes:
+        for name, count in (("vertex_color", len(mesh.vertices)), ("face_color", len(mesh.faces))):
+            given = mesh.colors is not None and len(mesh.colors) == count
+            found[name].append(mesh.colors if given else np.zeros((count, 3)))
+    return {name: np.concatenate(parts) for name, parts in found.items()}
 
 
 def _texcoords(mesh: Any) -> Array:

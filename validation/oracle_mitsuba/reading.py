@@ -86,6 +86,10 @@ def _is_picture(value: Any) -> bool:
 
 
 def _picture(table: Any) -> Picture:
+    if str(table["file"]).lower().endswith(".ply"):
+        if table.keys() - {"type", "file", "part", "wrap", "tint"}:
+            raise Untranslated("colours of a mesh are not moved, and are linear")
+        return Picture(table["file"], part=table["part"], tint=frozen(table.get("tint", (1.0, 1.0, 1.0))))
     return Picture(**{key: frozen(value) for key, value in _in_a_file(table).items() if key != "type"})
 
 

@@ -66,6 +66,7 @@ class Picture:
     scale: tuple[float, float] = (1.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
     tint: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    part: int | None = None  # of a PLY: the colours of its vertices or faces
 
 
 @dataclass(frozen=True)

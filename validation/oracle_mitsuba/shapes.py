@@ -101,6 +101,7 @@ class Mesh(Shape):
     file: str | None = None
     smooth: bool | None = None
     folder: str | None = None
+    part: int | None = None  # of its file; a PLY has but one
 
     def data(self) -> meshfile.Surface:
         return self._data

@@ -29,7 +29,7 @@ class Hits:
     outward: Array  # (n, 3): geometric unit normal
     shading: Array  # (n, 3): shading unit normal, on either side
     form: Array  # (n,) int: row of World.forms, -1 where Mitsuba's shape is the surface itself
-    chart: Array  # (n, 8): of meshes u, v, dp/du, dp/dv; (n, 0) where no mesh has any
+    chart: Array  # (n, 8): of meshes u, v, dp/du, dp/dv; (n, 11): and colours; (n, 0): no mesh has any
 
     def take(self, rows: Array) -> Hits:
         return Hits(*(getattr(self, name)[rows] for name in FIELDS))
@@ -69,7 +69,10 @@ class World:
         places = np.array([shapes[name] for name in plugins], int)
         self.first = np.zeros(places.max(initial=0) + 1, int)
         self.first[places] = geometry["first"]
-        self.chart = 8 * any("texcoords" in shape for shape in geometry["shapes"])
+        self.colored = [mi.ShapePtr(shape) for shape in self.scene.shapes()
+                        if shape.is_mesh() and shape.has_attribute("vertex_color")]  # fmt: skip
+        pictured = any("texcoords" in shape for shape in geometry["shapes"])
+        self.chart = 11 if self.colored else 8 * pictured
         self.many = np.zeros(places.max(initial=0) + 1, bool)  # a rectangle's two triangles are one primitive
         self.many[places] = [shape["type"] == "mesh" for shape in geometry["shapes"]]
 
@@ -128,7 +131,10 @@ class World:
         normal, shading = engine.rows(si.n, n), engine.rows(si.sh_frame.n, n)
         chart = np.zeros((n, self.chart))
         if self.chart:
-            chart = np.hstack([engine.rows(each, n) for each in (si.uv, si.dp_du, si.dp_dv)])
+            chart[:, :8] = np.hstack([engine.rows(each, n) for each in (si.uv, si.dp_du, si.dp_dv)])
+        for mesh in self.colored:
+            for name in ("vertex_color", "face_color"):
+                chart[:, 8:] += engine.rows(mesh.eval_attribute_3(name, si, si.shape == mesh), n)
         if not len(self.owner):
             nowhere = np.full(n, np.inf)
             none = np.full(n, -1)
