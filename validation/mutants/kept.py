@@ -14,6 +14,7 @@ from platformdirs import user_cache_dir
 
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError
+from clrt.base.resources import scene_folder
 
 from ..independence import code
 
@@ -24,9 +25,10 @@ def once(oracle: str, what: Any, make: Callable[[], Answer]) -> Answer:
     """What `make` gives, an oracle's answer; or what an earlier run kept of the same question and code.
 
     what: the question, all that the answer is made from; its repr tells it from others. Files that a scene
-    names count by name.
+    names count by name, those that ship wherever they are.
     """
-    name = hashlib.sha256(f"{code(oracle)} {_harness()} {what!r}".encode()).hexdigest()[:32]
+    asked = repr(what).replace(str(scene_folder()), "scenes")
+    name = hashlib.sha256(f"{code(oracle)} {_harness()} {asked}".encode()).hexdigest()[:32]
     file = Path(user_cache_dir("clrt", appauthor=False)) / "references" / f"{name}.pickle"
     with suppress(OSError, pickle.UnpicklingError, EOFError):
         kept: Answer = pickle.loads(file.read_bytes())
