@@ -80,6 +80,7 @@ release: $(VENV)/test-ready
 	@$(USE_DRIVER); $(BIN)/clrt validate --full --mutants --report out/validation.html
 	@$(USE_DRIVER); $(BIN)/python -m validation.deletion_run --all --check
 	@$(USE_DRIVER); $(BIN)/python -m validation.mutants.generated_run
+	@$(BIN)/python docs/make_mutants.py
 
 clean:
 	rm -rf $(VENV) out build dist

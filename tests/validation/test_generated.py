@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import itertools
 import re
 import warnings
@@ -15,7 +16,9 @@ generated = validation_module("mutants.generated")
 switched = validation_module("mutants.switched")
 planting = validation_module("mutants.generated_run")
 panel = validation_module("mutants.panel")
+outcomes = validation_module("mutants.outcomes")
 mutants = validation_module("mutants.run")
+DOCS = Path(__file__).resolve().parents[2] / "docs"
 FILE = "kernels/some.cl"
 
 
@@ -104,12 +107,30 @@ def test_cases_of_few_formats_show_what_kernels_can_tell_apart() -> None:
 def test_what_came_out_is_kept_and_every_live_fault_is_noticed() -> None:
     """Faults in files that have changed since are named; `make release` plants these again."""
     rows = planting.kept()
-    assert rows and {row["outcome"] for row in rows.values()} <= set(planting.OUTCOMES)
+    assert rows and {row["outcome"] for row in rows.values()} <= set(outcomes.OUTCOMES)
     assert [name for name, row in rows.items() if row["outcome"] == "survived"] == []
+    for name, row in rows.items():
+        assert row["by"] and "\n" not in row["by"], name
+        assert (row["outcome"] == "not live") == (row.get("why") in outcomes.REASONS), name
     now = {place.name: planting.digest(place) for place in generated.drawn(planting.COUNT)}
     old = [name for name in now if name not in rows or rows[name]["text"] != now[name]]
     if old:
         warnings.warn(f"docs/{planting.NAME}: {len(old)} faults were not planted in this code", stacklevel=1)
+
+
+def test_the_page_says_what_the_data_say() -> None:
+    """`python docs/make_mutants.py` writes it."""
+    spec = importlib.util.spec_from_file_location("make_mutants", DOCS / "make_mutants.py")
+    assert spec is not None and spec.loader is not None
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    rows, text = planting.kept(), maker.PAGE.read_text("utf-8")
+    assert maker.written(text, rows) == text
+    one = {"a.py:1:1: x | y becomes z": {"outcome": "not live", "why": outcomes.SAME, "by": "2 pictures"},
+           "b.py:1:1: + becomes -": {"outcome": "noticed", "by": "case: a gate", "case": "case"}}  # fmt: skip
+    said = "\n".join(maker.lines(one))
+    assert said.startswith("Of 2 faults 1 were noticed, 0 gave no picture, 1 were not live, none survived.")
+    assert r"| `a.py:1:1` | `x \| y` becomes `z` | 2 pictures |" in said and said.count("<details>") == 1
 
 
 @pytest.mark.parametrize("name", [
@@ -133,6 +154,6 @@ def test_a_build_with_many_faults_is_the_sound_one_until_one_is_chosen() -> None
     unseen = next(place for place in every if "light->surface" in text[place.start : place.end + 20])
     with validation_module("mutants.served").Served({1: shown, 2: unseen}) as served:
         picture, reached = served.sound("diffuse")
-        assert planting._same(picture, mutants.sound("diffuse", None)) and 1 in reached
-        assert not planting._same(served.picture(1, "diffuse"), picture)
-        assert planting._same(served.picture(0, "diffuse"), picture)
+        assert outcomes.same(picture, mutants.sound("diffuse", None)) and 1 in reached
+        assert not outcomes.same(served.picture(1, "diffuse"), picture)
+        assert outcomes.same(served.picture(0, "diffuse"), picture)

@@ -30,8 +30,6 @@ _OF_TABLES: Final = frozenset((
 # trees of many nodes, and of few wide ones; the cases of the matrix have but some leaves
 _LARGE: Final = ("shipped sphereflake", "shipped mesh")
 _BOTH: Final = "dispersive prism"  # what only rays with media and bands of their own run through
-MOST: Final = 100
-"""Cases on which a fault of the host is looked for: those that show every feature, and others."""
 _REFITTED: Final = tuple(REFITTED + name for name in _LARGE)
 _TREES: Final = ("tree.cl", "collapse.clh", "walk.clh", "leaves.clh", "intersect.clh", "packet.clh",
                  "frustum.clh", "gather.clh", "children.clh", "boxes.clh")  # fmt: skip
@@ -43,7 +41,7 @@ def cases_for(file: str) -> list[str]:
             if not case.startswith(CHECK)]  # fmt: skip
     if not file.startswith("kernels/"):
         every = fewest_cases({name: case.shows for name, case in matrix_cases().items()})
-        return list(dict.fromkeys([*near, *every, *_panel(), *matrix_cases()]))[:MOST]
+        return list(dict.fromkeys([*near, *every, *_panel(), *_LARGE, *matrix_cases()]))
     if file.rpartition("/")[2] in _TREES:
         near = [*_LARGE, *near]
     others = [case for case in matrix_cases() if _format(case) in {*map(_format, _panel())}]

@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 import os
 import pickle
+import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Final
@@ -38,9 +40,38 @@ _SECONDS: Final = 40  # of processor time that a picture may take, its kernels' 
 _MEMORY: Final = 12 << 30  # bytes of addresses, of which drivers take much
 _MORE_OPTIONS: Final = "PYOPENCL_BUILD_OPTIONS"
 _BESIDE: Final = ("kernels", "scenes", "validation")  # what a checkout has beside the package
+_ERROR: Final = re.compile(r"[\w.]*(?:Error|Exception|Exit|Interrupt)\b")  # as the last line of a traceback
+_FOLDERS: Final = re.compile(r"(?<![\w.~])/(?:[^\s/\"':,;]+/)+")
+_LONG: Final = 160
 _CHILD: Final = (
     "from clrt.base.resources import validation_module as find; find('mutants.plant').render_for_parent()"
 )
+
+
+class Lost(ClrtError):
+    """A program with a fault gave no picture: an error, a crash, too long a time.
+
+    said: what it wrote, all of it; crashed: it ended by itself.
+    """
+
+    def __init__(self, said: str, crashed: bool = False) -> None:
+        super().__init__(f"the patched program failed: {said}")
+        self.said, self.crashed = said, crashed
+
+    @property
+    def word(self) -> str:
+        """The error that it ended with, in a line without folders."""
+        lines = [line.strip() for line in self.said.splitlines() if line.strip()] or [""]
+        errors = [line for line in lines if _ERROR.match(line)]
+        line = _FOLDERS.sub("", (errors or lines)[-1])
+        return line if len(line) <= _LONG else f"{line[:_LONG]}..."
+
+
+def ended_by(code: int) -> str:
+    """How a process ended that wrote nothing."""
+    with suppress(ValueError):
+        return f"ended by {signal.Signals(-code).name}"
+    return f"ended with {code}"
 
 
 def small(case: str) -> Scene:
@@ -73,22 +104,21 @@ def _elsewhere(scene: Scene) -> Scene:
 @contextmanager
 def patched(file: str, edit: Callable[[str], str]) -> Iterator[Path]:
     """A folder with a copy of the kernels, or of the package beside what it needs; `file` in it is edited."""
-    of_kernels = file.startswith("kernels/")
-    folder, name = (kernel_folder(), "kernels") if of_kernels else (PACKAGE, "clrt")
-    with _copied(folder, name) as root:
-        (root / file).write_text(edit((root / file).read_text("utf-8")), "utf-8")
-        for beside in () if of_kernels else _BESIDE:
-            if (PACKAGE.parent / beside).is_dir():
-                (root / beside).symlink_to(PACKAGE.parent / beside)
+    with patched_with([file], lambda _, text: edit(text)) as root:
         yield root
 
 
 @contextmanager
-def patched_with(edit: Callable[[str, str], str]) -> Iterator[Path]:
-    """A folder with a copy of the kernels, each file ("kernels/...", text) edited."""
-    with _copied(kernel_folder(), "kernels") as root:
-        for file in sorted((root / "kernels").glob("*.cl*")):
-            file.write_text(edit(f"kernels/{file.name}", file.read_text("utf-8")), "utf-8")
+def patched_with(files: Collection[str], edit: Callable[[str, str], str]) -> Iterator[Path]:
+    """The same with several files, all of kernels or none; `edit` is given each one's name and text."""
+    of_kernels = all(file.startswith("kernels/") for file in files)
+    folder, name = (kernel_folder(), "kernels") if of_kernels else (PACKAGE, "clrt")
+    with _copied(folder, name) as root:
+        for file in files:
+            (root / file).write_text(edit(file, (root / file).read_text("utf-8")), "utf-8")
+        for beside in () if of_kernels else _BESIDE:
+            if (PACKAGE.parent / beside).is_dir():
+                (root / beside).symlink_to(PACKAGE.parent / beside)
         yield root
 
 
@@ -121,7 +151,7 @@ def pictures_by_child(
 ) -> Generator[tuple[str, OracleImage], None, None]:
     """Pictures by a process that takes kernels and package from `root` where it has them, as they are made.
 
-    ClrtError where the process fails, crashes, takes longer than that, or _SECONDS of processor time for one.
+    Lost where the process fails, crashes, takes longer than that, or _SECONDS of processor time for one.
     """
     path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
     command = [sys.executable, "-P", "-W", "ignore", "-c", _CHILD]
@@ -144,8 +174,8 @@ def pictures_by_child(
             ended = child.wait()
             errors.seek(0)
             said = errors.read().decode(errors="replace").strip()[-2000:]
-            why = f"no picture within {seconds:g} s" if not clock.is_alive() else said or f"ended by {-ended}"
-            raise ClrtError(f"the patched program failed: {why}") from None
+            late = f"no picture within {seconds:g} s"
+            raise Lost(late if not clock.is_alive() else said or ended_by(ended), True) from None
         finally:
             clock.cancel()
             child.kill()

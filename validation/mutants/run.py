@@ -39,6 +39,7 @@ from .surfaces import SURFACE_FAULTS
 _FAULTS: Final = (*KERNEL_FAULTS, *SURFACE_FAULTS, *HOST_FAULTS, *SPECTRAL_FAULTS, *AUDIT_FAULTS,
                   *ENGINE_FAULTS, *EXTENT_FAULTS)
 MUTANTS: Final = {mutant.name: mutant for mutant in _FAULTS}
+_EDGES = "edges of the mask"  # kept among the layers
 _SECONDS = 120  # that a patched package may take for its pictures
 
 
@@ -126,11 +127,14 @@ def reference(case: str) -> tuple[OracleImage, np.ndarray]:
     """The float64 oracle's picture of a case, and the mask (h, w) of what lies at edges in it."""
     scene = small(case.removeprefix(REFITTED))
 
-    def made() -> tuple[OracleImage, np.ndarray]:
+    def made() -> OracleImage:
         picture = picture64(scene)
-        return picture, edges64(scene, picture)
+        return dataclasses.replace(picture, layers={**picture.layers, _EDGES: edges64(scene, picture)})
 
-    return once(ORACLE64, scene.to_dict(), scene.folder, made)
+    kept = once(ORACLE64, scene.to_dict(), scene.folder, made)
+    layers = dict(kept.layers)
+    edges = layers.pop(_EDGES)
+    return dataclasses.replace(kept, layers=layers), edges
 
 
 @cache
