@@ -40,8 +40,9 @@ def cases_for(file: str) -> list[str]:
     near = [case for mutant in MUTANTS.values() if mutant.file == file for case in mutant.cases
             if not case.startswith(CHECK)]  # fmt: skip
     if not file.startswith("kernels/"):
+        # scenes that are scripts are run from where they ship alone, and a patched package links to them
         every = fewest_cases({name: case.shows for name, case in matrix_cases().items()})
-        return list(dict.fromkeys([*near, *every, *_panel(), *_LARGE, *matrix_cases()]))
+        return list(dict.fromkeys([*near, *every, *_panel(), _LARGE[1], *matrix_cases()]))
     if file.rpartition("/")[2] in _TREES:
         near = [*_LARGE, *near]
     others = [case for case in matrix_cases() if _format(case) in {*map(_format, _panel())}]

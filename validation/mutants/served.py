@@ -25,12 +25,11 @@ from clrt.base.resources import PACKAGE
 from clrt.device.device import Device
 from clrt.device.kernelcache import VARIABLE as CACHE
 
-from ..cases import case_named
+from ..cases import matrix_cases
 from ..types import OracleImage
 from . import switched, switched_host
 from .generated import Place
 from .plant import (
-    REFITTED,
     Lost,
     bound_memory,
     bound_time,
@@ -180,10 +179,10 @@ def serve() -> None:
             switch = switched.Switch()
             pickle.dump(frozenset(), answers)
             opened = _with_kernels(Path(root), device)
+        matrix_cases()  # kept, as no fault is to change them
         while True:
             fault, case = pickle.load(sys.stdin.buffer)
             bound_time(_BUILD if fault == 0 else limit)
-            case_named(case.removeprefix(REFITTED))  # all cases, which no fault is to change
             switch.choose(fault)
             try:
                 picture: OracleImage | str = picture_of(case, opened)
