@@ -99,7 +99,7 @@ def matrix_cases() -> dict[str, Case]:
     cases = [_case(name, scene, tags) for module in modules for name, scene, tags in module.scenes()]
     cases += [_case(name, scene, set(), ("oracle64", f"stock-{mode}")) for name, scene,
               mode in stock.scenes()]
-    cases += [_case(name, scene, set(), ("oracle64",)) for name, scene in pictures.at_levels()]
+    cases += [_case(name, scene, tags) for name, scene, tags in pictures.at_levels()]
     stand_ins = {"equal distances": terms.ties(moved=50.0)}
     return {c.name: dataclasses.replace(c, stand_in=stand_ins.get(c.name)) for c in cases}
 

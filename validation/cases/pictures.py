@@ -38,8 +38,8 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "picture and ambient rays", room(gathered, ambient_samples=3, max_depth=2), set()
 
 
-def at_levels() -> Iterator[tuple[str, Table]]:
-    """Name and scene of what only the float64 oracle has: mip levels."""
+def at_levels() -> Iterator[tuple[str, Table, set[str]]]:
+    """Mip levels, on quadrics apart."""
     fine: Table = {"filter": "mipmap", "scale": [2.5, 2.5]}
     globe: Table = {"color": {**_GLOBE["color"], **fine, "wrap": "mirror"}, "diffuse": 0.8}
     tiles: Table = {**_TILES, "color": {**_TILES["color"], "filter": "mipmap"}}
@@ -50,12 +50,13 @@ def at_levels() -> Iterator[tuple[str, Table]]:
     wood: Table = {"color": {"type": "image", "file": "wood.png", **fine, "wrap": "clamp"}, "diffuse": 0.8}
     floor = {"type": "plane", "point": [0, -1.9, 0], "normal": [0, 1, 0.05], "material": tiles}
     shapes = [floor, with_material(CLOSED["sphere"]((-1.4, 0.7, 0.2), 0.8), globe),
-              with_material(CLOSED["quadric"]((1.5, 0.9, 0.0), 0.8), globe),
               with_material(CLOSED["turned ellipsoid"]((0.0, 1.5, -0.4), 0.8), wood),
               with_material(CLOSED["capped cylinder"]((1.4, -0.8, 0.6), 0.8), mirror),
               with_material(CLOSED["box"]((-0.2, -0.9, 0.8), 0.8), glass),
               _tile(-1.6, {"color": {**_WOOD["color"], "filter": "mipmap"}, "diffuse": 0.9})]  # fmt: skip
-    yield "pictures at their levels", room(shapes)
+    yield "pictures at their levels", room(shapes), set()
+    quadric = with_material(CLOSED["quadric"]((0.3, -0.2, 0.0), 1.8), globe)
+    yield "a picture at its levels on a quadric", room([quadric]), set()
 
 
 def _tile(x: float, material: Table) -> Table:

@@ -206,7 +206,7 @@ _SURFACES: Final = (
     Mutant("mirrors forget how wide cones are", "kernels/children.clh", "values - 2, values)] = there",
            "values - 2, values)] = 0.0f", _LEVELS),
     Mutant("a quadric's footprint on its normals", "kernels/mips.clh", "symmetric_times(d, m, *of_u), share)",
-           "symmetric_times(d, m, *of_u), (REAL)(1.0f))", _LEVELS),
+           "symmetric_times(d, m, *of_u), (REAL)(1.0f))", ("a picture at its levels on a quadric",)),
     Mutant("cones of half their width", "kernels/generate.cl", "/ (float)camera.grid;", "* 0.5f;", _LEVELS),
     Mutant("background image mirrored", "kernels/sky.clh", "lat_long(d, &u",
            "lat_long(vec(-d.x, d.y, d.z), &u", ("sky image",), CAMERA),

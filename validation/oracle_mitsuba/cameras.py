@@ -81,6 +81,20 @@ def focus(camera: Camera) -> float:
     return camera.focus or float(np.linalg.norm(np.subtract(camera.target, camera.origin)))
 
 
+def cones(camera: Camera, direction: Array) -> Array:
+    """Cones (n, 2) of rays of these directions, as wide as a sample's part of a pixel: width, and growth."""
+    forward = np.subtract(camera.target, camera.origin)
+    forward = forward / np.linalg.norm(forward)
+    flat = camera.type == "orthographic"
+    across = camera.size if flat else 2 * np.tan(np.radians(camera.fov) / 2)
+    side = across / (camera.width if camera.fov_axis == "horizontal" else camera.height)
+    if camera.K is not None:
+        side = 1 / min(camera.K[0][0], camera.K[1][1])
+    side = side / math.isqrt(camera.spp)
+    grows = np.zeros(len(direction)) if flat else side * (direction @ forward)
+    return np.stack([np.full(len(direction), side if flat else side * camera.near), grows], 1)
+
+
 def upright(forward: Array) -> Array:
     """The default way up: y, or z for a camera that looks along y."""
     return np.array((0.0, 0.0, 1.0) if np.hypot(forward[0], forward[2]) < 1e-6 else (0.0, 1.0, 0.0))

@@ -19,8 +19,9 @@ from .lights import Way
 from .optics import Optics, dot, normalized
 from .plugins import rgb
 from .skies import environment
+from .spot import Spot
 from .surfaces import emitter
-from .table import Spot, Table
+from .table import Table
 
 Array = np.ndarray
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from . import stock
 from .records import AreaLight, Checker, Picture, Scene
-from .shapes import Mesh
+from .shapes import Mesh, Quadric
 
 LAYER_B = ("table", "bsdf")
 SPECTRAL = "spectral"  # the table mode, three bands at a time
@@ -31,8 +31,9 @@ def supports(scene: Scene, mode: str) -> str | None:
             return f"shapes[{number}]: a mesh whose u and v are not read"
         if scene.shadow == "tinted" and isinstance(material.transmission_color, Picture):
             return f"shapes[{number}]: tinted shadows of a picture"
-        if any(isinstance(of, Picture) and of.filter == "mipmap" for of in vars(material).values()):
-            return f"shapes[{number}]: mip levels of a picture"
+        fine = any(isinstance(of, Picture) and of.filter == "mipmap" for of in vars(material).values())
+        if fine and isinstance(shape, Quadric):
+            return f"shapes[{number}]: mip levels on a quadric, by whose normals u and v go"
     if mode == SPECTRAL:
         return not_by_wavelength(scene)
     if scene.spectrum is not None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from . import engine
 from .engine import dr, mi
+from .footprints import reaches, smaller
 from .palette import Bands, Colors
 from .places import Chart, chart
 from .records import NormalMap, Picture, Scene
@@ -31,8 +32,11 @@ class Pictures:
         self.shown = [number for number, material in enumerate(materials) if material.pictures]
         self._textures: dict[tuple[Any, ...], Any] = {}
 
-    def tones(self, plain: dict[str, Array], hits: Hits) -> dict[str, Array]:
-        """The colours COLORS (n, 3) at hits; `plain`: those of materials without pictures."""
+    def tones(self, plain: dict[str, Array], u: Array, width: Array, hits: Hits) -> dict[str, Array]:
+        """The colours COLORS (n, 3) at hits of rays `u`; `plain`: those of materials without pictures.
+
+        width: of the rays' cones there, (n,).
+        """
         found = {name: np.array(values) for name, values in plain.items()}
         for number in self.shown:
             rows = np.flatnonzero(hits.shape == number)
@@ -40,18 +44,23 @@ class Pictures:
             asked = {name: getattr(material, key) for name, key in COLORS.items()}
             asked = {name: value for name, value in asked.items() if isinstance(value, Picture)}
             if rows.size and asked:
-                at = self._chart(number, hits.take(rows))
+                here = hits.take(rows)
+                at = self._chart(number, here)
+                reach = reaches(at, here.outward, u[rows], width[rows])
                 for name, picture in asked.items():
                     if picture.part is None:
-                        rgb = self._looked_up(self._colors(picture, name == "e"), picture, at)
+                        rgb = self._at_levels(self._colors(picture, name == "e"), picture, at, reach)
                     else:
                         rgb = hits.chart[rows, 8:] * np.array(picture.tint)
                     shown = self.palette.shines if name == "e" else self.palette.reflects
                     found[name][rows] = shown(rgb)
         return found
 
-    def bent(self, ns: Array, n: Array, u: Array, hits: Hits) -> Array:
-        """Shading normals (n, 3) of rays `u` as maps bend them; `ns`, `n` are on the rays' side."""
+    def bent(self, ns: Array, n: Array, u: Array, width: Array, hits: Hits) -> Array:
+        """Shading normals (n, 3) of rays `u` as maps bend them; `ns`, `n` are on the rays' side.
+
+        width: as for `tones`.
+        """
         found = ns.copy()
         for number in self.shown:
             material = self.scene.material_of(self.scene.shapes[number])
@@ -61,7 +70,8 @@ class Pictures:
             here = hits.take(rows)
             at = self._chart(number, here)
             like = material.color if isinstance(material.color, Picture) else Picture("")
-            texel = np.maximum(self._looked_up(self._normals(material.normal_map), like, at), -1.0)
+            reach = reaches(at, here.outward, u[rows], width[rows])
+            texel = np.maximum(self._at_levels(self._normals(material.normal_map), like, at, reach), -1.0)
             lean = texel[:, :2] * material.normal_map.scale
             new = _tilted(np.c_[lean, texel[:, 2]], here.shading, at)
             new = np.where(_dot(new, n[rows]) < 0, -new, new)
@@ -77,12 +87,33 @@ class Pictures:
             return Chart(u, v, hits.chart[:, 2:5], hits.chart[:, 5:8])
         return chart(shape, hits.point, hits.outward)
 
+    def _at_levels(self, texels: Array, how: Picture, at: Chart, reach: Array) -> Array:
+        """What a picture shows where footprints reach so far in u and v, (n, 2)."""
+        if how.filter != "mipmap":
+            return self._looked_up(texels, how, at)
+        key = "levels", id(texels)
+        levels = self._textures.setdefault(key, None) or smaller(texels)
+        self._textures[key] = levels
+        height, width = texels.shape[:2]
+        x = np.max(reach * np.abs(how.scale) * np.array([width, height]), axis=1)
+        x = np.clip(np.where(np.isnan(x), np.inf, x), 1, 2.0 ** (len(levels) - 1))
+        first = np.minimum(np.floor(np.log2(x)).astype(int), len(levels) - 1)
+        found = np.zeros((len(x), 3))
+        for number, level in enumerate(levels):
+            share = x / 2.0**first - 1
+            weight = np.where(first == number, 1 - share, np.where(first == number - 1, share, 0.0))
+            rows = np.flatnonzero(weight)
+            if rows.size:
+                part = Chart(*(getattr(at, name)[rows] for name in ("u", "v", "du", "dv")))
+                found[rows] += weight[rows, None] * self._looked_up(level, how, part)
+        return found
+
     def _looked_up(self, texels: Array, how: Picture, at: Chart) -> Array:
         """What Mitsuba's `bitmap` shows of numbers (h, w, 3), as they are, (n, 3)."""
         known = self._textures.setdefault((id(texels), how.wrap, how.filter), None)
         if known is None:
             plugin = {"type": "bitmap", "bitmap": texels, "raw": True, "wrap_mode": how.wrap,
-                      "filter_type": "bilinear" if how.filter == "linear" else "nearest"}  # fmt: skip
+                      "filter_type": "nearest" if how.filter == "nearest" else "bilinear"}  # fmt: skip
             known = self._textures[id(texels), how.wrap, how.filter] = engine.load(plugin)
         si = dr.zeros(mi.SurfaceInteraction3f, len(at.u))
         stated = zip((at.u, at.v), how.scale, how.offset, strict=True)

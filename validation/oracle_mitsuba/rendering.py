@@ -94,6 +94,7 @@ def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -
     if lens is not None and thin is None:
         origin, direction = cameras.bent(camera, origin, direction, lens)
     origin = origin + world["center"]
+    cone = cameras.cones(camera, direction)
     one_eye = eye is not None and lens is None
     start = _start(scene, job, np.asarray(camera.origin, float)[None] if one_eye else origin)
     start = np.broadcast_to(start, len(positions))
@@ -107,7 +108,7 @@ def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -
         streams = combine(np.uint32(view["seed"]), pixel), sample
         place, places = (block, len(positions)) if weighed else (pixel, pixels)
         rays = origin[block], direction[block], place, streams, start[block]
-        first = _trace(shader, *rays, places, sums)
+        first = _trace(shader, *rays, places, sums, cone[block])
         t[block], shape[block] = first.t, first.shape
     if weighed:
         counts = shares(view["sensor"], view["off"], spp, pixels)
@@ -131,8 +132,11 @@ def _shader(job: dict[str, Any]) -> Table:
 
 
 def _trace(shader: Any, origin: Any, direction: Any, pixel: Any, streams: Any, media: Any, pixels: int,
-           sums: Any) -> Any:  # fmt: skip
+           sums: Any, cone: Any = None) -> Any:  # fmt: skip
+    cone = np.zeros((len(pixel), 2)) if cone is None else cone
     nowhere, path = np.full(len(pixel), -1), combine(*streams) & ~np.uint32(15)
-    rays = Rays(origin, direction, np.ones_like(direction), pixel, path, nowhere, media, *streams)
+    base, sample = streams
+    own = pixel, path, nowhere, media, base, sample, cone
+    rays = Rays(origin, direction, np.ones_like(direction), *own)
     with np.errstate(divide="ignore", invalid="ignore"):
         return trace(shader, rays, pixels, sums)

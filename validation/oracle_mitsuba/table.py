@@ -7,7 +7,7 @@ What surfaces do with light is computed here, in float64, from a table of materi
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,40 +19,12 @@ from .lights import Way, surface, unhidden, ways
 from .media import Media
 from .optics import Optics, conductor, dot, normalized
 from .pictures import Pictures
+from .spot import Spot
 from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
 from .world import Hits, World
 
 Array = np.ndarray
 PLAIN, GLOBE = 0, 2  # patterns, as in surfaces.py
-
-
-@dataclass(frozen=True, eq=False)
-class Spot:
-    """Where rays hit, seen from the ray's side."""
-
-    shape: Array  # (n,)
-    point: Array
-    outward: Array
-    n: Array  # geometric normal
-    ns: Array  # shading normal
-    enters: Array  # (n,) bool: the ray comes from outside
-    offset: Array  # (n,)
-    F: Array
-    H: Array  # tints of highlight, mirror and transmission, and emission (n, 3)
-    M: Array
-    Tt: Array
-    e: Array
-    form: Array  # (n,)
-    eta_i: Array  # (n,): index of refraction on the ray's side
-    eta_t: Array  # (n,): and beyond
-    media: Array  # (n,): states of media.Media on the ray's side
-    beyond: Array  # (n,)
-
-    def take(self, rows: Array) -> Spot:
-        return Spot(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
-
-    def leave(self, side: Array) -> Array:
-        return np.asarray(self.point + self.offset[:, None] * side)
 
 
 class Table:
@@ -159,13 +131,14 @@ class Table:
         n = np.where(enters[:, None], hits.outward, -hits.outward)
         ns = np.where((dot(hits.shading, n) < 0)[:, None], -hits.shading, hits.shading)
         ns = np.where((dot(ns, u) < 0)[:, None], ns, n)
-        ns = self.pictures.bent(ns, n, u, hits)
+        cone = np.stack([rays.cone[:, 0] + rays.cone[:, 1] * hits.t, rays.cone[:, 1]], 1)
+        ns = self.pictures.bent(ns, n, u, cone[:, 0], hits)
         tones = {name: self.of[name][hits.shape] for name in ("H", "M", "Tt", "e")}
-        tones = self.pictures.tones({"F": self.reflectance(hits), **tones}, hits)
+        tones = self.pictures.tones({"F": self.reflectance(hits), **tones}, u, cone[:, 0], hits)
         step = self.world.step(hits.point)
         sides = self._indices(hits.shape, rays.media, beyond, enters)
         return Spot(hits.shape, hits.point, hits.outward, n, ns, enters, step, form=hits.form, eta_i=sides[0],
-                    eta_t=sides[1], media=rays.media, beyond=beyond, **tones)  # fmt: skip
+                    eta_t=sides[1], media=rays.media, beyond=beyond, cone=cone, **tones)  # fmt: skip
 
     def _indices(self, shape: Array, here: Array, beyond: Array, enters: Array) -> tuple[Array, Array]:
         """Indices of refraction on this side and beyond; sheets and opaque surfaces have theirs inside."""
@@ -259,7 +232,7 @@ class Table:
                 media = spot.beyond if name == TRANSMISSION else spot.media
                 start = spot.leave(side)
                 child = Rays(start, direction, weight, rays.pixel, rays.path, spot.form, media, rays.base,
-                             rays.sample).take(rows)  # fmt: skip
+                             rays.sample, spot.cone).take(rows)  # fmt: skip
                 yield name, rows, share[rows], drawing(replace(child, path=path))
 
     def optics(self, u: Array, spot: Spot, n: Array) -> Optics:
@@ -344,6 +317,7 @@ class Table:
             weight = rays.weight[rows] * share[rows] / samples
             origin, form = spot.leave(spot.n)[rows], spot.form[rows]
             path = combine(h, np.uint32(i)) & ~np.uint32(15) | flags
-            child = Rays(origin, direction, weight, rays.pixel[rows], path, form, spot.media[rows], h, h)
+            own = rays.pixel[rows], path, form, spot.media[rows], h, h, spot.cone[rows]
+            child = Rays(origin, direction, weight, *own)
             queues.append(drawing(child))
         return Rays.joined(queues)

@@ -27,6 +27,7 @@ class Rays:
     media: Array  # (n,) int: a state of media.Media
     base: Array  # (n,) uint32: the hash that numbers are drawn from: of generation 0 the pixel's
     sample: Array  # (n,): which stretch of these is the ray's: which sample of its pixel it is
+    cone: Array  # (n, 2): how wide its cone is where it starts, and by how much it grows
 
     def take(self, rows: Array) -> Rays:
         return Rays(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
