@@ -7,7 +7,8 @@ INLINED Ray asked_ray(const Asked asked, uint i)
 {
     __global const float *o = asked.origins + (size_t)i * asked.origin_step;
     __global const float *d = asked.directions + (size_t)i * asked.direction_step;
-    const Ray ray = {vec(o[0], o[1], o[2]), unit3(vec(d[0], d[1], d[2])), asked.t_max ? asked.t_max[i] : asked.most};
+    const Vec direction = unit_of_any(vec(d[0], d[1], d[2]));
+    const Ray ray = {vec(o[0], o[1], o[2]), direction, asked.t_max ? asked.t_max[i] : asked.most};
     return ray;
 }
 

@@ -95,7 +95,7 @@ __kernel void adopt(__global const float *origins, __global const float *directi
     __global const float *from = origins + 3 * (size_t)i, *way = directions + 3 * (size_t)i;
     const Vec origin = vec(from[0], from[1], from[2]);
     const Vec d = vec(way[0], way[1], way[2]);
-    store_ray(rays, i, origin, unit3(d), t_max[i]);
+    store_ray(rays, i, origin, unit_of_any(d), t_max[i]);
     pixel_of[i] = i;
     path[i] = combine(combine(0u, numbers[i]), 0u) & ~(uint)PATH_FLAGS;
     for (int b = 0; b < RAY_BANDS; b++) weights[in_block(i, b, VALUES)] = 1.0f;

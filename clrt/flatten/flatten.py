@@ -17,7 +17,7 @@ from clrt.flatten.camera import flatten_camera
 from clrt.flatten.geometry import GEOMETRY, geometry
 from clrt.flatten.hidden import warn_of_hidden_view
 from clrt.flatten.images import Pictures
-from clrt.flatten.lightsurfaces import add_surfaces, visible_lights, without_surfaces
+from clrt.flatten.lightsurfaces import SECTIONS, add_surfaces, visible_lights, without_surfaces
 from clrt.flatten.mapping import mappings
 from clrt.flatten.materials import MaterialTable, flatten_lights, shows_pictures
 from clrt.flatten.media import Extents, Media, extents_of, media_of, needs_lists
@@ -247,8 +247,9 @@ def _geometry_of(
     sections = {name: getattr(flat, name) for name in GEOMETRY}
     if flat.scene["surfaces"][0]:
         sections = without_surfaces(sections, flat.n_shapes)
-    for name in ("primitives", "unbounded"):
-        if not flat.scene[name][0]:  # what stands in for none
+    sections |= {name: sections[name][:0] for name in ("primitives", "unbounded") if not flat.scene[name][0]}
+    for name in SECTIONS:
+        if not np.frombuffer(sections[name][:1], np.uint8).any():  # no record is all 0: it stands in for none
             sections[name] = sections[name][:0]
     if extents.materials == tuple(materials):
         return sections, extents

@@ -15,7 +15,7 @@ from clrt.flatten.geometry import LARGEST
 from clrt.scene.arealights import AreaLight, DiskLight, RectangleLight
 from clrt.scene.scene import Scene
 
-_SECTIONS: Final = ("primitives", "spheres", "disks", "quadrics")
+SECTIONS: Final = ("spheres", "disks", "quadrics")  # of such surfaces
 
 
 def visible_lights(scene: Scene) -> dict[int, AreaLight]:
@@ -56,7 +56,7 @@ def without_surfaces(sections: dict[str, np.ndarray], shapes: int) -> dict[str, 
         return sections
     kept: dict[str, Any] = {"primitives": primitives[own]}
     for kind, section in layout.SECTIONS.items():
-        if section in _SECTIONS:
+        if section in SECTIONS:
             count = np.count_nonzero(kept["primitives"]["kind"] == layout.KINDS[kind])
             kept[section] = sections[section][:count]
     return sections | kept

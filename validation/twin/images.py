@@ -10,7 +10,21 @@ from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
 from .geometry import primitives_of
-from .math import ONE, Array, arccos, arctan2, cross, dot, frame_about, larger, smaller, unit, xyz
+from .math import (
+    ONE,
+    Array,
+    arccos,
+    arctan2,
+    cross,
+    dot,
+    frame_about,
+    larger,
+    largest_coordinate,
+    smaller,
+    unit,
+    unit_of_any,
+    xyz,
+)
 from .mips import along_rows, corners_of, levels_of, reaches
 
 _MAP = layout.MAPPINGS
@@ -174,8 +188,8 @@ def _bent(
     n = np.where(dot(s.smooth, s.smooth) > 0.0, s.smooth, s.outward)
     way, hand = _way_of_u(flat, how, index, s, n)
     way = way - n * dot(way, n)
-    square = dot(way, way)
-    tangent = np.where((square > 0.0) & (square < np.inf), way * (ONE / np.sqrt(square)), frame_about(n)[0])
+    most = largest_coordinate(way)
+    tangent = np.where((most > 0.0) & (most < np.inf), unit_of_any(way), frame_about(n)[0])
     bitangent = cross(n, tangent)
     bitangent = np.where(hand < 0.0, bitangent, -bitangent)
     bent = unit(tangent * x + bitangent * y + n * z)

@@ -38,6 +38,14 @@ def unit(v: Array) -> Array:
     return v * (ONE / np.sqrt(dot(v, v)))
 
 
+def unit_of_any(v: Array) -> Array:
+    """The same of any vector that is not 0, also where its square leaves the range of float32."""
+    with np.errstate(all="ignore"):
+        square = dot(v, v)
+        scale = np.where(square > 2.0**60, 2.0**-90, np.where(square < 2.0**-60, 2.0**90, 1.0))
+        return unit(v * scale.astype(np.float32))
+
+
 def larger(a: Any, b: Any) -> Array:
     """The larger number; `b` where `a` is NaN."""
     return np.where(a > b, a, b)

@@ -9,7 +9,19 @@ import numpy as np
 from clrt import layout
 
 from .geometry import Rays
-from .math import Array, combine, disk, dot, exponential, larger, mix_bits, unit, unit_interval, vector
+from .math import (
+    Array,
+    combine,
+    disk,
+    dot,
+    exponential,
+    larger,
+    mix_bits,
+    unit,
+    unit_interval,
+    unit_of_any,
+    vector,
+)
 
 FLAGS = np.uint32(layout.PATH["PATH_FLAGS"])
 
@@ -154,7 +166,7 @@ def adopt(
     path = combine(first.base, none) & ~FLAGS
     place = np.arange(len(numbers), dtype=np.uint32)
     weight = ones(bands, len(numbers))
-    queue = new_queue("camera", origins.T, unit(directions.T), place, path, weight, t_max)
+    queue = new_queue("camera", origins.T, unit_of_any(directions.T), place, path, weight, t_max)
     return replace(queue, first=first)
 
 

@@ -11,7 +11,20 @@ from clrt.flatten.flatten import FlatScene
 
 from .geometry import KINDS, Hits, Rays, frame_of, primitives_of, quadric_times, triangle_hit, triangle_normal
 from .images import place_pictures
-from .math import ONE, Array, arccos, arctan2, cross, dot, larger, largest_coordinate, unit, vector, xyz
+from .math import (
+    ONE,
+    Array,
+    arccos,
+    arctan2,
+    cross,
+    dot,
+    larger,
+    largest_coordinate,
+    unit,
+    unit_of_any,
+    vector,
+    xyz,
+)
 
 _OFFSET = np.float32(layout.OFFSET)
 _ULP = np.float32(2.0**-23)
@@ -126,7 +139,7 @@ def _on_triangle(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Arra
     s.point[:, at] = v0 + ((v1 - v0) * u + (v2 - v0) * v)
     normal = triangle_normal(v0, v1, v2)
     with np.errstate(all="ignore"):
-        s.outward[:, at] = np.where(dot(normal, normal) > 0, unit(normal), -rays.direction)
+        s.outward[:, at] = np.where(largest_coordinate(normal) > 0, unit_of_any(normal), -rays.direction)
     reach = [largest_coordinate(corner) for corner in corners]
     s.offset[at] = _OFFSET * larger(larger(reach[0], reach[1]), reach[2])
     first = triangle["normals"]

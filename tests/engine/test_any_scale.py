@@ -1,0 +1,43 @@
+"""Numbers whose squares leave the range of float32 give the answers that others give."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+
+
+def test_directions_of_any_length() -> None:
+    tracer = clrt.Tracer({"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 0.5}], "ambient": 1})
+    way = np.array([-1.0, -2.0, -3.0])
+    for length in (1e-36, 1e-23, 1, 2e19, 1e38):
+        ray = [1, 2, 3], length * way
+        assert tracer.intersect(*ray).t == pytest.approx(np.sqrt(14) - 0.5, rel=1e-6)
+        assert tracer.occluded(*ray) and tracer.count_hits(*ray) == 2
+        assert tracer.radiance(*ray)[0] == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("size", [2.0**-40, 2.0**-35, 2.0**35, 2.0**40])
+def test_triangles_of_any_size(size: float) -> None:
+    assert np.allclose(_picture(size), _picture(1.0), atol=1e-3)
+
+
+def _picture(size: float) -> np.ndarray:
+    corners = size * np.array([[-1, -1, 0], [1, -1, 0.5], [0, 1, 0]])
+    mesh: dict[str, Any] = {"type": "mesh", "vertices": corners, "faces": [[0, 1, 2]]}
+    view = {"origin": [0, 0, 4 * size], "target": [0, 0, 0], "width": 16, "height": 12}
+    lamp = {"type": "point", "position": [size, 2 * size, 5 * size]}
+    return clrt.render(clrt.load_dict({"camera": view, "lights": [lamp], "shapes": [mesh]})).pixels
+
+
+def test_lights_that_come_leave_the_hash_of_a_new_tracer() -> None:
+    scene = clrt.load_dict({"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}]})
+    tracer = clrt.Tracer(scene)
+    for light in ({"type": "disk", "center": [0, 3, 0], "normal": [0, -1, 0], "radius": 1},
+                  {"type": "rectangle", "center": [0, 3, 0], "u": [1, 0, 0], "v": [0, 0, 1]}):  # fmt: skip
+        lit = scene.replace({"lights": [light]})
+        tracer.update(lit)
+        assert tracer.flat.hash == clrt.Tracer(lit).flat.hash
