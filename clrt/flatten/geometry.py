@@ -18,7 +18,7 @@ from clrt.scene.scene import Mesh, Scene
 
 _CHUNK = 1 << 15  # boxes treated at once: what fits the cache
 LARGEST: Final = 1e15  # |coordinate|, and 1 / it a scene's least size: float32 loses products beyond
-_TOO_LARGE = f"its coordinates are beyond {LARGEST:g}, whose products float32 cannot hold; make it smaller"
+_TRIANGLES: Final = 1e12  # the same of triangles: their test multiplies three, sheared, from the ray's origin on
 _LOWEST, _HIGHEST = np.float32(-np.inf), np.float32(np.inf)
 
 
@@ -28,16 +28,19 @@ class Boxes:
 
     records: np.ndarray
     bounded: np.ndarray  # (n,) bool
-    too_far: np.ndarray  # (n,) bool: beyond LARGEST
+    too_far: np.ndarray  # (n,) bool: beyond what kernels take
 
     @staticmethod
     def of(n: int) -> Boxes:
         """Room for so many."""
         return Boxes(np.zeros(n, layout.dtype("Box")), np.empty(n, bool), np.empty(n, bool))
 
-    def put(self, part: slice, low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray) -> None:
+    def put(
+        self, part: slice, low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray, largest: float
+    ) -> None:
         """Boxes (3, k), computed in float64, wider by `pad` times their largest |coordinate| and by `extra`.
 
+        largest: |coordinate| that kernels take.
         Of few at a time, which stay in a processor's cache, and axis by axis: numpy is slow on rows of 3.
         """
         least, most = low.astype(np.float64), high.astype(np.float64)
@@ -50,7 +53,7 @@ class Boxes:
         for axis in range(3):
             self.records["low"][part, axis], self.records["high"][part, axis] = least32[axis], most32[axis]
         self.bounded[part] = extent.all(axis=0)
-        self.too_far[part] = ~(_farthest(least32, most32) <= LARGEST)
+        self.too_far[part] = ~(_farthest(least32, most32) <= largest)
 
 
 GEOMETRY: Final = (
@@ -96,7 +99,7 @@ def padded(low: np.ndarray, high: np.ndarray, pad: float, extra: np.ndarray | fl
     out, extra = Boxes.of(len(low)), np.broadcast_to(extra, len(low))
     for part in _parts(len(low)):
         # in C's order, which sums and products of it keep
-        out.put(part, low[part].T.copy(), high[part].T.copy(), pad, extra[part])
+        out.put(part, low[part].T.copy(), high[part].T.copy(), pad, extra[part], LARGEST)
     return out
 
 
@@ -140,7 +143,7 @@ def _triangles(collected: Collected) -> tuple[np.ndarray, Boxes]:
     out = concatenated(collected.triangles, np.zeros(0, layout.dtype("Triangle")))
     boxes, nothing = Boxes.of(len(out)), np.zeros(1)
     for part in _parts(len(out)):
-        boxes.put(part, *flatten_mesh.triangle_boxes(out[part]), layout.PAD, nothing)
+        boxes.put(part, *flatten_mesh.triangle_boxes(out[part]), layout.PAD, nothing, _TRIANGLES)
     return out, boxes
 
 
@@ -154,10 +157,15 @@ def _quadrics(collected: Collected) -> tuple[np.ndarray, Boxes]:
     return out, padded(low, high, layout.QUADRIC_PAD)
 
 
+def _too_large(largest: float) -> str:
+    return f"its coordinates are beyond {largest:g}, whose products float32 cannot hold; make it smaller"
+
+
 def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes]) -> None:
     """Raise for the first shape that float32 cannot hold."""
     for kind in ("SPHERE", "DISK", "TRIANGLE", "POLYGON"):
-        _refuse(scene, sections, kind, boxes[kind].too_far, _TOO_LARGE)
+        most = _TRIANGLES if kind == "TRIANGLE" else LARGEST
+        _refuse(scene, sections, kind, boxes[kind].too_far, _too_large(most))
     quadrics = sections["quadrics"]
     fields = ("center", "diagonal", "mixed", "gradient", "reach")
     finite = [np.isfinite(quadrics[name]).all(axis=1) for name in fields]
@@ -166,7 +174,7 @@ def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes
         | (quadrics["mixed"] != 0).any(1)
         | (quadrics["gradient"] != 0).any(1)
     )
-    _refuse(scene, sections, "QUADRIC", ~np.all(finite, axis=0), _TOO_LARGE)
+    _refuse(scene, sections, "QUADRIC", ~np.all(finite, axis=0), _too_large(LARGEST))
     _refuse(scene, sections, "QUADRIC", ~solid, "its form vanishes in float32; make it larger or smaller")
     for kind, section in (("SPHERE", "spheres"), ("DISK", "disks")):
         _refuse(

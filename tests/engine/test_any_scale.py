@@ -20,9 +20,15 @@ def test_directions_of_any_length() -> None:
         assert tracer.radiance(*ray)[0] == pytest.approx(0.8)
 
 
-@pytest.mark.parametrize("size", [2.0**-40, 2.0**-35, 2.0**35, 2.0**40])
+@pytest.mark.parametrize("size", [2.0**-40, 2.0**-35, 2.0**35, 2.0**39])
 def test_triangles_of_any_size(size: float) -> None:
     assert np.allclose(_picture(size), _picture(1.0), atol=1e-3)
+
+
+def test_triangles_whose_products_are_no_numbers_are_refused() -> None:
+    """They were missed without a word."""
+    with pytest.raises(clrt.SceneError, match=r"shapes\[0\]: its coordinates are beyond 1e\+12"):
+        _picture(2.0**41)
 
 
 def _picture(size: float) -> np.ndarray:
