@@ -18,7 +18,7 @@ from clrt.scene.scene import Mesh, Scene
 
 _CHUNK = 1 << 15  # boxes treated at once: what fits the cache
 LARGEST: Final = 1e15  # |coordinate|, and 1 / it a scene's least size: float32 loses products beyond
-_TRIANGLES: Final = 1e12  # the same of triangles: their test multiplies three, sheared, from the ray's origin on
+_TRIANGLES: Final = 1e12  # the same of triangles, whose test multiplies three
 _LOWEST, _HIGHEST = np.float32(-np.inf), np.float32(np.inf)
 
 
