@@ -304,7 +304,9 @@ _LIGHTS: Final[dict[str, Deletion | Faults]] = {
     "inverse square": _each_light(falloff="none"),
     "two-sided light": _each_light(two_sided=False), "visible light": _each_light(visible=False),
     "several lights": lambda scene: edited(scene, lights=scene.lights[:1]), "no light": _lamp,
-    "shadows": ("lost shadow",), "tinted shadows": _settings(shadow="opaque"),
+    "shadows": ("lost shadow", "what stands in a shaft stops nothing",
+                "what stands in a shaft stops no tinted feeler"),
+    "tinted shadows": _settings(shadow="opaque"),
 }  # fmt: skip
 
 _OTHERS: Final[dict[str, Deletion | Faults]] = {

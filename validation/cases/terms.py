@@ -116,7 +116,18 @@ def _lights() -> dict[str, Table]:
               "two_sided": True, **hidden}  # fmt: skip
     bright = {"diffuse": 0.4, "reflection": 0.5}
     four: Table = {"camera": {**CAMERA, "spp": 4, "jitter": 2, "width": 80, "height": 60}}
+    mesh = {"type": "mesh", "vertices": [[0.5, -2.2, 1], [2.6, -2.1, -0.3], [1.7, 0.9, 0.4], [1.5, -2, -1.2]],
+            "faces": [[0, 1, 2], [1, 3, 2], [3, 0, 2]], "material": _MATTE}  # fmt: skip
+    sheet = with_material(slanting([(-2.4, -1.4), (-0.9, -1.3), (-0.7, 0.9), (-2.3, 1.1)], 0.2, 0.3), _MATTE)
+    pane = {**slanting([(-0.6, 0.4), (1.1, 0.2), (1.4, 1.9), (-0.4, 2.1)], 0.3, 1.4),
+            "material": panes[1]["material"]}  # fmt: skip
+    # few of each kind between points and lamp: what a shaft finds is met alone, without the tree
+    standing = [mesh, sheet, pane, crossed[0], crossed[3], lens, post]
+    wide = {**panel, "radiance": [50, 45, 40]}
     return {
+        "what stands before a rectangle": room(standing, lights=[wide], max_depth=1),
+        "what stands before a rectangle, tinted": room(standing, lights=[wide, {**bulb, "radiance": 4}],
+                                                       max_depth=1, shadow="tinted"),
         "rectangle": _pair(_SHINY, lights=[panel]),
         "disk and sphere": _pair(_SHINY, lights=[plate, {**bulb, "radiance": 1.5}, inside]),
         "within a sphere of light": _pair(_SHINY, lights=[around]),
