@@ -127,7 +127,7 @@ def test_what_was_flattened_ahead_is_taken_once() -> None:
 def test_a_scene_that_is_wrong_is_flattened_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[str] = []
 
-    def refuse(path: Path, limits: Limits) -> int:
+    def refuse(path: Path, limits: Limits, levels: bool) -> int:
         asked.append(path.name)
         raise SceneError(f"{path.name}: no picture")
 
