@@ -31,6 +31,7 @@ from clrt.meshfiles.look import NONE
 from clrt.meshfiles.obj import plain_obj
 from clrt.meshfiles.obj_materials import LIBRARY, Materials
 from clrt.meshfiles.parts import Arrays, Part, Placed
+from clrt.meshfiles.planar import folded
 from clrt.meshfiles.vertex_colors import spread
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
@@ -215,6 +216,9 @@ def _parse(data: bytes, path: Path, at: At, library: bytes = b"") -> Placed:
     finally:
         log.setLevel(loudness)
     kept = [k for k, (part, _) in enumerate(pairs) if part.faces]
+    if path.suffix.lower() != ".stl" and any(folded(*pairs[k][0].read()[:2]) for k in kept):
+        text = "its concave faces are cut about one corner and cover too much; save it in triangles"
+        notices.warn(at.source, at.path, f"{path.name}: {text}")
     numbers = np.arange(len(kept))
     matrices = np.array([pairs[k][1] for k in kept], np.float64).reshape(-1, 4, 4)
     materials = np.array([_material(names[k]) if library else NONE for k in kept], np.int64)

@@ -86,3 +86,28 @@ def _flaws(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     units = normals / np.where(area > 0, area, 1.0)[:, None]
     off = np.einsum("mnk,mk->mn", corners - corners.mean(axis=-2, keepdims=True), units)
     return ~flat, flat & (np.abs(off).max(axis=-1) > FLATNESS * size)
+
+
+def folded(vertices: np.ndarray, faces: np.ndarray) -> bool:
+    """Whether triangles (m, 3) that a quadrilateral or a fan was cut into lie on one another.
+
+    They do where a concave outline was cut about the wrong corner. The two of a quadrilateral stand one after
+    the other, or all second ones after all first ones; those of a fan one after the other.
+    """
+    half = len(faces) // 2
+    firsts = [(faces[:-1], faces[1:])] + [(faces[:half], faces[half:])] * (len(faces) == 2 * half)
+    return any(
+        _folded(vertices, one[start : start + _POINTS], two[start : start + _POINTS])
+        for one, two in firsts
+        for start in range(0, len(one), _POINTS)
+    )
+
+
+def _folded(vertices: np.ndarray, one: np.ndarray, two: np.ndarray) -> bool:
+    a, b, c = one.T
+    quad = (c == two[:, 0]) & (a == two[:, 2]) & (b != two[:, 1])
+    fan = (a == two[:, 0]) & (c == two[:, 1]) & (b != two[:, 2])
+    with np.errstate(all="ignore"):  # what is no number is refused later
+        left, right = (newell(vertices[faces[quad | fan]]) for faces in (one, two))
+        sizes = np.linalg.norm(left, axis=-1) * np.linalg.norm(right, axis=-1)
+        return bool(np.any(np.einsum("mk,mk->m", left, right) < (FLATNESS - 1.0) * sizes))

@@ -77,3 +77,43 @@ def test_lists_of_different_lengths_are_refused(tmp_path: Path) -> None:
     assert len(corners(write([0, 1, 2, 3], [2, 3, 4, 5], [4, 5, 6, 7]))) == 6
     with pytest.raises(SceneError, match="its lists of a face differ in length; save it as text"):
         corners(write([0, 1, 2, 3], [2, 3, 4], [0, 1, 2, 3, 4]))
+
+
+DART = [(0, 0, 0), (2, 0, 0), (0.5, 0.5, 0), (0, 2, 0)]
+ELL = [(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 2, 0), (0, 2, 0)]
+
+
+@pytest.mark.parametrize(("outline", "first", "right"), [
+    (DART, 0, True), (DART, 1, False), (DART, 2, True), (DART, 3, False),
+    (ELL, 0, True), (ELL, 1, False), (ELL, 2, False), (ELL, 3, True), (ELL, 4, False), (ELL, 5, False),
+])  # fmt: skip
+@pytest.mark.parametrize("kind", ["obj", "ply", "binary.ply"])
+def test_concave_faces_that_become_other_ones_are_told(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder, outline: list[tuple[float, ...]], first: int,
+    right: bool, kind: str,
+) -> None:  # fmt: skip
+    numbers = [(first + k) % len(outline) for k in range(len(outline))]
+    # A second face, so that the halves of quadrilaterals of a PLY do not stand side by side.
+    points = [*outline, *((x, y, 1.0) for x, y, _ in ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0.7, 0),
+                                                      (0, 0.3, 0))[: len(outline)])]  # fmt: skip
+    lists = [numbers, [len(outline) + k for k in range(len(outline))]]
+    path = tmp_path / f"a.{kind}"
+    if kind == "obj":
+        lines = [f"v {x} {y} {z}" for x, y, z in points]
+        path.write_text("\n".join(lines + ["f " + " ".join(str(k + 1) for k in face) for face in lists]))
+    else:
+        text = "ascii" if kind == "ply" else "binary_big_endian"
+        head = (f"ply\nformat {text} 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\n"
+                "property float z\nelement face 2\nproperty list uchar int vertex_indices\n"
+                "end_header\n")  # fmt: skip
+        rows = [*points, *([len(face), *face] for face in lists)]
+        body = "".join(" ".join(map(str, row)) + "\n" for row in rows).encode()
+        if kind == "binary.ply":
+            body = b"".join(struct.pack(">3f", *point) for point in points)
+            body += b"".join(struct.pack(f">B{len(face)}i", len(face), *face) for face in lists)
+        path.write_bytes(head.encode() + body)
+    found = np.array(corners(path))
+    area = np.linalg.norm(np.cross(found[:, 1] - found[:, 0], found[:, 2] - found[:, 0]), axis=1).sum() / 2
+    whole = (1.0 if outline is DART else 3.0) + 1.0
+    assert (abs(area - whole) < 1e-6) == right  # sums of a few numbers of up to 53 bits
+    assert any("concave" in str(w.message) for w in recwarn) != right
