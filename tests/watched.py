@@ -20,9 +20,10 @@ from clrt.device.device import Device
 from clrt.device.driver import Driver, Kernels
 from clrt.device.opencl import cl
 
-if "PYTEST_XDIST_WORKER" in os.environ and "OCLGRIND_LOG" in os.environ:
-    # Oclgrind opens it with the first context: one for each of pytest's processes
-    os.environ["OCLGRIND_LOG"] += f".{os.environ['PYTEST_XDIST_WORKER']}"
+_own = f".{os.environ.get('PYTEST_XDIST_WORKER', '')}"
+if _own != "." and not os.environ.get("OCLGRIND_LOG", _own).endswith(_own):
+    # Oclgrind opens it with the first context: one for each process. This has two names, and runs twice.
+    os.environ["OCLGRIND_LOG"] += _own
 buffers: list[cl.Buffer] = []
 programs: dict[str, cl.Program] = {}
 _Context, _program = cl.Context, Kernels.program.func  # before they are replaced

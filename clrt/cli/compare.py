@@ -27,6 +27,7 @@ _MEANINGS = {
     "SSIM": "structure, 1 is equal",
     "FLIP": "what an eye sees, 0 is equal",
     "PSNR": "dB, inf is equal",
+    "PSNR above white": "dB, of radiance above 1",
     "worst window": "SSIM of the worst 11 x 11 pixels",
     "largest difference": "linear radiance",
     "mean difference": "linear radiance, worst channels",

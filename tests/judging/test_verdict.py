@@ -158,3 +158,25 @@ def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
         clrt.compare(samples.picture(), samples.picture())
     assert "comparing pictures needs the package skimage" in str(caught.value)
     assert install_extra("validation") in str(caught.value)
+
+
+def test_radiance_above_white_is_judged_as_that_below() -> None:
+    """A screen's figures end at white: what is brighter has one of its own."""
+    bright = 1000 * samples.picture() + 2
+    for factor in (0.5, 1.02, 3.0):
+        verdict = clrt.compare(bright * np.float32(factor), bright)
+        failed = {gate.name for gate in verdict.gates if not gate.passed}
+        assert not verdict and failed == {"PSNR above white"}
+        assert verdict.causes[0].name.startswith("exposure factor")
+    assert clrt.compare(bright * np.float32(1 + 1e-5), bright).verdict == "equal"
+    assert clrt.compare(bright, bright).verdict == "identical"
+    assert not clrt.compare(bright * np.float32(0.5), bright, gates={"PSNR above white": 45})
+    assert clrt.compare(samples.picture(), samples.picture(), gates={"PSNR above white": 45})
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_pictures_that_are_not_finite_are_never_the_same(value: float) -> None:
+    picture = samples.picture().copy()
+    picture[0, 0, 0] = value
+    verdict = clrt.compare(picture, picture)
+    assert not verdict and [gate.name for gate in verdict.gates if not gate.passed] == ["not finite"]

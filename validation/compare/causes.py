@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .metrics import Array, encoded
+from .metrics import Array, encoded, extended
 
 VANISHED = 0.1  # a cause is proven when undoing it leaves no more of the error
 LIKELY = 0.5  # ... and likely when it leaves no more than this
@@ -66,7 +66,8 @@ def tolerance_of(*pictures: Array) -> float:
 
 def disagreement(picture: Array, reference: Array, tolerance: float) -> float:
     """Mean difference of encoded values beyond the tolerance: 0 for pictures that agree."""
-    return float(np.mean(np.maximum(np.abs(encoded(picture) - encoded(reference)) - tolerance, 0.0)))
+    shown = encoded if tolerance == BYTE else extended  # files of bytes end at white
+    return float(np.mean(np.maximum(np.abs(shown(picture) - shown(reference)) - tolerance, 0.0)))
 
 
 def ranked(causes: list[Cause]) -> list[Cause]:

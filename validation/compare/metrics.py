@@ -33,6 +33,15 @@ def encoded(linear: Array) -> Array:
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
 
 
+def extended(linear: Array) -> Array:
+    """`encoded` up to white, and above it as steep as it is there: a stop is the same step at any brightness.
+
+    sRGB's curve ends at white; for pictures whose radiance goes on, float64.
+    """
+    linear = np.asarray(linear, np.float64)
+    return encoded(linear) + 1.055 / 2.4 * np.log(np.maximum(linear, 1.0))
+
+
 def decoded(values: Array) -> Array:
     """The inverse of `encoded`."""
     values = np.clip(np.asarray(values, np.float64), 0.0, 1.0)

@@ -27,6 +27,7 @@ from .metrics import (
     Array,
     edge_mask,
     encoded,
+    extended,
     flip,
     largest,
     psnr,
@@ -43,6 +44,7 @@ from .wanted import asked, check_wanted
 
 SEARCH_SECONDS = 30.0  # of processor time, then the search for causes ends
 SIMILAR = 0.95  # SSIM from which pictures count as similar
+_BRIGHT = "PSNR above white"
 _ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no more
 _FINAL = ("JPEG compression", "another tone curve")  # no scene is to be searched for what they explain
 _LARGEST_PLACES = 0.95  # of the picture; what differs everywhere is no region
@@ -108,7 +110,8 @@ def compare_pictures(
     if notes:
         finite = (gate("not finite", 1, 0, "low", "pictures with NaN or infinity"),)
     notes += tuple(filter(None, [without_flip()]))
-    verdict = _verdict(np.array_equal(picture, reference), metrics, (*gates, *finite), tolerance)
+    same = not finite and np.array_equal(picture, reference)
+    verdict = _verdict(same, metrics, (*gates, *finite), tolerance)
     gates = (*(gates if wanted is None else asked(wanted, metrics)), *finite)
     if verdict in ("identical", "equal"):
         return PictureComparison(verdict, metrics, gates, (), notes, wanted is not None)
@@ -209,7 +212,8 @@ def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[s
     """Figures and gates of two finite pictures of one size."""
     shown_a, shown_b = encoded(a), encoded(b)
     out = ~mask
-    off, shown_off = largest(a - b)[out], largest(shown_a - shown_b)[out]
+    beyond_a, beyond_b = extended(a), extended(b)
+    off, shown_off = largest(a - b)[out], largest(beyond_a - beyond_b)[out]
     similarity, windows = ssim(shown_a, shown_b)
     perceived = flip(shown_a, shown_b)
     metrics = {
@@ -231,6 +235,10 @@ def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[s
         gate("SSIM", metrics["SSIM"], limit.ssim, "high", "structural similarity, 1 is equal"),
         gate("PSNR", metrics["PSNR"], limit.psnr, "high", "signal to noise in dB, inf is equal"),
     ]
+    if max(a.max(initial=0.0), b.max(initial=0.0)) > 1:
+        metrics[_BRIGHT] = psnr(np.maximum(beyond_a, 1.0), np.maximum(beyond_b, 1.0))
+        bright = "of what is brighter than white, where the others are blind"
+        gates.append(gate(_BRIGHT, metrics[_BRIGHT], limit.psnr, "high", bright))
     if perceived:
         seen = "difference that an eye sees, 0 is equal"
         gates.insert(1, gate("FLIP", perceived[0], limit.flip, "low", seen))

@@ -154,4 +154,5 @@ def _scaling(name: str, text: str, factor: Array) -> _Part:
 
 
 def _usable(values: Array) -> Array:
-    return (values > 0.01) & (values < 0.97)
+    """Neither black nor clipped: radiance that goes on above white is not clipped there."""
+    return (values > 0.01) & ((values < 0.97) | bool(values.max(initial=0.0) > 1))
