@@ -16,6 +16,8 @@ import select
 import socket
 import sys
 import threading
+import time
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from socketserver import TCPServer
 from typing import Any, Final
@@ -27,6 +29,8 @@ from clrt.view.web import module, page, style
 
 HOST: Final = "127.0.0.1"
 _BODY: Final = 1 << 20  # bytes of a question
+_CONNECTIONS: Final = 32  # at once; a browser holds 6
+_PAUSE: Final = 0.1  # seconds until one is asked for again
 _POLICY: Final = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data: blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'; require-trusted-types-for 'script'"
@@ -48,6 +52,8 @@ class Server(ThreadingHTTPServer):
         self.token = secrets.token_urlsafe(24)
         self._ticket: str | None = secrets.token_urlsafe(24)
         self._tickets = threading.Lock()
+        self._open: dict[socket.socket, bool] = {}  # the oldest first; has it said the token?
+        self._opening = threading.Lock()
         try:
             super().__init__((HOST, port), _Handler)
         except OSError as error:
@@ -82,10 +88,61 @@ class Server(ThreadingHTTPServer):
                 self._ticket = None
             return right
 
+    def knows(self, connection: socket.socket) -> None:
+        """A connection is of the page: it is not hung up on for another one's sake."""
+        with self._opening:
+            if connection in self._open:
+                self._open[connection] = True
+
+    def get_request(self) -> tuple[socket.socket, Any]:
+        try:
+            return super().get_request()
+        except OSError:
+            time.sleep(_PAUSE)  # without descriptors the caller would ask again at once, and for ever
+            raise
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """A thread for each connection, of which there are only so many.
+
+        The oldest that has not said the token makes room for a new one; where all have, there is none for it.
+        """
+        with self._opening:
+            strangers = [one for one, known in self._open.items() if not known]
+            full = len(self._open) >= _CONNECTIONS
+            if not full or strangers:
+                self._open[request] = False
+            if full and strangers:
+                _hang_up(strangers[0])
+                del self._open[strangers[0]]
+        if full and not strangers:
+            self.shutdown_request(request)
+            return
+        try:
+            super().process_request(request, client_address)
+        except RuntimeError:  # no thread for it
+            self._forget(request)
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._forget(request)
+
+    def _forget(self, connection: socket.socket) -> None:
+        with self._opening:
+            self._open.pop(connection, None)
+
     def handle_error(self, request: Any, client_address: Any) -> None:
         error = sys.exc_info()[1]
-        if not isinstance(error, (ConnectionError, TimeoutError)):  # of a page that went away
+        if not isinstance(error, OSError):  # of a page that went away
             super().handle_error(request, client_address)
+
+
+def _hang_up(connection: socket.socket) -> None:
+    """Wakes whoever reads from it."""
+    with suppress(OSError):
+        connection.shutdown(socket.SHUT_RDWR)
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -143,7 +200,9 @@ class _Handler(BaseHTTPRequestHandler):
         # a browser says the origin of all that a script sends
         said = self.command == "GET" or self.headers.get("Origin") is not None
         allowed = known and said and self._is_at_home()
-        if not allowed:
+        if allowed:
+            self.server.knows(self.connection)
+        else:
             self.send_error(403)
         return allowed
 
@@ -186,8 +245,8 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write(body)
 
     def log_message(self, format: str, *arguments: Any) -> None:
-        log.debug("view: %s %s", getattr(self, "command", None) or "?", self.path.rpartition("/")[2]
-                  if getattr(self, "path", None) else "?")  # fmt: skip
+        log.debug("view: %s %s", getattr(self, "command", None) or "?",
+                  legible(self.path.rpartition("/")[2]) if getattr(self, "path", None) else "?")  # fmt: skip
 
 
 def packed(table: dict[str, Any], data: bytes) -> bytes:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import socket
+import time
+from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -124,3 +126,65 @@ def test_a_port_in_use_is_said(session: Session, server: Server, monkeypatch: py
     monkeypatch.setattr(Server, "server_bind", forbidden)
     with pytest.raises(clrt.ClrtError, match=r"--port 80: cannot be had \(Permission denied\)"):
         Server(session, 80)
+
+
+def _held(server: Server, say: bytes) -> socket.socket:
+    connection = socket.create_connection(("127.0.0.1", server.server_port), timeout=10)
+    connection.sendall(say)
+    if say:
+        assert connection.recv(12) == b"HTTP/1.1 200"
+    return connection
+
+
+def test_connections_that_say_nothing_make_room_for_the_page(server: Server) -> None:
+    held = [_held(server, b"") for _ in range(100)]
+    assert request(server, "GET", f"/{server.token}/", Origin=None)[0] == 200
+    assert not held[0].recv(1), "the oldest is hung up on"
+    for connection in held:
+        connection.close()
+
+
+def test_connections_of_the_page_are_not_hung_up_on(session: Session) -> None:
+    with serving(session) as server:
+        say = f"GET /{server.token}/ HTTP/1.1\r\nHost: {server.authority}\r\n\r\n".encode()
+        held = [_held(server, say) for _ in range(32)]
+        more = socket.create_connection(("127.0.0.1", server.server_port), timeout=10)
+        assert not more.recv(1), "there is no room for another one"
+        held[0].close()
+        held[1].sendall(say)
+        assert held[1].recv(1)
+        for _ in range(100):  # the first one's thread ends soon
+            with suppress(ConnectionError):
+                if request(server, "GET", f"/{server.token}/", Origin=None)[0] == 200:
+                    break
+            time.sleep(0.05)
+        else:
+            pytest.fail("the place of one that went is not given to another")
+        for connection in held:
+            connection.close()
+
+
+def test_want_of_threads_and_descriptors_is_waited_out(
+    session: Session, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with serving(session) as server:
+        asked: list[float] = []
+
+        def no_descriptor() -> None:
+            asked.append(time.monotonic())
+            raise OSError(errno.EMFILE, "Too many open files")
+
+        def no_thread(*_: object) -> None:
+            raise RuntimeError("can't start new thread")
+
+        with monkeypatch.context() as patch:
+            patch.setattr("socketserver.ThreadingMixIn.process_request", no_thread)
+            connection = socket.create_connection(("127.0.0.1", server.server_port), timeout=10)
+            assert not connection.recv(1)
+        with monkeypatch.context() as patch:
+            patch.setattr("socketserver.TCPServer.get_request", lambda _: no_descriptor())
+            connection = socket.create_connection(("127.0.0.1", server.server_port), timeout=10)
+            time.sleep(0.5)
+        assert 1 <= len(asked) <= 10, "it asked again and again"
+        assert request(server, "GET", f"/{server.token}/", Origin=None)[0] == 200
+    assert capsys.readouterr().err == ""
