@@ -4,6 +4,7 @@
     python docs/make_performance.py --measure              measure again first; says how long each part took
     python docs/make_performance.py --measure --spd FOLDER and time POV-Ray, on scenes of the SPD
     python docs/make_performance.py --measure --thesis FILE and time the thesis' `mbs`
+    python docs/make_performance.py --measure --part queries   that part alone; or others: POV-Ray and mbs
     python docs/make_performance.py --measure --quick      try that with tiny scenes, in a temporary folder
 
 FOLDER holds each scene twice, as spd/NAME.nff and pov/NAME.pov. The times are kept in
@@ -45,6 +46,7 @@ from validation.reliability import kept as figures
 DRIVERS = ("PoCL 3.1", "PoCL 3.0", "Intel")  # those of them that work here are compared
 NARROW = "Intel"  # the driver that can be told to do without AVX-512
 NARROWED = {"CL_CONFIG_CPU_TARGET_ARCH": "core-avx2"}
+CALLS = ("queries", "live")  # groups of the bench that have pages of their own
 FEW = 3  # rounds of what is only compared with itself, against nine
 
 
@@ -69,9 +71,11 @@ def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> N
     drivers = _found_apart()
     with _timed("bench"):
         stamp = _stamp("bench")
-        made = suite.run(suite.Plan(embree=True, quick=quick, **rounds), print)
+        groups = [group for group in suite.GROUPS if group not in CALLS]
+        made = suite.run(suite.Plan(groups, embree=True, quick=quick, **rounds), print)
         made.save(kept / "bench.json")
         _keep(kept / "bench.json", {**json.loads((kept / "bench.json").read_text()), "stamp": stamp})
+    calls(kept, quick, **rounds)
     with _timed("the other driver"):
         (kept / "bench_other.json").unlink(missing_ok=True)
         if len(drivers) > 1:
@@ -85,6 +89,19 @@ def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> N
     with _timed("scaling"):
         stamp = _stamp("scaling")
         _keep(kept / "scaling.json", {**scaling.run(quick, rounds=FEW), "stamp": stamp})
+    others(kept, spd, thesis, quick)
+
+
+def calls(kept: Path, quick: bool, **rounds: int) -> None:
+    """What a caller's rays and changes cost; beside embreex where that is installed."""
+    with _timed("queries and live scenes"):
+        stamp = _stamp("queries")
+        suite.run(suite.Plan(CALLS, quick=quick, **rounds), print).save(kept / "queries.json")
+        _keep(kept / "queries.json", {**json.loads((kept / "queries.json").read_text()), "stamp": stamp})
+
+
+def others(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> None:
+    """Whole programs, on scenes that do not ship with clrt."""
     if spd:
         with _timed("POV-Ray"):
             stamp = _stamp("povray")
@@ -92,7 +109,7 @@ def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> N
     if thesis:
         with _timed("the thesis' mbs"):
             stamp = _stamp("thesis")
-            found = processes(thesis, 1 if quick else 5, drivers[:2])
+            found = processes(thesis, 1 if quick else 5, _found_apart()[:2])
             _keep(kept / "thesis.json", {**found, "stamp": stamp})
 
 
@@ -242,6 +259,15 @@ def write(kept: Path, page: Path) -> None:
         parts["processors"] = tables.processors(json.loads((kept / "processors.json").read_text()))
     for name in "bench_avx2", "processors":  # a page has no headings above nothing
         parts[name] = f"{_HEADS[name]}\n\n{parts[name]}" if name in parts else ""
+    _fill(page, parts)
+    asked = report.load(kept / "queries.json") if (kept / "queries.json").exists() else None
+    for name, show in ("queries", tables.queries), ("live-scenes", tables.live):
+        if asked is not None and (page.parent / f"{name}.md").exists():
+            _fill(page.parent / f"{name}.md", {"measured": f"{tables.machine_line(asked)}\n\n{show(asked)}"})
+
+
+def _fill(page: Path, parts: dict[str, str]) -> None:
+    """Writes each part between its marks."""
     text = page.read_text()
     for name, part in parts.items():
         start, end = f"<!-- {name} -->", f"<!-- end {name} -->"
@@ -260,6 +286,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--spd", type=Path, metavar="FOLDER")
     parser.add_argument("--thesis", type=Path, metavar="FILE")
+    parser.add_argument("--part", choices=["queries", "others"], help="measure that alone")
     options = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="clrt-performance-")) if options.quick else DOCS
     page, kept = folder / "performance.md", folder / "performance"
@@ -268,7 +295,13 @@ def main() -> None:
     kept.mkdir(exist_ok=True)
     if options.measure:
         with _timed("all"):
-            measure(kept, options.spd, options.thesis, options.quick)
+            rounds = {"rounds": FEW} if options.quick else {}
+            if options.part == "queries":
+                calls(kept, options.quick, **rounds)
+            elif options.part == "others":
+                others(kept, options.spd, options.thesis, options.quick)
+            else:
+                measure(kept, options.spd, options.thesis, options.quick)
     write(kept, page)
     print(page)
 

@@ -7,6 +7,8 @@ from statistics import median
 from typing import Any
 
 from clrt.bench import bands as bench_bands
+from clrt.bench import live as bench_live
+from clrt.bench import queries as bench_queries
 from clrt.bench import report
 from clrt.bench.frames import shares
 from clrt.bench.report import Report
@@ -187,6 +189,31 @@ def aims(made: Report, grown: dict[str, Any], peers: dict[str, Any], thesis: dic
                 (f"{name}, times as fast as POV-Ray, one thread and two", f">= {wanted}", *_texts(faster))
             )
     return table(("aim", "wanted", "measured"), rows)
+
+
+def queries(made: Report) -> str:
+    """What a call takes, beside its kernel alone and beside embreex."""
+    rows, found = [], made.of("queries")
+    for m in found:
+        if not m.queue:
+            others = bench_queries.KERNEL, bench_queries.EMBREEX
+            beside = [bench_queries.ratio(found, m, other) for other in others]
+            cells = ("" if value is None else f"{value:.2f}" for value in beside)
+            rows.append((m.name, f"{m.median * 1e3:.3g}", *cells))
+    return table(("question", "ms", "of its kernel's rate", "times embreex"), rows)
+
+
+def live(made: Report) -> str:
+    """Updates beside a new Tracer, pictures beside their kernels."""
+    rows, found = [], made.of("live")
+    for m in found:
+        if not m.queue:
+            ratio = bench_live.ratio(found, m)
+            said = "" if ratio is None else f"{ratio:.2g} of a new `Tracer`"
+            if m.unit != "primitives" and ratio is not None:
+                said = f"{ratio:.3f} times its kernels"
+            rows.append((m.name, f"{m.median * 1e3:.3g}", said))
+    return table(("what", "ms", "beside"), rows)
 
 
 def _in_bands(made: Report) -> Iterable[tuple[str, ...]]:
