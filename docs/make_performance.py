@@ -72,7 +72,7 @@ def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> N
     with _timed("bench"):
         stamp = _stamp("bench")
         groups = [group for group in suite.GROUPS if group not in CALLS]
-        made = suite.run(suite.Plan(groups, embree=True, quick=quick, **rounds), print)
+        made = suite.run(suite.Plan(groups=groups, embree=True, quick=quick, **rounds), print)
         made.save(kept / "bench.json")
         _keep(kept / "bench.json", {**json.loads((kept / "bench.json").read_text()), "stamp": stamp})
     calls(kept, quick, **rounds)
@@ -96,7 +96,7 @@ def calls(kept: Path, quick: bool, **rounds: int) -> None:
     """What a caller's rays and changes cost; beside embreex where that is installed."""
     with _timed("queries and live scenes"):
         stamp = _stamp("queries")
-        suite.run(suite.Plan(CALLS, quick=quick, **rounds), print).save(kept / "queries.json")
+        suite.run(suite.Plan(groups=CALLS, quick=quick, **rounds), print).save(kept / "queries.json")
         _keep(kept / "queries.json", {**json.loads((kept / "queries.json").read_text()), "stamp": stamp})
 
 
