@@ -260,10 +260,11 @@ def write(kept: Path, page: Path) -> None:
     for name in "bench_avx2", "processors":  # a page has no headings above nothing
         parts[name] = f"{_HEADS[name]}\n\n{parts[name]}" if name in parts else ""
     _fill(page, parts)
-    asked = report.load(kept / "queries.json") if (kept / "queries.json").exists() else None
-    for name, show in ("queries", tables.queries), ("live-scenes", tables.live):
-        if asked is not None and (page.parent / f"{name}.md").exists():
-            _fill(page.parent / f"{name}.md", {"measured": f"{tables.machine_line(asked)}\n\n{show(asked)}"})
+    asked = report.load(kept / "queries.json") if (kept / "queries.json").exists() else made
+    for name, group, show in ("queries", "queries", tables.queries), ("live-scenes", "live", tables.live):
+        found = asked if asked.of(group) else made
+        if found.of(group) and (page.parent / f"{name}.md").exists():
+            _fill(page.parent / f"{name}.md", {"measured": f"{tables.machine_line(found)}\n\n{show(found)}"})
 
 
 def _fill(page: Path, parts: dict[str, str]) -> None:
