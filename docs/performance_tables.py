@@ -212,7 +212,8 @@ def live(made: Report) -> str:
             said = "" if ratio is None else f"{ratio:.2g} of a new `Tracer`"
             if m.unit != "primitives" and ratio is not None:
                 said = f"{ratio:.3f} times its kernels"
-            rows.append((m.name, f"{m.median * 1e3:.3g}", said))
+            took = m.median * 1e3
+            rows.append((m.name, f"{took:.0f}" if took > 1000 else f"{took:.3g}", said))
     return table(("what", "ms", "beside"), rows)
 
 
