@@ -20,7 +20,6 @@ DOCS: Final = code.ROOT / "docs"
 STALE: Final = "older than the code that it is about"
 FILES: Final[dict[str, tuple[str, ...]]] = {
     "performance/bench.json": ("clrt.bench.suite",),
-    "performance/queries.json": ("clrt.bench.suite",),
     "performance/scaling.json": ("clrt.bench.scaling",),
     "performance/povray.json": ("clrt.bench.frames",),
     "performance/thesis.json": code.PROGRAM,
