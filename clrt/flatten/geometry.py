@@ -166,15 +166,18 @@ def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes
     for kind in ("SPHERE", "DISK", "TRIANGLE", "POLYGON"):
         most = _TRIANGLES if kind == "TRIANGLE" else LARGEST
         _refuse(scene, sections, kind, boxes[kind].too_far, _too_large(most))
+    far = (np.abs(sections["planes"]["point"]) > LARGEST).any(axis=1)  # a plane's box is endless
+    _refuse(scene, sections, "PLANE", far, _too_large(LARGEST))
     quadrics = sections["quadrics"]
     fields = ("center", "diagonal", "mixed", "gradient", "reach")
-    finite = [np.isfinite(quadrics[name]).all(axis=1) for name in fields]
+    held = [np.isfinite(quadrics[name]).all(axis=1) for name in fields]
+    held += [(np.abs(quadrics[name][:, :3]) <= LARGEST).all(axis=1) for name in ("center", "reach")]
     solid = (
         (quadrics["diagonal"][:, :3] != 0).any(1)
         | (quadrics["mixed"] != 0).any(1)
         | (quadrics["gradient"] != 0).any(1)
     )
-    _refuse(scene, sections, "QUADRIC", ~np.all(finite, axis=0), _too_large(LARGEST))
+    _refuse(scene, sections, "QUADRIC", ~np.all(held, axis=0), _too_large(LARGEST))
     _refuse(scene, sections, "QUADRIC", ~solid, "its form vanishes in float32; make it larger or smaller")
     for kind, section in (("SPHERE", "spheres"), ("DISK", "disks")):
         _refuse(

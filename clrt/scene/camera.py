@@ -68,7 +68,7 @@ class Camera(Record, frozen=True, kw_only=True):
         Literal["horizontal", "vertical"], Meta(description="fov_axis must be 'horizontal' or 'vertical'")
     ] = "horizontal"
     K: Intrinsics | None = None
-    size: Annotated[float, Meta(gt=0, description="must be a length > 0")] = 2.0
+    size: Annotated[float, Meta(gt=0, le=_FAR, description="must be a length > 0, at most 1e18")] = 2.0
     near: Annotated[float, Meta(ge=0, le=_FAR, description="must be a distance from 0 to 1e18")] = 0.0
     aperture: Annotated[float, Meta(ge=0, le=_FAR, description="must be a radius from 0 to 1e18")] = 0.0
     focus: Annotated[float, Meta(ge=_NEAR, description="must be a distance > 0 along the view")] | None = None
@@ -144,6 +144,9 @@ class Camera(Record, frozen=True, kw_only=True):
         for name in ("origin", "target"):
             if getattr(self, name) is None:
                 raise at.says(f"the key {name!r} is missing; a camera has origin and target, or a pose")
+        if np.abs(self.origin).max() > _FAR:
+            name = "pose" if self.has_pose else "origin"
+            raise at.key(name).error(self.origin, f"a camera stands within {_FAR:g} of the scene's origin")
         if self.has_k:
             if self.type == "orthographic":
                 raise at.key("K").says("an orthographic camera has none; give its size")

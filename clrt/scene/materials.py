@@ -14,7 +14,7 @@ from clrt.base.suggest import did_you_mean
 from clrt.scene.textures import PICTURED, ImageTexture, NormalMap
 from clrt.spectra.colors import Color, Colored, CurveColor, LightColor, check_color, full
 from clrt.spectra.curves import D_LINE, VISIBLE, ior_at
-from clrt.spectra.indices import GLASSES, IOR, LEAST, Dispersion, Ior, Metal, check_conductor
+from clrt.spectra.indices import GLASSES, INDEX, IOR, LEAST, MOST, Dispersion, Ior, Metal, check_conductor
 from clrt.spectra.spectrum import Spectrum, check_points
 
 __all__ = ["IOR", "Checker", "ImageTexture", "Material", "NormalMap", "rgb"]
@@ -64,21 +64,21 @@ class Checker(Record, frozen=True, kw_only=True, tag="checker", tag_field="type"
 
 
 def check_ior(ior: Ior, at: At) -> None:
-    """Raise for an unknown name, or an index that is not at least `LEAST` at every visible wavelength."""
+    """Raise for an unknown name, or an index not from `LEAST` to `MOST` at every visible wavelength."""
     if isinstance(ior, str):
         names = (*IOR, *GLASSES)
         if ior not in names:
-            text = f"ior must be a number >= {LEAST:g} or one of {listed(names)}{did_you_mean(ior, names)}"
+            text = f"ior must be {INDEX} or one of {listed(names)}{did_you_mean(ior, names)}"
             raise at.error(ior, text)
     elif isinstance(ior, tuple):
-        check_points(ior, at, LEAST)
+        check_points(ior, at, LEAST, MOST)
     elif isinstance(ior, Dispersion):
         ior.check(at)
         for nm, value in zip(VISIBLE, ior_at(ior, VISIBLE), strict=True):
-            if not value >= LEAST:
-                raise at.error(float(value), f"the index at {nm:g} nm must be a number >= {LEAST:g}")
-    elif not ior >= LEAST:
-        raise at.error(ior, f"ior must be a number >= {LEAST:g} or one of {listed((*IOR, *GLASSES))}")
+            if not LEAST <= value <= MOST:
+                raise at.error(float(value), f"the index at {nm:g} nm must be {INDEX}")
+    elif not LEAST <= ior <= MOST:
+        raise at.error(ior, f"ior must be {INDEX} or one of {listed((*IOR, *GLASSES))}")
 
 
 class Material(Colored, frozen=True, kw_only=True):

@@ -60,6 +60,7 @@ from clrt.scene.tables import (
 )
 from clrt.scene.transforms import Step
 from clrt.spectra.colors import Background, Colored, LightColor
+from clrt.spectra.indices import INDEX, LEAST, MOST
 from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
 
 __all__ = [
@@ -96,7 +97,7 @@ class _Settings(Colored, frozen=True, kw_only=True):
     background: Background = 0.0
     ambient: LightColor = 0.0
     ambient_samples: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number >= 0")] = 0
-    medium_ior: Annotated[float, Meta(gt=0, description="must be a number > 0")] = 1.0
+    medium_ior: Annotated[float, Meta(ge=LEAST, le=MOST, description=f"must be {INDEX}")] = 1.0
     one_sided: Annotated[
         Literal["none", "opaque"], Meta(description="one_sided must be 'none' or 'opaque'")
     ] = "none"

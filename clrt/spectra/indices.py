@@ -15,8 +15,10 @@ IOR = {"air": 1.0, "water": 1.333, "ice": 1.31, "glass": 1.5, "diamond": 2.419}
 """Indices of refraction by name (at the sodium line)."""
 GLASSES = ("BK7", "SF10", "SF11", "silica", "water-dispersive", "diamond-dispersive")
 """Glasses whose index depends on the wavelength."""
-LEAST = 1e-3
-"""The least index of refraction."""
+LEAST, MOST = 1e-3, 1e6
+"""The bounds of an index of refraction: the fourth power of two indices' ratio still is a float32."""
+INDEX = f"a number from {LEAST:g} to {MOST:g}"
+"""What an index is, in a message."""
 
 
 class Sellmeier(Record, frozen=True, kw_only=True):
@@ -56,17 +58,17 @@ class Conductor(Record, frozen=True, kw_only=True):
     k: Annotated[float | Points, Meta(description="k must be a number or [nm, value] pairs")]
 
     def check(self, at: At) -> None:
-        for name, least in (("eta", 1e-3), ("k", 0.0)):
+        for name, least in (("eta", LEAST), ("k", 0.0)):
             value = getattr(self, name)
             if isinstance(value, tuple):
-                check_points(value, at.key(name), least)
-            elif not least <= value:
-                raise at.key(name).error(value, f"{name} must be >= {least:g}")
+                check_points(value, at.key(name), least, MOST)
+            elif not least <= value <= MOST:
+                raise at.key(name).error(value, f"{name} must be a number from {least:g} to {MOST:g}")
 
 
 Ior = Annotated[
     float | str | Points | Dispersion,
-    Meta(description="ior must be a number >= 0.001, a name, [nm, index] pairs, or a formula's table"),
+    Meta(description=f"ior must be {INDEX}, a name, [nm, index] pairs, or a formula's table"),
 ]
 Metal = Annotated[
     str | Conductor, Meta(description="conductor must be a metal's name or {eta = ..., k = ...}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from msgspec import Meta
@@ -79,9 +80,9 @@ class Spectrum(Record, frozen=True, kw_only=True, tag="spectrum", tag_field="typ
 _KINDS = ("name", "blackbody", "gaussian", "band", "line", "samples")
 
 
-def check_points(points: Points, at: At, least: float) -> None:
+def check_points(points: Points, at: At, least: float, most: float = math.inf) -> None:
     """Raise where pairs are fewer than 2, their wavelengths not within MEASURED and ascending, or a value
-    below `least`. Equal wavelengths, twice at most, are a step."""
+    not from `least` to `most`. Equal wavelengths, twice at most, are a step."""
     if len(points) < 2:
         raise at.error(points, "a curve has 2 or more [nm, value] pairs")
     for i, (nm, value) in enumerate(points):
@@ -90,8 +91,9 @@ def check_points(points: Points, at: At, least: float) -> None:
             raise at.item(i).error(nm, f"wavelengths must ascend, and {points[i - 1][0]:g} stands before it")
         if i > 1 and nm == points[i - 2][0]:
             raise at.item(i).error(nm, "a wavelength can stand twice (a step), not three times")
-        if not value >= least:
-            raise at.item(i).error(value, f"values must be >= {least:g}")
+        if not least <= value <= most:
+            bound = f"from {least:g} to {most:g}" if most < math.inf else f">= {least:g}"
+            raise at.item(i).error(value, f"values must be {bound}")
     if points[0][0] == points[-1][0]:
         raise at.error(points, "a curve needs 2 different wavelengths")
 

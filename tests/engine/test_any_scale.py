@@ -31,6 +31,29 @@ def test_triangles_whose_products_are_no_numbers_are_refused() -> None:
         _picture(2.0**41)
 
 
+@pytest.mark.parametrize(
+    "far",
+    [
+        {"type": "plane", "point": [0, 3e38, 0], "normal": [0, 1, 0]},
+        {"type": "paraboloid", "apex": [0, 0, 0], "axis": [0, 0, 1], "focal": 1e19, "height": 3e38},
+    ],
+    ids=lambda shape: shape["type"],
+)
+def test_surfaces_too_far_for_products_are_refused(far: dict[str, Any]) -> None:
+    """Points on them were endless."""
+    with pytest.raises(clrt.SceneError, match=r"shapes\[0\]: its coordinates are beyond 1e\+15"):
+        clrt.Tracer({"shapes": [far]})
+
+
+def test_from_so_far_that_the_hit_is_the_centre_a_sphere_has_a_normal() -> None:
+    """Against the ray; it was none (NaN), or endless where the hit lay within 1e-20 of the centre."""
+    tracer = clrt.Tracer({"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1}]})
+    found = tracer.intersect([[0, 1e8, 0], [1e-22, 1e8, 0]], [0.0, -1.0, 0.0])
+    assert found.shape.tolist() == [0, 0]
+    assert np.allclose(np.linalg.norm(found.normal, axis=1), 1)
+    assert found.normal[0].tolist() == [0, 1, 0]
+
+
 def _picture(size: float) -> np.ndarray:
     corners = size * np.array([[-1, -1, 0], [1, -1, 0.5], [0, 1, 0]])
     mesh: dict[str, Any] = {"type": "mesh", "vertices": corners, "faces": [[0, 1, 2]]}

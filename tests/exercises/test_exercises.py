@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import json
 import os
 import shutil
@@ -20,12 +19,13 @@ from clrt.device.source import KERNEL_FILES, flatten_includes
 from clrt.exercises import folder as folders
 from clrt.exercises import judge
 from clrt.exercises.table import HINTS, exercise, exercises, scenes
+from tests import rotation
 from tests.cli.test_terminal import fault
 
-SEED = int(os.environ.get("CLRT_EXERCISE_SEED", datetime.date.today().toordinal()))
+SEED = int(os.environ.get("CLRT_EXERCISE_SEED") or rotation.seed())
 ALL = os.environ.get("CLRT_EXERCISES") == "all"
 DRAWN = range(1, 31) if ALL else sorted(np.random.default_rng(SEED).choice(30, 3, replace=False) + 1)
-"""Three a day: each compiles kernels that nobody has compiled before."""
+"""Three of them, others after a change of the code: each compiles kernels that nobody has compiled before."""
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from clrt.base.resources import validation_module
+from tests import rotation
 
 ROOT = Path(__file__).resolve().parents[2]
 COUNT = int(os.environ.get("CLRT_HOSTILE", "3000"))
@@ -44,8 +45,8 @@ def test_what_is_kept_renders_or_is_refused_in_a_line(hostile: ModuleType, devic
 
 
 def test_what_a_seed_draws_renders_or_is_refused_in_a_line(hostile: ModuleType, device: str | None) -> None:
-    """Another seed every day, or the one in CLRT_HOSTILE_SEED."""
-    seed = int(os.environ.get("CLRT_HOSTILE_SEED") or hostile.today())
+    """Another seed after every change of the code, or the one in CLRT_HOSTILE_SEED."""
+    seed = int(os.environ.get("CLRT_HOSTILE_SEED") or rotation.seed())
     again = f"CLRT_HOSTILE_SEED={seed} CLRT_HOSTILE={COUNT}"
     print(f"again with: {again}")
     before = children()
@@ -157,6 +158,10 @@ def test_memory_is_that_of_one_input() -> None:
         ({"read": {"bytes": 101 << 20, "seconds": 0}}, "large"),
         ({"read": {"bytes": 101 << 20, "seconds": 0}, "size": 1 << 20}, "rendered"),
         ({"read": {"bytes": 101 << 20, "seconds": 0}, "pixels": 1 << 20}, "rendered"),
+        ({"read": {"bytes": 101 << 20, "seconds": 0}, "triangles": 10_000}, "rendered"),
+        ({"render": {"bytes": 1 << 30, "seconds": 5}, "triangles": 2_400_000}, "rendered"),
+        ({"render": {"bytes": 1 << 30, "seconds": 5}, "triangles": 240_000}, "slow"),
+        ({"render": {"bytes": 1 << 30, "seconds": 4}, "triangles": 240_000}, "large"),
         ({"read": {"bytes": 0, "seconds": 1.1}}, "slow"),
         ({"read": {"bytes": 0, "seconds": 1.1}, "size": 200_000}, "rendered"),
         ({"render": {"bytes": 0, "seconds": 3}}, "rendered"),

@@ -17,6 +17,12 @@ SECONDS_PER_BYTE: Final = 1e-6
 MEMORY_PER_PIXEL: Final = 40
 SECONDS_PER_PIXEL: Final = 2e-7
 
+# Triangles, too, which a file may place many times: for each that the scene then has, as `Limits.primitives` allows
+MEMORY_PER_TRIANGLE: Final = 140
+SECONDS_PER_TRIANGLE: Final = 8e-7
+RENDER_MEMORY_PER_TRIANGLE: Final = 700
+RENDER_SECONDS_PER_TRIANGLE: Final = 4e-6
+
 # To render what was read, in a picture of at most 4096 pixels and 2,000,000 rays; the scene's tree included
 RENDER_MEMORY: Final = 512 << 20
 RENDER_SECONDS: Final = 4.0
@@ -32,13 +38,15 @@ def judged(answer: dict[str, Any]) -> str:
     if status not in GOOD or "read" not in answer:
         return status
     read, render = answer["read"], answer["render"]
-    size, pixels = answer["size"], answer["pixels"]
-    seconds = size * SECONDS_PER_BYTE + pixels * SECONDS_PER_PIXEL
-    room = size * MEMORY_PER_BYTE + pixels * MEMORY_PER_PIXEL
+    size, pixels, triangles = answer["size"], answer["pixels"], answer.get("triangles", 0)
+    seconds = size * SECONDS_PER_BYTE + pixels * SECONDS_PER_PIXEL + triangles * SECONDS_PER_TRIANGLE
+    room = size * MEMORY_PER_BYTE + pixels * MEMORY_PER_PIXEL + triangles * MEMORY_PER_TRIANGLE
+    render_seconds = seconds + triangles * RENDER_SECONDS_PER_TRIANGLE
+    render_room = room + triangles * RENDER_MEMORY_PER_TRIANGLE
     # what the worker's own limit of rays ends was read whole, and refused for no fault of the input
     if status == "rendered" or "work: " in answer["text"]:
-        slow = read["seconds"] > SECONDS + seconds or render["seconds"] > RENDER_SECONDS + seconds
-        large = read["bytes"] > MEMORY + room or render["bytes"] > RENDER_MEMORY + room
+        slow = read["seconds"] > SECONDS + seconds or render["seconds"] > RENDER_SECONDS + render_seconds
+        large = read["bytes"] > MEMORY + room or render["bytes"] > RENDER_MEMORY + render_room
     else:
         slow = read["seconds"] + render["seconds"] > SECONDS + seconds
         large = max(read["bytes"], render["bytes"]) > MEMORY + room

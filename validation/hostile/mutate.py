@@ -11,8 +11,10 @@ import random
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
+
 from ..cases.parts import Table
-from . import archives, meshfiles, pictures, seeds, texts, textures, xmlfiles
+from . import archives, extreme, meshfiles, pictures, seeds, texts, textures, xmlfiles
 from .values import KEYS, NUMBERS, OTHERS, WORDS
 
 
@@ -162,6 +164,13 @@ def _xml(draw: random.Random) -> Input:
     return Input("scene.xml", {"scene.xml": data})
 
 
+def _extreme(draw: random.Random) -> Input:
+    """Right in form, and some of its numbers of any size that float32 holds."""
+    generator = np.random.default_rng(draw.randrange(1 << 32))
+    table = extreme.calm(extreme.extreme_scene(generator), generator)
+    return Input("scene.json", {"scene.json": seeds.as_json(table)})
+
+
 def _few(draw: random.Random) -> int:
     return draw.choice((1, 1, 1, 2, 3, 6))
 
@@ -222,7 +231,8 @@ def spoil_bytes(draw: random.Random, data: bytes) -> bytes:
 
 
 _KINDS: Final = (
-    (_native, 36),
+    (_native, 30),
+    (_extreme, 6),
     (_words, 10),
     (_mesh, 12),
     (_mesh_in_scene, 8),

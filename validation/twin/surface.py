@@ -102,7 +102,9 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
 
 def _on_sphere(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
     center, radius = xyz(flat.spheres["center_radius"][index]), flat.spheres["center_radius"][index, 3]
-    outward = unit(s.point[:, at] - center)
+    way = s.point[:, at] - center
+    with np.errstate(all="ignore"):
+        outward = np.where(largest_coordinate(way) > 0, unit_of_any(way), -rays.direction)
     s.outward[:, at] = outward
     s.point[:, at] = center + outward * radius
     s.offset[at] = _OFFSET * (largest_coordinate(center) + radius)
@@ -148,7 +150,7 @@ def _on_triangle(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Arra
 
 
 def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
-    """Two Newton steps onto F = 0 about the centre; the gradient is the normal, or -u where it vanishes."""
+    """Two Newton steps onto F = 0 about the centre; the gradient is the normal, or -u where it is no number."""
     q = flat.quadrics[index]
     diagonal, mixed, g, center = (xyz(q[name]) for name in ("diagonal", "mixed", "gradient", "center"))
     constant = q["diagonal"][:, 3]
@@ -158,7 +160,9 @@ def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array
         gradient = (quadric_times(diagonal, mixed, local) + g) * 2.0
         slope = dot(gradient, gradient)
         value = dot(local, quadric_times(diagonal, mixed, local) + g * 2.0) + constant
-        local = np.where(slope > 0.0, local - gradient * (value / slope), local)
+        with np.errstate(all="ignore"):
+            along = value / slope
+            local = np.where(np.abs(along) < np.inf, local - gradient * along, local)
     point = center + local
     gradient = (quadric_times(diagonal, mixed, local) + g) * 2.0
     length = np.sqrt(dot(gradient, gradient))
@@ -170,7 +174,7 @@ def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array
     magnitude = dot(size, times + np.abs(g) * 2.0) + np.abs(constant)
     offset = _ULP * (magnitude / length + 2.0 * dot(np.abs(n), reach))
 
-    sloped = length > 0.0
+    sloped = (length > 0.0) & (length < np.inf) & (offset < np.inf)
     outward = np.where(sloped, n, np.float32(0.0))
     s.point[:, at] = point
     s.offset[at] = np.where(sloped, offset, _OFFSET * largest_coordinate(reach))
