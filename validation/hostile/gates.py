@@ -17,7 +17,7 @@ SECONDS_PER_BYTE: Final = 1e-6
 MEMORY_PER_PIXEL: Final = 40
 SECONDS_PER_PIXEL: Final = 2e-7
 
-# Triangles, too, which a file may place many times: for each that the scene then has, as `Limits.primitives` allows
+# Triangles, which a file may place many times: for each that the scene has, as `Limits.primitives` allows
 MEMORY_PER_TRIANGLE: Final = 140
 SECONDS_PER_TRIANGLE: Final = 8e-7
 RENDER_MEMORY_PER_TRIANGLE: Final = 700

@@ -150,7 +150,7 @@ def _on_triangle(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Arra
 
 
 def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
-    """Two Newton steps onto F = 0 about the centre; the gradient is the normal, or -u where it is no number."""
+    """Two Newton steps onto F = 0 about the centre; the gradient is the normal, or -u without one."""
     q = flat.quadrics[index]
     diagonal, mixed, g, center = (xyz(q[name]) for name in ("diagonal", "mixed", "gradient", "center"))
     constant = q["diagonal"][:, 3]
