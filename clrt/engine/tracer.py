@@ -17,7 +17,7 @@ from clrt.base.errors import ClrtError
 from clrt.device.device import Device
 from clrt.device.platforms import check_process
 from clrt.device.settings import Settings
-from clrt.engine import passes, queries
+from clrt.engine import passes, queries, tree
 from clrt.engine.answers import Crossings, Hits, check_fields
 from clrt.engine.batch import Batch
 from clrt.engine.checkpoint import Checkpoint
@@ -88,10 +88,15 @@ class Tracer:
         self._scene = as_scene(scene, self._settings.limits)
         self._lock = threading.RLock()
         self._closed = False
+        self._check_size(self._scene)
         self.flat = flatten(self._scene)
         check_ceilings(self.flat, self._scene.source)
         self.device = Device(opened, self.settings, self.flat.ray_format)
         self.world = World(self.device, self.flat)
+
+    def _check_size(self, scene: Scene) -> None:
+        """Before anything is flattened, which takes the host as much memory."""
+        self._settings.limits.check("device_bytes", tree.least_bytes(scene), scene.source, "shapes")
 
     @property
     def scene(self) -> Scene:
@@ -117,6 +122,8 @@ class Tracer:
         scene = as_scene(scene, self.settings.limits)
         before, cost = self._scene, "nothing"
         if not all(getattr(scene, name) is getattr(before, name) for name in ON_DEVICE):
+            if scene.shapes is not before.shapes:
+                self._check_size(scene)
             flat = flatten(scene, (before, self.flat))
             check_ceilings(flat, scene.source)
             device = self.device.variant(flat.ray_format)

@@ -14,6 +14,8 @@ from clrt import layout
 from clrt.device import hugepages
 from clrt.device.device import Device
 from clrt.flatten.flatten import FlatScene
+from clrt.scene.mesh import Mesh
+from clrt.scene.scene import Scene
 
 Sections = dict[str, Any]
 
@@ -22,7 +24,20 @@ _SHARED_SUBTREE: Final = 4096  # a part of fewer primitives is not split further
 _SIZE: Final = {
     name: layout.dtype(layout.WORLD[name]).itemsize for name in ("nodes", "triangle_blocks", "sphere_blocks")
 }
+# bytes of a face: its primitive, box, two nodes and number twice; if smooth, its triangle and three normals
+_PARTS: Final = ("Primitive", "Box", "BuildNode", "BuildNode")
+_LEAST: Final = sum(layout.dtype(name).itemsize for name in _PARTS) + 8
+_SMOOTH: Final = layout.dtype("Triangle").itemsize + 3 * layout.dtype("float4").itemsize
 WORN: Final = 1.5  # a tree that costs so many times what it did when it was built is built anew
+
+
+def least_bytes(scene: Scene) -> int:
+    """What a device holds at least while the tree over a scene's meshes is built, from counts alone."""
+    total = 0
+    for mesh in (shape for shape in scene.shapes if type(shape) is Mesh):
+        smooth = mesh.data().normals is not None
+        total += mesh.primitives * (_LEAST + (_SMOOTH if smooth else 0))
+    return total
 
 
 def _space(device: Device, section: str, count: int) -> Any:

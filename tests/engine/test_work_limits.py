@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 import clrt
@@ -59,3 +60,16 @@ def test_a_render_that_would_not_end_is_refused(more: dict[str, Any]) -> None:
     settings = clrt.Settings(limits=clrt.Limits(work=10**12))
     with pytest.raises(clrt.LimitError, match=r"work: .* is above the limit"):
         clrt.render(clrt.load_dict(table), settings=settings)
+
+
+def test_a_mesh_too_large_for_the_device_is_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before it is flattened, which takes as much memory of the host."""
+    corners = np.random.default_rng(1).normal(size=(600, 3))
+    mesh = {"type": "mesh", "vertices": corners, "faces": np.arange(600).reshape(-1, 3), "smooth": True}
+    settings = clrt.Settings(limits=clrt.Limits(device_bytes=1_000_000))
+    tracer = clrt.Tracer({"shapes": [mesh] * 2}, settings=settings)
+    monkeypatch.setattr("clrt.engine.tracer.flatten", lambda *_: pytest.fail("flattened"))
+    many = {"shapes": [mesh] * 20}
+    for refused in (lambda: clrt.Tracer(many, settings=settings), lambda: tracer.update(many)):
+        with pytest.raises(clrt.LimitError, match=r"shapes: device_bytes: 1 184 000 is above"):
+            refused()

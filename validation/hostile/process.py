@@ -138,6 +138,9 @@ def run(command: Command, folder: Path) -> Ended:
     return Ended(code, out, err, used.ru_utime + used.ru_stime, peak)
 
 
+_SAID: Final = ("clrt: ", "Invalid -W option ignored: ")  # the second by the interpreter alone
+
+
 def judged(command: Command, ended: Ended, before: dict[bytes, bytes | None], folder: Path) -> list[str]:
     """What is wrong."""
     faults = []
@@ -152,7 +155,7 @@ def judged(command: Command, ended: Ended, before: dict[bytes, bytes | None], fo
             faults.append(f"exit code {ended.code} with {errors} lines of errors")
         if len(ended.stderr) > MUCH:
             faults.append(f"{len(ended.stderr):,} bytes on stderr")
-        strange = [line for line in stderr.splitlines() if not line.startswith("clrt: ")]
+        strange = [line for line in stderr.splitlines() if not line.startswith(_SAID)]
         if strange and command.arguments[:1] and command.arguments[0] in _SPEAKS:
             faults.append(f"a line that is not ours: {strange[0][:200]!r}")
     for kind, text in ((command.stdout, stdout), (command.stderr, stderr)):

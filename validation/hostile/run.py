@@ -28,7 +28,7 @@ from . import commands, gates, process
 from .mutate import make
 
 PATIENCE: Final = 600.0  # seconds of wall time, then a process hangs; kernels of many bands take minutes
-CEILING: Final = 4 << 30  # bytes at which a process is ended, before the machine has none left
+CEILING: Final = 9 << 30  # bytes at which a process is ended: more than any scene takes that `Limits` allow
 TURNS: Final = 1000  # inputs a process; then a new one, so that no leak hides what an input costs
 COMMANDS: Final = 200  # of so many tasks one is a command, which costs as much as many inputs
 CORPUS: Final = Path(__file__).with_name("corpus")
