@@ -1,4 +1,5 @@
-"""Write the meshes of the scenes: knot.ply (a torus knot), gem.obj (a brilliant), both for showcase.toml too.
+"""Write the meshes of the scenes: knot.ply (a torus knot), gem.obj (a brilliant), both for showcase.toml too;
+stone-*.ply (an octahedron with colours of vertices, or of faces).
 
 The knot is made of quadrilaterals without normals (`smooth = true` in a scene derives them); the gem's facets
 are flat n-gons, wound counter-clockwise from outside. showcase.toml holds its meshes itself, so that it needs
@@ -121,6 +122,29 @@ def write_ply(path: Path, vertices: Array, quads: list[tuple[int, int, int, int]
     path.write_bytes(header.encode() + vertices.astype("<f4").tobytes() + faces.tobytes())
 
 
+def stone() -> tuple[Array, list[tuple[int, ...]], NDArray[np.uint8]]:
+    """An octahedron with quiet sRGB colours (6, 3) of its vertices."""
+    vertices = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+    faces = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
+    colors = np.array([[200, 90, 70], [80, 140, 90], [90, 100, 190], [190, 180, 80], [150, 150, 150],
+                       [90, 60, 120]])  # fmt: skip
+    return vertices, [tuple(face) for face in faces], colors.astype(np.uint8)
+
+
+def write_colored(path: Path, of_faces: bool) -> None:
+    """Write the stone as an ASCII PLY with colours of its vertices, or of its faces (a corner's)."""
+    vertices, faces, colors = stone()
+    tone = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    at = "".join(f"property float {axis}\n" for axis in "xyz")
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n{at}{'' if of_faces else tone}"
+    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\n"
+    head += f"{tone if of_faces else ''}end_header"
+    tones = np.empty((len(vertices), 0), np.uint8) if of_faces else colors
+    lines = [[*map(int, at), *color] for at, color in zip(vertices, tones, strict=True)]
+    lines += [[3, *face, *(colors[face[k % 3]] if of_faces else ())] for k, face in enumerate(faces)]
+    path.write_text("\n".join([head, *(" ".join(map(str, line)) for line in lines), ""]))
+
+
 def write_obj(path: Path, vertices: Array, faces: list[tuple[int, ...]]) -> None:
     """Write a Wavefront OBJ of n-gons."""
     lines = [f"v {x:.9g} {y:.9g} {z:.9g}" for x, y, z in vertices]
@@ -163,4 +187,6 @@ if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
     write_ply(folder / "knot.ply", *torus_knot())
     write_obj(folder / "gem.obj", *gem())
+    for kind in ("vertices", "faces"):
+        write_colored(folder / f"stone-{kind}.ply", kind == "faces")
     rewrite_showcase(folder / "showcase.toml")

@@ -130,6 +130,13 @@ def test_meshes_are_what_their_script_makes(scenes: dict[str, Scene]):
             np.testing.assert_allclose(data.vertices, vertices, atol=6e-5)
 
 
+def test_coloured_stones_are_what_their_script_writes(tmp_path):
+    script = runpy.run_path(str(scene_folder() / "generate_meshes.py"))
+    for kind in ("vertices", "faces"):
+        script["write_colored"](tmp_path / "stone.ply", kind == "faces")
+        assert (tmp_path / "stone.ply").read_text() == (scene_folder() / f"stone-{kind}.ply").read_text()
+
+
 def test_meshes_are_closed_and_wound_outwards():
     """The divergence theorem: each has the volume that its shape has, with the right sign."""
     script = runpy.run_path(str(scene_folder() / "generate_meshes.py"))

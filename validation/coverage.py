@@ -47,7 +47,7 @@ MATERIALS: Final = (
     "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
     "rough mirror", "rough metal",
     "picture", "picture of a tint", "picture of light", "nearest texel", "clamped picture",
-    "mirrored picture", "moved picture", "normal map", "mip levels",
+    "mirrored picture", "moved picture", "normal map", "mip levels", "colours of a mesh",
 )  # fmt: skip
 LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
                  "rectangle light", "disk light", "sphere light", "two-sided light", "visible light",
@@ -225,9 +225,15 @@ def _picture_features(material: Material, lit: bool) -> set[str]:
             (picture.scale, picture.offset) != ((1.0, 1.0), (0.0, 0.0)) for picture in pictures
         ),
         "mip levels": any(picture.filter == "mipmap" for picture in pictures),
+        "colours of a mesh": any(_of_corners(picture) for picture in pictures),
         "normal map": lit and material.normal_map is not None,
     }
     return {name for name, holds in tests.items() if holds}
+
+
+def _of_corners(picture: ImageTexture) -> bool:
+    """Whether a picture is the colours of a file's vertices or faces."""
+    return picture.part is not None and str(picture.file).lower().endswith(".ply")
 
 
 def _bounce_features(scene: Scene, material: Material) -> set[str]:

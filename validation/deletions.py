@@ -281,6 +281,7 @@ _MATERIALS: Final[dict[str, Deletion | Faults]] = {
     "mirrored picture": _each_picture(wrap="repeat"),
     "moved picture": _each_picture(scale=(1.0, 1.0), offset=(0.0, 0.0)),
     "normal map": _material(normal_map=None), "mip levels": _each_picture(filter="linear"),
+    "colours of a mesh": _pictures("color", plain=0.5),
     "rough metal": _material(lambda m: m.conductor is not None, roughness=0.0),
 }  # fmt: skip
 

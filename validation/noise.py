@@ -36,8 +36,10 @@ FILE: Final = Path(__file__).with_name("noise.json")
 FIGURES: Final = {
     "fine": ("within 1e-4", True), "coarse": ("within 1e-3", True), "masked": ("edges far off", False),
     "mean": ("mean radiance", False), "distance": ("distance", False), "ssim": ("SSIM", True),
-    "psnr": ("PSNR", True), "flip": ("FLIP", False), "rays": ("rays", True),
+    "psnr": ("PSNR", True), "flip": ("FLIP", False), "rays": ("rays", True), "layers": ("layers", True),
 }  # fmt: skip
+# fields that are the worst of several figures -> how the names of these begin and end
+_WORST_OF: Final = {"rays": ("", ": within 1e-4"), "layers": ("layer ", "")}
 _KEPT: Final = frozenset({"spp", "max_depth", "width", "height", "samples", "seed", "jitter", "priority"})
 
 
@@ -85,9 +87,10 @@ def measured(name: str) -> dict[str, float]:
 
 
 def _figure(field: str, comparison: Comparison) -> float | None:
-    if field == "rays":
-        return min((value for key, value in comparison.metrics.items() if key.endswith(": within 1e-4")),
-                   default=None)  # fmt: skip
+    if field in _WORST_OF:
+        start, end = _WORST_OF[field]
+        return min((value for key, value in comparison.metrics.items()
+                    if key.startswith(start) and key.endswith(end)), default=None)  # fmt: skip
     return comparison.metrics.get(FIGURES[field][0])
 
 

@@ -128,6 +128,41 @@ def test_what_is_smooth_has_the_bits_of_the_mirror(material: dict[str, Any]) -> 
     assert (rough == plain) == ("specular" in material)
 
 
+def in_glass(inner: dict[str, Any], **glass: Any) -> str:
+    """The hash of a picture of a ball of glass with something in it, both before a floor."""
+    clear = {"diffuse": 0.0, "reflection": 1.0, "transmission": 1.0, "ior": 1.5, "fresnel": True,
+             "absorption": [0.1, 0.3, 0.2], **glass}  # fmt: skip
+    shapes = [
+        {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0]},
+        {"type": "sphere", "center": [0, 0, 0], "radius": 1.4, "material": clear},
+        {"type": "sphere", "center": [0.1, 0, 0.2], "radius": 0.7, "material": inner},
+    ]
+    return str(clrt.render({**BALLS, "shapes": shapes, "max_depth": 5}).hash)
+
+
+@pytest.mark.parametrize(
+    "inner",
+    [
+        {"reflection": 0.8, "diffuse": 0.1},
+        {"conductor": "gold", "diffuse": 0.0},
+        {"fresnel": "schlick", "reflection": 0.5},
+    ],
+)
+def test_smooth_mirrors_in_glass_have_the_bits_of_the_mirror(inner: dict[str, Any]) -> None:
+    """And so has the glass around them, whose roughness may be stated as 0 and as nothing else."""
+    plain = in_glass(inner)
+    assert plain == in_glass({**inner, "roughness": 0.0}, roughness=0.0)
+    assert plain == in_glass({**inner, "roughness": 0.0099})
+    assert plain != in_glass({**inner, "roughness": 0.4})
+
+
+def test_glass_within_glass_has_the_bits_of_what_is_smooth() -> None:
+    inner = {"diffuse": 0.0, "reflection": 0.3, "transmission": 0.7, "ior": 1.3}
+    assert in_glass(inner) == in_glass({**inner, "roughness": 0.0}, roughness=0.0)
+    with pytest.raises(clrt.ClrtError, match=r"shapes\[2\].*roughness.*rough transmits nothing"):
+        in_glass({**inner, "roughness": 0.0099})
+
+
 def test_tiles_and_crops_have_the_bits_of_the_whole() -> None:
     shapes = [{"type": "sphere", "center": [x, 0, 0], "radius": 1.2,
                "material": {"reflection": 0.9, "roughness": 0.5}} for x in (-1.3, 1.3)]  # fmt: skip

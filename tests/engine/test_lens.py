@@ -86,16 +86,31 @@ def test_the_samples_of_a_pixel_fill_the_lens() -> None:
         assert abs(np.count_nonzero(np.hypot(x, y) < np.sqrt(0.5)) - 32) <= 5
 
 
-def test_aperture_0_has_the_bits_of_the_pinhole() -> None:
-    for camera in ({"near": 0.4}, {"type": "orthographic", "size": 3.0}):
-        view = {**VIEW, "width": 40, "height": 30, "origin": [0, 1, 2], "jitter": 3, "spp": 4, **camera}
-        scene = {"background": [0.1, 0.2, 0.3], "lights": [{"type": "point", "position": [1, 3, 2]}],
-                 "shapes": [{"type": "sphere", "center": [0, 0, -1], "radius": 1}]}  # fmt: skip
-        sharp, closed, open_ = (
-            clrt.render({**scene, "camera": {**view, **lens}}).hash
-            for lens in ({}, {"aperture": 0.0, "focus": 0.7}, {"aperture": 0.1, "focus": 0.7})
-        )
-        assert sharp == closed != open_
+PLAIN: list[dict[str, Any]] = [{"type": "sphere", "center": [0, 0, -1], "radius": 1}]
+GLASS = {"diffuse": 0.0, "reflection": 1.0, "transmission": 1.0, "ior": 1.5, "fresnel": True}
+FILLED: list[dict[str, Any]] = [  # glass with a mirror and a bubble in it
+    {"type": "sphere", "center": [0, 0, -1], "radius": 1.2, "material": {**GLASS, "absorption": 0.2}},
+    {"type": "sphere", "center": [0.4, 0, -1], "radius": 0.5, "material": {"reflection": 0.8}},
+    {"type": "sphere", "center": [-0.6, 0.2, -1], "radius": 0.3,
+     "material": {**GLASS, "ior": 1.0, "priority": 1}},
+    {"type": "plane", "point": [0, -1.5, 0], "normal": [0, 1, 0]},
+]
+
+
+@pytest.mark.parametrize(("shapes", "camera"), [
+    (PLAIN, {"near": 0.4}), (PLAIN, {"type": "orthographic", "size": 3.0}), (FILLED, {}),
+    (FILLED, {"type": "orthographic", "size": 3.0}),
+    (FILLED, {"origin": [0.0, 0.7, -0.6], "target": [0, 0, -1]}),
+], ids=["plain", "plain orthographic", "glass", "glass orthographic", "within the glass"])  # fmt: skip
+def test_aperture_0_has_the_bits_of_the_pinhole(shapes: list[Any], camera: dict[str, Any]) -> None:
+    view = {**VIEW, "width": 40, "height": 30, "origin": [0, 1, 2], "jitter": 3, "spp": 4, **camera}
+    scene = {"background": [0.1, 0.2, 0.3], "lights": [{"type": "point", "position": [1, 3, 2]}],
+             "shapes": shapes, "max_depth": 5}  # fmt: skip
+    sharp, closed, open_ = (
+        clrt.render({**scene, "camera": {**view, **lens}}).hash
+        for lens in ({}, {"aperture": 0.0, "focus": 0.7}, {"aperture": 0.1, "focus": 0.7})
+    )
+    assert sharp == closed != open_
 
 
 def test_parts_have_the_bits_of_the_whole(tracer: clrt.Tracer) -> None:

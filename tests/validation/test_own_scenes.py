@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import trimesh
 
 import compare_samples as samples
 from clrt.cli import main
@@ -59,3 +60,37 @@ def test_foreign_scenes(name: str, shared_folder: Path, capsys: Printed) -> None
     """The colours of the thesis' program are no sums over rays: kinds of rays are not compared there."""
     code, out, _ = validate(capsys, str(shared_folder / "data" / name))
     assert code == 0, out
+
+
+_ROOM = """
+ambient = 0.1
+background = 0.2
+camera = { origin = [0, 1.2, 5], target = [0, 0, 0], fov = 40, width = 96, height = 72 }
+[[lights]]
+type = "rectangle"
+center = [0, 3, 0]
+u = [0.5, 0, 0]
+v = [0, 0, 0.5]
+radiance = 6.0
+samples = 9
+[[shapes]]
+type = "box"
+min = [-1, -1, -1]
+max = [0, 0.3, 0]
+[[shapes]]
+type = "plane"
+point = [0, -1, 0]
+normal = [0, 1, 0]
+"""
+
+
+def test_a_room_under_an_area_light_and_a_model(tmp_path: Path, capsys: Printed) -> None:
+    """As somebody would write them who has never seen a case of the matrix."""
+    room, ring = tmp_path / "room.toml", tmp_path / "ring.glb"
+    room.write_text(_ROOM)
+    trimesh.creation.torus(0.8, 0.3, major_sections=24, minor_sections=12).export(ring)
+    code, out, _ = validate(capsys, str(room), str(ring))
+    words = " ".join(out.split())
+    assert code == 0, out
+    assert "pictures, oracle64 2 2 ok" in words and "pictures, mitsuba-table 2 2 ok" in words
+    assert "room.toml: povray cannot express it: lights[0]: POV-Ray has no rectangle light" in words

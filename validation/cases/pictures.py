@@ -36,6 +36,8 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "picture in bands", {**room(shapes), "spectrum": {"bands": 6}}, set()
     gathered = [with_material(CLOSED["sphere"]((0.2, -0.3, 0), 1.6), {**_GLOBE, "ambient": 0.9})]
     yield "picture and ambient rays", room(gathered, ambient_samples=3, max_depth=2), set()
+    yield "colours of vertices", room([_stone("vertices")]), set()
+    yield "colours of faces", room([_stone("faces")]), set()
 
 
 def at_levels() -> Iterator[tuple[str, Table, set[str]]]:
@@ -57,6 +59,15 @@ def at_levels() -> Iterator[tuple[str, Table, set[str]]]:
     yield "pictures at their levels", room(shapes), set()
     quadric = with_material(CLOSED["quadric"]((0.3, -0.2, 0.0), 1.8), globe)
     yield "a picture at its levels on a quadric", room([quadric]), set()
+
+
+def _stone(kind: str) -> Table:
+    """A body with colours at its vertices, or on its faces."""
+    file = f"stone-{kind}.ply"
+    color = {"type": "image", "file": file, "part": 0, "wrap": "clamp"}
+    turned = [{"scale": 1.7}, {"rotate": ["y", 25]}, {"rotate": ["x", 20]}, {"translate": [0, -0.2, 0]}]
+    mesh: Table = {"type": "mesh", "file": file, "part": 0, "transform": turned}
+    return with_material(mesh, {"color": color, "diffuse": 0.8})
 
 
 def _tile(x: float, material: Table) -> Table:

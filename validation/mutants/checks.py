@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -19,6 +20,7 @@ from typing import Any, Final
 import numpy as np
 
 import clrt
+from clrt.base.resources import PACKAGE
 from clrt.images import cryptomatte
 
 CHECK: Final = "check "
@@ -130,12 +132,29 @@ def mattes() -> None:
         assert set(ids[y, x, : counts[y, x]]) == covered, "names"
 
 
+def overflow() -> None:
+    """Light beyond float32's range is the brightest that a pixel holds, 1e30 in each of its bands."""
+    shine = {"emission": 3e38, "diffuse": 0.0}
+    lamp = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": shine}
+    table = {"background": 0.5, "camera": {**_SCENE["camera"], "jitter": None}, "shapes": [lamp]}
+    pixels = clrt.render(clrt.load_dict(table)).pixels
+    assert np.isfinite(pixels).all(), "not finite"
+    assert pixels.max() == np.float32(1e30) and pixels.min() == 0.5, "the brightest"
+
+
 CHECKS: Final[dict[str, Callable[[], None]]] = {"adaptive": adaptive, "names as numbers": names_as_numbers,
-                                                "mattes": mattes}
+                                                "mattes": mattes, "overflow": overflow}
 
 
 def failed(root: Path, name: str) -> str:
-    """What a check says of the package in a folder; "" where all is right."""
+    """What a check says of the package in a folder, or of its kernels where it has only these; "" where all
+    is right."""
+    if not (root / PACKAGE.name).is_dir():
+        ignored = shutil.ignore_patterns("__pycache__", "_kernels")
+        shutil.copytree(PACKAGE, root / PACKAGE.name, ignore=ignored)
+        for beside in ("scenes", "validation"):
+            if (PACKAGE.parent / beside).is_dir():
+                (root / beside).symlink_to(PACKAGE.parent / beside)
     path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
     command = [sys.executable, "-P", "-W", "ignore", "-c", _RUN, name]
     ran = subprocess.run(command, cwd=root, env={**os.environ, "PYTHONPATH": path}, capture_output=True,

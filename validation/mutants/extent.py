@@ -43,6 +43,8 @@ _LIGHT: Final = (
            ("tinted shadows",), DIFFUSE),
     Mutant("a film that ends at half of white", "kernels/film.cl", "mean <= BRIGHTEST ? mean : BRIGHTEST",
            "mean <= 0.5f ? mean : 0.5f", ("diffuse",)),
+    Mutant("a film that holds what is infinite", "kernels/film.cl", "mean <= BRIGHTEST ? mean : BRIGHTEST",
+           "mean", (CHECK + "overflow",)),
     Mutant("the second band lost in developing", "kernels/film.cl", "for (int b = 1; b < BANDS; b++) sum",
            "for (int b = 2; b < BANDS; b++) sum", ("patches",), CAMERA),
 )  # fmt: skip

@@ -105,6 +105,18 @@ _GLOSS: Final = (
            REFLECTION),
 )  # fmt: skip
 
+_CORNERS: Final = (
+    Mutant("colours of two corners exchanged", "clrt/meshfiles/vertex_colors.py",
+           "out[: len(a), 1, 0] = a, b, c", "out[: len(a), 1, 0] = a, c, b",
+           ("colours of vertices",), AMBIENT),
+    Mutant("colours of corners not linear between them", "clrt/meshfiles/vertex_colors.py",
+           "out[: len(a), 1, 1] = b + c - a", "out[: len(a), 1, 1] = 0.5 * (b + c)",
+           ("colours of vertices",), AMBIENT),
+    Mutant("colours of the faces in the other order", "clrt/meshfiles/file.py",
+           "np.repeat(own[:, None], 3, axis=1)", "np.repeat(own[::-1, None], 3, axis=1)",
+           ("colours of faces",), AMBIENT),
+)  # fmt: skip
+
 _LEVELS: Final = ("pictures at their levels",)
 _SURFACES: Final = (
     Mutant("normal not turned to the ray", "kernels/surface.clh",
@@ -217,4 +229,4 @@ _SURFACES: Final = (
            "in_band(info->background, s, 0)", ("background",), CAMERA),
 )  # fmt: skip
 
-SURFACE_FAULTS: Final = (*_BOUNCE, *_GLOSS, *_SURFACES)
+SURFACE_FAULTS: Final = (*_CORNERS, *_BOUNCE, *_GLOSS, *_SURFACES)
