@@ -30,6 +30,7 @@ from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.look import NONE
 from clrt.meshfiles.obj import plain_obj
 from clrt.meshfiles.obj_materials import LIBRARY, Materials
+from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
 from clrt.meshfiles.planar import folded
 from clrt.meshfiles.vertex_colors import spread
@@ -187,26 +188,31 @@ def _parse(data: bytes, path: Path, at: At, library: bytes = b"") -> Placed:
         def keys(self) -> list[str]:
             return []
 
+    outlines, suffix = Outlines(), path.suffix[1:].lower()
+
+    def load(data: bytes) -> tuple[list[tuple[Part, Any]], list[str]]:
+        scene = trimesh.load_scene(
+            io.BytesIO(data), suffix, resolver=Nothing(), process=False, skip_materials=not library
+        )
+        placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
+        found = [(scene.geometry[name], matrix) for matrix, name in placed]
+        meshes = [(mesh, matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
+        for mesh, _ in meshes:
+            _check_lists(mesh.metadata.get("_ply_raw", {}))
+        pairs = [(_part(mesh, outlines), matrix) for mesh, matrix in meshes]
+        names = [str(getattr(getattr(mesh.visual, "material", None), "name", None)) for mesh, _ in meshes]
+        return pairs, names
+
     log = logging.getLogger("trimesh")  # prints tracebacks of its own for broken files
     loudness = log.level
     try:
         log.setLevel(logging.CRITICAL + 1)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            scene = trimesh.load_scene(
-                io.BytesIO(data),
-                path.suffix[1:].lower(),
-                resolver=Nothing(),
-                process=False,
-                skip_materials=not library,
-            )
-            placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
-            found = [(scene.geometry[name], matrix) for matrix, name in placed]
-            meshes = [(mesh, matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
-            for mesh, _ in meshes:
-                _check_lists(mesh.metadata.get("_ply_raw", {}))
-            pairs = [(_part(mesh), matrix) for mesh, matrix in meshes]
-            names = [str(getattr(getattr(mesh.visual, "material", None), "name", None)) for mesh, _ in meshes]
+            pairs, names = load(data)
+            if suffix == "obj" and any(folded(*part.read()[:2]) for part, _ in pairs):
+                better = outlines.obj(data)
+                pairs, names = (pairs, names) if better is data else load(better)
     except BrokenMesh:
         raise
     except Exception as error:  # a broken file can fail anywhere inside a parser
@@ -215,10 +221,9 @@ def _parse(data: bytes, path: Path, at: At, library: bytes = b"") -> Placed:
         raise BrokenMesh(f"{why} ({type(error).__name__})") from None
     finally:
         log.setLevel(loudness)
+    for text in outlines.left_over:
+        notices.warn(at.source, at.path, f"{path.name}: its {text}")
     kept = [k for k, (part, _) in enumerate(pairs) if part.faces]
-    if path.suffix.lower() != ".stl" and any(folded(*pairs[k][0].read()[:2]) for k in kept):
-        text = "its concave faces are cut about one corner and cover too much; save it in triangles"
-        notices.warn(at.source, at.path, f"{path.name}: {text}")
     numbers = np.arange(len(kept))
     matrices = np.array([pairs[k][1] for k in kept], np.float64).reshape(-1, 4, 4)
     materials = np.array([_material(names[k]) if library else NONE for k in kept], np.int64)
@@ -244,7 +249,7 @@ def _prepared(data: bytes, suffix: str) -> bytes:
     return data
 
 
-def _part(mesh: Any) -> Part:
+def _part(mesh: Any, outlines: Outlines) -> Part:
     """A trimesh.Trimesh as plain arrays; ValueError where they do not fit together (trimesh may not look)."""
     vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
     # Only what the file gave is in trimesh's cache before anyone has asked for normals.
@@ -260,6 +265,7 @@ def _part(mesh: Any) -> Part:
         raise ValueError("faces must be triangles")
     if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
         raise ValueError(f"a face names a vertex that is not among the {len(vertices)} of its part")
+    faces = outlines.ply(vertices, faces, mesh.metadata.get("_ply_raw", {}))
     uv = _uv(mesh.visual, len(vertices))
     colored = bool(mesh.visual.defined) and mesh.visual.kind != "texture"
     return Part(

@@ -89,10 +89,11 @@ def _flaws(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def folded(vertices: np.ndarray, faces: np.ndarray) -> bool:
-    """Whether triangles (m, 3) that a quadrilateral or a fan was cut into lie on one another.
+    """Whether triangles (m, 3) that a quadrilateral or a fan was cut into may lie on one another.
 
-    They do where a concave outline was cut about the wrong corner. The two of a quadrilateral stand one after
-    the other, or all second ones after all first ones; those of a fan one after the other.
+    They do where a concave outline was cut about the wrong corner, and triangles without area may hide it.
+    The two of a quadrilateral stand one after the other, or all second ones after all first ones; those
+    of a fan one after the other.
     """
     half = len(faces) // 2
     firsts = [(faces[:-1], faces[1:])] + [(faces[:half], faces[half:])] * (len(faces) == 2 * half)
@@ -109,5 +110,4 @@ def _folded(vertices: np.ndarray, one: np.ndarray, two: np.ndarray) -> bool:
     fan = (a == two[:, 0]) & (c == two[:, 1]) & (b != two[:, 2])
     with np.errstate(all="ignore"):  # what is no number is refused later
         left, right = (newell(vertices[faces[quad | fan]]) for faces in (one, two))
-        sizes = np.linalg.norm(left, axis=-1) * np.linalg.norm(right, axis=-1)
-        return bool(np.any(np.einsum("mk,mk->m", left, right) < (FLATNESS - 1.0) * sizes))
+        return bool(np.any(np.einsum("mk,mk->m", left, right) <= 0.0))
