@@ -95,13 +95,13 @@ def _run(options: argparse.Namespace) -> int:
 
 def _to_stream(options: argparse.Namespace) -> int:
     """The picture as PNG on standard output, and nothing else there."""
-    from tempfile import TemporaryDirectory
+    from clrt.base.scratch import scratch
 
     if options.layers:
         raise ClrtError("-o -: --layers needs files; give -o the name of an .exr")
     try:
-        with TemporaryDirectory(prefix="clrt-") as folder:
-            file = os.path.join(folder, "a.png")
+        with scratch() as folder:
+            file = str(folder / "a.png")
             named = argparse.Namespace(**{**vars(options), "output": file, "quiet": True})
             code = _run(named)
             data = Path(named.output).read_bytes() if code == 0 else b""
