@@ -51,6 +51,8 @@ def _name_apart(each: list[argparse.Namespace]) -> None:
     for name in _ONE:
         if getattr(each[0], name):
             raise ClrtError(f"--{name}: is for one scene; give it {len(each)} renders of their own")
+    if [one.scene for one in each].count(STREAM) > 1:
+        raise ClrtError("-: standard input can be read once")
     files = [scene_path(one.scene) for one in each]
     for number, (one, file) in enumerate(zip(each, files, strict=True)):
         one.output = frame_name(pattern, number, {"name": stem(file)})
