@@ -25,6 +25,9 @@ else:
 temporaries: set[Path] = set()
 """Files that are being written, to be removed before the process ends."""
 
+folders: set[str] = set()
+"""Folders of such files, to be removed with all that is in them."""
+
 saved: list[Path] = []
 """The files that were written last, to be told after an interrupt."""
 
@@ -98,7 +101,9 @@ def word() -> str:
 
 
 def sweep() -> None:
-    """Remove the files that are being written."""
+    """Remove the files that are being written, and the folders of those that nobody keeps."""
+    for folder in tuple(folders):  # `tempfile`, which made it, has imported what removes it
+        sys.modules["shutil"].rmtree(folder, ignore_errors=True)
     for path in tuple(temporaries):
         try:  # noqa: SIM105 (contextlib takes long to import, and nothing is caught before)
             os.unlink(path)

@@ -51,6 +51,8 @@ def _name_apart(each: list[argparse.Namespace]) -> None:
     for name in _ONE:
         if getattr(each[0], name):
             raise ClrtError(f"--{name}: is for one scene; give it {len(each)} renders of their own")
+    if [one.scene for one in each].count(STREAM) > 1:
+        raise ClrtError("-: standard input can be read once")
     files = [scene_path(one.scene) for one in each]
     for number, (one, file) in enumerate(zip(each, files, strict=True)):
         one.output = frame_name(pattern, number, {"name": stem(file)})
@@ -95,13 +97,13 @@ def _run(options: argparse.Namespace) -> int:
 
 def _to_stream(options: argparse.Namespace) -> int:
     """The picture as PNG on standard output, and nothing else there."""
-    from tempfile import TemporaryDirectory
+    from clrt.base.scratch import scratch
 
     if options.layers:
         raise ClrtError("-o -: --layers needs files; give -o the name of an .exr")
     try:
-        with TemporaryDirectory(prefix="clrt-") as folder:
-            file = os.path.join(folder, "a.png")
+        with scratch() as folder:
+            file = str(folder / "a.png")
             named = argparse.Namespace(**{**vars(options), "output": file, "quiet": True})
             code = _run(named)
             data = Path(named.output).read_bytes() if code == 0 else b""

@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import hashlib
-import io
 from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
-from clrt.base.atomic import check_replaceable, replacing
 from clrt.base.errors import ClrtError
 from clrt.cli import interrupted
 from clrt.cli.source import read, stem
 
 if TYPE_CHECKING:
     from clrt.cli.frames import Frames
+    from clrt.cli.manifest import Manifest
     from clrt.scene.scene import Scene
 
 Values = dict[str, Any]
 Series = Callable[["Scene", argparse.Namespace], tuple["Scene", list[Values]]]
 """From a scene and the options: the scene that all pictures start from, and what changes for each."""
-_OWN: Final = ("index", "file", "picture", "sha256", "identity", "rays")
-_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")  # with these a spreadsheet begins to compute
 
 
 def render_series(options: argparse.Namespace, file: Path, values_of: Series) -> int:
@@ -40,6 +35,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     import clrt
     from clrt.cli.clusters import cluster
     from clrt.cli.frames import Frames, Maker, OneTracer, Workers
+    from clrt.cli.manifest import Manifest
     from clrt.cli.outputs import check_apart, check_spares
     from clrt.cli.progress import progress
     from clrt.images.naming import frame_name
@@ -58,8 +54,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
         outputs["--manifest"] = manifest
     check_apart(outputs, {"the scene": file, "the keyframes": getattr(options, "keyframes", None)})
     check_spares(outputs, scene)
-    if manifest:
-        check_replaceable(manifest)
+    known = Manifest(manifest, [] if film else names, series, limits)
     settings = clrt.Settings(threads=options.threads, limits=limits)
     picture = {
         "width": options.width, "height": options.height, "spp": options.spp, "max_depth": options.max_depth,
@@ -74,61 +69,48 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
             maker = OneTracer(stack.enter_context(clrt.Tracer(scene, options.device, settings)), picture)
         frames = Frames(maker, scene, series, stack.enter_context(progress(stem(file), options.quiet)))
         if film:
-            rows = _to_video(frames, options)
+            _to_video(frames, options, known)
         else:
-            rows = _to_files(frames, names, options, manifest)
-    if manifest and film:
-        _write(manifest, series, rows)
+            _to_files(frames, names, options, known)
+    if film:
+        known.save()
     if not options.quiet:
+        rows = known.finished()
         kept = sum(row["rays"] == "" for row in rows)
-        known = f", {kept} of them were there" if kept else ""
-        print(f"{options.output}: {len(rows)} pictures{known}")
+        there = f", {kept} of them were there" if kept else ""
+        print(f"{options.output}: {len(rows)} pictures{there}")
     return 0
 
 
-def _to_files(
-    frames: Frames, names: list[str], options: argparse.Namespace, manifest: str | None
-) -> list[dict[str, Any]]:
+def _to_files(frames: Frames, names: list[str], options: argparse.Namespace, known: Manifest) -> None:
     """One file a frame; those that a manifest of before says to be right are kept."""
     from clrt.images.file import check_writable
     from clrt.images.views import check_shown
 
     for name in names:
         check_shown(name, check_writable(name, options.exposure), options.view)
-    before = _known(manifest)
-    rows: dict[int, dict[str, Any]] = {}
+    shown = f"{options.exposure:g} {options.view or ''}".rstrip()
 
     def is_there(index: int, identity: str) -> bool:
-        file, shown = Path(names[index]), f"{options.exposure:g} {options.view or ''}".rstrip()
-        identity = f"{identity} {shown}"
-        rows[index] = {"index": index, "file": file.name, "identity": identity, "rays": ""}
-        old = before.get((file.name, identity))
-        if old is None or old["sha256"] != _sha256(file):
-            return False
-        rows[index] |= {"picture": old["picture"], "sha256": old["sha256"]}
-        return True
+        return known.keeps(index, Path(names[index]), f"{identity} {shown}")
 
     try:
         for index, image in frames.images(is_there):
             saved = image.save(names[index], options.exposure, view=options.view)
-            rows[index] |= {"picture": image.hash, "sha256": _sha256(saved), "rays": image.stats["traced"]}
+            known.note(index, image.hash, saved, image.stats["traced"])
     finally:  # of a series that was broken off, too
-        done = [rows[index] for index in sorted(rows) if "picture" in rows[index]]
-        if manifest and done:
-            _write(manifest, frames.series, done)
-    return done
+        known.save()
 
 
-def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any]]:
+def _to_video(frames: Frames, options: argparse.Namespace, known: Manifest) -> None:
     from clrt.images.video import writing
     from clrt.images.views import check_shown, encode_view
 
     check_fps(options.fps)
     check_shown(options.output, 8, options.view)
-    rows: dict[int, dict[str, Any]] = {}
 
     def is_there(index: int, identity: str) -> bool:
-        rows[index] = {"index": index, "file": "", "sha256": "", "identity": identity}
+        known.rows[index] = {"index": index, "file": "", "identity": identity}
         return False
 
     with ExitStack() as stack:
@@ -140,51 +122,10 @@ def _to_video(frames: Frames, options: argparse.Namespace) -> list[dict[str, Any
                 text = "a video's frames have one size; give --width and --height"
                 raise ClrtError(f"{options.output}: {text}")
             put(encode_view(image.pixels, options.exposure, view=options.view))
-            rows[index] |= {"picture": image.hash, "rays": image.stats["traced"]}
-    return [*rows.values()]
+            known.note(index, image.hash, None, image.stats["traced"])
 
 
 def check_fps(fps: float) -> None:
     """ClrtError for what is no number of frames a second."""
     if not 0 < fps <= 1000:
         raise ClrtError(f"--fps: {fps} is not allowed; it must be from 0 to 1000 frames a second")
-
-
-def _known(manifest: str | None) -> dict[tuple[str, str], dict[str, str]]:
-    """The rows of a manifest that is there and whole, by file and identity."""
-    if manifest is None:
-        return {}
-    try:
-        with open(manifest, newline="", encoding="utf-8") as file:
-            rows = [*csv.DictReader(file)]
-        return {(row["file"], row["identity"]): row for row in rows if row["sha256"]}
-    except (OSError, ValueError, KeyError, csv.Error):
-        return {}
-
-
-def _sha256(path: Path) -> str:
-    try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
-        return ""
-
-
-def _write(manifest: str, series: list[Values], rows: list[dict[str, Any]]) -> None:
-    places = [*dict.fromkeys(place for values in series for place in values)]
-    out = io.StringIO(newline="")
-    table = csv.writer(out)
-    table.writerow([*_OWN[:2], *map(_cell, places), *_OWN[2:]])
-    for row in rows:
-        values = series[row["index"]]
-        own = [row[name] for name in _OWN]
-        table.writerow([own[0], _cell(own[1]), *(_cell(values.get(place, "")) for place in places), *own[2:]])
-    with replacing(manifest) as temporary:
-        temporary.write_text(out.getvalue(), encoding="utf-8", newline="")
-
-
-def _cell(value: Any) -> Any:
-    """A value as a spreadsheet may show it: texts that it would compute begin with an apostrophe."""
-    if isinstance(value, (int, float)):
-        return value
-    text = str(value)
-    return f"'{text}" if text.startswith(_FORMULA) else text

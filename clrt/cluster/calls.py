@@ -8,7 +8,6 @@ from __future__ import annotations
 import hashlib
 import io
 import pickle
-import tempfile
 from collections import Counter, deque
 from collections.abc import Generator, Mapping
 from concurrent.futures import Future
@@ -21,6 +20,7 @@ from typing import Any, Final
 from clrt import layout
 from clrt.base.errors import ClrtError
 from clrt.base.resources import validation_module
+from clrt.base.scratch import scratch
 from clrt.cluster.orders import Refusal, Worker
 from clrt.cluster.pool import LOSSES, Pool
 from clrt.cluster.worker import doing, kernels_hash, proven
@@ -94,7 +94,7 @@ def _there(argument: Any, call: Call, stack: ExitStack) -> Any:
     """A path of the client's as a path of this worker's; any other argument as it is."""
     if not isinstance(argument, Path) or not call.files or all(_same(*file) for file in call.files.items()):
         return argument
-    folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="clrt-call-")))
+    folder = stack.enter_context(scratch())
     for name, data in call.files.items():
         file = folder / _below(name)
         file.parent.mkdir(parents=True, exist_ok=True)

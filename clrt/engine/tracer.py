@@ -360,6 +360,7 @@ class Tracer:
         task = Job(self.flat, depth, settings=self.settings)
         counts = RayCounts()
         batch = Batch(origins, directions, 0.0, np.inf)
+        self.settings.limits.check("host_bytes", batch.n * LIGHT_BYTES, place="rays")  # a view may be small
         pieces = [*ray_chunks(*batch.flat(), np.inf, self.tile, self.settings.limits, LIGHT_BYTES)][::-1]
         found = np.empty((batch.n, 3), np.float32)
         for (_, _, _, numbers), tile in task.tiles(self.device, self.world, pieces):

@@ -19,6 +19,7 @@ from clrt.base import inputs
 from clrt.base.atomic import write_json, write_text
 from clrt.base.errors import ClrtError, SceneError
 from clrt.base.files import read_bytes, reason
+from clrt.base.interrupts import folders
 from clrt.base.limits import Limits
 from clrt.base.resources import kernel_folder, kernel_text
 from clrt.device.foreign import VARIABLE
@@ -65,6 +66,7 @@ def start(number: int, folder: Path, device: int | str | None = None) -> Started
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         temporary = Path(tempfile.mkdtemp(prefix=".clrt-exercise-", dir=folder.parent))
+        folders.add(str(temporary))
         temporary.chmod(0o755)
         shutil.copytree(kernel_folder(), temporary / "kernels")
         planted = chosen.planted(kernel_text(kernel_folder() / chosen.file))
@@ -84,6 +86,7 @@ def start(number: int, folder: Path, device: int | str | None = None) -> Started
     finally:
         if temporary is not None:
             shutil.rmtree(temporary, ignore_errors=True)
+            folders.discard(str(temporary))
     return Started(folder, chosen, 0)
 
 

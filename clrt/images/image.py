@@ -22,6 +22,7 @@ from clrt.base.errors import ClrtError, fault, show
 from clrt.base.frozen import FrozenDict
 from clrt.base.layers import find
 from clrt.base.limits import Limits
+from clrt.base.scratch import scratch
 from clrt.base.suggest import nearest
 from clrt.images import file as imagefile
 from clrt.images.cryptomatte import manifest_of, matte
@@ -232,8 +233,8 @@ class Image:
         return self._png(0.0)
 
     def _png(self, exposure: float) -> bytes:
-        with tempfile.TemporaryDirectory(prefix="clrt-") as folder:
-            return self.save(Path(folder) / "image.png", exposure).read_bytes()
+        with scratch() as folder:
+            return self.save(folder / "image.png", exposure).read_bytes()
 
     def _attributes(self) -> dict[str, str]:
         attributes = {"version": __version__, "image_hash": self.hash, **self.metadata}
@@ -294,8 +295,7 @@ def pixel_hash(pixels: np.ndarray) -> str:
 
 def _array(name: str, value: object) -> np.ndarray:
     """`value` as an array; ClrtError for rows of different lengths."""
-    if "numpy.ma" in sys.modules and np.ma.is_masked(value):  # else nobody has made one; it takes a while
-        raise ClrtError(f"{name}: {np.ma.count_masked(value)} of its numbers are masked; fill them in")
+    arguments.unmasked(name, value)
     try:
         return np.ascontiguousarray(value)
     except (TypeError, ValueError, OverflowError):

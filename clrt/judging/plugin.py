@@ -67,7 +67,7 @@ class SamePicture:
         folder = Path(self._node.path).parent / FOLDER / Path(self._node.path).stem
         kept = next((folder / (stem + kind) for kind in _KINDS if (folder / (stem + kind)).exists()), None)
         verdict = None if kept is None else clrt.compare(pixels, kept, gates, mask=mask)
-        report = self._reports() / f"{Path(self._node.path).stem}.{stem}.html"
+        report = self._report(stem)
         if verdict and verdict.passed:
             report.unlink(missing_ok=True)  # of an older run
             return verdict
@@ -77,7 +77,7 @@ class SamePicture:
                 kept.unlink()
             self._node.user_properties.append((_UPDATED, str(new)))
             return clrt.compare(pixels, new)
-        report.parent.mkdir(parents=True, exist_ok=True)
+        _make(report.parent)
         if verdict is None:
             found = self._keep(pixels, report.with_suffix(""))
             pytest.fail(f"there is no reference picture {folder / stem}.exr; look at {found}, and keep it "
@@ -100,9 +100,13 @@ class SamePicture:
             return plain
         return f"{plain}-{hashlib.sha256(whole.encode('utf-8', 'replace')).hexdigest()[:6]}"
 
-    def _reports(self) -> Path:
+    def _report(self, stem: str) -> Path:
+        """The report on a picture of this test; tests' files of one name in two folders have one each."""
         given = self._config.getoption("--picture-reports")
-        return Path(self._config.invocation_params.dir, given) if given else self._config.rootpath / REPORTS
+        root, test = self._config.rootpath, Path(self._node.path)
+        folder = Path(self._config.invocation_params.dir, given) if given else root / REPORTS
+        below = test.parent.relative_to(root if test.is_relative_to(root) else test.anchor)
+        return folder / below / f"{test.stem}.{stem}.html"
 
     def _keep(self, pixels: Any, stem: Path) -> Path:
         """Save linear pixels: as .png where these hold all there is, else as .exr."""
@@ -112,8 +116,15 @@ class SamePicture:
         from clrt.images.file import decode, encode
 
         bytes_ = bool(np.array_equal(decode(encode(pixels)), pixels))
-        stem.parent.mkdir(parents=True, exist_ok=True)
+        _make(stem.parent)
         return clrt.Image(pixels).save(stem.with_name(stem.name + _KINDS[bytes_]))
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        pytest.fail(f"the folder {folder} cannot be made: {error.strerror or error}")
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:

@@ -179,6 +179,7 @@ def as_pixels(name: str, given: Any) -> np.ndarray:
         raise ClrtError(f"{name}: a scene; only b, what the picture should show, may be one")
     if not isinstance(given, (np.ndarray, list, tuple)) and not hasattr(given, "__array__"):
         raise ClrtError(fault("", name, given, right))
+    arguments.unmasked(name, given)
     array = np.asarray(given)
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype.kind not in "fu" or 0 in array.shape:
         raise ClrtError(f"{name}: {array.dtype} {array.shape} is not floats or sRGB bytes of "
@@ -187,4 +188,5 @@ def as_pixels(name: str, given: Any) -> np.ndarray:
         if array.dtype.itemsize > 2:
             raise ClrtError(f"{name}: {array.dtype} is not allowed; sRGB values are uint8 or uint16")
         return decode(array)
-    return np.ascontiguousarray(array, np.float32)
+    with np.errstate(over="ignore"):  # what is beyond float32 is infinite, and never the same
+        return np.ascontiguousarray(array, np.float32)

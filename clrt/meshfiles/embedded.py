@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -17,6 +16,7 @@ from clrt.base.errors import LimitError, SceneError
 from clrt.base.files import read_bytes, resolve
 from clrt.base.limits import Limits
 from clrt.base.places import At
+from clrt.base.scratch import scratch
 from clrt.images.file import read_samples
 from clrt.meshfiles.gltf import pictures_in
 from clrt.meshfiles.gltf_document import BrokenMesh
@@ -45,15 +45,13 @@ class Models:
             return
         where = f"{path}: images[{part}]"
         picture = self._picture(path, part, data)
-        descriptor, name = tempfile.mkstemp()
-        try:
-            with open(descriptor, "wb") as file:
-                file.write(picture)
-            yield Path(name)
-        except (SceneError, LimitError) as error:
-            raise type(error)(str(error).replace(name, where)) from None
-        finally:
-            os.unlink(name)
+        with scratch() as folder:
+            file = folder / "picture"
+            try:
+                file.write_bytes(picture)
+                yield file
+            except (SceneError, LimitError) as error:
+                raise type(error)(str(error).replace(str(file), where)) from None
 
     def count(self, path: Path) -> int:
         """How many pictures a model file names."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +10,7 @@ from clrt.base.errors import SceneError
 from clrt.base.files import read_bytes
 from clrt.base.limits import Limits
 from clrt.base.places import At
+from clrt.base.scratch import scratch
 from clrt.images.file import write
 from clrt.meshfiles.embedded import Models
 from clrt.meshfiles.file import broken_said, open_mesh
@@ -49,7 +49,7 @@ class PictureFiles:
             has = "no colours of vertices or faces" if colors is None else "its colours of vertices or faces"
             raise SceneError(f"{path}: images[{part}] is not there; it has {has}")
         self._limits.check("texture_bytes", 12 * colors.shape[0] * colors.shape[1], str(path))
-        with tempfile.TemporaryDirectory() as folder:
-            file = Path(folder, "colors.exr")
+        with scratch() as folder:
+            file = folder / "colors.exr"
             write(file, [colors])
             yield file

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clrt.base.errors import one_line
+from clrt.base.scratch import scratch
 from clrt.scene.save import encoded
 
 if TYPE_CHECKING:
@@ -27,8 +27,8 @@ def scene_file(scene: Scene) -> tuple[dict[str, Any], bytes]:
 
 def picture_file(image: Image, source: str, suffix: str, exposure: float) -> tuple[dict[str, Any], bytes]:
     """A PNG brightened by `exposure` stops, or an EXR of the light itself."""
-    with tempfile.TemporaryDirectory(prefix="clrt-") as folder:
-        made = image.save(Path(folder) / f"image.{suffix}", 0.0 if suffix == "exr" else exposure)
+    with scratch() as folder:
+        made = image.save(folder / f"image.{suffix}", 0.0 if suffix == "exr" else exposure)
         data = made.read_bytes()
     kind = {"png": "image/png", "exr": "image/x-exr"}[suffix]
     return {"name": f"{stem(source)}.{suffix}", "type": kind}, data

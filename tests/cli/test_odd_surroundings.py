@@ -41,6 +41,24 @@ def test_what_no_file_of_text_holds_is_escaped(tmp_path: Path) -> None:
         write_json(tmp_path / "a.json", [np.inf], finite=True)
 
 
+def test_a_comparison_with_a_scene_of_any_name_is_reported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    name = os.fsdecode(b"\xffs.toml")
+    Path(name).write_text(SCENE)
+    clrt.render(clrt.load(name)).save("a.exr")
+    assert main(["compare", "a.exr", name, "--report", "r.html"]) == 0
+    assert r"\udcffs.toml" in Path("r.html").read_text()
+    for output in ("s.pov", "s.xml"):
+        assert main(["convert", name, output]) == 0
+
+
+def test_standard_input_is_one_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "-", "-", "-o", str(tmp_path / "{index}.png")]) == 2
+    assert "-: standard input can be read once" in capsys.readouterr().err
+
+
 def test_a_run_told_by_any_name_is_reported(tmp_path: Path) -> None:
     """In the page, in JUnit's XML and in JSON."""
     types, files = validation_module("types"), validation_module("suite.files")

@@ -105,6 +105,76 @@ def test_a_series_that_was_broken_off_goes_on(scene: Path, monkeypatch: pytest.M
     assert [bool(row["rays"]) for row in rows()] == [False, False, True]
 
 
+def test_pictures_that_are_known_stay_known_whatever_ends_a_series(
+    scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sets = ("--set", "camera.fov=20:40:3")
+    assert run(*sets) == 0
+    all_three = rows()
+    Path("00_20.png").unlink()
+    render = Tracer.render
+
+    def broken_off(self: Tracer, *arguments: Any, **named: Any) -> clrt.Image:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Tracer, "render", broken_off)
+    assert run(*sets) == 130 and rows() == all_three, "nothing was done"
+    seen: list[int] = []
+
+    def counted(self: Tracer, *arguments: Any, **named: Any) -> clrt.Image:
+        seen.append(len(rows()))  # what SIGKILL would leave
+        if self.scene.camera.fov == 30:  # type: ignore[union-attr]
+            raise KeyboardInterrupt
+        return render(self, *arguments, **named)
+
+    def watched(self: Tracer, *arguments: Any, **named: Any) -> clrt.Image:
+        seen.append(len(rows()) if Path("frames.csv").exists() else 0)
+        return render(self, *arguments, **named)
+
+    monkeypatch.setattr(Tracer, "render", counted)
+    Path("01_30.png").unlink()
+    assert run(*sets) == 130 and [row["file"] for row in rows()] == [row["file"] for row in all_three]
+    Path("frames.csv").unlink()
+    monkeypatch.setattr("clrt.cli.manifest._SHARE", 1e9)
+    monkeypatch.setattr(Tracer, "render", watched)
+    seen.clear()
+    assert run(*sets) == 0 and seen == [0, 1, 2], "it is saved while the series goes on"
+
+
+def test_a_manifest_replaces_only_manifests(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for theirs in (b"frame,take\n1,7\n", b"\xff\xfe\x00", b"index;file\n"):
+        Path("frames.csv").write_bytes(theirs)
+        assert run("--set", "camera.fov=20") == 2
+        assert "frames.csv: is there, and is no manifest of clrt; give --manifest" in capsys.readouterr().err
+        assert Path("frames.csv").read_bytes() == theirs and not [*Path().glob("*.png")]
+    Path("frames.csv").write_bytes(b"")  # nobody's
+    assert run("--set", "camera.fov=20") == 0 and len(rows()) == 1
+
+
+DAMAGES = (
+    (b",picture,", b",painting,"),  # a column that is missing
+    (b"\n0,", b"\n\xff\xfe,"),
+    (b"20.0,", b'"20.0,'),  # a quote that nothing ends
+    (b"0 ,", b"0 "),
+)
+
+
+def test_damaged_manifests_are_written_anew(scene: Path) -> None:
+    assert run("--set", "camera.fov=20:30:2", "--max-depth", "0") == 0
+    good, pictures = Path("frames.csv").read_bytes(), [row["picture"] for row in rows()]
+    for old, new in DAMAGES:
+        Path("frames.csv").write_bytes(good.replace(old, new, 1))
+        assert run("--set", "camera.fov=20:30:2", "--max-depth", "0") == 0, new
+        assert [row["picture"] for row in rows()] == pictures, new
+
+
+@pytest.mark.parametrize("name", [f"{odd}{{index}}.png" for odd in ("=1+1", "\udcff", "a\nb", "\x1b")])
+def test_pictures_of_any_name_go_on(name: str, scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    command = ["sweep", "s.toml", "-o", name, "--set", "camera.fov=20:30:2", "--max-depth", "0"]
+    assert main(command) == 0 and main(command) == 0
+    assert "2 of them were there" in capsys.readouterr().out
+
+
 KEYS = """
 [[keyframes]]
 time = 0

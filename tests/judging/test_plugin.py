@@ -127,6 +127,27 @@ def test_misuse_is_told(project: Path, run: Run) -> None:
     assert "a.txt: not a picture's file" in said
 
 
+def test_tests_of_one_name_have_reports_of_their_own(project: Path, run: Run) -> None:
+    (project / "pytest.ini").write_text("[pytest]\naddopts = --import-mode=importlib\n")
+    test = "import numpy as np\ndef test_one(same_picture): same_picture(np.full((2, 3, 3), {}))\n"
+    for folder in ("a", "b"):
+        (project / folder).mkdir()
+        (project / folder / "test_x.py").write_text(test.format(0.5))
+    assert run("--update-pictures", "a", "b")[0] == 0
+    (project / "a" / "test_x.py").write_text(test.format(0.9))
+    code, said = run("a", "b")
+    report = re.search(r"report: (\S+)", said)
+    assert code == 1 and report and Path(report[1]) == project / "picture-reports/a/test_x.test_one.html"
+    assert Path(report[1]).exists(), "that of b has passed, and removes its own"
+    (project / "c").mkdir()
+    (project / "c" / "test_x.py").write_text(
+        test.format(0.5) + "def test_two(same_picture): same_picture(np.ma.masked_less(np.eye(3)[None], 1))\n"
+    )
+    (project / "c" / "pictures").write_text("no folder")
+    code, said = run("--update-pictures", "c")
+    assert code == 1 and "c/pictures/test_x cannot be made: Not a directory" in said and "are masked" in said
+
+
 def test_a_scene_names_the_cause(project: Path, run: Run) -> None:
     """A picture without its second light: the kept picture only shows that it is darker."""
     sys.path.insert(0, str(ROOT / "tests"))

@@ -200,6 +200,10 @@ def test_layers_and_answers_have_a_limit_of_host_memory() -> None:
     for ask in (tracer.intersect, lambda o, d: tracer.occluded(np.tile(o, (30, 1)), np.tile(d, (30, 1)))):
         with pytest.raises(clrt.LimitError, match=r"rays: host_bytes: .* fewer rays"):
             ask(o, d)
+    same = np.broadcast_to(np.float32(1), (10**11, 3))  # of 4 bytes, and 1.2 TB as rays
+    for many in (tracer.intersect, tracer.occluded, tracer.radiance, tracer.all_hits, tracer.count_hits):
+        with pytest.raises(clrt.LimitError, match=r"rays: host_bytes: "):
+            many(same, same)
 
 
 def test_work_groups_are_as_large_as_the_device_takes_them() -> None:

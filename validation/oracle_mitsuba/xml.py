@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.atomic import check_replaceable, replacing, write_text
 from clrt.base.errors import ClrtError, located
 from clrt.base.install import install_extra
 from clrt.scene.scene import Checker, Scene
@@ -112,8 +112,7 @@ def write_xml(scene: Scene, path: str | os.PathLike[str]) -> int:
                 shutil.copyfile(mesh, temporary)
             else:
                 temporary.write_bytes(ply(mesh))
-    with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_text(path, text)
     return text.count("<!--")
 
 

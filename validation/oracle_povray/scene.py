@@ -8,12 +8,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from clrt.base.atomic import replacing
+from clrt.base.atomic import write_text
 from clrt.base.errors import ClrtError, located
 from clrt.scene.scene import Camera, Checker, DirectionalLight, Material, PointLight, Scene
 
@@ -131,9 +130,7 @@ def to_pov(scene: Scene) -> str:
 
 def write_pov(scene: Scene, path: str | os.PathLike[str]) -> None:
     """Write the text to `path`, whole or not at all. ClrtError where it cannot be written or expressed."""
-    text = to_pov(scene)
-    with replacing(path) as temporary:
-        Path(temporary).write_text(text, encoding="utf-8")
+    write_text(path, to_pov(scene))
 
 
 def _camera(camera: Camera) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from clrt.base.atomic import replacing
+from clrt.base.atomic import write_text
 from clrt.version import __version__
 
 from ..compare.oracle import compare
@@ -20,8 +20,7 @@ _REFERENCE = "reference"
 
 def write_page(verdict: Any, path: Path) -> Path:
     """Write the page of a `clrt.Verdict`, whole or not at all; returns the absolute path."""
-    with replacing(path) as temporary:
-        temporary.write_text(page(verdict), encoding="utf-8")
+    write_text(path, page(verdict))
     return path.resolve()
 
 

@@ -1,0 +1,131 @@
+"""The manifest of a series: which picture each file holds, and by which values; a later run goes on by it."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, Final, TextIO
+
+from clrt.base import inputs
+from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.errors import ClrtError, legible
+from clrt.base.files import opened
+from clrt.base.limits import Limits
+
+Row = dict[str, Any]
+_OWN: Final = ("index", "file", "picture", "sha256", "identity", "rays")
+_FIRST: Final = ",".join(_OWN[:2])  # what every manifest begins with
+_FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")  # with these a spreadsheet begins to compute
+_SHARE: Final = 0.05  # of the time that saving may take
+
+
+class Manifest:
+    """The manifest of a series to files of these names; None as a path: there is none.
+
+    series: for each picture, its values by their places. ClrtError where the file that is there is no
+    manifest, or cannot be replaced.
+    """
+
+    def __init__(
+        self, path: str | None, names: Iterable[str], series: Sequence[dict[str, Any]], limits: Limits
+    ) -> None:
+        self.path, self.series = path, series
+        self.rows: dict[int, Row] = {}
+        self._before: dict[tuple[str, str], Row] = {}
+        self._took, self._last = 0.0, time.monotonic()
+        if path is not None:
+            check_replaceable(path)
+            self._before = _read(path, {cell(Path(name).name) for name in names}, limits)
+
+    def keeps(self, index: int, file: Path, identity: str) -> bool:
+        """Note a picture that is wanted; whether its file holds it, as the manifest of before says."""
+        row = self.rows[index] = {"index": index, "file": file.name, "identity": identity, "rays": ""}
+        old = self._before.get((cell(file.name), identity))
+        if old is None or old["sha256"] != _sha256(file):
+            return False
+        row |= {"picture": old["picture"], "sha256": old["sha256"]}
+        return True
+
+    def note(self, index: int, picture: str, file: Path | None, rays: int) -> None:
+        """A picture is finished, and saved to a file (or is part of a film); save now and then."""
+        sha256 = "" if file is None else _sha256(file)
+        self.rows[index] |= {"picture": picture, "sha256": sha256, "rays": rays}
+        if file is not None and (time.monotonic() - self._last) * _SHARE >= self._took:
+            self.save()
+
+    def finished(self) -> list[Row]:
+        """What is known of the pictures that there are, by their numbers."""
+        return [self.rows[index] for index in sorted(self.rows) if "picture" in self.rows[index]]
+
+    def save(self) -> None:
+        """Replace the file, if any picture is finished; what is not looked at yet stays as it was known."""
+        rows = self.finished()
+        if self.path is None or not rows:
+            return
+        start = time.monotonic()
+        places = [*dict.fromkeys(place for values in self.series for place in values)]
+        out = io.StringIO(newline="")
+        table = csv.writer(out)
+        table.writerow([*_OWN[:2], *map(cell, places), *_OWN[2:]])
+        for row in rows:
+            values = self.series[row["index"]]
+            cells = [cell(values.get(place, "")) for place in places]
+            table.writerow([row["index"], cell(row["file"]), *cells, *(row[name] for name in _OWN[2:])])
+        done = {cell(row["file"]) for row in rows}
+        for row in self._before.values():
+            if row["file"] not in done:
+                cells = [row.get(cell(place), "") for place in places]
+                table.writerow([row["index"], row["file"], *cells, *(row[name] for name in _OWN[2:])])
+        with replacing(self.path) as temporary:
+            temporary.write_text(out.getvalue(), encoding="utf-8", newline="")
+        self._last = time.monotonic()
+        self._took = self._last - start
+
+
+def cell(value: Any) -> Any:
+    """A value as a spreadsheet may show it: texts that it would compute begin with an apostrophe."""
+    if isinstance(value, (int, float)):
+        return value
+    text = str(legible(str(value)))
+    return f"'{text}" if text.startswith(_FORMULA) else text
+
+
+def _read(path: str, files: set[str], limits: Limits) -> dict[tuple[str, str], Row]:
+    """The rows of these files, by file and identity, of a manifest that is there; none of a damaged one.
+
+    ClrtError for a file that never was one: somebody else's, which nothing may replace.
+    """
+    if not Path(path).exists():
+        return {}
+    with inputs.watched(False), opened(path, limits) as binary:
+        file = io.TextIOWrapper(binary, encoding="utf-8", errors="surrogateescape", newline="")
+        first = file.read(len(_FIRST))
+        if first and first != _FIRST:
+            text = "is there, and is no manifest of clrt; give --manifest the name of another file"
+            raise ClrtError(f"{path}: {text}")
+        file.seek(0)
+        return _rows(file, files)
+
+
+def _rows(file: TextIO, files: set[str]) -> dict[tuple[str, str], Row]:
+    known: dict[tuple[str, str], Row] = {}
+    try:
+        for row in csv.DictReader(file):
+            if row["file"] in files and row["sha256"] and all(isinstance(row[name], str) for name in _OWN):
+                texts = {name: legible(text) for name, text in row.items() if name}
+                known[row["file"], row["identity"]] = texts
+    except (ValueError, KeyError, csv.Error):
+        return {}
+    return known
+
+
+def _sha256(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""

@@ -1,0 +1,37 @@
+"""Files that nobody keeps: gone whatever ends the block, and one line where there is no place for them."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base import interrupts
+from clrt.base.scratch import scratch
+from clrt.cli import main
+
+
+def test_nothing_is_left_whatever_ends_the_block() -> None:
+    with pytest.raises(KeyboardInterrupt), scratch() as folder:
+        (folder / "file").write_text("")
+        raise KeyboardInterrupt
+    assert not folder.exists() and not interrupts.folders
+    with scratch() as folder:
+        (folder / "file").write_text("")
+        interrupts.sweep()  # a second signal: the process ends within the block
+        assert not folder.exists()
+
+
+def test_no_place_for_temporary_files_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    (tmp_path / "s.toml").write_text("")
+    assert main(["render", str(tmp_path / "s.toml"), "-o", "-"]) == 2
+    says = "there is no place for temporary files: No such file or directory; let the variable TMPDIR"
+    assert says in capsys.readouterr().err
+    with pytest.raises(clrt.ClrtError, match="no place for temporary files"):
+        clrt.Image(np.zeros((1, 1, 3), np.float32))._repr_png_()
