@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-from clrt.base.errors import located
+from clrt.base.errors import located, show
 from clrt.base.files import read_text_bytes, resolve
 from clrt.base.limits import Limits
 from clrt.base.places import At
@@ -44,6 +44,12 @@ class Context:
         found = [self.referred(child) for child in plugin.objects]
         return [element for element in found if element.tag == tag]
 
+    def named(self, element: Element, name: str, meant: Element) -> None:
+        """Know an object by an id that an element gives it; SceneError where another one has it."""
+        other = self.ids.setdefault(name, meant)
+        if other is not meant:
+            raise element.says(f"the id {show(name)} stands twice, first in line {other.line}; rename one")
+
     def referred(self, element: Element) -> Element:
         """The element, or what a <ref> refers to."""
         if element.tag != "ref":
@@ -65,12 +71,12 @@ def opened(data: bytes, context: Context) -> tuple[list[Element], dict[str, str]
     for top in tops:
         for element in top.walk():
             if "id" in element.keys and element.tag != "ref":
-                context.ids.setdefault(element.keys["id"], element)
+                context.named(element, element.keys["id"], element)
     for alias in aliases:
         name = alias.get("id")
         if name not in context.ids:
             raise unknown(alias, "object with the id", name, [*context.ids])
-        context.ids[alias.get("as")] = context.ids[name]
+        context.named(alias, alias.get("as"), context.ids[name])
     return tops, notes
 
 

@@ -41,7 +41,9 @@ class Plugin:
         plugin = cls(element, element.get("type"))
         for child in element.children:
             if child.tag in VALUES:
-                plugin.values[snake(child.get("name"))] = child
+                before = plugin.values.setdefault(snake(child.get("name")), child)
+                if before is not child:
+                    raise child.says(f"{child.name} stands twice, first in line {before.line}; leave one out")
             elif child.tag in OBJECTS:
                 plugin.objects.append(child)
             elif child.tag != "default":

@@ -13,6 +13,7 @@ from clrt.base.places import listed
 from clrt.base.suggest import did_you_mean
 
 _PARAMETER: Final = re.compile(r"\$(\w+)")
+_ENCODINGS: Final = ("utf-8", "utf8", "us-ascii", "ascii")
 _NONE: Final[list[Element]] = []
 LONGEST: Final = 4096  # letters of an attribute whose parameters are filled in
 
@@ -50,8 +51,8 @@ class Element:
 
 def unknown(element: Element, what: str, value: str, known: list[str]) -> SceneError:
     """The error for a word that is none of those known here."""
-    near = did_you_mean(value, known)
-    return element.says(f"there is no {what} {show(value)}{near} (known here: {listed(known)})")
+    near, here = did_you_mean(value, known), f"known here: {listed(known)}" if known else "there is none"
+    return element.says(f"there is no {what} {show(value)}{near} ({here})")
 
 
 def parse(data: bytes, limits: Limits, source: str) -> tuple[Element, dict[str, str]]:
@@ -90,7 +91,13 @@ def parse(data: bytes, limits: Limits, source: str) -> tuple[Element, dict[str, 
     def note(target: str, words: str) -> None:
         notes.setdefault(target, words)
 
+    def declaration(version: str, encoding: str | None, standalone: int) -> None:
+        if encoding is not None and encoding.lower() not in _ENCODINGS:
+            here = Element("", {}, parser.CurrentLineNumber, source)
+            raise here.says(f"the encoding {show(encoding)} is not read; save the file as UTF-8")
+
     parser = expat.ParserCreate("utf-8")
+    parser.XmlDeclHandler = declaration
     parser.buffer_text = True
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler, parser.ProcessingInstructionHandler = text, note

@@ -26,6 +26,12 @@ def wrong(tmp_path: Path, text: str, limits: Limits | None = None) -> str:
     ("body", "said"),
     [
         ("<bsdf", "a.xml:1: wrong syntax"),
+        ('<bsdf type="diffuse" id="a"/><bsdf type="plastic" id="a"/>', "id 'a' stands twice, first in line 1"),
+        ('<bsdf type="diffuse" id="a"/><bsdf type="plastic" id="b"/><alias id="a" as="b"/>', "'b' stands twice"),
+        (
+            BALL.format('<float name="radius" value="1"/><integer name="radius" value="2"/>'),
+            "radius stands twice, first in line 1",
+        ),
         ("words", "the text 'words' belongs to no value"),
         ("<thing/>", "no element 'thing'"),
         (BALL.format("<thing/>"), "no element 'thing'"),
@@ -48,7 +54,7 @@ def wrong(tmp_path: Path, text: str, limits: Limits | None = None) -> str:
             ),
             "must not leave the range of float64",
         ),
-        (BALL.format('<ref id="a"/>'), "no object with the id 'a'"),
+        (BALL.format('<ref id="a"/>'), "no object with the id 'a' (there is none)"),
         (BALL.format('<emitter type="point"/>'), "no emitter of a shape 'point'"),
         ('<alias id="a" as="b"/>', "no object with the id 'a'"),
         (
@@ -147,3 +153,10 @@ def test_integrators_are_followed_once(tmp_path: Path) -> None:
     last = '<integrator type="direct" id="i39"/>'
     (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">{inner}{last}{BALL.format("")}</scene>')
     assert clrt.load(tmp_path / "a.xml").shapes
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16", "cp037"])
+def test_other_encodings_are_named(tmp_path: Path, encoding: str) -> None:
+    """They were taken for UTF-8."""
+    text = f'<?xml version="1.0" encoding="{encoding}"?><scene version="3.0.0"/>'
+    assert f"a.xml:1: the encoding '{encoding}' is not read; save the file as UTF-8" in wrong(tmp_path, text)
