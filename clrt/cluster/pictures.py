@@ -201,7 +201,7 @@ class Remote:
         self.settings = arguments.optional_instance("settings", settings, Settings)
         self.farm = Farm(pool_of(executor), arguments.device("device", device))
         self._last: tuple[Scene, FlatScene, Parcel] | None = None
-        self._pixels, self._seconds = 0, 0.0  # done, and what they took workers
+        self._pixels, self._seconds = 0.0, 0.0  # done by the last orders, and what they took workers
 
     def plan(self, scene: Scene, asked: Request) -> Plan:
         """A picture, checked as `Tracer.render` does. Of the scene before is kept what this one has, too."""
@@ -228,8 +228,9 @@ class Remote:
 
         with closing(self.farm.work(tasks())) as answers:
             for task, answer in answers:
-                self._pixels += len(task.pixels)
-                self._seconds += answer.wall - answer.setup
+                # soon forgotten: the first ones may have compiled kernels
+                self._pixels = 0.75 * self._pixels + len(task.pixels)
+                self._seconds = 0.75 * self._seconds + answer.wall - answer.setup
                 task.owner.put(task.pixels, answer)
                 while waiting and not waiting[0].left:
                     yield waiting.popleft()
