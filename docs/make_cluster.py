@@ -4,6 +4,8 @@ One process with one thread, and 1 and 2 local workers with one thread each, in 
 tiles of the usual size. Times are processor times, so that other work on the machine counts little. All raw
 values go to docs/cluster.json; the tables of docs/cluster.md follow from them (`tables`).
 
+    python docs/make_cluster.py wall [pinned]   prints ratios of wall times (2 minutes on a quiet machine);
+                                                pinned: one core for the process, one for each worker
     python docs/make_cluster.py faults FILE     takes over what `tests.cluster.endurance --out FILE` found
 """
 
@@ -11,6 +13,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import statistics
 import sys
 import time
@@ -80,6 +83,55 @@ def measure() -> dict[str, Any]:
     return {"device": device, "picture": picture, "first": first, "rounds": rounds}
 
 
+def pin(cores: set[int]) -> None:
+    """Let all threads of this process use these cores; those that they start will do the same."""
+    for thread in os.listdir("/proc/self/task"):
+        os.sched_setaffinity(int(thread), cores)
+
+
+def walls(pinned: bool, rounds: int = 7) -> str:
+    """Ratios of wall times of one process, `local:1` and `local:2`, in turns: median, least and most."""
+    scene, size = clrt.load(SCENE), {"width": WIDTH, "height": HEIGHT, "spp": SPP}
+    settings, cores = clrt.Settings(threads=1), sorted(os.sched_getaffinity(0))
+    found: list[dict[str, dict[str, Any]]] = []
+    with clrt.Tracer(scene, settings=settings) as tracer:
+        one_process(tracer, size)
+        for _ in range(rounds):
+            if pinned:
+                pin({cores[0]})
+            told = {"process": one_process(tracer, size)}
+            pin(set(cores))
+            for name in ("local:1", "local:2"):
+                with connected(name, settings) as (executor, _):
+                    client = executor._client
+                    for core, worker in zip(cores, client.run(os.getpid) if pinned else (), strict=False):
+                        client.run(pin, {core}, workers=[worker])
+                    on_workers(executor, settings, scene, size | {"width": 640, "height": 320})  # scene, tree
+                    told[name] = on_workers(executor, settings, scene, size)
+            assert len({one["hash"] for one in told.values()}) == 1
+            found.append(told)
+    lines = []
+    for title, top, bottom in (
+        ("speed-up of two workers, wall", "local:1", "local:2"),
+        ("local:1 of one process, wall", "local:1", "process"),
+        ("local:2 of one process, wall", "local:2", "process"),
+    ):
+        ratios = sorted(one[top]["wall"] / one[bottom]["wall"] for one in found)
+        lines.append(f"{title}: {spread(ratios):.3f} ({ratios[0]:.3f} to {ratios[-1]:.3f})")
+    for name in ("local:1", "local:2"):
+        workers, client = (
+            spread(one[name]["client"] if own else sum(one[name]["workers"]) for one in found)
+            for own in (False, True)
+        )
+        here = spread(one["process"]["cpu"] for one in found)
+        orders = spread(len(one[name]["orders"]) for one in found)
+        lines.append(
+            f"{name}, processor: workers {workers:.2f} s, client and scheduler {client:.2f} s, "
+            f"{(workers + client) / here:.3f} of one process ({here:.2f} s); {orders:.0f} orders"
+        )
+    return "\n".join(lines)
+
+
 def tables(told: dict[str, Any]) -> str:
     """The tables of docs/cluster.md."""
     rounds = told["rounds"]
@@ -138,6 +190,9 @@ def costs(told: dict[str, Any]) -> tuple[float, float, float]:
 
 def main() -> None:
     """Measure, and write file and page."""
+    if sys.argv[1:2] == ["wall"]:
+        print(walls(sys.argv[2:] == ["pinned"]))
+        return
     kept = json.loads((FOLDER / "cluster.json").read_text("utf-8"))
     if sys.argv[1:2] == ["faults"]:
         told = kept | {"faults": json.loads(Path(sys.argv[2]).read_text("utf-8"))}

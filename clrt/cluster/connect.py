@@ -27,7 +27,12 @@ _CONFIG: Final[dict[str, Any]] = {
     # whose death takes an order with it is a matter of chance; the client counts itself (`pool.LOSSES`)
     "distributed.scheduler.allowed-failures": 3,
     "distributed.worker.multiprocessing-method": "spawn",  # OpenCL's threads do not survive a fork
+    # each process watches itself: all that together took 9 % of a core from two idle workers
     "distributed.worker.profile.enabled": False,  # looks at each worker a hundred times a second
+    "distributed.admin.tick.interval": "500 ms",  # not fifty times: only a log asks for it
+    "distributed.admin.system-monitor.interval": "5 s",
+    "distributed.admin.system-monitor.disk": False,
+    "distributed.admin.system-monitor.gil.enabled": False,
     "distributed.scheduler.http.routes": [],  # nor do they show anything
     "distributed.worker.http.routes": [],
 }

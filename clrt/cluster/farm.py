@@ -20,7 +20,7 @@ from clrt.device.source import kernel_source
 from clrt.engine.job import Job
 from clrt.version import __version__
 
-_AHEAD: Final = 3  # orders a worker, so that it has the next one when it has done one
+_AHEAD: Final = 2  # orders a worker, so that it has the next one when it has done one
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,6 +7,7 @@ from collections import Counter, deque
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, closing
+from itertools import count
 from typing import Any, Final
 
 import numpy as np
@@ -39,6 +40,8 @@ from clrt.scene.scene import Scene, edited
 
 _PIECES: Final = 4  # of a picture or of the pictures left, a worker: the last ones to end leave few idle
 _LEAST: Final = 1 << 13  # rays of a piece: with fewer what is done for each shows
+_SECONDS: Final = 1.0  # of an order: what is lost with a worker, and how often progress is told
+_TILES: Final = 8  # of an order: with more little is left to gain
 
 
 @public
@@ -198,6 +201,7 @@ class Remote:
         self.settings = arguments.optional_instance("settings", settings, Settings)
         self.farm = Farm(pool_of(executor), arguments.device("device", device))
         self._last: tuple[Scene, FlatScene, Parcel] | None = None
+        self._pixels, self._seconds = 0.0, 0.0  # done by the last orders, and what they took workers
 
     def plan(self, scene: Scene, asked: Request) -> Plan:
         """A picture, checked as `Tracer.render` does. Of the scene before is kept what this one has, too."""
@@ -213,19 +217,41 @@ class Remote:
     def sheets(self, sheets: Iterator[Sheet], most: int) -> Generator[Sheet]:
         """The sheets in their order, full, several filled at a time. most: how many there may be."""
         waiting: deque[Sheet] = deque()
+        begun = count(1)
 
         def tasks() -> Iterator[Task]:
             for sheet in sheets:
                 waiting.append(sheet)
-                for pixels in sheet.pieces(self._size(sheet, most)):
+                left = (most - next(begun)) * sheet.total  # of the pictures after it
+                for pixels in self._joined(sheet.pieces(self._size(sheet, most)), sheet.left, left):
                     yield Task(sheet, sheet.job, sheet.parcel, pixels)
 
         with closing(self.farm.work(tasks())) as answers:
             for task, answer in answers:
+                # soon forgotten: the first ones may have compiled kernels
+                self._pixels = 0.75 * self._pixels + len(task.pixels)
+                self._seconds = 0.75 * self._seconds + answer.wall - answer.setup
                 task.owner.put(task.pixels, answer)
                 while waiting and not waiting[0].left:
                     yield waiting.popleft()
         yield from waiting  # of which a checkpoint held all
+
+    def _joined(self, pieces: Iterable[np.ndarray], left: int, after: int) -> Iterator[np.ndarray]:
+        """Several pieces in one, which costs scheduler and client less, as long as that leaves `_PIECES` a
+        worker of the pixels `left` in this picture and `after` it: so the last ones are small. None takes
+        long, as far as those before tell. Workers cut them into tiles again."""
+        together: list[np.ndarray] = []
+        for piece in pieces:
+            together.append(piece)
+            have = sum(map(len, together))
+            share = (left + after) // (_PIECES * self.farm.pool.workers)
+            quick = int(_SECONDS * self._pixels / self._seconds) if self._seconds else 0
+            if have + len(piece) > min(share, quick) or len(together) >= _TILES:
+                left -= have
+                yield np.concatenate(together) if len(together) > 1 else piece
+                together = []
+        if together:
+            yield np.concatenate(together)
 
     def _size(self, sheet: Sheet, most: int) -> int:
         """Pixels of a piece: few pieces cost least, many leave no worker idle at the end."""

@@ -216,12 +216,15 @@ def kernels_hash(ray_format: layout.RayFormat) -> str:
 
 def _traced(job: Job, scene: _Scene, pixels: np.ndarray) -> tuple[dict[str, np.ndarray], RayCounts, int]:
     """Layers, counts and the size of work-groups of some pixels, in their order."""
-    order = np.argsort(pixels)
     layers: dict[str, np.ndarray] = {}
     rays, local_size = RayCounts(), 0
     pieces = list(_cut(pixels, max(1, job.tile_rays // job.piece_samples)))
-    for part, found in job.tiles(scene.device, scene.world, pieces):
-        place = order[np.searchsorted(pixels, part, sorter=order)]
+    places = {id(piece): slice(start, start + len(piece)) for start, piece in pieces}
+    for part, found in job.tiles(scene.device, scene.world, [piece for _, piece in pieces]):
+        place: Any = places.get(id(part))
+        if place is None:  # half of a piece that was too large
+            order = np.argsort(pixels)
+            place = order[np.searchsorted(pixels, part, sorter=order)]
         for name, values in found.layers.items():
             if name not in layers:
                 layers[name] = np.empty((len(pixels), *values.shape[1:]), values.dtype)
@@ -231,9 +234,9 @@ def _traced(job: Job, scene: _Scene, pixels: np.ndarray) -> tuple[dict[str, np.n
     return layers, rays, local_size
 
 
-def _cut(pixels: np.ndarray, size: int) -> Iterator[np.ndarray]:
+def _cut(pixels: np.ndarray, size: int) -> Iterator[tuple[int, np.ndarray]]:
     for start in range(0, len(pixels), size):
-        yield pixels[start : start + size]
+        yield start, pixels[start : start + size]
 
 
 def check(device: Device) -> None:

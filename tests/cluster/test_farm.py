@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.cluster import parcels, worker
+from clrt.cluster import parcels, pictures, worker
 from clrt.cluster.orders import Answer, Lacking, Order
 from clrt.flatten.flatten import flatten
 from tests.farm_samples import SIZE, Here, done
@@ -57,6 +57,27 @@ def replace_origin(scene: clrt.Scene) -> clrt.Camera:
 def test_threads_do(mesh: clrt.Scene) -> None:
     with ThreadPoolExecutor(2) as executor:
         same(clrt.render(mesh, executor=executor, **SIZE), clrt.render(mesh, **SIZE))
+
+
+def test_many_tiles_go_in_few_orders_the_last_ones_small(
+    mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As long as a worker's share of what is left has several, and none takes long."""
+    more: dict[str, Any] = {"settings": clrt.Settings(tile=10, threads=1), **SIZE}
+    right, tiles = clrt.render(mesh, **more), SIZE["width"] * SIZE["height"] // 10
+
+    def sizes(seconds: float) -> list[int]:
+        monkeypatch.setattr(pictures, "_SECONDS", seconds)
+        executor = Here()
+        same(clrt.render(mesh, executor=executor, **more), right)
+        answers = [one for one in executor.answers if isinstance(one, Answer)]
+        return [len(next(iter(answer.layers.values()))) for answer in answers]
+
+    found = sizes(1e9)
+    assert found[0] == 10, "no cost is known yet"
+    assert max(found) == 8 * 10 and max(found[-3:]) == 10, "the last ones keep nobody waiting"
+    assert 3 * len(found) < tiles and sum(found) == 10 * tiles
+    assert sizes(1e-9) == [10] * tiles, "one that takes long is not made longer"
 
 
 def test_a_series_is_that_of_one_process_and_a_mesh_travels_once(mesh: clrt.Scene) -> None:
