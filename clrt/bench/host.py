@@ -6,7 +6,6 @@ import json
 import os
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,6 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from clrt.base.scratch import scratch
 from clrt.bench.timing import Case, Measurement, Tell, measured
 from clrt.device.device import Device
 from clrt.engine.world import World
@@ -94,7 +94,7 @@ def program_times(device: str | int | None, rounds: int, tell: Tell | None = Non
     Its caches hold what it needs and no more: to look through the kernels of a thousand scenes takes longer.
     """
     seconds = []
-    with empty_caches() as environment, tempfile.TemporaryDirectory() as folder:
+    with empty_caches() as environment, scratch() as folder:
         scene, picture = Path(folder) / "small.json", Path(folder) / "small.png"
         scene.write_text(json.dumps(_SMALL))
         command = [sys.executable, "-m", "clrt", "render", str(scene), "-o", str(picture), "--quiet"]
@@ -137,7 +137,7 @@ print(first - (time.perf_counter() - start))
 @contextmanager
 def empty_caches() -> Iterator[dict[str, str]]:
     """Environment variables that give the driver and pyopencl new, empty folders for what they keep."""
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch() as folder:
         yield {**os.environ, "POCL_CACHE_DIR": f"{folder}/pocl", "XDG_CACHE_HOME": f"{folder}/cache"}
 
 

@@ -27,6 +27,7 @@ from platformdirs import user_cache_dir
 from clrt.base import notices
 from clrt.base.errors import DeviceError
 from clrt.base.resources import kernel_folder, kernel_text
+from clrt.base.scratch import placed
 
 VARIABLE: Final = "POCL_CACHE_DIR"
 ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes about 4 MB
@@ -62,7 +63,7 @@ def prepare() -> Path:
     folder = usual_folder()
     fault = problem(folder)
     if fault:
-        folder = Path(tempfile.mkdtemp(prefix="clrt-kernels-"))
+        folder = Path(placed(tempfile.mkdtemp, prefix="clrt-kernels-"))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         notices.warn("", "", f"kernels are compiled anew in each run: {fault}")
         worse = problem(folder)

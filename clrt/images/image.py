@@ -22,7 +22,7 @@ from clrt.base.errors import ClrtError, fault, show
 from clrt.base.frozen import FrozenDict
 from clrt.base.layers import find
 from clrt.base.limits import Limits
-from clrt.base.scratch import scratch
+from clrt.base.scratch import placed, scratch
 from clrt.base.suggest import nearest
 from clrt.images import file as imagefile
 from clrt.images.cryptomatte import manifest_of, matte
@@ -225,7 +225,7 @@ class Image:
             display(Picture(data=self._png(exposure)))
             return
         viewer = _viewer()
-        file = Path(tempfile.mkdtemp(prefix="clrt-")) / f"{self.hash[:12]}.png"
+        file = Path(placed(tempfile.mkdtemp, prefix="clrt-")) / f"{self.hash[:12]}.png"
         self.save(file, exposure)
         subprocess.run([*viewer, str(file)], check=False)
 

@@ -26,8 +26,8 @@ def wrong(tmp_path: Path, text: str, limits: Limits | None = None) -> str:
     ("body", "said"),
     [
         ("<bsdf", "a.xml:1: wrong syntax"),
-        ('<bsdf type="diffuse" id="a"/><bsdf type="plastic" id="a"/>', "id 'a' stands twice, first in line 1"),
-        ('<bsdf type="diffuse" id="a"/><bsdf type="plastic" id="b"/><alias id="a" as="b"/>', "'b' stands twice"),
+        (2 * '<bsdf type="plastic" id="a"/>', "id 'a' stands twice, first in line 1"),
+        ('<bsdf type="diffuse" id="a"/><bsdf type="plastic" id="b"/><alias id="a" as="b"/>', "'b' stands"),
         (
             BALL.format('<float name="radius" value="1"/><integer name="radius" value="2"/>'),
             "radius stands twice, first in line 1",

@@ -178,7 +178,10 @@ class Mitsuba:
         llvm = find_llvm()
         if llvm:
             environment["DRJIT_LIBLLVM_PATH"] = llvm
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115  # lives as long as the process
+        try:
+            self._log = tempfile.TemporaryFile()  # noqa: SIM115  # lives as long as the process
+        except OSError as error:
+            raise MitsubaError(f"Mitsuba does not start: no place for temporary files: {error}") from None
         # a session of its own: Ctrl-C reaches the caller only, who ends the worker
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-c", BOOT],

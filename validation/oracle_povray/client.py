@@ -5,15 +5,14 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-import tempfile
 import time
 from functools import cache
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 import OpenImageIO as oiio
 
+from clrt.base.scratch import scratch
 from clrt.scene.scene import Scene
 
 from ..types import OracleImage
@@ -49,8 +48,7 @@ def render(scene: Scene) -> OracleImage:
     """POV-Ray's picture of a scene, clipped to [0, 1] as its file is."""
     assert scene.camera is not None
     start = time.perf_counter()
-    with tempfile.TemporaryDirectory(prefix="clrt-povray-") as name:
-        folder = Path(name)
+    with scratch() as folder:
         write_pov(scene, folder / "scene.pov")
         size = f"+W{scene.camera.width}", f"+H{scene.camera.height}"
         command = ["povray", "+Iscene.pov", "+Oout.png", *size, *_OPTIONS]

@@ -16,7 +16,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -28,6 +27,7 @@ import numpy as np
 
 from clrt.base.errors import ClrtError, one_line, show
 from clrt.base.limits import Limits
+from clrt.base.scratch import scratch
 from clrt.images.file import read_samples
 from clrt.scene.scene import Scene
 
@@ -73,9 +73,9 @@ class Program:
 
     def unable(self, scene: Scene, origin: Path | None = None) -> str:
         """Why its format has no words for a scene; "" where it has."""
-        with tempfile.TemporaryDirectory(prefix="clrt-against-") as name:
+        with scratch() as name:
             try:
-                write_scene(scene, Path(name).resolve() / f"scene{self.scene_suffix}", origin)
+                write_scene(scene, name.resolve() / f"scene{self.scene_suffix}", origin)
             except ClrtError as error:
                 return str(error)
         return ""
@@ -87,8 +87,8 @@ class Program:
         """
         assert scene.camera is not None
         camera = scene.camera
-        with tempfile.TemporaryDirectory(prefix="clrt-against-") as name:
-            folder = Path(name).resolve()
+        with scratch() as name:
+            folder = name.resolve()
             file, out = folder / f"scene{self.scene_suffix}", folder / f"out{self.out_suffix}"
             write_scene(scene, file, origin)
             places = {

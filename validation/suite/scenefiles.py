@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import tempfile
 import tomllib
 from pathlib import Path
 from typing import Final
@@ -16,6 +15,7 @@ from msgspec.structs import replace
 from clrt.base.errors import ClrtError
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
+from clrt.base.scratch import scratch
 from clrt.formats import load_file
 from clrt.scene.scene import Scene
 
@@ -59,7 +59,7 @@ def as_nff(scene: Scene, origin: Path | None) -> Scene:
     """
     if origin is None or origin.suffix.lower() != ".nff":
         return scene
-    with tempfile.TemporaryDirectory(prefix="clrt-nff-") as folder:
+    with scratch() as folder:
         file = Path(folder, "scene.nff")
         _copy_nff(scene, file, origin)
         return load_file(file, Limits()).override(spp=1)
