@@ -211,6 +211,8 @@ def _rotated(step: Element) -> Array:
 def _given(step: Element) -> Array:
     found = numbers(step, step.get("value"), 9, 16)
     if len(found) == 16:
+        if found[12:] != [0.0, 0.0, 0.0, 1.0]:
+            raise step.says("the last row of a matrix must be 0 0 0 1")
         return np.array(found).reshape(4, 4)
     matrix = np.eye(4)
     matrix[:3, :3] = np.array(found).reshape(3, 3)

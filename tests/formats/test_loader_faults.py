@@ -22,6 +22,7 @@ from clrt.base.places import At
 from clrt.images import file as imagefile
 from clrt.meshfiles import file as meshfile
 from clrt.meshfiles import parts as meshparts
+from clrt.meshfiles.outlines import Outlines
 from clrt.scene.scene import Mesh, Plane, Scene, Sphere
 
 BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
@@ -152,7 +153,7 @@ def fake_mesh(vertices: Any, faces: Any, normals: Any = None) -> SimpleNamespace
     cache = {"vertex_normals": normals} if normals is not None else {}
     return SimpleNamespace(
         vertices=vertices, faces=faces, vertex_normals=normals, visual=SimpleNamespace(defined=False),
-        _cache=SimpleNamespace(cache=cache),
+        _cache=SimpleNamespace(cache=cache), metadata={},
     )  # fmt: skip
 
 
@@ -168,12 +169,12 @@ def fake_mesh(vertices: Any, faces: Any, normals: Any = None) -> SimpleNamespace
 )
 def test_meshes_whose_arrays_do_not_fit_together(mesh: Any, text: str) -> None:
     with pytest.raises(ValueError, match=text):
-        meshfile._part(mesh)
+        meshfile._part(mesh, Outlines())
 
 
 def test_parts_without_normals_join_parts_that_have_them() -> None:
-    bare = meshfile._part(fake_mesh(TRIANGLE["vertices"], TRIANGLE["faces"]))
-    given = meshfile._part(fake_mesh(TRIANGLE["vertices"], TRIANGLE["faces"], [[0, 1, 0]] * 3))
+    bare = meshfile._part(fake_mesh(TRIANGLE["vertices"], TRIANGLE["faces"]), Outlines())
+    given = meshfile._part(fake_mesh(TRIANGLE["vertices"], TRIANGLE["faces"], [[0, 1, 0]] * 3), Outlines())
     one = np.zeros(2, int)
     placed = meshparts.Placed([bare, given], np.arange(2), one, np.eye(4)[None])
     for smooth in (True, None):

@@ -22,6 +22,23 @@ def wrong(tmp_path: Path, text: str, limits: Limits | None = None) -> str:
     return str(found.value)
 
 
+@pytest.mark.parametrize("last", ["0 0 0 2", "0 0 0 0", "0 0 1 1"])
+@pytest.mark.parametrize(
+    "body",
+    [
+        BALL,
+        VIEW,
+        '<shape type="rectangle">{}</shape>',
+        '<shape type="rectangle">{}<emitter type="area"/></shape>',
+        '<emitter type="spot">{}</emitter>',
+    ],
+)
+def test_matrices_of_a_perspective_are_refused(body: str, last: str, tmp_path: Path) -> None:
+    matrix = f'<transform name="to_world"><matrix value="1 0 0 0 0 1 0 0 0 0 1 0 {last}"/></transform>'
+    found = wrong(tmp_path, f'<scene version="3.0.0">{body.format(matrix)}</scene>')
+    assert "the last row of a matrix must be 0 0 0 1" in found and "\n" not in found
+
+
 @pytest.mark.parametrize(
     ("body", "said"),
     [
