@@ -42,18 +42,17 @@ class Outlines:
         vertices = np.array([line.split()[1:4] for line in lines if line.startswith(b"v ")], np.float64)
         places: dict[int, list[int]] = defaultdict(list)
         for place, line in enumerate(lines):
-            if line.startswith(b"f "):
-                places[len(line.split()) - 1].append(place)
+            if line.startswith(b"f ") and (size := len(line.split()) - 1) > 3:
+                places[size].append(place)
         changed = False
-        for size, which in places.items():
-            if size > 3:
-                numbers = [[int(corner.partition(b"/")[0]) for corner in lines[k].split()[1:]] for k in which]
-                rows, cuts = self.cut(vertices, np.array(numbers) - 1)
-                changed |= len(rows) > 0
-                for row, cut in zip(rows, cuts, strict=True):
-                    words = lines[which[row]].split()[1:]
-                    triangles = [b"f " + b" ".join([words[k] for k in three]) for three in cut]
-                    lines[which[row]] = b"\n".join(triangles)
+        for which in places.values():
+            numbers = [[int(corner.partition(b"/")[0]) for corner in lines[k].split()[1:]] for k in which]
+            rows, cuts = self.cut(vertices, np.array(numbers) - 1)
+            changed |= len(rows) > 0
+            for row, cut in zip(rows, cuts, strict=True):
+                words = lines[which[row]].split()[1:]
+                triangles = [b"f " + b" ".join([words[k] for k in three]) for three in cut]
+                lines[which[row]] = b"\n".join(triangles)
         return b"\n".join(lines) if changed else data
 
     def ply(self, vertices: np.ndarray, faces: np.ndarray, elements: dict[str, Any]) -> np.ndarray:
