@@ -2,8 +2,8 @@
 
 A signal's handler runs between two instructions of Python, wherever those are: also while a library starts,
 where an exception may abort the process (OpenImageIO's start is C++ that lets none pass). So the handler
-raises KeyboardInterrupt only while `main` stands ready to catch it, and never within an import: it waits
-for the end of that, two seconds at most: what is imported may wait for something that never comes. Before,
+raises KeyboardInterrupt only while `main` stands ready to catch it, and never within an import or what is
+`held`: it waits for the end of that, two seconds at most, since that may wait for what never comes. Before,
 and on a second signal, it ends the process itself. A program that only imports clrt keeps its own handlers.
 """
 
@@ -30,6 +30,9 @@ folders: set[str] = set()
 
 saved: list[Path] = []
 """The files that were written last, to be told after an interrupt."""
+
+held = False
+"""Whether a signal waits as within an import: while a process is started, which must be told what for."""
 
 errors_to = 2
 """The descriptor that leads to standard error."""
@@ -122,7 +125,7 @@ def _caught(number: int, frame: FrameType | None) -> None:
     if _main is None or _received is not None or (_waiting is not None and number != signal.SIGALRM):
         _leave(_received or _waiting or number)
     number = _waiting or number
-    if _within_import(frame) and hasattr(signal, "setitimer"):
+    if (held or _within_import(frame)) and hasattr(signal, "setitimer"):
         if _waiting is None:
             _waiting, _since = number, time.monotonic()
         elif time.monotonic() - _since > _PATIENCE:

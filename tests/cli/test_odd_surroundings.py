@@ -197,6 +197,33 @@ def test_ctrl_c_ends_the_suite_and_its_processes(seconds: float, everybody: bool
     _all_end(process.pid)
 
 
+HELD = """
+import os, signal, sys, time
+sys.argv[:] = ["clrt"]
+from clrt.base import interrupts
+interrupts.install()
+interrupts.catching()
+from clrt.base.resources import validation_module
+run = validation_module("suite.run")
+try:
+    with run._deaf():
+        os.kill(os.getpid(), signal.{name})
+        time.sleep(0.3)
+        print("whole", flush=True)
+    time.sleep(5)
+except KeyboardInterrupt:
+    print("then heard", interrupts.code())
+"""
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_no_signal_comes_between_a_process_and_what_it_is_for(name: str) -> None:
+    """A process that had begun, and was not told what for, printed a traceback."""
+    command = [sys.executable, "-c", HELD.format(name=name)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == ["whole", f"then heard {128 + getattr(signal, name)}"]
+
+
 @pytest.mark.slow
 def test_processes_end_with_who_started_them(tmp_path: Path) -> None:
     with _validating(tmp_path) as process:

@@ -22,6 +22,7 @@ from multiprocessing import active_children, get_context
 from pathlib import Path
 from typing import Any, Final
 
+from clrt.base import interrupts
 from clrt.base.errors import ClrtError
 from clrt.base.resources import validation_module
 from clrt.device.device import Device
@@ -261,13 +262,15 @@ def _parallel(jobs: dict[str, tuple[Any, ...]], processes: int) -> Iterator[tupl
 def _deaf() -> Iterator[None]:
     """Processes that are started within never hear Ctrl-C: theirs to answer is who started them.
 
-    They would print where they were interrupted. Here it is heard once the block ends.
+    They would print where they were interrupted. Here it is heard once the block ends, by whichever thread.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    interrupts.held = True
     try:
         yield
     finally:
+        interrupts.held = False
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
