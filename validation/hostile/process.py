@@ -174,6 +174,8 @@ def _files(command: Command, ended: Ended, before: dict[bytes, bytes | None], fo
         shown = name.decode(errors="backslashreplace")[-60:]
         if any(name == place or name.startswith(place + b"/") for place in places):
             continue  # a folder for caches
+        if command.environment.get(b"MPLCONFIGDIR") == b"." and name.startswith(b"fontlist-"):
+            continue  # where matplotlib was told to keep it
         if before.get(name, b"") == after.get(name, b"") and (name in before) == (name in after):
             continue
         if name not in outputs:

@@ -12,6 +12,7 @@ import datetime
 import json
 import os
 import select
+import shutil
 import subprocess
 import sys
 import threading
@@ -197,11 +198,13 @@ def run(
     return outcome
 
 
-def keep(failures: Iterable[dict[str, Any]], folder: Path, first: int = 0) -> None:
-    """Write inputs that failed, with what happened, each in a folder of its own, numbered from `first`."""
-    for number, failure in enumerate(failures, first):
-        place = folder / f"{number:04}_{failure['status'].replace(' ', '_')}"
-        place.mkdir(parents=True, exist_ok=True)
+def keep(failures: Iterable[dict[str, Any]], folder: Path) -> None:
+    """Write inputs that failed, with what happened, each in a folder named by seed and index, or by file."""
+    for failure in failures:
+        name = f"{failure['seed']}_{failure['index']}" if "seed" in failure else failure["scene"]
+        place = folder / f"{name}_{failure['status'].replace(' ', '_')}"
+        shutil.rmtree(place, ignore_errors=True)  # of an earlier run
+        place.mkdir(parents=True)
         (place / "what.json").write_text(json.dumps(failure, indent=1))
         if "command" in failure:
             commands.make(failure["seed"], failure["index"]).prepare(place / "run")
@@ -232,7 +235,7 @@ def main() -> int:
         def tell(outcome: Outcome) -> None:
             said = ", ".join(f"{count} {status}" for status, count in sorted(outcome.counts.items()))
             bar.update(row, completed=outcome.counts.total(), description=said)
-            keep(outcome.failures[len(kept) :], options.out, len(kept))
+            keep(outcome.failures[len(kept) :], options.out)
             kept.extend(outcome.failures[len(kept) :])
 
         tasks = [*corpus(), *drawn(options.seed, options.count, options.start)]
