@@ -50,6 +50,11 @@ def test_the_figures_of_other_pages_are_told_where_they_are_old(name: str) -> No
         assert json.loads((DOCS / name).read_text())["stamp"]["commit"]
 
 
+def test_each_file_that_is_stamped_is_watched() -> None:
+    stamped = re.findall(r'_stamp\("(\w+)"\)', (DOCS / "make_performance.py").read_text())
+    assert len(stamped) > 3 and {f"performance/{name}.json" for name in stamped} <= kept.FILES.keys()
+
+
 def test_a_figure_is_as_old_as_its_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     name, modules = "figures.json", ("clrt.version",)
     monkeypatch.setattr(kept, "FILES", {name: modules})

@@ -21,6 +21,7 @@ STALE: Final = "older than the code that it is about"
 FILES: Final[dict[str, tuple[str, ...]]] = {
     "performance/bench.json": ("clrt.bench.suite",),
     "performance/scaling.json": ("clrt.bench.scaling",),
+    "performance/queries.json": ("clrt.bench.suite",),
     "performance/povray.json": ("clrt.bench.frames",),
     "performance/thesis.json": code.PROGRAM,
     "validation.json": ("validation.suite.run",),
