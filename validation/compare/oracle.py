@@ -240,7 +240,7 @@ _GATES: tuple[tuple[str, str, Better, str], ...] = (
     ("within 1e-3", "coarse", "high", "share of pixels whose radiance differs by no more, outside edges"),
     ("mean radiance", "mean", "low", "relative difference, outside edges"),
     ("edges far off", "masked", "low", "share of edge pixels that differ by more than 1e-2"),
-    ("edges", "mask", "low", "share of pixels left out: the reference itself jumps there, a larger picture less"),
+    ("edges", "mask", "low", "pixels left out as the reference jumps there; a larger picture has fewer"),
     ("another shape", "shape", "low", "share of pixels that see another shape, outside edges"),
     ("distance", "distance", "low", "largest relative difference of a hit's distance, outside edges"),
     ("not finite", "not_finite", "low", "pixels with NaN or infinity"),
