@@ -155,21 +155,3 @@ def written(value: int) -> str:
         if value < 10**300
         else "> 1e300"
     )
-
-
-def process_limit(name: str) -> float:
-    """A limit of this process, such as "RLIMIT_AS"; infinity where there is none."""
-    try:
-        import resource
-
-        limit = resource.getrlimit(getattr(resource, name))[0]
-    except (ImportError, AttributeError):  # Windows has no such limits
-        return float("inf")
-    return limit if limit >= 0 else float("inf")
-
-
-def check_addresses(least: int, what: str) -> None:
-    """LimitError where this process may have fewer than `least` bytes of addresses, which `what` needs."""
-    limit = process_limit("RLIMIT_AS")
-    if limit < least:
-        raise LimitError(f"ulimit -v {limit / 1024:.0f}: {what} needs more; allow at least {least >> 10}")

@@ -14,7 +14,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any, Final, NoReturn
 
-from clrt.base import hush, inputs, interrupts
+from clrt.base import hush, inputs, interrupts, room
 from clrt.base.errors import ClrtError, ClrtWarning, exhausted
 from clrt.cli import terminal
 from clrt.cli.terminal import FAULT, say
@@ -37,6 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             options = read(arguments)
             command = options.command
+            room.check_room()
             terminal.tell_more(options.verbose)
             code: int = import_module(f"clrt.cli.{command.replace('-', '_')}").run(options)
         except ClrtError as error:

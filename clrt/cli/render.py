@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import time
 from contextlib import suppress
 from importlib import import_module
@@ -30,11 +31,13 @@ _DEEPEST = 1000  # generation whose layer's file is looked at beforehand: render
 
 _ONE: Final = ("stats", "trace", "checkpoint")  # files that a render of several scenes has no names for
 
+_FIELDS: Final = re.compile(r"\{(name|index)[:}]")
+
 
 def run(options: argparse.Namespace) -> int:
     """Render each of `options.scene` to a file. ClrtError, before rendering, when one cannot be saved."""
     each = [argparse.Namespace(**{**vars(options), "scene": name}) for name in options.scene]
-    if len(each) > 1:
+    if len(each) > 1 or _FIELDS.search(options.output):
         _name_apart(each)
     for one in each:
         code = _run(one)
@@ -48,7 +51,7 @@ def _name_apart(each: list[argparse.Namespace]) -> None:
     from clrt.images.naming import frame_name
 
     pattern = each[0].output
-    for name in _ONE:
+    for name in _ONE if len(each) > 1 else ():
         if getattr(each[0], name):
             raise ClrtError(f"--{name}: is for one scene; give it {len(each)} renders of their own")
     if [one.scene for one in each].count(STREAM) > 1:

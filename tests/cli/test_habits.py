@@ -168,6 +168,14 @@ def test_faults_of_several_scenes(
     assert sorted(os.listdir()) == ["ball.toml", "other.toml"]
 
 
+def test_one_scene_is_named_as_several_are(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", scene, "-q", "-o", "{name}_{index:02}.exr", "--stats", "a.json"]) == 0
+    assert sorted(os.listdir()) == ["a.json", "ball.toml", "ball_00.exr"]
+    said = fault(capsys, "render", scene, "-o", "{name}.png", "--stats", "ball.png")
+    assert "ball.png: is the file of --output; give --stats a file of its own" in said
+    assert main(["render", scene, "-q", "-o", "{other}.exr"]) == 0 and Path("{other}.exr").exists()
+
+
 # --- check
 
 

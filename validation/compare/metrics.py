@@ -16,7 +16,7 @@ import numpy as np
 
 from clrt.base.hush import hushed
 from clrt.base.install import pip_install
-from clrt.base.limits import check_addresses
+from clrt.base.room import check_addresses
 
 EDGE_CHANGE = 2e-3  # a pixel that moves by more under a shift of EDGE_STEP is on an edge
 EDGE_STEP = 0.05  # pixel, for one sample in each

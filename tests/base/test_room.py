@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
-from clrt.base import limits
+from clrt.base import room
 from clrt.base.errors import LimitError
-from clrt.base.limits import check_addresses, process_limit
+from clrt.base.room import check_addresses, check_room, process_limit
 
 GIB = 1 << 30
 
@@ -31,7 +31,19 @@ def test_a_system_without_such_limits_has_none(monkeypatch: pytest.MonkeyPatch) 
 def test_what_needs_more_addresses_is_refused_with_the_command_that_allows_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(limits, "process_limit", lambda name: 2 * GIB)
+    monkeypatch.setattr(room, "process_limit", lambda name: 2 * GIB)
     check_addresses(2 * GIB, "this")
     with pytest.raises(LimitError, match=r"ulimit -v 2097152: this needs more; allow at least 3145728"):
         check_addresses(3 * GIB, "this")
+
+
+@pytest.mark.parametrize(("name", "option"), [("RLIMIT_AS", "-v"), ("RLIMIT_DATA", "-d")])
+def test_room_for_the_libraries_grows_with_the_cores(
+    monkeypatch: pytest.MonkeyPatch, name: str, option: str
+) -> None:
+    monkeypatch.setattr(room, "process_limit", lambda asked: GIB if asked == name else float("inf"))
+    monkeypatch.setattr(room.os, "cpu_count", lambda: 2)
+    check_room()
+    monkeypatch.setattr(room.os, "cpu_count", lambda: 64)
+    with pytest.raises(LimitError, match=f"ulimit {option} 1048576: clrt needs more; allow at least"):
+        check_room()
