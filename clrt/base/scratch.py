@@ -38,7 +38,7 @@ def scratch() -> Iterator[Path]:
 
 
 def _remove(made: tempfile.TemporaryDirectory[str]) -> None:
-    """Remove it with all in it. Python's way goes down level by level, as far as stack and descriptors last."""
+    """Remove it with all in it. Python goes down level by level, as far as stack and descriptors last."""
     with suppress(RecursionError):
         made.cleanup()
     if os.path.lexists(made.name):

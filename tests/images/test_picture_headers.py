@@ -197,7 +197,7 @@ def test_samples_of_which_rgb_can_be_made(tmp_path: Path) -> None:
 
 
 def test_deep_pixels_are_refused(tmp_path: Path) -> None:
-    """OpenImageIO's readers of flat pictures hand out their lists of samples, and memory that nobody wrote."""
+    """OpenImageIO's readers of flat pictures hand out their samples, and memory that nobody wrote."""
     spec = oiio.ImageSpec(4, 4, 3, "float")
     spec.deep = True
     deep = oiio.ImageBuf(spec)

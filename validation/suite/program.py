@@ -159,7 +159,7 @@ def _from_here(word: str) -> str:
 def _run(command: list[str], folder: Path, timeout: float) -> str:
     """Run a command in a folder; "" where it ended well, else what went wrong."""
     environment = {**os.environ, "TMPDIR": str(folder)}
-    with placed(tempfile.TemporaryFile) as words:  # without a name: no program puts another thing in its place
+    with placed(lambda: tempfile.TemporaryFile()) as words:  # no name: nothing can take its place
         try:
             process = subprocess.Popen(
                 command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=words, stderr=words,
