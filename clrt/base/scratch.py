@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -27,9 +28,31 @@ def placed(make: Callable[..., _Made], **named: Any) -> _Made:
 @contextmanager
 def scratch() -> Iterator[Path]:
     """An empty folder, which is removed after the block. ClrtError where no place takes temporary files."""
-    with placed(tempfile.TemporaryDirectory, prefix="clrt-", ignore_cleanup_errors=True) as folder:
-        folders.add(folder)
-        try:
-            yield Path(folder)
-        finally:
-            folders.discard(folder)
+    made = placed(tempfile.TemporaryDirectory, prefix="clrt-", ignore_cleanup_errors=True)
+    folders.add(made.name)
+    try:
+        yield Path(made.name)
+    finally:
+        folders.discard(made.name)
+        _remove(made)
+
+
+def _remove(made: tempfile.TemporaryDirectory[str]) -> None:
+    """Remove it with all in it. Python goes down level by level, as far as stack and descriptors last."""
+    with suppress(RecursionError):
+        made.cleanup()
+    if os.path.lexists(made.name):
+        _level(made.name)
+        made.cleanup()
+
+
+def _level(folder: str) -> None:
+    """Move all folders within a folder to its top."""
+    found = [entry.path for entry in os.scandir(folder) if entry.is_dir(follow_symlinks=False)]
+    for path in found:  # it grows
+        with suppress(OSError):
+            for entry in [*os.scandir(path)]:
+                if entry.is_dir(follow_symlinks=False):
+                    top = os.path.join(folder, f"{len(found)}.level")
+                    os.rename(entry.path, top)
+                    found.append(top)

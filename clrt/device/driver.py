@@ -52,7 +52,7 @@ def _context(device: cl.Device) -> cl.Context:
 @cache
 def _program(context: cl.Context, source: str) -> cl.Program:
     device = context.devices[0]
-    options = ["-cl-std=CL1.2"]
+    options = ["-cl-std=CL1.2", "-w"]  # else clang prints how many warnings there were
     if device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
         options.append("-cl-fp32-correctly-rounded-divide-sqrt")
     if device.platform.name.strip() in _KEEPS_PROGRAMS:

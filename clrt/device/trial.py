@@ -33,7 +33,7 @@ _DAY: Final = 24 * 3600
 _MOMENT: Final = 600
 LISTING: Final = "listing"  # a trial of the drivers' start alone
 # limit of a process -> option of `ulimit` and its unit, what is plenty, what is the least. With 0.6 GB of
-# addresses or 12 files PoCL 3.1 ends the process, with 0.8 GB some of its builds fail.
+# addresses or 14 files PoCL 3.1 ends the process, with 0.8 GB some of its builds fail.
 _LIMITS: Final = {
     "RLIMIT_AS": ("-v", 1 << 10, 4 << 30, 1 << 30),
     "RLIMIT_DATA": ("-d", 1 << 10, 4 << 30, 0),

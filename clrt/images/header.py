@@ -72,6 +72,8 @@ def find_picture(source: Any, name: str) -> tuple[int, int]:
 
 def check_meaning(spec: oiio.ImageSpec, name: str) -> None:
     """Raise SceneError for samples that are not colours of a flat picture."""
+    if spec.deep:  # the library takes their bytes for those of flat ones
+        raise SceneError(f"{name}: its pixels are deep, lists of samples; flatten it, flat pictures are read")
     if max(spec.depth, spec.tile_depth) > 1:
         layers = max(spec.depth, spec.tile_depth)
         raise SceneError(f"{name}: {layers} layers of pixels; flat pictures are read")

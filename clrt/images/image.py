@@ -57,6 +57,7 @@ class Image:
     metadata: Mapping[str, str] = field(default_factory=dict)
     wavelengths: tuple[float, ...] = ()
 
+    @public
     def __post_init__(self) -> None:
         pixels = _array("pixels", self.pixels)
         arguments.mapping("layers", self.layers)

@@ -165,6 +165,7 @@ def _picture_or_scene(name: str, given: Any) -> Any:
     return scene
 
 
+@public
 def as_pixels(name: str, given: Any) -> np.ndarray:
     """Linear float32 (height, width, 3) of what `compare` takes for a picture."""
     if isinstance(given, Image):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tempfile
 from pathlib import Path
 
@@ -23,6 +24,21 @@ def test_nothing_is_left_whatever_ends_the_block() -> None:
         (folder / "file").write_text("")
         interrupts.sweep()  # a second signal: the process ends within the block
         assert not folder.exists()
+
+
+def test_folders_of_any_depth_are_removed() -> None:
+    """Whoever goes down level by level needs a frame and a descriptor for each."""
+    here = os.open(".", os.O_RDONLY)
+    with scratch() as folder:
+        try:
+            os.chdir(folder)
+            for _ in range(1500):
+                os.mkdir("d" * 100)
+                os.chdir("d" * 100)
+        finally:
+            os.fchdir(here)
+            os.close(here)
+    assert not folder.exists()
 
 
 def test_no_place_for_temporary_files_is_one_line(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -256,6 +257,17 @@ def test_memory_that_runs_out_is_one_line(monkeypatch: pytest.MonkeyPatch, tmp_p
         lambda: clrt.load("bubble"),
     ]  # fmt: skip
     monkeypatch.setattr("clrt.formats.native.read_scene", none)
+    for call in calls:
+        with pytest.raises(clrt.LimitError, match="no memory left"):
+            call()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="others promise memory that there is not")
+def test_a_view_of_one_number_as_more_than_memory_holds() -> None:
+    endless = np.broadcast_to(np.float32(0.5), (10**6, 10**6, 3))
+    calls: list[Callable[[], object]] = [
+        lambda: clrt.Image(endless), lambda: clrt.compare(endless, endless),
+    ]  # fmt: skip
     for call in calls:
         with pytest.raises(clrt.LimitError, match="no memory left"):
             call()

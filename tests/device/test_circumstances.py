@@ -63,7 +63,7 @@ def test_a_driver_that_a_variable_breaks_is_an_error_that_names_it(tmp_path: Pat
     assert (done.returncode, said) == (0, [])
 
 
-@pytest.mark.parametrize("limit", ["-v 100000", "-v 600000", "-d 200000", "-n 6", "-n 12"])
+@pytest.mark.parametrize("limit", ["-v 100000", "-v 600000", "-d 200000", "-n 6", "-n 14"])
 def test_limits_in_which_no_driver_works_are_an_error(tmp_path: Path, limit: str) -> None:
     done = command(tmp_path, "render", "scene.json", "-o", "a.png", limit=limit)
     assert one_line(done) and f"ulimit {limit}: " in done.stderr, done.stderr

@@ -16,6 +16,7 @@ import tifffile
 from PIL import Image as Pillow
 from PIL import ImageCms
 
+import clrt
 from clrt.base.errors import ClrtWarning, LimitError, SceneError
 from clrt.base.limits import Limits
 from clrt.images.image import read_image
@@ -193,6 +194,19 @@ def test_samples_of_which_rgb_can_be_made(tmp_path: Path) -> None:
     share = four / 255
     expected = np.round(255 * (1 - share[..., :3]) * (1 - share[..., 3:])).astype(np.uint8)
     assert np.abs(read_image(tmp_path / "b.tif") - decode_by_hand(expected)).max() < 0.01  # rounded once more
+
+
+def test_deep_pixels_are_refused(tmp_path: Path) -> None:
+    """OpenImageIO's readers of flat pictures hand out their samples, and memory that nobody wrote."""
+    spec = oiio.ImageSpec(4, 4, 3, "float")
+    spec.deep = True
+    deep = oiio.ImageBuf(spec)
+    for x, y in np.ndindex(4, 4):
+        deep.set_deep_samples(x, y, 0, 2)
+    assert deep.write(str(tmp_path / "a.exr"))
+    for read in (read_image, clrt.compare):
+        with pytest.raises(SceneError, match="its pixels are deep"):
+            read(*[tmp_path / "a.exr"] * (1 + (read is clrt.compare)))
 
 
 def test_layers_of_pixels_are_refused(tmp_path: Path) -> None:

@@ -148,6 +148,13 @@ def test_tests_of_one_name_have_reports_of_their_own(project: Path, run: Run) ->
     assert code == 1 and "c/pictures/test_x cannot be made: Not a directory" in said and "are masked" in said
 
 
+def test_a_picture_that_passes_needs_no_folder_of_reports(project: Path, run: Run) -> None:
+    assert run("--update-pictures")[0] == 0
+    (project / "file").write_text("")
+    code, said = run("--picture-reports", "file/reports")
+    assert code == 0, said
+
+
 def test_a_scene_names_the_cause(project: Path, run: Run) -> None:
     """A picture without its second light: the kept picture only shows that it is darker."""
     sys.path.insert(0, str(ROOT / "tests"))

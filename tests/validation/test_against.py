@@ -172,6 +172,8 @@ def rendered(code: str, tmp_path: Path, timeout: float = 20.0, out: str = "{out.
     ("os.mkfifo(out)", "out.exr: cannot be read"),
     ("os.mkdir(out)", "out.exr: cannot be read"),
     ("os.symlink('/dev/zero', out)", "a device"),
+    ("[os.remove(f) or os.mkdir(f) for f in os.listdir('.') if f[0] == '.']; sys.exit(3)", "exit code 3"),
+    ("[os.mkdir('d' * 100) or os.chdir('d' * 100) for _ in range(1500)]", "wrote no picture"),
     ("sys.stderr.write('\\x1b[31mred\\x1b' + 'x' * 10**6); sys.exit(3)", "exit code 3"),
 ])  # fmt: skip
 def test_what_a_program_does_wrong_is_one_line(code: str, says: str, tmp_path: Path) -> None:

@@ -307,3 +307,11 @@ def test_the_search_ends_when_its_time_is_spent():
         patch.setattr(causes.time, "process_time", lambda: next(clock))
         assert [budget.over() for _ in range(3)] == [False, False, True]
     assert budget.over() and budget.stopped
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_picture_of_nothing_makes_no_foreign_warnings() -> None:
+    empty = np.zeros((16, 16, 3), np.float32)
+    full = np.random.default_rng(1).random((16, 16, 3)).astype(np.float32)
+    moves = validation_module("compare.moves")
+    assert [*moves.moved(empty, full, 0.01), *moves.moved(full, empty, 0.01)] == []

@@ -17,6 +17,8 @@ def moved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]
     from skimage.registration import phase_cross_correlation
 
     grey = [encoded(image).mean(axis=-1) for image in (reference, picture)]
+    if any(np.ptp(image) == 0 for image in grey):  # nothing in it that could be moved
+        return
     estimate = phase_cross_correlation(*grey, upsample_factor=10)[0]
     near = {tuple(np.round(2 * estimate) / 2)} | {tuple(np.round(estimate))}
     steps = (-0.5, 0.0, 0.5)

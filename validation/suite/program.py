@@ -16,6 +16,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -27,7 +28,7 @@ import numpy as np
 
 from clrt.base.errors import ClrtError, one_line, show
 from clrt.base.limits import Limits
-from clrt.base.scratch import scratch
+from clrt.base.scratch import placed, scratch
 from clrt.images.file import read_samples
 from clrt.scene.scene import Scene
 
@@ -102,7 +103,7 @@ class Program:
             seconds = time.monotonic() - start
             if failure:
                 return Rendered(None, {}, seconds, failure)
-            if not out.exists():
+            if not os.path.exists(out):  # nor where the folder may not be looked into any more
                 return Rendered(None, {}, seconds, f"wrote no picture to {{out{self.out_suffix}}}")
             try:
                 pixels = read_samples(out, Limits())
@@ -157,9 +158,8 @@ def _from_here(word: str) -> str:
 
 def _run(command: list[str], folder: Path, timeout: float) -> str:
     """Run a command in a folder; "" where it ended well, else what went wrong."""
-    said = folder / ".said"
     environment = {**os.environ, "TMPDIR": str(folder)}
-    with said.open("wb") as words:
+    with placed(lambda: tempfile.TemporaryFile()) as words:  # no name: nothing can take its place
         try:
             process = subprocess.Popen(
                 command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=words, stderr=words,
@@ -174,14 +174,14 @@ def _run(command: list[str], folder: Path, timeout: float) -> str:
             code = None
         finally:
             _end(process)
+        words.seek(max(0, os.fstat(words.fileno()).st_size - _LAST_WORDS))
+        text = words.read(_LAST_WORDS)
     if code is None:
         return f"had not ended after {timeout:g} s"
     if code == 0:
         return ""
     how = f"ended by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
-    with said.open("rb") as words:
-        words.seek(max(0, said.stat().st_size - _LAST_WORDS))
-        last = words.read().decode(errors="replace").replace(str(folder) + os.sep, "").strip().splitlines()
+    last = text.decode(errors="replace").replace(str(folder) + os.sep, "").strip().splitlines()
     return one_line(f"{how}: {last[-1]}" if last else how)
 
 
