@@ -32,6 +32,7 @@ def add_surfaces(scene: Scene, sections: dict[str, np.ndarray], materials: dict[
 
     Raises `SceneError` for one that is too large for float32.
     """
+    added: dict[str, list[np.ndarray]] = {"primitives": [], **{section: [] for section in SECTIONS}}
     for number, light in visible_lights(scene).items():
         if not _reach(light) <= LARGEST:
             text = f"its surface reaches beyond {LARGEST:g}, where float32 fails; make it smaller"
@@ -39,11 +40,15 @@ def add_surfaces(scene: Scene, sections: dict[str, np.ndarray], materials: dict[
         kind, record = _record(light)
         section = layout.SECTIONS[kind]
         primitive = np.zeros(1, layout.dtype("Primitive"))
-        primitive["kind"], primitive["index"] = layout.KINDS[kind], len(sections[section])
+        primitive["kind"] = layout.KINDS[kind]
+        primitive["index"] = len(sections[section]) + len(added[section])
         primitive["shape"], primitive["material"] = len(scene.shapes) + number, materials[number]
-        sections["lights"]["surface"][number] = len(sections["primitives"])
-        sections[section] = np.concatenate([sections[section], record])
-        sections["primitives"] = np.concatenate([sections["primitives"], primitive])
+        sections["lights"]["surface"][number] = len(sections["primitives"]) + len(added["primitives"])
+        added[section].append(record)
+        added["primitives"].append(primitive)
+    for section, records in added.items():
+        if records:
+            sections[section] = np.concatenate([sections[section], *records])
     sections["scene"]["primitives"] = len(sections["primitives"])
     sections["scene"]["surfaces"] = len(materials)
 

@@ -43,6 +43,8 @@ class MaterialTable:
         self._by_value: dict[tuple[bytes, bytes], int] = {}  # records Material and Pictured
         self._textures = TextureTable(scene)
         self._plain = self._textures.record(Material()).tobytes()
+        black = Material(color=0.0, diffuse=0.0)
+        self._black = _material(black, "PLAIN", False, self._bands, self._group)
 
     def number(self, shape: Shape) -> int:
         """The number of this shape's material; equal materials share one."""
@@ -59,11 +61,11 @@ class MaterialTable:
             self._by_identity[key] = self._by_value.setdefault((record, pictured), len(self._by_value))
         return self._by_identity[key]
 
-    def glowing(self, light: AreaLight) -> int:
+    def glowing(self, source: AreaLight) -> int:
         """The number of what a visible light's surface is made of: black, it sends the radiance."""
-        black = Material(color=0.0, diffuse=0.0, emission=light.radiance)
-        record = _material(black, "PLAIN", False, self._bands, self._group)
-        record["light"] = 2 if light.two_sided else 1
+        record = self._black.copy()
+        record["emission"] = light(source.radiance, self._bands)
+        record["light"] = 2 if source.two_sided else 1
         return self._by_value.setdefault((record.tobytes(), self._plain), len(self._by_value))
 
     def records(self) -> np.ndarray:

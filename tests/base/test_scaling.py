@@ -18,7 +18,10 @@ import clrt
 from clrt.base.suggest import nearest
 from clrt.flatten.flatten import flatten
 from clrt.flatten.inside import count_inside
+from clrt.flatten.lightsurfaces import add_surfaces
+from clrt.flatten.materials import flatten_lights
 from clrt.formats import load_dict
+from clrt.scene.arealights import SphereLight
 from clrt.scene.mesh import Mesh
 from tests.cost import bounded
 
@@ -248,6 +251,18 @@ def test_what_a_mesh_encloses() -> None:
     points = np.random.default_rng(2).normal(size=(800, 3))
     check_growth(lambda n: partial(count_inside, mesh(n), points[:100]), 2000)
     check_growth(lambda n: partial(count_inside, mesh(2000), points[:n]), 100)
+
+
+def test_lights_that_are_seen() -> None:
+    """Their surfaces follow all primitives; each alone would copy those before it."""
+    lamp = SphereLight(center=(0.0, 0.0, 0.0), radius=1.0)
+
+    def make(n: int) -> Callable[[], object]:
+        scene = clrt.Scene(lights=(lamp,) * n)
+        sections = vars(flatten(clrt.Scene())) | {"lights": flatten_lights(scene, None)}
+        return lambda: add_surfaces(scene, dict(sections), dict.fromkeys(range(n), 0))
+
+    check_growth(make, 2000)
 
 
 def test_suggestions() -> None:

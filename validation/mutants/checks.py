@@ -63,8 +63,12 @@ def adaptive() -> None:
         assert np.array_equal(count, _samples(even, threshold)), f"samples at threshold {threshold}"
         for spp, whole in even.items():
             assert np.array_equal(image.pixels[count == spp], whole.pixels[count == spp]), f"bits of {spp}"
+        parts = [clrt.render(asked, crop=crop) for crop in ((0, 0, 17, 28), (17, 0, 23, 28))]
+        assert np.array_equal(parts[0].pixels, image.pixels[:, :17]), "bits of a part"
         part = clrt.render(asked, crop=(10, 3, 17, 20))
         assert np.array_equal(part.pixels, image.pixels[3:23, 10:27]), "bits of a part"
+        rays = {kind: sum(part.stats["rays"][kind] for part in parts) for kind in image.stats["rays"]}
+        assert rays == image.stats["rays"], "rays of parts"
 
 
 def _samples(even: dict[int, clrt.Image], threshold: float) -> np.ndarray:
@@ -132,6 +136,20 @@ def mattes() -> None:
         assert set(ids[y, x, : counts[y, x]]) == covered, "names"
 
 
+def alpha() -> None:
+    """The part of a filter's weights whose samples hit anything is what a thing of light 1 before the dark
+    shows, within 0 and 1."""
+    lamp = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"emission": 1, "diffuse": 0.0}}
+    camera = {**_SCENE["camera"], "spp": 16, "filter": "mitchell", "jitter": None}
+    table = {"background": 0, "camera": camera, "shapes": [lamp]}
+    image = clrt.render(clrt.load_dict(table), layers=["alpha"])
+    shown = image.pixels[..., 0]
+    assert shown.min() < -0.01 and shown.max() > 1.01, "the scene shows too little"
+    # two sums of 16 products each, whose terms are at most 4 times their sum: half a unit for each rounding
+    most = 2 * 2 * 16 * 4 * 2.0**-24
+    assert np.abs(image.layers["alpha"] - np.clip(shown, 0, 1)).max() <= most, "parts"
+
+
 def overflow() -> None:
     """Light beyond float32's range is the brightest that a pixel holds, 1e30 in each of its bands."""
     shine = {"emission": 3e38, "diffuse": 0.0}
@@ -143,7 +161,7 @@ def overflow() -> None:
 
 
 CHECKS: Final[dict[str, Callable[[], None]]] = {"adaptive": adaptive, "names as numbers": names_as_numbers,
-                                                "mattes": mattes, "overflow": overflow}
+                                                "mattes": mattes, "overflow": overflow, "alpha": alpha}
 
 
 def failed(root: Path, name: str) -> str:

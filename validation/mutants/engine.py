@@ -48,6 +48,8 @@ _ADAPTIVE: Final = tuple(
         ("normals compared without their height", "one[:, 1] * other[:, 1] + ", ""),
         ("grids of four times as many a side", "grid *= 2", "grid *= 4"),
         ("what has settled is refined on", "chosen = chosen[changed]", "chosen = chosen[:]"),
+        ("rays of neighbours beyond a part counted", "uncounted = _Run(device, world, observers, budget)",
+         "uncounted = run"),
         ("neighbours beyond a part's upper and lower edge left out", "_sides(pixels, width, height):",
          "_sides(pixels, width, height)[:2]:"),
     )

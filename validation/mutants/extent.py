@@ -74,4 +74,36 @@ _COVERAGE: Final = tuple(
     )
 )
 
-EXTENT_FAULTS: Final = (*_SHAFTS, *_LIGHT, *_DISKS, *_COVERAGE)
+# what kernels are given of lights, lens and filters, and what becomes of their weights
+_GIVEN: Final = tuple(
+    Mutant(name, f"clrt/{file}", old, new, cases, where)
+    for name, file, old, new, cases, where in (
+        ("a rectangle as bright as half of it", "flatten/materials.py",
+         "= source.u, source.v\n    record[\"share\"] = source.area",
+         "= source.u, source.v\n    record[\"share\"] = 0.5 * source.area", ("rectangle",), DIFFUSE),
+        ("a disk of light that is an ellipse", "flatten/materials.py",
+         '= source.radius * np.array([x * y * a,', '= 0.6 * source.radius * np.array([x * y * a,',
+         ("disk and sphere",), DIFFUSE),
+        ("spheres of light 5 % too small", "flatten/materials.py", 'record["radius"] = source.radius',
+         'record["radius"] = 0.95 * source.radius', ("disk and sphere",), DIFFUSE),
+        ("every light with extent shines one way", "flatten/materials.py",
+         'record["two_sided"] = source.two_sided', 'record["two_sided"] = False',
+         ("lights seen from all sides",), ""),
+        ("a penumbra of the angle's rest", "flatten/materials.py", "source.angle * source.penumbra",
+         "source.angle * (1 - source.penumbra)", ("spots",), DIFFUSE),
+        ("lights are seen though not visible", "flatten/lightsurfaces.py", " and light.visible", "",
+         ("rectangle", "disk and sphere"), ""),
+        ("a rectangle seen half as long", "flatten/lightsurfaces.py", '[:3] = 1.0, 1.0, np.inf',
+         '[:3] = 0.5, 1.0, np.inf', ("lights that are seen", "lights seen from all sides"), ""),
+        ("an oblique rectangle seen upright", "flatten/lightsurfaces.py", "np.cross(other, n)", "side",
+         ("lights that are seen", "lights seen from all sides"), ""),
+        ("a lens in focus behind its target", "scene/camera.py", "return min(max(math.dist(",
+         "return min(max(1.05 * math.dist(", ("lens beyond near",), GEOMETRY),
+        ("alpha of samples that count alike", "engine/job.py", 'counts = None if weights is None else',
+         'counts = None if weights is None or weights else', (CHECK + "alpha",), ""),
+        ("alpha beyond 1", "engine/coverage.py", "np.clip(share, 0.0, 1.0)", "np.clip(share, -9.0, 9.0)",
+         (CHECK + "alpha",), ""),
+    )
+)  # fmt: skip
+
+EXTENT_FAULTS: Final = (*_SHAFTS, *_LIGHT, *_DISKS, *_COVERAGE, *_GIVEN)
