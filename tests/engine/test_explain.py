@@ -171,8 +171,8 @@ WIDE = {
     "max_depth": 3, "ambient": 0.1, "background": [0.2, 0.3, 0.5],
     "camera": {"origin": [0, 2.5, 7], "target": [0, 0.6, 0], "aperture": 0.02, "fov": 40},
     "lights": [
-        {"type": "rectangle", "center": [-3, 4, 1], "u": [0.6, 0, 0], "v": [0, 0.2, 0.5], "radiance": [9, 8, 7],
-         "samples": 3},
+        {"type": "rectangle", "center": [-3, 4, 1], "u": [0.6, 0, 0], "v": [0, 0.2, 0.5],
+         "radiance": [9, 8, 7], "samples": 3},
         {"type": "point", "position": [0, 6, 3], "intensity": 0.2},
         {"type": "disk", "center": [3, 4, 2], "normal": [-3, -4, -2], "radius": 0.5, "radiance": 12,
          "samples": 4, "visible": False},
@@ -180,8 +180,8 @@ WIDE = {
     ],
     "shapes": [
         {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0],
-         "material": {"color": {"type": "image", "file": str(SCENES / "wood.png")}, "diffuse": 0.6, "specular": 0.2,
-                      "reflection": 0.2, "roughness": 0.3,
+         "material": {"color": {"type": "image", "file": str(SCENES / "wood.png")}, "diffuse": 0.6,
+                      "specular": 0.2, "reflection": 0.2, "roughness": 0.3,
                       "normal_map": {"file": str(SCENES / "tile-normals.png")}}},
         {"type": "sphere", "center": [-1, 1, 0], "radius": 1,
          "material": {"conductor": "gold", "roughness": 0.15, "diffuse": 0.0, "specular": 0.5}},
