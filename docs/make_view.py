@@ -1,6 +1,6 @@
-"""Make the pictures of docs/viewer.md, and time the viewer.
+"""Make the pictures of docs/viewer.md, of a pixel's page and of the site, and time the viewer.
 
-    python docs/make_view.py [pictures|times|notebook]
+    python docs/make_view.py [pictures|times|notebook|site]
 
 It looks at the showcase in the headless chromium of tests/browser.py, and prints pictures a second while the
 camera moves all the time, beside what the processor did for each, which does not depend on what else runs.
@@ -61,8 +61,10 @@ def pictures(browser: Browser, server: Server) -> None:
     tree = clrt.Tracer(SCENE).explain(986, 510, spp=1)
     with tempfile.TemporaryDirectory() as folder:
         page = tree.save(Path(folder) / "why.html").as_uri()
-        browser.open(page, width=1100, height=800)
+        browser.open(page, width=1100, height=860)
         browser.screenshot(HERE / "explain-page.png")
+        browser.open(page, width=390, height=844, touch=True)
+        browser.screenshot(HERE / "explain-page-phone.png")
 
 
 def notebook(browser: Browser) -> None:
@@ -90,11 +92,12 @@ def notebook(browser: Browser) -> None:
             browser.press("Enter", modifiers=8, code="Enter")
             browser.wait("document.querySelector('.clrt-view')?.dataset.spp === '16'", 120)
             browser.run("[...document.querySelectorAll('button')].find(b => b.innerText === 'No')?.click()")
-            time.sleep(1)
+            tab = "document.querySelector('.jp-SideBar.jp-mod-left .lm-mod-current')?.getBoundingClientRect()"
+            place = browser.run(f"(box => box && [box.x + box.width / 2, box.y + box.height / 2])({tab})")
+            if place:
+                browser.drag(place, place)  # a click: the list of files goes away
+            time.sleep(3)
             browser.screenshot(HERE / "view-notebook.png")
-            tab = "document.querySelector('.jp-SideBar.jp-mod-left .lm-mod-current').getBoundingClientRect()"
-            x, y = browser.run(f"(box => [box.x + box.width / 2, box.y + box.height / 2])({tab})")
-            browser.drag((x, y), (x, y))  # a click: the list of files goes away
             browser.resize(390, 844)
             time.sleep(3)
             browser.run("document.querySelector('.clrt-view').scrollIntoView()")
@@ -102,6 +105,16 @@ def notebook(browser: Browser) -> None:
         finally:
             process.terminate()
             process.wait(30)
+
+
+def site(browser: Browser) -> None:
+    """The gallery, where `make docs` was run."""
+    gallery = HERE.parent / "out/docs/scenes.html"
+    if not gallery.exists():
+        print("no out/docs here: docs/site.png stays as it is; `make docs` makes it")
+        return
+    browser.open(gallery.as_uri(), 1280, 800)
+    browser.screenshot(HERE / "site.png")
 
 
 def times(browser: Browser, server: Server) -> None:
@@ -137,6 +150,9 @@ def main() -> None:
     if only in (None, "notebook"):
         with tempfile.TemporaryDirectory() as profile, Browser(Path(profile)) as browser:
             notebook(browser)
+    if only in (None, "site"):
+        with tempfile.TemporaryDirectory() as profile, Browser(Path(profile)) as browser:
+            site(browser)
 
 
 if __name__ == "__main__":

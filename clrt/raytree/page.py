@@ -24,10 +24,12 @@ _STYLE: Final = """
 body { font: 14px/1.45 system-ui, sans-serif; margin: 1.5em auto; max-width: 75em; padding: 0 1em }
 h1 { font-size: 1.25em } details { margin-left: 1.1em; border-left: 2px solid #8886; padding-left: .5em }
 summary { cursor: pointer } ul { margin: .1em 0 .4em; padding-left: 1.6em }
-.share { display: inline-block; min-width: 4em; font-variant-numeric: tabular-nums; font-weight: 600 }
+.share { display: inline-block; min-width: 4em; padding-right: .4em; font-variant-numeric: tabular-nums;
+font-weight: 600 }
 .bar { display: inline-block; height: .6em; background: #4a90d9 } .swatch { display: inline-block; width: 3em;
 height: 3em; border: 1px solid #888; vertical-align: middle; margin-right: 1em }
-.views { display: flex; flex-wrap: wrap; gap: 1em } .views svg { max-width: 100%; height: auto }
+.views { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 17em), 1fr)); gap: 1em }
+.views svg { max-width: 100%; max-height: 24em; height: auto }
 .kind { font-weight: 600 } .dim { opacity: .65 }
 """
 
@@ -61,12 +63,13 @@ def _content(tree: RayTree) -> Element:
     about = SubElement(main, "p")
     SubElement(about, "span", {"class": "swatch", "style": f"background: {_css(tree.value)}"})
     SubElement(about, "span").text = summary(tree)
-    key = SubElement(main, "p", {"class": "dim"})
+    key = SubElement(main, "p")
     for kind, colour in COLOURS.items():
         text = {"light": "feeler that arrives", "blocked": "feeler that does not"}.get(kind, f"{kind} ray")
-        mark = SubElement(key, "span", {"style": "color: rgb({}, {}, {})".format(*colour)})
-        mark.text = "\u2501 "
-        mark.tail = f"{text}   "
+        entry = SubElement(key, "span", {"style": "white-space: nowrap; margin-right: .7em"})
+        entry.tail = " "
+        mark = SubElement(entry, "span", {"style": "color: rgb({}, {}, {})".format(*colour)})
+        mark.text, mark.tail = "\u2501 ", text
     if len(tree.rays) <= _DRAWN:
         views = SubElement(main, "div", {"class": "views"})
         for view in VIEWS:

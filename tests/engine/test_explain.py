@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from validation.oracle64.hashing import FLAGS
 from validation.oracle64.raytree import Key, Ray64, tree64
 
 SIZE = 40, 30
+SCENES = Path(__file__).parents[2] / "scenes"
 # Scenes by seed: those whose rays carry what few others do are left out, each would be compiled for itself.
 DRAWN = {21: (0, 2, 3, 6, 7), 22: (0, 2, 3, 5, 7), 31: (0, 1, 2, 3, 4, 5, 6), 32: (0, 2, 3, 4, 5, 6, 7)}
 SHIFTS = [(0.0, 0.0), *((x, y) for x in (0.05, -0.05) for y in (0.05, -0.05))]
@@ -143,12 +145,12 @@ def test_the_tree_is_that_of_the_recursion(seed: int) -> None:
     assert sum(count > 0 for count in counts) >= 14 and sum(counts) >= 25
 
 
-def check_tree(tracer: clrt.Tracer, x: int, y: int, width: int, height: int) -> int:
+def check_tree(tracer: clrt.Tracer, x: int, y: int, width: int, height: int, spp: int = 1) -> int:
     """How many rays were compared: 0 where an edge is too near."""
-    trees = [keyed(tree64(tracer.scene, x, y, width, height, shift=shift)) for shift in SHIFTS]
+    trees = [keyed(tree64(tracer.scene, x, y, width, height, spp, shift=shift)) for shift in SHIFTS]
     if any(shapes(tree) != shapes(trees[0]) for tree in trees):
         return 0
-    ours = keyed_ours(tracer.explain(x, y, width, height, spp=1))
+    ours = keyed_ours(tracer.explain(x, y, width, height, spp=spp))
     assert {k: [r.hit.shape if r.hit else -1 for r in v] for k, v in ours.items()} == shapes(trees[0])
     for key, found in ours.items():
         for i, ray in enumerate(found):
@@ -163,6 +165,42 @@ def test_narrow_rays_are_those_of_the_recursion() -> None:
     """
     tracer = clrt.Tracer("rainbow")
     assert [check_tree(tracer, x, y, 160, 120) for x, y in ((134, 64), (80, 60), (120, 50))] == [98] * 3
+
+
+WIDE = {
+    "max_depth": 3, "ambient": 0.1, "background": [0.2, 0.3, 0.5],
+    "camera": {"origin": [0, 2.5, 7], "target": [0, 0.6, 0], "aperture": 0.02, "fov": 40},
+    "lights": [
+        {"type": "rectangle", "center": [-3, 4, 1], "u": [0.6, 0, 0], "v": [0, 0.2, 0.5],
+         "radiance": [9, 8, 7], "samples": 3},
+        {"type": "point", "position": [0, 6, 3], "intensity": 0.2},
+        {"type": "disk", "center": [3, 4, 2], "normal": [-3, -4, -2], "radius": 0.5, "radiance": 12,
+         "samples": 4, "visible": False},
+        {"type": "sphere", "center": [0.5, 3, -2], "radius": 0.3, "radiance": [10, 15, 20], "samples": 2},
+    ],
+    "shapes": [
+        {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0],
+         "material": {"color": {"type": "image", "file": str(SCENES / "wood.png")}, "diffuse": 0.6,
+                      "specular": 0.2, "reflection": 0.2, "roughness": 0.3,
+                      "normal_map": {"file": str(SCENES / "tile-normals.png")}}},
+        {"type": "sphere", "center": [-1, 1, 0], "radius": 1,
+         "material": {"conductor": "gold", "roughness": 0.15, "diffuse": 0.0, "specular": 0.5}},
+        {"type": "sphere", "center": [1.2, 0.8, 0.5], "radius": 0.8,
+         "material": {"diffuse": 0.1, "reflection": 0.1, "transmission": 0.8, "ior": 1.5, "specular": 0.1}},
+    ],
+}  # fmt: skip
+
+
+def test_wide_lights_gloss_lenses_and_textures_are_those_of_the_recursion() -> None:
+    """Lights of every kind, each with its own points, for all samples of a pixel."""
+    tracer = clrt.Tracer(clrt.load_dict(WIDE))
+    at = (9, 13), (13, 11), (33, 24), (36, 20)
+    counts = [check_tree(tracer, x, y, *SIZE, spp=4) for x, y in at]
+    assert sum(count > 0 for count in counts) >= 4 and sum(counts) >= 45, counts
+    rays = [ray for x, y in at for ray in tracer.explain(x, y, *SIZE, spp=4).rays]
+    lit = [light for ray in rays for light in ray.lights if any(light.brings)]
+    assert {light.light for light in lit} == {0, 1, 2, 3}
+    assert [max(len(light.feelers) for light in lit if light.light == n) for n in range(4)] == [3, 1, 4, 2]
 
 
 def check_ray(ray: Ray, theirs: list[Ray64]) -> None:
