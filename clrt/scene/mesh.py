@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,9 +14,11 @@ from msgspec import Meta
 
 from clrt.base.files import resolve
 from clrt.base.limits import Limits
+from clrt.base.notices import warn
 from clrt.base.places import At, known_keys
 from clrt.base.records import read
 from clrt.meshfiles.file import read_mesh_file
+from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Placed, vertex_normals
 from clrt.scene.mesh_arrays import check_flat, read_arrays
 from clrt.scene.shapes import FiniteShape
@@ -195,8 +198,31 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
         normals.flags.writeable = False
     if normals is None:
         check_flat(vertices, faces, at.key("faces"))
-    mesh.__dict__["_data"] = MeshData(vertices, faces, normals, checked.get("uv"))
+    uv = checked.get("uv")
+    if uv is not None and isinstance(faces, tuple):
+        faces = _without_concave(vertices, faces, at)
+    mesh.__dict__["_data"] = MeshData(vertices, faces, normals, uv)
     return mesh
+
+
+def _without_concave(vertices: np.ndarray, faces: tuple[np.ndarray, ...], at: At) -> tuple[np.ndarray, ...]:
+    """The faces, with triangles in place of those that a fan about their first corner would not cover alone.
+
+    What shows a picture is made of fans, so these would reach beyond the face.
+    """
+    outlines, sizes = Outlines(), np.fromiter(map(len, faces), np.int64, len(faces))
+    parts: list[Sequence[np.ndarray]] = [(face,) for face in faces]
+    for size in np.unique(sizes[sizes > 3]):
+        which = np.flatnonzero(sizes == size)
+        corners = np.array([faces[k] for k in which])
+        rows, cuts = outlines.cut(vertices, corners)
+        for row, cut in zip(rows, cuts, strict=True):
+            triangles = corners[row][cut]
+            triangles.flags.writeable = False
+            parts[which[row]] = tuple(triangles)
+    for text in outlines.left_over:
+        warn(at.source, at.path, text)
+    return tuple(chain.from_iterable(parts))
 
 
 def mesh_of_file(path: Path, arrays: Arrays, at: At, **keys: Any) -> Mesh:

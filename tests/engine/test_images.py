@@ -178,6 +178,28 @@ def test_faces_of_a_mesh_with_a_picture_are_fans(tmp_path: Path) -> None:
     assert len(hashes) == 1
 
 
+@pytest.mark.parametrize("count", [4, 5])
+def test_a_concave_face_of_a_mesh_shows_its_picture_where_it_is_and_nowhere_else(
+    tmp_path: Path, count: int
+) -> None:
+    """An arrow's head, without and with a corner more, whose dent the fan about its first corner fills."""
+    put(tmp_path / "a.exr", np.linspace(0, 1, 64)[None, :, None] * np.ones((64, 1, 3)))
+    points = np.array([[1, 0, 0], [0, 2, 0], [-1, 0, 0], [0, 1, 0], [0.4, 0.6, 0]])[:count]
+    inside, outside = ([0.7, 0.4], [-0.5, 0.7], [0, 1.5]), ([0, 0.5], [-0.3, 0.4], [0.2, 0.3])
+    shape = {"type": "mesh", "vertices": points.tolist(), "faces": [list(range(count))],
+             "uv": ((points[:, :2] + 1) / 2).tolist()}  # fmt: skip
+    material = {"diffuse": 0, "emission": image("a.exr", wrap="clamp")}
+    table = {"background": [7, 7, 7], "shapes": [{**shape, "material": material}]}
+    places = np.array([*inside, *outside])
+    origins = np.c_[places, np.full(6, 3.0)]
+    with clrt.Tracer(clrt.load_dict(table, folder=tmp_path)) as tracer:
+        seen = tracer.radiance(origins, np.tile([0.0, 0.0, -1.0], (6, 1)))[0][:, 0]
+    # texels are linear in u from the middle of the first to that of the last
+    expected = ((places[:3, 0] + 1) / 2 * 64 - 0.5) / 63
+    assert seen[:3] == pytest.approx(expected, abs=1e-5)
+    assert seen[3:].tolist() == [7, 7, 7]
+
+
 def test_a_tracer_follows_other_pictures(tmp_path: Path) -> None:
     put(tmp_path / "a.exr", TWO / 4)
     put(tmp_path / "b.exr", TWO / 5)
