@@ -221,7 +221,7 @@ def test_no_shell_sees_the_command_and_its_folder_is_removed(tmp_path: Path) -> 
     words, _, rest = found.failure.removeprefix("exit code 1: ").partition("] ")
     assert words == "['$HOME;ls>x', '`id`', '8', '6', '1', '4'"
     cwd, tmp, listing = rest.split(" ", 2)
-    assert cwd == tmp and not os.path.exists(cwd) and listing == "['.said', 'scene.toml']"
+    assert cwd == tmp and not os.path.exists(cwd) and listing == "['scene.toml']"
 
 
 def test_a_file_larger_than_what_is_read_cannot_be_written(
