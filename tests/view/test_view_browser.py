@@ -230,12 +230,14 @@ def test_a_fault_is_told_and_the_picture_stays(browser: Browser, server: Server)
 
 
 @pytest.mark.parametrize("dark", [False, True])
-@pytest.mark.parametrize("width", [360, 1280])
+@pytest.mark.parametrize("width", [180, 360, 1280])
 def test_it_can_be_read_everywhere(browser: Browser, server: Server, width: int, dark: bool) -> None:
     look(browser, server, width=width, height=800, dark=dark, touch=width < 400)
     unfold = "document.querySelectorAll('details').forEach(one => { one.open = true; })"
     browser.run(f"{PAGE}.pick(16, 11).then(() => {unfold})")
     assert browser.run("document.documentElement.scrollWidth <= innerWidth")
+    small = "[...document.querySelectorAll('.panel select')].filter(one => one.offsetWidth < 40).length"
+    assert browser.run(small) == 0
     bad, seen = browser.run(CONTRAST)
     assert bad == "" and seen > 60
     unnamed = """[...document.querySelectorAll("input, select, button, canvas")].filter(
