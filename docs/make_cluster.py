@@ -17,6 +17,7 @@ import os
 import statistics
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -78,15 +79,15 @@ def measure() -> dict[str, Any]:
                     first[name] = on_workers(executor, settings, scene, size)
                     found[name] = on_workers(executor, settings, scene, size)
             rounds.append(found)
-    pieces = len(first["local:1"]["orders"])
-    picture = {"scene": SCENE, "rays": WIDTH * HEIGHT * SPP, "spp": SPP, "pieces": pieces}
+    picture = {"scene": SCENE, "rays": WIDTH * HEIGHT * SPP, "spp": SPP}
     return {"device": device, "picture": picture, "first": first, "rounds": rounds}
 
 
 def pin(cores: set[int]) -> None:
     """Let all threads of this process use these cores; those that they start will do the same."""
     for thread in os.listdir("/proc/self/task"):
-        os.sched_setaffinity(int(thread), cores)
+        with suppress(ProcessLookupError):  # it has ended since
+            os.sched_setaffinity(int(thread), cores)
 
 
 def walls(pinned: bool, rounds: int = 7) -> str:
@@ -106,7 +107,7 @@ def walls(pinned: bool, rounds: int = 7) -> str:
                     client = executor._client
                     for core, worker in zip(cores, client.run(os.getpid) if pinned else (), strict=False):
                         client.run(pin, {core}, workers=[worker])
-                    on_workers(executor, settings, scene, size | {"width": 640, "height": 320})  # scene, tree
+                    on_workers(executor, settings, scene, size)  # scene, tree, memory of full tiles
                     told[name] = on_workers(executor, settings, scene, size)
             assert len({one["hash"] for one in told.values()}) == 1
             found.append(told)
@@ -146,18 +147,19 @@ def tables(told: dict[str, Any]) -> str:
         )
         text = f"{workers:.2f} s in workers, {client:.2f} s in client and scheduler"
         lines.append(f"| `{name}`, one thread a worker | {text} | {ratio:.2f} |")
-    order, each, setup = costs(told)
-    rays, samples = told["picture"]["rays"] / told["picture"]["pieces"], told["picture"]["spp"]
+    worker, client, orders, setup = costs(told)
+    rays, samples = told["picture"]["rays"], told["picture"]["spp"]
     pieces = math.ceil(BIG / (1 << 17))
     lines += [
         "",
-        f"A task of {rays:.0f} rays ({rays / samples:.0f} pixels) takes a worker {order * 1e3:.0f} ms, "
-        f"client and scheduler {each * 1e3:.1f} ms; a new worker is ready for the scene in {setup:.2f} s.",
+        f"A task of {rays / orders:.0f} rays ({rays / orders / samples:.0f} pixels) takes a worker "
+        f"{worker / orders * 1e3:.0f} ms, client and scheduler {client / orders * 1e3:.1f} ms; "
+        f"a new worker is ready for the scene in {setup:.2f} s.",
         "",
         "| workers | time | speed-up | of it all |",
         "|---|---|---|---|",
     ]
-    whole, served = order * BIG / rays, each * BIG / BIG_SPP / (rays / samples)
+    whole, served = worker * BIG / rays, client * BIG / BIG_SPP / (rays / samples)
     for workers in WORKERS:
         seconds = setup + max(math.ceil(pieces / workers) * whole / pieces, served)
         gain = whole / seconds
@@ -180,12 +182,13 @@ def faults(told: dict[str, Any]) -> list[str]:
     return lines
 
 
-def costs(told: dict[str, Any]) -> tuple[float, float, float]:
-    """Processor seconds of a worker and of the client for an order; seconds of a worker's start."""
-    rounds, pieces = told["rounds"], told["picture"]["pieces"]
-    order = statistics.median(one["local:1"]["workers"][0] / pieces for one in rounds)
-    each = statistics.median(one["local:1"]["client"] / pieces for one in rounds)
-    return order, each, max(told["first"]["local:1"]["setups"])
+def costs(told: dict[str, Any]) -> tuple[float, float, float, float]:
+    """Processor seconds of a worker and of the client for the picture, in how many orders; seconds of a
+    worker's start. Rounds may differ in their orders, and all of them from the first."""
+    found = [one["local:1"] for one in told["rounds"]]
+    worker, client = spread(one["workers"][0] for one in found), spread(one["client"] for one in found)
+    orders, setup = spread(len(one["orders"]) for one in found), max(told["first"]["local:1"]["setups"])
+    return worker, client, orders, setup
 
 
 def main() -> None:

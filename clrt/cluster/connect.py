@@ -21,6 +21,11 @@ _FORMS: Final = "local:N (N workers here), or a scheduler: tcp://HOST:PORT, tls:
 _MOST: Final = 1024  # workers on one machine
 _PATIENCE: Final = 10.0  # seconds for a scheduler to answer at first: one across the world takes one
 _CONFIG: Final[dict[str, Any]] = {
+    # glibc keeps what an order gave back for the next; dask's own setting has it touched anew each time
+    "distributed.nanny.pre-spawn-environ": {
+        "MALLOC_TRIM_THRESHOLD_": 1 << 27, "MALLOC_MMAP_THRESHOLD_": 1 << 25, "MALLOC_TOP_PAD_": 1 << 25,
+        "OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1,
+    },
     # workers send a sign of life each half second, from a thread of their own; one that is paused or hangs
     # is given up after this time, and what it had is done by another
     "distributed.scheduler.worker-ttl": "10 s",
@@ -35,7 +40,7 @@ _CONFIG: Final[dict[str, Any]] = {
     "distributed.admin.system-monitor.gil.enabled": False,
     "distributed.scheduler.http.routes": [],  # nor do they show anything
     "distributed.worker.http.routes": [],
-}
+}  # fmt: skip
 
 
 @contextmanager

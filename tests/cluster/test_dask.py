@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import re
@@ -160,6 +161,28 @@ def test_a_port_that_takes_all_and_never_answers(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(connect, "_PATIENCE", 0.5)
     start = time.monotonic()
     with socket.create_server(("127.0.0.1", 0)) as hole:
+        address = f"tcp://127.0.0.1:{hole.getsockname()[1]}"
+        text = f"{address}: no scheduler answers there"
+        with pytest.raises(clrt.ClrtError, match=text), connected(address, clrt.Settings()):
+            pass
+    assert time.monotonic() - start < 20
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere a full queue refuses")
+def test_an_address_whose_packets_are_lost(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing answers a connection, not even that it is refused: the system drops what a full queue gets."""
+    monkeypatch.setattr(connect, "_PATIENCE", 0.5)
+    start = time.monotonic()
+    with contextlib.ExitStack() as stack:
+        hole = stack.enter_context(socket.create_server(("127.0.0.1", 0), backlog=0))
+        for _ in range(4):
+            filling = stack.enter_context(socket.socket())
+            filling.setblocking(False)
+            filling.connect_ex(hole.getsockname())
+        probe = stack.enter_context(socket.socket())
+        probe.settimeout(0.3)
+        with pytest.raises(TimeoutError):
+            probe.connect(hole.getsockname())
         address = f"tcp://127.0.0.1:{hole.getsockname()[1]}"
         text = f"{address}: no scheduler answers there"
         with pytest.raises(clrt.ClrtError, match=text), connected(address, clrt.Settings()):

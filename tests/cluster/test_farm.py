@@ -225,14 +225,29 @@ def test_a_checkpoint_goes_on_there_and_here(mesh: clrt.Scene, tmp_path: Path) -
             assert again.hash == right.hash and again.stats["rays"] == right.stats["rays"]
 
 
-def test_the_page_s_tables_follow_from_its_raw_values() -> None:
-    docs = Path(__file__).resolve().parents[2] / "docs"
-    spec = importlib.util.spec_from_file_location("make_cluster", docs / "make_cluster.py")
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def make_cluster() -> Any:
+    """The script as a module."""
+    spec = importlib.util.spec_from_file_location("make_cluster", DOCS / "make_cluster.py")
     assert spec and spec.loader
     made = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(made)
-    tables = made.tables(json.loads((docs / "cluster.json").read_text("utf-8")))
-    assert f"{made.MARK}\n{tables}\n{made.MARK}" in (docs / "cluster.md").read_text("utf-8")
+    return made
+
+
+def test_the_page_s_tables_follow_from_its_raw_values() -> None:
+    made = make_cluster()
+    tables = made.tables(json.loads((DOCS / "cluster.json").read_text("utf-8")))
+    assert f"{made.MARK}\n{tables}\n{made.MARK}" in (DOCS / "cluster.md").read_text("utf-8")
+
+
+def test_a_task_s_cost_is_that_of_its_own_round() -> None:
+    """The first round compiles, so its orders are others than those that are measured."""
+    one = {"workers": [6.0], "client": 0.3, "orders": [0.3] * 20}
+    told = {"rounds": [{"local:1": one}] * 3, "first": {"local:1": {"setups": [0.4], "orders": [9.0] * 60}}}
+    assert make_cluster().costs(told) == (6.0, 0.3, 20, 0.4)
 
 
 def test_a_scene_forgets_identities_on_its_way(mesh: clrt.Scene) -> None:

@@ -1,0 +1,76 @@
+"""What only shows after long: memory of many updates, and what ten million triangles cost.
+
+Each in a process of its own, so that nothing else counts.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+UPDATES = """\
+import json, os, sys, warnings
+import clrt
+from tests.engine.test_live import BASE
+warnings.simplefilter("ignore")
+def held():
+    return int(open("/proc/self/statm").read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+scene, settings = clrt.load_dict(BASE), clrt.Settings(threads=1)
+tracer, found = clrt.Tracer(scene, settings=settings), {}
+kept, mirrored = scene.replace({"shapes[4].faces": [[0, 1, 2]]}), scene.replace({"spectrum": {"bands": 4}})
+fewer, bands = {"shapes[4].faces": [[0, 1, 2]]}, {"spectrum": {"bands": 4}}
+costs = dict.fromkeys(("refit", "rebuild"), 0)
+for i in range(1, 10_001):
+    changes = {"shapes[1].radius": 0.3 + 1e-5 * i, "lights[0].intensity": 1e-4 * i, "camera.fov": 20 + i % 40}
+    changes |= {5: fewer, 7: bands}.get(i % 100, {})
+    costs[tracer.update(scene.replace(changes))] += 1
+    tracer.render(width=8, height=6, max_depth=1)
+    if i in (10, 1000, 10_000):
+        found[i] = held(), tracer.device.held_bytes
+print(json.dumps([found, costs]))
+"""
+
+LARGE = """\
+import json, sys, time
+import clrt
+from clrt.bench import machine, scenes
+scene = scenes.terrain(int(sys.argv[1]))
+start = time.process_time()
+with clrt.Tracer(scene, settings=clrt.Settings(threads=1)) as tracer:
+    seconds = time.process_time() - start
+    image = tracer.render(width=256, height=256)
+    hits = image.stats["rays"]["camera_hits"]
+    print(json.dumps([len(tracer.flat.triangles), hits, seconds, machine.peak_bytes()]))
+"""
+
+
+def told(program: str, *arguments: str) -> Any:
+    """What a program prints, as JSON."""
+    command = [sys.executable, "-c", program, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=3600)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_ten_thousand_updates_hold_what_ten_did() -> None:
+    """Refits, and in each hundred two rebuilds, and two times kernels for other rays."""
+    found, costs = told(UPDATES)
+    assert costs["refit"] > 9000 and costs["rebuild"] >= 200
+    for here, there in zip(found["10"], found["10000"], strict=True):
+        assert there <= 1.05 * here + (1 << 14), "what is kept for use varies by a block"
+
+
+@pytest.mark.slow
+def test_ten_million_triangles_take_6_gib_and_time_in_proportion() -> None:
+    (few, _, quick, _), (many, hits, seconds, most) = (told(LARGE, str(n)) for n in (10**6, 10**7))
+    assert many == pytest.approx(1e7, rel=1e-3) and hits > 256 * 256 / 2
+    assert most < 6 << 30, f"{most / 2**30:.2f} GiB"
+    # sorting takes n log n: 11.7 times as long; a fourth of it more for caches that no longer hold it
+    assert seconds / quick < 1.25 * many * math.log(many) / (few * math.log(few)), (quick, seconds)
