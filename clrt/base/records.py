@@ -22,6 +22,7 @@ from clrt.base.places import At, listed
 from clrt.base.suggest import did_you_mean
 
 _TINY, _HUGE = 1e-30, 1e30  # well within float32
+_ENTRIES = 1 << 27  # of an array; a view of one number may have as many as there are addresses
 Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
 
 
@@ -224,6 +225,8 @@ def float32(values: Any) -> np.ndarray:
 
 def _from_numpy(value: object) -> object:
     if isinstance(value, (np.ndarray, np.generic)):
+        if value.size > _ENTRIES:
+            raise ValueError(f"an array {value.shape} has too many entries; a value has at most {_ENTRIES}")
         return value.tolist()
     if isinstance(value, Mapping):
         return dict(value)

@@ -21,7 +21,7 @@ def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
     """The changes as lists, each value of which the scene takes by itself."""
     found: dict[str, Sequence[Any]] = {}
     for place, values in arguments.mapping("changes", changes).items():
-        if isinstance(values, np.ndarray):
+        if isinstance(values, np.ndarray) and values.ndim and len(values) <= PICTURES:
             values = list(values)
         if not isinstance(values, (list, tuple, range)) or not values:
             right = "it must be a list of values, such as [20, 30]"

@@ -32,6 +32,7 @@ _FAR: Final = 1e18  # a ray that starts so far away, at any angle, still does at
 _NEAR: Final = 1e-30  # of which float32 has the inverse
 _WIDEST: Final = 1e6  # radius of a lens over the distance in focus, beyond which float32 has no angle left
 _FOV: Final = 45.0
+_ENTRIES: Final = 16  # of the larger matrix; a view of one number may have as many as there are addresses
 
 
 def _nothing() -> Any:
@@ -90,7 +91,7 @@ class Camera(Record, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         for name in ("pose", "K"):
             given = self.stated(name)
-            if isinstance(given, np.ndarray) and given.ndim == 2:
+            if isinstance(given, np.ndarray) and given.ndim == 2 and given.size <= _ENTRIES:
                 _SLOTS[name].__set__(self, tuple(map(tuple, given.tolist())))
 
     def stated(self, field: str) -> Any:

@@ -273,6 +273,20 @@ def test_a_view_of_one_number_as_more_than_memory_holds() -> None:
             call()
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="others promise memory that there is not")
+def test_such_views_where_a_few_numbers_are_wanted() -> None:
+    scene, endless = clrt.load_dict(SCENE), np.broadcast_to(0.5, (10**6, 10**6))
+    for name in ("pose", "K"):
+        with pytest.raises(clrt.ClrtError, match="camera: .* too many entries"):
+            clrt.render(scene, camera=clrt.Camera(**{name: endless}))
+    with pytest.raises(clrt.ClrtError, match=r"shapes\[0\].* too many entries"):
+        clrt.render({**SCENE, "shapes": [{"type": "polygon", "points": endless}]})
+    for values in (np.broadcast_to(0.5, (10**12,)), np.array(3)):
+        with pytest.raises(clrt.ClrtError, match=r"changes\['ambient'\] .* a list of values"):
+            clrt.sweep(scene, {"ambient": values})
+
+
+
 def test_a_thread_that_cannot_be_started_is_want_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
     def none(*arguments: object, **named: object) -> None:
         raise RuntimeError(words)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
 from typing import Any
@@ -22,15 +23,14 @@ def held():
     return int(open("/proc/self/statm").read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 scene, settings = clrt.load_dict(BASE), clrt.Settings(threads=1)
 tracer, found = clrt.Tracer(scene, settings=settings), {}
-kept, mirrored = scene.replace({"shapes[4].faces": [[0, 1, 2]]}), scene.replace({"spectrum": {"bands": 4}})
 fewer, bands = {"shapes[4].faces": [[0, 1, 2]]}, {"spectrum": {"bands": 4}}
 costs = dict.fromkeys(("refit", "rebuild"), 0)
-for i in range(1, 10_001):
+for i in range(1, int(sys.argv[1]) + 1):
     changes = {"shapes[1].radius": 0.3 + 1e-5 * i, "lights[0].intensity": 1e-4 * i, "camera.fov": 20 + i % 40}
     changes |= {5: fewer, 7: bands}.get(i % 100, {})
     costs[tracer.update(scene.replace(changes))] += 1
     tracer.render(width=8, height=6, max_depth=1)
-    if i in (10, 1000, 10_000):
+    if i in (10, int(sys.argv[1])):
         found[i] = held(), tracer.device.held_bytes
 print(json.dumps([found, costs]))
 """
@@ -60,10 +60,14 @@ def told(program: str, *arguments: str) -> Any:
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_ten_thousand_updates_hold_what_ten_did() -> None:
-    """Refits, and in each hundred two rebuilds, and two times kernels for other rays."""
-    found, costs = told(UPDATES)
-    assert costs["refit"] > 9000 and costs["rebuild"] >= 200
-    for here, there in zip(found["10"], found["10000"], strict=True):
+    """Refits, and in each hundred two rebuilds, and two times kernels for other rays.
+
+    All ten thousand, two minutes, where `make release` asks for more edits than usual (CLRT_EDITS).
+    """
+    count = 10_000 if "CLRT_EDITS" in os.environ else 1_000
+    found, costs = told(UPDATES, str(count))
+    assert costs["refit"] > 0.9 * count and costs["rebuild"] >= 0.02 * count
+    for here, there in zip(found["10"], found[str(count)], strict=True):
         assert there <= 1.05 * here + (1 << 14), "what is kept for use varies by a block"
 
 
