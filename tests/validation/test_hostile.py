@@ -159,6 +159,8 @@ def test_memory_is_that_of_one_input() -> None:
         ({"read": {"bytes": 101 << 20, "seconds": 0}, "size": 1 << 20}, "rendered"),
         ({"read": {"bytes": 101 << 20, "seconds": 0}, "pixels": 1 << 20}, "rendered"),
         ({"read": {"bytes": 101 << 20, "seconds": 0}, "triangles": 10_000}, "rendered"),
+        ({"read": {"bytes": 0, "seconds": 1.8}, "meshes": 3_000}, "rendered"),
+        ({"read": {"bytes": 0, "seconds": 2.3}, "meshes": 1_000_000}, "slow"),
         ({"render": {"bytes": 1 << 30, "seconds": 5}, "triangles": 2_400_000}, "rendered"),
         ({"render": {"bytes": 1 << 30, "seconds": 6}, "triangles": 240_000}, "slow"),
         ({"render": {"bytes": 1 << 30, "seconds": 4}, "triangles": 240_000}, "large"),

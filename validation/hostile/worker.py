@@ -24,6 +24,7 @@ from typing import Any, Final
 import clrt
 from clrt.device import kernelcache
 from clrt.device.opencl import cl
+from clrt.scene.mesh import Mesh
 
 from . import finite, seeds, xmlfiles
 from .memory import Cost, measured
@@ -43,11 +44,12 @@ def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None
     "read" and "render" are what reading it (with its pictures and meshes) and rendering it cost, with the
     tripwire: the film hides a NaN.
     """
-    read, render, triangles = Cost(), Cost(), 0
+    read, render, triangles, meshes = Cost(), Cost(), 0, 0
     try:
         with measured() as read:
             scene = _read(path)
         triangles = sum(shape.primitives for shape in scene.shapes)
+        meshes = sum(isinstance(shape, Mesh) for shape in scene.shapes)
         with measured(collect=False) as render:
             broken = finite.rendered(scene, device, checkpoint, frame(scene))
         said = {"status": "not finite" if broken else "rendered", "text": broken}
@@ -57,7 +59,7 @@ def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None
         said = {"status": "refused" if fine else "foreign", "text": text[:2000]}
     except Exception:  # what must not happen: told, so that it can be mended
         said = {"status": "foreign", "text": traceback.format_exc()[-3000:]}
-    return {**said, "triangles": triangles, "read": asdict(read), "render": asdict(render)}
+    return {**said, "triangles": triangles, "meshes": meshes, "read": asdict(read), "render": asdict(render)}
 
 
 def _read(path: Path) -> clrt.Scene:
