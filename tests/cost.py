@@ -1,7 +1,7 @@
 """What an input costs until it is refused or read: memory and processor time, in a process of its own.
 
-Seconds are those of a core that does a loop of Python's in `LOOP` seconds, as one of a Zen 5 does alone: one
-that does it half as fast, since others use its other half or it is older, has twice the time.
+Seconds are those of a core of `pace` 1: one that is half as fast, since others use its other half or it is
+older, has twice the time.
 """
 
 from __future__ import annotations
@@ -15,20 +15,14 @@ from pathlib import Path
 BASE = 100 << 20  # bytes that any input may take
 PER_BYTE = 60  # bytes more for each byte of its files
 RATE = 1e6  # bytes a second, after the first second
-LOOP = 0.0385  # seconds
 
 _CHILD = """\
 import json, resource, sys, time, warnings
 resource.setrlimit(resource.RLIMIT_AS, (6 << 30, 6 << 30))
 import clrt, clrt.flatten.flatten, clrt.images.file, trimesh
+from clrt.base.resources import validation_module
+pace = validation_module("hostile.pace").pace
 warnings.simplefilter("always")
-def loop():
-    def once():
-        start, found = time.process_time(), {}
-        for n in range(200_000):
-            found[n & 1023] = [n, str(n)]
-        return time.process_time() - start
-    return min(once() for _ in range(3))
 def peak():
     return next(int(line.split()[1]) << 10 for line in open("/proc/self/status") if line.startswith("VmHWM"))
 def load(path):
@@ -37,7 +31,7 @@ def read(path):
     clrt.load(path)
 def picture(path):
     clrt.read_image(path)
-path, slowness = sys.argv[2], loop() / float(sys.argv[3])
+path, slowness = sys.argv[2], pace()
 open("/proc/self/clear_refs", "w").write("5")  # the peak so far is forgotten
 before, start, error = peak(), time.process_time(), ""
 with warnings.catch_warnings(record=True) as said:
@@ -50,7 +44,7 @@ with warnings.catch_warnings(record=True) as said:
 seconds = time.process_time() - start
 said = [str(warning.message)[:300] for warning in said]
 taken = peak() - before
-print(json.dumps([error, taken, seconds / max(1.0, slowness, loop() / float(sys.argv[3])), said]))
+print(json.dumps([error, taken, seconds / max(slowness, pace()), said]))
 """
 
 
@@ -66,7 +60,7 @@ class Cost:
 
 def cost(kind: str, path: Path) -> Cost:
     """What a file costs: by `load` and `flatten` ("load"), `load` ("read"), `read_image` ("picture")."""
-    command = [sys.executable, "-c", _CHILD, kind, str(path), str(LOOP)]
+    command = [sys.executable, "-c", _CHILD, kind, str(path)]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, f"{path.name}: {done.returncode}: {done.stderr[-2000:]}"
     return Cost(*json.loads(done.stdout))

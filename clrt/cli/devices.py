@@ -15,7 +15,7 @@ def run(options: argparse.Namespace) -> int:
     Return 1 where none works.
     """
     from clrt.device.platforms import choose, devices
-    from clrt.device.trial import verdict
+    from clrt.device.trial import broken, verdict
 
     found = devices()
     faults = {info.index: verdict(info)[0] for info in found}
@@ -34,6 +34,6 @@ def run(options: argparse.Namespace) -> int:
     for info in found:
         mark = "*" if info.index == default else " "
         memory = f"{info.memory / 2**30:.1f} GiB"
-        fault = f" does not work: {faults[info.index]}" if faults[info.index] else ""
+        fault = f" does not work: {broken(faults[info.index])}" if faults[info.index] else ""
         print(f"{mark} {info.index}  {info.label}  ({info.kind}, {info.units} units, {memory}){fault}")
     return 0 if default >= 0 else 1

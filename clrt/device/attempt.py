@@ -24,6 +24,8 @@ def _try(number: int) -> str:
     """What goes wrong with a device in this process."""
     try:
         device = listed()[number][1]
+        if device.max_work_group_size < 1:
+            return "error: its largest work-group is of 0 work-items"
         context = cl.Context([device])
         queue = cl.CommandQueue(context)
         kernel = cl.Kernel(quietly(cl.Program(context, _SOURCE), ["-cl-std=CL1.2"]), "trial")

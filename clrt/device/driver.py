@@ -29,7 +29,7 @@ from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.device.timeline import current, now
 from clrt.device.tracks import Track, seconds_by_name
-from clrt.device.trial import plain
+from clrt.device.trial import broken, plain
 from clrt.layout import parameters
 
 TRACKS: Final = 2  # pieces of work that go on at the same time
@@ -81,7 +81,9 @@ class Driver:
         self.settings = settings
         self.foreign = folder or foreign.folder()  # None: the kernels that ship
         self.info, device = choose(wanted)
-        if (self.settings.local_size or 1) > device.max_work_group_size:
+        if device.max_work_group_size < 1:
+            raise DeviceError(broken(f"{self.info.label}: its largest work-group is of 0 work-items"))
+        if self.settings.local_size and self.settings.local_size > device.max_work_group_size:
             raise DeviceError(
                 f"{self.info.label}: local_size {self.settings.local_size} is above its "
                 f"{device.max_work_group_size}"

@@ -24,7 +24,7 @@ from typing import Final
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError, DeviceError, one_line
 from clrt.base.room import process_limit
-from clrt.device import kernelcache
+from clrt.device import kernelcache, vendors
 from clrt.device.info import DeviceInfo
 from clrt.device.processor import signature
 
@@ -73,14 +73,15 @@ def check_listing() -> None:
                 f"allow at least {least // unit}"
             )
     if circumstances():
-        fault = _verdict(LISTING, LISTING, lambda: _run(LISTING), anew=False)[0]
+        fault = _verdict(vendors.announced(), LISTING, lambda: _run(LISTING), anew=False)[0]
         if fault:
             raise DeviceError(broken(f"the OpenCL driver: {fault}"))
 
 
 def broken(fault: str) -> str:
     """What to say of a driver that breaks under the circumstances of this process."""
-    return f"{fault}; it may be due to {', '.join(circumstances())}: run without"
+    odd = ", ".join(circumstances())
+    return f"{fault}; it may be due to {odd}: run without" if odd else fault
 
 
 def verdict(info: DeviceInfo, anew: bool = False) -> tuple[str, bool]:

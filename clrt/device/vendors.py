@@ -59,6 +59,15 @@ def vendor_folders() -> list[Path]:
     return [bundled, wanted] if bundled else [wanted]
 
 
+def announced() -> str:
+    """All that decides which drivers a loader starts here: another text means that others may be."""
+    told = [f"{name}={os.environ.get(name)}" for name in PLACES if name != kernelcache.VARIABLE]
+    for folder in vendor_folders():
+        for file in [folder] if os.path.isfile(folder) else sorted(folder.glob("*.icd")):
+            told.append(f"{file} {file.stat().st_mtime_ns if file.exists() else 0}")
+    return "\0".join(told)
+
+
 def bundled_folder() -> Path | None:
     """The folder of libraries inside pyopencl's wheel, where it has one."""
     spec = importlib.util.find_spec("pyopencl")

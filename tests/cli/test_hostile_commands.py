@@ -98,6 +98,7 @@ def test_each_status_of_a_command(
     monkeypatch.setattr(process, "PATIENCE", 3.0)
     gates = validation_module("hostile.gates")
     monkeypatch.setattr(gates, "COMMAND_SECONDS", 0.4)
+    monkeypatch.setattr(gates, "pace", lambda: 1.0)
     monkeypatch.setattr(gates, "COMMAND_MEMORY", 150 << 20)
     answer = process.attempt({"seed": 1, "index": 2})
     assert answer["status"] == status, answer

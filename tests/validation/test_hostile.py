@@ -44,7 +44,9 @@ def test_what_is_kept_renders_or_is_refused_in_a_line(hostile: ModuleType, devic
     assert outcome.counts["refused"] > 60 and outcome.counts["rendered"] >= 10
 
 
-def test_what_a_seed_draws_renders_or_is_refused_in_a_line(hostile: ModuleType, device: str | None) -> None:
+def test_what_a_seed_draws_renders_or_is_refused_in_a_line(
+    hostile: ModuleType, gates: ModuleType, device: str | None
+) -> None:
     """Another seed after every change of the code, or the one in CLRT_HOSTILE_SEED."""
     seed = int(os.environ.get("CLRT_HOSTILE_SEED") or rotation.seed())
     again = f"CLRT_HOSTILE_SEED={seed} CLRT_HOSTILE={COUNT}"
@@ -54,7 +56,8 @@ def test_what_a_seed_draws_renders_or_is_refused_in_a_line(hostile: ModuleType, 
     assert not outcome.failures, f"{again}\n{said(outcome.failures)}"
     assert outcome.counts["rendered"] > COUNT / 20 and outcome.counts["refused"] > COUNT / 20
     assert outcome.counts["ended well"] == COUNT // hostile.COMMANDS
-    assert children() - before < 200 * max(1.0, COUNT / 3000), "of processor time: 100 s were measured"
+    bound = 200 * max(1.0, COUNT / 3000)  # seconds of processor time: 100 were measured
+    assert not gates.is_slow((children() - before) / bound), children() - before
 
 
 def children() -> float:
@@ -88,11 +91,29 @@ def test_each_kind_of_failure_is_noticed(
         monkeypatch.setattr(hostile, "PATIENCE", 3.0)
     if status == "slow":
         monkeypatch.setattr(gates, "RENDER_SECONDS", 0.3)
+        monkeypatch.setattr(gates, "pace", lambda: 1.0)
     monkeypatch.setattr(gates, "RENDER_MEMORY", 100 << 20)
     monkeypatch.setattr(hostile, "CEILING", 1 << 30)
     task = {"folder": str(hostile.CORPUS), "scene": "coincident.toml"}
     outcome = hostile.run([task], workers=1)
     assert [failure["status"] for failure in outcome.failures] == [status]
+
+
+def test_a_slow_core_has_longer(gates: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
+    taken = {"read": {"seconds": 1.5, "bytes": 0}, "render": {"seconds": 5.0, "bytes": 0}}
+    answer = {"status": "rendered", "text": "", "size": 0, "pixels": 0} | taken
+    for pace, status in ((1.0, "slow"), (1.4, "slow"), (1.6, "rendered")):
+        monkeypatch.setattr(gates, "pace", lambda pace=pace: pace)
+        assert gates.judged(answer) == status
+
+
+def test_a_pace_is_that_of_the_slower_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    paces = validation_module("hostile.pace")
+    assert 1.0 <= paces.pace() < 20  # else no bound bounds
+    for loop, calls, expected in ((2.0, 1.0, 2.0), (1.0, 3.0, 3.0), (0.5, 0.5, 1.0)):
+        times = iter((loop * paces.LOOP, calls * paces.CALLS))
+        monkeypatch.setattr(paces, "_least", lambda piece, times=times: next(times))
+        assert paces.pace() == pytest.approx(expected)
 
 
 BUILDS = """
@@ -173,7 +194,10 @@ def test_memory_is_that_of_one_input() -> None:
         ({"status": "foreign", "read": {"bytes": 0, "seconds": 9}}, "foreign"),
     ],
 )
-def test_gates(gates: ModuleType, cost: dict[str, Any], status: str) -> None:
+def test_gates(
+    gates: ModuleType, monkeypatch: pytest.MonkeyPatch, cost: dict[str, Any], status: str
+) -> None:
+    monkeypatch.setattr(gates, "pace", lambda: 1.0)
     nothing = {"bytes": 0, "seconds": 0}
     answer = {"status": "rendered", "text": "", "size": 0, "pixels": 0, "read": nothing, "render": nothing}
     assert gates.judged({**answer, **cost}) == status

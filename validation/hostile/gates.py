@@ -7,9 +7,11 @@ from typing import Any, Final
 
 from clrt.meshfiles.parts import MOST_GROUPS
 
+from .pace import pace
+
 GOOD: Final = ("rendered", "refused", "ended well")
 
-# Until an input is refused or read, above what the process held before
+# Until an input is refused or read, above what the process held before; all seconds are those of `pace` 1
 MEMORY: Final = 100 << 20  # bytes
 MEMORY_PER_BYTE: Final = 60  # for each byte of the input's files
 SECONDS: Final = 1.0  # of processor time
@@ -52,12 +54,17 @@ def judged(answer: dict[str, Any]) -> str:
     render_room = room + triangles * RENDER_MEMORY_PER_TRIANGLE
     # what the worker's own limit of rays ends was read whole, and refused for no fault of the input
     if status == "rendered" or "work: " in answer["text"]:
-        slow = read["seconds"] > SECONDS + seconds or render["seconds"] > RENDER_SECONDS + render_seconds
+        times = read["seconds"] / (SECONDS + seconds), render["seconds"] / (RENDER_SECONDS + render_seconds)
         large = read["bytes"] > MEMORY + room or render["bytes"] > RENDER_MEMORY + render_room
     else:
-        slow = read["seconds"] + render["seconds"] > SECONDS + seconds
+        times = (read["seconds"] + render["seconds"]) / (SECONDS + seconds), 0.0
         large = max(read["bytes"], render["bytes"]) > MEMORY + room
-    return "slow" if slow else "large" if large else status
+    return "slow" if is_slow(max(times)) else "large" if large else status
+
+
+def is_slow(times: float) -> bool:
+    """Whether what took so many times its bound took too long for this core."""
+    return times > 1.0 and times > pace()
 
 
 @dataclass

@@ -64,7 +64,7 @@ def attempt(task: dict[str, Any]) -> dict[str, Any]:
         status = "hangs"
     elif faults:
         status = "ended badly"
-    elif ended.seconds > gates.COMMAND_SECONDS:
+    elif gates.is_slow(ended.seconds / gates.COMMAND_SECONDS):
         status = "slow"
     elif ended.bytes > gates.COMMAND_MEMORY:
         status = "large"
