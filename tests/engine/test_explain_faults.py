@@ -1,5 +1,4 @@
-"""A fault in what draws on a light, on a lens or of a rough mirror, or in what reads a picture, moves rays of a
-tree away from float64's: as far as the comparison has to notice."""
+"""Faults in what draws on lights, on a lens or of rough mirrors, or reads pictures, show in a pixel's tree."""
 
 from __future__ import annotations
 
