@@ -1,4 +1,4 @@
-"""Faults in what draws on lights, on a lens or of rough mirrors, or reads pictures, show in a pixel's tree."""
+"""Faults in what draws on lights, on lenses or of rough mirrors, or reads pictures, show in a tree."""
 
 from __future__ import annotations
 
