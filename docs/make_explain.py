@@ -43,7 +43,8 @@ def marked(pixels: Any, at: list[tuple[int, int]]) -> Any:
     canvas = oiio.ImageBuf(oiio.ImageSpec(width, height, 3, "float"))
     canvas.set_pixels(oiio.ROI(), np.clip(shown, 0, 1))
     for number, (x, y) in enumerate(at, 1):
-        left, base = (x - CROP[0]) * LARGER + 22, (y - CROP[1]) * LARGER + 10
+        crowded = any(0 < (u - x) * LARGER < 60 and abs(v - y) * LARGER < 30 for u, v in at)
+        left, base = (x - CROP[0]) * LARGER + (-36 if crowded else 22), (y - CROP[1]) * LARGER + 10
         for shift, ink in ((1, (0.0, 0.0, 0.0)), (0, (1.0, 0.9, 0.1))):
             oiio.ImageBufAlgo.render_text(canvas, left + shift, base + shift, str(number), 26, "", ink)
     return np.asarray(canvas.get_pixels(oiio.FLOAT))[..., :3]
