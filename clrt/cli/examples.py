@@ -66,7 +66,10 @@ EXAMPLES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
 """By command: what to type, and what for."""
 
 
-def epilog(command: str) -> str:
-    """What stands below a command's options."""
-    shown = EXAMPLES.get(command, ())
+_FIRST: Final = ("scenes", "render", "view", "explain", "check")
+
+
+def epilog(command: str = "") -> str:
+    """What stands below a command's options; below those of `clrt` itself, what to begin with."""
+    shown = EXAMPLES.get(command, ()) if command else tuple(EXAMPLES[name][0] for name in _FIRST)
     return "\n".join(["examples:", *(f"  {line}\n      {what}" for line, what in shown)]) if shown else ""

@@ -56,12 +56,15 @@ class _Parser(argparse.ArgumentParser):
 
 def parser() -> _Parser:
     """All commands with their options."""
-    made = _Parser(prog="clrt", description="A Whitted ray tracer in OpenCL.", allow_abbrev=False)
+    formatter = argparse.RawDescriptionHelpFormatter
+    text = "A Whitted ray tracer in OpenCL."
+    made = _Parser(
+        prog="clrt", description=text, epilog=epilog(), formatter_class=formatter, allow_abbrev=False
+    )
     made.add_argument("--version", action="version", version=f"clrt {__version__}")
     commands = made.add_subparsers(dest="command", metavar="COMMAND", required=True)
 
     def command(name: str, text: str) -> argparse.ArgumentParser:
-        formatter = argparse.RawDescriptionHelpFormatter
         more = epilog(name)
         added = commands.add_parser(
             name, help=text, description=text, epilog=more, formatter_class=formatter, allow_abbrev=False

@@ -224,6 +224,10 @@ def test_every_command_has_examples_that_it_takes(capsys: pytest.CaptureFixture[
             made.parse_args([command, "--help"])
         said = capsys.readouterr().out
         assert "examples:" in said and shown[0][0] in said
+    with pytest.raises(SystemExit):
+        made.parse_args(["--help"])
+    first = capsys.readouterr().out.partition("examples:")[2]
+    assert all(EXAMPLES[command][0][0] in first for command in ("scenes", "render", "check"))
 
 
 def test_clrt_says_what_it_does_when_asked(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
