@@ -19,10 +19,11 @@ import pytest
 from tests.cli.test_terminal import SCENE
 from validation.reliability import beginnings
 
-# the command `clrt scenes`, which does something else; a job in the background ignores SIGINT
+# the command `clrt scenes`, which does something else; jobs in the background ignore SIGINT, or SIGHUP
 PROGRAM = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 sys.path.insert(0, sys.argv[1])
 sys.argv = ["clrt", "scenes"]
 from clrt.cli import program, scenes, say
