@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 from clrt.base.errors import ClrtError, SceneError
+from clrt.base.room import check_date
 from clrt.base.suggest import nearest
 
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -88,8 +89,9 @@ def validation_module(name: str) -> ModuleType:
 
     There the folder is registered under its installed name, so that its relative imports work and one copy
     of each module exists whichever way it was reached. (An editable install leaves a copy in site-packages,
-    which does not follow the checkout.)
+    which does not follow the checkout.) ClrtError where the libraries that it uses would fail.
     """
+    check_date()
     folder = PACKAGE.parent / "validation"
     checkout = not (PACKAGE / "_kernels").is_dir() and folder.is_dir()
     installed = not checkout and importlib.util.find_spec("clrt_validation") is not None

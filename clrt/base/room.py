@@ -8,7 +8,10 @@ from __future__ import annotations
 import os
 from typing import Final
 
-from clrt.base.errors import LimitError
+from clrt.base.errors import ClrtError, LimitError, fault
+
+DATE: Final = "SOURCE_DATE_EPOCH"
+"""The variable with the date of files that are to be the same whenever they are made."""
 
 _OPTIONS: Final = {"RLIMIT_AS": "-v", "RLIMIT_DATA": "-d"}
 # limit -> bytes that the import of what every command needs takes of it, and for each core (OpenBLAS)
@@ -37,7 +40,15 @@ def check_addresses(least: int, what: str, name: str = "RLIMIT_AS") -> None:
         raise LimitError(f"{told}: {what} needs more; allow at least {least >> 10}")
 
 
+def check_date() -> None:
+    """ClrtError where the environment has a date that is none: scipy, trimesh and others fail on that."""
+    date = os.environ.get(DATE, "")
+    if date and not (date.isascii() and date.isdecimal() and len(date) <= 11):
+        raise ClrtError(fault("", DATE, date, "it must be a whole number of seconds since 1970; unset it"))
+
+
 def check_room() -> None:
-    """LimitError where the libraries that every command imports would end the process."""
+    """ClrtError where the libraries that commands import would fail or end the process."""
+    check_date()
     for name, (least, for_each_core) in _ROOM.items():
         check_addresses(least + for_each_core * (os.cpu_count() or 1), "clrt", name)

@@ -8,7 +8,6 @@ its own folder, whose file has the usual values.
 from __future__ import annotations
 
 import importlib.util
-import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -17,10 +16,10 @@ from typing import Any, Final
 
 from clrt.base.atomic import replacing
 from clrt.base.elsewhere import within, without
-from clrt.base.errors import ClrtError, fault
+from clrt.base.errors import ClrtError
 from clrt.base.install import pip_install
+from clrt.base.room import check_date
 
-_DATE: Final = "SOURCE_DATE_EPOCH"  # of files whose date is to be always the same
 _STYLE: Final = {"svg.hashsalt": "clrt", "axes.spines.top": False, "axes.spines.right": False}
 
 
@@ -57,9 +56,8 @@ def known_formats() -> set[str]:
 @drawing()
 def save(figure: Any, path: str | Path) -> Path:
     """Write a figure as what its name ends with (.png, .svg, .pdf); whole or not at all."""
-    target, date = Path(path), os.environ.get(_DATE, "")
-    if date and not (date.isascii() and date.isdecimal() and len(date) <= 11):
-        raise ClrtError(fault("", _DATE, date, "it must be a whole number of seconds since 1970; unset it"))
+    target = Path(path)
+    check_date()
     try:
         with replacing(target) as temporary:
             figure.savefig(temporary, format=target.suffix.lstrip(".") or "png", dpi=120, bbox_inches="tight")

@@ -23,6 +23,7 @@ from clrt.base.files import read_bytes, resolve
 from clrt.base.install import pip_install
 from clrt.base.limits import Limits
 from clrt.base.places import At, PlacedError
+from clrt.base.room import check_date
 from clrt.images.file import decode
 from clrt.meshfiles.embedded import itself_of
 from clrt.meshfiles.gltf import read_gltf
@@ -163,6 +164,7 @@ def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
 
 def _parse(data: bytes, path: Path, at: At, library: bytes = b"") -> Placed:
     """The meshes that trimesh finds in a file that is `_prepared`; `library` is its materials file."""
+    check_date()
     try:
         import trimesh
     except ImportError:

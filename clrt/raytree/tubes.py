@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from clrt.base.room import check_date
 from clrt.raytree.solids import triangles_of
 from clrt.raytree.ways import COLOURS, ways
 
@@ -19,6 +20,7 @@ _GLASS: Final = (200, 210, 220, 70)  # colour of shapes
 
 def glb(tree: RayTree) -> bytes:
     """A binary glTF: a node for each ray, named as in the tree, and one for each shape of the scene."""
+    check_date()
     import trimesh
 
     all_ways, low, high = ways(tree)

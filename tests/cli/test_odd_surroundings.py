@@ -142,11 +142,18 @@ def test_scenes_that_cannot_be_timed(
 
 def test_a_date_that_is_none(capsys: pytest.CaptureFixture[str], tmp_path: Path,
                              monkeypatch: pytest.MonkeyPatch) -> None:  # fmt: skip
+    """Of scipy, trimesh and others the import fails then."""
+    black = np.zeros((9, 9, 3), np.float32)
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     for date in ("abc", "-1", "9" * 400, "٣"):
         monkeypatch.setenv("SOURCE_DATE_EPOCH", date)
         for suffix in (".pdf", ".svg", ".png"):
             said = fault(capsys, "plot-spectrum", "D65", "-o", tmp_path / f"a{suffix}")
             assert "SOURCE_DATE_EPOCH: " in said and "seconds" in said
+        assert "SOURCE_DATE_EPOCH: " in fault(capsys, "scenes")
+        for reads in (lambda: clrt.load(tmp_path / "a.obj"), lambda: clrt.compare(black, black)):
+            with pytest.raises(clrt.ClrtError, match="SOURCE_DATE_EPOCH: "):
+                reads()
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "99999999999")
     assert main(["plot-spectrum", "D65", "-o", str(tmp_path / "a.pdf")]) == 0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
@@ -83,6 +84,18 @@ def test_a_folder_has_one_fault_and_all_that_is_needed(begun: folders.Started) -
     assert np.array_equal(clrt.read_image(begun.folder / "right.exr"), right.pixels)
     assert folders.opened(begun.folder) == begun
     assert not [file for file in begun.folder.parent.iterdir() if file != begun.folder]
+
+
+def test_a_full_disk_is_one_line(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(source: str, target: str, **more: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device", str(source), None, str(target))
+
+    monkeypatch.setattr(shutil, "copyfile", full)
+    said = fault(capsys, "exercise", "start", "1", tmp_path / "a")
+    assert said == f"clrt: error: {tmp_path / 'a'}: cannot be made: No space left on device\n"
+    assert not list(tmp_path.iterdir())
 
 
 def test_hints_come_one_by_one(begun: folders.Started, capsys: pytest.CaptureFixture[str]) -> None:
