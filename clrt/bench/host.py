@@ -30,9 +30,8 @@ def builder_cases(device: Device, flat: FlatScene, scene: str, threads: int) -> 
     device = device.variant(flat.ray_format)
 
     def tree() -> float:
-        device.driver.take_seconds()
-        World(device, flat)
-        spent = device.driver.take_seconds()
+        with device.driver.timed() as spent:
+            World(device, flat)
         return sum(spent[name] for name in _BUILDER if name in spent)
 
     def world() -> None:

@@ -104,20 +104,20 @@ class _Bench:
             raise ClrtError(f"it has clrt {__version__}, the client {order.version}; install the same")
         scene = self._scene(order)
         ready = time.perf_counter()
-        scene.device.driver.take_seconds()
         what = order.camera, order.layers, order.settings, order.adaptive, order.mattes
         job = Job(scene.flat, order.max_depth, *what)
-        try:
-            layers, rays, local_size = _traced(job, scene, order.pixels)
-        except MemoryLimitError:  # alone there may be room
-            self._keep(0)
-            scene = self._scene(order)
-            layers, rays, local_size = _traced(job, scene, order.pixels)
+        with scene.device.driver.timed() as seconds:
+            try:
+                layers, rays, local_size = _traced(job, scene, order.pixels)
+            except MemoryLimitError:  # alone there may be room
+                self._keep(0)
+                scene = self._scene(order)
+                layers, rays, local_size = _traced(job, scene, order.pixels)
         device, now = scene.device, time.perf_counter()
         self.orders += 1
         return Answer(
             me, layers, rays, local_size, device.kernels.hash, device.info.label,
-            device.driver.take_seconds(), now - start, ready - start, self.orders,
+            seconds, now - start, ready - start, self.orders,
             sealed(order, layers, rays, local_size),
         )  # fmt: skip
 

@@ -104,7 +104,7 @@ class Device:
             event = self.driver.guard(enqueue, f"kernel {name}")
         else:
             event = self._first_launch(enqueue, sizes)
-        self.track.launched(name, event)
+        self.track.launched(name, event, self.driver.timing)
         if recorder:
             recorder.enqueued("pass", name, self._number, event, before, items)
 
@@ -225,5 +225,5 @@ class Device:
         self.driver.guard(self.queue.flush, "flush")
 
     def finish(self) -> None:
-        """Wait for everything launched on the track, and note the time of each pass."""
+        """Wait for everything launched on the track, and note the times of what is timed."""
         self.driver.finish(self.track)

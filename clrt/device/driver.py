@@ -11,8 +11,9 @@ import hashlib
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import cache, cached_property
 from pathlib import Path
 from types import CodeType
@@ -99,6 +100,7 @@ class Driver:
         self.packet = 8 if eight else self.settings.lanes
         log.info("device: %s, %d bits wide packets", self.info.label, 32 * self.packet)
         self._kernels: dict[layout.RayFormat, Kernels] = {}
+        self._timers = 0  # how many ask for times
         self._spans: list[tuple[int, int, str]] = []
         timeline = current()
         self.recorder = timeline.opened(self.info.label) if timeline else None  # None: nobody records
@@ -158,18 +160,35 @@ class Driver:
         return held
 
     def finish(self, track: Track) -> None:
-        """Wait for everything launched on a track, and note the time of each pass."""
+        """Wait for everything launched on a track, and note the times of what is timed."""
         self.wait(track.queue.finish, "finish")
         self._spans += track.take_spans()
         if self.recorder:
             self.recorder.settle()
 
-    def take_seconds(self) -> dict[str, float]:
-        """Seconds by kernel since the last call, on all tracks."""
-        for track in self.tracks:
-            self.finish(track)
-        spans, self._spans = self._spans, []
-        return seconds_by_name(spans)
+    @property
+    def timing(self) -> bool:
+        """Whether times of launches are asked for now."""
+        return self._timers > 0
+
+    @contextmanager
+    def timed(self) -> Iterator[dict[str, float]]:
+        """Seconds by kernel of what is launched within, on all tracks; they are there once it is left.
+
+        What is launched elsewhere leaves nothing behind, however often.
+        """
+        seconds: dict[str, float] = {}
+        self._timers += 1
+        try:
+            yield seconds
+            for track in self.tracks:
+                self.finish(track)
+            seconds |= seconds_by_name(self._spans)
+        finally:
+            self._timers -= 1
+            self._spans.clear()
+            for track in self.tracks:
+                track.forget()
 
     def wait(self, action: Callable[[], Any], what: str) -> None:
         """Do something that returns when the device is done; Ctrl-C ends the wait at once.

@@ -69,7 +69,6 @@ class Work:
         self._event = device.track.last
         try:
             _wait(device, self._event)
-            device.track.forget()
             if not in_place(device):
                 for answer in [device.ask(made, array) for made, array in self._answers]:
                     answer.wait()

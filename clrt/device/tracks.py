@@ -62,18 +62,17 @@ class Track:
         # queues are never twice as long: with finer sizes than two an octave, blocks that another queue has
         # left would seldom do, and memory would grow by fresh pages that no cache knows
         self.pool = cl_tools.MemoryPool(cl_tools.ImmediateAllocator(self.queue), leading_bits_in_bin_id=1)
+        self.last: cl.Event | None = None  # the launch that is done last
         self._events: list[tuple[str, Any]] = []
 
-    def launched(self, name: str, event: cl.Event) -> None:
-        self._events.append((name, event))
-
-    @property
-    def last(self) -> cl.Event | None:
-        """The launch that is done last, of those whose times nobody has taken yet."""
-        return self._events[-1][1] if self._events else None
+    def launched(self, name: str, event: cl.Event, timed: bool) -> None:
+        """Note a launch; `timed`: its time is taken. A driver keeps a launch as long as its event is kept."""
+        self.last = event
+        if timed:
+            self._events.append((name, event))
 
     def forget(self) -> None:
-        """Nobody will ask for the times of the launches until now."""
+        """Nobody will take the times of the launches until now."""
         self._events.clear()
 
     def send(self, target: Any, array: np.ndarray) -> cl.Event:

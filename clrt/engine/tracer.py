@@ -208,7 +208,6 @@ class Tracer:
         samples = task.piece_samples
         picture = Picture(window, full[0], task.layers, self.flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
-        self.device.driver.take_seconds()
         saved = None
         size = self.tile if self.settings.tile else picture_tile(window[2] * window[3] * samples, self.tile)
         pieces = list(tiles(*full, window, max(1, size // samples)))[::-1]
@@ -216,7 +215,7 @@ class Tracer:
             saved = Checkpoint(checkpoint, task.identity(window), picture, counts, task.ranges())
             pieces = saved.unfinished(pieces)
         done = total - sum(map(len, pieces))
-        with saved or nullcontext():
+        with self.device.driver.timed() as seconds, saved or nullcontext():
             for pixels, tile in task.tiles(self.device, self.world, pieces):
                 picture.put(pixels, tile.layers)
                 if saved:
@@ -227,7 +226,7 @@ class Tracer:
                 done += len(pixels)
                 if progress:
                     progress(done, total, counts.traced)
-        label, seconds = self.device.info.label, self.device.driver.take_seconds()
+        label = self.device.info.label
         told = metadata(self.device.kernels.hash, label, self.device.settings, self.flat)
         told |= manifests(self.scene, task.layers)
         made = stats(counts, local_size, seconds, label)

@@ -47,9 +47,9 @@ def test_every_pass_is_where_it_was() -> None:
 
 
 def _counted(launched: object, counts: Counter[str]) -> object:
-    def noted(name: str, event: object) -> None:
+    def noted(name: str, event: object, timed: bool) -> None:
         counts[name] += 1
-        launched(name, event)  # type: ignore[operator]
+        launched(name, event, timed)  # type: ignore[operator]
 
     return noted
 
