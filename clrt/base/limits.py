@@ -108,7 +108,7 @@ def parse(text: str) -> tuple[str, int]:
     known = [field.name for field in fields(Limits)]
     if name not in known:
         raise ClrtError(f"{show(name)} is no limit{did_you_mean(name, known)} (limits: {', '.join(known)})")
-    if not number.isdecimal() or len(number) > 18:
+    if not (number.isascii() and number.isdecimal()) or len(number) > 18:
         raise ClrtError(fault("", name, number, "a limit must be a whole number: NAME=N"))
     return name, int(number)
 

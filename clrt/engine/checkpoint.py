@@ -163,7 +163,7 @@ class Checkpoint:
 
 
 def _short(text: str | None) -> str:
-    return "unknown" if text is None else text if len(text) <= 40 else f"{text[:12]}..."
+    return "unknown" if text is None else (text or "none") if len(text) <= 40 else f"{text[:12]}..."
 
 
 def _texts(archive: zipfile.ZipFile, most: int) -> np.ndarray:

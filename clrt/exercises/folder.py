@@ -137,6 +137,9 @@ def _check_empty(folder: Path) -> None:
             raise ClrtError(f"{folder}: is no folder; give the name of one that is to be made")
         if folder.is_dir() and any(folder.iterdir()):
             raise ClrtError(f"{folder}: is not empty; give the name of a folder that is to be made")
+        above = next(parent for parent in folder.absolute().parents if os.path.lexists(parent))
+        if not above.is_dir():
+            raise ClrtError(f"{folder}: cannot be made: {above} is no folder")
     except (OSError, ValueError) as error:
         raise ClrtError(f"{folder}: cannot be looked at: {reason(error)}") from None
 

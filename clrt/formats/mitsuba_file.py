@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -65,6 +66,8 @@ def opened(data: bytes, context: Context) -> tuple[list[Element], dict[str, str]
     root, notes = parse(data.removeprefix(_BOM), context.limits, context.source)
     if root.tag != "scene":
         raise root.says(f"a Mitsuba file holds a <scene>, not <{root.tag}>")
+    if not re.fullmatch(r"[0-9]+(\.[0-9]+){2}", root.keys.get("version", "3.0.0")):
+        raise root.says(f"version: {show(root.keys['version'])} is not allowed; it must be like 3.0.0")
     parameters: dict[str, str] = {}
     aliases: list[Element] = []
     tops = [*_objects(root, context, parameters, aliases, len(data))]

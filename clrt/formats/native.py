@@ -97,8 +97,8 @@ def with_values(scene: Scene, given: Iterable[tuple[str, str]]) -> Scene:
 
 def value_list(text: str, limits: Limits, source: str) -> list[Any]:
     """Several values: `20:60:5` (5 from 20 to 60), or as TOML writes them with commas between, else texts."""
-    number = r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
-    found = re.fullmatch(rf"{number}:{number}:\s*(\d{{1,6}})\s*", text)
+    number = r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*"
+    found = re.fullmatch(rf"{number}:{number}:\s*([0-9]{{1,6}})\s*", text)
     if found:
         first, last, count = float(found[1]), float(found[2]), int(found[3])
         if count < 1:

@@ -10,7 +10,7 @@ from clrt.base.errors import ClrtError, show
 from clrt.base.suggest import did_you_mean
 
 _FIELD: Final = re.compile(r"\{\{|\}\}|\{([^{}:]*)(?::([^{}]*))?\}|[{}]")
-_FORMAT: Final = re.compile(r"0?\d{1,2}|\d{0,2}\.\d{1,2}[feg]")
+_FORMAT: Final = re.compile(r"0?[0-9]{1,2}|[0-9]{0,2}\.[0-9]{1,2}[feg]")
 _FOREIGN: Final = re.compile(r"[^\w.+-]+")
 _LONGEST: Final = 60  # characters of a value in a name
 

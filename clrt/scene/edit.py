@@ -15,7 +15,7 @@ from clrt.base.suggest import did_you_mean
 
 Step = str | int
 
-_STEP: Final = re.compile(r'(?:^|\.)(?:"(?P<quoted>[^"]*)"|(?P<key>[^.\[\]"]+))|\[(?P<index>\d{1,9})\]')
+_STEP: Final = re.compile(r'(?:^|\.)(?:"(?P<quoted>[^"]*)"|(?P<key>[^.\[\]"]+))|\[(?P<index>[0-9]{1,9})\]')
 _FORM: Final = 'a place in a scene is written like camera.fov, materials."my glass".ior or shapes[3].center'
 
 

@@ -119,7 +119,7 @@ def test_what_a_film_gives_is_within_the_bounds_of_a_checkpoint(how: str, tmp_pa
         ({"spp": 4}, "spp was 1, is 4"),
         ({"max_depth": 2}, "max_depth was 5, is 2"),
         ({"crop": (0, 0, 5, 5)}, "crop was 0 0 90 60, is 0 0 5 5"),
-        ({"layers": ("depth",)}, "layers was , is depth"),
+        ({"layers": ("depth",)}, "layers was none, is depth"),
     ],
 )
 def test_another_render_is_refused(scene: Path, options: dict[str, object], says: str) -> None:

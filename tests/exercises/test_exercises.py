@@ -203,7 +203,7 @@ def test_numbers_and_folders_that_cannot_be(tmp_path: Path, capsys: pytest.Captu
     assert (tmp_path / "full" / "mine.txt").read_text() == "mine"
     (tmp_path / "file").write_text("")
     (tmp_path / "link").symlink_to(tmp_path / "nowhere")
-    for name in ("file", "link"):
+    for name in ("file", "link", "file/x", "file/x/y"):
         assert "is no folder" in fault(capsys, "exercise", "start", "1", tmp_path / name)
     assert "cannot be made" in fault(capsys, "exercise", "start", "1", tmp_path / "file" / "b")
     assert "cannot be" in fault(capsys, "exercise", "start", "1", f"{tmp_path}/a\0b")

@@ -22,6 +22,12 @@ def wrong(tmp_path: Path, text: str, limits: Limits | None = None) -> str:
     return str(found.value)
 
 
+@pytest.mark.parametrize("version", ["", "3", "abc", "-1.0.0", "3.0.0 ", "3.0.\u0663"])
+def test_versions_are_three_numbers(version: str, tmp_path: Path) -> None:
+    found = wrong(tmp_path, f'<scene version="{version}">{BALL.format("")}</scene>')
+    assert found.endswith(f"a.xml:1: version: {version!r} is not allowed; it must be like 3.0.0")
+
+
 @pytest.mark.parametrize("last", ["0 0 0 2", "0 0 0 0", "0 0 1 1"])
 @pytest.mark.parametrize(
     "body",

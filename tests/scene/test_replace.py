@@ -112,6 +112,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "no part": ({"camera.fov.x": 3}, "camera.fov: 45.0 has no part 'x'"),
     "none": ({"spectrum.bands": 3}, "spectrum: there is none whose 'bands' could be set; give it whole"),
     "form": ({"shapes[x].radius": 3}, "'shapes[x].radius' names no place; a place in a scene is written"),
+    "other digits": ({"shapes[\u0663].radius": 3}, "names no place"),
     "empty": ({"": 3}, "'' names no place"),
     "vertices": ({"shapes[2].vertices": np.zeros((4, 3))}, "4 in place of 3; give as many, or faces as well"),
     "faces": ({"shapes[2].faces": [[0, 1, 3]]}, "shapes[2].faces[0][2]: 3 is not allowed"),

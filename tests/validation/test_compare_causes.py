@@ -150,6 +150,17 @@ def test_nan_is_told_and_never_passes():
     assert not result.passed
 
 
+def test_what_is_not_finite_is_the_cause_and_no_other():
+    broken = samples.picture().copy()
+    broken[40:52, 10:40] = np.nan
+    (alone,) = found(broken)
+    assert alone.name == "not finite" and alone.proven and "elsewhere they agree" in alone.text
+    broken[0:20, 50:80] *= 0.6
+    (other,) = found(broken)
+    assert other.name == "a missing light, or a shadow that should not be"
+    assert "in 1 place, the largest 30 x 20 pixels at (50, 0)" in other.text
+
+
 def test_edges_can_be_left_out():
     picture = samples.picture()
     other = clrt.render(samples.with_camera(shift=(0.04, 0.02))).pixels

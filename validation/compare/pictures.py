@@ -45,6 +45,7 @@ from .wanted import asked, check_wanted
 SEARCH_SECONDS = 30.0  # of processor time, then the search for causes ends
 SIMILAR = 0.95  # SSIM from which pictures count as similar
 _BRIGHT = "PSNR above white"
+_NOT_FINITE = "not finite"
 _ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no more
 _FINAL = ("JPEG compression", "another tone curve")  # no scene is to be searched for what they explain
 _LARGEST_PLACES = 0.95  # of the picture; what differs everywhere is no region
@@ -108,7 +109,7 @@ def compare_pictures(
     metrics, gates = _measured(a, b, mask, tolerance)
     finite: tuple[Gate, ...] = ()
     if notes:
-        finite = (gate("not finite", 1, 0, "low", "pictures with NaN or infinity"),)
+        finite = (gate(_NOT_FINITE, 1, 0, "low", "pictures with NaN or infinity"),)
     notes += tuple(filter(None, [without_flip()]))
     same = not finite and np.array_equal(picture, reference)
     verdict = _verdict(same, metrics, (*gates, *finite), tolerance)
@@ -116,7 +117,12 @@ def compare_pictures(
     if verdict in ("identical", "equal"):
         return PictureComparison(verdict, metrics, gates, (), notes, wanted is not None)
     budget = Budget(seconds)
-    causes = _causes((a, b, exact), mask, tolerance, scene, report, budget)
+    lost = ~(np.isfinite(picture).all(axis=-1) & np.isfinite(reference).all(axis=-1))
+    rest = np.where(lost[..., None], b, a)  # what is not finite tells nothing of a mistake elsewhere
+    if lost.any() and disagreement(rest, b, tolerance) == 0.0:
+        causes = [Cause(_NOT_FINITE, "all that differs is NaN or infinite; elsewhere they agree", 0.0)]
+    else:
+        causes = _causes((rest, b, exact), mask, tolerance, scene, report, budget)
     if budget.stopped:
         notes += (f"the search for causes stopped after {seconds:g} s; --seconds N lets it take N",)
     return PictureComparison(verdict, metrics, gates, tuple(causes), notes, wanted is not None)
