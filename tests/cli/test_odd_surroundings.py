@@ -200,7 +200,7 @@ def test_ctrl_c_ends_the_suite_and_its_processes(seconds: float, everybody: bool
     lines = said.splitlines()
     assert process.returncode == 130 and lines[-1] == "clrt: interrupted; nothing was saved", said
     assert all(" of " in line for line in lines[:-1]), said  # what was done so far
-    assert lasted < 3
+    assert lasted < 10  # one by itself; the suite would go on for minutes
     _all_end(process.pid)
 
 

@@ -137,11 +137,11 @@ def test_kernels_that_are_compiled_are_no_input_s_cost(
 ) -> None:
     """Also those that PoCL compiles when they are launched for the first time."""
     monkeypatch.setattr(hostile, "_BOOT", BUILDS + hostile._BOOT)
-    monkeypatch.setattr(gates, "RENDER_SECONDS", 0.3)
+    monkeypatch.setattr(gates, "RENDER_SECONDS", 0.4)
     task = {"folder": str(hostile.CORPUS), "scene": "coincident.toml"}
     outcome = hostile.run([task], workers=1)
     assert not outcome.failures, said(outcome.failures)
-    assert outcome.worst.render_seconds < 0.3
+    assert outcome.worst.render_seconds < 0.4  # what compiling takes by itself
 
 
 ONE_AFTER_THE_OTHER = """
