@@ -4,7 +4,9 @@ A signal's handler runs between two instructions of Python, wherever those are: 
 where an exception may abort the process (OpenImageIO's start is C++ that lets none pass). So the handler
 raises KeyboardInterrupt only while `main` stands ready to catch it, and never within an import or what is
 `held`: it waits for the end of that, two seconds at most, since that may wait for what never comes. Before,
-and on a second signal, it ends the process itself. A program that only imports clrt keeps its own handlers.
+and on a second signal, it ends the process itself. What it raised may be dropped on the way, by libraries
+that take any exception for a no: it is raised again until somebody asks for `word`. A program that only
+imports clrt keeps its own handlers.
 """
 
 from __future__ import annotations
@@ -41,6 +43,8 @@ _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 _MOST = 8  # that are told
 _AGAIN = 0.01  # seconds until a signal that came within an import is looked at again
 _PATIENCE = 2.0  # seconds that an import may go on after a signal
+_DROPPED = 0.1  # seconds until it is looked whether what was raised is still on its way
+_LOST = 0.5  # seconds until a signal follows one that another thread took: Python 3.11 sleeps over that one
 _installed: list[int] = []
 _main: FrameType | None = None  # where KeyboardInterrupt is caught; None: nowhere
 _received: int | None = None
@@ -72,6 +76,7 @@ def install() -> None:
             _installed.append(number)
     if _installed and hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, _look_again)
+        sys.unraisablehook = _dropped
 
 
 def catching() -> None:
@@ -87,12 +92,14 @@ def running() -> bool:
 
 def finished() -> None:
     """All is done: what comes now changes nothing any more."""
+    _stop_looking()
     for number in _installed:
         signal.signal(number, signal.SIG_IGN)
 
 
 def code() -> int:
     """The exit code after a KeyboardInterrupt: 130, as shells expect after Ctrl-C, or that of the signal."""
+    _stop_looking()  # who asks has caught it
     return 128 + (_received or signal.SIGINT)
 
 
@@ -100,6 +107,7 @@ def word() -> str:
     """What happened, to begin the last line with; who asks for it says it."""
     global _said
     _said = True
+    _stop_looking()
     return _word(_received or signal.SIGINT)
 
 
@@ -130,21 +138,49 @@ def _caught(number: int, frame: FrameType | None) -> None:
             _waiting, _since = number, time.monotonic()
         elif time.monotonic() - _since > _PATIENCE:
             _leave(number)
-        signal.setitimer(signal.ITIMER_REAL, _AGAIN)
+        signal.setitimer(signal.ITIMER_REAL, _AGAIN, _LOST)
         return
     _waiting, _received = None, number
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, _DROPPED, _LOST)
     raise KeyboardInterrupt
 
 
 def _look_again(number: int, frame: FrameType | None) -> None:
     if _waiting is not None:
         _caught(number, frame)
+    elif _received is not None and not _said:
+        signal.setitimer(signal.ITIMER_REAL, _DROPPED, _LOST)
+        if not (held or _within_import(frame) or _on_its_way(sys.exc_info()[1])):
+            raise KeyboardInterrupt
+
+
+def _dropped(told: sys.UnraisableHookArgs) -> None:
+    """Python dropped it, in a callback that nothing may leave: it is raised again, so nothing is said."""
+    if not isinstance(told.exc_value, KeyboardInterrupt):
+        sys.__unraisablehook__(told)
+
+
+def _on_its_way(handled: BaseException | None) -> bool:
+    """Whether what runs now does so because of a KeyboardInterrupt: it tidies up, or tells."""
+    while handled is not None and not isinstance(handled, KeyboardInterrupt):
+        handled = handled.__context__
+    return handled is not None
+
+
+def _stop_looking() -> None:
+    if _installed and hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
 
 
 def _within_import(frame: FrameType | None) -> bool:
-    """Whether an exception raised here may not reach `main`: a module begins, or an object ends."""
+    """Whether an exception raised here may not reach `main`: a module begins, an object ends, or a signal is
+    being answered.
+    """
+    here = _caught.__code__.co_filename
     while frame is not None and frame is not _main:
-        if frame.f_code.co_filename.startswith("<frozen importlib") or frame.f_code.co_name == "__del__":
+        file = frame.f_code.co_filename
+        if file.startswith("<frozen importlib") or file == here or frame.f_code.co_name == "__del__":
             return True
         frame = frame.f_back
     return False
