@@ -8,7 +8,7 @@ import logging
 import os
 import re
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, Final
@@ -20,12 +20,14 @@ from clrt.device.settings import Settings
 _FORMS: Final = "local:N (N workers here), or a scheduler: tcp://HOST:PORT, tls://HOST:PORT"
 _MOST: Final = 1024  # workers on one machine
 _PATIENCE: Final = 10.0  # seconds for a scheduler to answer at first: one across the world takes one
+# The environment of local workers. glibc keeps what an order gave back for the next; dask's own setting has
+# it touched anew each time.
+FOR_WORKERS: Final = {
+    "MALLOC_TRIM_THRESHOLD_": 1 << 27, "MALLOC_MMAP_THRESHOLD_": 1 << 25, "MALLOC_TOP_PAD_": 1 << 25,
+    "OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1,
+}  # fmt: skip
 _CONFIG: Final[dict[str, Any]] = {
-    # glibc keeps what an order gave back for the next; dask's own setting has it touched anew each time
-    "distributed.nanny.pre-spawn-environ": {
-        "MALLOC_TRIM_THRESHOLD_": 1 << 27, "MALLOC_MMAP_THRESHOLD_": 1 << 25, "MALLOC_TOP_PAD_": 1 << 25,
-        "OMP_NUM_THREADS": 1, "MKL_NUM_THREADS": 1, "OPENBLAS_NUM_THREADS": 1,
-    },
+    "distributed.nanny.pre-spawn-environ": FOR_WORKERS,
     # workers send a sign of life each half second, from a thread of their own; one that is paused or hangs
     # is given up after this time, and what it had is done by another
     "distributed.scheduler.worker-ttl": "10 s",
@@ -112,7 +114,7 @@ def _local(distributed: Any, workers: int) -> Iterator[Any]:
 
     # A scheduler runs what it is sent: so it listens to this machine alone. clrt's own limits bound memory;
     # dask's would pause workers at a share of it.
-    with dask.config.set(_CONFIG):
+    with dask.config.set(_CONFIG), environment_kept(FOR_WORKERS):
         try:
             cluster = distributed.LocalCluster(
                 n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", memory_limit=0,
@@ -127,6 +129,18 @@ def _local(distributed: Any, workers: int) -> Iterator[Any]:
         finally:
             with contextlib.suppress(Exception):
                 cluster.close(timeout=5)
+
+
+@contextmanager
+def environment_kept(names: Iterable[str]) -> Iterator[None]:
+    """dask sets these in this process and leaves them: programs that it starts later are not to have them."""
+    before = {name: os.environ[name] for name in names if name in os.environ}
+    try:
+        yield
+    finally:
+        for name in names:
+            os.environ.pop(name, None)
+        os.environ.update(before)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from clrt.base import interrupts
+from clrt.base import handlers, interrupts
 from clrt.base.elsewhere import relative, within
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
@@ -46,7 +46,8 @@ def _load() -> None:
     """Ask pyopencl's loader how many platforms there are; `ctypes` lets Python go on meanwhile."""
     from pyopencl import _cl
 
-    ctypes.CDLL(_cl.__file__).clGetPlatformIDs(0, None, ctypes.byref(ctypes.c_uint()))
+    with handlers.kept():
+        ctypes.CDLL(_cl.__file__).clGetPlatformIDs(0, None, ctypes.byref(ctypes.c_uint()))
 
 
 @contextmanager

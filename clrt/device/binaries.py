@@ -15,6 +15,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from clrt.base import handlers
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError
 from clrt.device import kernelcache
@@ -74,6 +75,6 @@ def _write(file: Path, name: bytes, program: cl.Program) -> None:
 
 def quietly(program: cl.Program, options: list[str]) -> cl.Program:
     """Build; what a compiler has to say about a program that it took is nobody's business."""
-    with warnings.catch_warnings():
+    with handlers.kept(), warnings.catch_warnings():
         warnings.simplefilter("ignore", cl.CompilerWarning)
         return program.build(options)

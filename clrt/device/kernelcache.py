@@ -164,7 +164,8 @@ def whole(file: Path) -> bool:
             while place < size:
                 opened.seek(place)
                 block = opened.read(8)
-                place += 8 + 4 * struct.unpack("<II", block)[1] if len(block) == 8 else size
+                words = struct.unpack("<II", block)[1] if len(block) == 8 else 0
+                place += 8 + 4 * words if words else size  # no block is empty: it ends with a word
             return place == size
     except OSError:
         return True  # removed meanwhile
@@ -179,9 +180,12 @@ def lock(wait: bool = True, name: str = "clrt") -> Iterator[bool]:
     The lock of a process that died is free; one that is stuck is passed by. Without locks (some network
     drives), or after PATIENCE seconds once, everybody goes on without.
     """
-    folder = Path(os.environ[VARIABLE])
-    held, holder = FileLock(folder / f"{name}.lock"), folder / f"{name}.lock.holder"
+    file = Path(os.environ[VARIABLE]) / f"{name}.lock"
+    held, holder = FileLock(file), file.with_name(f"{name}.lock.holder")
     got = False
+    with suppress(OSError):
+        if not stat.S_ISREG(file.lstat().st_mode):  # it would keep everybody from it, and damage in its place
+            shutil.rmtree(file) if file.is_dir() and not file.is_symlink() else file.unlink()
     # where there are no locks, everybody goes on without: as promised above
     with suppress(OSError, NotImplementedError):
         got = _acquired(held, PATIENCE if wait and not _hurry else 0.0, holder)

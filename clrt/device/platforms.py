@@ -10,7 +10,7 @@ from contextlib import nullcontext, suppress
 from pathlib import Path
 from typing import Final
 
-from clrt.base import notices
+from clrt.base import handlers, notices
 from clrt.base.elsewhere import relative, within
 from clrt.base.errors import DeviceError
 from clrt.base.resources import PACKAGE
@@ -46,7 +46,7 @@ def listed(beside: bool = True) -> list[tuple[DeviceInfo, cl.Device]]:
 def _platforms(beside: bool = True) -> list[cl.Platform]:
     """The platforms that the loader finds, then Intel's beside clrt; of CLRT_DRIVER's driver only."""
     wanted = os.environ.get(VARIABLE, "").strip().lower()
-    with nullcontext() if relative(*PLACES) else within(PACKAGE):
+    with handlers.kept(), nullcontext() if relative(*PLACES) else within(PACKAGE):
         try:
             found, error = cl.get_platforms(), ""
         except cl.Error as refused:
@@ -80,10 +80,11 @@ def _kind(device: cl.Device) -> str:
 
 
 def _devices_of(platform: cl.Platform) -> list[cl.Device]:
-    try:
-        return platform.get_devices()
-    except cl.Error:  # how some drivers say that they have none
-        return []
+    with handlers.kept():
+        try:
+            return platform.get_devices()
+        except cl.Error:  # how some drivers say that they have none
+            return []
 
 
 def _short_version(version: str) -> str:

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.cluster import pictures, worker
+from clrt.cluster import connect, pictures, worker
+
+
+@pytest.fixture(scope="module", autouse=True)
+def environment() -> Iterator[None]:
+    """As it was: with the allocator that dask sets for workers other tests' programs hold other memory."""
+    with connect.environment_kept(connect.FOR_WORKERS):
+        yield
 
 
 @pytest.fixture

@@ -1,0 +1,46 @@
+"""The process' handlers of Ctrl-C, SIGTERM and SIGHUP, whatever a library puts in their place.
+
+LLVM, which drivers compile with, takes these signals for itself when it starts: its handler removes the
+files that it is writing, then passes the signal on. What is being compiled then fails, with a line on
+standard error that is nobody's. LLVM takes them once a process, so what is given back stays.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any, Final
+
+_SIGNALS: Final = ("SIGINT", "SIGTERM", "SIGHUP")
+_ROOM: Final = 1024  # bytes for a `struct sigaction`, which has 152 on Linux and 16 on macOS
+
+
+@contextmanager
+def kept() -> Iterator[None]:
+    """After the block these signals are handled as before it, also by what no Python has installed."""
+    before = {number: action for number in _numbers() if (action := _action(number))}
+    try:
+        yield
+    finally:
+        for number, action in before.items():
+            _sigaction()(number, action, None)
+
+
+def _action(number: int) -> Any:
+    """How the system has a signal handled; None where it does not say."""
+    action = ctypes.create_string_buffer(_ROOM)
+    return action if _sigaction()(number, None, action) == 0 else None
+
+
+@cache
+def _numbers() -> tuple[int, ...]:
+    """The signals; none on Windows, which has no `sigaction`."""
+    return tuple(getattr(signal, name) for name in _SIGNALS if hasattr(signal, name) and _sigaction())
+
+
+@cache
+def _sigaction() -> Any:
+    return getattr(ctypes.CDLL(None), "sigaction", None) if hasattr(signal, "SIGHUP") else None

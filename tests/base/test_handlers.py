@@ -1,0 +1,99 @@
+"""The process keeps its handlers of Ctrl-C, whatever drivers and their compilers do."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+from clrt.base import handlers
+
+pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows has no sigaction")
+
+LOOK = """
+import ctypes, signal
+def handler(number):
+    action = ctypes.create_string_buffer(1024)
+    assert ctypes.CDLL(None).sigaction(number, None, action) == 0
+    return action.raw[:8]
+def handled():
+    return [handler(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
+"""
+
+
+def said(code: str) -> str:
+    done = subprocess.run([sys.executable, "-c", LOOK + code], capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@pytest.fixture
+def handler() -> Iterator[int]:
+    """SIGINT's handler as the system has it; what a test leaves there is put right."""
+    before = handlers._action(signal.SIGINT)
+    yield address()
+    handlers._sigaction()(signal.SIGINT, before, None)
+
+
+def address() -> int:
+    return int.from_bytes(handlers._action(signal.SIGINT).raw[:8], sys.byteorder)
+
+
+def test_what_a_library_puts_there_is_gone_after_the_block(handler: int) -> None:
+    with handlers.kept():
+        ctypes.CDLL(None).signal(int(signal.SIGINT), ctypes.c_void_p(1))
+        assert address() == 1 != handler
+    assert address() == handler
+
+
+def test_a_handler_that_no_python_installed_is_kept_too(handler: int) -> None:
+    ctypes.CDLL(None).signal(int(signal.SIGINT), ctypes.c_void_p(1))
+    with pytest.raises(KeyError), handlers.kept():
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        raise KeyError
+    assert address() == 1
+
+
+def test_a_picture_leaves_the_handlers_as_they_were() -> None:
+    """PoCL's LLVM takes them when it starts: a compilation that Ctrl-C meets failed in a line of its own."""
+    code = """
+before = handled()
+import clrt
+assert handled() == before
+image = clrt.render("gallery", width=8)
+assert handled() == before
+signal.signal(signal.SIGINT, lambda number, frame: None)
+assert clrt.devices() and handled() == before  # all of Python's are one to the system
+signal.signal(signal.SIGTERM, signal.SIG_IGN)
+ignored = handled()
+assert ignored != before
+clrt.render("gallery", width=8, spp=4)
+print(handled() == ignored)
+"""
+    assert said(code) == "True"
+
+
+def test_without_that_the_driver_would_take_them() -> None:
+    """What the test above watches for does happen, where the driver has LLVM's handlers."""
+    code = """
+import contextlib
+from clrt.base import handlers
+handlers.kept = contextlib.nullcontext
+before = handled()
+import clrt
+clrt.render("gallery", width=8)
+print(handled() != before or not any("PoCL" in device.label for device in clrt.devices()))
+"""
+    assert said(code) == "True"
+
+
+def test_where_there_is_no_sigaction_nothing_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(handlers, "_sigaction", lambda: None)
+    assert handlers._numbers.__wrapped__() == ()
+    monkeypatch.setattr(handlers, "_numbers", handlers._numbers.__wrapped__)
+    with handlers.kept():
+        pass
