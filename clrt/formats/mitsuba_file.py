@@ -27,6 +27,7 @@ class Context:
     source: str
     limits: Limits
     ids: dict[str, Element] = field(default_factory=dict)
+    included: dict[Path, int] = field(default_factory=dict)  # the line that names a file
     left_out: dict[str, None] = field(default_factory=dict)
     ior: float | None = None  # around all glass
 
@@ -110,6 +111,10 @@ def _included(element: Element, context: Context, size: int) -> tuple[Element, i
     """The root of an included file, and how many bytes have been read so far with it."""
     at = At(f"{element.source}:{element.line}", "filename")
     path = resolve(element.get("filename"), context.folder, at)
+    if path in context.included:  # all of it would stand twice at one place, and few bytes ask for much
+        before = context.included[path]
+        raise element.says(f"{show(path.name)} is included twice, first in line {before}; leave one out")
+    context.included[path] = element.line
     data = read_text_bytes(path, context.limits)
     size += len(data)
     context.limits.check("text_bytes", size, located(context.source, "", path.name))

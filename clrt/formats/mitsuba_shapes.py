@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt.formats.mitsuba_bsdfs import Materials, mean
-from clrt.formats.mitsuba_values import Array, Plugin, rows
+from clrt.formats.mitsuba_values import UNIT, Array, Plugin, rows
 from clrt.formats.xml_tree import Element, unknown
 from clrt.meshfiles.look import Names
 from clrt.scene.transforms import is_similarity
@@ -25,6 +25,8 @@ _KEYS: Final[dict[str, dict[str, str]]] = {
 _OTHERS: Final = ("serialized", "shapegroup", "instance", "bsplinecurve", "linearcurve", "sdfgrid", "merge",
                   "ellipsoids", "ellipsoidsmesh", "hair", "heightfield", "rectangles")  # fmt: skip
 _CORNERS: Final = np.array([[-1.0, -1, 0, 1], [1, -1, 0, 1], [1, 1, 0, 1], [-1, 1, 0, 1]])
+_EQUAL: Final = 1e-6  # of squares of lengths: files state six digits or more
+_PLAIN: Final = Element("bsdf", {"type": "diffuse"}, 0, "")  # of a shape that names none, as Mitsuba has it
 _UV: Final = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
 
 
@@ -57,23 +59,22 @@ class Shapes:
             self.lights.append(light | {"radiance": radiance})
             return
         bsdfs = context.elements(plugin, "bsdf")
-        plain = {"color": 0.5}
-        table = self.materials.of(bsdfs[0]) if bsdfs else plain
+        bsdf = bsdfs[0] if bsdfs else _PLAIN
+        table = self.materials.of(bsdf)
         if plugin.flag("flip_normals", False) and table.get("transmission"):
             context.left_out["flip normals of glass"] = None
         material = self._dressed(table, plugin)
         if radiance is not None:
-            context.left_out["the light that a mesh sheds"] = None
+            inwards = plugin.type == "sphere" and is_similarity(plugin.to_world())
+            of = "a sphere sheds inwards" if inwards else "a mesh sheds"
+            context.left_out[f"the light that {of}"] = None
             material = material | {"emission": radiance}
         shape = _MAKE[plugin.type](plugin)
         if plugin.type in ("obj", "ply"):
             shape |= self._file(plugin)
         elif plugin.type == "rectangle" and _pictured(material):
             shape = {"type": "mesh", "vertices": shape["points"], "faces": [[0, 1, 2], [0, 2, 3]], "uv": _UV}
-        if bsdfs and material is table:
-            shape["material"] = self._name(bsdfs[0], table)
-        else:
-            shape["material"] = material
+        shape["material"] = self._name(bsdf, table) if material is table else material
         if "id" in element.keys:
             shape["name"] = element.keys["id"]
         self.shapes.append(shape)
@@ -147,18 +148,34 @@ def _light(plugin: Plugin) -> Table | None:
     matrix = plugin.to_world()
     middle = matrix[:3, 3].tolist()
     sign = -1.0 if plugin.flag("flip_normals", False) else 1.0
+    if np.linalg.det(matrix[:3, :3]) < 0:  # a normal is that of (0, 0, 1) there, and not u x v
+        sign = -sign
     if plugin.type == "rectangle":
         u, v = matrix[:3, 0], sign * matrix[:3, 1]
         return {"type": "rectangle", "center": middle, "u": u.tolist(), "v": v.tolist()}
-    if not is_similarity(matrix) or plugin.type not in ("disk", "sphere"):
+    if plugin.type == "disk" and _is_round(matrix):
+        return _round(matrix, sign)
+    if plugin.type != "sphere" or not is_similarity(matrix) or sign < 0:
         return None
     scale = float(np.linalg.norm(matrix[:3, 0]))
-    if plugin.type == "disk":
-        normal = (sign * matrix[:3, 2]).tolist()
-        return {"type": "disk", "center": middle, "normal": normal, "radius": scale}
     center = matrix @ np.array([*plugin.vector("center", (0.0, 0.0, 0.0)), 1.0])
     radius = scale * plugin.number("radius", 1.0)
     return {"type": "sphere", "center": center[:3].tolist(), "radius": radius}
+
+
+def _is_round(matrix: Array) -> bool:
+    """Whether a disk across z stays one, whatever becomes of z itself."""
+    u, v = matrix[:3, 0], matrix[:3, 1]
+    long = float(u @ u)
+    return long > 0 and abs(float(v @ v) - long) <= _EQUAL * long and abs(float(u @ v)) <= _EQUAL * long
+
+
+def _round(matrix: Array, sign: float) -> Table:
+    """The disk that a round one becomes; sign: of the side of u x v that is its front."""
+    u, v = matrix[:3, 0], matrix[:3, 1]
+    radius = float(np.linalg.norm(u))
+    normal = sign * np.cross(u, v) / radius**2
+    return {"type": "disk", "center": matrix[:3, 3].tolist(), "normal": normal.tolist(), "radius": radius}
 
 
 def _placed(plugin: Plugin, shape: Table) -> Table:
@@ -167,7 +184,7 @@ def _placed(plugin: Plugin, shape: Table) -> Table:
 
 
 def _is_unit(matrix: Array) -> bool:
-    return bool((matrix == np.eye(4)).all())
+    return matrix is UNIT or bool((matrix == UNIT).all())
 
 
 def _sphere(plugin: Plugin) -> Table:
@@ -182,11 +199,15 @@ def _cylinder(plugin: Plugin) -> Table:
 
 
 def _rectangle(plugin: Plugin) -> Table:
-    points = (_CORNERS @ plugin.to_world().T)[:, :3]
-    return {"type": "polygon", "points": points.tolist()}
+    matrix = plugin.to_world()
+    points = _CORNERS if matrix is UNIT else _CORNERS @ matrix.T
+    return {"type": "polygon", "points": points[:, :3].tolist()}
 
 
 def _disk(plugin: Plugin) -> Table:
+    matrix = plugin.to_world()
+    if matrix is not UNIT and _is_round(matrix) and not is_similarity(matrix):
+        return _round(matrix, float(np.sign(np.linalg.det(matrix[:3, :3]))))
     disk = {"type": "disk", "center": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0], "radius": 1.0}
     return _placed(plugin, disk)
 

@@ -19,6 +19,9 @@ OBJECTS: Final = (
     "integrator", "sensor", "film", "rfilter", "sampler", "shape", "bsdf", "emitter", "texture", "medium",
     "phase", "volume", "ref",
 )  # fmt: skip
+UNIT: Final[Array] = np.eye(4)
+"""The transform of what states none: itself, so that nobody need compare."""
+UNIT.flags.writeable = False
 _CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _BOOLEAN: Final = {"true": True, "false": False}
 
@@ -109,7 +112,7 @@ class Plugin:
     def to_world(self, name: str = "to_world") -> Array:
         """The transform of that name, (4, 4) float64."""
         element = self.values.get(name)
-        return np.eye(4) if element is None else transform(element)
+        return UNIT if element is None else transform(element)
 
 
 def snake(name: str) -> str:

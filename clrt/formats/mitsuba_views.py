@@ -20,10 +20,16 @@ _FILTERS: Final = {
     "lanczos": "mitchell",
 }  # fmt: skip
 _SAMPLERS: Final = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
-_INTEGRATORS: Final = (
-    "path", "direct", "volpath", "volpathmis", "aov", "ptracer", "stokes", "moment", "depth", "prb",
-    "whitted", "bdpt", "emission", "photonmapper", "sppm", "pssmlt", "mlt", "irrcache",
+_ANY: Final = dict.fromkeys(("samples_per_pass", "block_size", "timeout", "hide_emitters"), "-")
+_PATHS: Final = _ANY | {"max_depth": "x", "rr_depth": "-"}
+_INTEGRATORS: Final[dict[str, dict[str, str] | None]] = {
+    "path": _PATHS, "volpath": _PATHS, "volpathmis": _PATHS, "ptracer": _PATHS, "prb": _PATHS,
+    "direct": _ANY | dict.fromkeys(("shading_samples", "emitter_samples", "bsdf_samples"), "-"),
+    "aov": _ANY | {"aovs": "-"}, "moment": _ANY, "depth": _ANY, "stokes": _ANY,
+} | dict.fromkeys(
+    ("whitted", "bdpt", "emission", "photonmapper", "sppm", "pssmlt", "mlt", "irrcache")
 )  # fmt: skip
+"""Their values; None where Mitsuba 3 has no such integrator: of these, which others have, all are taken."""
 _VIEW: Final = dict.fromkeys(
     ("to_world", "fov", "fov_axis", "focal_length", "principal_point_offset_x", "principal_point_offset_y"),
     "x",
@@ -114,6 +120,7 @@ def _film(plugin: Plugin, context: Context) -> Table:
         for kind in context.inner(film, "rfilter"):
             if kind.type not in _FILTERS:
                 raise unknown(kind.element, "rfilter", kind.type, [*_FILTERS])
+            kind.check(dict.fromkeys(("radius", "stddev", "b", "c", "lobes"), ""), context.left_out)
             if _FILTERS[kind.type] != "box":
                 found["filter"] = _FILTERS[kind.type]
     return found
@@ -133,6 +140,9 @@ def depth(plugin: Plugin, context: Context) -> int | None:
     """`max_depth` of an integrator: paths of length 2 see the light on the first surface. None: not said."""
     if plugin.type not in _INTEGRATORS:
         raise unknown(plugin.element, "integrator", plugin.type, [*_INTEGRATORS])
+    known = _INTEGRATORS[plugin.type]
+    if known is not None:
+        plugin.check(known, context.left_out)
     found = None
     if plugin.type == "direct":
         found = 0

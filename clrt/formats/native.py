@@ -24,6 +24,7 @@ from clrt.scene.scene import Scene, edited, read_scene
 
 T = TypeVar("T")
 
+_MOST_DIGITS: Final = 6  # of how many values a range asks for
 _DEEP: Final = "nesting: deeper than Python's own readers follow, whatever the limit"
 
 
@@ -98,11 +99,14 @@ def with_values(scene: Scene, given: Iterable[tuple[str, str]]) -> Scene:
 def value_list(text: str, limits: Limits, source: str) -> list[Any]:
     """Several values: `20:60:5` (5 from 20 to 60), or as TOML writes them with commas between, else texts."""
     number = r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*"
-    found = re.fullmatch(rf"{number}:{number}:\s*([0-9]{{1,6}})\s*", text)
+    found = re.fullmatch(rf"{number}:{number}:\s*([0-9]+)\s*", text)
     if found:
-        first, last, count = float(found[1]), float(found[2]), int(found[3])
-        if count < 1:
-            raise SceneError(located(source, "", f"{show(text)} asks for no value; FIRST:LAST:COUNT"))
+        first, last, digits = float(found[1]), float(found[2]), found[3].lstrip("0")
+        if not 1 <= len(digits) <= _MOST_DIGITS:
+            asked = "too many values" if digits else "no value"
+            right = f"FIRST:LAST:COUNT, COUNT from 1 to {10**_MOST_DIGITS - 1}"
+            raise SceneError(located(source, "", f"{show(text)} asks for {asked}; {right}"))
+        count = int(digits)
         step = (last - first) / max(count - 1, 1)
         return [first + step * k for k in range(count)]
     values = _value(f"[{text}]", limits, source)

@@ -280,6 +280,11 @@ def test_the_nearest_of_many_is_found() -> None:
     assert nearest("xyz", ["plane"], cutoff=0.6) is None and nearest("x", []) is None
 
 
+def mitsuba_shapes(kind: str, n: int) -> str:
+    shape = f'<shape type="{kind}"/>'
+    return f'<scene version="3.0.0">{shape * (n // len(shape))}</scene>'
+
+
 HOSTILE: dict[str, tuple[str, Callable[[int], str]]] = {
     "toml lists": ("a.toml", lambda n: f"a=[{'[],' * (n // 3)}]"),
     "toml headers": ("a.toml", lambda n: "".join(f"[{name}]\n" for name in names(n // 7))),
@@ -287,6 +292,9 @@ HOSTILE: dict[str, tuple[str, Callable[[int], str]]] = {
     "json lists": ("a.json", lambda n: '{"a":[' + ",".join(["[]"] * (n // 3)) + "]}"),
     "json materials": ("a.json", lambda n: json.dumps({"materials": {k: {} for k in names(n // 11)}})),
     "json faces": ("a.json", lambda n: json_faces(n // 10)),
+    "mitsuba spheres": ("a.xml", lambda n: mitsuba_shapes("sphere", n)),
+    "mitsuba disks": ("a.xml", lambda n: mitsuba_shapes("disk", n)),
+    "mitsuba rectangles": ("a.xml", lambda n: mitsuba_shapes("rectangle", n)),
     "nff spheres": ("a.nff", lambda n: "s 0 0 0 1\n" * (n // 10)),
     "thesis spheres": ("a.txt", lambda n: "Sphere\nPoint 0 0 0\nRadius 1\nSurface None\n" * (n // 43)),
 }  # fmt: skip

@@ -119,6 +119,20 @@ def test_matrices_of_a_perspective_are_refused(body: str, last: str, tmp_path: P
         ),
         ('<include filename="../x.xml"/>', "must lie in the scene's folder"),
         ('<include filename="a.xml"/>', "an included file includes no other"),
+        (
+            '<integrator type="path"><integer name="maxdepth" value="5"/></integrator>',
+            "did you mean 'max_depth'",
+        ),
+        (
+            '<integrator type="aov"><integrator type="direct"><float name="rr_depth" value="5"/></integrator>'
+            "</integrator>",
+            "value of integrator 'direct' called 'rr_depth'",
+        ),
+        (
+            '<sensor type="perspective"><film type="hdrfilm"><rfilter type="gaussian">'
+            '<float name="sigma" value="1"/></rfilter></film></sensor>',
+            "value of rfilter 'gaussian' called 'sigma'",
+        ),
     ],
 )
 def test_faults_are_one_line(body: str, said: str, tmp_path: Path) -> None:
@@ -154,6 +168,14 @@ def test_limits(tmp_path: Path) -> None:
     endless = Limits(nesting=10**6)
     deeper = '<bsdf type="twosided">' * 5000 + "</bsdf>" * 5000
     assert "deeper than Python follows" in wrong(tmp_path, f"<scene>{deeper}</scene>", endless)
+
+
+def test_a_file_is_included_once(tmp_path: Path) -> None:
+    """Else 2,500 names of a file of 20 spheres ask for 50,000."""
+    (tmp_path / "b.xml").write_text('<scene version="3.0.0"><shape type="sphere"/></scene>')
+    once, again = '<include filename="b.xml"/>', '<include filename="./b.xml"/>'
+    said = wrong(tmp_path, f'<scene version="3.0.0">\n{once}{again}</scene>')
+    assert said == "a.xml:2: 'b.xml' is included twice, first in line 2; leave one out"
 
 
 def test_references_are_followed_once(tmp_path: Path) -> None:
