@@ -49,6 +49,14 @@ class _Parser(argparse.ArgumentParser):
 
     commands: dict[str, Any]
 
+    def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
+        """As argparse does since 3.13: before, `--width=--` was no text at all, and the option's value []."""
+        if action.option_strings and arg_strings == ["--"] and action.nargs in (None, argparse.OPTIONAL):
+            value = self._get_value(action, "--")
+            self._check_value(action, value)
+            return value
+        return super()._get_values(action, arg_strings)
+
     def error(self, message: str) -> NoReturn:
         say(f"error: {message}; `{self.prog} --help` shows what there is")
         sys.exit(FAULT)
@@ -111,14 +119,14 @@ def parser() -> _Parser:
     _add_device(view)
     view.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
     _add_set(view, _SET)
-    view.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
+    view.add_argument("--limit", type=_limit, action=_Once, default=[], metavar="NAME=N", help=_LIMIT)
 
     check = command("check", "Say whether scenes are right, and what is in them, without rendering.")
     check.add_argument("scenes", metavar="SCENE", nargs="+", help=_SCENE)
     check.add_argument("--json", action="store_true", help="print JSON")
     check.add_argument("-q", "--quiet", action="store_true", help="only what is wrong")
     _add_set(check, _SET)
-    check.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
+    check.add_argument("--limit", type=_limit, action=_Once, default=[], metavar="NAME=N", help=_LIMIT)
 
     _add_cluster(render)
 
@@ -283,17 +291,27 @@ def _add_frame(parser: argparse.ArgumentParser, many: bool = False, crop: bool =
         parser.add_argument("--crop", type=whole, nargs=4, metavar=sides, help="only these pixels")
     parser.add_argument("--spp", type=whole, metavar="N", help=f"samples per pixel: 1, 4, 9, 16 ...{spp}")
     text = "up to N samples where neighbours differ: --spp times a power of 4, such as 64"
-    parser.add_argument("--adaptive", dest="set", type=_adaptive, action="append", default=[], metavar="N",
+    parser.add_argument("--adaptive", dest="set", type=_adaptive, action=_Once, default=[], metavar="N",
                         help=text)  # fmt: skip
     parser.add_argument("--max-depth", type=whole, metavar="N", help="generations after the camera's")
     _add_device(parser)
     parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
     _add_set(parser, _SWEPT if many else _SET)
-    parser.add_argument("--limit", type=_limit, action="append", default=[], metavar="NAME=N", help=_LIMIT)
+    parser.add_argument("--limit", type=_limit, action=_Once, default=[], metavar="NAME=N", help=_LIMIT)
+
+
+class _Once(argparse.Action):
+    """One (name, value) more; each name once, since of two values the first would be lost without a word."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        given = getattr(namespace, self.dest)
+        if values[0] in dict(given):
+            raise argparse.ArgumentError(self, f"{show(values[0])} is given twice")
+        setattr(namespace, self.dest, [*given, values])
 
 
 def _add_set(parser: argparse.ArgumentParser, text: str) -> None:
-    parser.add_argument("--set", type=_setting, action="append", default=[], metavar="KEY=VALUE", help=text)
+    parser.add_argument("--set", type=_setting, action=_Once, default=[], metavar="KEY=VALUE", help=text)
 
 
 def _adaptive(text: str) -> tuple[str, str]:

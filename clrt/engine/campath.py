@@ -13,7 +13,7 @@ import numpy as np
 
 from clrt.base import arguments
 from clrt.base.arguments import public
-from clrt.base.errors import ClrtError, fault
+from clrt.base.errors import ClrtError, fault, show
 from clrt.flatten.mesh import unit
 from clrt.scene.camera import Camera
 
@@ -48,14 +48,18 @@ def camera_path(
 
     Origin, target and up follow a Catmull-Rom spline (Catmull and Rom 1974), whose speed has no steps; fov,
     size, near, aperture, shift and the distance in focus (where a key states `focus`) are interpolated
-    linearly, or K where the first key states it; all else is the first key's. closed: the path leads back to
+    linearly, or K where one of them states it; all else is the first key's. closed: the path leads back to
     the first key, which comes once. times: when the path is at each key, in any unit, growing; for a closed
-    path one more, when it is back. None: equal times. ClrtError for arguments of another kind.
+    path one more, when it is back. None: equal times. ClrtError for arguments of another kind, and for keys
+    whose type, fov_axis (without K) or mirror differ: nothing lies between.
     """
     frames = arguments.whole("frames", frames, 2, MOST)
     if not isinstance(keys, (list, tuple)) or len(keys) < 2:
         raise ClrtError(fault("", "keys", keys, "it must be a list of 2 cameras or more"))
     views = [arguments.instance(f"keys[{i}]", key, Camera).upright() for i, key in enumerate(keys)]
+    by_k = any(view.has_k for view in views)
+    for name in ("type", "mirror") if by_k else ("type", "mirror", "fov_axis"):
+        _check_alike(views, name)
     parts = len(views) if arguments.flag("closed", closed) else len(views) - 1
     knots = _knots(times, parts + 1)
     lengths = [later - time for time, later in pairwise(knots)]
@@ -72,7 +76,7 @@ def camera_path(
         fov, size = (1 - t) * numbers[around[1]] + t * numbers[around[2]]
         start, end = views[around[1]], views[around[2]]
         more = {"up": tuple(up.tolist()), "fov": float(fov), "size": float(size)}
-        if views[0].has_k:
+        if by_k:
             k = (1 - t) * _k_of(start) + t * _k_of(end)
             more = {"up": more["up"], "K": tuple(map(tuple, k.tolist()))}
         cameras.append(_moved(views[0], origin, target, **more, **_lens(views, start, end, t)))
@@ -111,9 +115,16 @@ def _between(a: float, b: float, t: float) -> float:
     return a + t * (b - a)
 
 
+def _check_alike(views: Sequence[Camera], name: str) -> None:
+    first = getattr(views[0], name)
+    for number, view in enumerate(views):
+        if getattr(view, name) != first:
+            right = f"it must be {show(first)}, as that of keys[0]: a path has one"
+            raise ClrtError(fault("", f"keys[{number}].{name}", getattr(view, name), right))
+
+
 def _k_of(view: Camera) -> np.ndarray:
-    if view.K is None:
-        raise ClrtError("keys: where the first states K all must be perspective")
+    assert view.K is not None  # all are perspective, since one of them states it
     return np.array(view.K, np.float64)
 
 

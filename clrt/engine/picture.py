@@ -53,9 +53,10 @@ def picture_bytes(window: tuple[int, int, int, int], names: Sequence[str], bands
 
 def _scatter(target: np.ndarray, place: np.ndarray, values: np.ndarray) -> None:
     """Put the values of pixels where they belong: whole pixels at a time, three times as fast."""
-    size = target.itemsize * (target.shape[2] if target.ndim == 3 else 1)
-    whole = np.ascontiguousarray(values, target.dtype).view(np.dtype((np.void, size)))
-    target.view(np.dtype((np.void, size))).reshape(-1)[place] = whole.reshape(-1)
+    # by name: of a pair numpy asks for a text, and drops the KeyboardInterrupt that may be raised there
+    pixel = np.dtype(f"V{target.itemsize * (target.shape[2] if target.ndim == 3 else 1)}")
+    whole = np.ascontiguousarray(values, target.dtype).view(pixel)
+    target.view(pixel).reshape(-1)[place] = whole.reshape(-1)
 
 
 def check_crop(crop: object, width: int, height: int) -> tuple[int, int, int, int]:

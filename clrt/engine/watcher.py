@@ -104,7 +104,8 @@ class Watcher:
 def parents_of(child: Queue, before: list[Seen], ambient_samples: int) -> list[tuple[int, int]]:
     """Of each ray of a pixel's new queue: numbers of a queue of the generation `before`, and of a ray in it.
 
-    The children of one queue stand behind those of the other (`passes.spawn`).
+    They stand by place of the film, those of one place queue by queue (`passes.spawn`); with a filter, each
+    sample is a place of its own.
     """
     found: list[tuple[int, int]] = []
     for number, parent in enumerate(before):
@@ -117,4 +118,5 @@ def parents_of(child: Queue, before: list[Seen], ambient_samples: int) -> list[t
             count = (parent.spawn & layout.SPAWN["SPAWN_GROUPS"]) // layout.SPAWN["SPAWN_GROUP"]
         found += [(number, ray) for ray, times in enumerate(count.tolist()) for _ in range(times)]
     assert len(found) == child.n
-    return found
+    places = [seen.rays["pixel_of"].tolist() for seen in before]
+    return sorted(found, key=lambda parent: places[parent[0]][parent[1]])  # a stable sort

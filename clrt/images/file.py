@@ -301,7 +301,7 @@ def open_picture(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple
         keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
         source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)
         if source is None or source.format_name() != reader:
-            raise SceneError(f"{path}: cannot be read: {_words(oiio)}")
+            raise SceneError(f"{path}: cannot be read: {_words(oiio, reader)}")
         try:
             yield source, file
         finally:
@@ -324,9 +324,13 @@ def _name(path: str | os.PathLike[str], file: BinaryIO) -> str:
     return name
 
 
-def _words(library: Any) -> str:
+def _words(library: Any, reader: str = "") -> str:
     """What OpenImageIO or its reader says went wrong, quotes of broken text cut short."""
     try:
-        return re.sub(_OPEN.format(r"\d+"), "the file", str(library.geterror()))[:300]
+        said = str(library.geterror())
     except UnicodeDecodeError:
         return "its contents are broken"
+    if "format reader" in said:  # it tried all its readers, and forgot what this one said
+        most = oiio.get_int_attribute("limits:channels")
+        return f"as {reader} it is broken, or more than OpenImageIO takes ({most} channels)"
+    return re.sub(_OPEN.format(r"\d+"), "the file", said)[:300]

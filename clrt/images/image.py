@@ -225,9 +225,10 @@ class Image:
 
             display(Picture(data=self._png(exposure)))
             return
-        viewer = _viewer()
+        viewer, shown = _viewer(), self._png(exposure)
+        # the file stays: a viewer may still be starting when its command has returned
         file = Path(placed(tempfile.mkdtemp, prefix="clrt-")) / f"{self.hash[:12]}.png"
-        self.save(file, exposure)
+        file.write_bytes(shown)
         subprocess.run([*viewer, str(file)], check=False)
 
     def _repr_png_(self) -> bytes:

@@ -202,9 +202,11 @@ def _chunks(data: bytes) -> tuple[memoryview, memoryview | None]:
     """The JSON and the first binary chunk of a .glb, not copied."""
     if len(data) < 20 or data[:4] != b"glTF":
         raise BrokenMesh("it does not begin as a .glb file does")
-    (version,) = struct.unpack_from("<I", data, 4)
+    version, total = struct.unpack_from("<2I", data, 4)
     if version != 2:
         raise BrokenMesh("only glTF of version 2 is read")
+    if total > len(data):
+        raise BrokenMesh(f"its header says {total} bytes, and it has {len(data)}")
     found: dict[bytes, memoryview] = {}
     start = 12
     while start + 8 <= len(data) and len(found) < 2:

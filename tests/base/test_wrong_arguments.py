@@ -62,6 +62,12 @@ def attempt(call: Callable[..., Any], named: dict[str, Any]) -> str:
     return ""
 
 
+@pytest.fixture(autouse=True)
+def _shown_elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures for a viewer stay among temporary files."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+
+
 @pytest.fixture(scope="module")
 def tracer() -> clrt.Tracer:
     return clrt.Tracer(clrt.load_dict(SCENE))

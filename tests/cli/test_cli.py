@@ -312,6 +312,21 @@ def test_values_are_set_at_places(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert capsys.readouterr().out.startswith(clrt.render(changed).hash)
 
 
+@pytest.mark.parametrize("option", ["limit", "set", "width", "spp", "adaptive", "exposure", "output"])
+def test_two_dashes_are_a_value_like_any_other(option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Until 3.13 argparse takes them out, and leaves an empty list as the option's value."""
+    assert main(["render", "bubble", "-o", "a.png", f"--{option}=--"]) == 2
+    said = capsys.readouterr().err
+    assert "'--'" in said or "--: unknown suffix" in said
+
+
+def test_what_is_given_twice_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of two values for one place the first was lost without a word."""
+    for name, given in (("--set", ["camera.fov=30", "camera.fov=40"]), ("--limit", ["depth=3", "depth=4"])):
+        assert main(["render", "bubble", "-o", str(tmp_path / "a.png"), name, given[0], name, given[1]]) == 2
+        assert f"argument {name}: '{given[0].partition('=')[0]}' is given twice" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("given", "says"),
     [

@@ -86,9 +86,7 @@ def test_ctrl_c_ends_a_long_render_and_leaves_nothing(scene: Path):
     controller, terminal = pty.openpty()
     command = [sys.executable, "-m", "clrt", "render", scene, "-o", scene.with_name("a.png"), *options]
     wide = {**os.environ, "COLUMNS": "120", "TERM": "xterm"}
-    ignored = signal.signal(signal.SIGINT, signal.default_int_handler)  # as in a background job: inherited
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=terminal, env=wide)
-    signal.signal(signal.SIGINT, ignored)
     try:
         os.close(terminal)
         shown = _read_until(controller, b"%", 60)  # appears after the first tile

@@ -252,6 +252,7 @@ def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
         (["--set", "camera.fv=1,2"], "did you mean 'fov'?"),
         (["--set", "camera.fov=20:300:3"], "camera.fov: 300"),
         (["--set", "camera.fov=20:30:0"], "'20:30:0' asks for no value"),
+        (["--set", "camera.fov=20:30:1000000"], "too many values; FIRST:LAST:COUNT, COUNT from 1 to 999999"),
         (["--set", "camera.fov=20:30:999999", "--set", "max_depth=1:2:999999"], "pictures are too many"),
         (["--set", "camera.fov=20,30", "-o", "x.png"], "several pictures would be x.png; put {index}"),
         (["--set", "camera.fov=20,30", "-o", "{camera.fv}.png"], "did you mean 'camera.fov'?"),

@@ -92,21 +92,43 @@ def test_lights_with_extent_have_a_feeler_for_each_point() -> None:
     assert most > 1
 
 
+@pytest.mark.parametrize("scene", ["showcase", "rainbow"])
+@pytest.mark.parametrize("name", ["tent", "gaussian", "mitchell"])
+def test_with_a_filter_each_sample_is_a_place_of_the_film(scene: str, name: str) -> None:
+    """Queues are then merged sample by sample, and a ray's parent is not the next in its queue."""
+    tracer = clrt.Tracer(clrt.load(scene).replace({"camera.filter": name}))
+    generator, rays = np.random.default_rng(9), 0
+    image = tracer.render(width=64, spp=16)
+    for _ in range(6):
+        x, y = int(generator.integers(64)), int(generator.integers(image.height))
+        tree = tracer.explain(x, y, width=64, spp=16)
+        assert tree.value.tobytes() == image.pixels[y, x].tobytes() == tree.total.tobytes()
+        check_descent(tree)
+        rays += len(tree.rays)
+    assert rays > 150
+
+
 def test_the_tree_hangs_together() -> None:
     tree = clrt.Tracer("bubble").explain(70, 50, width=160, spp=4)
+    assert [root.sample for root in tree.roots] == [0, 1, 2, 3]
+    check_descent(tree)
+    assert tree.branch_shares[tree.roots[0].number] < 1 and sum(tree.shares) == pytest.approx(1)
+
+
+def check_descent(tree: RayTree) -> None:
+    """Children begin where their parents end, on the side that they go to."""
     assert [ray.number for ray in tree.rays] == list(range(len(tree.rays)))
     assert sorted(ray.number for ray in tree.walk()) == list(range(len(tree.rays)))
-    assert [root.sample for root in tree.roots] == [0, 1, 2, 3]
     for ray in tree.rays:
         for child in ray.children:
             assert child.parent == ray.number and child.generation == ray.generation + 1
             assert child.sample == ray.sample and ray.hit is not None
             side = np.dot(ray.hit.normal, np.subtract(child.origin, ray.hit.point))
-            assert (side > 0) == (child.kind == "reflection")  # it leaves to the side it goes to
+            assert (side > 0) == (child.kind != "transmission")  # it leaves to the side it goes to
             way = np.linalg.norm(np.subtract(child.origin, ray.hit.point))
             assert 0 < way < 1e-4
-        assert len([child for child in ray.children if child.kind == "transmission"]) <= 1
-    assert tree.branch_shares[tree.roots[0].number] < 1 and sum(tree.shares) == pytest.approx(1)
+        single = [child for child in ray.children if child.kind == "transmission" and not child.narrow]
+        assert ray.narrow or len(single) <= 1
 
 
 def keyed(rays: list[Ray64]) -> dict[Key, list[Ray64]]:

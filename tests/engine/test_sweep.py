@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -100,6 +101,27 @@ def test_a_path_is_at_its_keys_when_they_say() -> None:
     assert clrt.camera_path(keys, 50, times=np.arange(4) * 1.0) == clrt.camera_path(keys, 50)
     around = clrt.camera_path(keys, 16, closed=True, times=[0, 1, 2, 4, 8])
     assert [around[i].origin for i in (2, 4, 8)] == [tuple(map(float, key.origin)) for key in keys[1:]]
+
+
+def test_a_path_has_the_k_that_any_of_its_keys_states() -> None:
+    """That of a later key was lost, with its middle and its two scales, where the first stated none."""
+    plain = clrt.Camera(origin=(0, 0, 3), target=(0, 0, 0), fov=20, width=64, height=48)
+    other = msgspec.structs.replace(plain, K=((40, 0, 20), (0, 30, 24), (0, 0, 1)))
+    first, last = np.array(plain.upright().K), np.array(other.upright().K)
+    path = np.array([camera.K for camera in clrt.camera_path([plain, other], 3)])
+    assert path == pytest.approx(np.array([first, (first + last) / 2, last]))
+
+
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [({"type": "orthographic", "size": 2.0}, "type"), ({"mirror": True}, "mirror"),
+     ({"fov_axis": "vertical"}, "fov_axis")],
+)  # fmt: skip
+def test_keys_between_which_nothing_lies_are_refused(change: dict[str, Any], where: str) -> None:
+    plain = clrt.Camera(origin=(0, 0, 3), target=(0, 0, 0))
+    other = msgspec.structs.replace(plain, **change)
+    with pytest.raises(clrt.ClrtError, match=rf"keys\[1\].{where}: .* as that of keys\[0\]"):
+        clrt.camera_path([plain, other], 3)
 
 
 def test_the_lens_of_a_path_changes_between_its_keys() -> None:

@@ -279,6 +279,19 @@ def test_showing_without_a_desktop_says_what_to_do(monkeypatch: pytest.MonkeyPat
         picture().show()
 
 
+def test_a_viewer_gets_a_file_and_what_cannot_be_shown_leaves_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("clrt.images.image._viewer", lambda: ["true"])
+    with pytest.raises(ClrtError, match="exposure"):
+        picture().show(exposure=1e30)
+    assert not list(tmp_path.iterdir())
+    picture().show()
+    (shown,) = tmp_path.glob("*/*.png")
+    assert shown.read_bytes() == picture()._repr_png_()
+
+
 @pytest.mark.parametrize("memory", [True, False])
 @pytest.mark.parametrize("name", ["a.exr", "a.png", "a.tif", "a.jpg", "a.bmp"])
 def test_a_disk_that_is_full_leaves_the_old_file(

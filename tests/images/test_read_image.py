@@ -98,3 +98,17 @@ def test_too_large_pictures_are_refused_before_they_are_read(tmp_path: Path):
         read_image(tmp_path / "b.png", Limits(file_bytes=100))
     with pytest.raises(LimitError, match="image_pixels: 35 is above the limit of 34"):
         read_image(tmp_path / "b.png", Limits(image_pixels=34))
+
+
+def test_more_channels_than_the_library_takes(tmp_path: Path):
+    """Its own words would be that no format is known: it tried all that it has."""
+    file, most = tmp_path / "many.exr", oiio.get_int_attribute("limits:channels")
+    too_many = f"as openexr it is broken, or more .*{most} channels"
+    for count, words in ((most, "R, G and B are read"), (most + 1, too_many)):
+        spec = oiio.ImageSpec(2, 2, count, "half")
+        spec.channelnames = [f"c{i:04d}" for i in range(count)]
+        output = oiio.ImageOutput.create(str(file))
+        assert output.open(str(file), spec) and output.write_image(np.zeros((2, 2, count), np.float16))
+        output.close()
+        with pytest.raises(SceneError, match=words):
+            read_image(file)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 import struct
 from pathlib import Path
 from typing import Any
@@ -197,9 +198,12 @@ def test_binary_files(tmp_path: Path) -> None:
     path = tmp_path / "a.glb"
     path.write_bytes(glb(document(buffers=[{}]), (b"MORE", b"xyz"), CHUNK, CHUNK))
     assert read(path)[0].tolist() == [list(corner) for corner in TRIANGLE]
+    whole = glb(document(buffers=[{}]), CHUNK)
     for data, says in (
         (glb(document(buffers=[{}])), r"buffers\[0\] has no data"),
-        (glb(document(buffers=[{}]), CHUNK)[:-1], "ends before its last chunk"),
+        (whole[:-1], f"says {len(whole)} bytes, and it has {len(whole) - 1}$"),
+        (whole[:8] + b"\xff" * 4 + whole[12:], "says 4294967295 bytes"),
+        (re.sub(rb"....(?=BIN)", b"\xf0" * 4, whole, flags=re.DOTALL), "before its last chunk"),
         (glb("", CHUNK), "has no JSON chunk"),
         (glb(document(), version=1), "only glTF of version 2"),
         (b"glTF", "does not begin as a .glb file"),
