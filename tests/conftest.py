@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -31,9 +32,19 @@ def pytest_configure(config: pytest.Config) -> None:
     what tests do. So with --apart each has a folder: what several need is compiled several times, but the
     tests of a file have much in common.
     """
+    _hear()
     worker = os.environ.get("PYTEST_XDIST_WORKER")
     if worker and config.getoption("--apart"):
         os.environ["XDG_CACHE_HOME"] = str(Path(user_cache_dir("clrt", appauthor=False)) / "tests" / worker)
+
+
+def _hear() -> None:
+    """Let processes that tests start hear the signals that this one ignores, as jobs in the background do:
+    what is ignored is inherited, a handler is not."""
+    for name in ("SIGINT", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) == signal.SIG_IGN:
+            signal.signal(number, lambda *_: None)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -196,9 +196,12 @@ def test_a_program_that_hangs_is_ended_with_all_it_started(tmp_path: Path) -> No
     assert gone(int(child.read_text()))
 
 
-def test_what_a_program_leaves_running_is_ended_too(tmp_path: Path) -> None:
+@pytest.mark.parametrize("more", ["", ", start_new_session=True"], ids=["in the group", "in one of its own"])
+def test_what_a_program_leaves_running_is_ended_too(tmp_path: Path, more: str) -> None:
+    if more and sys.platform != "linux":
+        pytest.skip("elsewhere nobody can be asked whose environment a process has")
     child = tmp_path / "child.pid"
-    code = (f"p = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)'])\n"
+    code = (f"p = subprocess.Popen([sys.executable, '-c', 'import time; time.sleep(600)']{more})\n"
             f"open({str(child)!r}, 'w').write(str(p.pid))")  # fmt: skip
     assert rendered(code, tmp_path).failure == "wrote no picture to {out.exr}"
     assert gone(int(child.read_text()))

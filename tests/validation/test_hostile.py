@@ -79,9 +79,14 @@ def children() -> float:
     ],
 )
 def test_each_kind_of_failure_is_noticed(
-    hostile: ModuleType, gates: ModuleType, monkeypatch: pytest.MonkeyPatch, fault: str, status: str
-) -> None:
-    """A worker whose `clrt.render` has a fault of its own, at the second picture; none is tried again."""
+    hostile: ModuleType, gates: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    fault: str, status: str,
+) -> None:  # fmt: skip
+    """A worker whose `clrt.render` has a fault of its own, at the second picture; none is tried again.
+
+    Nothing of it is left among temporary files, however it ended.
+    """
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     planted = "import clrt, numpy, time; whole = clrt.render; calls = []\n"
     planted += "def render(*a, **k):\n calls.append(1)\n"
     planted += f" if len(calls) != 2: return whole(*a, **k)\n {fault}\n return whole(*a, **k)\n"
@@ -97,6 +102,7 @@ def test_each_kind_of_failure_is_noticed(
     task = {"folder": str(hostile.CORPUS), "scene": "coincident.toml"}
     outcome = hostile.run([task], workers=1)
     assert [failure["status"] for failure in outcome.failures] == [status]
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_slow_core_has_longer(gates: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:

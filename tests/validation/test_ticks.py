@@ -65,6 +65,25 @@ def test_a_row_is_what_is_measured(draw: int) -> None:
     assert deletion_run.main([drawn, "--check"]) == 0, drawn
 
 
+def test_a_row_may_claim_less_than_shows_and_never_more() -> None:
+    said = {"scene": "a", "asked": ["fog", "mirror"], "shows": ["mirror"]}
+    assert deletion_run.otherwise(said, said) == ""
+    assert "does not claim fog" in deletion_run.otherwise(said, {**said, "shows": ["fog", "mirror"]})
+    assert "WRONG: ticks.json claims mirror" in deletion_run.otherwise(said, {**said, "shows": []})
+    for other in ({**said, "scene": "b"}, {**said, "asked": ["mirror"]}):
+        assert "WRONG: ticks.json is of another case" in deletion_run.otherwise(said, other)
+    assert "WRONG" in deletion_run.otherwise(None, said)
+
+
+@pytest.mark.parametrize("claim", ["mirror", "lens"])
+def test_a_claim_that_is_not_true_is_found(claim: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The case has no mirror to be seen and no lens: a row that says so is called wrong."""
+    case = cases.case_named("diffuse")
+    rows = {"diffuse": ticks.row(case, [*ticks.kept()["diffuse"]["shows"], claim])}
+    monkeypatch.setattr(deletion_run, "kept", lambda: rows)
+    assert deletion_run.main(["diffuse", "--check"]) == 1
+
+
 def test_what_an_oracle_has_no_words_for_is_said() -> None:
     oracles = validation_module("oracles")
     picture = {"type": "image", "file": "bowl.glb", "part": 0}

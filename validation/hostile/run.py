@@ -15,6 +15,7 @@ import select
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections import Counter
@@ -34,7 +35,9 @@ TURNS: Final = 1000  # inputs a process; then a new one, so that no leak hides w
 COMMANDS: Final = 200  # of so many tasks one is a command, which costs as much as many inputs
 CORPUS: Final = Path(__file__).with_name("corpus")
 FOUND: Final = Path("out/hostile")
-_BOOT: Final = "from clrt.base.resources import validation_module as find; find('hostile.worker').main({!r})"
+_BOOT: Final = (
+    "from clrt.base.resources import validation_module as find; find('hostile.worker').main({!r}, {!r})"
+)
 _LOOK: Final = 0.05  # seconds between looks at a process' memory
 
 
@@ -67,6 +70,7 @@ class Watched:
         self._device = device
         self._process: subprocess.Popen[bytes] | None = None
         self._left = 0
+        self._folder: tempfile.TemporaryDirectory[str] | None = None  # one that is killed leaves its own
 
     def ask(self, task: dict[str, Any]) -> dict[str, Any]:
         """What the process answers to a task, or {"status": "died" | "hangs", ...}."""
@@ -92,14 +96,17 @@ class Watched:
         if self._process:
             self._process.kill()
             self._process.communicate()
-        self._process = None
+        if self._folder:
+            self._folder.cleanup()
+        self._process = self._folder = None
 
     def _ready(self) -> subprocess.Popen[bytes]:
         if self._process and self._left > 0:
             return self._process
         self.close()
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(PACKAGE.parent), *sys.path])}
-        command = [sys.executable, "-P", "-c", _BOOT.format(self._device)]
+        self._folder = tempfile.TemporaryDirectory(prefix="clrt-hostile-", ignore_cleanup_errors=True)
+        command = [sys.executable, "-P", "-c", _BOOT.format(self._device, self._folder.name)]
         self._process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
         )

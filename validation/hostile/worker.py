@@ -11,7 +11,6 @@ import gc
 import json
 import re
 import sys
-import tempfile
 import time
 import traceback
 import warnings
@@ -176,18 +175,14 @@ def warm(folder: Path, device: int | str | None) -> None:
     clrt.render(clrt.load_dict(seeds.RESUMED), device=device)
 
 
-def main(device: str | None) -> None:
-    """Answer until standard input ends."""
+def main(device: str | None, place: str) -> None:
+    """Answer until standard input ends; the inputs are written to the folder `place`, which others remove."""
     warnings.simplefilter("ignore")
     _Builds.watch()
-    with tempfile.TemporaryDirectory() as folder:
-        warm(Path(folder), device)
-        gc.collect()
-        gc.freeze()  # else each collection looks through all modules, which takes longer than most inputs
-        print(json.dumps({"ready": True}), flush=True)
-        for line in sys.stdin:
-            print(json.dumps(answer(json.loads(line), Path(folder), device)), flush=True)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1] if len(sys.argv) > 1 else None)
+    folder = Path(place)
+    warm(folder, device)
+    gc.collect()
+    gc.freeze()  # else each collection looks through all modules, which takes longer than most inputs
+    print(json.dumps({"ready": True}), flush=True)
+    for line in sys.stdin:
+        print(json.dumps(answer(json.loads(line), folder, device)), flush=True)

@@ -3,8 +3,8 @@
     myrt {scene.toml} -o {out.exr}
 
 The text is split as a shell would, but no shell sees it. The program runs in a folder of its own, which is
-removed afterwards, in a process group of its own, which is ended with it; what it writes is read as any
-picture is, within `Limits`.
+removed afterwards, in a process group of its own, which is ended with it, as is what left the group (on
+Linux); what it writes is read as any picture is, within `Limits`.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from .scenefiles import FORMATS, write_scene
 
 PICTURES: Final = (".exr", ".png")
 TIMEOUT: Final = 60.0  # seconds of wall time for a picture
+_PASSES: Final = 50  # of ending what others may have started meanwhile
 _PLACE: Final = re.compile(r"\{([^{}]*)\}")
 _NUMBERS: Final = ("width", "height", "spp", "depth")
 _LAST_WORDS: Final = 2000  # bytes of what the program said
@@ -174,6 +175,7 @@ def _run(command: list[str], folder: Path, timeout: float) -> str:
             code = None
         finally:
             _end(process)
+            _end_strays(folder)
         words.seek(max(0, os.fstat(words.fileno()).st_size - _LAST_WORDS))
         text = words.read(_LAST_WORDS)
     if code is None:
@@ -193,6 +195,25 @@ def _end(process: subprocess.Popen[bytes]) -> None:
     else:
         process.kill()
     process.wait()
+
+
+def _end_strays(folder: Path) -> None:
+    """Nor what has left the group: it still has the folder for temporary files, which nothing else has."""
+    mark = b"TMPDIR=" + os.fsencode(folder)
+    for _ in range(_PASSES if sys.platform == "linux" else 0):
+        found = [place for place in Path("/proc").glob("[0-9]*/environ") if mark in _words(place)]
+        for place in found:
+            with suppress(ProcessLookupError, PermissionError):
+                os.kill(int(place.parent.name), signal.SIGKILL)
+        if not found:
+            return
+
+
+def _words(place: Path) -> list[bytes]:
+    try:
+        return place.read_bytes().split(b"\0")
+    except OSError:  # another user's, or gone
+        return []
 
 
 def _bound_files(pid: int) -> None:
