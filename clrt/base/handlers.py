@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import signal
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -18,15 +19,30 @@ _SIGNALS: Final = ("SIGINT", "SIGTERM", "SIGHUP")
 _ROOM: Final = 1024  # bytes for a `struct sigaction`, which has 152 on Linux and 16 on macOS
 
 
+_lock = threading.RLock()  # a handler of the program's own may render
+_blocks = 0  # that are in `kept` now
+_before: dict[int, Any] = {}  # how signals were handled when the first of them began
+
+
 @contextmanager
 def kept() -> Iterator[None]:
-    """After the block these signals are handled as before it, also by what no Python has installed."""
-    before = {number: action for number in _numbers() if (action := _action(number))}
+    """After the block these signals are handled as before it, also by what no Python has installed.
+
+    Of blocks in several threads at once the first one knows: the others may begin after a library has taken
+    the signals.
+    """
+    global _blocks, _before
+    with _lock:
+        if not _blocks:
+            _before = {number: action for number in _numbers() if (action := _action(number))}
+        _blocks += 1
     try:
         yield
     finally:
-        for number, action in before.items():
-            _sigaction()(number, action, None)
+        with _lock:
+            _blocks -= 1
+            for number, action in _before.items():
+                _sigaction()(number, action, None)
 
 
 def _action(number: int) -> Any:

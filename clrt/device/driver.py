@@ -20,6 +20,7 @@ from types import CodeType
 from typing import Any, Final
 
 from clrt import layout
+from clrt.base import handlers
 from clrt.base.errors import DeviceError
 from clrt.base.log import log
 from clrt.base.resources import kernel_folder, kernel_text
@@ -47,7 +48,8 @@ _waiting = ThreadPoolExecutor(1, "clrt-wait")
 # the driver's cache takes longer than a small picture.
 @cache
 def _context(device: cl.Device) -> cl.Context:
-    return cl.Context([device])
+    with handlers.kept():  # Intel's runtime starts its compiler here
+        return cl.Context([device])
 
 
 @cache

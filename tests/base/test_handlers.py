@@ -6,6 +6,7 @@ import ctypes
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 
 import pytest
@@ -56,6 +57,26 @@ def test_a_handler_that_no_python_installed_is_kept_too(handler: int) -> None:
         signal.signal(signal.SIGINT, signal.default_int_handler)
         raise KeyError
     assert address() == 1
+
+
+def test_of_blocks_in_two_threads_the_first_one_knows(handler: int) -> None:
+    """The second began when a library had taken the signal, and ends last."""
+    inside, taken = threading.Event(), threading.Event()
+
+    def first() -> None:
+        with handlers.kept():
+            ctypes.CDLL(None).signal(int(signal.SIGINT), ctypes.c_void_p(1))
+            inside.set()
+            taken.wait(60)
+
+    thread = threading.Thread(target=first)
+    thread.start()
+    assert inside.wait(60)
+    with handlers.kept():
+        taken.set()
+        thread.join()
+        assert address() == handler
+    assert address() == handler
 
 
 def test_a_picture_leaves_the_handlers_as_they_were() -> None:
