@@ -180,12 +180,15 @@ class Device:
         return target
 
     def write(self, target: Any, array: np.ndarray, wait: bool = True) -> None:
-        """Copy an array to the start of a buffer; `wait` as for `upload`."""
-        if array.nbytes and wait:
-            copy = partial(cl.enqueue_copy, self.queue, target, array, is_blocking=True)
-            self.driver.wait(lambda: self._command("upload", copy), "upload")
-        elif array.nbytes:
-            self._command("upload", lambda: self.track.send(target, array))
+        """Copy an array to the start of a buffer; `wait` as for `upload`.
+
+        What is waited for is there for all tracks. (A blocking copy need only have read the array when it
+        returns, OpenCL 1.2, 5.2.2: Intel's runtime writes later, and other tracks read what was there.)
+        """
+        if array.nbytes:
+            event = self._command("upload", lambda: self.track.send(target, array))
+            if wait:
+                self.driver.wait(event.wait, "upload")
 
     def _command(self, name: str, action: Callable[[], cl.Event]) -> cl.Event:
         """The event of a copy that is given to the driver; who records is told of it."""
