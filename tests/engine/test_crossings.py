@@ -166,3 +166,22 @@ def test_edges_that_rounding_cannot_tell_from_the_ray_are_decided_exactly() -> N
     assert found.primitive.tolist() == expected
     assert found.t == pytest.approx(np.array(expected) + 1, rel=1e-6)
     assert made.count_hits([0, 0, -1], [0, 0, 3]) == len(expected)
+
+
+@pytest.mark.parametrize("shape", [
+    {"type": "sphere", "center": [0, 0, 0], "radius": 1},
+    {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1, 1, 1]},
+    {"type": "ellipsoid", "center": [0, 0, 0], "radii": [2, 1, 0.5]},
+    {"type": "ellipsoid", "center": [3, 0, 0], "radii": [0.3, 0.3, 0.7]},
+], ids=["sphere", "ball", "ellipsoid", "elsewhere"])  # fmt: skip
+def test_a_surface_that_is_touched_is_crossed_twice_or_not_at_all(shape: dict[str, Any]) -> None:
+    rng = np.random.default_rng(6)
+    n = 100_000
+    normal, across = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in rng.normal(size=(2, n, 3)))
+    across = np.cross(normal, across)
+    axes = np.array(shape.get("radii", [1, 1, 1]))
+    away = rng.uniform(0.5, 3, (n, 1))
+    near = np.where(rng.random((n, 1)) < 0.3, 1.0, 1 + rng.uniform(-2e-7, 2e-7, (n, 1)))
+    origins = (normal * near - across * away) * axes + shape["center"]
+    counts = clrt.Tracer({"shapes": [shape]}).count_hits(origins, across * axes)
+    assert set(np.unique(counts)) == {0, 2}

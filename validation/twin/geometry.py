@@ -202,7 +202,8 @@ def quadric_roots(q: Array, rays: Rays, front_only: Array) -> tuple[Array, Array
     discriminant = b * b - a * c
     root = np.sqrt(discriminant)
     k = -(b + np.where(b < 0.0, -root, root))
-    r0, r1 = c / k, k / a
+    r1 = k / a
+    r0 = np.where((k == 0.0) & (c == 0.0), r1, c / k)
     swapped = (r0 > r1) | np.isnan(r0)
 
     def counted(r: Array) -> Array:
