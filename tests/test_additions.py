@@ -179,6 +179,25 @@ def test_a_layer_s_line_in_the_kernel_matters(copies: Any, tmp_path: Path, hasty
     assert wrong(found["facing"], right_facing()) > 100
 
 
+AGAIN = """
+import sys, numpy as np, clrt
+tracer = clrt.Tracer(clrt.load_dict(eval(sys.argv[1])))
+first, again = (tracer.render(layers="all", checkpoint=sys.argv[2]) for _ in range(2))
+assert np.isinf(first.layers["facing"]).any() and list(first.layers) == list(again.layers)
+assert all(np.array_equal(layer, again.layers[name]) for name, layer in first.layers.items())
+"""
+
+
+def test_a_layer_that_may_be_infinite_is_in_a_checkpoint(copies: Any, tmp_path: Path) -> None:
+    other = shutil.copytree(copies(facing_layer), tmp_path / "other")
+    text = "fabs(dot3(at.outward, ray.direction))"
+    changed(other, {"kernels/film.cl": {text: f"hit ? {text} : INFINITY"}})
+    ball = scene({"type": "point"})
+    del ball["shapes"][1]
+    done = run(other, AGAIN, repr(ball), tmp_path / "a.checkpoint")
+    assert done.returncode == 0, done.stderr
+
+
 PAGES = {
     "adding-a-primitive": (torus, 10),
     "adding-a-light": (patch_light, 5),
