@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -66,3 +67,24 @@ def test_tests_under_oclgrind_are_where_ci_looks_for_them() -> None:
     marked = [file for file in tests.rglob("*.py") if mark in file.read_text("utf-8")]
     assert {file.parent for file in marked} == {tests / "device"}
     assert "-m oclgrind tests/device\n" in (tests.parent / ".ci/run").read_text("utf-8")
+
+
+def listed(line: str) -> set[str]:
+    """The test files that a list of `.ci/run` names, its braces and folders opened."""
+    opened = subprocess.check_output(["bash", "-c", f"printf '%s\\n' {line}"], cwd=ROOT, text=True)
+    paths = [ROOT / name for name in opened.split()]
+    assert all(path.exists() for path in paths), paths
+    files = {file for path in paths for file in (path.rglob("test_*.py") if path.is_dir() else [path])}
+    return {str(file.relative_to(ROOT)) for file in files}
+
+
+def test_ci_runs_what_needs_debian_s_pocl() -> None:
+    """`make test` leaves those tests out; of them a slow machine leaves out only what `.ci/run` then says."""
+    mark, text = "mark" + ".debian_pocl", (ROOT / ".ci/run").read_text("utf-8")
+    marked = {str(file.relative_to(ROOT)) for file in (ROOT / "tests").rglob("*.py")
+              if mark in file.read_text("utf-8")}  # fmt: skip
+    usual, short = map(listed, re.findall(r"^ *debian=\((.*)\)$", text, re.M))
+    assert "tests/exercises/test_exercises.py" in marked and marked <= usual
+    (said,) = re.findall(r'^ *left_out="(.+)"$', text, re.M)
+    folders = {f"{Path(file).parent}" for file in usual - short}
+    assert short < usual and folders == set(re.findall(r"tests/\w+", said))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -46,9 +47,9 @@ VALIDATION = {
 }  # fmt: skip
 
 
-def modules(root: Path) -> dict[str, Path]:
+def modules(root: Path, package: str = "clrt") -> dict[str, Path]:
     found = {}
-    for path in sorted((root / "clrt").rglob("*.py")):
+    for path in sorted((root / package).rglob("*.py")):
         name = ".".join(path.relative_to(root).with_suffix("").parts)
         found[name.removesuffix(".__init__")] = path
     return found
@@ -124,6 +125,25 @@ def parts(root: Path) -> dict[str, str]:
     }  # fmt: skip
 
 
+def round_about(root: Path) -> list[str]:
+    """The rooms of validation, its folders and the files beside them, that import each other in a circle."""
+    known = modules(root, "validation")
+    graph: dict[str, set[str]] = {room(name): set() for name in known}
+    for name, path in known.items():
+        package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.level:
+                above = package.split(".")[: 1 - node.level or None] + (node.module or "").split(".")
+                base = ".".join(filter(None, above))
+                targets = [f"{base}.{alias.name}" for alias in node.names]
+            elif isinstance(node, ast.Call) and ast.unparse(node.func) == "validation_module":
+                targets = [f"validation.{ast.literal_eval(node.args[0])}"] if node.args else []
+            else:
+                continue
+            graph[room(name)] |= {room(target) for target in targets} & graph.keys() - {room(name)}
+    return sorted(name for name in graph if name in reached(graph, name))
+
+
 def test_every_file_is_in_a_room() -> None:
     apart = {name for name in modules(ROOT) if room(name) not in ROOMS}
     assert apart == {"clrt", "clrt.__main__", "clrt.version"}
@@ -135,6 +155,14 @@ def test_imports_go_down() -> None:
 
 def test_no_files_import_each_other() -> None:
     assert circles(ROOT) == []
+
+
+def test_no_rooms_of_validation_import_each_other(tmp_path: Path) -> None:
+    assert round_about(ROOT) == []
+    shutil.copytree(ROOT / "validation", tmp_path / "validation")
+    for more in ("from ..mutants import run", "from .. import mutants", "validation_module('mutants.run')"):
+        (tmp_path / "validation" / "oracle64" / "odd.py").write_text(f"def odd():\n    {more}\n")
+        assert {"mutants", "oracle64", "oracles"} <= set(round_about(tmp_path)), more
 
 
 def test_only_parts_of_a_whole_name_it_for_types() -> None:

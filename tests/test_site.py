@@ -47,7 +47,7 @@ def test_a_notebook_has_the_page_s_code_and_what_it_gives(tmp_path: Path) -> Non
 @pytest.mark.parametrize("name", PAGES)
 def test_no_page_leads_out_of_the_site(name: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     for file in ("figures/generations.svg", "figures/scan.svg", "figures/media.png", "figures/glasses.svg",
-                 "figures/rainbow.png", "wavefront.txt", "bits.txt"):  # fmt: skip
+                 "figures/rainbow.png", "figures/observer.svg", "wavefront.txt", "bits.txt"):  # fmt: skip
         (tmp_path / "generated" / file).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / "generated" / file).write_text("made")
     text = (DOCS / name).with_suffix(".md").read_text("utf-8")

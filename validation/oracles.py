@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
 import dataclasses
 import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
@@ -173,6 +175,14 @@ class Oracles:
         if source.tables.get("ambient_samples"):
             picture.by_ray.pop(_AMBIENT, None)
         return picture
+
+
+@cache
+def oracles() -> Oracles:
+    """This process' oracles."""
+    opened = Oracles()
+    atexit.register(opened.mitsuba.close)
+    return opened
 
 
 def able(oracle: str, case: Case) -> bool:

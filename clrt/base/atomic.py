@@ -23,8 +23,9 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a new, empty file beside `path` to write to; it takes the place of `path` when the block ends.
 
     The new file has the suffix of `path`, is forced to the disk before the replacement, and is removed when
-    the block fails or is interrupted. ClrtError when `path` can be no file's name, is not a regular file's,
-    is a file that the command has read, or its folder is missing or cannot be written to.
+    the block fails or is interrupted. ClrtError when `path` can be no file's name (one that ends in a
+    slash is a folder's), is not a regular file's, is a file that the command has read, or its folder is
+    missing or cannot be written to.
     """
     target = _target(path)
     suffix = target.suffix if len(target.suffix) <= _SUFFIX else ""  # a name of 255 bytes may be all suffix
@@ -80,6 +81,8 @@ def check_replaceable(path: str | os.PathLike[str]) -> None:
 
 def _target(path: str | os.PathLike[str]) -> Path:
     """The file to replace: what `path` is, or leads to."""
+    if os.fspath(path).endswith(("/", os.sep)):
+        raise ClrtError(f"{path}: is the name of a folder; give the name of a file to write")
     try:
         target = Path(os.path.realpath(path))
     except (OSError, ValueError) as error:  # the current folder was removed; a NUL inside

@@ -43,7 +43,7 @@ def identity(file: Name) -> Identity | str:
     """What all names of one file have in common; of one that is not there yet, its path."""
     path = os.fspath(file)
     try:
-        path = os.path.realpath(path)  # first: it forgives "scene.toml/", as what replaces a file does
+        path = os.path.realpath(path)  # first: it forgives "scene.toml/"
         status = os.stat(path)
     except (OSError, ValueError):
         return path

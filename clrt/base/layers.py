@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from typing import Final, NamedTuple
+from math import inf
+from typing import Final, Literal, NamedTuple
 
 from clrt.base.errors import ClrtError, show
 from clrt.base.suggest import nearest
@@ -67,6 +68,8 @@ class Layer(NamedTuple):
     picture: str = "light"  # one of PICTURES
     bare: bool = False  # its channels are the picture's own, and so have no layer's name before them
     formerly: tuple[str, ...] = ()  # what its channels were called in older files
+    # the least and the most that a number can be that is no light; a text: the scene's last one of these
+    within: tuple[float, float | Literal["shape", "material"]] = (-inf, inf)
 
     @property
     def is_shown(self) -> bool:
@@ -107,6 +110,7 @@ _ROUTE: Final = "light by the first bounce on its way; they sum to the picture"
 _GENERATIONS: Final = "light by the number of bounces; they sum to the picture"
 _TERM: Final = "the terms of the local light of generation 0"
 _HIT: Final = (Geometry(),)
+_FINITE: Final = (-3.4028234663852886e38, 3.4028234663852886e38)  # as float32 is
 _XYZ: Final = ("X", "Y", "Z")
 RANKS: Final = 6  # names that a pixel's mattes hold
 _PAIRS: Final = tuple(f"{rank // 2:02}.{'RGBA'[rank % 2 * 2 + k]}" for rank in range(RANKS) for k in (0, 1))
@@ -122,26 +126,31 @@ LAYERS: Final = {
     **{name: Layer((Term(f"TERM_{name.upper()}"),), _TERM) for name in TERMS if name != "ambient"},
     # of the first ray of a pixel; 0 on a miss
     "depth": Layer(_HIT, "way of the ray, from `near` on; infinite on a miss", 1, "float", ("V",), "nearness",
-                   formerly=("depth.Z",)),
+                   formerly=("depth.Z",), within=(0.0, inf)),
     "z": Layer(_HIT, "depth along the view, from the eye; infinite on a miss", 1, "float", ("Z",), "nearness",
-               bare=True),
-    "distance": Layer(_HIT, "distance from the eye, infinite on a miss", 1, "float", ("V",), "nearness"),
-    "position": Layer(_HIT, "the hit, 0 on a miss", 3, "float", _XYZ, "place"),
-    "normal": Layer(_HIT, "outward geometric unit normal, 0 on a miss", 3, "float", _XYZ, "direction"),
+               bare=True, within=(_FINITE[0], inf)),
+    "distance": Layer(_HIT, "distance from the eye, infinite on a miss", 1, "float", ("V",), "nearness",
+                      within=(0.0, inf)),
+    "position": Layer(_HIT, "the hit, 0 on a miss", 3, "float", _XYZ, "place", within=_FINITE),
+    "normal": Layer(_HIT, "outward geometric unit normal, 0 on a miss", 3, "float", _XYZ, "direction",
+                    within=(-2.0, 2.0)),
     "shading_normal": Layer(_HIT, "unit normal that light is computed with, 0 on a miss", 3, "float", _XYZ,
-                            "direction"),
+                            "direction", within=(-2.0, 2.0)),
     "albedo": Layer(_HIT, "diffuse reflectance: `diffuse` times the colour there, 0 on a miss",
-                    picture="color"),
+                    picture="color", within=_FINITE),
     "uv": Layer((Geometry(pictures=True),), "u, v in the surface's pictures, 0 without; of scenes with such",
-                2, "float", ("U", "V"), "coordinates"),
-    "shape": Layer(_HIT, "number of the shape, -1 on a miss", 1, "int", ("ID",), "number"),
-    "material": Layer(_HIT, "number of the material, -1 on a miss", 1, "int", ("ID",), "number"),
+                2, "float", ("U", "V"), "coordinates", within=_FINITE),
+    "shape": Layer(_HIT, "number of the shape, -1 on a miss", 1, "int", ("ID",), "number",
+                   within=(-1.0, "shape")),
+    "material": Layer(_HIT, "number of the material, -1 on a miss", 1, "int", ("ID",), "number",
+                      within=(-1.0, "material")),
     # of all samples of a pixel
     "alpha": Layer((Samples(),), "the part of the samples that hits anything", 1, "float", ("A",), "share",
-                   bare=True),
-    "crypto_shape": Layer((Samples("shape"),), _MATTES + "shape", 2 * RANKS, "float", _PAIRS, "mattes"),
+                   bare=True, within=(0.0, 1.0)),
+    "crypto_shape": Layer((Samples("shape"),), _MATTES + "shape", 2 * RANKS, "float", _PAIRS, "mattes",
+                          within=_FINITE),
     "crypto_material": Layer((Samples("material"),), _MATTES + "material", 2 * RANKS, "float", _PAIRS,
-                             "mattes"),
+                             "mattes", within=_FINITE),
     "bands": Layer((Spectral(),), "the picture's bands, of scenes with a `spectrum`", 0, "float", (), "none"),
     "samples": Layer((Count(),), "samples: more where `adaptive` asks", 1, "int", ("N",), "part"),
     "xyz": Layer((Spectral("xyz"),), "CIE XYZ, likewise", 3, "float", _XYZ, "luminance"),

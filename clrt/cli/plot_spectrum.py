@@ -30,7 +30,7 @@ def run(options: argparse.Namespace) -> int:
     if options.bands is not None:
         options.bands = whole("--bands", options.bands, 1, Limits().bands)
     path = Path(options.output or f"{stem}.png")
-    check_replaceable(path)
+    check_replaceable(options.output or path)
     from clrt.images.plotting import save  # with matplotlib: only where something is drawn
     from clrt.spectra.plot import draw
 

@@ -232,7 +232,7 @@ def _check_outputs(options: argparse.Namespace, scene: Path) -> None:
     check_apart(_outputs(options), {"the scene": scene})
     for file in _layer_files(options).values():
         check_replaceable(file)
-    for path in filter(None, (options.stats, options.trace)):
+    for path in filter(None, (options.stats, options.trace, options.checkpoint)):
         check_replaceable(path)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from clrt import layout
 from clrt.base.errors import LimitError
-from clrt.base.layers import Geometry, Samples, Spectral, comes_from, find
+from clrt.base.layers import Count, Geometry, Samples, Spectral, comes_from, find
 from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
@@ -160,10 +160,10 @@ class Job:
         tell(observers, "resolve", 0, queue, film)
         tell(observers, "develop", 0, queue, {"rows": planes})
         found |= dict(zip(film.planes, finished(planes), strict=True))
-        if "samples" in self.layers:
-            found["samples"] = np.full(len(planes[0]), self.samples, np.int32)
         for name in self.layers:
             for source in find(name).sources:
+                if isinstance(source, Count):
+                    found[name] = np.full(len(planes[0]), self.samples, np.int32)
                 if isinstance(source, Spectral):
                     response = getattr(self.flat, source.response) if source.response else None
                     found[name] = film.reading(response, planes=1).wait()[0]
@@ -211,16 +211,19 @@ class Job:
                 return -most, most
             return -_FINITE, brightest  # `colorimetry.finished` bounds it above
 
-        special = {
-            "bands": seen(None), "xyz": seen(flat.xyz), "depth": (0.0, np.inf), "normal": (-2.0, 2.0),
-            "distance": (0.0, np.inf), "z": (-_FINITE, np.inf), "shading_normal": (-2.0, 2.0),
-            "shape": (-1.0, flat.n_shapes + flat.scene["lights"][0] - 1.0),
-            "material": (-1.0, len(flat.materials) - 1.0), "alpha": (0.0, 1.0),
-            "samples": (0.0, float(ceilings.RAYS)),
-        }  # fmt: skip
-        light, number = seen(flat.response), (-_FINITE, _FINITE)
-        other = {name: number if comes_from(name, Geometry, Samples) else light for name in self.layers}
-        return {"image": light, **{name: special.get(name, each) for name, each in other.items()}}
+        last = {"shape": flat.n_shapes + flat.scene["lights"][0] - 1, "material": len(flat.materials) - 1}
+
+        def of(name: str) -> tuple[float, float]:
+            (source, *_), (least, most) = find(name).sources, find(name).within
+            if isinstance(source, Spectral):
+                return seen(getattr(flat, source.response) if source.response else None)
+            if isinstance(source, Count):
+                return 0.0, float(ceilings.RAYS)
+            if isinstance(source, Geometry | Samples):
+                return least, float(last[most] if isinstance(most, str) else most)
+            return seen(flat.response)
+
+        return {"image": seen(flat.response), **{name: of(name) for name in self.layers}}
 
     @cached_property
     def _camera(self) -> tuple[np.ndarray, np.ndarray]:

@@ -55,8 +55,7 @@ def _one_at_a_time(method: Method) -> Method:
     def locked(self: Tracer, *arguments: Any, **named: Any) -> Any:
         check_process()  # first: a lock that was held when the process was forked stays held
         with self._lock:
-            if self._closed:
-                raise ClrtError("this Tracer is closed; make a new one: clrt.Tracer(scene)")
+            self._check_open()
             return method(self, *arguments, **named)
 
     return locked  # type: ignore[return-value]
@@ -92,11 +91,21 @@ class Tracer:
         self.flat = flatten(self._scene)
         check_ceilings(self.flat, self._scene.source)
         self.device = Device(opened, self.settings, self.flat.ray_format)
-        self.world = World(self.device, self.flat)
+        self._world = World(self.device, self.flat)
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise ClrtError("this Tracer is closed; make a new one: clrt.Tracer(scene)")
 
     def _check_size(self, scene: Scene) -> None:
         """Before anything is flattened, which takes the host as much memory."""
         self._settings.limits.check("device_bytes", tree.least_bytes(scene), scene.source, "shapes")
+
+    @property
+    def world(self) -> World:
+        """The scene's buffers on the device."""
+        self._check_open()
+        return self._world
 
     @property
     def scene(self) -> Scene:
@@ -139,7 +148,7 @@ class Tracer:
         with self._lock:
             if not self._closed:
                 self._closed = True
-                del self.world
+                del self._world
                 for track in self.device.driver.tracks:
                     track.pool.free_held()
 

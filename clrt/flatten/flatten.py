@@ -14,6 +14,7 @@ import numpy as np
 from clrt import layout
 from clrt.base.errors import SceneError, located
 from clrt.flatten.camera import flatten_camera
+from clrt.flatten.entries import check_entries
 from clrt.flatten.geometry import GEOMETRY, geometry
 from clrt.flatten.hidden import warn_of_hidden_view
 from clrt.flatten.images import Pictures
@@ -143,12 +144,14 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
     meshes of the very arrays) the arrays of their geometry are shared, and nobody is warned of the view a
     second time; a background of the same name is not read again.
 
-    Raises `SceneError` with the place of a shape that its transform makes one that there is no primitive for,
-    or whose coordinates leave the range of float32, and for a background that cannot be read.
+    Raises `SceneError` with the place of a shape of a kind that a table lacks, or that its transform makes
+    one that there is no primitive for, or whose coordinates leave the range of float32, and for a background
+    that cannot be read.
     """
     ahead = _taken(scene) if known is None else None
     if ahead is not None:
         return ahead
+    check_entries(scene)
     bands = bands_of(scene)
     materials = MaterialTable(scene, bands)
     numbers = [materials.number(shape) for shape in scene.shapes]

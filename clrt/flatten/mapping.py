@@ -59,7 +59,9 @@ def mappings(scene: Scene, primitives: np.ndarray, pictured: np.ndarray) -> dict
         if type(shape) is Sphere and not shape.transform:  # of which there may be a million
             of[start] = found.setdefault(_UPRIGHT, len(found))
             continue
-        for place, record in enumerate(_MAP[type(shape)](shape), start):
+        make = _MAP[type(shape)]
+        assert make is not None
+        for place, record in enumerate(make(shape), start):
             of[place] = found.setdefault(record.tobytes(), len(found))
     records = np.frombuffer(b"".join(found), layout.dtype("Mapping")).copy()
     return {"mappings": records, "mapping_of": of, "corner_uv": np.concatenate(corners).reshape(-1, 4)}
@@ -185,7 +187,8 @@ def _box(shape: Box) -> list[np.ndarray]:
 _UPRIGHT: Final = _record("MAP_NORMAL", _AXES, *((axis, 0.0) for axis in _AXES)).tobytes()
 # u and v of a box's faces, from -x to +z; capital letters run from 1 to 0
 _BOX_FACES: Final = ("yz", "yZ", "zx", "XZ", "Yx", "yx")
-_MAP: Final[dict[type[Shape], Callable[[Any], list[np.ndarray]]]] = {
+# every shape that there is; None: by numbers of its own
+_MAP: Final[dict[type[Shape], Callable[[Any], list[np.ndarray]] | None]] = {
     Sphere: _sphere,
     Plane: _plane,
     Disk: _disk,
@@ -196,4 +199,5 @@ _MAP: Final[dict[type[Shape], Callable[[Any], list[np.ndarray]]]] = {
     Paraboloid: _paraboloid,
     Cylinder: _cone,
     Cone: _cone,
+    Mesh: None,
 }

@@ -1,7 +1,8 @@
 """Each shape of a scene as numbered primitives in world space, collected by kind.
 
 One function a shape class turns it into what its primitives are made of (float64); the arrays of a kind are
-then made for all its primitives at once. To add a shape: a function here and its entry in `_ADD`.
+then made for all its primitives at once. To add a shape: a function here, its entry in `_ADD`, and those in
+the other tables of `clrt.flatten.entries`.
 """
 
 from __future__ import annotations

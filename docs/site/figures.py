@@ -14,9 +14,12 @@ import numpy as np
 import clrt
 from clrt.engine import wavefront
 from clrt.exercises.table import scenes
+from clrt.spectra.bands import Bands, light
+from clrt.spectra.colorimetry import matching, xyz_matrix
 from clrt.spectra.curves import ior_at
 
 _GLASSES = ("BK7", "SF11", "water-dispersive", "diamond-dispersive")
+_XYZ = ("#c8553d", "#4a9150", "#3d78c8")
 _BITS = {
     "as it comes": clrt.Settings(), "tiles of 256 rays": clrt.Settings(tile=256),
     "one work-item a group": clrt.Settings(local_size=1),
@@ -32,6 +35,7 @@ def write(folder: Path) -> None:
     logging.getLogger("clrt").setLevel(logging.WARNING)  # Sphinx prints what is logged
     _generations(figures / "generations.svg")
     _glasses(figures / "glasses.svg")
+    _observer(figures / "observer.svg")
     (figures / "scan.svg").write_text(_scan(), "utf-8")
     clrt.render(clrt.load(scenes()["wine"])).save(figures / "media.png")
     shutil.copy(folder / "gallery" / "rainbow.png", figures / "rainbow.png")
@@ -72,6 +76,21 @@ def _glasses(file: Path) -> None:
     for glass in _GLASSES:
         curve = ior_at(glass, nm)
         axes.plot(nm, curve / ior_at(glass, np.array([587.56])), label=glass)
+    axes.legend(frameon=False)
+    _save(axes, file)
+
+
+def _observer(file: Path) -> None:
+    """A lamp's bands, and each times the three matching functions: what these enclose are X, Y and Z."""
+    bands = Bands(24)
+    lamp = light("F11", bands)
+    axes = _axes("F11 in 24 bands, and what the observer sees of it", "wavelength in nm", "a band's value")
+    axes.stairs(lamp, bands.edges, fill=True, color="#cccccc", label="the lamp, L")
+    seen = lamp * matching(bands.midpoints)
+    for name, row, total, colour in zip("XYZ", seen, xyz_matrix(bands) @ lamp, _XYZ, strict=True):
+        label = f"L {name.lower()}: {name} = {total:.2f}"
+        axes.stairs(row, bands.edges, color=colour, linewidth=2, label=label)
+    axes.set_ylim(bottom=0)
     axes.legend(frameon=False)
     _save(axes, file)
 

@@ -101,6 +101,7 @@ def gltf(buffer: str) -> dict[str, Any]:
 
 
 _NUMBERS = count()
+_FOLDER = "is the name of a folder; give the name of a file to write"
 
 
 def spelled(name: str, ending: str) -> Iterator[str]:
@@ -131,8 +132,21 @@ def test_outputs_are_no_inputs(
                 stem = out.rstrip("/.").removesuffix(".depth.png")
                 given = [word.format(scene=scene, out=out, stem=stem) for word in words]
                 said = fault(capsys, *given)
-                assert "a file of its own" in said, (given, said)
+                refused = ("a file of its own", _FOLDER) if out.endswith("/") else ("a file of its own",)
+                assert any(words in said for words in refused), (given, said)
                 assert {name: Path(name).read_bytes() for name in before} == before, given
+
+
+@pytest.mark.parametrize("command", [*filter(WRITES.get, WRITES), "plot-spectrum"])
+def test_a_name_that_ends_in_a_slash_is_a_folder_s(
+    command: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = sorted(Path().iterdir())
+    for words, ending in WRITES[command] or [(["plot-spectrum", "D65", "-o", "{out}"], ".png")]:
+        if "{out}" in words:
+            given = [word.format(scene="room.toml", out=f"a{ending}/") for word in words]
+            assert fault(capsys, *given) == f"clrt: error: a{ending}/: {_FOLDER}\n"
+    assert sorted(Path().iterdir()) == before
 
 
 def test_a_buffer_may_be_called_anything(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -196,7 +210,8 @@ def test_what_was_read_is_never_replaced(folder: Path) -> None:
     with inputs.watched():
         read_bytes("mesh.obj", Limits())
         for name in spelled("mesh.obj", ".obj"):
-            with pytest.raises(clrt.ClrtError, match=r"is mesh\.obj, which is read"), replacing(name):
+            refused = _FOLDER if name.endswith("/") else r"is mesh\.obj, which is read"
+            with pytest.raises(clrt.ClrtError, match=refused), replacing(name):
                 pass
         with inputs.watched(False):
             read_bytes("room.toml", Limits())

@@ -158,7 +158,7 @@ def test_the_rays_of_a_camera(scene: clrt.Scene) -> None:
 def test_it_can_be_closed(scene: clrt.Scene) -> None:
     with clrt.Tracer(scene) as tracer:
         tracer.render()
-    for use in (tracer.render, tracer.camera_rays, lambda: tracer.update(scene)):
+    for use in (tracer.render, tracer.camera_rays, lambda: tracer.update(scene), lambda: tracer.world):
         with pytest.raises(clrt.ClrtError, match="this Tracer is closed"):
             use()
     tracer.close()

@@ -14,7 +14,7 @@ import clrt
 from clrt import layout
 from clrt.base import layers
 from clrt.base.resources import validation_module
-from clrt.flatten import inside
+from clrt.flatten import entries
 from clrt.flatten import materials as flatten_materials
 from clrt.flatten.flatten import flatten
 from clrt.flatten.shapes import _ADD, Collected
@@ -33,14 +33,22 @@ def test_every_kind_has_a_section_of_records():
     assert all(layout.WORLD[section] in layout.RECORDS for section in layout.SECTIONS.values())
 
 
-@pytest.mark.parametrize("table", ["_ADD", "_INSIDE", "oracle64"])
+@pytest.mark.parametrize("table", [*entries.TABLES, "oracle64", "oracle64 pictures"])
 def test_tables_of_shapes_have_every_shape(table: str):
     tables: dict[str, Any] = {
-        "_ADD": {kind.__name__ for kind in _ADD},
-        "_INSIDE": {kind.__name__ for kind in inside._INSIDE},
         "oracle64": set(validation_module("oracle64.primitives")._BUILDERS),
-    }
+        "oracle64 pictures": set(validation_module("oracle64.images")._PLACES),
+    } | {name: {kind.__name__ for kind in held} for name, held in entries.TABLES.items()}
     assert tables[table] == {kind.__name__ for kind in scene.SHAPES.values()}
+
+
+@pytest.mark.parametrize("table", entries.TABLES)
+def test_a_shape_that_a_table_lacks_is_no_picture(table: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.delitem(entries.TABLES[table], scene.Disk)  # type: ignore[arg-type]
+    flatten(clrt.load_dict({"shapes": [BALL]}))
+    disk = {"type": "disk", "center": [0, 0, 0], "normal": [0, 1, 0], "radius": 1}
+    with pytest.raises(clrt.ClrtError, match=r"^shapes\[1\]: a Disk has no entry in " + table + ";"):
+        flatten(clrt.load_dict({"shapes": [BALL, disk, disk]}))
 
 
 def test_a_scene_may_hold_every_shape():
@@ -94,4 +102,5 @@ def test_the_page_names_files_that_exist():
     named = set(re.findall(r"`((?:kernels|clrt|validation|tests)/[\w/.]+)`", page)) - {"kernels/torus.clh"}
     assert len(named) > 12
     assert not [name for name in sorted(named) if not (root / name).exists()]
-    assert set(re.findall(r"`(_?[A-Z]{2,}_?[A-Z]*)`", page)) >= {"SECTIONS", "SHAPES", "_ADD", "_INSIDE"}
+    words = {"SECTIONS", "SHAPES", "_ADD", "_INSIDE", "_MAP"}
+    assert set(re.findall(r"`(_?[A-Z]{2,}_?[A-Z]*)`", page)) >= words

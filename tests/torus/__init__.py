@@ -14,11 +14,15 @@ ENTRIES: Final[dict[str, dict[str, str]]] = {
         '    "quadrics": "Quadric",\n': '    "quadrics": "Quadric",\n    "tori": "Torus",\n',
     },
     "clrt/scene/shapes.py": {
-        "class Plane(Shape": '''class Torus(FiniteShape, frozen=True, kw_only=True, tag="torus"):
+        "class Plane(Shape": '''class Torus(Shape, frozen=True, kw_only=True, tag="torus"):
     center: Vector
     axis: Vector
     radius: Radius
     tube: Radius
+
+    @property
+    def primitives(self) -> int:
+        return 2
 
 
 class Plane(Shape''',
@@ -35,8 +39,8 @@ class Plane(Shape''',
         "def _plane(out": '''def _torus(
     out: Collected, shape: Torus, index: int, material: int, at: str
 ) -> None:
-    out.tori.append((*shape.center, shape.radius, *unit(shape.axis), shape.tube))
-    out.number("TORUS", index, material)
+    out.tori += [(*shape.center, shape.radius, *unit(shape.axis), shape.tube)] * 2
+    out.number("TORUS", index, material, 2)
 
 
 def _plane(out''',
@@ -60,5 +64,30 @@ def _plane(out''',
 
 
 def _planes(''',
+    },
+    "clrt/flatten/inside.py": {
+        "def _plane(shape": '''def _torus(shape: Torus, p: np.ndarray) -> np.ndarray:
+    local = p - shape.center
+    height = local @ (np.asarray(shape.axis, np.float64) / np.linalg.norm(shape.axis))
+    across = np.sqrt(np.maximum(np.square(local).sum(axis=1) - height**2, 0))
+    return np.asarray((across - shape.radius) ** 2 + height**2 < shape.tube**2)
+
+
+def _plane(shape''',
+        "    Sphere: _sphere,\n": "    Sphere: _sphere,\n    Torus: _torus,\n",
+        "    Sphere,\n)\n": "    Sphere,\n    Torus,\n)\n",
+    },
+    "clrt/flatten/mapping.py": {
+        "def _plane(shape": '''def _torus(shape: Torus) -> list[np.ndarray]:
+    axis = unit(shape.axis)
+    ways = *about(axis), axis / (2 * shape.tube)
+    rows = [_from(shape.center, way, rest) for way, rest in zip(ways, (0.0, 0.0, 0.5), strict=True)]
+    return [_record("MAP_AXIAL", shape.matrix, *rows)] * 2
+
+
+def _plane(shape''',
+        "    Sphere: _sphere,\n": "    Sphere: _sphere,\n    Torus: _torus,\n",
+        "from clrt.scene.transforms import":
+            "from clrt.scene.shapes import Torus\nfrom clrt.scene.transforms import",
     },
 }

@@ -22,8 +22,7 @@ from clrt.device.device import Device
 from ..cases import case_named, limits_of, tables
 from ..compare.oracle import compare
 from ..independence import reached
-from ..oracles import ORACLE64, SPECTRAL, edges64, our_picture, picture64, source_of
-from ..suite.worker import oracles
+from ..oracles import ORACLE64, SPECTRAL, edges64, oracles, our_picture, picture64, source_of
 from ..types import Case, Comparison, MutantResult, OracleImage
 from .audit import AUDIT_FAULTS
 from .checks import CHECK, failed, passes

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import atexit
 import dataclasses
 import multiprocessing
 import os
@@ -30,8 +29,8 @@ from ..oracle_povray.client import PovrayError
 from ..oracles import (
     ORACLE64,
     POVRAY,
-    Oracles,
     edges64,
+    oracles,
     our_picture,
     picture64,
     scene_of,
@@ -79,14 +78,6 @@ class Task:
 def device_of(wanted: int | str | None, check: bool = True) -> Device:
     """This process' device, its kernels built once. check: the tripwire is on, for the film hides a NaN."""
     return Device(wanted, Settings(check=check))
-
-
-@cache
-def oracles() -> Oracles:
-    """This process' oracles."""
-    opened = Oracles()
-    atexit.register(opened.mitsuba.close)
-    return opened
 
 
 def run_case(task: Task) -> CaseResult:
