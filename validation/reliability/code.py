@@ -18,8 +18,6 @@ PROGRAM: Final = tuple(f"clrt.{path.stem}" for path in sorted(PACKAGE.glob("*.py
     f"clrt.cli.{path.stem}" for path in sorted((PACKAGE / "cli").glob("*.py"))
 )
 """All modules of the program `clrt`, which imports each command's when it is asked for it."""
-
-
 STATED: Final = (
     *(f"validation.cases.{path.stem}" for path in sorted((VALIDATION / "cases").glob("[!_]*.py"))),
     *(f"validation.mutants.{name}" for name in ("audit", "engine", "extent", "host", "kernels", "spectral",
