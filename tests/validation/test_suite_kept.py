@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clrt.base import interrupts
 from clrt.base.resources import validation_module
 from clrt.cli import validate
 
@@ -196,9 +197,11 @@ def test_an_interrupted_run_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
                 raise KeyboardInterrupt
 
     monkeypatch.setattr(suite, "completed", completed)
+    monkeypatch.setattr(interrupts, "saved", [])
     plan = suite.Plan(cases=("diffuse", "mirror", "lens"), keep=True)
     with pytest.raises(KeyboardInterrupt):
         suite.run(plan)
+    assert interrupts.saved == [opened().folder], "what Ctrl-C says of it"
     found = suite.run(plan, lambda number, total, _: told.append((number, total)))
     assert len(done) == len(set(done)) == 3 and told == [(2, 3), (3, 3)]
     assert found.kept == (done[0],) and [case.case.name for case in found.cases] == list(plan.cases)

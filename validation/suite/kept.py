@@ -28,6 +28,7 @@ import msgspec
 import numpy as np
 from platformdirs import user_cache_dir
 
+from clrt.base import interrupts
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE, kernel_folder
@@ -134,6 +135,9 @@ class Kept:
         file = self._file(name, inputs)
         with suppress(OSError, ClrtError), replacing(file) as temporary, temporary.open("wb") as opened:
             np.savez_compressed(opened, **arrays)  # type: ignore[arg-type]
+        # who interrupts the run is told of the folder, not of each file
+        others = [path for path in interrupts.saved if path.parent.resolve() != self.folder.resolve()]
+        interrupts.saved[:] = dict.fromkeys([*others, self.folder])
 
     def _result(self, name: str, inputs: Inputs) -> Any:
         """What is kept; one of _DAMAGED where it is not what was asked for."""
