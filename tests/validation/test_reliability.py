@@ -21,7 +21,6 @@ from clrt.cli import main
 from clrt.device.info import DeviceInfo
 from clrt.formats.shipped import load_scene
 from tests import report_samples
-from validation.mutants.outcomes import SURVIVED
 from validation.reliability import __main__ as page
 from validation.reliability import accuracy, code, drivers, intel, kept, sameness
 from validation.reliability.figures import Figure
@@ -80,36 +79,6 @@ def test_a_figure_is_as_old_as_its_code(monkeypatch: pytest.MonkeyPatch, tmp_pat
     finally:
         code.digest.cache_clear()
         code._imports.cache_clear()
-
-
-def test_what_proves_less_than_it_says_is_not_good(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """A run that failed or of some cases, faults that survived or too few of them: as old figures are."""
-    stamp = {"code": code.digest(("clrt.version",)), "dirty": False}
-    monkeypatch.setattr(kept, "FILES", dict.fromkeys(("validation.json", "mutants.json"), ("clrt.version",)))
-    whole = {"passed": True, "coverage": {"fog": []}, "mutants": [{}], "checks": [{}]}
-    some, failed = {**whole, "coverage": {}}, {**whole, "passed": False}
-    quick = {**whole, "checks": []}
-    for runs, state in (([whole], ""), ([whole, some], ""), ([some], "part"), ([quick], "part"), ([], "part"),
-                        ([failed], "passed"), ([failed, some], "passed")):  # fmt: skip
-        (tmp_path / "validation.json").write_text(json.dumps({"stamp": stamp, "runs": runs}))
-        found = kept.stale("validation.json", tmp_path)
-        assert state in found and bool(found) == bool(state), runs
-    rows = {str(number): {"outcome": "noticed"} for number in range(300)}
-    lives, few = {**rows, "299": {"outcome": SURVIVED}}, dict([*rows.items()][1:])
-    for faults, state in ((rows, ""), (lives, "1 faults survived"), (few, "299")):
-        (tmp_path / "mutants.json").write_text(json.dumps({"stamp": stamp, "faults": faults}))
-        found = kept.stale("mutants.json", tmp_path)
-        assert state in found and bool(found) == bool(state)
-
-
-def test_ticks_of_other_code_are_told(tmp_path: Path) -> None:
-    now = code.digest(*kept.ticks_of())
-    (tmp_path / "docs").mkdir()
-    (tmp_path / "validation").mkdir()
-    for codes, state in (([now[:16]], ""), (["0" * 16, now[:16], ""], f"2 of 3 rows {kept.STALE}")):
-        rows = {str(number): {"code": of} for number, of in enumerate(codes)}
-        (tmp_path / "validation" / "ticks.json").write_text(json.dumps(rows))
-        assert kept.stale(kept.TICKS, tmp_path / "docs") == state
 
 
 def test_parts_of_one_run_are_of_one_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from clrt.cli import validate
 suite, kept = validation_module("suite.run"), validation_module("suite.kept")
 worker, types = validation_module("suite.worker"), validation_module("types")
 cases, code = validation_module("cases"), validation_module("reliability.code")
-mutants = validation_module("mutants.run")
+mutants, pages = validation_module("mutants.run"), validation_module("reliability.kept")
 RIGHT = types.Gate("SSIM", np.float64(0.9999), 0.999, np.bool_(True), "high")
 WRONG = types.Gate("SSIM", 0.9, 0.999, False, "high")
 CASE = kept.Inputs("validation.suite.worker", cases=("diffuse",), said=("oracle64",))
@@ -234,3 +234,34 @@ def test_code_that_changes_while_it_runs_makes_figures_dirty(monkeypatch: pytest
         stamps.append(now)
         assert validate._also_after(stamps[0]) == {"code": "a", "dirty": True}
     assert validate._also_after({}) == {}
+
+
+def test_what_proves_less_than_it_says_is_not_good(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """A run that failed or of some cases, faults that survived or too few of them: as old figures are."""
+    stamp = {"code": code.digest(("clrt.version",)), "dirty": False}
+    monkeypatch.setattr(pages, "FILES", dict.fromkeys(("validation.json", "mutants.json"), ("clrt.version",)))
+    whole = {"passed": True, "coverage": {"fog": []}, "mutants": [{}], "checks": [{}]}
+    some, failed = {**whole, "coverage": {}}, {**whole, "passed": False}
+    quick = {**whole, "checks": []}
+    for runs, state in (([whole], ""), ([whole, some], ""), ([some], "part"), ([quick], "part"), ([], "part"),
+                        ([failed], "passed"), ([failed, some], "passed")):  # fmt: skip
+        (tmp_path / "validation.json").write_text(json.dumps({"stamp": stamp, "runs": runs}))
+        found = pages.stale("validation.json", tmp_path)
+        assert state in found and bool(found) == bool(state), runs
+    rows = {str(number): {"outcome": "noticed"} for number in range(300)}
+    survived = {"outcome": validation_module("mutants.outcomes").SURVIVED}
+    lives, few = {**rows, "299": survived}, dict([*rows.items()][1:])
+    for faults, state in ((rows, ""), (lives, "1 faults survived"), (few, "299")):
+        (tmp_path / "mutants.json").write_text(json.dumps({"stamp": stamp, "faults": faults}))
+        found = pages.stale("mutants.json", tmp_path)
+        assert state in found and bool(found) == bool(state)
+
+
+def test_ticks_of_other_code_are_told(tmp_path: Path) -> None:
+    now = code.digest(*pages.ticks_of())
+    (tmp_path / "docs").mkdir()
+    (tmp_path / "validation").mkdir()
+    for codes, state in (([now[:16]], ""), (["0" * 16, now[:16], ""], f"2 of 3 rows {pages.STALE}")):
+        rows = {str(number): {"code": of} for number, of in enumerate(codes)}
+        (tmp_path / "validation" / "ticks.json").write_text(json.dumps(rows))
+        assert pages.stale(pages.TICKS, tmp_path / "docs") == state
