@@ -5,7 +5,8 @@
 #   make lint    ruff and mypy
 #   make docs    the documentation as a site, in out/docs
 #   make reliability   the long proofs, and docs/reliability.md with their figures
-#   make release   lint, figures that are not stale, all tests, all exercises, all of validation and its mutants; long
+#   make release   lint, figures that are not stale, all tests, all exercises, all of validation and its mutants; long,
+#                  but what validation has kept of the same code and inputs it does not do again
 #   make clean   remove what the above made
 #
 # PYTHON=/path/to/python chooses the interpreter, TESTS="tests/cli/test_cli.py -x" what pytest gets (JOBS= runs tests

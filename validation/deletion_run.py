@@ -1,45 +1,55 @@
 """Measures which features each case shows, and keeps it (`ticks`).
 
     python -m validation.deletion_run [CASE ...]      these cases, or all whose scenes or features changed
+
+Named cases are measured anew, in this process. The others go to the suite's processes, a fault or a case at a
+time, and what comes of them is kept from run to run (`suite.kept`): broken off, it goes on where it was.
 """
 
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
-from typing import Final
+from typing import Any, Final
 
-from clrt.device.device import Device
+from clrt.base.resources import validation_module
 
-from .cases import matrix_cases, quietly
-from .deletions import DELETIONS, Faults
-from .mutants.plant import small
-from .mutants.run import MUTANTS, is_sound, judged, pictures_of
-from .oracles import ORACLE64, our_picture
+from .cases import matrix_cases
+from .deletion_jobs import faults_of, noticed, shown
+from .reliability import code
+from .reliability.kept import ticks_of
+from .suite.kept import Inputs, Kept
+from .suite.run import Jobs, Plan, completed_once, versions
 from .ticks import Row, fits, kept, row, write
 from .types import Case
 
 _WRONG: Final = "; WRONG: ticks.json"
+_MODULE: Final = "validation.deletion_jobs"
 
 
-def measured(cases: Iterable[Case], device: int | str | None = None) -> Iterator[tuple[Case, set[str]]]:
-    """Each case and the features without which its picture is not the float64 oracle's any more.
-
-    The pictures are half as large as the case's, and judged by its gates. AssertionError where the renderer
-    as it is does not pass them.
-    """
-    cases, opened = list(cases), Device(device)
-    noticed: dict[str, set[str]] = {}  # fault -> cases
-    for fault in sorted({fault for case in cases for feature in case.features for fault in _faults(feature)}):
-        asked = tuple(c.name for c in cases if any(fault in _faults(feature) for feature in c.features))
-        pictures = pictures_of(dataclasses.replace(MUTANTS[fault], cases=asked), device)
-        noticed[fault] = {name for name, ours in pictures if not judged(name, ours, ORACLE64).passed}
+def jobs_of(cases: Iterable[Case], device: int | str | None) -> tuple[Jobs, dict[str, Inputs | None]]:
+    """What has to be done for these cases, and what it is made from."""
+    cases, jobs, inputs = list(cases), Jobs(), dict[str, Inputs | None]()
+    faults = {case.name: {f for feature in case.features for f in faults_of(feature)} for case in cases}
+    for fault in sorted(set().union(*faults.values())):
+        asked = tuple(name for name, of in faults.items() if fault in of)
+        jobs[f"fault: {fault}"] = noticed, fault, asked, device
+        inputs[f"fault: {fault}"] = Inputs(_MODULE, asked, (fault,))
     for case in cases:
-        is_sound(case.name, device, ORACLE64)
-        yield case, {feature for feature in case.features if _shows(case.name, feature, noticed, opened)}
+        features = tuple(sorted(case.features))
+        jobs[f"edits: {case.name}"] = shown, case.name, device
+        inputs[f"edits: {case.name}"] = Inputs(_MODULE, (case.name,), said=features)
+    return jobs, inputs
+
+
+def measured(cases: Iterable[Case], found: Mapping[str, Any]) -> Iterator[tuple[Case, set[str]]]:
+    """Each case and the features without which its picture is not the float64 oracle's any more, by what the
+    jobs found."""
+    for case in cases:
+        faults = {feature: faults_of(feature) for feature in case.features}
+        by_fault = {f for f, of in faults.items() if any(case.name in found[f"fault: {one}"] for one in of)}
+        yield case, by_fault | set(found[f"edits: {case.name}"])
 
 
 def otherwise(said: Row | None, found: Row) -> str:
@@ -50,18 +60,6 @@ def otherwise(said: Row | None, found: Row) -> str:
         return f"{_WRONG} claims {', '.join(claimed)}"
     more = sorted(set(found["shows"]) - set(said["shows"]))
     return f"; ticks.json does not claim {', '.join(more)}" if more else ""
-
-
-def _shows(name: str, feature: str, noticed: Mapping[str, set[str]], opened: Device) -> bool:
-    deletion = DELETIONS[feature]
-    if not callable(deletion):
-        return any(name in noticed[fault] for fault in deletion)
-    return not judged(name, our_picture(quietly(partial(deletion, small(name))), opened), ORACLE64).passed
-
-
-def _faults(feature: str) -> Faults:
-    deletion = DELETIONS[feature]
-    return () if callable(deletion) else deletion
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -75,6 +73,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("case", nargs="*", help="only these; else those whose scenes or features changed")
     parser.add_argument("--all", action="store_true", help="every case of the matrix")
     parser.add_argument("--check", action="store_true", help="measure, and compare with what is kept")
+    parser.add_argument("--fresh", action="store_true", help="all anew, also what an earlier run has kept")
     parser.add_argument("--device", help="as for clrt render")
     given = parser.parse_args(arguments)
     matrix, rows, wrong = matrix_cases(), dict(kept()), 0
@@ -82,16 +81,28 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"no such case: {', '.join(unknown)}", file=sys.stderr)
         return 2
     wanted = given.case or [name for name, case in matrix.items() if given.all or not fits(case)]
-    for number, (case, shows) in enumerate(measured(map(matrix.__getitem__, wanted), given.device), 1):
+    of = code.digest(*ticks_of())
+    jobs, inputs = jobs_of(map(matrix.__getitem__, wanted), given.device)
+    if given.case:
+        found = {name: do(*arguments) for name, (do, *arguments) in jobs.items()}
+    else:
+        store = Kept(given.device, versions(), given.fresh)
+        found, old = completed_once(jobs, inputs, given.device, Plan().processes, store, _tell)
+        print(f"{len(old)} of {len(jobs)} results were kept{store.fault and f', none is: {store.fault}'}")
+    for case, shows in measured(map(matrix.__getitem__, wanted), found):
         hollow = ", ".join(sorted(case.features - shows)) or "nothing"
         said = otherwise(rows.get(case.name), row(case, shows)) if given.check else ""
         wrong += said.startswith(_WRONG)
-        print(f"{number} of {len(wanted)} {case.name}: without effect: {hollow}{said}", flush=True)
-        if not given.check:
-            rows[case.name] = row(case, shows)
-            write(rows, matrix)
+        print(f"{case.name}: without effect: {hollow}{said}", flush=True)
+        rows[case.name] = row(case, shows, of)
+    if not given.check:
+        write(rows, matrix)
     return int(wrong > 0)
 
 
+def _tell(done: int, total: int, name: str) -> None:
+    print(f"{done} of {total} {name}", flush=True)
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(validation_module("deletion_run").main())  # by the name that the suite's processes know

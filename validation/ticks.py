@@ -17,7 +17,7 @@ from clrt.base.atomic import write_text
 
 from .types import Case
 
-Row = dict[str, Any]  # "scene": digest, "asked" and "shows": features
+Row = dict[str, Any]  # "scene": digest, "asked" and "shows": features, "code": digest of what measured it
 FILE: Final = Path(__file__).with_name("ticks.json")
 
 
@@ -27,9 +27,9 @@ def kept() -> Mapping[str, Row]:
     return dict(json.loads(FILE.read_text("utf-8"))) if FILE.is_file() else {}
 
 
-def row(case: Case, shows: Iterable[str]) -> Row:
-    """What is kept of a case."""
-    return {"scene": digest(case), "asked": sorted(case.features), "shows": sorted(shows)}
+def row(case: Case, shows: Iterable[str], code: str = "") -> Row:
+    """What is kept of a case. code: the digest of what measured it."""
+    return {"scene": digest(case), "asked": sorted(case.features), "shows": sorted(shows), "code": code[:16]}
 
 
 def fits(case: Case) -> bool:

@@ -149,6 +149,7 @@ class SuiteResult:
     known: int = 0  # cases that a full run of this kind has; 0: not known
     subject: str = ""  # another program's command, where that is the one under test
     stamp: dict[str, Any] = field(default_factory=dict)  # of the code, where this is a checkout
+    kept: tuple[str, ...] = ()  # jobs whose results are of earlier runs, of the same code and inputs
 
     @property
     def thin(self) -> list[str]:

@@ -181,6 +181,7 @@ def parser() -> _Parser:
     validate.add_argument("--spd", metavar="FOLDER", help="ray counts of balls_c_s4.nff ... in there")
     validate.add_argument("--mutants", action="store_true", help="plant faults: each must be noticed")
     validate.add_argument("--case", action="append", metavar="NAME", help="only this case; may be repeated")
+    validate.add_argument("--fresh", action="store_true", help="run all anew, also what is kept")
     validate.add_argument("--list", action="store_true", help="list the cases and what each shows, run none")
     _add_cluster(validate)
     _add_device(validate)

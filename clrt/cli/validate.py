@@ -51,7 +51,8 @@ def run(options: argparse.Namespace) -> int:
             _check_spares(Path(options.report), options.spd)
         plan, stamp = _plan(suite, options), _stamp()
         with cluster(options, Settings()) as (workers, _), progress_bar() as progress:
-            result = replace(suite.run(replace(plan, **workers), progress), stamp=stamp)
+            result = suite.run(replace(plan, **workers), progress)
+        result = replace(result, stamp=_also_after(stamp))
         if options.report:
             write(result, Path(options.report), options.json)
     except ModuleNotFoundError as error:
@@ -65,9 +66,18 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _stamp() -> dict[str, Any]:
-    """Of the code that is run, taken before it is: of a checkout only, an installed copy has a version."""
+    """Of the code that is run, now: of a checkout only, an installed copy has a version."""
     kept = validation_module("reliability.kept")
+    validation_module("reliability.code").forget()
     return kept.stamp(kept.FILES["validation.json"]) if kept.checkout() else {}
+
+
+def _also_after(before: dict[str, Any]) -> dict[str, Any]:
+    """A run's stamp, of which the code as it was before; dirty where it is another one now."""
+    if not before:
+        return {}
+    now = _stamp()
+    return {**before, "dirty": before["dirty"] or now["dirty"] or now["code"] != before["code"]}
 
 
 def _check_spares(report: Path, spd: str | None) -> None:
@@ -108,6 +118,8 @@ def _plan(suite: Any, options: argparse.Namespace) -> Any:
         pictures=bool(options.report),
         command=printable(shlex.join(["clrt", *sys.argv[1:]])),
         program=program,
+        keep=True,
+        fresh=options.fresh,
     )
 
 

@@ -44,7 +44,7 @@ def test_a_question_is_asked_anew_once_what_decides_is_another(
     assert [ask(), ask()] == [2, 2]
     (tmp_path / "parts" / "a.mtl").write_bytes(b"newmtl b")
     assert [ask(), ask()] == [3, 3]
-    monkeypatch.setattr(kept, "_versions", lambda: "mitsuba 9")
+    monkeypatch.setattr(kept, "versions", lambda: "mitsuba 9")
     assert [ask(), ask()] == [4, 4]
 
 

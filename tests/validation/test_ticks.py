@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import random
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -73,6 +76,35 @@ def test_a_row_may_claim_less_than_shows_and_never_more() -> None:
     for other in ({**said, "scene": "b"}, {**said, "asked": ["mirror"]}):
         assert "WRONG: ticks.json is of another case" in deletion_run.otherwise(said, other)
     assert "WRONG" in deletion_run.otherwise(None, said)
+
+
+def test_what_was_measured_is_kept_and_the_row_says_with_which_code(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    suite, kept = validation_module("suite.run"), validation_module("suite.kept")
+    monkeypatch.setattr(kept, "user_cache_dir", lambda *_, **__: str(tmp_path))
+    matrix = {name: cases.case_named(name) for name in ("diffuse", "lens")}
+    done: list[str] = []
+    written: dict[str, Any] = {}
+
+    def completed(jobs: Any, *_: Any) -> Iterator[tuple[str, Any]]:
+        done.extend(jobs)
+        yield from ((name, ["lens"] if name.startswith("edits") else []) for name in jobs)
+
+    monkeypatch.setattr(suite, "completed", completed)
+    monkeypatch.setattr(deletion_run, "matrix_cases", lambda: matrix)
+    monkeypatch.setattr(deletion_run, "write", lambda rows, _: written.update(rows))
+    assert deletion_run.main(["--all"]) == 0
+    first = list(done)
+    assert {"edits: diffuse", "edits: lens"} < set(first)
+    row = written["lens"]
+    assert row["shows"] == ["lens"] and row["scene"] == ticks.kept()["lens"]["scene"]
+    reliability = validation_module("reliability.kept")
+    now = validation_module("reliability.code").digest(*reliability.ticks_of())
+    assert row["code"] == now[:16]
+    assert deletion_run.main(["--all", "--check"]) == 1, "diffuse has no lens, and the rows claim more"
+    assert done == first and f"{len(done)} of {len(done)} results were kept" in capsys.readouterr().out
+    assert deletion_run.main(["--all", "--fresh"]) == 0 and done == first * 2
 
 
 @pytest.mark.parametrize("claim", ["mirror", "lens"])

@@ -34,7 +34,7 @@ from . import snapshot
 from .generated import SEED, Place, drawn
 from .outcomes import OUTCOMES, SURVIVED, Row, in_one_copy
 
-COUNT: Final = 300
+COUNT: Final = pages.FAULTS
 NAME: Final = "mutants.json"
 _JOBS: Final = 2  # faults in kernels, and of the host
 

@@ -35,7 +35,7 @@ def once(
     that it names count by what is in them, those that ship wherever they are.
     """
     asked = f"{folder} {what!r}".replace(str(scene_folder()), "scenes")
-    held = hashlib.sha256(f"{code(oracle)} {_harness()} {_versions()} {asked}".encode())
+    held = hashlib.sha256(f"{code(oracle)} {_harness()} {versions()} {asked}".encode())
     for path in sorted(_files(what, Path(folder or "."))):
         held.update(hashlib.sha256(path.read_bytes()).digest())
     name = held.hexdigest()[:32]
@@ -90,7 +90,7 @@ def _files(what: Any, folder: Path) -> set[Path]:
 
 
 @cache
-def _versions() -> str:
+def versions() -> str:
     """Of Python, and of the packages that make answers."""
     found = [sys.version]
     for name in _PACKAGES:

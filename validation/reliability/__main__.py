@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import datetime
 import json
+import os
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -131,7 +132,7 @@ def main() -> int:
     if options.list or options.check:
         for name in pages.FILES:
             state = pages.stale(name)
-            print(f"docs/{name}: {state or 'good'}")
+            print(f"{os.path.normpath(f'docs/{name}')}: {state or 'good'}")
             bad |= bool(state)
     return int(bad and not options.list)
 

@@ -5,41 +5,62 @@ from __future__ import annotations
 import ast
 import hashlib
 import subprocess
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Final
 
 from clrt.base.resources import PACKAGE, kernel_folder, scene_folder
 
-ROOT: Final = Path(__file__).resolve().parents[2]
+VALIDATION: Final = Path(__file__).resolve().parents[1]
+ROOT: Final = VALIDATION.parent
 PROGRAM: Final = tuple(f"clrt.{path.stem}" for path in sorted(PACKAGE.glob("*.py"))) + tuple(
     f"clrt.cli.{path.stem}" for path in sorted((PACKAGE / "cli").glob("*.py"))
 )
 """All modules of the program `clrt`, which imports each command's when it is asked for it."""
+STATED: Final = (
+    *(f"validation.cases.{path.stem}" for path in sorted((VALIDATION / "cases").glob("[!_]*.py"))),
+    *(f"validation.mutants.{name}" for name in ("audit", "engine", "extent", "host", "kernels", "spectral",
+                                                "surfaces")),
+    "validation.spd", "validation.twin.check", "clrt",
+)  # fmt: skip
+"""What only says which cases and faults there are, jobs with code of their own, and `clrt`, which offers
+names of its rooms: left out by who counts the case's scene and the fault's text itself."""
 
 
 @cache
-def digest(modules: tuple[str, ...]) -> str:
-    """SHA-256 of these modules, of what they import from here, kernels, tables and, if used, scenes."""
-    files = {module: file for module in closure(modules) if (file := _file(module))}
+def digest(modules: tuple[str, ...], apart: tuple[str, ...] = ()) -> str:
+    """SHA-256 of these modules, of what they import from here, kernels, tables and, if used, scenes.
+
+    apart: as of `files`.
+    """
     held = hashlib.sha256()
-    for name, file in sorted(files.items()):
+    for name, file in files(modules, apart):
         held.update(f"{name}\n".encode() + file.read_bytes())
-    data = [*kernel_folder().iterdir(), *(PACKAGE / "tables").glob("*.csv")]
-    data += scene_folder().iterdir() if "clrt.formats.shipped" in files else []
-    for file in sorted(path for path in data if path.is_file()):
-        held.update(f"{file.name}\n".encode() + file.read_bytes())
     return held.hexdigest()
 
 
-def closure(modules: Iterable[str]) -> set[str]:
+def files(modules: tuple[str, ...], apart: tuple[str, ...] = ()) -> list[tuple[str, Path]]:
+    """Names and files of what `digest` is of. apart: modules that are left out, and with them all scenes."""
+    found = {module: file for module in closure(modules, apart) if (file := _file(module))}
+    data = [*kernel_folder().iterdir(), *(PACKAGE / "tables").glob("*.csv")]
+    data += scene_folder().iterdir() if "clrt.formats.shipped" in found and not apart else []
+    return [*sorted(found.items()), *((file.name, file) for file in sorted(data) if file.is_file())]
+
+
+def forget() -> None:
+    """Look at the files anew: they may have changed."""
+    digest.cache_clear()
+    _imports.cache_clear()
+
+
+def closure(modules: Iterable[str], apart: Collection[str] = ()) -> set[str]:
     """These modules and all of clrt's and validation's that they import, wherever in the file they do."""
     found: set[str] = set()
     waiting = list(modules)
     while waiting:
         module = waiting.pop()
-        if module not in found and _file(module):
+        if module not in found and module not in apart and _file(module):
             found.add(module)
             waiting += _imports(module)
     return found
@@ -69,9 +90,10 @@ def _named(tree: ast.Module, package: str) -> Iterator[str]:
 
 def _file(module: str) -> Path | None:
     """The file of a module of this repository."""
-    if module.split(".")[0] not in ("clrt", "validation"):
+    package, *parts = module.split(".")
+    if package not in ("clrt", "validation"):
         return None
-    path = ROOT.joinpath(*module.split("."))
+    path = (VALIDATION if package == "validation" else PACKAGE).joinpath(*parts)
     return next((file for file in (path.with_suffix(".py"), path / "__init__.py") if file.is_file()), None)
 
 

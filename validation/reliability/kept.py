@@ -18,6 +18,8 @@ from . import code
 
 DOCS: Final = code.ROOT / "docs"
 STALE: Final = "older than the code that it is about"
+TICKS: Final = "../validation/ticks.json"  # it has a digest a row
+FAULTS: Final = 300  # that were drawn for mutants.json, at least
 FILES: Final[dict[str, tuple[str, ...]]] = {
     "performance/bench.json": ("clrt.bench.suite",),
     "performance/scaling.json": ("clrt.bench.scaling",),
@@ -26,6 +28,7 @@ FILES: Final[dict[str, tuple[str, ...]]] = {
     "performance/thesis.json": code.PROGRAM,
     "validation.json": ("validation.suite.run",),
     "mutants.json": ("validation.mutants.generated_run",),
+    TICKS: ("validation.deletion_jobs",),
 }
 """Files below docs, and the modules that each depends on."""
 
@@ -42,14 +45,40 @@ def stamp(modules: tuple[str, ...]) -> dict[str, Any]:
 def stale(name: str, docs: Path = DOCS) -> str:
     """What is wrong with a file of `FILES`; "" where its figures are of this code."""
     try:
-        found = json.loads((docs / name).read_text("utf-8")).get("stamp")
+        held = json.loads((docs / name).read_text("utf-8"))
     except FileNotFoundError:
         return "not measured"
+    if name == TICKS:
+        now = code.digest(*ticks_of())
+        old = sum(not row.get("code") or not now.startswith(row["code"]) for row in held.values())
+        return f"{old} of {len(held)} rows {STALE}" if old else ""
+    found = held.get("stamp")
     if not found:
         return "without a stamp of its code"
     if found["code"] != code.digest(FILES[name]):
         return STALE
-    return "measured with changes that no commit holds" if found["dirty"] else ""
+    return "measured with changes that no commit holds" if found["dirty"] else _lacking(name, held)
+
+
+def _lacking(name: str, held: dict[str, Any]) -> str:
+    """What a file that is of this code does not prove."""
+    if name == "validation.json":
+        runs = held["runs"]
+        if not all(run["passed"] for run in runs):
+            return "not all of it passed"
+        whole = any(run["coverage"] and run["mutants"] and run["checks"] for run in runs)
+        return "" if whole else "of a part of the cases: no run is with --full"
+    if name == "mutants.json":
+        rows = held["faults"].values()
+        if survived := sum(row["outcome"] == "survived" for row in rows):
+            return f"{survived} faults survived"
+        return "" if len(rows) >= FAULTS else f"of {len(rows)} faults, not {FAULTS}"
+    return ""
+
+
+def ticks_of() -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """What ticks are measured by, and what of it a row counts itself: for `code.digest`."""
+    return FILES[TICKS], code.STATED
 
 
 def checkout() -> bool:

@@ -114,7 +114,7 @@ def plain(result: SuiteResult) -> dict[str, Any]:
         "started": result.started, "stamp": result.stamp,
         "seconds": result.seconds,
         "device": result.device, "versions": result.versions, "seed": result.seed,
-        "notes": list(result.notes),
+        "notes": list(result.notes), "kept": list(result.kept),
         "cases": [
             {
                 "name": case.case.name, "passed": case.passed, "size": [case.case.width, case.case.height],

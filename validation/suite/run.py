@@ -12,7 +12,7 @@ import os
 import platform
 import signal
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -38,10 +38,12 @@ from ..oracle_povray import client as povray
 from ..oracles import ORACLE64, POVRAY, able, scene_of, why_not
 from ..spd import KNOWN, PUBLISHED, check_folder
 from ..types import CaseResult, SuiteResult
+from .kept import Inputs, Kept
 from .program import Program
 from .worker import Task, count_known, count_published, run_case, run_twin
 
 Progress = Callable[[int, int, str], None]
+Jobs = dict[str, tuple[Any, ...]]  # by name: function and arguments
 RANDOM_SEED: Final = 1
 FULL_RANDOM: Final = 100  # scenes
 _MOST_PROCESSES: Final = 4  # each has a Mitsuba, which takes memory
@@ -54,8 +56,9 @@ class Plan:
     """What a run consists of.
 
     least: no more cases than show every feature to two oracles. seed: of the random scenes. pictures: keep
-    them for a report. executor: whose workers do it, in place of this machine's processes. program: somebody
-    else's, as a further oracle of every case.
+    them for a report. executor: whose workers do it, in place of this machine's processes, and then nothing
+    is kept. program: somebody else's, as a further oracle of every case. keep: results, for later runs;
+    fresh: take none of an earlier one (`kept`).
     """
 
     quick: bool = True
@@ -71,6 +74,8 @@ class Plan:
     command: str = ""
     executor: Any = None
     program: Program | None = None
+    keep: bool = False
+    fresh: bool = False
     processes: int = field(default_factory=lambda: min(os.cpu_count() or 1, _MOST_PROCESSES))
 
 
@@ -78,7 +83,7 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
     """Run what the plan says. ClrtError, before anything runs, for a case or folder that is not there."""
     start, started = time.perf_counter(), datetime.datetime.now().astimezone().isoformat(timespec="seconds")
     tasks, mutants = tasks_of(plan), tuple(MUTANTS) if plan.mutants else ()
-    jobs: dict[str, tuple[Any, ...]] = {}
+    jobs: Jobs = {}
     if plan.spd is not None:
         check_folder(plan.spd)
         jobs |= {f"published counts: {name}": (count_published, name, plan.spd,
@@ -91,7 +96,7 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
     # the longest first, so that no process is left alone with one of them
     jobs |= {task.name: (run_case, task) for task in sorted(tasks, key=lambda task: -task.rays)}
     jobs |= {f"mutant: {name}": (run_mutant, name, plan.device) for name in mutants}
-    found, label = _done(jobs, plan, progress)
+    found, label, kept, said = _done(jobs, plan, progress)
 
     cases: list[CaseResult] = [found[task.name] for task in tasks]
     counts = [count for name in counting for count in found[name]]
@@ -108,25 +113,67 @@ def run(plan: Plan, progress: Progress | None = None) -> SuiteResult:
         plan.seed if plan.random else None,
         plan.command,
         started,
-        tuple(notes(plan, cases)),
+        (*notes(plan, cases), *said),
         (found["float32 twin"],) if "float32 twin" in found else (),
         0 if plan.scenes else len({*matrix_cases(), *shipped_cases(), *(task.name for task in tasks)}),
+        kept=kept,
     )
 
 
 def _done(
-    jobs: dict[str, tuple[Any, ...]], plan: Plan, progress: Progress | None
-) -> tuple[dict[str, Any], str]:
-    """What the jobs found, and the devices that they ran on."""
+    jobs: Jobs, plan: Plan, progress: Progress | None
+) -> tuple[dict[str, Any], str, tuple[str, ...], list[str]]:
+    """What the jobs found, the devices that they ran on, which results were kept, and notes on that."""
     if plan.executor is not None:
         from .shared import Told, completed_by
 
         told = Told()
         found = dict(completed_by(plan.executor, jobs, plan.device, progress, told))
-        return found, ", ".join(sorted(told.devices))
+        return found, ", ".join(sorted(told.devices)), (), []
     label = choose(plan.device)[0].label
-    Device(plan.device).kernels.program  # noqa: B018 - compiled once, then all processes find it in the driver's cache
-    return dict(completed(jobs, plan.processes, progress)), label
+    kept = Kept(plan.device, versions(), plan.fresh) if plan.keep else None
+    inputs = {name: _inputs(job) for name, job in jobs.items()}
+    found, names = completed_once(jobs, inputs, plan.device, plan.processes, kept, progress)
+    said = [f"results are not kept: {kept.fault}"] if kept and kept.fault else []
+    if names:
+        said.append(f"{len(names)} of {len(jobs)} results are of earlier runs of the same code and inputs; "
+                    "--fresh runs all anew")  # fmt: skip
+    return found, label, names, said
+
+
+def _inputs(job: tuple[Any, ...]) -> Inputs | None:
+    """What a job is made from; None where somebody else's program, of which nothing is known, has a part."""
+    function, first = job[0], job[1]
+    module = f"validation.{function.__module__.partition('.')[2]}"
+    if function is run_case:
+        more = {"cases": (first.name,), "said": first.oracles, "pictures": first.pictures}
+        return None if first.program else Inputs(module, **more)
+    if function is run_mutant:
+        return Inputs(module, faults=(first,))
+    if function is count_published:
+        return Inputs(module, files=(job[2] / f"{first}.nff",))
+    return Inputs(module)
+
+
+def completed_once(
+    jobs: Jobs, inputs: Mapping[str, Inputs | None], device: int | str | None, processes: int,
+    kept: Kept | None, progress: Progress | None,
+) -> tuple[dict[str, Any], tuple[str, ...]]:  # fmt: skip
+    """What jobs found, in an earlier run that kept it or now; and the names of those of earlier runs."""
+    found = kept.read(inputs) if kept else {}
+    names, left = tuple(found), {name: job for name, job in jobs.items() if name not in found}
+    if left:
+        Device(device).kernels.program  # noqa: B018 - compiled once, then all processes find it in the driver's cache
+
+    def tell(done: int, total: int, name: str) -> None:
+        if progress:
+            progress(len(names) + done, len(names) + total, name)
+
+    for name, result in completed(left, processes, tell):
+        found[name] = result
+        if kept:
+            kept.keep(name, inputs[name], result)
+    return found, names
 
 
 def case_rows() -> Iterator[tuple[str, str]]:
@@ -213,7 +260,7 @@ def versions() -> dict[str, str]:
     return found | {"povray": povray.version()}
 
 
-def completed(jobs: dict[str, tuple[Any, ...]], processes: int,
+def completed(jobs: Jobs, processes: int,
                progress: Progress | None) -> Iterator[tuple[str, Any]]:  # fmt: skip
     """Names and results of jobs (function, arguments), as they are done.
 
@@ -241,7 +288,7 @@ def completed(jobs: dict[str, tuple[Any, ...]], processes: int,
                 yield taken(name, result)
 
 
-def _parallel(jobs: dict[str, tuple[Any, ...]], processes: int) -> Iterator[tuple[str, Any]]:
+def _parallel(jobs: Jobs, processes: int) -> Iterator[tuple[str, Any]]:
     # the initializer makes this package known under its own name, also in a checkout
     pool = ProcessPoolExecutor(processes, get_context("spawn"), validation_module, ("suite.worker",))
     before, whole = set(active_children()), False

@@ -58,10 +58,10 @@ def call_of(job: tuple[Any, ...], device: int | str | None) -> Call:
     return Call(module, function.__name__, tuple(arguments), device)
 
 
-def files_of(file: Path) -> dict[str, bytes]:
-    """All that a scene reads, itself too, by absolute path."""
+def files_of(scene: dict[str, Any] | Path) -> dict[str, bytes]:
+    """All that a scene reads, its own file too, by absolute path."""
     with watched():
-        flatten(loaded(file))
+        flatten(loaded(scene))
         names = {os.path.abspath(name) for name in noted().values()}
     return {name: Path(name).read_bytes() for name in sorted(names)}
 
