@@ -111,7 +111,7 @@ def _planted(places: list[Place], device: str | None) -> Iterator[tuple[str, Row
 
 
 def current(row: Row, stamp: Mapping[str, Any]) -> bool:
-    """Whether a row is of the stamp's code. Of a dirty one no commit tells what that was: good for dirty runs."""
+    """Whether a row is of the stamp's code. A dirty one is none of a clean stamp's: no commit holds it."""
     return row.get("code") == stamp["code"][:_DIGITS] and (stamp["dirty"] or not row.get("dirty"))
 
 
