@@ -109,6 +109,38 @@ def test_no_picture_counts_where_there_is_one_without_the_fault(
     assert not serving.answers and serving.restarts == restarts
 
 
+def test_a_fault_is_looked_for_on_every_case_that_comes_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Until one notices it: here the last of many, which no other is like."""
+    every = [f"case {k}" for k in range(200)]
+    asked: list[str] = []
+
+    class Many:
+        unable = frozenset[int]()
+
+        def __init__(self, faults: Any, device: object) -> None:
+            pass
+
+        def __enter__(self) -> Many:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+        def sound(self, case: str) -> tuple[Any, frozenset[int]]:
+            return SOUND, frozenset({1} if case != every[3] else ())
+
+        def picture(self, number: int, case: str) -> Any:
+            asked.append(case)
+            return picture(5000) if number and case == every[150] else SOUND
+
+    monkeypatch.setattr(outcomes, "Served", Many)
+    monkeypatch.setattr(outcomes, "cases_for", lambda file: every)
+    monkeypatch.setattr(outcomes, "_noticed", lambda place, name, ours, device: f"{name}: a gate")
+    ((_, row),) = outcomes.in_one_copy([PLACE])
+    assert row["outcome"] == "noticed" and row["case"] == every[150]
+    assert asked[:-1] == [case for case in every[:151] if case != every[3]]  # then the sound one
+
+
 @pytest.mark.parametrize("without", [Lost("NameError: name 'INSIDE' is not defined"), picture(1)])
 def test_a_broken_program_is_no_fault_that_was_caught(without: Any) -> None:
     serving = Serving([(3, ERROR), (0, without), (0, without)])
