@@ -8,8 +8,12 @@ import pytest
 import trimesh
 
 import compare_samples as samples
+from clrt.base.resources import validation_module
 from clrt.cli import main
 
+cases = validation_module("cases")
+worker = validation_module("suite.worker")
+client = validation_module("oracle_povray.client")
 Printed = pytest.CaptureFixture[str]
 
 
@@ -60,6 +64,25 @@ def test_foreign_scenes(name: str, shared_folder: Path, capsys: Printed) -> None
     """The colours of the thesis' program are no sums over rays: kinds of rays are not compared there."""
     code, out, _ = validate(capsys, str(shared_folder / "data" / name))
     assert code == 0, out
+
+
+@pytest.mark.shared
+@pytest.mark.parametrize(("name", "povray"), [
+    ("balls_c_s3", True), ("mount_c_s6", True), ("tetra_c_s6", True), ("teapot_c_s12", False),
+    ("tree_c_s11", True),
+])  # fmt: skip
+def test_foreign_scenes_that_two_other_programs_judge(
+    name: str, povray: bool, shared_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the command does it, in pictures half as wide. POV-Ray has no faces of four corners."""
+    monkeypatch.setattr(cases, "WIDTH", 80)
+    case = cases.own_case(str(shared_folder / "data" / "spd" / f"{name}.nff"))
+    asked = ("oracle64", "mitsuba-table", "povray") if not client.missing() else ("oracle64", "mitsuba-table")
+    found = worker.run_case(worker.Task(case, asked))
+    wrong = {oracle: comparison.worst for oracle, (_, comparison) in found.results.items()
+             if not comparison.passed}  # fmt: skip
+    assert wrong == {}, wrong
+    assert found.results.keys() == {oracle for oracle in asked if oracle != "povray" or povray}
 
 
 _ROOM = """
