@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 import trimesh
@@ -13,6 +14,8 @@ from clrt.cli import main
 
 cases = validation_module("cases")
 worker = validation_module("suite.worker")
+gate = validation_module("compare.oracle").gate
+Comparison = validation_module("types").Comparison
 client = validation_module("oracle_povray.client")
 Printed = pytest.CaptureFixture[str]
 
@@ -83,6 +86,41 @@ def test_foreign_scenes_that_two_other_programs_judge(
              if not comparison.passed}  # fmt: skip
     assert wrong == {}, wrong
     assert found.results.keys() == {oracle for oracle in asked if oracle != "povray" or povray}
+
+
+_TILES = """
+ambient = 0.3
+background = 0.5
+camera = { origin = [0, 1, 5], target = [0, 0.6, 0], fov = 50, width = 96, height = 72 }
+[[lights]]
+type = "point"
+position = [3, 5, 4]
+[[shapes]]
+type = "plane"
+point = [0, 0, 0]
+normal = [0, 1, 0]
+material = { color = { type = "checker", size = 0.02 } }
+"""
+
+
+def test_checks_finer_than_pixels_are_said_to_be_the_cause(tmp_path: Path, capsys: Printed) -> None:
+    scene = tmp_path / "tiles.toml"
+    scene.write_text(_TILES)
+    code, out, _ = validate(capsys, str(scene))
+    words = " ".join(out.split())
+    assert code == 1 and "; aliasing: details finer than pixels, as of a texture, checker or crowd" in words
+    assert "of the pixels the oracle's own picture jumps when its samples move" in words
+
+
+def test_what_is_wrong_elsewhere_is_no_aliasing() -> None:
+    def comparison(*names: str) -> Any:
+        return Comparison({}, tuple(gate(name, 0.4, 0.3, "low") for name in names), {})
+
+    (cause,) = worker.aliasing([comparison("edges", "PSNR"), comparison()])
+    assert cause.name == "aliasing" and "at 40% of the pixels" in cause.text and not cause.proven
+    for wrong in ([comparison("edges"), comparison("edges", "within 1e-4")], [comparison("PSNR")],
+                  [comparison()], [comparison("edges", "another shape")]):  # fmt: skip
+        assert not list(worker.aliasing(wrong))
 
 
 _ROOM = """
