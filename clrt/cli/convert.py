@@ -1,4 +1,4 @@
-"""`clrt convert`: any scene format in, the project's own out, or Mitsuba's XML, or POV-Ray's language."""
+"""`clrt convert`: any scene format in, the project's own out, Mitsuba's XML, POV-Ray's language or NFF."""
 
 from __future__ import annotations
 
@@ -39,6 +39,11 @@ def run(options: argparse.Namespace) -> int:
         from clrt.base.resources import validation_module
 
         validation_module("oracle_povray.scene").write_pov(scene, options.output)
+        return 0
+    if Path(options.output).suffix.lower() == ".nff":
+        from clrt.formats.nff_writer import write_nff
+
+        write_nff(scene, options.output)
         return 0
     scene.save(options.output)
     return 0

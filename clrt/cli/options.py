@@ -135,9 +135,9 @@ def parser() -> _Parser:
     hashing.add_argument("--json", action="store_true", help="print JSON")
     _add_frame(hashing)
 
-    convert = command("convert", "Read a scene in any known format; write it as .toml, .json, .xml or .pov.")
+    convert = command("convert", "Read a scene in any known format; write it in another one.")
     convert.add_argument("input", metavar="IN", help=_SCENE)
-    text = ".toml, .json, .xml (for Mitsuba), .pov (POV-Ray), or '-': TOML to standard output"
+    text = ".toml, .json, .xml (for Mitsuba), .pov (POV-Ray), .nff, or '-': TOML to standard output"
     convert.add_argument("output", metavar="OUT", help=text)
     _add_set(convert, _SET)
 

@@ -31,7 +31,7 @@ def encoded(scene: Scene, path: Path) -> bytes:
 
     suffix = path.suffix.lower()
     if suffix not in (".toml", ".json"):
-        text = "a scene is saved as .toml or .json (`clrt convert` writes .xml and .pov, too)"
+        text = "a scene is saved as .toml or .json (`clrt convert` writes .xml, .pov and .nff, too)"
         raise SceneError(located(str(path), "", text))
     table = _moved(scene, path)
     text = tomli_w.dumps(table) if suffix == ".toml" else json.dumps(table, indent=2) + "\n"

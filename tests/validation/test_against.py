@@ -258,7 +258,10 @@ def test_an_nff_is_handed_on_in_the_size_that_is_asked_for(tmp_path: Path) -> No
     command = f"{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{scene.nff}} {{out.exr}}"
     found = judge(command, cases.own_case(str(tmp_path / "ball.nff")))
     assert found.passed, found.result.unproven
-    assert "only scenes that come from an .nff" in judge(command, "diffuse").left_out
+    assert "ambient: NFF has no words for" in judge(command, "diffuse").left_out
+    assert main(["convert", str(tmp_path / "ball.nff"), str(tmp_path / "ball.toml")]) == 0
+    found = judge(command, cases.own_case(str(tmp_path / "ball.toml")))
+    assert found.passed and not found.left_out, "an .nff is written of what it can say"
 
 
 def test_layers_tell_more(tmp_path: Path) -> None:

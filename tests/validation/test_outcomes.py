@@ -109,6 +109,38 @@ def test_no_picture_counts_where_there_is_one_without_the_fault(
     assert not serving.answers and serving.restarts == restarts
 
 
+def test_a_fault_is_looked_for_on_every_case_that_comes_by(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Until one notices it: here the last of many, which no other is like."""
+    every = [f"case {k}" for k in range(200)]
+    asked: list[str] = []
+
+    class Many:
+        unable = frozenset[int]()
+
+        def __init__(self, faults: Any, device: object) -> None:
+            pass
+
+        def __enter__(self) -> Many:
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            pass
+
+        def sound(self, case: str) -> tuple[Any, frozenset[int]]:
+            return SOUND, frozenset({1} if case != every[3] else ())
+
+        def picture(self, number: int, case: str) -> Any:
+            asked.append(case)
+            return picture(5000) if number and case == every[150] else SOUND
+
+    monkeypatch.setattr(outcomes, "Served", Many)
+    monkeypatch.setattr(outcomes, "cases_for", lambda file: every)
+    monkeypatch.setattr(outcomes, "_noticed", lambda place, name, ours, device: f"{name}: a gate")
+    ((_, row),) = outcomes.in_one_copy([PLACE])
+    assert row["outcome"] == "noticed" and row["case"] == every[150]
+    assert asked[:-1] == [case for case in every[:151] if case != every[3]]  # then the sound one
+
+
 @pytest.mark.parametrize("without", [Lost("NameError: name 'INSIDE' is not defined"), picture(1)])
 def test_a_broken_program_is_no_fault_that_was_caught(without: Any) -> None:
     serving = Serving([(3, ERROR), (0, without), (0, without)])
@@ -226,7 +258,36 @@ def test_rows_of_changes_that_no_commit_holds_are_planted_again(
     assert run("d", False)[1] == {"c"}
     assert run("e", True, "--all")[0]["dirty"]
     name = next(iter(planting.kept(tmp_path)))
-    assert run("f", False, "--only", name)[1] == {"f"}
+    stamp, commits = run("f", False, "--only", name)
+    assert stamp["dirty"] and commits == {"e", "f"}
+    assert run("f", False)[0] == {"commit": "f", "dirty": False, "code": code}
     with pytest.raises(ClrtError, match="is not that of the stamp"):
         planting.main(["--docs", str(tmp_path), "--stamp", json.dumps({"commit": "a", "dirty": False,
                                                                       "code": "another"})])  # fmt: skip
+
+
+def test_rows_of_other_code_are_planted_again_and_not_certified(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever changed in it, and also where the file with the fault is as it was."""
+    planted: list[str] = []
+
+    def all_of(places: list[Any], device: object) -> Iterator[tuple[str, dict[str, Any]]]:
+        for place in places:
+            planted.append(place.name)
+            yield place.name, {"outcome": "noticed", "by": "a gate"}
+
+    def run(code: str, *words: str) -> tuple[str, list[str]]:
+        planted.clear()
+        monkeypatch.setattr(planting.code, "digest", lambda modules: code)
+        stamp = json.dumps({"commit": code, "dirty": False, "code": code})
+        assert planting.main([*words, "--count", "3", "--docs", str(tmp_path), "--stamp", stamp]) == 0
+        kept = json.loads((tmp_path / planting.NAME).read_text())
+        return kept["stamp"]["code"], sorted(kept["faults"][name]["commit"] for name in kept["faults"])
+
+    names = sorted(place.name for place in planting.drawn(3))
+    monkeypatch.setattr(planting, "_planted", all_of)
+    assert run("old") == ("old", ["old"] * 3) and sorted(planted) == names
+    assert run("new", "--only", names[0]) == ("", ["new", "old", "old"]) and planted == names[:1]
+    assert run("new") == ("new", ["new"] * 3) and sorted(planted) == names[1:]
+    assert run("new") == ("new", ["new"] * 3) and not planted

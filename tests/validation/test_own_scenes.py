@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 import trimesh
 
 import compare_samples as samples
+from clrt.base.resources import validation_module
 from clrt.cli import main
 
+cases = validation_module("cases")
+worker = validation_module("suite.worker")
+gate = validation_module("compare.oracle").gate
+Comparison = validation_module("types").Comparison
+client = validation_module("oracle_povray.client")
 Printed = pytest.CaptureFixture[str]
 
 
@@ -60,6 +67,60 @@ def test_foreign_scenes(name: str, shared_folder: Path, capsys: Printed) -> None
     """The colours of the thesis' program are no sums over rays: kinds of rays are not compared there."""
     code, out, _ = validate(capsys, str(shared_folder / "data" / name))
     assert code == 0, out
+
+
+@pytest.mark.shared
+@pytest.mark.parametrize(("name", "povray"), [
+    ("balls_c_s3", True), ("mount_c_s6", True), ("tetra_c_s6", True), ("teapot_c_s12", False),
+    ("tree_c_s11", True),
+])  # fmt: skip
+def test_foreign_scenes_that_two_other_programs_judge(
+    name: str, povray: bool, shared_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As the command does it, in pictures half as wide. POV-Ray has no faces of four corners."""
+    monkeypatch.setattr(cases, "WIDTH", 80)
+    case = cases.own_case(str(shared_folder / "data" / "spd" / f"{name}.nff"))
+    asked = ("oracle64", "mitsuba-table", "povray") if not client.missing() else ("oracle64", "mitsuba-table")
+    found = worker.run_case(worker.Task(case, asked))
+    wrong = {oracle: comparison.worst for oracle, (_, comparison) in found.results.items()
+             if not comparison.passed}  # fmt: skip
+    assert wrong == {}, wrong
+    assert found.results.keys() == {oracle for oracle in asked if oracle != "povray" or povray}
+
+
+_TILES = """
+ambient = 0.3
+background = 0.5
+camera = { origin = [0, 1, 5], target = [0, 0.6, 0], fov = 50, width = 96, height = 72 }
+[[lights]]
+type = "point"
+position = [3, 5, 4]
+[[shapes]]
+type = "plane"
+point = [0, 0, 0]
+normal = [0, 1, 0]
+material = { color = { type = "checker", size = 0.02 } }
+"""
+
+
+def test_checks_finer_than_pixels_are_said_to_be_the_cause(tmp_path: Path, capsys: Printed) -> None:
+    scene = tmp_path / "tiles.toml"
+    scene.write_text(_TILES)
+    code, out, _ = validate(capsys, str(scene))
+    words = " ".join(out.split())
+    assert code == 1 and "; aliasing: details finer than pixels, as of a texture, checker or crowd" in words
+    assert "of the pixels the oracle's own picture jumps when its samples move" in words
+
+
+def test_what_is_wrong_elsewhere_is_no_aliasing() -> None:
+    def comparison(*names: str) -> Any:
+        return Comparison({}, tuple(gate(name, 0.4, 0.3, "low") for name in names), {})
+
+    (cause,) = worker.aliasing([comparison("edges", "PSNR"), comparison()])
+    assert cause.name == "aliasing" and "at 40% of the pixels" in cause.text and not cause.proven
+    for wrong in ([comparison("edges"), comparison("edges", "within 1e-4")], [comparison("PSNR")],
+                  [comparison()], [comparison("edges", "another shape")]):  # fmt: skip
+        assert not list(worker.aliasing(wrong))
 
 
 _ROOM = """

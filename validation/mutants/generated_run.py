@@ -4,8 +4,9 @@
 
 A fault is live where in some case more than 0.1 % of the pixels outside the reference's mask move by more
 than 1e-3; a live one has to be noticed. What came out is kept in docs/mutants.json, each row with the commit
-that it was planted in and the digest of the file with the fault; it stays until that file changes. Broken
-off, it goes on where it was. `python docs/make_mutants.py` writes the page from it.
+and the digest of the code that it was planted in: kernels, and all modules that a picture or its judgement
+may reach. A row of other code is planted again, and until then the file is stale. Broken off, it goes on
+where it was. `python docs/make_mutants.py` writes the page from it.
 
 It runs in a copy of the checkout, so that an edit meanwhile changes nothing; and it is cheap: all faults in
 kernels are in one build, without optimising, for few formats of rays, all of the host in one process.
@@ -14,19 +15,18 @@ kernels are in one build, without optimising, for few formats of rays, all of th
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import queue
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
 from clrt.base.atomic import write_text
 from clrt.base.errors import ClrtError
-from clrt.base.resources import PACKAGE, kernel_folder
+from clrt.base.resources import PACKAGE
 
 from ..reliability import code
 from ..reliability import kept as pages
@@ -37,6 +37,7 @@ from .outcomes import OUTCOMES, SURVIVED, Row, in_one_copy
 COUNT: Final = pages.FAULTS
 NAME: Final = "mutants.json"
 _JOBS: Final = 2  # faults in kernels, and of the host
+_DIGITS: Final = 16  # of the hash of the code, in rows
 
 
 def kept(docs: Path = pages.DOCS) -> Mapping[str, Row]:
@@ -46,12 +47,6 @@ def kept(docs: Path = pages.DOCS) -> Mapping[str, Row]:
     except FileNotFoundError:
         return {}
     return found
-
-
-def digest(place: Place) -> str:
-    """What identifies the file with the fault in it."""
-    root = kernel_folder().parent if place.file.startswith("kernels/") else PACKAGE.parent
-    return hashlib.sha256(place.edit((root / place.file).read_text("utf-8")).encode()).hexdigest()[:16]
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -74,21 +69,19 @@ def main(arguments: list[str] | None = None) -> int:
         raise ClrtError(f"the code of {PACKAGE} is not that of the stamp")
     old = kept(given.docs)
     places = {place.name: place for place in drawn(given.count, given.seed)}
-    now = {name: digest(place) for name, place in places.items()}
-    # of changes that no commit holds nobody knows what they were
-    rows = {name: old[name] for name in places if name in old and old[name]["text"] == now[name]
-            and (stamp["dirty"] or not old[name].get("dirty"))}  # fmt: skip
-    waiting = [name for name in places if given.all or name not in rows]
+    rows = {name: old[name] for name in places if name in old}
+    waiting = [name for name in places if given.all or not current(rows.get(name, {}), stamp)]
     if given.only:
         waiting = [name for name in places if given.only in f"{name}: {rows.get(name, {}).get('outcome')}"]
     start = time.perf_counter()
-    came_from = {"commit": stamp["commit"], **({"dirty": True} if stamp["dirty"] else {})}
+    dirty = {"dirty": True} if stamp["dirty"] else {}
+    came_from = {"code": stamp["code"][:_DIGITS], "commit": stamp["commit"], **dirty}
     for number, (name, row) in enumerate(_planted([places[n] for n in waiting], given.device)):
-        rows[name] = {"text": now[name], **came_from, **row}
+        rows[name] = {**came_from, **row}
         said = f"{row['why']}, {row['by']}" if "why" in row else row["by"]
         print(f"[{number + 1}/{len(waiting)}] {name}: {row['outcome']}: {said}", flush=True)
-        _write(given.docs, rows, stamp)
-    _write(given.docs, rows, stamp)
+        _write(given.docs, rows, places, stamp)
+    _write(given.docs, rows, places, stamp)
     counts = {kind: sum(row["outcome"] == kind for row in rows.values()) for kind in OUTCOMES}
     said = ", ".join(f"{count} {kind}" for kind, count in counts.items())
     print(f"{said}; {len(waiting)} planted in {time.perf_counter() - start:.0f} s")
@@ -117,9 +110,17 @@ def _planted(places: list[Place], device: str | None) -> Iterator[tuple[str, Row
             yield answer
 
 
-def _write(docs: Path, rows: Mapping[str, Row], stamp: Mapping[str, Any]) -> None:
-    """A line a fault, so that a change is seen as one. Dirty as long as one of the rows is."""
+def current(row: Row, stamp: Mapping[str, Any]) -> bool:
+    """Whether a row is of the stamp's code. A dirty one is none of a clean stamp's: no commit holds it."""
+    return row.get("code") == stamp["code"][:_DIGITS] and (stamp["dirty"] or not row.get("dirty"))
+
+
+def _write(docs: Path, rows: Mapping[str, Row], places: Iterable[str], stamp: Mapping[str, Any]) -> None:
+    """A line a fault, so that a change is seen as one. Dirty as long as one of the rows is; and no code's as
+    long as some are of other code, or missing."""
     whole = {**stamp, "dirty": stamp["dirty"] or any(row.get("dirty") for row in rows.values())}
+    if not all(rows.get(name, {}).get("code") == stamp["code"][:_DIGITS] for name in places):
+        whole["code"] = ""
     lines = [f"{json.dumps(name)}: {json.dumps(row)}" for name, row in sorted(rows.items())]
     text = f'{{"stamp": {json.dumps(whole)},\n"faults": {{\n' + ",\n".join(lines) + "\n}}\n"
     write_text(docs / NAME, text)

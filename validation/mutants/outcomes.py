@@ -44,7 +44,6 @@ LIVE_SHARE: Final = 0.001
 LIVE_CHANGE: Final = 1e-3
 _NOTHING: Final = 1e-7  # of hits' distances, relative (their gate: 1e-5), and of radiance (1e-4)
 _CHANGED: Final = 1e-5  # relative: layers that differ by more are counted
-_MOST: Final = 60  # cases on which a fault in kernels is looked for
 _ASIDE: Final = 6  # pictures that hardly move and are judged nevertheless
 _TOLD: Final = 3  # gates of those that failed
 _SECONDS: Final = 1800.0  # for all pictures; each has a limit of processor time besides
@@ -96,8 +95,7 @@ def in_one_copy(places: Sequence[Place], device: int | str | None = None) -> Ite
             elif not cases:
                 row = _not_live(NEVER, f"none of {len(every)} pictures")
             else:
-                most = _MOST if place.file.startswith("kernels/") else len(cases)
-                row = _chosen(served, number, place, cases[:most], device)
+                row = _chosen(served, number, place, cases, device)
             yield place, {**row, "seconds": round(time.perf_counter() - start, 1)}
 
 

@@ -17,6 +17,7 @@ from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
 from clrt.base.scratch import scratch
 from clrt.formats import load_file
+from clrt.formats.nff_writer import write_nff
 from clrt.scene.scene import Scene
 
 FORMATS: Final = (".toml", ".json", ".xml", ".pov", ".nff")
@@ -26,11 +27,13 @@ _RESOLUTION: Final = re.compile(r"^resolution[ \t].*$", re.MULTILINE)
 def write_scene(scene: Scene, path: Path, origin: Path | None = None) -> None:
     """Write the scene, and what files it needs beside it. ClrtError where the format has no words for it.
 
-    origin: the file that it was read from. An .nff is that file, of the size that is asked for: the format
-    has no words for what else a scene may hold.
+    origin: the file that it was read from. Where that is an .nff it is handed on, of the size that is asked
+    for: it may say what is not written, such as balls that are seen from within.
     """
-    if path.suffix == ".nff":
+    if path.suffix == ".nff" and origin is not None and origin.suffix.lower() == ".nff":
         _copy_nff(scene, path, origin)
+    elif path.suffix == ".nff":
+        write_nff(scene, path)
     elif path.suffix == ".xml":
         from ..oracle_mitsuba.xml import write_xml
 
@@ -65,9 +68,7 @@ def as_nff(scene: Scene, origin: Path | None) -> Scene:
         return load_file(file, Limits()).override(spp=1)
 
 
-def _copy_nff(scene: Scene, path: Path, origin: Path | None) -> None:
-    if origin is None or origin.suffix.lower() != ".nff":
-        raise ClrtError("only scenes that come from an .nff are handed on as one")
+def _copy_nff(scene: Scene, path: Path, origin: Path) -> None:
     assert scene.camera is not None
     text = read_text_bytes(origin, Limits()).decode("latin-1")
     size = f"resolution {scene.camera.width} {scene.camera.height}"

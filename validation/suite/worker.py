@@ -7,7 +7,7 @@ import multiprocessing
 import os
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -21,6 +21,7 @@ from clrt.scene.scene import Scene
 
 from .. import spd
 from ..cases import case_named, limits_of, own_file
+from ..compare.causes import Cause
 from ..compare.oracle import Limits, compare, gate, statistical
 from ..coverage import PROGRAM
 from ..oracle_mitsuba import MitsubaError
@@ -59,6 +60,7 @@ def _end_with_parent() -> None:
 _end_with_parent()  # the suite's processes have this module for an initializer
 
 _FAR_SIGMA, _FAR_SHARE = 4.5, 1e-2  # of values that may be so many standard errors from a random oracle's
+_AT_EDGES = {"SSIM", "worst window", "FLIP", "PSNR", "edges far off", "edges"}  # gates that count edges
 _NOISY_PSNR = 40.0  # dB: what a random oracle's own noise leaves
 
 
@@ -123,7 +125,25 @@ def run_case(task: Task) -> CaseResult:
     kept = task.pictures and (not passed or not task.name.startswith("random"))
     results = {o: (lean(image, kept), lean_maps(found, kept)) for o, (image, found) in results.items()}
     ours = lean(ours, kept)
-    return CaseResult(case, ours, results, unproven, time.perf_counter() - start)
+    causes = tuple(aliasing(found for _, found in results.values()))
+    return CaseResult(case, ours, results, unproven, time.perf_counter() - start, causes)
+
+
+def aliasing(comparisons: Iterable[Comparison]) -> Iterator[Cause]:
+    """Why the pictures differ, where that is at too many edges and nowhere else.
+
+    The edges are those of the float64 oracle's picture alone, which jumps there by itself.
+    """
+    failed = [{gate.name: gate.value for gate in found.gates if not gate.passed} for found in comparisons]
+    failed = [gates for gates in failed if gates]
+    if failed and all("edges" in gates and gates.keys() <= _AT_EDGES for gates in failed):
+        share = f"{failed[0]['edges']:.0%} of the pixels"
+        text = (
+            f"details finer than pixels, as of a texture, checker or crowd far away: at {share} the oracle's "
+            "own picture jumps when its samples move by a small part of a pixel, and all others agree; "
+            "larger checks, or a picture's filter = 'mipmap', make them fewer"
+        )
+        yield Cause("aliasing", text, 0.0, certain=False)
 
 
 def beside(program: Program, case: Case, scene: Scene, ours: OracleImage, edges: Callable[[], np.ndarray],
