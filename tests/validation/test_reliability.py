@@ -268,6 +268,14 @@ def test_a_row_depends_on_what_it_runs() -> None:
     assert len({row.code for row in ROWS}) == len(ROWS) - 1, "leaks and self-hits are of one module"
 
 
+def test_what_modules_read_beside_them_counts() -> None:
+    for folder, pattern in code.DATA.values():
+        assert list(folder.glob(pattern)), (folder, pattern)
+    names = {name for name, _ in code.files(("clrt.spectra.spectrum", "validation.expected"))}
+    assert {"gold.csv", "observer.csv", "expected_hashes.json"} <= names
+    assert "gold.csv" not in {name for name, _ in code.files(("clrt.base.errors",))}
+
+
 def test_hits_are_within_the_band_of_the_analytic_oracle() -> None:
     figure = accuracy.run(100_000, lambda share: None)
     assert figure.tried >= 100_000 and figure.wrong == 0

@@ -154,6 +154,12 @@ def test_a_file_that_a_scene_reads_is_an_input(tmp_path: Path) -> None:
     assert list(store.folder.iterdir()) == [], "it changed while the job ran"
 
 
+@pytest.mark.parametrize("name", ["colours of vertices", "shipped cabinet"])
+def test_what_a_loader_writes_for_a_moment_is_no_input(name: str) -> None:
+    states, _ = kept._case(name)
+    assert states and all(Path(file).is_file() for file in states)
+
+
 def test_damaged_and_foreign_files_are_none(tmp_path: Path) -> None:
     store = opened()
     store.read({"a": CASE})

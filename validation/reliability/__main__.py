@@ -88,8 +88,9 @@ def write(figures: dict[str, dict[str, Any]]) -> None:
         temporary.write_text(f"{before}{START}\n{table(figures)}\n{END}{rest.split(END, 1)[1]}")
 
 
-def keep(figures: dict[str, dict[str, Any]]) -> None:
-    """Save the figures and the page."""
+def keep(name: str, figures: dict[str, dict[str, Any]]) -> None:
+    """Save a row's figure and the page; other rows may have been measured beside it."""
+    figures |= {row: found for row, found in kept().items() if row != name}
     with replacing(KEPT) as temporary:
         temporary.write_text(json.dumps(figures, indent=1) + "\n")
     write(figures)
@@ -124,10 +125,10 @@ def main() -> int:
                 figures[row.name] = measure(row)
                 state = stands(row, figures)
                 print(f"{row.name:12} {state or 'good'}: {figures[row.name]['detail']}")
-                keep(figures)
+                keep(row.name, figures)
             elif row.name in figures:
                 figures[row.name]["unable"] = why
-                keep(figures)
+                keep(row.name, figures)
         bad |= bool(state) and not why
     if options.list or options.check:
         for name in pages.FILES:

@@ -28,9 +28,18 @@ STATED: Final = (
 names of its rooms: left out by who counts the case's scene and the fault's text itself."""
 
 
+DATA: Final = {
+    "clrt.spectra": (PACKAGE / "spectra" / "tables", "*.csv"),
+    "clrt.exercises": (PACKAGE / "exercises", "*.toml"),
+    "validation.expected": (VALIDATION, "expected_hashes.json"),
+    "validation.hostile": (VALIDATION / "hostile" / "corpus", "*"),
+}
+"""What modules of a package, or of that name, read beside them."""
+
+
 @cache
 def digest(modules: tuple[str, ...], apart: tuple[str, ...] = ()) -> str:
-    """SHA-256 of these modules, of what they import from here, kernels, tables and, if used, scenes.
+    """SHA-256 of these modules, of what they import from here, kernels and, if used, scenes and other DATA.
 
     apart: as of `files`.
     """
@@ -43,7 +52,10 @@ def digest(modules: tuple[str, ...], apart: tuple[str, ...] = ()) -> str:
 def files(modules: tuple[str, ...], apart: tuple[str, ...] = ()) -> list[tuple[str, Path]]:
     """Names and files of what `digest` is of. apart: modules that are left out, and with them all scenes."""
     found = {module: file for module in closure(modules, apart) if (file := _file(module))}
-    data = [*kernel_folder().iterdir(), *(PACKAGE / "tables").glob("*.csv")]
+    data = [*kernel_folder().iterdir()]
+    for package, (folder, pattern) in DATA.items():
+        if any(module == package or module.startswith(f"{package}.") for module in found):
+            data += folder.glob(pattern)
     data += scene_folder().iterdir() if "clrt.formats.shipped" in found and not apart else []
     return [*sorted(found.items()), *((file.name, file) for file in sorted(data) if file.is_file())]
 

@@ -59,11 +59,13 @@ def call_of(job: tuple[Any, ...], device: int | str | None) -> Call:
 
 
 def files_of(scene: dict[str, Any] | Path) -> dict[str, bytes]:
-    """All that a scene reads, its own file too, by absolute path."""
+    """All that a scene reads, its own file too, by absolute path; not what loaders write for a moment (a
+    mesh's colours, as a picture).
+    """
     with watched():
         flatten(loaded(scene))
         names = {os.path.abspath(name) for name in noted().values()}
-    return {name: Path(name).read_bytes() for name in sorted(names)}
+    return {name: Path(name).read_bytes() for name in sorted(names) if os.path.isfile(name)}
 
 
 def run_own(file: Path, task: Task) -> CaseResult:
