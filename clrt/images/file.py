@@ -24,6 +24,7 @@ from clrt.base.errors import ClrtError, SceneError
 from clrt.base.files import opened
 from clrt.base.hush import hushed
 from clrt.base.limits import Limits
+from clrt.base.room import process_limit
 from clrt.images.header import Window, check_meaning, find_picture, foreign_colours
 from clrt.images.jpeg import check_jpeg
 
@@ -46,6 +47,7 @@ MAGIC = {
 _OPEN = "/proc/self/fd/{}"
 _own_colours = False  # whether OpenImageIO has its own table of colour spaces
 _unfinished: list[oiio.ImageOutput] = []
+_HEAD = 1 << 16  # bytes of a JPEG beside its pixels, and more
 BLOCK = 1 << 20  # bytes read at a time, where 64 rows have fewer
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
 
@@ -139,6 +141,10 @@ def write(
     if sample_type != "float":
         spec.attribute("oiio:ColorSpace", "sRGB")
     if Path(path).suffix.lower() in (".jpg", ".jpeg"):
+        least = 2 * spec.image_bytes() + _HEAD
+        if process_limit("RLIMIT_FSIZE") < least:  # libjpeg ends the process at that, too
+            text = f"ulimit -f: a JPEG may need {least >> 10} KiB; allow that, or save a .png"
+            raise ClrtError(f"{path}: cannot be written: {text}")
         spec.attribute("Compression", "jpeg:95")
         spec.attribute("jpeg:subsampling", "4:4:4")
     spec.attribute("png:compressionLevel", 4)  # of 9: two thirds of the usual time, for 6 % more bytes
