@@ -6,6 +6,8 @@ depend on its pixels alone and not on a library's idea of colour.
 
 from __future__ import annotations
 
+import errno
+import math
 import os
 import re
 import shutil
@@ -172,15 +174,21 @@ def _surely(file: Path) -> Iterator[str]:
     """A name for OpenImageIO to write to; what it wrote is whole in `file` when the block ends, or OSError.
 
     On a full disk its PNG writer says nothing, EXR and TIFF nothing about the last bytes, and JPEG ends the
-    process. So it writes to memory, and we to the disk; where there are no files in memory, we read what it
-    wrote.
+    process. So it writes to memory, and we to the disk; where there are no files in memory, or files have a
+    limit (`ulimit -f`), we read what it wrote.
     """
+    limit = math.inf
     if hasattr(os, "memfd_create"):
+        limit = process_limit("RLIMIT_FSIZE")  # which holds for files in memory, too
         with open(os.memfd_create("clrt"), "w+b") as memory, file.open("wb") as target:
             yield f"/proc/self/fd/{memory.fileno()}"
             shutil.copyfileobj(memory, target, 1 << 20)
-        return
-    yield str(file)
+        if limit == math.inf:
+            return
+    else:
+        yield str(file)
+    if file.stat().st_size >= limit:
+        raise OSError(errno.EFBIG, os.strerror(errno.EFBIG))
     try:
         read_samples(file)
     except ClrtError as error:
