@@ -6,13 +6,18 @@ libraries has empty entries, each of which stands for the current folder: a `lib
 
 from __future__ import annotations
 
+import ctypes
 import os
+import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, Final
 
 from clrt.base import interrupts
+
+_CLONE_FS: Final = 0x200  # of Linux: what `unshare` makes a thread's own, its current folder
 
 
 @contextmanager
@@ -32,6 +37,36 @@ def within(folder: Path) -> Iterator[None]:
         os.chdir(here)
         if isinstance(here, int):
             os.close(here)
+
+
+def apart(folder: Path, action: Callable[[], Any]) -> Any:
+    """What `action` gives or raises, done in a thread whose current folder is `folder`: others keep theirs.
+
+    Where threads cannot have one of their own (not Linux, some containers), it is done in the current one.
+    """
+    answer: list[Any] = []
+    failure: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            if sys.platform == "linux" and ctypes.CDLL(None).unshare(_CLONE_FS) == 0:
+                os.chdir(folder)
+            answer.append(action())
+        except BaseException as error:
+            failure.append(error)
+
+    thread = threading.Thread(target=work, name="clrt-apart", daemon=True)
+    try:
+        thread.start()
+    except RuntimeError:  # there is no room for another thread
+        return action()
+    try:
+        thread.join()
+    finally:
+        thread.join()  # after Ctrl-C, too: a driver must not be left in the middle
+    if failure:
+        raise failure[0]
+    return answer[0]
 
 
 @contextmanager

@@ -1,8 +1,10 @@
-"""The process' handlers of Ctrl-C, SIGTERM and SIGHUP, whatever a library puts in their place.
+"""The process' handlers of signals that others send, whatever a library puts in their place.
 
 LLVM, which drivers compile with, takes these signals for itself when it starts: its handler removes the
 files that it is writing, then passes the signal on. What is being compiled then fails, with a line on
-standard error that is nobody's. LLVM takes them once a process, so what is given back stays.
+standard error that is nobody's; so does any file that meets `ulimit -f`, which Python ignores the signal of.
+LLVM takes them once a process, so what is given back stays. Those of faults (SIGSEGV, SIGFPE) are left to
+drivers: PoCL lives through divisions by zero with the help of one.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any, Final
 
-_SIGNALS: Final = ("SIGINT", "SIGTERM", "SIGHUP")
+_SIGNALS: Final = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGUSR2", "SIGXCPU", "SIGXFSZ")
 _ROOM: Final = 1024  # bytes for a `struct sigaction`, which has 152 on Linux and 16 on macOS
 
 

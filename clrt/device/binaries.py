@@ -12,13 +12,16 @@ import hashlib
 import os
 import warnings
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from clrt.base import handlers
 from clrt.base.atomic import replacing
+from clrt.base.elsewhere import apart, relative
 from clrt.base.errors import ClrtError
-from clrt.device import kernelcache
+from clrt.base.resources import PACKAGE
+from clrt.device import kernelcache, vendors
 from clrt.device.opencl import cl
 from clrt.device.processor import signature
 
@@ -74,7 +77,11 @@ def _write(file: Path, name: bytes, program: cl.Program) -> None:
 
 
 def quietly(program: cl.Program, options: list[str]) -> cl.Program:
-    """Build; what a compiler has to say about a program that it took is nobody's business."""
+    """Build; what a compiler has to say about a program that it took is nobody's business.
+
+    Not in the current folder, where Intel's looks for `cl.cfg` at each build, and Clang for `modules.idx`.
+    """
     with handlers.kept(), warnings.catch_warnings():
         warnings.simplefilter("ignore", cl.CompilerWarning)
-        return program.build(options)
+        build = partial(program.build, options)
+        return build() if relative(*vendors.PLACES) else apart(PACKAGE, build)

@@ -20,13 +20,12 @@ from types import CodeType
 from typing import Any, Final
 
 from clrt import layout
-from clrt.base import handlers
 from clrt.base.errors import DeviceError
 from clrt.base.log import log
 from clrt.base.resources import kernel_folder, kernel_text
 from clrt.device import binaries, foreign, intel, kernelcache, kernelpool
 from clrt.device.opencl import cl
-from clrt.device.platforms import check_process, choose, command, pocl_version
+from clrt.device.platforms import check_process, choose, command, pocl_version, starting
 from clrt.device.settings import Settings
 from clrt.device.source import kernel_source
 from clrt.device.timeline import current, now
@@ -48,7 +47,7 @@ _waiting = ThreadPoolExecutor(1, "clrt-wait")
 # the driver's cache takes longer than a small picture.
 @cache
 def _context(device: cl.Device) -> cl.Context:
-    with handlers.kept():  # Intel's runtime starts its compiler here
+    with starting():  # Intel's runtime starts its compiler here, and reads its `cl.cfg` anew
         return cl.Context([device])
 
 

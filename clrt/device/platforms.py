@@ -6,7 +6,8 @@ import os
 import re
 import shutil
 import sys
-from contextlib import nullcontext, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Final
 
@@ -43,10 +44,17 @@ def listed(beside: bool = True) -> list[tuple[DeviceInfo, cl.Device]]:
     return found
 
 
+@contextmanager
+def starting() -> Iterator[None]:
+    """Let a driver start something: in a folder of ours, unless the user names places from here."""
+    with handlers.kept(), nullcontext() if relative(*PLACES) else within(PACKAGE):
+        yield
+
+
 def _platforms(beside: bool = True) -> list[cl.Platform]:
     """The platforms that the loader finds, then Intel's beside clrt; of CLRT_DRIVER's driver only."""
     wanted = os.environ.get(VARIABLE, "").strip().lower()
-    with handlers.kept(), nullcontext() if relative(*PLACES) else within(PACKAGE):
+    with starting():
         try:
             found, error = cl.get_platforms(), ""
         except cl.Error as refused:

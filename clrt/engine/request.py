@@ -83,7 +83,8 @@ def check_limits(flat: FlatScene, limits: Limits, pixels: int, samples: int, dep
     limits.check("samples", samples)
     ceilings.check_picture(pixels, samples)
     parts = -(-flat.bands // flat.group) if flat.group and depth else 1  # rays that dispersion makes of one
-    limits.check_work(pixels * samples * parts, flat.feelers, _branching(flat, depth))
+    alone = int(flat.scene["unbounded"][0] + flat.scene["surfaces"][0])
+    limits.check_work(pixels * samples * parts, flat.feelers, _branching(flat, depth), alone)
 
 
 def _branching(flat: FlatScene, depth: int) -> Branching:

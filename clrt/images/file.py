@@ -6,6 +6,8 @@ depend on its pixels alone and not on a library's idea of colour.
 
 from __future__ import annotations
 
+import errno
+import math
 import os
 import re
 import shutil
@@ -24,6 +26,7 @@ from clrt.base.errors import ClrtError, SceneError
 from clrt.base.files import opened
 from clrt.base.hush import hushed
 from clrt.base.limits import Limits
+from clrt.base.room import process_limit
 from clrt.images.header import Window, check_meaning, find_picture, foreign_colours
 from clrt.images.jpeg import check_jpeg
 
@@ -46,6 +49,7 @@ MAGIC = {
 _OPEN = "/proc/self/fd/{}"
 _own_colours = False  # whether OpenImageIO has its own table of colour spaces
 _unfinished: list[oiio.ImageOutput] = []
+_HEAD = 1 << 16  # bytes of a JPEG beside its pixels, and more
 BLOCK = 1 << 20  # bytes read at a time, where 64 rows have fewer
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
 
@@ -139,6 +143,10 @@ def write(
     if sample_type != "float":
         spec.attribute("oiio:ColorSpace", "sRGB")
     if Path(path).suffix.lower() in (".jpg", ".jpeg"):
+        least = 2 * spec.image_bytes() + _HEAD
+        if process_limit("RLIMIT_FSIZE") < least:  # libjpeg ends the process at that, too
+            text = f"ulimit -f: a JPEG may need {least >> 10} KiB; allow that, or save a .png"
+            raise ClrtError(f"{path}: cannot be written: {text}")
         spec.attribute("Compression", "jpeg:95")
         spec.attribute("jpeg:subsampling", "4:4:4")
     spec.attribute("png:compressionLevel", 4)  # of 9: two thirds of the usual time, for 6 % more bytes
@@ -166,15 +174,21 @@ def _surely(file: Path) -> Iterator[str]:
     """A name for OpenImageIO to write to; what it wrote is whole in `file` when the block ends, or OSError.
 
     On a full disk its PNG writer says nothing, EXR and TIFF nothing about the last bytes, and JPEG ends the
-    process. So it writes to memory, and we to the disk; where there are no files in memory, we read what it
-    wrote.
+    process. So it writes to memory, and we to the disk; where there are no files in memory, or files have a
+    limit (`ulimit -f`), we read what it wrote.
     """
+    limit = math.inf
     if hasattr(os, "memfd_create"):
+        limit = process_limit("RLIMIT_FSIZE")  # which holds for files in memory, too
         with open(os.memfd_create("clrt"), "w+b") as memory, file.open("wb") as target:
             yield f"/proc/self/fd/{memory.fileno()}"
             shutil.copyfileobj(memory, target, 1 << 20)
-        return
-    yield str(file)
+        if limit == math.inf:
+            return
+    else:
+        yield str(file)
+    if file.stat().st_size >= limit:
+        raise OSError(errno.EFBIG, os.strerror(errno.EFBIG))
     try:
         read_samples(file)
     except ClrtError as error:

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from clrt.base import interrupts
-from clrt.base.elsewhere import relative, within
+from clrt.base.elsewhere import apart, relative, within
 from clrt.base.resources import PACKAGE
 from clrt.device import platforms
 
@@ -69,6 +69,33 @@ def test_drivers_are_loaded_elsewhere(tmp_path: Path, alone: None, monkeypatch: 
     with pytest.raises(platforms.DeviceError):
         platforms._platforms()
     assert seen[2:] == [tmp_path, tmp_path]
+
+
+def can_be_apart() -> bool:
+    return bool(apart(PACKAGE, Path.cwd) == PACKAGE)
+
+
+def test_a_thread_has_a_current_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    found = apart(PACKAGE, lambda: (Path.cwd(), threading.current_thread().name))
+    assert found in ((PACKAGE, "clrt-apart"), (tmp_path, "clrt-apart")) and Path.cwd() == tmp_path
+    with pytest.raises(KeyError):
+        apart(PACKAGE, lambda: {}["a"])
+    monkeypatch.setattr(threading.Thread, "start", lambda thread: exec("raise RuntimeError"))
+    assert apart(PACKAGE, Path.cwd) == tmp_path, "there is no room for a thread"
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "platform", "darwin")
+    assert apart(PACKAGE, Path.cwd) == tmp_path
+
+
+@pytest.mark.skipif(not can_be_apart(), reason="threads have no current folder of their own here")
+def test_contexts_and_programs_are_made_elsewhere(tmp_path: Path) -> None:
+    """Intel's runtime reads its `cl.cfg` each time; one that is a pipe kept it waiting for ever."""
+    os.mkfifo(tmp_path / "cl.cfg")
+    command = [*CLRT, "render", "gallery", "-o", str(tmp_path / "a.png"), "--width", "8"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
 
 
 def test_variables_that_lead_from_the_current_folder(monkeypatch: pytest.MonkeyPatch) -> None:

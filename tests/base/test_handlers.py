@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -17,12 +18,13 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows h
 
 LOOK = """
 import ctypes, signal
+NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGUSR2", "SIGXCPU", "SIGXFSZ")
 def handler(number):
     action = ctypes.create_string_buffer(1024)
     assert ctypes.CDLL(None).sigaction(number, None, action) == 0
     return action.raw[:8]
 def handled():
-    return [handler(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
+    return [handler(getattr(signal, name)) for name in NAMES]
 """
 
 
@@ -96,6 +98,23 @@ clrt.render("gallery", width=8, spp=4)
 print(handled() == ignored)
 """
     assert said(code) == "True"
+
+
+def test_a_file_that_is_too_large_is_an_error_and_no_words_of_the_driver(tmp_path: Path) -> None:
+    """LLVM asks for a bug report where `ulimit -f` meets what it has not written."""
+    code = f"""
+import clrt, resource
+clrt.render("gallery", width=8)
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+try:
+    with open({str(tmp_path / "large")!r}, "wb", buffering=0) as file:
+        while file.write(bytes(600)):
+            pass
+except OSError as error:
+    print(error.strerror)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "File too large\n", "")
 
 
 def test_without_that_the_driver_would_take_them() -> None:

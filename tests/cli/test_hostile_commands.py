@@ -8,6 +8,7 @@ from types import ModuleType
 import pytest
 
 from clrt.base.resources import validation_module
+from tests.diagnosis.test_advice import options
 
 ERROR = "sys.stderr.write('clrt: error: x\\n'); sys.exit(2)"
 PICTURE = "import shutil; shutil.copy('good.png', 'out.png')"
@@ -126,6 +127,32 @@ def test_surroundings_are_as_said(
     tell += "assert os.environb[b'TERM'] == b'\\xff' and 'TZ' not in os.environ; sys.exit(7)"
     how = {"environment": {b"TERM": b"\xff", b"TZ": None}, "limits": {"n": 32}}
     assert faults(process, commands, tmp_path, monkeypatch, tell, **how) == ["exit code 7"]
+
+
+def test_every_command_but_the_viewer_is_drawn(commands: ModuleType) -> None:
+    """Those that end by themselves."""
+    drawn = {words[0] for index in range(1500) if (words := commands.make(1, index).arguments)}
+    known = {name.encode() for name in options()}
+    assert known - drawn == {b"view"}
+
+
+def test_a_check_tells_of_each_scene(process: ModuleType, commands: ModuleType, tmp_path: Path) -> None:
+    """Exit code 1, and as many lines as scenes are wrong; none where it prints JSON."""
+    for lines, code, fine in ((2, 1, True), (0, 1, True), (1, 0, False), (0, 2, False)):
+        ended = process.Ended(code, b"", b"clrt: error: x\n" * lines, 0.0, 0)
+        (tmp_path / "tmp").mkdir(exist_ok=True)
+        made = commands.Command([b"check", b"a.toml"], [], {})
+        assert (not process.judged(made, ended, {}, tmp_path / "run")) == fine
+
+
+def test_what_is_made_below_an_output_is_no_fault(
+    process: ModuleType, commands: ModuleType, tmp_path: Path
+) -> None:
+    for place in ("run/new/kernels", "run/newer", "tmp"):
+        (tmp_path / place).mkdir(parents=True)
+    made = commands.Command([b"exercise", b"start", b"1", b"new"], [b"new"], {})
+    found = process.judged(made, process.Ended(0, b"", b"", 0.0, 0), {}, tmp_path / "run")
+    assert found == ["newer is left"]
 
 
 def test_everything_that_a_seed_draws_can_be_made(commands: ModuleType, tmp_path: Path) -> None:

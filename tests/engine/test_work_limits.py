@@ -40,6 +40,35 @@ def test_work_grows_with_two_to_the_depth_only_where_rays_branch() -> None:
     clrt.Limits().check_work(8192 * 8192 * 4096, 1, Branching(64, False))
 
 
+def test_what_no_tree_holds_is_work() -> None:
+    """Each ray is tried on all of it: as long as nobody counts that, 8,192 lights are a second's work."""
+    limits = clrt.Limits(work=1000)
+    limits.check_work(10, 1, Branching(9, False), 900)  # 100 rays, and 900 tests of each
+    with pytest.raises(clrt.LimitError, match=r"work: 1 001 is .*; it counts rays, and what .* in no tree"):
+        limits.check_work(10, 1, Branching(9, False), 901)
+
+
+@pytest.mark.parametrize("unbounded", ["plane", "quadric"])
+def test_planes_and_lights_that_are_seen_count(unbounded: str) -> None:
+    """64 rays, each tried on 100 of these, count as 128; what the tree holds is free."""
+    shape = {
+        "plane": {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0]},
+        "quadric": {"type": "quadric", "coefficients": [1, 0, 1, 0, 0, 0, 0, 0, 0, -1]},
+    }[unbounded]
+    lamp = {"type": "sphere", "center": [0, 5, 0], "radius": 1, "samples": 1}
+    camera = {**CAMERA, "width": 8, "height": 8}
+
+    def render(work: int, shapes: list[dict[str, Any]], **seen: bool) -> None:
+        table = {"lights": [lamp | seen], "shapes": shapes, "camera": camera, "max_depth": 0}
+        clrt.render(clrt.load_dict(table), settings=clrt.Settings(limits=clrt.Limits(work=work)))
+
+    render(64, [BALL] * 200)
+    render(128, [shape] * 99, visible=True)
+    render(127, [shape] * 99, visible=False)
+    with pytest.raises(clrt.LimitError, match="work: 128 is above the limit of 127"):
+        render(127, [shape] * 99, visible=True)
+
+
 def test_a_weight_cut_off_ends_families_early() -> None:
     assert Branching(64, True, share=0.5, min_weight=0.1).rays == 1 << 4  # 0.5^4 < 0.1
     assert Branching(64, True, share=1.0, min_weight=0.1).rays == 1 << 64

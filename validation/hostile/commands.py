@@ -16,7 +16,7 @@ from itertools import accumulate
 from pathlib import Path
 from typing import Any, Final
 
-from . import archives, pictures, seeds
+from . import archives, oddities, pictures, seeds
 from .mutate import spoil_bytes
 from .oddities import MANY, NAMES, NEIGHBOURS, OPTIONS, PLACES, SPELLINGS, STREAMS, VALUES, VARIABLES
 
@@ -32,14 +32,18 @@ _ALL: Final = 1 << 20  # bytes of arguments; Linux takes 2 MiB of them and the e
 _EACH: Final = 9  # bytes beside an argument's own: its end and its address
 SCENE: Final = seeds.as_toml({**seeds.RESUMED, "max_depth": 2})
 
+PATH: Final = b"[[keyframes]]\n[[keyframes]]\norigin = [3, 1, 4]\n"
+MANIFEST: Final = b"index,file,camera.fov,picture,sha256,identity,rays\n0,out0.png,20,a,b,c 0,9\n"
+BEGUN: Final = b'{"exercise": 1, "hints": 1, "version": "0.1.0", "kernels": ""}'
+
 
 @dataclass
 class Command:
     """A run of `clrt` in a folder of its own.
 
     files: contents by name, or what else stands there ("fifo", "folder", "loop", "dangling", "socket"), or
-    "-> target" for a link. outputs: the files that it may write. environment: None removes a variable.
-    limits: of the shell's `ulimit`.
+    "-> target" for a link. outputs: the files and folders that it may write. environment: None removes a
+    variable. limits: of the shell's `ulimit`.
     """
 
     arguments: list[bytes]
@@ -130,6 +134,49 @@ def _compare(draw: random.Random) -> Command:
     return Command([b"compare", *names, *draw.choice(([], [b"--json"]))], [], dict.fromkeys(names, data))
 
 
+def _series(draw: random.Random) -> Command:
+    """Pictures of a sweep, of a camera's path or from around."""
+    name = draw.choice(oddities.TEMPLATES) if draw.random() < 0.5 else oddities.TEMPLATES[0]
+    kinds: tuple[list[bytes], ...] = (
+        [b"sweep", b"scene.toml", b"--set", b"camera.fov=20,40"],
+        [b"sweep", b"scene.toml", b"--keyframes", b"path.toml", b"--frames", b"2"],
+        [b"turntable", b"scene.toml", b"--frames", b"2"],
+    )
+    files: dict[bytes, bytes | str] = {b"scene.toml": SCENE, b"path.toml": PATH}
+    if draw.random() < 0.3:
+        files[b"frames.csv"] = MANIFEST
+    outputs = [b"frames.csv", b"20.png", b"40.png", name]
+    for n in range(120):  # pictures around, where their number is left out
+        for word, value in ((b"{index}", b"%d"), (b"{index!r}", b"%d"), (b"{index:03}", b"%03d")):
+            outputs.append(name.replace(word, value % n))
+    return Command([*draw.choice(kinds), b"-o", name, b"--width", b"8"], outputs, files)
+
+
+def _explain(draw: random.Random) -> Command:
+    outputs = draw.sample((b"why.json", b"why.html", b"why.glb"), draw.choice((0, 1, 3)))
+    written = [word for name in outputs for word in (b"-o", name)]
+    arguments = [b"explain", b"scene.toml", draw.choice((b"4", b"0", b"99", b"-1")), b"3", *written]
+    return Command([*arguments, *draw.choice(([], [b"--json"]))], outputs, {b"scene.toml": SCENE})
+
+
+def _check(draw: random.Random) -> Command:
+    names = [b"scene.toml", b"b.toml"][: draw.choice((1, 2))]
+    files: dict[bytes, bytes | str] = dict.fromkeys(names, SCENE)
+    return Command([b"check", *names, *draw.choice(([], [b"--json"], [b"--quiet"]))], [], files)
+
+
+def _exercise(draw: random.Random) -> Command:
+    """Its list, one that is begun, and a hint; a check takes longer than all others together."""
+    kinds: tuple[tuple[list[bytes], list[bytes]], ...] = (
+        ([b"list"], []), ([b"list", b"--json"], []), ([b"check", b"nothing"], []),
+        ([b"hint", b"ex"], [b"ex/exercise.json"]), ([b"hint", b"."], [b"exercise.json"]),
+        ([b"start", b"1", b"ex"], []), ([b"start", draw.choice((b"1", b"2", b"0", b"99")), b"new"], [b"new"]),
+    )  # fmt: skip
+    arguments, outputs = draw.choice(kinds)
+    files: dict[bytes, bytes | str] = {b"ex/exercise.json": BEGUN, b"exercise.json": BEGUN}
+    return Command([b"exercise", *arguments], outputs, files)
+
+
 def _plot(draw: random.Random) -> Command:
     return Command(
         [b"plot-spectrum", draw.choice((b"D65", b"glass", b"gold")), b"-o", b"out.svg"], [b"out.svg"], {}
@@ -150,10 +197,12 @@ def _odd_option(draw: random.Random, run: Command) -> None:
     choice = draw.random()
     if choice < 0.7:
         option = draw.choice(OPTIONS)
+        meant = oddities.MEANT.get(option, ())
         values = [
-            draw.choice(VALUES) for _ in range(4 if option == b"--crop" else draw.choice((0, 1, 1, 1, 1, 2)))
+            draw.choice(meant if meant and draw.random() < 0.7 else VALUES)
+            for _ in range(4 if option == b"--crop" else draw.choice((0, 1, 1, 1, 1, 2)))
         ]
-        if option in (b"--stats", b"--checkpoint"):  # whose values are written to
+        if option in oddities.WRITTEN:
             values, run.outputs = [b"also.json"], [*run.outputs, b"also.json"]
         if values and len(values) == 1 and draw.random() < 0.3:
             run.arguments.append(option + b"=" + values[0])
@@ -252,6 +301,7 @@ def _limits(draw: random.Random, run: Command) -> None:
 
 _RUNS: Final = (
     _render, _render, _render, _render, _buffers, _hash, _convert, _compare, _plot, _plain, _plain,
+    _series, _series, _explain, _check, _exercise, _exercise,
 )  # fmt: skip
 _CHANGES: Final = (
     _odd_option, _odd_option, _odd_path, _odd_path, _odd_file, _environment, _streams, _limits, _neighbours,

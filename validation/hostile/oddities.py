@@ -8,7 +8,8 @@ OPTIONS: Final = (
     b"--width", b"--height", b"--crop", b"--spp", b"--max-depth", b"--device", b"--threads", b"--limit",
     b"--layers", b"--stats", b"--exposure", b"--bits", b"--checkpoint", b"--check", b"--quiet", b"--json",
     b"--mask", b"--bands", b"--only", b"--case", b"--seed", b"--random", b"--compare", b"--help",
-    b"--version", b"--nothing",
+    b"--version", b"--nothing", b"--set", b"--adaptive", b"--view", b"--trace", b"--keyframes", b"--frames",
+    b"--manifest", b"--fps", b"--least",
 )  # fmt: skip
 
 VALUES: Final = (
@@ -20,6 +21,34 @@ VALUES: Final = (
     b"4294967296", b"18446744073709551616", b"-2147483649", b"file_bytes=999999999999999999", b"2147483647",
     b"random " + b"9" * 5000 + b"/0", b"{" + b"a." * 9999 + b"b = 1}",
 )  # fmt: skip
+
+WRITTEN: Final = (b"--stats", b"--checkpoint", b"--trace", b"--manifest")
+"""Options whose value is a file that is written."""
+
+MEANT: Final[dict[bytes, tuple[bytes, ...]]] = {
+    b"--set": (
+        b"camera.fov=30", b"camera.fov=30,40", b"camera.fov=20:40:2", b"camera.fov=nan", b"camera.fov=",
+        b"camera.fov=1:2:99999999999", b"camera.fov=1:1e400:2", b"camera.K=[[9,0,4],[0,9,3],[0,0,1]]",
+        b"shapes[0].radius=-1", b"shapes[-1].radius=1", b"shapes[99].radius=1", b"ambient=1e300",
+        b"shapes[" + b"9" * 5000 + b"]=1", b"lights=[]", b"max_depth=9999999", b"camera.spp=2", b"=1", b"[[[",
+        b"a" + b".a" * 9999 + b"=1", b"materials.x={}", b"background='/dev/zero'", b"camera={}",
+        b"camera.fov.x=1", b"shapes=[]",
+    ),
+    b"--adaptive": (b"4", b"16", b"64", b"3", b"4096"),
+    b"--view": (b"ACES 2.0 - SDR 100 nits (Rec.709)", b"Raw", b"raw"),
+    b"--keyframes": (b"path.toml", b"scene.toml", b".", b"/dev/zero", b"missing.json"),
+    b"--frames": (b"3", b"1048577"),
+    b"--fps": (b"25", b"1001"),
+}  # fmt: skip
+"""Values that an option means, or nearly."""
+
+TEMPLATES: Final = (
+    b"out{index}.png", b"out{index}.exr", b"out{index:03}.png", b"out.png", b"out{}.png", b"out{nothing}.png",
+    b"{camera.fov}.png", b"out{index.__class__}.png", b"out{index:99999999999}.png", b"out{index",
+    b"out{index}", b"out}{.png", b"out{index!r}.png", b"out{index}/x.png", b"out.mp4", b"out.mkv",
+    b"out.webm", b"{index}\xff.png",
+)  # fmt: skip
+"""Names of a series' pictures."""
 
 MANY: Final = (1, 1, 1, 2, 300, 3000)
 

@@ -28,7 +28,10 @@ CODES: Final = (0, 1, 2, 130)
 MUCH: Final = 1 << 16  # bytes on stderr: a fault is one line
 _LOOK: Final = 0.02
 _RAW: Final = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
-_SPEAKS: Final = (b"render", b"hash", b"convert", b"devices", b"scenes")  # of which all of stderr is ours
+_SPEAKS: Final = (  # of which all of stderr is ours
+    b"render", b"hash", b"convert", b"devices", b"scenes", b"sweep", b"turntable", b"explain", b"check",
+    b"exercise",
+)  # fmt: skip
 _FILES: Final[dict[str, Callable[[Path], Any]]] = {
     **dict.fromkeys((".png", ".exr", ".tif", ".jpg", ".bmp"), clrt.read_image),
     ".json": lambda file: json.loads(file.read_text()),
@@ -151,7 +154,8 @@ def judged(command: Command, ended: Ended, before: dict[bytes, bytes | None], fo
     if "Traceback" in stdout + stderr or "Exception ignored" in stderr:
         faults.append("a traceback")
     if command.stderr == "pipe":
-        if errors != (ended.code == 2) and ended.code in CODES:
+        wrong = command.arguments[:1] == [b"check"] and ended.code == 1  # of each scene that is
+        if not wrong and errors != (ended.code == 2) and ended.code in CODES:
             faults.append(f"exit code {ended.code} with {errors} lines of errors")
         if len(ended.stderr) > MUCH:
             faults.append(f"{len(ended.stderr):,} bytes on stderr")
@@ -178,7 +182,7 @@ def _files(command: Command, ended: Ended, before: dict[bytes, bytes | None], fo
             continue  # where matplotlib was told to keep it
         if before.get(name, b"") == after.get(name, b"") and (name in before) == (name in after):
             continue
-        if name not in outputs:
+        if not any(name == output or name.startswith(output + b"/") for output in outputs):
             faults.append(f"{shown} is {'left' if name not in before else 'changed'}")
             continue
         file = Path(os.fsdecode(os.path.join(os.fsencode(folder), name)))
