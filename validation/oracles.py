@@ -47,8 +47,9 @@ _AMBIENT: Final = ray_key(0, "camera ambient")  # says nothing new where later r
 def scene_of(case: Case) -> Scene:
     """The case's scene as the renderer reads it, of the case's size, samples and depth."""
     scene = loaded(case.scene)
-    if isinstance(case.scene, Path):  # of a file, which may ask for far more samples than a case has
-        scene = msgspec.structs.replace(scene, adaptive=None)
+    if isinstance(case.scene, Path) and scene.adaptive is not None:  # far more samples than a case has
+        with _unwarned():
+            scene = msgspec.structs.replace(scene, adaptive=None)
     return scene.override(width=case.width, height=case.height, spp=case.spp, max_depth=case.max_depth)
 
 
