@@ -59,7 +59,7 @@ SETTINGS: Final = (
 CAMERAS: Final = (
     "perspective", "orthographic", "vertical field of view", "up vector", "near", "mirrored camera",
     "shifted camera", "pose", "K", "jitter", "4 samples", "16 samples", "64 samples", "lens",
-    "tent filter", "gaussian filter", "mitchell filter",
+    "tent filter", "gaussian filter", "mitchell filter", "adaptive",
 )  # fmt: skip
 SPECTRA: Final = (
     "bands", "colours in bands", "spectra in RGB", "named spectrum", "black body", "gaussian", "band", "line",
@@ -157,7 +157,7 @@ def _camera_features(scene: Scene) -> set[str]:
         "shifted camera": camera.shift != (0.0, 0.0), "jitter": camera.jitter is not None,
         f"{camera.spp} samples": camera.spp in (4, 16, 64), "lens": camera.aperture > 0,
         f"{camera.filter} filter": camera.filter != "box" and camera.spp > 1,
-        "pose": camera.has_pose, "K": camera.has_k,
+        "pose": camera.has_pose, "K": camera.has_k, "adaptive": scene.adaptive is not None,
     }  # fmt: skip
     return {name for name, holds in tests.items() if holds}
 

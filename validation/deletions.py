@@ -256,7 +256,7 @@ _CAMERAS: Final[dict[str, Deletion | Faults]] = {
     "vertical field of view": _camera(fov_axis="horizontal"), "up vector": _camera(up=None),
     "near": _camera(near=0.0), "mirrored camera": _camera(mirror=False),
     "shifted camera": _camera(shift=(0.0, 0.0)), "jitter": _camera(jitter=None),
-    "lens": _camera(aperture=0.0), "pose": _level, "K": _camera(K=None),
+    "adaptive": _settings(adaptive=None), "lens": _camera(aperture=0.0), "pose": _level, "K": _camera(K=None),
     **{f"{name} filter": _camera(filter="box") for name in ("tent", "gaussian", "mitchell")},
     **{f"{spp} samples": _camera(spp=1) for spp in (4, 16, 64)},
 }  # fmt: skip

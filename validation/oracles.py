@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Final
 
+import msgspec
 import numpy as np
 
 from clrt.base.errors import ClrtWarning
@@ -26,12 +27,13 @@ from .cases import TABLES, loaded, tables
 from .compare.metrics import EDGE_CHANGE, EDGE_STEP
 from .compare.rays import FINE
 from .oracle64 import edge_mask, render64
+from .oracle64.adaptive import adaptive64, even
 from .oracle_mitsuba import Mitsuba, Source
 from .oracle_mitsuba.modes import SPECTRAL as BY_WAVELENGTH
 from .oracle_mitsuba.modes import supports
 from .oracle_mitsuba.reading import Untranslated, read
 from .oracle_povray.scene import not_in_pov
-from .ours import LAYERS, TERMS, ray_key, render_ours
+from .ours import LAYERS, TERMS, ray_key, render_adaptive, render_ours
 from .types import Case, OracleImage
 
 ORACLE64: Final = "oracle64"
@@ -45,6 +47,9 @@ _AMBIENT: Final = ray_key(0, "camera ambient")  # says nothing new where later r
 def scene_of(case: Case) -> Scene:
     """The case's scene as the renderer reads it, of the case's size, samples and depth."""
     scene = loaded(case.scene)
+    if isinstance(case.scene, Path) and scene.adaptive is not None:  # far more samples than a case has
+        with _unwarned():
+            scene = msgspec.structs.replace(scene, adaptive=None)
     return scene.override(width=case.width, height=case.height, spp=case.spp, max_depth=case.max_depth)
 
 
@@ -62,7 +67,10 @@ def source_of(case: Case) -> Source:
     if isinstance(source, Path) and source.suffix not in TABLES:
         return handed_on(scene_of(case))
     folder = source.parent if isinstance(source, Path) else scene_folder()
-    return Source(tables(source), str(folder), case.width, case.height, case.spp, case.max_depth)
+    said = tables(source)
+    if isinstance(source, Path):
+        said = {key: value for key, value in said.items() if key != "adaptive"}
+    return Source(said, str(folder), case.width, case.height, case.spp, case.max_depth)
 
 
 def handed_on(scene: Scene) -> Source:
@@ -93,7 +101,8 @@ def tracer_of(scene: Scene, device: Device) -> Tracer:
 
 def our_picture(scene: Scene, device: Device) -> OracleImage:
     """The kernels' picture of a scene from its camera."""
-    return render_ours(tracer_of(scene, device))
+    tracer = tracer_of(scene, device)
+    return render_ours(tracer) if scene.adaptive is None else render_adaptive(tracer)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,11 +115,14 @@ class Picture64(OracleImage):
 def picture64(scene: Scene) -> Picture64:
     """The float64 oracle's."""
     start = time.perf_counter()
-    result = render64(scene, layers=(*TERMS, *LAYERS))
-    layers = {name: result.layers[name] for name in LAYERS if name not in ("depth", "shape")}
-    terms = {ray_key(0, f"camera {name}"): result.layers[name] for name in TERMS}
+    if scene.adaptive is None:
+        result, names = render64(scene, layers=(*TERMS, *LAYERS)), LAYERS
+        terms = {ray_key(0, f"camera {name}"): result.layers[name] for name in TERMS}
+    else:
+        result, names, terms = adaptive64(scene, LAYERS), (*LAYERS, "samples"), {}
+    layers = {name: result.layers[name] for name in names if name not in ("depth", "shape")}
     if scene.ambient_samples:
-        terms.pop(_AMBIENT)
+        terms.pop(_AMBIENT, None)
     t, shape, seconds = result.layers["depth"], result.layers["shape"], time.perf_counter() - start
     name, by_ray = "float64 oracle", result.by_ray | terms
     return Picture64(result.pixels, by_ray, t, shape, name, seconds, result.samples, layers=layers)
@@ -132,7 +144,13 @@ def edges64(scene: Scene, reference: Picture64) -> np.ndarray:
     half of the still life would be left out, and in the other half jumps of less than EDGE_CHANGE, of 5 %
     mirrors, would not. There it counts what the gates count: a pixel is left out where its samples move by
     more than FINE on average when they move by 2.5 times what float32 moves them by.
+
+    Of an adaptive picture each pixel is asked in the even one that it shows.
     """
+    if scene.adaptive is not None:
+        count = reference.layers["samples"]
+        masks = {spp: _edges_of(even(scene, spp)) for spp in np.unique(count).tolist()}
+        return np.select([count == spp for spp in masks], list(masks.values()))
     if any(scene.material_of(shape).pictures for shape in scene.shapes):
         step = _ROUNDED * _FLOAT32_STEP
         return np.asarray(
@@ -141,6 +159,10 @@ def edges64(scene: Scene, reference: Picture64) -> np.ndarray:
     spp = len(reference.samples)
     change = max(EDGE_CHANGE / spp, spp * FINE / 2)
     return np.asarray(edge_mask(scene, reference=reference.samples, step=EDGE_STEP / spp, change=change))
+
+
+def _edges_of(scene: Scene) -> np.ndarray:
+    return edges64(scene, picture64(scene))
 
 
 class Oracles:

@@ -25,8 +25,9 @@ from .types import OracleImage
 
 _TILE = 1 << 15  # rays
 _BUDGET = 256 << 20  # bytes of queues
-LAYERS: Final = ("depth", "shape", "z", "distance", "normal", "shading_normal", "albedo", "uv", "material",
-                 "alpha")  # fmt: skip
+LAYERS: Final[tuple[str, ...]] = (
+    "depth", "shape", "z", "distance", "normal", "shading_normal", "albedo", "uv", "material", "alpha",
+)  # fmt: skip
 
 
 class Shares:
@@ -102,6 +103,19 @@ def render_ours(
     pictures = {key: values.reshape(rows, columns, *values.shape[1:]) for key, values in found.items()}
     layers = {name: pictures.pop(name) for name in LAYERS}
     t, shape, image = layers.pop("depth"), layers.pop("shape"), pictures.pop("image")
-    name = f"clrt {__version__} on {tracer.device.info.label}"
-    seconds = time.perf_counter() - start
+    name, seconds = _name(tracer), time.perf_counter() - start
     return OracleImage(image, dict(sorted(pictures.items())), t, shape, name, seconds, layers=layers)
+
+
+def render_adaptive(tracer: Tracer) -> OracleImage:
+    """An adaptive picture: its rays are not told apart, and it has the layer `samples`."""
+    start = time.perf_counter()
+    names = (name for name in LAYERS if name != "uv" or tracer.flat.pictures is not None)
+    image = tracer.render(layers=(*names, "samples"))
+    layers = dict(image.layers)
+    t, shape, seconds = layers.pop("depth"), layers.pop("shape"), time.perf_counter() - start
+    return OracleImage(image.pixels, {}, t, shape, _name(tracer), seconds, layers=layers)
+
+
+def _name(tracer: Tracer) -> str:
+    return f"clrt {__version__} on {tracer.device.info.label}"

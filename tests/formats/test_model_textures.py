@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import clrt
 from clrt.base.errors import LimitError, SceneError
 from clrt.images.file import write as write_picture
 from clrt.scene.scene import ImageTexture, NormalMap, Scene
-from tests.model_samples import FLOOR, PICTURE, WALL, model, write_glb
+from tests.model_samples import CAMERA, FLOOR, LIGHTS, PICTURE, POINT, WALL, model, shining, write_glb
 
 UV = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
 DATA = f"data:image/png;base64,{base64.b64encode(PICTURE).decode()}"
@@ -47,6 +48,68 @@ def write(path: Path, table: dict[str, Any]) -> Path:
 
 def load(tmp_path: Path, table: dict[str, Any], **options: Any) -> Scene:
     return clrt.load(write(tmp_path / "a.glb", table), **options)
+
+
+GLOWING = {
+    "pbrMetallicRoughness": {
+        "baseColorTexture": MOVED, "baseColorFactor": [0.5, 1, 0.25, 1],
+        "metallicFactor": 0, "roughnessFactor": 0.5,
+    },
+    "normalTexture": {"index": 0, "scale": 0.5},
+    "emissiveTexture": {"index": 0}, "emissiveFactor": [1, 0.5, 0.25],
+    "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 2}},
+}  # fmt: skip
+HAND = f"""
+ambient = 0.05
+background = 0.05
+[camera]
+origin = [0.0, 1.0, 6.0]
+target = [0.0, 1.0, 0.0]
+fov = {math.degrees(0.75)!r}
+fov_axis = "vertical"
+near = 0.5
+width = 96
+height = 64
+[[lights]]
+type = "point"
+position = [1.0, 3.0, 4.0]
+intensity = [{20 / math.pi!r}, {10 / math.pi!r}, {5 / math.pi!r}]
+falloff = "inverse-square"
+[[shapes]]
+type = "mesh"
+vertices = {[list(corner) for corner in FLOOR]}
+faces = [[0, 1, 2]]
+material = {{ diffuse = 0.8, specular = 0.2 }}
+[[shapes]]
+type = "mesh"
+vertices = {[list(corner) for corner in WALL]}
+faces = [[0, 1, 2]]
+uv = {[list(corner) for corner in UV]}
+[shapes.material]
+color = {{ type = "image", file = "b.png", scale = [2, 3], offset = [0.5, 0], tint = [0.5, 1, 0.25] }}
+diffuse = 0.96
+fresnel = "schlick"
+highlight_color = 0.04
+specular = 4.0
+shininess = 7.5
+normal_map = {{ file = "b.png", scale = 0.5 }}
+emission = {{ type = "image", file = "b.png", tint = [2, 1, 0.5] }}
+"""
+
+
+def test_a_glowing_model_with_textures_and_the_same_scene_by_hand_have_one_hash(tmp_path: Path) -> None:
+    table = textured(GLOWING, cameras=[CAMERA], extensions={LIGHTS: {"lights": [POINT]}})
+    table["nodes"] += [{"camera": 0, "translation": [0, 1, 6]}, shining(0, translation=[1, 3, 4])]
+    table["scenes"][0]["nodes"] += [2, 3]
+    (tmp_path / "b.png").write_bytes(PICTURE)
+    (tmp_path / "hand.toml").write_text(HAND)
+    scene = load(tmp_path, table)
+    hand = clrt.load(tmp_path / "hand.toml")
+    found = clrt.render(scene, width=96, height=64).hash
+    assert found == clrt.render(hand).hash
+    for key, plain in (("color", 0.5), ("normal_map", None), ("emission", 0.0)):
+        other = hand.replace({f"shapes[1].material.{key}": plain})
+        assert clrt.render(other).hash != found, f"{key} does not show"
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ def test_it_shows_its_colours() -> None:
 
 @pytest.mark.slow
 def test_a_million_triangles_with_four_textures(tmp_path: Path) -> None:
-    """3 s and 1.5 GiB; measured: 0.8 s to load, with its arrays and 2048 x 2048 texels 3.4 s, 0.7 GiB."""
+    """3 s and 1.5 GiB; measured: 0.5 to 0.8 s to load, with arrays and 2048 x 2048 texels 1.9 s, 0.55 GiB."""
     side = 708
     y, x = np.mgrid[:side, :side].astype("<f4")
     points = np.stack([x, np.sin(x / 20) * np.cos(y / 20) * 9, y], axis=-1).reshape(-1, 3).astype("<f4")
@@ -86,4 +86,4 @@ def test_a_million_triangles_with_four_textures(tmp_path: Path) -> None:
     }, data)  # fmt: skip
     read, flattened = cost("read", tmp_path / "a.glb"), cost("load", tmp_path / "a.glb")
     assert read.error == flattened.error == ""
-    assert read.seconds <= 3 and flattened.peak <= 3 << 29
+    assert max(read.seconds, flattened.seconds) <= 3 and flattened.peak <= 3 << 29

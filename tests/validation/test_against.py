@@ -299,3 +299,10 @@ def test_layers_are_read_within_limits(tmp_path: Path) -> None:
         layers.read_layers(saved, clrt.Limits(image_bytes=100))
     plain = clrt.Image(np.ones((4, 6, 3), np.float32)).save(tmp_path / "b.exr")
     assert layers.read_layers(plain, clrt.Limits()) == {}
+
+
+def test_only_clrts_own_formats_say_where_more_samples_are_taken() -> None:
+    scene = clrt.load(SCENE).replace({"adaptive": {"spp": 16}})
+    for suffix in (".toml", ".json", ".xml", ".pov", ".nff"):
+        program = programs.parse(f"true {{scene{suffix}}} {{out.exr}}")
+        assert ("adaptive: " in program.unable(scene)) == (suffix not in (".toml", ".json")), suffix

@@ -38,6 +38,14 @@ def test_a_scene_that_nobody_knows(tmp_path: Path, capsys: Printed) -> None:
     assert "proven on " in words and "own.toml" in report.read_text()
 
 
+def test_of_an_adaptive_scene_an_even_picture_is_judged(tmp_path: Path) -> None:
+    """Mitsuba's side knew no such key: a TypeError."""
+    samples.scene().replace({"camera.spp": 9, "adaptive": {"spp": 36}}).save(tmp_path / "own.toml")
+    name = cases.own_case(str(tmp_path / "own.toml"))
+    found = worker.run_case(worker.Task(name, ("oracle64", "mitsuba-table")))
+    assert found.passed and not found.unproven and "samples" not in found.ours.layers
+
+
 def test_a_scene_in_another_format_and_one_that_ships(tmp_path: Path, capsys: Printed) -> None:
     nff = tmp_path / "ball.nff"
     nff.write_text(

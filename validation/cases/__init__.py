@@ -204,7 +204,8 @@ def _case(name: str, table: dict[str, Any], tags: set[str], oracles: tuple[str, 
     scene = loaded(table)
     assert scene.camera is not None
     spp = scene.camera.spp
-    size = _SIZES.get(spp, (WIDTH, HEIGHT))
+    finest = spp if scene.adaptive is None else scene.adaptive.spp
+    size = _SIZES.get(finest, (WIDTH, HEIGHT))
     case = Case(name, table, frozenset(features_of(scene) | tags), oracles, *size, spp)
     return dataclasses.replace(case, shows=shown(case))
 

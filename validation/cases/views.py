@@ -27,6 +27,8 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "nested glass", _nested(), set()
     yield "sky image", _sky("sky.exr"), set()
     yield "studio image", _sky("studio.exr"), set()
+    adaptive = {"spp": 16, "threshold": 0.003}
+    yield "adaptive", {**_things(CAMERA), "adaptive": adaptive}, set()
     yield "image through glass", _sky("sky.exr", {"diffuse": 0.0, "transmission": 0.9}), set()
 
 

@@ -23,6 +23,7 @@ transmitted ray return.
     bounce      what a hit reflects and transmits
     radiance    the recursion: the model itself
     render      the functions below
+    adaptive    even pictures, and which of them each pixel of an adaptive one shows
 """
 
 from .render import Hits64, Result64, edge_mask, media_at, radiance64, render64, trace64

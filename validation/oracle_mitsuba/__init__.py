@@ -34,6 +34,7 @@ share). It is asked in two ways:
     translate  a scene as a dict for Mitsuba
     xml        and as a file
     client     the process, from the caller's side
+    adaptive   which of the even pictures each pixel of an adaptive one shows
     worker, rendering, engine, world, whitted, table, lobes, sensors: what runs inside it
 """
 

@@ -34,6 +34,8 @@ def supports(scene: Scene, mode: str) -> str | None:
         fine = any(isinstance(of, Picture) and of.filter == "mipmap" for of in vars(material).values())
         if fine and isinstance(shape, Quadric):
             return f"shapes[{number}]: mip levels on a quadric, by whose normals u and v go"
+    if scene.adaptive is not None and mode not in LAYER_B:
+        return "adaptive sampling is left to the table mode"
     if mode == SPECTRAL:
         return not_by_wavelength(scene)
     if scene.spectrum is not None:

@@ -255,6 +255,7 @@ class Scene:
     shadow: str = "opaque"
     conformance: str = "none"
     spectrum: Spectral | None = None
+    adaptive: dict[str, Any] | None = None
     folder: str | None = None
 
     def material_of(self, shape: Shape) -> Material:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from . import cameras, stock, surfaces
+from .adaptive import refined
 from .hashing import combine
 from .insides import starting
 from .lobes import Lobes
@@ -32,7 +33,10 @@ def picture(scene: Scene, mode: str, paths: int | None) -> dict[str, Any]:
     if mode.startswith("stock-"):
         work = stock.work(scene, mode.removeprefix("stock-"), paths)
         return stock.finish(work, [stock_render(render) for render in work.renders])
-    return _layer_b(scene, mode, packed(geometry(scene, POLISHED)), COLORS)
+    world = packed(geometry(scene, POLISHED))
+    if scene.adaptive is not None:
+        return refined(scene, lambda even: _layer_b(even, mode, world, COLORS, normals=True))
+    return _layer_b(scene, mode, world, COLORS)
 
 
 def radiance(scene: Scene, mode: str, origin: Array, direction: Array) -> Array:
@@ -80,7 +84,9 @@ def _start(scene: Scene, job: dict[str, Any], origin: Array) -> Array:
     return start
 
 
-def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -> dict[str, Any]:
+def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette,
+             normals: bool = False) -> dict[str, Any]:  # fmt: skip
+    """normals: also the outward `normal` of each pixel's first sample."""
     camera = scene.camera
     assert camera is not None
     width, height, spp = camera.width, camera.height, camera.spp
@@ -102,6 +108,7 @@ def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -
     weighed = view["off"] is not None  # each sample is then summed by itself
     sums: dict[str, Array] = {}
     t, shape = np.full(len(positions), np.inf), np.full(len(positions), -1)
+    normal = np.zeros((len(positions), 3))
     for begin in range(0, len(positions), BLOCK):
         block = np.arange(begin, min(begin + BLOCK, len(positions)))  # sample by sample
         sample, pixel = np.divmod(block, pixels)
@@ -109,7 +116,7 @@ def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -
         place, places = (block, len(positions)) if weighed else (pixel, pixels)
         rays = origin[block], direction[block], place, streams, start[block]
         first = _trace(shader, *rays, places, sums, cone[block])
-        t[block], shape[block] = first.t, first.shape
+        t[block], shape[block], normal[block] = first.t, first.shape, first.outward
     if weighed:
         counts = shares(view["sensor"], view["off"], spp, pixels)
         means = {k: np.einsum("sn,snk->nk", counts, v.reshape(spp, pixels, -1)) for k, v in sums.items()}
@@ -118,7 +125,8 @@ def _layer_b(scene: Scene, mode: str, world: dict[str, Any], palette: Palette) -
     by_ray = {name: mean.reshape(height, width, 3) for name, mean in means.items()}
     whole = np.sum([by_ray[name] for name in _whole(sums)], axis=0)
     first_sample = {"t": t[:pixels].reshape(height, width), "shape": shape[:pixels].reshape(height, width)}
-    return {"pixels": whole, "by_ray": by_ray, **first_sample}
+    more = {"normal": normal[:pixels].reshape(height, width, 3)} if normals else {}
+    return {"pixels": whole, "by_ray": by_ray, **first_sample, **more}
 
 
 def _whole(sums: dict[str, Any]) -> list[str]:

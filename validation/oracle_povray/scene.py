@@ -34,6 +34,7 @@ def not_in_pov(scene: Scene) -> str | None:
         "ray counts by rule": scene.conformance != "none", "more than one sample": camera.spp != 1,
         "jitter": camera.jitter is not None, "lens": camera.aperture > 0,
         "near plane": camera.near > 0 and camera.type == "perspective",
+        "adaptive samples": scene.adaptive is not None,
         "colours by name or spectrum": not _plain((scene.ambient, scene.background)),
     }  # fmt: skip
     found = next((what for what, holds in tests.items() if holds), None)

@@ -30,6 +30,8 @@ def write_scene(scene: Scene, path: Path, origin: Path | None = None) -> None:
     origin: the file that it was read from. Where that is an .nff it is handed on, of the size that is asked
     for: it may say what is not written, such as balls that are seen from within.
     """
+    if scene.adaptive is not None and path.suffix not in (".toml", ".json"):
+        raise ClrtError(f"adaptive: {path.suffix} has no words for samples where pixels differ")
     if path.suffix == ".nff" and origin is not None and origin.suffix.lower() == ".nff":
         _copy_nff(scene, path, origin)
     elif path.suffix == ".nff":
