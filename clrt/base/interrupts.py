@@ -123,9 +123,10 @@ def sweep() -> None:
 
 
 def note_saved(path: Path) -> None:
-    """A file has been replaced."""
-    saved.append(path)
-    del saved[:-_MOST]
+    """A file has been replaced, and stays."""
+    if not any(folder in map(str, path.parents) for folder in folders):
+        saved.append(path)
+        del saved[:-_MOST]
 
 
 def _caught(number: int, frame: FrameType | None) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 import clrt
 from clrt.base import interrupts
+from clrt.base.atomic import write_text
 from clrt.base.scratch import scratch
 from clrt.cli import main
 
@@ -24,6 +25,16 @@ def test_nothing_is_left_whatever_ends_the_block() -> None:
         (folder / "file").write_text("")
         interrupts.sweep()  # a second signal: the process ends within the block
         assert not folder.exists()
+
+
+def test_what_goes_with_the_block_is_not_told_as_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(interrupts, "saved", [])
+    with scratch() as folder:
+        write_text(folder / "a.txt", "")
+        write_text(tmp_path / "b.txt", "")
+    assert interrupts.saved == [tmp_path / "b.txt"]
 
 
 def test_folders_of_any_depth_are_removed() -> None:

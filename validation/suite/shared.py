@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from clrt.base.errors import ClrtWarning
 from clrt.base.inputs import noted, watched
 from clrt.base.resources import shipped_scenes
 from clrt.cluster.calls import Call, Told, answers
@@ -62,7 +64,8 @@ def files_of(scene: dict[str, Any] | Path) -> dict[str, bytes]:
     """All that a scene reads, its own file too, by absolute path; not what loaders write for a moment (a
     mesh's colours, as a picture).
     """
-    with watched():
+    with watched(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", ClrtWarning)  # who renders it is told
         flatten(loaded(scene))
         names = {os.path.abspath(name) for name in noted().values()}
     return {name: Path(name).read_bytes() for name in sorted(names) if os.path.isfile(name)}
