@@ -93,10 +93,11 @@ def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> N
 
 
 def calls(kept: Path, quick: bool, **rounds: int) -> None:
-    """What a caller's rays and changes cost; beside embreex where that is installed."""
+    """What a caller's rays and changes cost; beside Embree, and embreex where that is installed."""
     with _timed("queries and live scenes"):
         stamp = _stamp("queries")
-        suite.run(suite.Plan(groups=CALLS, quick=quick, **rounds), print).save(kept / "queries.json")
+        made = suite.run(suite.Plan(groups=CALLS, embree=True, quick=quick, **rounds), print)
+        made.save(kept / "queries.json")
         _keep(kept / "queries.json", {**json.loads((kept / "queries.json").read_text()), "stamp": stamp})
 
 

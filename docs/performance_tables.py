@@ -192,15 +192,16 @@ def aims(made: Report, grown: dict[str, Any], peers: dict[str, Any], thesis: dic
 
 
 def queries(made: Report) -> str:
-    """What a call takes, beside its kernel alone and beside embreex."""
+    """What a call takes, beside its kernel alone, beside embreex and beside Embree's best call from C."""
     rows, found = [], made.of("queries")
+    others = bench_queries.KERNEL, bench_queries.EMBREEX, *bench_queries.CALLS
     for m in found:
         if not m.queue:
-            others = bench_queries.KERNEL, bench_queries.EMBREEX
-            beside = [bench_queries.ratio(found, m, other) for other in others]
-            cells = ("" if value is None else f"{value:.2f}" for value in beside)
+            kernel, embreex, *embree = (bench_queries.said(found, m, other) for other in others)
+            cells = kernel, embreex, " / ".join(filter(None, embree))
             rows.append((m.name, f"{m.median * 1e3:.3g}", *cells))
-    return table(("question", "ms", "of its kernel's rate", "times embreex"), rows)
+    best = "times Embree's best call, default / robust"
+    return table(("question", "ms", "of its kernel's rate", "times embreex", best), rows)
 
 
 def live(made: Report) -> str:

@@ -55,7 +55,7 @@ def run(plan: Plan, tell: Tell | None = None) -> Report:
             found += _on_one_core(plan, yardsticks, tell)
     if "queries" in plan.groups:
         with machine.one_core():
-            found += queries.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
+            found += queries.times(plan.rounds, plan.device, plan.settings, plan.quick, tell, yardsticks)
     if "live" in plan.groups:
         with machine.one_core():
             found += live.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
