@@ -35,6 +35,7 @@ DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent))
 
 import performance_tables as tables
+from performance_aims import aims
 
 import clrt
 from clrt.bench import chart, host, machine, report, scaling, suite
@@ -56,6 +57,11 @@ _HEADS = {
 
 Our speed over Embree's where neither may use AVX-512, as on most laptops: with Intel's runtime, which
 `CL_CONFIG_CPU_TARGET_ARCH=core-avx2` tells so, and Embree with `isa=avx2`.""",
+    "turns": """\
+## In turns with an older state
+
+`python docs/make_turns.py`: a process each, A B A B, on one machine and driver; processor time, medians. What
+only one of the two knows is left out.""",
     "processors": """\
 ## By kind of processor
 
@@ -236,13 +242,16 @@ def write(kept: Path, page: Path) -> None:
     grown = json.loads((kept / "scaling.json").read_text())
     times = kept / "povray.json"
     povray = json.loads(times.read_text()) if times.exists() else {"scenes": {}}
+    asked = report.load(kept / "queries.json") if (kept / "queries.json").exists() else made
+    turns = json.loads((kept / "turns.json").read_text()) if (kept / "turns.json").exists() else None
+    narrow = report.load(kept / "bench_avx2.json") if (kept / "bench_avx2.json").exists() else None
     times = kept / "thesis.json"
     thesis = json.loads(times.read_text()) if times.exists() else {"drivers": {}}
     chart.roofline(made, kept / "roofline.svg")
     scaling.chart(grown, kept / "scaling.svg")
     parts = {
         "machine": tables.machine_line(made),
-        "aims": tables.aims(made, grown, povray, thesis),
+        "aims": aims(made, grown, povray, asked, narrow, turns),
         "against": tables.against(made),
         "trees": tables.trees(made),
         "passes": tables.passes(made),
@@ -258,10 +267,11 @@ def write(kept: Path, page: Path) -> None:
             parts[name] = show(made, report.load(kept / f"{name}.json"))
     if (kept / "processors.json").exists():
         parts["processors"] = tables.processors(json.loads((kept / "processors.json").read_text()))
-    for name in "bench_avx2", "processors":  # a page has no headings above nothing
+    if turns:
+        parts["turns"] = tables.turns(turns)
+    for name in _HEADS:  # a page has no headings above nothing
         parts[name] = f"{_HEADS[name]}\n\n{parts[name]}" if name in parts else ""
     _fill(page, parts)
-    asked = report.load(kept / "queries.json") if (kept / "queries.json").exists() else made
     for name, group, show in ("queries", "queries", tables.queries), ("live-scenes", "live", tables.live):
         found = asked if asked.of(group) else made
         if found.of(group) and (page.parent / f"{name}.md").exists():

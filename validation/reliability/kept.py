@@ -26,6 +26,7 @@ FILES: Final[dict[str, tuple[str, ...]]] = {
     "performance/queries.json": ("clrt.bench.suite",),
     "performance/povray.json": ("clrt.bench.frames",),
     "performance/thesis.json": code.PROGRAM,
+    "performance/turns.json": ("clrt.bench.suite", *code.PROGRAM),
     "validation.json": ("validation.suite.run",),
     "mutants.json": ("validation.mutants.generated_run",),
     TICKS: ("validation.deletion_jobs",),
