@@ -13,7 +13,6 @@ from clrt.bench import report
 from clrt.bench.frames import shares
 from clrt.bench.report import Report
 
-SCENES = ("terrain", "lumps", "flake")
 SHOWCASE, MBS = "clrt render showcase", "clrt render mbs, 2000 x 2500"  # of docs/make_turns.py
 
 
@@ -75,8 +74,9 @@ def passes(made: Report) -> str:
         for m in made.of("tracing", "shading", "compaction")
     }
     names = dict.fromkeys((name, queue) for name, queue, _ in cell)
-    head = ("pass, rays", *SCENES)
-    return table(head, ((f"{n}, {q}", *(cell.get((n, q, scene), "") for scene in SCENES)) for n, q in names))
+    found = dict.fromkeys(scene for _, _, scene in cell)
+    head = ("pass, rays", *found)
+    return table(head, ((f"{n}, {q}", *(cell.get((n, q, scene), "") for scene in found)) for n, q in names))
 
 
 def frames(made: Report) -> str:
