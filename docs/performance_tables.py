@@ -154,7 +154,7 @@ def drivers(made: Report, other: Report) -> str:
 
 
 def narrow(_: Report, made: Report) -> str:
-    """The same rays without AVX-512, ours and Embree's."""
+    """The same rays otherwise: without AVX-512, ours and Embree's; or in packets of 8."""
     return f"{made.machine['device']}; Embree {', '.join(made.machine['embree'])}:\n\n" + against(made)
 
 
@@ -163,7 +163,7 @@ def processors(kept: dict[str, Any]) -> str:
     rows: dict[tuple[str, str], dict[tuple[str, str], str]] = {}
     heads = []
     for kind, found in kept.items():
-        for name, code in ("bench", "all it has"), ("bench_avx2", "AVX2"):
+        for name, code in ("bench", "all it has"), ("bench_lanes8", "packets of 8"), ("bench_avx2", "AVX2"):
             if name not in found:
                 continue
             heads.append((kind, code))

@@ -1,5 +1,5 @@
-"""What is measured: a terrain, fifty lumpy balls and a sphereflake, large enough to leave every cache; and loose
-triangles in two heaps that are hard on a tree: needles, long and thin, and grains of all sizes.
+"""What is measured: a terrain, fifty lumpy balls and a sphereflake, large enough to leave every cache; and
+two heaps of triangles that are hard on a tree: needles, long and thin, and grains of all sizes.
 
 All surfaces reflect, transmit and gather ambient light, so that one frame gives queues of every kind.
 """

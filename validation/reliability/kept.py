@@ -22,6 +22,7 @@ TICKS: Final = "../validation/ticks.json"  # it has a digest a row
 FAULTS: Final = 300  # that were drawn for mutants.json, at least
 FILES: Final[dict[str, tuple[str, ...]]] = {
     "performance/bench.json": ("clrt.bench.suite",),
+    "performance/bench_lanes8.json": ("clrt.bench.suite",),
     "performance/scaling.json": ("clrt.bench.scaling",),
     "performance/queries.json": ("clrt.bench.suite",),
     "performance/povray.json": ("clrt.bench.frames",),
