@@ -6,7 +6,8 @@ values go to docs/cluster.json; the tables of docs/cluster.md follow from them (
 
     python docs/make_cluster.py wall [pinned]   prints ratios of wall times (2 minutes on a quiet machine);
                                                 pinned: one core for the process, one for each worker
-    python docs/make_cluster.py faults FILE     takes over what `tests.cluster.endurance --out FILE` found
+    python docs/make_cluster.py faults FILE     takes over what `tests.cluster.endurance --out FILE` found, in
+                                                place of older runs with as many workers
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ import clrt  # noqa: E402
 from clrt.cluster import pictures  # noqa: E402
 from clrt.cluster.connect import connected  # noqa: E402
 from clrt.engine.request import Request  # noqa: E402
+from validation.reliability import kept  # noqa: E402
 
 SCENE, WIDTH, HEIGHT, SPP, ROUNDS = "showcase", 2048, 1024, 4, 3
 WORKERS = (1, 2, 10, 100, 1000)
@@ -169,17 +171,39 @@ def tables(told: dict[str, Any]) -> str:
 
 def faults(told: dict[str, Any]) -> list[str]:
     """What came of the rounds in which a worker was killed or paused, as a table."""
-    found = told["faults"]
-    lines = ["", f"| {found['workers']} workers, one | rounds | the same bits | done twice | median time |"]
+    lines = ["", "| workers, one of them | rounds | the same bits | done twice | median time |"]
     lines.append("|---|---|---|---|---|")
     kinds = {"picture": "a picture", "series": "four pictures", "validation": "cases of validation"}
-    for what, name in (("kill", "killed"), ("pause", "paused")):
-        for kind, shown in kinds.items():
-            rows = [row for row in found["rounds"] if (row["what"], row["kind"]) == (what, kind)]
-            same, took = sum(row["same"] for row in rows), spread(row["seconds"] for row in rows)
-            twice = sum(row["twice"] for row in rows) if "twice" in rows[0] else "not counted"
-            lines.append(f"| {name}, {shown} | {len(rows)} | {same} | {twice} | {took:.1f} s |")
+    for run in told["faults"]:
+        for what, name in (("kill", "killed"), ("pause", "paused")):
+            for kind, shown in kinds.items():
+                rows = [row for row in run["rounds"] if (row["what"], row["kind"]) == (what, kind)]
+                if rows:
+                    same, took = sum(row["same"] for row in rows), spread(row["seconds"] for row in rows)
+                    title = f"{run['workers']}, {name}, {shown}"
+                    lines.append(f"| {title} | {len(rows)} | {same} | {twice(rows)} | {took:.1f} s |")
     return lines
+
+
+def twice(rows: list[dict[str, Any]]) -> str:
+    """What those left alone did beyond their answers; a single worker leaves nobody alone."""
+    if any("twice" not in row for row in rows):
+        return "not counted"
+    known = [row["twice"] for row in rows if row["twice"] is not None]
+    return str(sum(known)) if known else "nobody else"
+
+
+def joined(old: list[dict[str, Any]], new: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Runs by their number of workers; the newer of two stays."""
+    runs = {run["workers"]: run for run in (*old, *new)}
+    return [runs[workers] for workers in sorted(runs)]
+
+
+def common(stamps: list[dict[str, Any]]) -> dict[str, Any]:
+    """The stamp of them all: parts are of one code, or of none."""
+    if not all(stamps) or len({stamp["code"] for stamp in stamps}) > 1:
+        return {}
+    return {**stamps[0], "dirty": any(stamp["dirty"] for stamp in stamps)}
 
 
 def costs(told: dict[str, Any]) -> tuple[float, float, float, float]:
@@ -196,11 +220,13 @@ def main() -> None:
     if sys.argv[1:2] == ["wall"]:
         print(walls(sys.argv[2:] == ["pinned"]))
         return
-    kept = json.loads((FOLDER / "cluster.json").read_text("utf-8"))
+    told = json.loads((FOLDER / "cluster.json").read_text("utf-8"))
     if sys.argv[1:2] == ["faults"]:
-        told = kept | {"faults": json.loads(Path(sys.argv[2]).read_text("utf-8"))}
+        runs = json.loads(Path(sys.argv[2]).read_text("utf-8"))["runs"]
+        told["faults"] = joined(told["faults"], runs)
     else:
-        told = measure() | {"faults": kept["faults"]}
+        told |= {"costs": kept.stamp(kept.FILES[kept.CLUSTER]), **measure()}
+    told["stamp"] = common([told.get("costs", {}), *(run.get("stamp", {}) for run in told["faults"])])
     (FOLDER / "cluster.json").write_text(json.dumps(told) + "\n", encoding="utf-8")
     page = FOLDER / "cluster.md"
     before, _, after = page.read_text(encoding="utf-8").split(MARK)

@@ -4,7 +4,8 @@
     python docs/make_performance.py --measure              measure again first; says how long each part took
     python docs/make_performance.py --measure --spd FOLDER and time POV-Ray, on scenes of the SPD
     python docs/make_performance.py --measure --thesis FILE and time the thesis' `mbs`
-    python docs/make_performance.py --measure --part queries   that part alone; or others: POV-Ray and mbs
+    python docs/make_performance.py --measure --part queries   that part alone; or packets: of 8; or others:
+                                                           POV-Ray and mbs
     python docs/make_performance.py --measure --quick      try that with tiny scenes, in a temporary folder
 
 FOLDER holds each scene twice, as spd/NAME.nff and pov/NAME.pov. The times are kept in
@@ -35,9 +36,10 @@ DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent))
 
 import performance_tables as tables
+from performance_aims import aims
 
 import clrt
-from clrt.bench import chart, host, machine, report, scaling, suite
+from clrt.bench import chart, host, machine, report, scaling, scenes, suite
 from clrt.bench.frames import frame_times
 from clrt.device import trial
 from clrt.device.platforms import devices
@@ -56,6 +58,15 @@ _HEADS = {
 
 Our speed over Embree's where neither may use AVX-512, as on most laptops: with Intel's runtime, which
 `CL_CONFIG_CPU_TARGET_ARCH=core-avx2` tells so, and Embree with `isa=avx2`.""",
+    "bench_lanes8": """\
+## In packets of 8
+
+The same with `Settings(lanes=8)` in place of 16: as many as a processor without AVX-512 takes at once.""",
+    "turns": """\
+## In turns with an older state
+
+`python docs/make_turns.py`: a process each, A B A B, on one machine and driver; processor time, medians. What
+only one of the two knows is left out.""",
     "processors": """\
 ## By kind of processor
 
@@ -85,6 +96,7 @@ def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> N
         (kept / "bench_avx2.json").unlink(missing_ok=True)
         if NARROW in drivers:
             narrow(kept / "bench_avx2.json", quick)
+    packets(kept, quick)
     _note_processor(kept, stamp)
     with _timed("scaling"):
         stamp = _stamp("scaling")
@@ -93,10 +105,11 @@ def measure(kept: Path, spd: Path | None, thesis: Path | None, quick: bool) -> N
 
 
 def calls(kept: Path, quick: bool, **rounds: int) -> None:
-    """What a caller's rays and changes cost; beside embreex where that is installed."""
+    """What a caller's rays and changes cost; beside Embree, and embreex where that is installed."""
     with _timed("queries and live scenes"):
         stamp = _stamp("queries")
-        suite.run(suite.Plan(groups=CALLS, quick=quick, **rounds), print).save(kept / "queries.json")
+        made = suite.run(suite.Plan(groups=CALLS, embree=True, quick=quick, **rounds), print)
+        made.save(kept / "queries.json")
         _keep(kept / "queries.json", {**json.loads((kept / "queries.json").read_text()), "stamp": stamp})
 
 
@@ -136,6 +149,19 @@ def narrow(file: Path, quick: bool) -> None:
     _bench(against, NARROW, FEW if quick else 5, file, quick, NARROWED)
 
 
+def packets(kept: Path, quick: bool) -> None:
+    """Rays against Embree in packets of 8: what Intel's driver takes by itself, and any by `lanes`."""
+    with _timed("packets of 8"):
+        stamp = _stamp("bench_lanes8")
+        plan = suite.Plan(
+            groups=["kernels"], names=tuple(scenes.WHOLE), rounds=FEW if quick else 5, quick=quick,
+            embree=True, settings=clrt.Settings(lanes=8),
+        )  # fmt: skip
+        suite.run(plan, print).save(kept / "bench_lanes8.json")
+        told = json.loads((kept / "bench_lanes8.json").read_text())
+        _keep(kept / "bench_lanes8.json", {**told, "stamp": stamp})
+
+
 def _bench(
     what: list[str], driver: str, rounds: int, file: Path, quick: bool, variables: dict[str, str]
 ) -> None:
@@ -159,7 +185,7 @@ def _note_processor(kept: Path, stamp: dict[str, Any]) -> None:
     file = kept / "processors.json"
     known = json.loads(file.read_text()) if file.exists() else {}
     own: dict[str, Any] = {"stamp": stamp}
-    for name in ("bench", "bench_avx2"):
+    for name in ("bench", "bench_avx2", "bench_lanes8"):
         if (kept / f"{name}.json").exists():
             own[name] = report.ratios(report.load(kept / f"{name}.json"))
     _keep(file, {**known, machine.processor_kind(): own})
@@ -235,13 +261,16 @@ def write(kept: Path, page: Path) -> None:
     grown = json.loads((kept / "scaling.json").read_text())
     times = kept / "povray.json"
     povray = json.loads(times.read_text()) if times.exists() else {"scenes": {}}
+    asked = report.load(kept / "queries.json") if (kept / "queries.json").exists() else made
+    turns = json.loads((kept / "turns.json").read_text()) if (kept / "turns.json").exists() else None
+    narrow = report.load(kept / "bench_avx2.json") if (kept / "bench_avx2.json").exists() else None
     times = kept / "thesis.json"
     thesis = json.loads(times.read_text()) if times.exists() else {"drivers": {}}
     chart.roofline(made, kept / "roofline.svg")
     scaling.chart(grown, kept / "scaling.svg")
     parts = {
         "machine": tables.machine_line(made),
-        "aims": tables.aims(made, grown, povray, thesis),
+        "aims": aims(made, grown, povray, asked, narrow, turns),
         "against": tables.against(made),
         "trees": tables.trees(made),
         "passes": tables.passes(made),
@@ -252,15 +281,18 @@ def write(kept: Path, page: Path) -> None:
         "povray": tables.povray(povray),
         "scaling": tables.growth(grown),
     }
-    for name, show in ("bench_other", tables.drivers), ("bench_avx2", tables.narrow):
+    for name, show in (
+        ("bench_other", tables.drivers), ("bench_avx2", tables.narrow), ("bench_lanes8", tables.narrow),
+    ):  # fmt: skip
         if (kept / f"{name}.json").exists():
             parts[name] = show(made, report.load(kept / f"{name}.json"))
     if (kept / "processors.json").exists():
         parts["processors"] = tables.processors(json.loads((kept / "processors.json").read_text()))
-    for name in "bench_avx2", "processors":  # a page has no headings above nothing
+    if turns:
+        parts["turns"] = tables.turns(turns)
+    for name in _HEADS:  # a page has no headings above nothing
         parts[name] = f"{_HEADS[name]}\n\n{parts[name]}" if name in parts else ""
     _fill(page, parts)
-    asked = report.load(kept / "queries.json") if (kept / "queries.json").exists() else made
     for name, group, show in ("queries", "queries", tables.queries), ("live-scenes", "live", tables.live):
         found = asked if asked.of(group) else made
         if found.of(group) and (page.parent / f"{name}.md").exists():
@@ -287,18 +319,21 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--spd", type=Path, metavar="FOLDER")
     parser.add_argument("--thesis", type=Path, metavar="FILE")
-    parser.add_argument("--part", choices=["queries", "others"], help="measure that alone")
+    parser.add_argument("--part", choices=["queries", "packets", "others"], help="measure that alone")
     options = parser.parse_args()
     folder = Path(tempfile.mkdtemp(prefix="clrt-performance-")) if options.quick else DOCS
     page, kept = folder / "performance.md", folder / "performance"
     if options.quick:
         shutil.copy(DOCS / "performance.md", page)
+        shutil.copytree(DOCS / "performance", kept)  # a part leaves the others
     kept.mkdir(exist_ok=True)
     if options.measure:
         with _timed("all"):
             rounds = {"rounds": FEW} if options.quick else {}
             if options.part == "queries":
                 calls(kept, options.quick, **rounds)
+            elif options.part == "packets":
+                packets(kept, options.quick)
             elif options.part == "others":
                 others(kept, options.spd, options.thesis, options.quick)
             else:

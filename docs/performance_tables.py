@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from statistics import median
+from statistics import geometric_mean, median
 from typing import Any
 
 from clrt.bench import bands as bench_bands
@@ -13,7 +13,7 @@ from clrt.bench import report
 from clrt.bench.frames import shares
 from clrt.bench.report import Report
 
-SCENES = ("terrain", "lumps", "flake")
+SHOWCASE, MBS = "clrt render showcase", "clrt render mbs, 2000 x 2500"  # of docs/make_turns.py
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
@@ -74,8 +74,9 @@ def passes(made: Report) -> str:
         for m in made.of("tracing", "shading", "compaction")
     }
     names = dict.fromkeys((name, queue) for name, queue, _ in cell)
-    head = ("pass, rays", *SCENES)
-    return table(head, ((f"{n}, {q}", *(cell.get((n, q, scene), "") for scene in SCENES)) for n, q in names))
+    found = dict.fromkeys(scene for _, _, scene in cell)
+    head = ("pass, rays", *found)
+    return table(head, ((f"{n}, {q}", *(cell.get((n, q, scene), "") for scene in found)) for n, q in names))
 
 
 def frames(made: Report) -> str:
@@ -153,7 +154,7 @@ def drivers(made: Report, other: Report) -> str:
 
 
 def narrow(_: Report, made: Report) -> str:
-    """The same rays without AVX-512, ours and Embree's."""
+    """The same rays otherwise: without AVX-512, ours and Embree's; or in packets of 8."""
     return f"{made.machine['device']}; Embree {', '.join(made.machine['embree'])}:\n\n" + against(made)
 
 
@@ -162,7 +163,7 @@ def processors(kept: dict[str, Any]) -> str:
     rows: dict[tuple[str, str], dict[tuple[str, str], str]] = {}
     heads = []
     for kind, found in kept.items():
-        for name, code in ("bench", "all it has"), ("bench_avx2", "AVX2"):
+        for name, code in ("bench", "all it has"), ("bench_lanes8", "packets of 8"), ("bench_avx2", "AVX2"):
             if name not in found:
                 continue
             heads.append((kind, code))
@@ -174,33 +175,17 @@ def processors(kept: dict[str, Any]) -> str:
     return table(head, ((f"{s}, {q}", *(cells.get(h, "") for h in heads)) for (s, q), cells in rows.items()))
 
 
-def aims(made: Report, grown: dict[str, Any], peers: dict[str, Any], thesis: dict[str, Any]) -> str:
-    """What the project wants to reach, and what it reaches."""
-    rows = [*_against_embree(made), *_whole(made, grown), *_in_bands(made)]
-    for driver, times in thesis["drivers"].items():
-        wanted = {"PoCL 3.1": 4}.get(driver, 8)
-        what = f"mbs, 2000 x 2500, 20 bands, the process, {driver}"
-        rows.append((what, f"<= {wanted} s", f"{median(times['wall']):.2f} s"))
-    for name, times in peers["scenes"].items():
-        wanted = {"balls": 8, "teapot": 6, "mount": 6, "tree": 4}.get(name.split("_")[0])
-        if wanted:
-            faster = [median(t["povray"]) / median(t["ours"]) for t in times.values()]
-            rows.append(
-                (f"{name}, times as fast as POV-Ray, one thread and two", f">= {wanted}", *_texts(faster))
-            )
-    return table(("aim", "wanted", "measured"), rows)
-
-
 def queries(made: Report) -> str:
-    """What a call takes, beside its kernel alone and beside embreex."""
+    """What a call takes, beside its kernel alone, beside embreex and beside Embree's best call from C."""
     rows, found = [], made.of("queries")
+    others = bench_queries.KERNEL, bench_queries.EMBREEX, *bench_queries.CALLS
     for m in found:
         if not m.queue:
-            others = bench_queries.KERNEL, bench_queries.EMBREEX
-            beside = [bench_queries.ratio(found, m, other) for other in others]
-            cells = ("" if value is None else f"{value:.2f}" for value in beside)
+            kernel, embreex, *embree = (bench_queries.said(found, m, other) for other in others)
+            cells = kernel, embreex, " / ".join(filter(None, embree))
             rows.append((m.name, f"{m.median * 1e3:.3g}", *cells))
-    return table(("question", "ms", "of its kernel's rate", "times embreex"), rows)
+    best = "times Embree's best call, default / robust"
+    return table(("question", "ms", "of its kernel's rate", "times embreex", best), rows)
 
 
 def live(made: Report) -> str:
@@ -217,61 +202,16 @@ def live(made: Report) -> str:
     return table(("what", "ms", "beside"), rows)
 
 
-def _in_bands(made: Report) -> Iterable[tuple[str, ...]]:
-    found = made.of("bands")
-    wide = bench_bands.ratio(found, "flake", "24 bands")
-    yield "24 bands against RGB, that picture", "<= 2.0", f"{wide:.2f}"
-    faster = bench_bands.MOST / bench_bands.ratio(found, "glass ball", bench_bands.DISPERSED)
-    what = f"{bench_bands.MOST} dispersed bands, glass on 8 % of the picture, against a picture for each"
-    yield what, ">= 10", f"{faster:.2f}"
+def faster(told: dict[str, Any]) -> dict[str, float]:
+    """By case: how many times as fast it is as in the other checkout, of docs/make_turns.py."""
+    return {case: median(found["other"]) / median(found["ours"]) for case, found in told["cases"].items()}
 
 
-def _texts(values: Iterable[float]) -> tuple[str]:
-    return (", ".join(f"{value:.2f}" for value in values),)
-
-
-def _against_embree(made: Report) -> Iterable[tuple[str, ...]]:
-    rows = {(row["scene"], row["queue"], row["threads"]): row for row in report.ratios(made)}
-    for queue, wanted in (("primary", ">= 1.05 / 1.15"), ("shadow", ">= 1.05 / 1.2")):
-        for scene in ("terrain", "lumps"):
-            row = rows[scene, queue, 1]
-            what = f"{queue} rays, {scene}, against Embree's best call, default / robust"
-            yield what, wanted, f"{row['default']:.2f} / {row['robust']:.2f}"
-    for queue in ("reflection", "incoherent"):
-        for scene in ("terrain", "lumps"):
-            row = rows[scene, queue, 1]
-            what = f"{queue} rays, {scene}, against Embree's single-ray call, default / robust"
-            yield what, ">= 1.0 / 1.1", f"{row['default_single']:.2f} / {row['robust_single']:.2f}"
-    spheres = {
-        queue: row["default"]
-        for (scene, queue, _), row in rows.items()
-        if scene == "flake" and queue != "tree"
-    }
-    yield (
-        "7381 spheres, the worst kind of rays, against Embree's best call",
-        ">= 1.3",
-        f"{min(spheres.values()):.2f}",
-    )
-    yield "7381 spheres, primary rays, against Embree's best call", ">= 5", f"{spheres['primary']:.2f}"
-    for scene in ("terrain", "lumps"):
-        row = rows[scene, "tree", 2]
-        ours = next(m for m in made.of("builder") if (m.scene, m.name, m.threads) == (scene, "tree", 2))
-        yield f"tree of {scene}, two cores", "<= 0.30 s", f"{ours.median:.2f} s"
-        yield f"tree of {scene}, share of Embree's time on two threads", "<= 0.8", f"{1 / row['default']:.2f}"
-
-
-def _whole(made: Report, grown: dict[str, Any]) -> Iterable[tuple[str, ...]]:
-    flake = {m.threads: m for m in made.of("frame") if m.scene == "flake"}
-    yield (
-        "sphereflake, 1024 x 1024, 3 lights, 5 generations, two cores",
-        ">= 4.5 Mpixel/s",
-        f"{1e3 / flake[2].ns:.2f}",
-    )
-    part = shares(flake[2])
-    yield "passes other than finding hits, share of that picture", "< 25 %", f"{part['passes']:.0%}"
-    yield "two threads against one, that picture", ">= 1.85", f"{flake[1].median / flake[2].median:.2f}"
-    program = next(iter(made.of("program")))
-    yield "clrt render, small scene, caches filled, the process", "<= 0.6 s", f"{program.median:.2f} s"
-    largest = grown["series"]["pixels of 1M triangles"][-1]
-    peak = f"{largest['peak_bytes'] / 2**30:.2f} GiB"
-    yield "peak of memory, 1M triangles, 4096 x 4096", "<= 1.5 GiB", peak
+def turns(told: dict[str, Any]) -> str:
+    """Every case, and their geometric mean."""
+    rows = []
+    for case, ratio in faster(told).items():
+        took = (f"{median(told['cases'][case][name]) * 1e3:.4g}" for name in ("other", "ours"))
+        rows.append((case, *took, f"{ratio:.2f}"))
+    rows.append(("geometric mean", "", "", f"{geometric_mean(faster(told).values()):.2f}"))
+    return table(("case", f"{told['other']}, ms", "now, ms", "times as fast"), rows)

@@ -79,6 +79,7 @@ def compile_times(device: str | int | None, rounds: int, tell: Tell | None = Non
         if tell:
             tell(f"compiling, {turn + 1} of {rounds}")
         with empty_caches() as environment:
+            del environment["PYTHONPYCACHEPREFIX"]  # kernels are meant, not Python's own compiling
             for kept in (cold, cached):
                 kept.append(float(_python(_COMPILE, environment, json.dumps(device), json.dumps(_SMALL))))
     return [
@@ -135,9 +136,14 @@ print(first - (time.perf_counter() - start))
 
 @contextmanager
 def empty_caches() -> Iterator[dict[str, str]]:
-    """Environment variables that give the driver and pyopencl new, empty folders for what they keep."""
+    """Environment variables that give driver, pyopencl and Python new, empty folders for what they keep.
+
+    Python keeps its bytecode whatever this process was told: a user's does.
+    """
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     with scratch() as folder:
-        yield {**os.environ, "POCL_CACHE_DIR": f"{folder}/pocl", "XDG_CACHE_HOME": f"{folder}/cache"}
+        places = {"POCL_CACHE_DIR": "pocl", "XDG_CACHE_HOME": "cache", "PYTHONPYCACHEPREFIX": "bytecode"}
+        yield {**kept, **{name: f"{folder}/{place}" for name, place in places.items()}}
 
 
 def _python(code: str, environment: dict[str, str], *arguments: str) -> str:

@@ -2,11 +2,12 @@
 
 Primary rays of the terrain, a picture's rows one after the other; and calls of few rays, which is what a
 loop in Python makes. embreex (Embree for numpy, on PyPI) is a yardstick alone: nothing else needs it.
+Embree's own calls, from C, stand beside the many rays where the run is against Embree.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from importlib import import_module
@@ -14,7 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt.bench import scenes
+from clrt.bench import embree, scenes
 from clrt.bench.timing import Case, Measurement, Tell, measure
 from clrt.device.settings import Settings
 from clrt.device.shared import Work
@@ -24,16 +25,19 @@ from clrt.flatten.flatten import FlatScene
 
 FEW: Final = (1000, 1)  # rays of short calls
 KERNEL, EMBREEX = "kernel", "embreex"
+CALLS: Final = tuple(f"Embree {mode}" for mode in embree.MODES)  # each is followed by which call it is
 NEAREST, ALL, BLOCKED = "intersect, t and primitive", "intersect, all fields", "occluded"
 _ALONE: Final = {NEAREST: "nearest", BLOCKED: "blocked"}  # the kernel that such a call launches
+_OF_RAYS: Final = {"primary": NEAREST, "shadow": BLOCKED}  # what Embree's calls answer
 # what embreex is asked, to give as much (`output=1`: distances, coordinates and normals)
 _ASKED: Final[dict[str, dict[str, Any]]] = {NEAREST: {}, ALL: {"output": 1}, BLOCKED: {"query": "OCCLUDED"}}
 
 
 def times(
-    rounds: int, wanted: int | str | None, settings: Settings, quick: bool = False, tell: Tell | None = None
-) -> list[Measurement]:
-    """Processor time of queries, in turns with their kernels alone and with embreex's."""
+    rounds: int, wanted: int | str | None, settings: Settings, quick: bool = False, tell: Tell | None = None,
+    builds: Sequence[embree.Build] = (),
+) -> list[Measurement]:  # fmt: skip
+    """Processor time of queries, in turns with their kernels alone, with embreex's and these Embrees'."""
     scene = scenes.make("terrain", quick)
     assert scene.camera is not None
     tracer = Tracer(scene, wanted, replace(settings, threads=1))
@@ -70,7 +74,26 @@ def times(
             if other is not None and name in _ASKED:
                 how = _ASKED[name]
                 cases.append(case(text, EMBREEX, partial(other.run, *some, **how), n))
-    return measure(cases, rounds, tell)
+    shape = embree.geometry(tracer.flat) if builds else None
+    yardsticks = [embree.commit(build, shape, mode) for build in builds for mode in embree.MODES if shape]
+    cases += _in_c(yardsticks, *rays, clock)
+    found = measure(cases, rounds, tell)
+    for yardstick in yardsticks:
+        yardstick.close()
+    return found
+
+
+def _in_c(
+    yardsticks: list[embree.Yardstick], origins: np.ndarray, directions: np.ndarray, clock: str
+) -> list[Case]:
+    """Each of Embree's calls on these rays."""
+    endless = np.full((1, len(origins)), np.inf, np.float32)
+    rays = np.ascontiguousarray(np.vstack([origins.T, directions.T, endless]), np.float32)
+    cases = embree.tracing_cases(yardsticks, dict.fromkeys(_OF_RAYS, rays), "terrain")
+    return [
+        replace(case, group="queries", name=_OF_RAYS[case.queue], queue=f"Embree {case.name}", clock=clock)
+        for case in cases
+    ]
 
 
 def _calls(tracer: Tracer) -> dict[str, Callable[[np.ndarray, np.ndarray], Any]]:
@@ -119,10 +142,15 @@ def compared(measurements: list[Measurement]) -> bool:
 
 
 def ratio(measurements: list[Measurement], mine: Measurement, other: str) -> float | None:
-    """How many times as fast a query is as its kernel alone, or as embreex; None where that was not timed."""
+    """How many times as fast a query is as its kernel alone, as embreex, or as the best of CALLS in a mode;
+    None where that was not timed."""
     if mine.queue:
         return None
-    for m in measurements:
-        if (m.queue, m.name) == (other, mine.name):
-            return m.median / mine.median
-    return None
+    theirs = [m.median for m in measurements if m.name == mine.name and m.queue.startswith(other)]
+    return min(theirs) / mine.median if theirs else None
+
+
+def said(measurements: list[Measurement], mine: Measurement, other: str) -> str:
+    """`ratio` as a table shows it."""
+    found = ratio(measurements, mine, other)
+    return "" if found is None else f"{found:.2f}"

@@ -1,4 +1,5 @@
-"""What is measured: a terrain, fifty lumpy balls and a sphereflake, large enough to leave every cache.
+"""What is measured: a terrain, fifty lumpy balls and a sphereflake, large enough to leave every cache; and
+two heaps of triangles that are hard on a tree: needles, long and thin, and grains of all sizes.
 
 All surfaces reflect, transmit and gather ambient light, so that one frame gives queues of every kind.
 """
@@ -18,6 +19,7 @@ from clrt.scene.scene import Scene
 
 TRIANGLES: Final = 1_000_000
 BALLS: Final = 50
+LOOSE: Final = 50_000  # triangles
 _SETTINGS: Final[dict[str, Any]] = {"background": [0.3, 0.4, 0.5], "ambient": 0.2, "ambient_samples": 1}
 _SURFACE: Final[dict[str, Any]] = {
     "color": [0.7, 0.6, 0.5],
@@ -29,6 +31,7 @@ _SURFACE: Final[dict[str, Any]] = {
     "ior": 1.3,
 }
 _MIRROR: Final = {**_SURFACE, "transmission": 0.0}
+_FILM: Final = {**_SURFACE, "thin": True}  # nothing is inside of a loose triangle
 _MATT: Final = {"color": [0.8, 0.7, 0.6], "diffuse": 0.7}
 GLASS: Final = "SF10"
 GLASS_INDEX: Final = 1.728  # about, in yellow light
@@ -81,6 +84,38 @@ def lumps(triangles: int = TRIANGLES) -> Scene:
     return _scene([mesh], [0.0, 2.0, 13.0], [0.0, 0.0, 0.0])
 
 
+def needles(triangles: int = LOOSE) -> Scene:
+    """Loose triangles anywhere and any way, fifty times as long as wide: their boxes hold little.
+
+    Of much thinner ones rays meet again what they leave, with us alone: that would be less work.
+    """
+    rng = np.random.default_rng(7)
+    along, across = (_ways(rng, triangles) for _ in range(2))
+    return _loose(rng.uniform(-4.0, 4.0, (triangles, 3)), 2.0 * along, 0.04 * across)
+
+
+def grains(triangles: int = LOOSE) -> Scene:
+    """Loose triangles of sides from 0.002 to 2, as many of each size: the large ones are everywhere."""
+    rng = np.random.default_rng(11)
+    size = 0.002 * 1000.0 ** rng.random((triangles, 1))
+    sides = (size * _ways(rng, triangles) for _ in range(2))
+    return _loose(rng.uniform(-4.0, 4.0, (triangles, 3)), *sides)
+
+
+def _ways(rng: np.random.Generator, n: int) -> np.ndarray:
+    """Random directions, (n, 3)."""
+    found = rng.normal(size=(n, 3))
+    return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
+
+
+def _loose(corner: np.ndarray, first: np.ndarray, second: np.ndarray) -> Scene:
+    """Triangles of a corner and two sides, (n, 3) each."""
+    vertices = np.stack([corner, corner + first, corner + second], axis=1).reshape(-1, 3)
+    faces = np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
+    mesh = {"type": "mesh", "vertices": vertices, "faces": faces, "material": _FILM}
+    return _scene([mesh], [0.0, 2.0, 13.0], [0.0, 0.0, 0.0])
+
+
 def flake(levels: int = 4) -> Scene:
     """The spheres of the shipped sphereflake (7381 at its four levels, 91 at two), all of one material."""
     return _scene(_flake_spheres(levels), *_FLAKE_VIEW)
@@ -126,7 +161,8 @@ def _flake_spheres(levels: int, material: dict[str, Any] = _SURFACE) -> list[dic
     return [{**shape, "material": material} for shape in shapes]
 
 
-SCENES: Final[dict[str, Callable[..., Scene]]] = {"terrain": terrain, "lumps": lumps, "flake": flake}
+WHOLE: Final[dict[str, Callable[..., Scene]]] = {"terrain": terrain, "lumps": lumps, "flake": flake}
+SCENES: Final = {**WHOLE, "needles": needles, "grains": grains}  # of WHOLE all passes are timed
 
 
 def make(name: str, quick: bool = False) -> Scene:

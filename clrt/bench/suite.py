@@ -37,10 +37,13 @@ class Plan:
     extra: dict[str, Scene] = field(default_factory=dict)
     settings: Settings = field(default_factory=Settings)
 
-    @property
-    def width(self) -> int:
-        """Of the square picture whose queues are recorded."""
-        return 128 if self.quick else 512
+    def width(self, name: str) -> int:
+        """Of the square picture whose queues are recorded: of slow scenes a smaller one."""
+        return 128 if self.quick or name not in scenes.WHOLE else 512
+
+    def turns(self, name: str) -> int:
+        """Rounds: of slow scenes fewer."""
+        return self.rounds if name in scenes.WHOLE else min(self.rounds, 3)
 
 
 def run(plan: Plan, tell: Tell | None = None) -> Report:
@@ -55,7 +58,7 @@ def run(plan: Plan, tell: Tell | None = None) -> Report:
             found += _on_one_core(plan, yardsticks, tell)
     if "queries" in plan.groups:
         with machine.one_core():
-            found += queries.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
+            found += queries.times(plan.rounds, plan.device, plan.settings, plan.quick, tell, yardsticks)
     if "live" in plan.groups:
         with machine.one_core():
             found += live.times(plan.rounds, plan.device, plan.settings, plan.quick, tell)
@@ -86,10 +89,11 @@ def _on_one_core(plan: Plan, builds: tuple[embree.Build, ...], tell: Tell | None
     single = Device(plan.device, replace(plan.settings, threads=1))
     found = measure(roof.cases(single, threads=1), plan.rounds, tell)
     for name in plan.names:
-        recording = kernels.recorded(scenes.make(name, plan.quick), plan.width, plan.device, plan.settings)
-        cases = kernels.cases(recording, name)
+        scene, rounds = scenes.make(name, plan.quick), plan.turns(name)
+        recording = kernels.recorded(scene, plan.width(name), plan.device, plan.settings)
+        cases = kernels.cases(recording, name, passes_too=name in scenes.WHOLE)
         if not builds:
-            found += measure(cases, plan.rounds, tell)
+            found += measure(cases, rounds, tell)
             continue
         rays = {
             kind: kernels.rays_of(recording, kind) for kind in recording.rays if kind in kernels.RAY_KINDS
@@ -101,7 +105,7 @@ def _on_one_core(plan: Plan, builds: tuple[embree.Build, ...], tell: Tell | None
             kind: max(_disagreement(recording, yardstick, rays[kind], kind) for yardstick in robust)
             for kind in rays
         }
-        both = measure([*cases, *embree.tracing_cases(yardsticks, rays, name)], plan.rounds, tell)
+        both = measure([*cases, *embree.tracing_cases(yardsticks, rays, name)], rounds, tell)
         found += [replace(m, extra={"disagree": differ[m.queue]}) if m.group == "embree" else m for m in both]
         for yardstick in yardsticks:
             yardstick.close()
@@ -124,7 +128,7 @@ def _builders(plan: Plan, builds: tuple[embree.Build, ...], tell: Tell | None) -
             if shape is not None:
                 for build in builds:
                     cases += embree.commit_cases(build, shape, name, threads)
-        found += measure(cases, plan.rounds, tell)
+        found += measure(cases, plan.turns(name), tell)
     return found
 
 

@@ -23,7 +23,7 @@ from clrt.base.resources import validation_module
 from clrt.base.scratch import scratch
 from clrt.cluster.orders import Refusal, Worker
 from clrt.cluster.pool import LOSSES, Pool
-from clrt.cluster.worker import doing, kernels_hash, proven
+from clrt.cluster.worker import count, doing, kernels_hash, proven
 from clrt.version import __version__
 
 _AHEAD: Final = 2  # calls a worker, so that it has the next one when it has done one
@@ -86,6 +86,7 @@ def answer(order: Sent) -> Reply | Refusal:
             arguments = tuple(_there(one, call, stack) for one in call.arguments)
             result = getattr(validation_module(call.module), call.function)(*arguments)
         packed = pickle.dumps(result)
+        count()
         task.answer = Reply(task.me, label, packed, _seal(order, packed))
     return task.answer
 

@@ -200,6 +200,11 @@ def _bench() -> _Bench:
     return _Bench()
 
 
+def count() -> None:
+    """One more thing is done: a call, too, is an order."""
+    _bench().orders += 1
+
+
 @cache
 def proven(wanted: int | str | None) -> str:
     """The label of a device whose arithmetic has been found right. DeviceError where it was not."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from types import SimpleNamespace
@@ -11,7 +12,7 @@ import pytest
 
 import clrt
 from clrt import layout
-from clrt.bench import embree, kernels, report, roof, scaling, scenes, timing, walk
+from clrt.bench import embree, kernels, report, roof, scaling, scenes, suite, timing, walk
 from clrt.bench.machine import one_core
 from clrt.bench.recorder import Recording, case
 from clrt.bench.timing import Case
@@ -98,6 +99,24 @@ def test_rays_come_back_as_they_were_made(scene: clrt.Scene, recording: Recordin
     assert np.linalg.norm(rays[3:6], axis=0) == pytest.approx(1, abs=1e-6)
     hits = clrt.Tracer(scene).intersect(rays[:3].T, rays[3:6].T)
     assert np.array_equal(hits.primitive, kernels.hits_of(recording, "primary"))
+
+
+@pytest.mark.parametrize("name", ["needles", "grains"])
+def test_loose_triangles_are_thin_and_of_all_sizes(name: str) -> None:
+    mesh = scenes.make(name, quick=True).shapes[0].data()  # type: ignore[union-attr]
+    corners = np.asarray(mesh.vertices, np.float64)[np.asarray(mesh.faces)]
+    sides = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    area = np.linalg.norm(np.cross(*(corners[:, k] - corners[:, 0] for k in (1, 2))), axis=1)
+    assert len(corners) == 20_000
+    if name == "needles":
+        assert sides.min() > 1.9 and (area / sides**2).max() < 0.021  # width over length
+    else:
+        assert sides.max() / sides.min() > 800 and 0.05 < np.median(sides) < 0.1
+    plan = suite.Plan(groups=["kernels", "builder"], names=[name], rounds=9, quick=True)
+    made = suite.run(dataclasses.replace(plan, rounds=1)).measurements
+    assert {m.queue for m in made if m.group == "tracing"} == set(kernels.RAY_KINDS)
+    assert not [m for m in made if m.group == "shading"] and [m for m in made if m.group == "builder"]
+    assert plan.turns(name) == 3 and plan.turns("flake") == 9
 
 
 # --- what a walk cannot avoid
@@ -213,7 +232,7 @@ def test_embree_sees_what_we_see(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "our speed over Embree's" in capsys.readouterr().out
     rows = report.ratios(report.load(out))
     rays = [row for row in rows if row["queue"] != "tree"]
-    assert len(rays) == 15 and len(rows) > len(rays)
+    assert len(rays) == 5 * len(scenes.SCENES) == 25 and len(rows) > len(rays)
     # edges and silhouettes are a matter of rounding
     assert all(row["disagree"] < 1e-3 for row in rays)
     made = report.load(out)

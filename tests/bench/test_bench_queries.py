@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
-from types import ModuleType
+import time
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import clrt
-from clrt.bench import queries, report
+from clrt.bench import embree, queries, report, suite
 
 
 class StandIn:
@@ -59,3 +60,52 @@ def test_queries_stand_beside_their_kernels(there: bool, monkeypatch: pytest.Mon
         assert StandIn.last.triangles == 20_000 and {"query": "OCCLUDED"} in StandIn.last.asked
     (table,) = report.tables(report.Report({}, tuple(made)))
     assert ("embreex is not here" in str(table.title)) is not there
+
+
+class FromC:
+    """What the benchmark needs of a yardstick; its call for 16 coherent rays is the best one."""
+
+    def __init__(self, build: SimpleNamespace, mode: str) -> None:
+        self.build, self.mode, self.open = build, mode, True
+        self.asked: list[tuple[int, bool, bool]] = []
+
+    def trace(self, rays: np.ndarray, width: int, coherent: bool, occlusion: bool) -> None:
+        assert self.open and rays.shape == (7, 128 * 128) and rays.dtype == np.float32
+        assert np.isinf(rays[6]).all() and np.linalg.norm(rays[3:6], axis=0) == pytest.approx(1, abs=1e-6)
+        self.asked.append((width, coherent, occlusion))
+        end = time.process_time() + (0.001 if (width, coherent) == (16, True) else 0.004)
+        while time.process_time() < end:
+            pass
+
+    def close(self) -> None:
+        self.open = False
+
+
+def test_embree_s_own_calls_stand_beside_the_many_rays(monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[FromC] = []
+
+    def committed(build: SimpleNamespace, shape: embree.Geometry, mode: str) -> FromC:
+        assert shape.primitives == 20_000
+        made.append(FromC(build, mode))
+        return made[-1]
+
+    monkeypatch.setitem(sys.modules, "embreex", None)
+    monkeypatch.setattr(embree, "builds", lambda isa: (SimpleNamespace(version="4.4", tag=", 4.4", isa=""),))
+    monkeypatch.setattr(embree, "commit", committed)
+    plan = suite.Plan(groups=["queries"], rounds=1, quick=True, embree=True)
+    found = list(suite.run(plan).measurements)
+    assert [yardstick.mode for yardstick in made] == list(embree.MODES)
+    assert not any(yardstick.open for yardstick in made)
+    for yardstick in made:
+        assert set(yardstick.asked) == {(*call, kind) for call in embree.CALLS for kind in (False, True)}
+    calls = {m.name: m for m in found if not m.queue}
+    for name in (queries.NEAREST, queries.BLOCKED):
+        best = {m.queue: m.median for m in found if m.name == name}["Embree robust 16 coherent, 4.4"]
+        assert queries.ratio(found, calls[name], "Embree robust") == best / calls[name].median
+    for name in (queries.ALL, f"{queries.NEAREST}, 1000 rays"):  # Embree gives less, or is not asked
+        assert queries.ratio(found, calls[name], "Embree robust") is None
+    (table,) = report.tables(report.Report({}, tuple(found)))
+    cells = {name: list(table.columns[at].cells) for name, at in (("query", 1), ("beside", -1))}
+    both = " / ".join(queries.said(found, calls[queries.BLOCKED], call) for call in queries.CALLS)
+    assert dict(zip(cells["query"], cells["beside"], strict=True))[queries.BLOCKED] == both != ""
+    assert str(table.columns[-1].header) == report.BESIDE_C and "Embree" not in "".join(cells["query"])

@@ -1,8 +1,8 @@
 """The long run, `python -m tests.cluster.endurance [--out F.json]`: workers are killed and paused.
 
 Each round renders a picture, a series of pictures, or runs some of validation's cases, in turns, while one
-of the workers is killed (SIGKILL) or paused (SIGSTOP). Prints a line for each; fails where bits differ, or a
-worker that was not disturbed has done anything twice. `docs/make_cluster.py faults` keeps what it found.
+of the workers is killed (SIGKILL) or paused (SIGSTOP), of 1, of 2 and of 4 (`--workers`). Prints a line for
+each; fails where bits differ. `docs/make_cluster.py faults` keeps what it found.
 """
 
 from __future__ import annotations
@@ -14,17 +14,20 @@ import random
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
 import clrt
 from clrt.base.resources import validation_module
 from clrt.cluster import pictures
+from clrt.cluster.calls import Told
 from clrt.cluster.connect import connected
 from clrt.cluster.farm import Report
+from clrt.cluster.orders import Worker
 from clrt.engine.campath import turntable
 from clrt.engine.request import Request
+from validation.reliability import kept
 
 SIZE = {"width": 320, "height": 180, "spp": 4}
 CASES = ("picture on a sphere", "picture and normals on a floor", "picture on a box and a cylinder")
@@ -95,20 +98,34 @@ def series(
 
 def validated(
     executor: Any, after: int, what: Callable[[int], None], victim: int, cases: tuple[str, ...] = CASES
-) -> list[Any]:
-    """What validation's cases find, by the float64 oracle; once so many are done one worker is disturbed."""
+) -> tuple[list[Any], Told]:
+    """What validation's cases find, by the float64 oracle, and who found it; once so many are done one worker
+    is disturbed."""
 
     def progress(done: int, total: int, name: str) -> None:
         if done == after:
             what(victim)
 
-    suite = validation_module("suite.run")
-    result = suite.run(suite.Plan(cases=cases, pictures=True, executor=executor), progress)
-    return [
-        (one.case.name, found.metrics, one.ours.pixels.tobytes())
-        for one in result.cases
-        for _, found in one.results.values()
+    suite, told = validation_module("suite.run"), Told()
+    tasks = suite.tasks_of(suite.Plan(cases=cases, pictures=True))
+    jobs = {task.name: (suite.run_case, task) for task in tasks}
+    done = dict(validation_module("suite.shared").completed_by(executor, jobs, None, progress, told))
+    rows = [
+        (name, found.metrics, done[name].ours.pixels.tobytes())
+        for name in jobs
+        for _, found in done[name].results.values()
     ]
+    return rows, told
+
+
+def twice(executor: Any, before: Counts, victim: int, answers: Mapping[Worker, int]) -> int | None:
+    """Orders that workers left alone have done beyond their answers that came; None where there are none."""
+    others = [address for address, (process, _) in before.items() if process != victim]
+    if not others:
+        return None
+    done = orders(executor, others)
+    sure = sum(done[address][1] - before[address][1] for address in others)
+    return sure - sum(count for worker, count in answers.items() if worker.address in others)
 
 
 def kill(pid: int) -> None:
@@ -148,7 +165,7 @@ def rounds(workers: int, kills: int, pauses: int, name: str) -> list[dict[str, A
     right = [clrt.render(one, **SIZE) for one in scenes]
     told: list[dict[str, Any]] = []
     with connected(f"local:{workers}", clrt.Settings(threads=1)) as (executor, settings):
-        proven = validated(executor, 99, kill, 0)
+        proven, _ = validated(executor, 99, kill, 0)
         for number in range(kills + pauses):
             settle(executor, workers)
             pids(executor)
@@ -157,42 +174,48 @@ def rounds(workers: int, kills: int, pauses: int, name: str) -> list[dict[str, A
             what = kill if number < kills else pause
             kind, start = ("picture", "series", "validation")[number % 3], time.monotonic()
             row: dict[str, Any] = {"what": what.__name__, "kind": kind}
+            hit: list[int] = []
+
+            def disturb(process: int, what: Callable[[int], None] = what, hit: list[int] = hit) -> None:
+                hit.append(process)
+                what(process)
+
             if kind == "validation":
-                same = validated(executor, 1, what, victim) == proven
+                found, done = validated(executor, 1, disturb, victim)
+                same = found == proven
             else:
                 some = scenes[: 1 if kind == "picture" else 4]
-                after = random.randrange(1, 9)
-                images, report = series(executor, settings, some, after, what, victim, **SIZE)
+                row["after"] = random.randrange(1, min(9, 4 * workers))  # a picture has four pieces a worker
+                images, done = series(executor, settings, some, row["after"], disturb, victim, **SIZE)
                 same = all(
                     (image.hash, image.stats["rays"]) == (wanted.hash, wanted.stats["rays"])
                     for image, wanted in zip(images, right[: len(some)], strict=True)
                 )
-                others = [address for address, (process, _) in before.items() if process != victim]
-                done = orders(executor, others)
-                sure = sum(done[address][1] - before[address][1] for address in others)
-                row["twice"] = sure - sum(
-                    count for worker, count in report.workers.items() if worker.address in others
-                )
-                row |= {"after": after, "answers": report.answers, "lost": report.lost}
+            row |= {"answers": done.answers, "lost": done.lost}
+            row["twice"] = twice(executor, before, victim, done.workers)
             told.append(row | {"same": same, "seconds": round(time.monotonic() - start, 2)})
             print(number, told[-1], flush=True)
-            assert same
+            assert same and hit == [victim]
     return told
 
 
 def main() -> None:
     """Kill, pause, compare."""
     parser = argparse.ArgumentParser()
-    parser.add_argument("--workers", type=int, default=4)
+    parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 4], help="each of these counts")
     parser.add_argument("--kills", type=int, default=50)
     parser.add_argument("--pauses", type=int, default=20)
     parser.add_argument("--scene", default="showcase")
     parser.add_argument("--out", help="write all rounds as JSON")
     options = parser.parse_args()
-    told = rounds(options.workers, options.kills, options.pauses, options.scene)
-    if options.out:
-        with open(options.out, "w", encoding="utf-8") as file:
-            json.dump({"workers": options.workers, "rounds": told}, file)
+    runs: list[dict[str, Any]] = []
+    for workers in options.workers:
+        stamp = kept.stamp(kept.FILES["cluster.json"])
+        found = rounds(workers, options.kills, options.pauses, options.scene)
+        runs.append({"workers": workers, "stamp": stamp, "rounds": found})
+        if options.out:
+            with open(options.out, "w", encoding="utf-8") as file:
+                json.dump({"runs": runs}, file)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import pytest
 import clrt
 from clrt.base.resources import validation_module
 from clrt.cli import main
-from clrt.cluster import calls
+from clrt.cluster import calls, worker
 from clrt.cluster.pool import pool_of
 from tests.farm_samples import Here
 
@@ -84,6 +84,7 @@ def test_what_is_lost_is_done_again(times: int, error: str) -> None:
         return replace(answer, found=answer.found + b" ") if len(seen) <= times else answer
 
     seen: list[Any] = []
+    before = worker._bench().orders
     jobs = {name: calls.Call("spd", "counted", (RAYS,)) for name in "ab"}
     told = calls.Told()
     work = calls.answers(pool_of(Here(after=changed)), jobs, told)
@@ -93,6 +94,7 @@ def test_what_is_lost_is_done_again(times: int, error: str) -> None:
     else:
         assert dict(work) == dict.fromkeys("ab", (1, 2, 7, 5))
         assert (told.answers, told.lost, len(seen)) == (2, 1, 3)
+        assert worker._bench().orders - before == 3 and sum(told.workers.values()) == 2
 
 
 REFUSED: dict[str, Callable[[calls.Sent], calls.Sent]] = {

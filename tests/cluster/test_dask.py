@@ -22,7 +22,7 @@ import clrt
 from clrt.cli import main
 from clrt.cluster import connect, pictures, pool
 from clrt.cluster.connect import connected
-from tests.cluster.endurance import CASES, disturbed, kill, pause, pids, settle, validated
+from tests.cluster.endurance import CASES, disturbed, kill, orders, pause, pids, settle, twice, validated
 
 psutil = pytest.importorskip("psutil", reason="needs the optional dependency clrt[cluster]")
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -62,8 +62,8 @@ def test_nothing_is_done_twice(workers: Any, scene: clrt.Scene, right: clrt.Imag
     _, after = calm(*workers, scene)
     assert after.answers == sum(after.workers.values()) == 16
     assert len(after.orders) == 2 and after.sent == after.lost == 0
-    for worker, orders in after.orders.items():
-        assert orders - before.orders.get(worker, 0) == after.workers[worker]
+    for worker, done in after.orders.items():
+        assert done - before.orders.get(worker, 0) == after.workers[worker]
 
 
 def test_workers_listen_to_this_machine_alone(workers: Any) -> None:
@@ -91,10 +91,17 @@ def test_a_worker_may_end_while_it_validates(workers: Any) -> None:
     """What is found is what is found in peace; that is compared with one process in `test_calls`."""
     executor, _ = workers
     settle(executor, 2)
-    found = validated(executor, 1, kill, pids(executor)[0], CASES[:2])
+    before, victim = orders(executor), pids(executor)[0]
+    found, told = validated(executor, 1, kill, victim, CASES[:2])
     settle(executor, 2)
+    assert twice(executor, before, victim, told.workers) == 0
+    others = {worker: count for worker, count in told.workers.items() if worker.pid != victim}
+    known = [worker for worker in others if worker.address in before]
+    assert twice(executor, before, victim, {}) == sum(others[worker] for worker in known)
+    (alone,) = [address for address, (process, _) in before.items() if process == victim]
+    assert twice(executor, {alone: before[alone]}, victim, {}) is None
     assert {row[0] for row in found} == set(CASES[:2])
-    assert found == validated(executor, 9, kill, 0, CASES[:2])
+    assert found == validated(executor, 9, kill, 0, CASES[:2])[0]
 
 
 def test_the_page_s_code_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

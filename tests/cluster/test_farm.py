@@ -243,6 +243,25 @@ def test_the_page_s_tables_follow_from_its_raw_values() -> None:
     assert f"{made.MARK}\n{tables}\n{made.MARK}" in (DOCS / "cluster.md").read_text("utf-8")
 
 
+def test_runs_with_other_numbers_of_workers_stand_beside_each_other() -> None:
+    made = make_cluster()
+    row = {"what": "kill", "kind": "picture", "same": True, "seconds": 2.0}
+
+    def run(workers: int, *twice: int | None) -> dict[str, Any]:
+        return {"workers": workers, "rounds": [{**row, "twice": count} for count in twice]}
+
+    runs = made.joined([run(2, 5), run(4, 0)], [run(1, None), run(2, 1, 2)])
+    assert made.faults({"faults": runs})[3:] == [
+        "| 1, killed, a picture | 1 | 1 | nobody else | 2.0 s |",
+        "| 2, killed, a picture | 2 | 2 | 3 | 2.0 s |",
+        "| 4, killed, a picture | 1 | 1 | 0 | 2.0 s |",
+    ]
+    assert made.twice([row]) == "not counted"  # as in older runs, of validation
+    stamp = {"code": "one", "dirty": False}
+    assert made.common([stamp, stamp]) == stamp and made.common([stamp, {**stamp, "dirty": True}])["dirty"]
+    assert made.common([stamp, {}]) == made.common([stamp, {**stamp, "code": "other"}]) == {}
+
+
 def test_a_task_s_cost_is_that_of_its_own_round() -> None:
     """The first round compiles, so its orders are others than those that are measured."""
     one = {"workers": [6.0], "client": 0.3, "orders": [0.3] * 20}

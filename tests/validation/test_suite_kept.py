@@ -263,6 +263,19 @@ def test_what_proves_less_than_it_says_is_not_good(monkeypatch: pytest.MonkeyPat
         assert state in found and bool(found) == bool(state)
 
 
+def test_a_cluster_is_disturbed_with_each_number_of_workers(tmp_path: Path) -> None:
+    stamp = {"code": code.digest(pages.FILES[pages.CLUSTER]), "dirty": False}
+
+    def run(workers: int, kills: int = 50) -> dict[str, Any]:
+        return {"workers": workers, "rounds": [{"what": "kill"}] * kills + [{"what": "pause"}] * 20}
+
+    for runs, state in (([run(1), run(2), run(4)], ""), ([run(1), run(4)], "with 2 workers"),
+                        ([run(1), run(2), run(4, 49)], "with 4 workers")):  # fmt: skip
+        (tmp_path / pages.CLUSTER).write_text(json.dumps({"stamp": stamp, "faults": runs}))
+        found = pages.stale(pages.CLUSTER, tmp_path)
+        assert state in found and bool(found) == bool(state)
+
+
 def test_ticks_of_other_code_are_told(tmp_path: Path) -> None:
     now = code.digest(*pages.ticks_of())
     (tmp_path / "docs").mkdir()

@@ -19,13 +19,18 @@ from . import code
 DOCS: Final = code.ROOT / "docs"
 STALE: Final = "older than the code that it is about"
 TICKS: Final = "../validation/ticks.json"  # it has a digest a row
+CLUSTER: Final = "cluster.json"
+WORKERS, DISTURBED = (1, 2, 4), {"kill": 50, "pause": 20}  # what its runs are of, at least
 FAULTS: Final = 300  # that were drawn for mutants.json, at least
 FILES: Final[dict[str, tuple[str, ...]]] = {
     "performance/bench.json": ("clrt.bench.suite",),
+    "performance/bench_lanes8.json": ("clrt.bench.suite",),
     "performance/scaling.json": ("clrt.bench.scaling",),
     "performance/queries.json": ("clrt.bench.suite",),
     "performance/povray.json": ("clrt.bench.frames",),
     "performance/thesis.json": code.PROGRAM,
+    "performance/turns.json": ("clrt.bench.suite", *code.PROGRAM),
+    CLUSTER: ("clrt.cluster.pictures", "clrt.cluster.connect", "clrt.cluster.calls"),
     "validation.json": ("validation.suite.run",),
     "mutants.json": ("validation.mutants.generated_run",),
     TICKS: ("validation.deletion_jobs",),
@@ -73,6 +78,11 @@ def _lacking(name: str, held: dict[str, Any]) -> str:
         if survived := sum(row["outcome"] == "survived" for row in rows):
             return f"{survived} faults survived"
         return "" if len(rows) >= FAULTS else f"of {len(rows)} faults, not {FAULTS}"
+    if name == CLUSTER:
+        told = {run["workers"]: [row["what"] for row in run["rounds"]] for run in held["faults"]}
+        for count in WORKERS:
+            if any(told.get(count, []).count(what) < least for what, least in DISTURBED.items()):
+                return f"too few kills or pauses with {count} workers"
     return ""
 
 
