@@ -38,7 +38,8 @@ from clrt.meshfiles.vertex_colors import spread
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
 _MOST_GROUPS = 64  # for which trimesh's time, groups x vertices or groups squared, is of no account
-_MATERIALS = re.compile(rb'^[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)  # \s: each empty line anew
+# \s: each empty line anew
+_MATERIALS = re.compile(rb'(?:^|\r|^\xef\xbb\xbf)[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)
 
 
 def read_mesh_file(

@@ -16,7 +16,8 @@ from clrt.meshfiles.file import broken_said, mesh_bytes, open_mesh
 from clrt.meshfiles.look import NONE, Look, Names
 from clrt.meshfiles.parts import Arrays, Placed
 
-_LIBRARY: Final = re.compile(rb"^[ \t]*+mtllib\b", re.MULTILINE)  # possessive: each empty line anew
+# possessive: each empty line anew
+_LIBRARY: Final = re.compile(rb"(?:^|\r|^\xef\xbb\xbf)[ \t]*+mtllib\b", re.MULTILINE)
 _COLORED: Final = re.compile(rb"^property\s+\w+\s+red\b", re.MULTILINE)
 _HEADER: Final = 4096  # bytes within which a PLY says that it has colours
 
