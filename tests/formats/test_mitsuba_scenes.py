@@ -223,7 +223,8 @@ def test_v_of_a_ply_runs_upwards(tmp_path: Path) -> None:
         ('<integrator type="path"><integer name="maxDepth" value="-1"/></integrator>', 5),
         ('<integrator type="path"><integer name="max_depth" value="1"/></integrator>', 0),
         ('<integrator type="aov"><integrator type="direct"/></integrator>', 0),
-        ('<integrator type="bdpt"><integer name="max_depth" value="4"/><string name="y" value=""/></integrator>', 2),
+        ('<integrator type="bdpt"><integer name="max_depth" value="4"/><string name="y" value=""/>'
+         "</integrator>", 2),
         ('<integrator type="volpath"><integer name="max_depth" value="999"/></integrator>', 64),
     ],
 )

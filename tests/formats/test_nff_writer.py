@@ -127,7 +127,8 @@ def test_a_picture_as_background_is_refused_wherever_it_lies(
 ) -> None:
     (tmp_path / "in").mkdir()
     clrt.Image(np.ones((4, 8, 3), np.float32)).save(tmp_path / "in" / "sky.png")
-    clrt.load_dict({**SCENE, "background": "sky.png"}, folder=tmp_path / "in").save(tmp_path / "in" / "a.toml")
+    scene = clrt.load_dict({**SCENE, "background": "sky.png"}, folder=tmp_path / "in")
+    scene.save(tmp_path / "in" / "a.toml")
     monkeypatch.chdir(tmp_path)
     assert main(["convert", "in/a.toml", "a.nff"]) == 2
     said = capsys.readouterr().err
