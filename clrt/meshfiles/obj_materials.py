@@ -74,14 +74,14 @@ class Materials:
                         known[called] = (phong, place)
         names = Names()  # of other bytes may be the same text
         for number, uv in used.items():
-            name = self.names[number]
-            if name in known:
-                phong, its = known[name]
-                found.called[number] = text = names.new(text_of(name))
+            its_name = self.names[number]
+            if its_name in known:
+                phong, its = known[its_name]
+                found.called[number] = text = names.new(text_of(its_name))
                 found.materials[text] = phong.with_pictures(its).table(uv)
                 found.left_out.update(phong.left_out)
             elif seen:
-                found.left_out[f"the material {show(text_of(name)[:60])}, which its library lacks"] = None
+                found.left_out[f"the material {show(text_of(its_name)[:60])}, which its library lacks"] = None
         return found
 
 

@@ -207,7 +207,7 @@ def beside_edges(table: dict[str, Any]) -> list[str]:
     return [gate for gate in agree(ours, theirs, reference.edges(ours), limit) if "edges" not in gate]
 
 
-def test_it_reflects_totally_as_the_model_does_where_the_shares_are_1(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_reflects_totally_where_the_shares_are_1(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a block; in a ball nothing is reflected totally that came from outside."""
     block = BLOCK | {"transform": [{"rotate": [[0.2, 1, 0.1], 25.0]}]}
     assert beside_edges(in_glass(block, reflection=0.25, transmission=0.75)) == []
@@ -220,7 +220,8 @@ def test_it_reflects_totally_as_the_model_does_where_the_shares_are_1(monkeypatc
 @pytest.mark.parametrize("table", [
     in_glass(BLOCK), in_glass(BLOCK, reflection=0.25, reflection_color=[1, 0.5, 1]),
     in_glass(BALL | {"transform": [{"scale": [1, 2, 1]}]}), in_glass(BALL, ior=0.8),
-    in_glass(BALL | {"radius": 7}), in_glass(BALL, {**BALL, "center": [0, 0.5, 0], "material": {"reflection": 1}}),
+    in_glass(BALL | {"radius": 7}),
+    in_glass(BALL, {**BALL, "center": [0, 0.5, 0], "material": {"reflection": 1}}),
     in_glass(BALL, {**BALL, "center": [0, 2.5, 0]}),
     {**in_glass(BALL), "camera": {**in_glass(BALL)["camera"], "type": "orthographic", "size": 3}},
 ])  # fmt: skip

@@ -118,7 +118,7 @@ def _total(scene: Scene, shape: Any, m: Material) -> bool:
     return not (
         shape.type == "sphere"
         and shape.transform is None
-        and float(m.ior_d) > 1  # type: ignore[arg-type]
+        and m.ior_d > 1
         and camera.type == "perspective"
         and np.linalg.norm(np.subtract(camera.origin, shape.center)) > shape.radius
         and not any(other.kr > 0 or other.kt > 0 for other in others)
