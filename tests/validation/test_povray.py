@@ -213,6 +213,7 @@ def test_it_reflects_totally_where_the_shares_are_1(monkeypatch: pytest.MonkeyPa
     assert beside_edges(in_glass(block, reflection=0.25, transmission=0.75)) == []
     assert beside_edges(in_glass(block) | {"max_depth": 1}) == []
     check(in_glass(BALL))
+    assert beside_edges(in_glass(BALL, {**BALL, "center": [0.4, 2.1, 0]})) == []
     monkeypatch.setattr(pov, "_total", lambda *_: False)
     assert beside_edges(in_glass(block)) != []
 
@@ -222,7 +223,7 @@ def test_it_reflects_totally_where_the_shares_are_1(monkeypatch: pytest.MonkeyPa
     in_glass(BALL | {"transform": [{"scale": [1, 2, 1]}]}), in_glass(BALL, ior=0.8),
     in_glass(BALL | {"radius": 7}),
     in_glass(BALL, {**BALL, "center": [0, 0.5, 0], "material": {"reflection": 1}}),
-    in_glass(BALL, {**BALL, "center": [0, 2.5, 0]}),
+    in_glass(BALL, {**BLOCK, "material": {"reflection": 1}}),
     {**in_glass(BALL), "camera": {**in_glass(BALL)["camera"], "type": "orthographic", "size": 3}},
 ])  # fmt: skip
 def test_it_says_where_it_would_reflect_more(table: dict[str, Any]) -> None:

@@ -6,6 +6,7 @@ Phong's model, mirrors and clear bodies of constant shares. Its Fresnel terms, p
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterable
 from typing import Any, Final
@@ -107,22 +108,34 @@ def _no_material(m: Material) -> str:
 def _total(scene: Scene, shape: Any, m: Material) -> bool:
     """Whether rays may be reflected totally with another weight than 1, which is POV-Ray's.
 
-    What enters a ball leaves it, too: nothing else may turn rays within it, nor see from there.
+    What enters a ball leaves it, too, unless something else turns it there, or it is seen from within.
     """
     shares = m.kr * _rgb(m.reflection_color) + m.kt * _rgb(m.transmission_color)
     if m.kt == 0 or np.allclose(shares, 1, rtol=0, atol=1e-9):
         return False
     camera = scene.camera
     assert camera is not None
-    others = [scene.material_of(other) for other in scene.shapes if other is not shape]
+    others = [other for other in scene.shapes if other is not shape]
     return not (
-        shape.type == "sphere"
-        and shape.transform is None
+        _is_ball(shape)
         and m.ior_d > 1
         and camera.type == "perspective"
-        and np.linalg.norm(np.subtract(camera.origin, shape.center)) > shape.radius
-        and not any(other.kr > 0 or other.kt > 0 for other in others)
+        and math.dist(camera.origin, shape.center) > shape.radius
+        and not any(_may_turn(scene.material_of(other)) and not _apart(shape, other) for other in others)
     )
+
+
+def _may_turn(m: Material) -> bool:
+    return m.kr > 0 or m.kt > 0
+
+
+def _is_ball(shape: Any) -> bool:
+    return shape.type == "sphere" and shape.transform is None
+
+
+def _apart(ball: Any, other: Any) -> bool:
+    """Whether two balls have no point in common; of other shapes it is not asked."""
+    return _is_ball(other) and math.dist(ball.center, other.center) > ball.radius + other.radius
 
 
 def to_pov(scene: Scene) -> str:
