@@ -122,6 +122,12 @@ def test_a_concave_outline_takes_a_time_in_proportion_to_its_corners() -> None:
     assert written == [*points[18:], *points[:18]]
 
 
+def test_an_outline_that_begins_straight_is_written_as_it_is() -> None:
+    points = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)]
+    ((_, written),) = nff(to_nff(changed(shapes=[{"type": "polygon", "points": points}])))["p"]
+    assert written == points
+
+
 def test_a_picture_as_background_is_refused_wherever_it_lies(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
