@@ -9,6 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from clrt.base import notices
 from clrt.base.errors import fault, show
 from clrt.formats.xml_tree import Element, unknown
 
@@ -22,6 +23,7 @@ OBJECTS: Final = (
 UNIT: Final[Array] = np.eye(4)
 """The transform of what states none: itself, so that nobody need compare."""
 UNIT.flags.writeable = False
+_ROUNDED: Final = 1e-3  # by which a unit axis of few digits may be off
 _CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _BOOLEAN: Final = {"true": True, "false": False}
 
@@ -204,6 +206,9 @@ def _rotated(step: Element) -> Array:
     length = float(np.linalg.norm(axis))
     if length == 0:
         raise step.says("the axis of a rotation must not be zero")
+    if abs(length - 1) > _ROUNDED and angle != 0:
+        text = f"a rotation about an axis of length {length:.6g}: Mitsuba 3 shears then; here it turns"
+        notices.warn(f"{step.source}:{step.line}", "", text)
     x, y, z = axis / length
     across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     matrix = np.eye(4)

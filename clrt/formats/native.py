@@ -18,6 +18,7 @@ from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
 from clrt.base.notices import bounded
 from clrt.base.places import At, PlacedError
+from clrt.base.unique import unique
 from clrt.formats import toml_scan
 from clrt.formats.lines import json_line, toml_key, toml_line
 from clrt.scene.scene import Scene, edited, read_scene
@@ -144,16 +145,7 @@ def _named(text: str, error: ValueError) -> str:
 
 
 def _parse_json(text: str) -> Any:
-    return json.loads(text, object_pairs_hook=_unique, parse_constant=_no_constant)
-
-
-def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    table = dict(pairs)
-    if len(table) < len(pairs):
-        seen: set[str] = set()
-        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
-        raise ValueError(f"the key {show(twice)} stands twice in one table")
-    return table
+    return json.loads(text, object_pairs_hook=unique, parse_constant=_no_constant)
 
 
 def _no_constant(name: str) -> NoReturn:

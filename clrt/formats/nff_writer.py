@@ -10,7 +10,7 @@ from typing import Any, Final
 from clrt.base.atomic import write_text
 from clrt.base.errors import show
 from clrt.base.places import At
-from clrt.meshfiles.planar import same_turn
+from clrt.meshfiles.planar import clear_turn, same_turn
 from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene, rgb
 
 _SAID: Final = ("background", "camera", "lights", "materials", "shapes", "version")  # in lines of their own
@@ -27,7 +27,7 @@ def to_nff(scene: Scene) -> str:
     """The scene as text. SceneError says what NFF has no words for; names are left out."""
     at, count = At(scene.source), len(scene.lights)
     level = math.sqrt(count) / (2 * count) if count else 0.0
-    other = Scene(max_depth=4, ambient=level, background=scene.background)
+    other = Scene(max_depth=4, ambient=level)
     _compare(scene, other, [name for name in other.to_dict() | scene.to_dict() if name not in _SAID], at)
     lines = [f"b {_color(scene.background, at.key('background'))}", *_view(scene.camera, at.key("camera"))]
     for number, light in enumerate(scene.lights):
@@ -110,9 +110,10 @@ def _shape(shape: Any, at: At) -> Iterator[str]:
 def _polygon(points: Sequence[Sequence[float]]) -> str:
     """From a corner on that turns as the whole outline does: it tells which side is the outer one."""
     every = [list(point) for point in points]
-    turned = (every[k:] + every[:k] for k in range(len(every)))
-    first = next(outline for outline in turned if same_turn(outline))
-    return "\n".join([f"p {len(every)}", *map(_numbers, first)])
+    if not same_turn(every):
+        start = clear_turn(every)
+        every = every[start:] + every[:start]
+    return "\n".join([f"p {len(every)}", *map(_numbers, every)])
 
 
 def _color(color: Any, at: At) -> str:

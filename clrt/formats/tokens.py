@@ -22,7 +22,7 @@ class Tokens:
         self.source = path.name
         data = io.BytesIO(read_text_bytes(path, limits))
         # line by line: all words at once would take 60 bytes and more for each byte of the file
-        self._text = enumerate(io.TextIOWrapper(data, "utf-8", "replace"), 1)
+        self._text = enumerate(io.TextIOWrapper(data, "utf-8-sig", "replace"), 1)
         self._words: list[str] = []  # of the line `_number`
         self._next = self._number = 0
         self.line = 1

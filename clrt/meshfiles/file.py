@@ -34,11 +34,13 @@ from clrt.meshfiles.obj_materials import LIBRARY, Materials
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
 from clrt.meshfiles.planar import folded
+from clrt.meshfiles.ply import plain_ply
 from clrt.meshfiles.vertex_colors import spread
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
 _MOST_GROUPS = 64  # for which trimesh's time, groups x vertices or groups squared, is of no account
-_MATERIALS = re.compile(rb'^[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)  # \s: each empty line anew
+# \s: each empty line anew
+_MATERIALS = re.compile(rb'(?:^|\r|^\xef\xbb\xbf)[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)
 
 
 def read_mesh_file(
@@ -245,6 +247,8 @@ def _prepared(data: bytes, suffix: str) -> bytes:
     if suffix == ".obj":
         data = plain_obj(data)
         return re.sub(rb"usemtl[^\n]*", b"", data) if data.count(b"usemtl") > _MOST_GROUPS else data
+    if suffix == ".ply":
+        return plain_ply(data)
     binary = len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
     if suffix == ".stl" and not binary and data.lower().count(b"endsolid") > _MOST_GROUPS:
         return b"solid\n" + re.sub(rb"(?i)(end)?solid[^\n]*", b"", data) + b"\nendsolid"

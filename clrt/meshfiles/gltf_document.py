@@ -7,11 +7,15 @@ and lights stay text (`msgspec.Raw`) until somebody asks for them (`decode`): a 
 
 from __future__ import annotations
 
+import json
+import re
 import struct
 from typing import Annotated, Any, Final, Literal, TypeVar
 
 import msgspec
 from msgspec import Meta
+
+from clrt.base.unique import unique
 
 Count = Annotated[int, Meta(ge=0, le=1 << 53)]
 Component = Literal[5120, 5121, 5122, 5123, 5125, 5126]
@@ -25,6 +29,9 @@ _PASSED_OVER: Final = (
     "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
     "KHR_xmp", "KHR_animation_", "KHR_mesh_quantization", "KHR_draco_mesh_compression",
 )  # fmt: skip
+
+
+_DATA: Final = re.compile(rb'"data:[^"\\]*+"(?=\s*+[],}])')  # values, not keys
 
 
 class BrokenMesh(ValueError):
@@ -169,9 +176,10 @@ def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
         text = text[3:]
     try:
         document = msgspec.json.decode(text, type=Document)
+        _check_keys(text)
     except RecursionError:
         raise BrokenMesh("its JSON is nested too deeply") from None
-    except (msgspec.MsgspecError, UnicodeDecodeError, OverflowError) as error:
+    except (msgspec.MsgspecError, ValueError, OverflowError) as error:
         raise BrokenMesh(f"its JSON is not that of a glTF file: {error}") from None
     if str(document.asset.version).split(".")[0] != "2":
         raise BrokenMesh("only glTF of version 2 is read")
@@ -181,6 +189,19 @@ def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
         if not name.startswith(_PASSED_OVER):
             raise BrokenMesh(f"it needs the extension {name}, which is not read; save it without that")
     return document, chunk
+
+
+def _check_keys(text: memoryview) -> None:
+    """ValueError where a key stands twice in one table, wherever; nothing is built but one table at a time.
+
+    The text is JSON. What it holds as base64 is not looked at.
+    """
+
+    def check(pairs: list[tuple[str, Any]]) -> None:
+        unique(pairs)
+
+    plain = _DATA.sub(b'""', text).decode("utf-8", "surrogateescape")
+    json.loads(plain, object_pairs_hook=check, parse_int=bool, parse_float=bool, strict=False)
 
 
 def decode(text: bytes | msgspec.Raw, kind: Any, name: str) -> Any:

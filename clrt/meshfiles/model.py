@@ -15,10 +15,10 @@ from clrt.base.places import At
 from clrt.meshfiles.file import broken_said, mesh_bytes, open_mesh
 from clrt.meshfiles.look import NONE, Look, Names
 from clrt.meshfiles.parts import Arrays, Placed
+from clrt.meshfiles.ply import has_colors, plain_ply
 
-_LIBRARY: Final = re.compile(rb"^[ \t]*+mtllib\b", re.MULTILINE)  # possessive: each empty line anew
-_COLORED: Final = re.compile(rb"^property\s+\w+\s+red\b", re.MULTILINE)
-_HEADER: Final = 4096  # bytes within which a PLY says that it has colours
+# possessive: each empty line anew
+_LIBRARY: Final = re.compile(rb"(?:^|\r|^\xef\xbb\xbf)[ \t]*+mtllib\b", re.MULTILINE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
     data = mesh_bytes(path, at, limits)
     suffix = path.suffix.lower()
     obj = suffix == ".obj" and _LIBRARY.search(data)
-    ply = suffix == ".ply" and _COLORED.search(data[:_HEADER])
+    ply = suffix == ".ply" and has_colors(data := plain_ply(data))
     if not (suffix in (".glb", ".gltf") or obj or ply):
         return None
     with broken_said(path, at):

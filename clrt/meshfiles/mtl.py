@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -108,26 +109,45 @@ class Phong:
         )
 
 
-def read_mtl(data: bytes, name: str) -> dict[str, Phong]:
-    """The materials in an MTL file by name; BrokenMesh names file and line.
+def read_mtl(data: bytes, name: str) -> dict[bytes, Phong]:
+    """The materials in an MTL file by name, as `name_of` has it; BrokenMesh names file and line.
 
     Of pictures the files are as it names them: a file may name many, of which few are used.
     """
-    found: dict[str, Phong] = {}
-    current: str | None = None
-    for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
-        words = line.partition("#")[0].split()
-        key = words[0].lower() if words else ""
+    found: dict[bytes, Phong] = {}
+    current: bytes | None = None
+    # lines and words of bytes: a text has far more characters that end a line, or are space
+    for number, line in enumerate(data.removeprefix(codecs.BOM_UTF8).splitlines(), 1):
+        words = line.partition(b"#")[0].split()
+        key = text_of(words[0]).lower() if words else ""
         if key == "newmtl":
-            current = " ".join(words[1:])
-            found[current] = Phong()
+            current = name_of(words[1:])
+            found[current] = Phong(left_out=earlier(current) if current in found else {})
         elif current is not None and key:
             try:
-                found[current] = _said(found[current], key, words[1:])
+                found[current] = _said(found[current], key, [text_of(word) for word in words[1:]])
             except (ValueError, IndexError, OverflowError):
-                text = f"{show(line.strip()[:60])} is not understood"
+                text = f"{show(text_of(line).strip()[:60])} is not understood"
                 raise BrokenMesh(f"{show(name[:60])}, line {number}: {text}") from None
     return found
+
+
+def name_of(words: Sequence[bytes]) -> bytes:
+    """A name of some words, which spaces are between: compared as bytes, whatever letters they stand for."""
+    return b" ".join(words)
+
+
+def text_of(data: bytes) -> str:
+    """Text of UTF-8, or, where it is none, of Latin-1."""
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
+
+
+def earlier(name: bytes) -> dict[str, None]:
+    """What is left out where two materials have one name."""
+    return {f"the earlier one of two materials called {show(text_of(name)[:60])}": None}
 
 
 def _said(material: Phong, key: str, words: list[str]) -> Phong:

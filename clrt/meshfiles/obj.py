@@ -2,11 +2,13 @@
 
 A vertex number below 0 counts back from the line where it stands, and that is where most files with such
 numbers differ: faces stand among the vertices. Lines that are indented, have tabs or a comment behind them,
-or end as on old Macintoshes would be passed over without a word.
+or end as on old Macintoshes would be passed over without a word, and so would the first one behind a byte
+order mark, and what of a face stands behind a line's end.
 """
 
 from __future__ import annotations
 
+import codecs
 import re
 from typing import Final
 
@@ -18,9 +20,11 @@ _ODD: Final = re.compile(
     rb"|^[a-z]++\t"  # a tab behind the keyword
     rb"|^[a-z][^\n#]*+#"  # a comment behind
     rb"|^f[^\n]*?[ \t/][-+0]"  # a number that counts back, or is none
-    rb"|\r(?!\n)",
+    rb"|\r(?!\n)"
+    rb"|\\\r?\n",  # a line that goes on in the next
     re.MULTILINE,
 )
+_GOES_ON: Final = re.compile(rb"\\(?:\r\n?|\n)")
 _COUNTED: Final = (b"v", b"vt", b"vn")
 
 
@@ -29,11 +33,12 @@ def plain_obj(data: bytes) -> bytes:
 
     BrokenMesh for a vertex number that is 0, or counts back beyond the start.
     """
+    data = data.removeprefix(codecs.BOM_UTF8)
     if not _ODD.search(data):
         return data
     lines: list[bytes] = []
     counts = dict.fromkeys(_COUNTED, 0)
-    for line in re.sub(rb"\\\r?\n", b" ", data).splitlines():
+    for line in _GOES_ON.sub(b" ", data).splitlines():  # of bytes: at \n, \r and \r\n only
         words = line.partition(b"#")[0].split()
         if not words:
             continue

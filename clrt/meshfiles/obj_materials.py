@@ -8,8 +8,8 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from clrt.base.errors import show
-from clrt.meshfiles.look import Look
-from clrt.meshfiles.mtl import Phong, read_mtl
+from clrt.meshfiles.look import Look, Names
+from clrt.meshfiles.mtl import Phong, earlier, name_of, read_mtl, text_of
 from clrt.meshfiles.mtl_maps import Beside
 
 LIBRARY: Final = "clrt.mtl"
@@ -34,14 +34,14 @@ class Materials:
             if line.startswith(b"f "):
                 faces[now].append(line)
             elif line.startswith(b"usemtl"):
-                name = line[6:].strip()
+                name = name_of(line[6:].split())
                 now = numbers.setdefault(name, len(numbers))
                 faces.setdefault(now, [])
             elif line.startswith(b"mtllib"):
-                self.libraries.append(line[6:].strip().decode("utf-8", "replace"))
+                self.libraries.append(text_of(line[6:].strip()))
             else:
                 head.append(line)
-        self.names = [name.decode("utf-8", "replace") for name in numbers]
+        self.names = list(numbers)
         for number, lines in faces.items():
             head += [*([] if number is None else [b"usemtl m%d" % number]), *lines] if lines else []
         # trimesh takes a time of vertices x materials, and of materials squared
@@ -57,7 +57,7 @@ class Materials:
     def look(self, used: Mapping[int, bool], fetch: Fetch, beside: Beside) -> Look:
         """The `used` materials (each: with uv) of the libraries that are there; others are left out."""
         found = Look()
-        known: dict[str, tuple[Phong, Beside]] = {}
+        known: dict[bytes, tuple[Phong, Beside]] = {}
         seen: set[Path] = set()  # a library may be named often, and in many ways
         for name in dict.fromkeys(self.libraries):
             files = [name] if fetch(name) is not None else name.split()  # names may have spaces
@@ -69,16 +69,19 @@ class Materials:
                     seen.add(there[0])
                     read = read_mtl(there[1](), file)
                     place = partial(_within, file, beside)
-                    known |= {called: (phong, place) for called, phong in read.items()}
+                    for called, phong in read.items():
+                        phong.left_out.update(earlier(called) if called in known else {})
+                        known[called] = (phong, place)
+        names = Names()  # of other bytes may be the same text
         for number, uv in used.items():
-            name = self.names[number]
-            if name in known:
-                phong, its = known[name]
-                found.called[number] = name
-                found.materials[name] = phong.with_pictures(its).table(uv)
+            its_name = self.names[number]
+            if its_name in known:
+                phong, its = known[its_name]
+                found.called[number] = text = names.new(text_of(its_name))
+                found.materials[text] = phong.with_pictures(its).table(uv)
                 found.left_out.update(phong.left_out)
-            elif known:
-                found.left_out[f"the material {show(name[:60])}, which its library lacks"] = None
+            elif seen:
+                found.left_out[f"the material {show(text_of(its_name)[:60])}, which its library lacks"] = None
         return found
 
 

@@ -40,6 +40,17 @@ def same_turn(points: list[list[float]]) -> bool:
     return bool(first @ newell(corners) >= 0)
 
 
+def clear_turn(points: Sequence[Sequence[float]]) -> int:
+    """The first of a polygon's corners that clearly turns the way the whole outline does, as a start.
+
+    Formats take the normal from the first three points: this is the corner before the one that turns.
+    """
+    corners = np.array(points, np.float64)
+    edges = np.roll(corners, -1, axis=0) - corners
+    turns = np.cross(edges, np.roll(edges, -1, axis=0)) @ newell(corners)
+    return int(np.argmax(turns > 1e-9 * turns.max()))  # far above what rounding does
+
+
 def _newell_of(points: Sequence[tuple[float, float, float]]) -> tuple[float, float, float]:
     """`newell` of a few points, the first of them at the origin."""
     nx = ny = nz = 0.0

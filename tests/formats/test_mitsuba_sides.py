@@ -6,6 +6,7 @@ import itertools
 import json
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -100,3 +101,23 @@ def test_a_disk_that_stays_round_is_read(tmp_path: Path, steps: str, radius: flo
     (disk,) = clrt.load(file).shapes
     assert disk.type == "disk" and disk.transform is None
     assert disk.radius == pytest.approx(radius) and np.linalg.norm(disk.normal) == pytest.approx(1.0)
+
+
+def test_a_rotation_about_an_axis_of_another_length_is_named(tmp_path: Path) -> None:
+    """Mitsuba 3 makes a shear of it."""
+
+    def cube(step: str) -> clrt.Scene:
+        shape = f'<shape type="cube"><transform name="to_world">{step}</transform></shape>'
+        light = '<emitter type="constant"/>'
+        (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">\n{light}{shape}</scene>')
+        return clrt.load(tmp_path / "a.xml")
+
+    says = r"^a\.xml:2: a rotation about an axis of length 1\.41421: "
+    with pytest.warns(clrt.ClrtWarning, match=says) as said:
+        turned = cube('<rotate x="1" y="1" angle="40"/>')
+    assert len(said) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        right = cube('<rotate x="0.7071" y="0.7071" angle="40"/>')
+        cube('<rotate x="2" angle="0"/>')
+    np.testing.assert_allclose(turned.shapes[0].matrix, right.shapes[0].matrix, atol=1e-12)

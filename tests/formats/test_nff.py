@@ -209,3 +209,11 @@ def test_an_option_of_another_kind_is_named(tmp_path: Path):
     (tmp_path / "a.nff").write_text("v\n")
     with pytest.raises(clrt.SceneError, match="conformance: 3 is not allowed; it must be a text"):
         clrt.load(tmp_path / "a.nff", conformance=3)
+
+
+def test_a_mark_before_the_first_word_is_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "a.nff").write_bytes(b"\xef\xbb\xbf" + f"b 0.5 0 0\n{VIEW}l 1 2 3\ns 1 2 3 4\n".encode())
+    assert clrt.load(tmp_path / "a.nff").background == (0.5, 0.0, 0.0)
+    (tmp_path / "b.nff").write_bytes(b"\xef\xbb\xbfx")
+    with pytest.raises(clrt.ClrtError, match=r"b\.nff: line 1: 'x' is not allowed"):
+        clrt.load(tmp_path / "b.nff")

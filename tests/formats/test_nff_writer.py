@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import clrt
 from clrt.cli import main
 from clrt.formats.nff_writer import to_nff
 from clrt.scene.scene import Scene
+from tests.growth import check_growth
 from tests.second_readers import nff
 
 LEVEL = math.sqrt(2) / 4
@@ -100,6 +102,43 @@ def test_a_scene_in_the_dark_and_a_picture_of_one_row() -> None:
     said = nff(to_nff(scene))
     assert said["l"] == [] and said["b"] == [(1, 1, 1)]
     assert math.isclose(said["view"][0]["angle"][0], 50)
+
+
+def test_a_concave_outline_takes_a_time_in_proportion_to_its_corners() -> None:
+    """Of a bay with n corners, which all but the last turn the wrong way, and a square around it."""
+
+    def bay(n: int) -> list[tuple[float, float, float]]:
+        turn = np.linspace(0.99 * math.pi, 0.01 * math.pi, n)
+        around = [(1.5, 0.0, 0.0), (1.5, 2.0, 0.0), (-1.5, 2.0, 0.0), (-1.5, 0.0, 0.0)]
+        return [*zip(np.cos(turn).tolist(), np.sin(turn).tolist(), [0.0] * n, strict=True), *around]
+
+    def make(n: int) -> Callable[[], object]:
+        scene = changed(shapes=[{"type": "polygon", "points": bay(n)}])
+        return lambda: to_nff(scene)
+
+    check_growth(make, 2000)
+    points = bay(20)
+    ((_, written),) = nff(make(20)())["p"]  # type: ignore[arg-type]
+    assert written == [*points[18:], *points[:18]]
+
+
+def test_an_outline_that_begins_straight_is_written_as_it_is() -> None:
+    points = [(0, 0, 0), (1, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)]
+    ((_, written),) = nff(to_nff(changed(shapes=[{"type": "polygon", "points": points}])))["p"]
+    assert written == points
+
+
+def test_a_picture_as_background_is_refused_wherever_it_lies(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "in").mkdir()
+    clrt.Image(np.ones((4, 8, 3), np.float32)).save(tmp_path / "in" / "sky.png")
+    scene = clrt.load_dict({**SCENE, "background": "sky.png"}, folder=tmp_path / "in")
+    scene.save(tmp_path / "in" / "a.toml")
+    monkeypatch.chdir(tmp_path)
+    assert main(["convert", "in/a.toml", "a.nff"]) == 2
+    said = capsys.readouterr().err
+    assert "a.toml: background: NFF has red, green and blue only" in said and said.count("\n") == 1
 
 
 IDENTITY = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5], [0, 0, 0, 1]]

@@ -65,6 +65,31 @@ def seen(scene: clrt.Scene) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("faces", [False, True])
+@pytest.mark.parametrize("names", ["r g b", "diffuse_red diffuse_green diffuse_blue"])
+def test_colors_of_a_ply_by_other_names(tmp_path: Path, names: str, faces: bool) -> None:
+    path = write_ply(tmp_path / "scan.ply", faces)
+    usual, text = seen(clrt.load(path))[0], path.read_text()
+    for name, other in zip(("red", "green", "blue"), names.split(), strict=True):
+        text = text.replace(f"uchar {name}\n", f"uchar {other}\n")
+    path.write_text(text)
+    np.testing.assert_array_equal(seen(clrt.load(path))[0], usual)
+    clrt.load_dict({"shapes": [{"type": "mesh", "file": "scan.ply", "part": 0}]}, folder=tmp_path)
+    with pytest.warns(clrt.ClrtWarning, match="its materials and colours are ignored"):
+        clrt.load_dict({"shapes": [{"type": "mesh", "file": "scan.ply"}], "ambient": 1}, folder=tmp_path)
+
+
+def test_usual_names_of_colors_come_first(tmp_path: Path) -> None:
+    path = write_ply(tmp_path / "scan.ply")
+    usual, lines = seen(clrt.load(path))[0], path.read_text().splitlines()
+    at = lines.index("element face 3")
+    rows = lines.index("end_header") + 1
+    more = [f"property uchar {name}" for name in "rgb"]
+    points = [f"{line} 1 2 3" for line in lines[rows : rows + 5]]
+    path.write_text("\n".join([*lines[:at], *more, *lines[at:rows], *points, *lines[rows + 5 :], ""]))
+    np.testing.assert_array_equal(seen(clrt.load(path))[0], usual)
+
+
+@pytest.mark.parametrize("faces", [False, True])
 def test_colors_of_vertices_and_faces(faces: bool, tmp_path: Path) -> None:
     scene = clrt.load(write_ply(tmp_path / "scan.ply", faces))
     albedo, position = seen(scene)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import clrt
 from clrt.base.errors import LimitError, SceneError
 from clrt.base.files import read_bytes
 from clrt.base.limits import Limits
@@ -164,3 +166,26 @@ def test_files_that_contradict_themselves(tmp_path: Path, changes: dict[str, Any
     with pytest.raises(SceneError, match=rf"a\.gltf .*{says}") as caught:
         read(write(tmp_path, document(**changes)))
     assert len(str(caught.value)) < 400
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        (('"nodes":', '"nodes": [], "nodes":'), "nodes"),
+        (('"POSITION":', '"POSITION": 0, "POSITION":'), "POSITION"),
+        (('"asset":', '"extras": [{"a": {"x": 1e9999, "\\u0078": -7}}], "asset":'), "x"),
+        (('"asset":', '"extras": {"data:a": "data:a\\\\" , "data:a": "data:b"}, "asset":'), "data:a"),
+    ],
+)
+def test_a_key_that_stands_twice_is_refused(tmp_path: Path, change: tuple[str, str], key: str) -> None:
+    """One of the two would hold, without a word."""
+    text = json.dumps(document()).replace(*change, 1)
+    (tmp_path / "a.gltf").write_text(text)
+    with pytest.raises(SceneError, match=f"its JSON is not .*: the key '{key}' stands twice in one table"):
+        clrt.load(tmp_path / "a.gltf")
+
+
+def test_keys_of_several_tables_and_odd_values_stand_for_themselves(tmp_path: Path) -> None:
+    odd = {"data:a": "data:,", "data:b": "data:,", "c": [{"a": 1}, {"a": 10**400}, "\\\"data:x", ["data:y" ]]}
+    (tmp_path / "a.gltf").write_text(json.dumps(document(extras=odd)))
+    assert len(clrt.load(tmp_path / "a.gltf").shapes) == 1

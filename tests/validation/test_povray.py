@@ -157,6 +157,7 @@ def test_published_scenes(name: str, shared_folder: Path, tmp_path: Path) -> Non
     ({"background": "sky.png"}, "background image"), ({"ambient_samples": 4}, "ambient rays"),
     ({"spectrum": {"bands": 8}}, "light in bands"), ({"one_sided": "opaque"}, "one-sided surfaces"),
     ({"medium_ior": 1.33}, "medium around all"), ({"depth_color": 0.1}, "depth colour"),
+    ({"max_depth": 256}, "so many generations"), ({"adaptive": {"threshold": 0.1}}, "adaptive samples"),
 ])  # fmt: skip
 def test_it_says_what_it_cannot_express(changes: dict[str, Any], says: str, tmp_path: Path) -> None:
     clrt.Image(np.ones((4, 8, 3), np.float32)).save(tmp_path / "sky.png")
@@ -179,6 +180,55 @@ def test_it_says_which_material_it_cannot_express(material: dict[str, Any], says
     ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": material}
     found = pov.not_in_pov(clrt.load_dict({**samples.SCENE, "shapes": [ball]}))
     assert found.startswith("shapes[0]: POV-Ray has no") and says in found
+
+
+GLASS = {"diffuse": 0.0, "ior": 1.5, "reflection": 0.15, "transmission": 0.75}
+BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": GLASS}
+BLOCK = {"type": "box", "min": [-1, -1, -1], "max": [1, 0.6, 1], "material": GLASS}
+
+
+def in_glass(shape: dict[str, Any], *others: dict[str, Any], **material: Any) -> dict[str, Any]:
+    """A shape of glass before a wall."""
+    wall = {"type": "plane", "point": [0, 0, -2], "normal": [0, 0.1, 1], "material": {"color": 0.5}}
+    return {
+        "ambient": 0.2, "background": 0.3, "max_depth": 6,
+        "camera": {"origin": [0.5, 2.8, 6], "target": [0, 0, 0], "fov": 30, "width": 96, "height": 72},
+        "lights": [{"type": "point", "position": [-3, 4, 6], "intensity": 0.6}],
+        "shapes": [wall, {**shape, "material": GLASS | material}, *others],
+    }  # fmt: skip
+
+
+def beside_edges(table: dict[str, Any]) -> list[str]:
+    """The gates that fail, but for those on edges, of which a block of glass shows many."""
+    scene = clrt.load_dict(table)
+    reference = pictures.reference_of(scene)
+    ours = reference.render()
+    theirs, limit = client.render(scene).pixels, compare.limits(1, many_edges=True)
+    return [gate for gate in agree(ours, theirs, reference.edges(ours), limit) if "edges" not in gate]
+
+
+def test_it_reflects_totally_where_the_shares_are_1(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a block; in a ball nothing is reflected totally that came from outside."""
+    block = BLOCK | {"transform": [{"rotate": [[0.2, 1, 0.1], 25.0]}]}
+    assert beside_edges(in_glass(block, reflection=0.25, transmission=0.75)) == []
+    assert beside_edges(in_glass(block) | {"max_depth": 1}) == []
+    check(in_glass(BALL))
+    assert beside_edges(in_glass(BALL, {**BALL, "center": [0.4, 2.1, 0]})) == []
+    monkeypatch.setattr(pov, "_total", lambda *_: False)
+    assert beside_edges(in_glass(block)) != []
+
+
+@pytest.mark.parametrize("table", [
+    in_glass(BLOCK), in_glass(BLOCK, reflection=0.25, reflection_color=[1, 0.5, 1]),
+    in_glass(BALL | {"transform": [{"scale": [1, 2, 1]}]}), in_glass(BALL, ior=0.8),
+    in_glass(BALL | {"radius": 7}),
+    in_glass(BALL, {**BALL, "center": [0, 0.5, 0], "material": {"reflection": 1}}),
+    in_glass(BALL, {**BLOCK, "material": {"reflection": 1}}),
+    {**in_glass(BALL), "camera": {**in_glass(BALL)["camera"], "type": "orthographic", "size": 3}},
+])  # fmt: skip
+def test_it_says_where_it_would_reflect_more(table: dict[str, Any]) -> None:
+    found = pov.not_in_pov(clrt.load_dict(table))
+    assert found.startswith("shapes[1]: POV-Ray has no total reflection of less than all: let")
 
 
 def test_the_command_converts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

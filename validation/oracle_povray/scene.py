@@ -6,6 +6,7 @@ Phong's model, mirrors and clear bodies of constant shares. Its Fresnel terms, p
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterable
 from typing import Any, Final
@@ -19,6 +20,7 @@ from clrt.scene.scene import Camera, Checker, DirectionalLight, Material, PointL
 from ..oracle64.camera import basis
 
 _FAR: Final = 1e5  # where a directional light stands
+_DEEPEST: Final = 255  # its max_trace_level is 256 at most
 _FADE: Final = 1e-3  # POV-Ray fades by 2 / (1 + (r / d)^2), which is 2 d^2 / r^2 where r is far above d
 
 
@@ -34,6 +36,7 @@ def not_in_pov(scene: Scene) -> str | None:
         "ray counts by rule": scene.conformance != "none", "more than one sample": camera.spp != 1,
         "jitter": camera.jitter is not None, "lens": camera.aperture > 0,
         "near plane": camera.near > 0 and camera.type == "perspective",
+        "so many generations": scene.max_depth > _DEEPEST,
         "adaptive samples": scene.adaptive is not None,
         "colours by name or spectrum": not _plain((scene.ambient, scene.background)),
     }  # fmt: skip
@@ -54,6 +57,9 @@ def not_in_pov(scene: Scene) -> str | None:
         bodies += material.is_medium
         if bodies and scene.medium_ior != 1:
             return "POV-Ray has no medium around all"
+        if scene.max_depth > 1 and _total(scene, shape, material):
+            why = "let reflection + transmission be 1, both white"
+            return f"shapes[{number}]: POV-Ray has no total reflection of less than all: {why}"
     return None
 
 
@@ -97,6 +103,39 @@ def _no_material(m: Material) -> str:
     if np.any((_rgb(m.emission) > 0) & (_rgb(m.color) == 0)):
         return "emission of a colour that the surface does not reflect"
     return ""
+
+
+def _total(scene: Scene, shape: Any, m: Material) -> bool:
+    """Whether rays may be reflected totally with another weight than 1, which is POV-Ray's.
+
+    What enters a ball leaves it, too, unless something else turns it there, or it is seen from within.
+    """
+    shares = m.kr * _rgb(m.reflection_color) + m.kt * _rgb(m.transmission_color)
+    if m.kt == 0 or np.allclose(shares, 1, rtol=0, atol=1e-9):
+        return False
+    camera = scene.camera
+    assert camera is not None
+    others = [other for other in scene.shapes if other is not shape]
+    return not (
+        _is_ball(shape)
+        and m.ior_d > 1
+        and camera.type == "perspective"
+        and math.dist(camera.origin, shape.center) > shape.radius
+        and not any(_may_turn(scene.material_of(other)) and not _apart(shape, other) for other in others)
+    )
+
+
+def _may_turn(m: Material) -> bool:
+    return m.kr > 0 or m.kt > 0
+
+
+def _is_ball(shape: Any) -> bool:
+    return shape.type == "sphere" and shape.transform is None
+
+
+def _apart(ball: Any, other: Any) -> bool:
+    """Whether two balls have no point in common; of other shapes it is not asked."""
+    return _is_ball(other) and math.dist(ball.center, other.center) > ball.radius + other.radius
 
 
 def to_pov(scene: Scene) -> str:
