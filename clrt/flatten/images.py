@@ -13,7 +13,7 @@ from clrt.base.places import At
 from clrt.images.levels import halved, level_sizes
 from clrt.images.texture import Role, finished, read_plain, texture_bytes
 from clrt.meshfiles.pictures import PictureFiles
-from clrt.scene.scene import ImageTexture, Material, NormalMap, Scene
+from clrt.scene.scene import ImageTexture, Material, NormalMap, Placement, Scene
 from clrt.scene.textures import picture_path
 from clrt.spectra.bands import Bands, reflectance
 
@@ -45,7 +45,7 @@ class TextureTable:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._numbers: dict[tuple[Source, ImageTexture], int] = {}
+        self._numbers: dict[tuple[Source, ImageTexture | Placement], int] = {}
 
     def record(self, material: Material) -> np.ndarray:
         """The record Pictured of a material, shape (1,)."""
@@ -59,11 +59,13 @@ class TextureTable:
         if material.normal_map is not None:
             of = material.normal_map
             like = material.color if isinstance(material.color, ImageTexture) else ImageTexture(file=of.file)
-            record["normal_map"] = self._number(of, "normal", like)
+            record["normal_map"] = self._number(of, "normal", of.placement or like)
             record["normal_scale"] = of.scale
         return out
 
-    def _number(self, picture: ImageTexture | NormalMap, role: Role, like: ImageTexture) -> int:
+    def _number(
+        self, picture: ImageTexture | NormalMap, role: Role, like: ImageTexture | Placement
+    ) -> int:
         path = picture_path(picture, self._scene.folder, At(self._scene.source))
         tint: Tint = getattr(picture, "tint", (1.0, 1.0, 1.0))
         source: Source = path, role, getattr(picture, "encoding", None), picture.part, tint

@@ -14,6 +14,7 @@ from clrt.formats.mitsuba_file import Context
 from clrt.formats.mitsuba_values import Plugin
 from clrt.formats.xml_tree import Element, unknown
 from clrt.meshfiles.facets import Facets, Rgb, fresnel_of
+from clrt.meshfiles.look import placement_of
 
 Table = dict[str, Any]
 IOR: Final = {
@@ -268,7 +269,7 @@ def _normal_map(plugin: Plugin, materials: Materials) -> Table:
     picture = materials.color(plugin, "normalmap", 0.5)
     if not isinstance(picture, dict) or picture["type"] != "image":
         raise plugin.element.says("a normalmap needs a bitmap called 'normalmap'")
-    return found | {"normal_map": {"file": picture["file"]}}
+    return found | {"normal_map": {"file": picture["file"], "placement": placement_of(picture)}}
 
 
 def _blend(plugin: Plugin, materials: Materials) -> Table:

@@ -11,7 +11,7 @@ import numpy as np
 from clrt.formats.mitsuba_bsdfs import Materials, mean
 from clrt.formats.mitsuba_values import UNIT, Array, Plugin, rows
 from clrt.formats.xml_tree import Element, unknown
-from clrt.meshfiles.look import Names
+from clrt.meshfiles.look import Names, placement_of
 from clrt.scene.transforms import is_similarity
 
 Table = dict[str, Any]
@@ -27,6 +27,7 @@ _OTHERS: Final = ("serialized", "shapegroup", "instance", "bsplinecurve", "linea
 _CORNERS: Final = np.array([[-1.0, -1, 0, 1], [1, -1, 0, 1], [1, 1, 0, 1], [-1, 1, 0, 1]])
 _EQUAL: Final = 1e-6  # of squares of lengths: files state six digits or more
 _PLAIN: Final = Element("bsdf", {"type": "diffuse"}, 0, "")  # of a shape that names none, as Mitsuba has it
+_AS_IT_IS: Final[Table] = {"wrap": "repeat", "filter": "linear", "scale": [1.0, 1.0], "offset": [0.0, 0.0]}
 _UV: Final = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
 
 
@@ -60,7 +61,7 @@ class Shapes:
             return
         bsdfs = context.elements(plugin, "bsdf")
         bsdf = bsdfs[0] if bsdfs else _PLAIN
-        table = self.materials.of(bsdf)
+        table = _settled(self.materials.of(bsdf))
         if plugin.flag("flip_normals", False) and table.get("transmission"):
             context.left_out["flip normals of glass"] = None
         material = self._dressed(table, plugin)
@@ -73,7 +74,7 @@ class Shapes:
         if plugin.type in ("obj", "ply"):
             shape |= self._file(plugin)
         elif plugin.type == "rectangle" and _pictured(material):
-            shape = {"type": "mesh", "vertices": shape["points"], "faces": [[0, 1, 2], [0, 2, 3]], "uv": _UV}
+            shape = {"type": "mesh", "vertices": shape["points"], **_sheet(plugin, table)}
         shape["material"] = self._name(bsdf, table) if material is table else material
         if "id" in element.keys:
             shape["name"] = element.keys["id"]
@@ -114,12 +115,15 @@ class Shapes:
         changed: Table = {}
         # Mitsuba turns v of an OBJ over, unless it is told otherwise, and of a PLY if told so; clrt of both
         over = plugin.type in ("obj", "ply") and not plugin.flag("flip_tex_coords", plugin.type == "obj")
+        over = over or (plugin.type == "rectangle" and "normal_map" in table and not _turned(plugin))
         for key, value in table.items():
             if isinstance(value, dict) and value.get("type") == "checker":
                 changed[key] = self._checker(value, plugin)
-            elif over and isinstance(value, dict) and value.get("type") == "image":
-                (across, down), (x, y) = value["scale"], value["offset"]
-                changed[key] = value | {"scale": [across, -down], "offset": [x, down + y]}
+            elif over and _is_image(value):
+                changed[key] = value | _upside_down(value)
+        normals = table.get("normal_map")
+        if over and normals is not None and ("placement" in normals or not _is_image(table.get("color"))):
+            changed["normal_map"] = normals | {"placement": _upside_down(normals.get("placement", _AS_IT_IS))}
         return table | changed if changed else table
 
     def _checker(self, checker: Table, plugin: Plugin) -> Any:
@@ -139,8 +143,44 @@ class Shapes:
 
 def _pictured(material: Table) -> bool:
     return "normal_map" in material or any(
-        isinstance(value, dict) and value.get("type") == "image" for value in material.values()
+        _is_image(value) for value in material.values()
     )
+
+
+def _is_image(value: Any) -> bool:
+    return isinstance(value, dict) and value.get("type") == "image"
+
+
+def _settled(table: Table) -> Table:
+    """A material whose normal map has a placement only where it does not lie as the picture of `color`."""
+    normals, color = table.get("normal_map"), table.get("color", {})
+    like = placement_of(color) if _is_image(color) else _AS_IT_IS
+    if normals is None or normals["placement"] != like:
+        return table
+    return table | {"normal_map": {"file": normals["file"]}}
+
+
+def _upside_down(placement: Table) -> Table:
+    """A placement, or an image, as it is where v runs the other way."""
+    (across, down), (x, y) = placement["scale"], placement["offset"]
+    return placement | {"scale": [across, -down], "offset": [x, down + y]}
+
+
+def _turned(plugin: Plugin) -> bool:
+    """Whether the normal of a rectangle is not that of its corners: mirrored it is still (0, 0, 1)."""
+    return plugin.flag("flip_normals", False) != bool(np.linalg.det(plugin.to_world()[:3, :3]) < 0)
+
+
+def _sheet(plugin: Plugin, table: Table) -> Table:
+    """The faces and uv of a rectangle that shows pictures.
+
+    Green of a normal map is across u there and up in the picture here: so v is such that both are one way.
+    """
+    if "normal_map" not in table:
+        return {"faces": [[0, 1, 2], [0, 2, 3]], "uv": _UV}
+    if _turned(plugin):
+        return {"faces": [[0, 2, 1], [0, 3, 2]], "uv": _UV}
+    return {"faces": [[0, 1, 2], [0, 2, 3]], "uv": [[u, 1.0 - v] for u, v in _UV]}
 
 
 def _light(plugin: Plugin) -> Table | None:

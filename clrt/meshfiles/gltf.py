@@ -244,7 +244,10 @@ class _Reader:
             if corners.max() >= len(vertices):
                 raise BrokenMesh(f"a face names vertex {corners.max()} of a part that has {len(vertices)}")
         normals = None if attributes.NORMAL is None else self._numbers(attributes.NORMAL)
-        uv = None if attributes.TEXCOORD_0 is None else self._fractions(attributes.TEXCOORD_0)
+        # a file with quantization says what is scaled; in others uv of whole numbers can be parts alone
+        quantized = "KHR_mesh_quantization" in self.document.extensionsRequired
+        read = self._numbers if quantized else self._fractions
+        uv = None if attributes.TEXCOORD_0 is None else read(attributes.TEXCOORD_0)
         return vertices, _triangles(corners, mode), normals, uv
 
     def _accessor(self, number: int, kind: str) -> Accessor:

@@ -13,7 +13,7 @@ from msgspec import Meta
 from clrt.meshfiles.facets import Facets, Rgb, absorption_of, fresnel_of, shown
 from clrt.meshfiles.gltf_document import Document, Table, decode, item
 from clrt.meshfiles.gltf_textures import Info, Itself, Textures
-from clrt.meshfiles.look import Names
+from clrt.meshfiles.look import Names, placement_of
 from clrt.meshfiles.look import Table as SceneTable
 
 NotNegative = Annotated[float, Meta(ge=0)]
@@ -129,7 +129,7 @@ def _table(
         base=(red, green, blue),
         picture=picture,
         glow=textures.picture(material.emissiveTexture, uv),
-        normal_map=_normal_map(textures.picture(material.normalTexture, uv), material.normalTexture),
+        normal_map=_normal_map(textures.picture(material.normalTexture, uv), material.normalTexture, picture),
         metallic=_share(metal.metallicFactor * metallic),
         roughness=_share(metal.roughnessFactor * rough),
         ior=more["ior"].ior,
@@ -145,10 +145,15 @@ def _table(
     return found.table()
 
 
-def _normal_map(picture: SceneTable | None, info: Info | None) -> SceneTable | None:
+def _normal_map(
+    picture: SceneTable | None, info: Info | None, color: SceneTable | None
+) -> SceneTable | None:
+    """The normal map in a picture, with a placement where that is not the one of `color`."""
     if picture is None or info is None:
         return None
-    table = {key: picture[key] for key in ("file", "part") if key in picture}
+    table: SceneTable = {key: picture[key] for key in ("file", "part") if key in picture}
+    placement = placement_of(picture)
+    table |= {"placement": placement} if placement != placement_of(color or {}) else {}
     return table | ({"scale": info.scale} if info.scale != 1.0 else {})
 
 

@@ -25,6 +25,11 @@ class Look:
     left_out: dict[str, None] = field(default_factory=dict)
 
 
+def placement_of(picture: Table) -> Table:
+    """Where an image lies, in the keys that say so: the `placement` of a normal map in it."""
+    return {key: picture[key] for key in ("wrap", "filter", "scale", "offset") if key in picture}
+
+
 class Names:
     """Names that are given once each: a second "wood" is called "wood-2"."""
 

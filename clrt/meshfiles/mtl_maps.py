@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from clrt.meshfiles.look import Table
+from clrt.meshfiles.look import Table, placement_of
 
 Beside = Callable[[str], str | None]
 """The name in the scene's folder of a file that a materials file names; None where it is not there."""
@@ -48,8 +48,8 @@ def texture(words: list[str]) -> Table:
 
 
 def normals_of(picture: Table) -> Table:
-    """The normal map in an image."""
-    return {"file": picture["file"]}
+    """The normal map in an image; it lies by its own options, whatever those of `map_Kd` are."""
+    return {"file": picture["file"], "placement": placement_of(picture)}
 
 
 def finite(word: str) -> float:

@@ -11,13 +11,13 @@ from msgspec import Meta
 from clrt.base.places import At, listed
 from clrt.base.records import Record
 from clrt.base.suggest import did_you_mean
-from clrt.scene.textures import PICTURED, ImageTexture, NormalMap
+from clrt.scene.textures import PICTURED, ImageTexture, NormalMap, Placement
 from clrt.spectra.colors import Color, Colored, CurveColor, LightColor, check_color, full
 from clrt.spectra.curves import D_LINE, VISIBLE, ior_at
 from clrt.spectra.indices import GLASSES, INDEX, IOR, LEAST, MOST, Dispersion, Ior, Metal, check_conductor
 from clrt.spectra.spectrum import Spectrum, check_points
 
-__all__ = ["IOR", "Checker", "ImageTexture", "Material", "NormalMap", "rgb"]
+__all__ = ["IOR", "Checker", "ImageTexture", "Material", "NormalMap", "Placement", "rgb"]
 
 SMOOTHEST: Final = 0.01  # roughness below which a mirror is a perfect one
 _COLOR: Final = (

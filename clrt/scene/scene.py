@@ -32,7 +32,7 @@ from clrt.scene.lights import (
     SphereLight,
     SpotLight,
 )
-from clrt.scene.materials import IOR, Checker, ImageTexture, Material, NormalMap, rgb
+from clrt.scene.materials import IOR, Checker, ImageTexture, Material, NormalMap, Placement, rgb
 from clrt.scene.mesh import Mesh, MeshData, Meshes, read_mesh
 from clrt.scene.save import save
 from clrt.scene.shapes import (
@@ -66,8 +66,8 @@ from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
 __all__ = [
     "IOR", "SHAPES", "Adaptive", "Box", "Camera", "Checker", "Cone", "Cylinder", "DirectionalLight", "Disk",
     "DiskLight", "Ellipsoid", "ImageTexture", "Light", "Material", "Mesh", "MeshData", "NormalMap",
-    "Paraboloid", "Plane", "PointLight", "Polygon", "Quadric", "RectangleLight", "Scene", "Shape", "Spectral",
-    "Spectrum", "Sphere", "SphereLight", "SpotLight", "Step", "read_scene", "rgb",
+    "Paraboloid", "Placement", "Plane", "PointLight", "Polygon", "Quadric", "RectangleLight", "Scene",
+    "Shape", "Spectral", "Spectrum", "Sphere", "SphereLight", "SpotLight", "Step", "read_scene", "rgb",
 ]  # fmt: skip
 
 AnyShape = Sphere | Plane | Polygon | Mesh | Quadric | Ellipsoid | Cylinder | Cone | Paraboloid | Disk | Box

@@ -21,6 +21,13 @@ File = Annotated[str, Meta(min_length=1, description="file must be the path of a
 Part = Annotated[int, Meta(ge=0, description="part must be a whole number from 0")] | None
 Share = Annotated[float, Meta(ge=0)]
 Pair = Annotated[tuple[float, float], Meta(description="must be 2 numbers")]
+Wrap = Annotated[
+    Literal["repeat", "clamp", "mirror"], Meta(description="wrap must be 'repeat', 'clamp' or 'mirror'")
+]
+Filter = Annotated[
+    Literal["linear", "nearest", "mipmap"],
+    Meta(description="filter must be 'linear', 'nearest' or 'mipmap'"),
+]
 
 
 class ImageTexture(Record, frozen=True, kw_only=True, tag="image", tag_field="type"):
@@ -35,13 +42,8 @@ class ImageTexture(Record, frozen=True, kw_only=True, tag="image", tag_field="ty
 
     file: File
     part: Part = None
-    wrap: Annotated[
-        Literal["repeat", "clamp", "mirror"], Meta(description="wrap must be 'repeat', 'clamp' or 'mirror'")
-    ] = "repeat"
-    filter: Annotated[
-        Literal["linear", "nearest", "mipmap"],
-        Meta(description="filter must be 'linear', 'nearest' or 'mipmap'"),
-    ] = "linear"
+    wrap: Wrap = "repeat"
+    filter: Filter = "linear"
     encoding: Annotated[
         Literal["srgb", "linear"] | None, Meta(description="encoding must be 'srgb' or 'linear'")
     ] = None
@@ -53,25 +55,44 @@ class ImageTexture(Record, frozen=True, kw_only=True, tag="image", tag_field="ty
 
     def check(self, at: At) -> None:
         """Raise for a picture that would show one line of itself alone."""
-        if not all(single_of(number) for number in self.scale):
-            raise at.key("scale").error(self.scale, "neither number of scale may be 0")
+        _check_scale(self, at)
         if self.filter == "mipmap" and self.file.lower().endswith(".ply"):
             text = "colours of vertices and faces have no mip levels: take 'linear'"
             raise at.key("filter").error(self.filter, text)
         _check_part(self, at)
 
 
+class Placement(Record, frozen=True, kw_only=True):
+    """Where a normal map lies, if not as the picture of `color` does: what the keys of an image say."""
+
+    wrap: Wrap = "repeat"
+    filter: Filter = "linear"
+    scale: Pair = (1.0, 1.0)
+    offset: Pair = (0.0, 0.0)
+
+    def check(self, at: At) -> None:
+        """Raise for a picture that would show one line of itself alone."""
+        _check_scale(self, at)
+
+
 class NormalMap(Record, frozen=True, kw_only=True):
-    """A picture of normals: `scale` times how far they lean; uv, wrap and filter are those of `color`'s."""
+    """A picture of normals: `scale` times how far they lean. It lies as `color`'s, or by its `placement`."""
 
     file: File
     part: Part = None
     scale: float = 1.0
-
+    placement: Placement | None = None
 
     def check(self, at: At) -> None:
-        """Raise for a part of a file that has none."""
+        """Raise for a part of a file that has none, and for a placement that cannot be."""
         _check_part(self, at)
+        if self.placement is not None:
+            self.placement.check(at.key("placement"))
+
+
+def _check_scale(picture: ImageTexture | Placement, at: At) -> None:
+    if not all(single_of(number) for number in picture.scale):
+        raise at.key("scale").error(picture.scale, "neither number of scale may be 0")
 
 
 def _check_part(picture: ImageTexture | NormalMap, at: At) -> None:

@@ -150,6 +150,26 @@ def test_a_map_that_leans_changes_the_light(tmp_path: Path) -> None:
     assert seen == pytest.approx(normal @ np.array([0, 1, 1]) / np.sqrt(2), rel=1e-6)
 
 
+@pytest.mark.parametrize("filtered", ["linear", "mipmap"])
+def test_a_map_with_a_placement_has_the_bits_of_one_that_lies_as_a_picture_does(
+    tmp_path: Path, filtered: str
+) -> None:
+    smooth_pictures(tmp_path)
+    put(tmp_path / "grey.exr", np.full((32, 48, 3), 0.5))
+    floor = {"type": "plane", "point": [0, 0, -1], "normal": [0, 0, 1]}
+    own = {"scale": [0.7, -1.3], "offset": [0.2, 0.6], "wrap": "mirror", "filter": filtered}
+    pictures = []
+    for color, placement in (
+        (image("grey.exr", **own), None), (0.5, own), (image("grey.exr", scale=[4, 4]), own), (0.5, None),
+    ):  # fmt: skip
+        bumps = {"file": "normals.exr"} | ({} if placement is None else {"placement": placement})
+        shape = {**floor, "material": {"color": color, "normal_map": bumps}}
+        table = {"camera": CAMERA, "lights": [LIGHT], "shapes": [shape]}
+        pictures.append(clrt.render(clrt.load_dict(table, folder=tmp_path)).pixels)
+    assert np.array_equal(pictures[0], pictures[1]) and np.array_equal(pictures[0], pictures[2])
+    assert np.abs(pictures[0] - pictures[3]).max() > 0.1
+
+
 def test_the_oracle_sees_the_same(tmp_path: Path) -> None:
     """All shapes and colours, bent normals among them; what differs lies at edges of shapes and texels.
 

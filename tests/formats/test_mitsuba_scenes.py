@@ -189,7 +189,7 @@ def test_files_beside(tmp_path: Path) -> None:
     assert kinds == ["box", "sphere", "mesh", "mesh", "mesh", "mesh", "mesh"]
     assert found["shapes"][1]["material"] == "wood"
     assert found["materials"]["wood"]["color"] == {"type": "image", "file": "wood.png"}
-    assert found["materials"]["normalmap"]["normal_map"] == {"file": "tile-normals.png"}
+    assert found["shapes"][3]["material"]["normal_map"] == {"file": "tile-normals.png"}
     assert found["shapes"][4]["smooth"] and not found["shapes"][5].get("smooth")
     assert found["shapes"][6]["material"]["emission"] == 1
 

@@ -13,7 +13,7 @@ import pytest
 import clrt
 from clrt.base.errors import LimitError, SceneError
 from clrt.images.file import write as write_picture
-from clrt.scene.scene import ImageTexture, NormalMap, Scene
+from clrt.scene.scene import ImageTexture, NormalMap, Placement, Scene
 from tests.model_samples import CAMERA, FLOOR, LIGHTS, PICTURE, POINT, WALL, model, shining, write_glb
 
 UV = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
@@ -92,7 +92,7 @@ fresnel = "schlick"
 highlight_color = 0.04
 specular = 4.0
 shininess = 7.5
-normal_map = {{ file = "b.png", scale = 0.5 }}
+normal_map = {{ file = "b.png", scale = 0.5, placement = {{}} }}
 emission = {{ type = "image", file = "b.png", tint = [2, 1, 0.5] }}
 """
 
@@ -133,6 +133,14 @@ def test_a_glowing_model_with_textures_and_the_same_scene_by_hand_have_one_hash(
          NormalMap(file="a.glb", part=0, scale=0.5)),
         ({"normalTexture": {"index": 0}}, {"images": ({"uri": "in%20there/b.png"},)}, "normal_map",
          NormalMap(file="in there/b.png")),
+        ({"normalTexture": MOVED}, {}, "normal_map",
+         NormalMap(file="a.glb", part=0, placement=Placement(scale=(2, 3), offset=(0.5, 0)))),
+        ({"pbrMetallicRoughness": {"baseColorTexture": MOVED}, "normalTexture": MOVED}, {}, "normal_map",
+         NormalMap(file="a.glb", part=0)),
+        ({**BASE, "normalTexture": {"index": 1}},
+         {"textures": [{"source": 0, "sampler": 0}, {"source": 0}],
+          "samplers": [{"wrapS": 33071, "wrapT": 33071, "magFilter": 9728}]}, "normal_map",
+         NormalMap(file="a.glb", part=0, placement=Placement())),
         ({**BASE, "extensions": {"KHR_materials_unlit": {}}}, {}, "emission",
          ImageTexture(file="a.glb", part=0)),
         ({**BASE, "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1}},

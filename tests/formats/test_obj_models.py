@@ -10,7 +10,7 @@ import pytest
 
 import clrt
 from clrt.base.errors import LimitError, SceneError
-from clrt.scene.scene import ImageTexture, Material, Mesh, NormalMap
+from clrt.scene.scene import ImageTexture, Material, Mesh, NormalMap, Placement
 from tests.cost import bounded
 from tests.model_samples import PICTURE
 
@@ -156,10 +156,20 @@ def test_maps(tmp_path: Path, line: str, key: str, expected: dict[str, Any]) -> 
     scene = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n", WITH_UV)
     material = scene.materials["m"]
     assert getattr(material, key) == ImageTexture(file="a b.png", **expected)
-    assert material.normal_map == (NormalMap(file="a b.png") if "illum" not in line else None)
+    bumps = NormalMap(file="a b.png", placement=Placement())
+    assert material.normal_map == (bumps if "illum" not in line else None)
     with pytest.warns(clrt.ClrtWarning, match="counterpart: textures of what has no uv"):
         plain = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n").materials["m"]
     assert not plain.pictures
+
+
+@pytest.mark.parametrize("more", ["", "Pm 0\n"])
+def test_a_normal_map_lies_by_its_own_options(tmp_path: Path, more: str) -> None:
+    (tmp_path / "a b.png").write_bytes(PICTURE)
+    lines = f"newmtl m\n{more}map_Kd -s 5 5 a b.png\nnorm -s 2 4 1 -o 0.5 -clamp on a b.png\n"
+    material = load(tmp_path, lines, WITH_UV).materials["m"]
+    placement = Placement(wrap="clamp", scale=(2, 4), offset=(0.5, -3))
+    assert material.normal_map == NormalMap(file="a b.png", placement=placement)
 
 
 def test_maps_lie_beside_their_library(tmp_path: Path) -> None:

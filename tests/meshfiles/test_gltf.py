@@ -116,6 +116,24 @@ def test_whole_numbers_are_scaled_where_the_file_says_so(tmp_path: Path) -> None
         assert read(write(tmp_path, table))[0].tolist() == expected
 
 
+@pytest.mark.parametrize(
+    ("normalized", "required", "expected"),
+    [(False, True, [3, 0]), (True, True, [3 / 65535, 0]), (False, False, [3 / 65535, 0])],
+)
+def test_quantized_uv_are_scaled_where_the_file_says_so(
+    tmp_path: Path, normalized: bool, required: bool, expected: list[float]
+) -> None:
+    data = np.array(TRIANGLE, "<f4").tobytes() + struct.pack("<6H", 3, 0, 0, 1, 1, 1)
+    uv = {"bufferView": 0, "byteOffset": 36, "componentType": 5123, "count": 3, "type": "VEC2"}
+    table = document(
+        data,
+        accessors=[POSITIONS, {**uv, "normalized": normalized}],
+        meshes=[{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}}]}],
+        extensionsRequired=["KHR_mesh_quantization"] if required else [],
+    )
+    assert read(write(tmp_path, table))[3][0].tolist() == expected
+
+
 def test_nodes_move_turn_scale_and_mirror(tmp_path: Path) -> None:
     normals = np.array([[0, 0, 2]] * 3, "<f4").tobytes()
     half = 0.5**0.5

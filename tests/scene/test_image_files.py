@@ -54,6 +54,41 @@ def test_a_wrong_key_is_one_error_that_names_its_place(tmp_path: Path, name: str
         clrt.load_dict({"materials": {"m": {key: {"type": "image", **keys}}}}, folder=tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("placement", "right"),
+    [
+        ({"wrap": "tile"}, "wrap must be 'repeat', 'clamp' or 'mirror'"),
+        ({"scale": [1, 0]}, "neither number of scale may be 0"),
+        ({"file": "a.png"}, "file"),
+        ("clamp", "placement"),
+    ],
+)
+def test_a_wrong_placement_of_a_normal_map_is_one_error(
+    tmp_path: Path, placement: Any, right: str
+) -> None:
+    put(tmp_path / "a.png", np.zeros((2, 2, 3)), "uint8")
+    with pytest.raises(clrt.SceneError, match=r"shapes\[0\]\.material\.normal_map\.placement") as error:
+        load(tmp_path, BALL, normal_map={"file": "a.png", "placement": placement})
+    assert right in str(error.value)
+
+
+def test_a_normal_map_lies_as_its_placement_says_or_as_the_picture_of_color(tmp_path: Path) -> None:
+    put(tmp_path / "a.png", np.zeros((4, 2, 3)), "uint8")
+    own = {"scale": [2, -3], "offset": [0.5, 0.25], "wrap": "mirror", "filter": "mipmap"}
+    other = {"color": image("a.png", scale=[5, 5], wrap="clamp")}
+    for keys, color, expected in (
+        ({"placement": own}, other, (2, -3, 0.5, 0.25, 2)), ({"placement": own}, {}, (2, -3, 0.5, 0.25, 2)),
+        ({"placement": {}}, other, (1, 1, 0, 0, 0)), ({}, other, (5, 5, 0, 0, 0)), ({}, {}, (1, 1, 0, 0, 0)),
+    ):  # fmt: skip
+        scene = load(tmp_path, BALL, **color, normal_map={"file": "a.png", **keys})
+        flat = flatten(scene)
+        record = flat.textures[flat.pictured[0]["normal_map"]]
+        fields = ("scale_u", "scale_v", "offset_u", "offset_v", "levels")
+        assert tuple(record[field] for field in fields) == expected
+        scene.save(tmp_path / "s.toml")
+        assert clrt.load(tmp_path / "s.toml") == scene
+
+
 def test_a_mesh_needs_uv_and_they_must_be_right(tmp_path: Path) -> None:
     put(tmp_path / "a.png", np.zeros((2, 2, 3)), "uint8")
     shown = {"color": image("a.png")}

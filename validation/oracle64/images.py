@@ -12,7 +12,7 @@ import OpenImageIO as oiio
 
 from clrt.base.limits import Limits
 from clrt.meshfiles.pictures import PictureFiles
-from clrt.scene.scene import ImageTexture, NormalMap, Quadric, Scene
+from clrt.scene.scene import ImageTexture, NormalMap, Placement, Quadric, Scene
 
 from .footprints import Seen, between, pyramid, reaches
 from .palette import Palette
@@ -20,6 +20,8 @@ from .vectors import Array, Ints, dot, unit
 
 COLORS = {"color": "color", "highlight": "highlight_color", "mirror": "reflection_color",
           "tint": "transmission_color", "emission": "emission"}  # fmt: skip
+
+How = ImageTexture | Placement
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,8 @@ class Images:
             rows = np.flatnonzero(shape == number)
             at = number, primitive[rows], point[rows], outward[rows]
             place = self._place(*at)
-            how = material.color if isinstance(material.color, ImageTexture) else ImageTexture(file="-")
+            like = material.color if isinstance(material.color, ImageTexture) else ImageTexture(file="-")
+            how = material.normal_map.placement or like
             texel = np.maximum(self._shown(material.normal_map, "normals", how, at, seen[rows]), -1.0)
             x, y, z = texel.T * np.array([[material.normal_map.scale], [material.normal_map.scale], [1.0]])
             normal, matrix = smooth[rows], np.asarray(one.matrix, float)[:3, :3]
@@ -105,7 +108,7 @@ class Images:
         normal = unit(outward @ matrix[:3, :3])
         return _PLACES[type(shape).__name__](shape, primitive - self.first[number], own, normal)
 
-    def _shown(self, picture: ImageTexture | NormalMap, name: str, how: ImageTexture, at: tuple[Any, ...],
+    def _shown(self, picture: ImageTexture | NormalMap, name: str, how: How, at: tuple[Any, ...],
                seen: Seen | None) -> Array:  # fmt: skip
         """What a picture for the colour `name`, or for "normals", shows as `how` says."""
         levels = self._levels.get((picture, name, how.filter))
@@ -178,7 +181,7 @@ class Images:
         return self._read[file]
 
 
-def looked_up(picture: Array, how: ImageTexture, u: Array, v: Array) -> Array:
+def looked_up(picture: Array, how: How, u: Array, v: Array) -> Array:
     """What a picture shows (n, 3): the equations of "Images" as they stand."""
     rows, columns = picture.shape[:2]
     x = _coordinate(how, u * how.scale[0] + how.offset[0], columns)
@@ -194,12 +197,12 @@ def looked_up(picture: Array, how: ImageTexture, u: Array, v: Array) -> Array:
     return np.asarray((1 - fy) * upper + fy * lower)
 
 
-def _coordinate(how: ImageTexture, u: Array, count: int) -> Array:
+def _coordinate(how: How, u: Array, count: int) -> Array:
     wrapped = {"repeat": np.mod(u, 1.0), "mirror": np.mod(u, 2.0), "clamp": np.clip(u, 0.0, 1.0)}
     return np.asarray(wrapped[how.wrap] * count)
 
 
-def _index(how: ImageTexture, i: Array, count: int) -> Ints:
+def _index(how: How, i: Array, count: int) -> Ints:
     i = i.astype(int)
     if how.wrap == "clamp":
         return np.clip(i, 0, count - 1)

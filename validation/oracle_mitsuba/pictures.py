@@ -70,6 +70,7 @@ class Pictures:
             here = hits.take(rows)
             at = self._chart(number, here)
             like = material.color if isinstance(material.color, Picture) else Picture("")
+            like = material.normal_map.placement or like
             reach = reaches(at, here.outward, u[rows], width[rows])
             texel = np.maximum(self._at_levels(self._normals(material.normal_map), like, at, reach), -1.0)
             lean = texel[:, :2] * material.normal_map.scale

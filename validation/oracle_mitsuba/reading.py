@@ -99,13 +99,19 @@ def _in_a_file(table: Any) -> dict[str, Any]:
     return dict(table)
 
 
+def _normal_map(table: dict[str, Any]) -> NormalMap:
+    placement = table.pop("placement", None)
+    how = None if placement is None else Picture("", **{key: frozen(of) for key, of in placement.items()})
+    return NormalMap(**table, placement=how)
+
+
 def material(table: Any) -> Material:
     values = {key: frozen(value) for key, value in table.items()}
     for key in COLORS:
         if key in values:
             values[key] = _picture(values[key]) if _is_picture(values[key]) else color(values[key])
     if "normal_map" in values:
-        values["normal_map"] = NormalMap(**_in_a_file(values["normal_map"]))
+        values["normal_map"] = _normal_map(_in_a_file(values["normal_map"]))
     if "color" in values:
         shown = values["color"]
         if isinstance(shown, Mapping) and shown.get("type") == "checker":

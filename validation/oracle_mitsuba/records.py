@@ -73,6 +73,7 @@ class Picture:
 class NormalMap:
     file: str
     scale: float = 1.0
+    placement: Picture | None = None  # where it lies, of no file
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ def at_levels(part: Any) -> Any:
     if not isinstance(part, dict):
         return part
     found = {key: at_levels(value) for key, value in part.items()}
+    if "placement" in found:
+        found["placement"] |= {"filter": "mipmap"}
     if found.get("type") == "image" and "filter" not in found:
         across, down = found.get("scale", (1, 1))
         found |= {"filter": "mipmap", "scale": [5 * across, 5 * down]}

@@ -259,7 +259,8 @@ def _pictures() -> Table:
     tiled = {"color": _textured("colors", scale=[2.3, -1.7], offset=[0.4, 0.1]), "normal_map": map_of}
     near = {"color": _textured("colors", filter="nearest", wrap="mirror", scale=[3, 2])}
     clamped = {"color": _textured("colors", wrap="clamp", offset=[0.3, -0.2]), "specular": 0.5,
-               "highlight_color": _textured("colors"), "normal_map": {**map_of, "scale": -1.5}}
+               "highlight_color": _textured("colors"), "normal_map": {**map_of, "scale": -1.5, "placement": {
+                   "scale": [1.6, -2.1], "offset": [0.2, 0.7], "wrap": "mirror"}}}
     shiny = {**_SCHLICK, "reflection_color": _textured("colors", wrap="mirror"), "normal_map": map_of}
     lit = {"emission": _textured("colors", encoding="srgb"), "roughness": 0.3, "reflection": 0.4}
     glass = {**_THIN, "transmission_color": _textured("colors")}

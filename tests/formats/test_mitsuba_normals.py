@@ -1,0 +1,129 @@
+"""Normal maps of Mitsuba's files: where they lie, and which way their green leans."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.scene.scene import Mesh, NormalMap, Placement
+from tests.mitsuba_samples import BALL, SCENES, WOOD, read
+from tests.pictured import put
+
+MOVED = """<transform name="to_uv"><scale x="2" y="3"/><translate x="0.1" y="0.2"/></transform>
+<string name="wrap_mode" value="mirror"/><string name="filter_type" value="nearest"/>"""
+PLACED = Placement(scale=(2, 3), offset=(0.1, 0.2), wrap="mirror", filter="nearest")
+OVER = Placement(scale=(2, -3), offset=(0.1, 3.2), wrap="mirror", filter="nearest")
+PLY = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+property float s
+property float t
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0 0 0
+1 0 0 1 0
+0 1 0 0 1
+3 0 1 2
+"""
+
+
+def bumps(how: str = "", inner: str = "", file: str = "tile-normals.png") -> str:
+    return f"""<bsdf type="normalmap"><texture name="normalmap" type="bitmap">{how}
+      <string name="filename" value="{file}"/></texture><bsdf type="diffuse">{inner}</bsdf></bsdf>"""
+
+
+def colored(how: str = "") -> str:
+    return f'<texture name="reflectance" type="bitmap">{WOOD}{how}</texture>'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    for name in ("wood.png", "tile-normals.png"):
+        shutil.copy(SCENES / name, tmp_path)
+    (tmp_path / "a.ply").write_text(PLY)
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n")
+    return tmp_path
+
+
+def found(folder: Path, shape: str) -> Any:
+    scene = read(folder, shape)
+    return scene.material_of(scene.shapes[0]).normal_map
+
+
+@pytest.mark.parametrize(
+    ("bsdf", "placement"),
+    [
+        (bumps(), None),
+        (bumps(MOVED), PLACED),
+        (bumps(MOVED, colored(MOVED)), None),
+        (bumps("", colored(MOVED)), Placement()),
+        (bumps(MOVED, colored()), PLACED),
+        (f'<bsdf type="blendbsdf"><float name="weight" value="0.9"/>{bumps(MOVED, colored(MOVED))}'
+         '<bsdf type="conductor"/></bsdf>', None),
+        (f'<bsdf type="blendbsdf"><float name="weight" value="0.9"/>{bumps(MOVED, colored(MOVED))}'
+         f'<bsdf type="diffuse">{colored()}</bsdf></bsdf>', PLACED),
+    ],
+)
+def test_a_map_lies_as_its_own_bitmap_says(folder: Path, bsdf: str, placement: Placement | None) -> None:
+    assert found(folder, BALL.format(bsdf)) == NormalMap(file="tile-normals.png", placement=placement)
+
+
+@pytest.mark.parametrize(
+    ("bsdf", "placement"),
+    [
+        (bumps(), Placement(scale=(1, -1), offset=(0, 1))), (bumps(MOVED), OVER),
+        (bumps("", colored()), None), (bumps(MOVED, colored()), OVER),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("shape", ["ply", "obj"])
+def test_a_map_is_turned_over_as_other_pictures_are(
+    folder: Path, shape: str, bsdf: str, placement: Placement | None
+) -> None:
+    """Of a PLY, and of an OBJ that says so, Mitsuba reads v as it stands."""
+    file = f'<string name="filename" value="a.{shape}"/>'
+    for flip in (False, True):
+        keys = f'{file}<boolean name="flip_tex_coords" value="{str(flip).lower()}"/>'
+        there = found(folder, f'<shape type="{shape}">{keys}{bsdf}</shape>')
+        if not flip:
+            assert there == NormalMap(file="tile-normals.png", placement=placement)
+        else:
+            assert there.placement in (None, PLACED)
+
+
+@pytest.mark.parametrize(("flip", "across"), [(False, 1), (True, 1), (False, -1), (True, -1)])
+def test_green_leans_across_u_on_a_rectangle(folder: Path, flip: bool, across: int) -> None:
+    """Mitsuba's frame: the normal, the way of u and their cross product, on the side that it looks to."""
+    put(folder / "lean.exr", np.full((2, 2, 3), (0.5, 0.9, 0.8)))
+    shape = f"""<shape type="rectangle"><boolean name="flip_normals" value="{str(flip).lower()}"/>
+      <transform name="to_world"><scale x="{across}"/></transform>{bumps(file="lean.exr")}</shape>"""
+    side = -1.0 if flip else 1.0
+    green = side * across  # along y: side z x across x
+    scene = read(folder, f"""{shape}<emitter type="directional">
+      <vector name="direction" x="0" y="{-green}" z="{-side}"/></emitter>""")
+    with clrt.Tracer(scene.replace({"ambient": 0.0})) as tracer:
+        seen = tracer.radiance([[0.3, 0.2, side]], [[0.0, 0.0, -side]])[0][0, 0]
+    light = 1 / np.pi / np.sqrt(2)
+    assert seen == pytest.approx(0.5 * light * (0.8 + 0.6), rel=1e-5)
+
+
+def test_a_rectangle_shows_its_picture_the_same_way_with_a_map(folder: Path) -> None:
+    plain, bent = (
+        read(folder, f'<shape type="rectangle">{bsdf}</shape>')
+        for bsdf in (f'<bsdf type="diffuse">{colored(MOVED)}</bsdf>', bumps("", colored(MOVED)))
+    )
+    rows = []
+    for scene in (plain, bent):
+        (mesh,), color = scene.shapes, scene.material_of(scene.shapes[0]).color
+        assert isinstance(mesh, Mesh)
+        rows.append(np.asarray(mesh.data().uv) * color.scale + color.offset)
+    np.testing.assert_allclose(rows[0], rows[1], atol=1e-12)
+    assert bent.material_of(bent.shapes[0]).normal_map.placement == Placement(scale=(1, -1), offset=(0, 1))
