@@ -28,7 +28,7 @@ def limited(**limits: int) -> clrt.Settings:
         ({"pixels": 1199}, {}),
         ({"samples": 3}, {"spp": 4}),
         ({"depth": 4}, {}),
-        ({"work": 1200 * 2**5 * 101 // 100 - 1}, {}),  # rays, and a hundredth of one for each test of the plane
+        ({"work": 1200 * 2**5 * 101 // 100 - 1}, {}),  # rays, and a hundredth of one a test of the plane
         ({"device_bytes": 2_000}, {}),
     ],
 )
