@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 import clrt
-from tests.pictured import put
+from tests.pictured import put, smooth_pictures
+from validation.oracle64 import render64
+from validation.oracles import handed_on
 
 RAYS = """
 import json, sys
@@ -136,3 +138,24 @@ def test_normal_maps_are_those_of_mitsubas_own_plugin(folder: Path) -> None:
         assert off["normals"].max() <= 2e-6, shape
         for file in OTHERS:
             assert np.median(off[file]) > 0.01, (shape, file)
+
+
+@pytest.mark.parametrize("filtered", ["linear", "mipmap"])
+def test_both_oracles_place_a_map_as_its_placement_says(
+    tmp_path: Path, mitsuba: Any, filtered: str
+) -> None:
+    smooth_pictures(tmp_path)
+    placement = {"scale": [0.7, -1.3], "offset": [0.2, 0.6], "wrap": "mirror", "filter": filtered}
+    bumps = {"file": "normals.exr", "scale": 0.5, "placement": placement}
+    color = {"type": "image", "file": "colors.exr", "scale": [4.0, 4.0]}
+    floor = {"type": "plane", "point": [0, 0, -1], "normal": [0, 0, 1]}
+    camera = {"origin": [0, -5, 2], "target": [0, 0, -1], "up": [0, 0, 1], "width": 32, "height": 24}
+    table = {"camera": camera, "lights": [{"type": "point", "position": [3, -4, 5]}],
+             "shapes": [{**floor, "material": {"color": color, "normal_map": bumps}}]}  # fmt: skip
+    (tmp_path / "s.json").write_text(json.dumps(table))
+    scene = clrt.load(tmp_path / "s.json")
+    found = clrt.render(scene).pixels
+    other = clrt.render(scene.replace({"shapes[0].material.normal_map.placement": None})).pixels
+    assert np.abs(found - other).max() > 0.1
+    for theirs in (render64(scene), mitsuba.render(handed_on(scene))):
+        assert np.quantile(np.abs(found - theirs.pixels).max(axis=2), 0.99) < 2e-3
