@@ -6,8 +6,10 @@ Other devices get copies of their own, and so does an array whose numbers do not
 from __future__ import annotations
 
 import os
-import threading
 import time
+import weakref
+from collections import deque
+from contextlib import suppress
 from typing import Any, Final
 
 import numpy as np
@@ -23,8 +25,9 @@ _DONE: Final = cl.command_execution_status.COMPLETE
 _MOMENT: Final = 2e-4  # seconds to look whether a launch is done before a thread waits, which takes 20 us
 _yield = getattr(os, "sched_yield", lambda: time.sleep(0))
 
-_lock = threading.Lock()
-_unfinished: list[Work] = []  # what was given up (Ctrl-C) while the device still reads and writes its arrays
+# What was given up (Ctrl-C) while the device may still read and write it: an event that comes after all
+# launches, None where the driver gives none, and the arrays. Taken and put back in single steps: threads may.
+_unfinished: deque[tuple[cl.Event | None, list[Any]]] = deque()
 
 
 def in_place(device: Device) -> bool:
@@ -33,15 +36,19 @@ def in_place(device: Device) -> bool:
 
 
 class Work:
-    """Arrays that launches read and write; they are kept until the device is done."""
+    """Arrays that launches read and write; wherever it is given up, they are kept while the device works."""
 
     def __init__(self, device: Device) -> None:
-        with _lock:
-            _unfinished[:] = [work for work in _unfinished if not work._done()]
+        for _ in range(len(_unfinished)):
+            with suppress(IndexError):
+                event, kept = _unfinished.popleft()
+                if event is None or event.command_execution_status > _DONE:
+                    _unfinished.append((event, kept))
         self._device = device
-        self._given: list[Any] = []
+        self._kept: list[Any] = []
         self._answers: list[tuple[Any, np.ndarray]] = []
-        self._event: cl.Event | None = None
+        self._end = weakref.finalize(self, _give_up, device, self._kept)
+        self._end.atexit = False
 
     def given(self, array: np.ndarray | None) -> Any:
         """A buffer of an array's values, C-contiguous, for kernels to read; None for None."""
@@ -51,7 +58,7 @@ class Work:
             made = self._share(_READ, array)
         else:
             made = self._device.upload(array)
-        self._given.append(made)
+        self._kept.append((made, array))
         return made
 
     def answer(self, array: np.ndarray) -> Any:
@@ -61,27 +68,20 @@ class Work:
         else:
             made = self._device.buffer(array.nbytes, element(array.dtype))
         self._answers.append((made, array))
+        self._kept.append((made, array))
         return made
 
     def take(self) -> None:
         """Wait for all launches of the track, and see in the arrays what they wrote."""
         device = self._device
-        self._event = device.track.last
-        try:
-            _wait(device, self._event)
-            if not in_place(device):
-                for answer in [device.ask(made, array) for made, array in self._answers]:
-                    answer.wait()
-            elif not pocl_version(device.info):  # whose kernels write into the array, and nowhere else
-                for made, array in self._answers:
-                    self._see(made, array)
-        except BaseException:
-            with _lock:
-                _unfinished.append(self)
-            raise
-
-    def _done(self) -> bool:
-        return self._event is None or self._event.command_execution_status <= _DONE
+        _wait(device, device.track.last)
+        if not in_place(device):
+            for answer in [device.ask(made, array) for made, array in self._answers]:
+                answer.wait()
+        elif not pocl_version(device.info):  # whose kernels write into the array, and nowhere else
+            for made, array in self._answers:
+                self._see(made, array)
+        self._end.detach()
 
     def _see(self, made: Any, array: np.ndarray) -> None:
         """What was written into a buffer is in its array once it was mapped (OpenCL 1.2, 5.2.4)."""
@@ -101,6 +101,15 @@ class Work:
         made: Any = driver.guard(lambda: cl.Buffer(driver.context, flags, hostbuf=array), "an array")
         made.kind = element(array.dtype)
         return made
+
+
+def _give_up(device: Device, kept: list[Any]) -> None:
+    """Keep what launches that nobody waits for may still use. A launch need not be known to its track yet."""
+    event = None
+    with suppress(cl.Error):
+        event = cl.enqueue_marker(device.queue)
+        device.queue.flush()
+    _unfinished.append((event, kept))
 
 
 def _wait(device: Device, event: cl.Event | None) -> None:

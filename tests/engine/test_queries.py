@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import gc
 import pickle
 import threading
 import tracemalloc
@@ -305,10 +306,19 @@ def test_threads_may_ask_at_once(tracer: clrt.Tracer) -> None:
     assert found == dict.fromkeys(range(6), True)
 
 
+def _given_up(tracer: clrt.Tracer, o: np.ndarray, d: np.ndarray) -> None:
+    with pytest.raises(KeyboardInterrupt):
+        tracer.intersect(o, d)
+    gc.collect()
+
+
+@pytest.mark.parametrize("place", ["clrt.device.shared._wait", "clrt.device.tracks.Track.launched"])
 def test_what_is_given_up_keeps_its_arrays_until_the_device_is_done(
-    tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch
+    tracer: clrt.Tracer, monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:
-    """Ctrl-C leaves the kernel at work, on memory that nobody else may have meanwhile."""
+    """Ctrl-C leaves the kernel at work, on memory that nobody else may have meanwhile: also where it comes
+    when a kernel has just been launched.
+    """
 
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
@@ -316,15 +326,15 @@ def test_what_is_given_up_keeps_its_arrays_until_the_device_is_done(
     o, d = rays(5000)
     expected = tracer.intersect(o, d)
     with monkeypatch.context() as patched:
-        patched.setattr(shared, "_wait", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            tracer.intersect(o, d)
+        patched.setattr(place, interrupted)
+        _given_up(tracer, o, d)
     assert len(shared._unfinished) == 1
-    kept = shared._unfinished[0]._answers[0][1]
+    _, kept = shared._unfinished[0]
+    assert len(kept) == 2 + len(FIELDS)  # origins, directions, answers
     assert same(tracer.intersect(o, d), expected)  # the track's launches are done in order
-    assert kept.tobytes() == expected.t.tobytes()
+    assert kept[2][1].tobytes() == expected.t.tobytes()
     tracer.occluded(o, d)
-    assert shared._unfinished == []
+    assert not shared._unfinished
 
 
 def test_surfaces_that_cannot_be_seen_from_behind_are_not_crossed_from_there() -> None:
