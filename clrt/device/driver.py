@@ -12,7 +12,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache, cached_property
 from pathlib import Path
@@ -23,7 +22,7 @@ from clrt import layout
 from clrt.base.errors import DeviceError
 from clrt.base.log import log
 from clrt.base.resources import kernel_folder, kernel_text
-from clrt.device import binaries, foreign, intel, kernelcache, kernelpool
+from clrt.device import binaries, foreign, intel, kernelcache, kernelpool, waiter
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, choose, command, pocl_version, starting
 from clrt.device.settings import Settings
@@ -40,7 +39,6 @@ _KEEPS_PROGRAMS: Final = ("Portable Computing Language", "Oclgrind")
 # Kernels take packets of rays in vectors of their own. Intel's compiler would vectorise each once more, over
 # work-items: it then takes three to four times as long, and pictures a sixth to a half more (docs/design.md)
 _AS_WRITTEN: Final = "#define __kernel __kernel __attribute__((intel_vec_len_hint(1)))\n#line 1\n"
-_waiting = ThreadPoolExecutor(1, "clrt-wait")
 
 
 # Contexts and programs are kept for the process: they hold no state of a scene, and looking a program up in
@@ -200,7 +198,7 @@ class Driver:
         check_process()
         begin = now() if self.recorder else 0
         if threading.current_thread() is threading.main_thread():
-            self.guard(_waiting.submit(action).result, what)
+            self.guard(lambda: waiter.done(action), what)
         else:
             self.guard(action, what)
         if self.recorder:

@@ -66,7 +66,7 @@ class Batch:
         o, d = _vectors("origins", origins), _vectors("directions", directions)
         try:
             self.shape: tuple[int, ...] = np.broadcast_shapes(o.shape[:-1], d.shape[:-1])
-        except ValueError:
+        except (ValueError, RuntimeError):  # shapes that differ; more than 32 dimensions together
             raise ClrtError(
                 f"origins and directions: shapes {o.shape} and {d.shape} do not go together; "
                 "there must be one for each ray, or one for all"
@@ -83,7 +83,7 @@ class Batch:
         try:
             if np.broadcast_shapes(bound.shape, self.shape) == self.shape:
                 return bound
-        except ValueError:
+        except (ValueError, RuntimeError):
             pass
         raise ClrtError(f"{name}: shape {bound.shape} is neither a number nor {self.shape}, as the rays are")
 

@@ -6,6 +6,7 @@ import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
+from copy import copy
 from functools import wraps
 from typing import Any, NoReturn, TypeVar
 
@@ -136,8 +137,11 @@ class Tracer:
             flat = flatten(scene, (before, self.flat))
             check_ceilings(flat, scene.source)
             device = self.device.variant(flat.ray_format)
-            cost = self.world.update(device, flat)
-            self.flat, self.device = flat, device
+            # another one: a picture whose `progress` calls this is finished as it was begun, and what is
+            # raised in between (Ctrl-C) changes nothing
+            world = copy(self.world)
+            cost = world.update(device, flat)
+            self._world, self.flat, self.device, self._scene = world, flat, device, scene
         if cost == "nothing" and scene.camera != before.camera:
             cost = "camera"
         self._scene = scene
@@ -213,9 +217,10 @@ class Tracer:
         if checkpoint is not None:
             checkpoint = arguments.path("checkpoint", checkpoint)
         asked = Request(width, height, spp, max_depth, layers, crop, camera)
-        task, full, window = asked.job(self.scene, self.flat, self.settings)
+        scene, flat, device, world = self.scene, self.flat, self.device, self.world
+        task, full, window = asked.job(scene, flat, self.settings)
         samples = task.piece_samples
-        picture = Picture(window, full[0], task.layers, self.flat.bands)
+        picture = Picture(window, full[0], task.layers, flat.bands)
         counts, local_size, total = RayCounts(), 0, window[2] * window[3]
         saved = None
         size = self.tile if self.settings.tile else picture_tile(window[2] * window[3] * samples, self.tile)
@@ -224,8 +229,8 @@ class Tracer:
             saved = Checkpoint(checkpoint, task.identity(window), picture, counts, task.ranges())
             pieces = saved.unfinished(pieces)
         done = total - sum(map(len, pieces))
-        with self.device.driver.timed() as seconds, saved or nullcontext():
-            for pixels, tile in task.tiles(self.device, self.world, pieces):
+        with device.driver.timed() as seconds, saved or nullcontext():
+            for pixels, tile in task.tiles(device, world, pieces):
                 picture.put(pixels, tile.layers)
                 if saved:
                     saved.add(pixels, tile.rays)
@@ -235,11 +240,11 @@ class Tracer:
                 done += len(pixels)
                 if progress:
                     progress(done, total, counts.traced)
-        label = self.device.info.label
-        told = metadata(self.device.kernels.hash, label, self.device.settings, self.flat)
-        told |= manifests(self.scene, task.layers)
+        label = device.info.label
+        told = metadata(device.kernels.hash, label, device.settings, flat)
+        told |= manifests(scene, task.layers)
         made = stats(counts, local_size, seconds, label)
-        return Image(picture.pixels, picture.layers, made, told, wavelengths(self.scene))
+        return Image(picture.pixels, picture.layers, made, told, wavelengths(scene))
 
     @public
     @_one_at_a_time

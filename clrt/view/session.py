@@ -186,6 +186,9 @@ class Session:
         if what not in ("png", "exr"):
             raise ClrtError(f"what: {show(what)} is not allowed; it must be 'scene', 'png' or 'exr'")
         exposure = arguments.number("exposure", body.get("exposure", 0.0))
-        image, layer = self._render(body, gone)
+        try:
+            image, layer = self._render(body, gone)
+        except Superseded:
+            return {"superseded": True}, b""
         light = layer == "image" or find(layer).is_light
         return picture_file(image, self.scene.source, what, exposure if light else 0.0)

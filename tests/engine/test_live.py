@@ -126,6 +126,42 @@ def test_a_scene_that_cannot_be_held_leaves_the_one_before(scene: clrt.Scene) ->
         tracer.scene = scene  # type: ignore[misc]
 
 
+def test_an_update_within_a_picture_leaves_that_picture_whole() -> None:
+    """`progress` may do so; the picture was of both scenes, under the new one's name."""
+    one = clrt.load_dict(BASE)
+    for changes in ({"materials.a.color": [0, 1, 0]}, {"lights": []}, {"spectrum": {"bands": 8}}):
+        other = one.replace(changes)
+        expected, then = clrt.render(one), clrt.render(other)
+        with clrt.Tracer(one, settings=clrt.Settings(tile=64)) as tracer:
+
+            def look(done: int, total: int, rays: int, tracer: clrt.Tracer = tracer, to: Any = other) -> None:
+                tracer.update(to)
+
+            image = tracer.render(progress=look)
+            assert image.hash == expected.hash
+            assert image.metadata["scene_hash"] == expected.metadata["scene_hash"]
+            assert tracer.render().hash == then.hash
+
+
+def test_an_update_that_is_broken_off_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C when the scene's record had been sent: the next update said "nothing", for ever."""
+
+    class Interrupting:
+        def info(self, *_: object) -> None:
+            raise KeyboardInterrupt
+
+    one = clrt.load_dict(BASE)
+    other = one.replace({"materials.a.color": [0, 1, 0]})
+    with clrt.Tracer(one) as tracer:
+        before = tracer.render().hash
+        with monkeypatch.context() as patched:
+            patched.setattr("clrt.engine.world.log", Interrupting())
+            with pytest.raises(KeyboardInterrupt):
+                tracer.update(other)
+        assert tracer.render().hash == before
+        assert tracer.update(other) == "tables" and tracer.render().hash == clrt.render(other).hash
+
+
 def test_a_camera_for_one_picture(scene: clrt.Scene) -> None:
     tracer = clrt.Tracer(scene)
     view = {"origin": [4, 2, 4], "target": [0, 0, 0], "fov": 30, **SIZE}

@@ -306,6 +306,15 @@ def test_threads_may_ask_at_once(tracer: clrt.Tracer) -> None:
     assert found == dict.fromkeys(range(6), True)
 
 
+@pytest.mark.parametrize("dimensions", [40, 61])
+def test_more_dimensions_than_numpy_broadcasts(tracer: clrt.Tracer, dimensions: int) -> None:
+    origins = np.zeros((1,) * dimensions + (3,), np.float32)
+    try:
+        assert tracer.occluded(origins, [0, 0, 1]).shape == origins.shape[:-1]
+    except clrt.ClrtError as error:
+        assert "do not go together" in str(error)
+
+
 def _given_up(tracer: clrt.Tracer, o: np.ndarray, d: np.ndarray) -> None:
     with pytest.raises(KeyboardInterrupt):
         tracer.intersect(o, d)

@@ -201,6 +201,13 @@ def test_the_last_question_of_a_page_wins(server: Server, session: Session) -> N
     assert len(session._latest) <= 64
 
 
+@pytest.mark.parametrize("what", ["png", "exr"])
+def test_a_file_that_nobody_waits_for_is_none(session: Session, what: str) -> None:
+    """A page that went away while a picture was made for it left a traceback."""
+    asked = {"what": what, "width": 64, "height": 48, "spp": 1}
+    assert session.answer("save", asked, lambda: True) == ({"superseded": True}, b"")
+
+
 def test_a_picture_that_nobody_waits_for_is_given_up(
     session: Session, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -44,7 +44,7 @@ from ..types import CaseResult, CheckResult, Comparison, CountResult, Gate, Muta
 
 _OPTIONS: Final = ("PYOPENCL_BUILD_OPTIONS", "CL_CONFIG_CPU_TARGET_ARCH")  # that drivers build with
 _TEXT: Final = "json"
-_DAMAGED: Final = (OSError, ValueError, KeyError, TypeError, EOFError, RecursionError, BadZipFile, zlib.error,
+_DAMAGED: Final = (OSError, ValueError, KeyError, TypeError, EOFError, RuntimeError, BadZipFile, zlib.error,
                    msgspec.MsgspecError)  # fmt: skip
 _Arrays = dict[str, np.ndarray]
 _Files = dict[str, tuple[int, int]]
