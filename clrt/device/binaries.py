@@ -14,7 +14,7 @@ import warnings
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from clrt.base import handlers
 from clrt.base.atomic import replacing
@@ -80,8 +80,11 @@ def quietly(program: cl.Program, options: list[str]) -> cl.Program:
     """Build; what a compiler has to say about a program that it took is nobody's business.
 
     Not in the current folder, where Intel's looks for `cl.cfg` at each build, and Clang for `modules.idx`.
+    (Oclgrind builds in the thread that made the context, or ends the process.)
     """
     with handlers.kept(), warnings.catch_warnings():
         warnings.simplefilter("ignore", cl.CompilerWarning)
         build = partial(program.build, options)
-        return build() if relative(*vendors.PLACES) else apart(PACKAGE, build)
+        devices: Any = program.get_info(cl.program_info.DEVICES)
+        here = relative(*vendors.PLACES) or "Oclgrind" in devices[0].platform.name
+        return build() if here else apart(PACKAGE, build)
