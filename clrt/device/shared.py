@@ -10,6 +10,7 @@ import time
 import weakref
 from collections import deque
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
@@ -25,9 +26,16 @@ _DONE: Final = cl.command_execution_status.COMPLETE
 _MOMENT: Final = 2e-4  # seconds to look whether a launch is done before a thread waits, which takes 20 us
 _yield = getattr(os, "sched_yield", lambda: time.sleep(0))
 
-# What was given up (Ctrl-C) while the device may still read and write it: an event that comes after all
-# launches, None where the driver gives none, and the arrays. Taken and put back in single steps: threads may.
-_unfinished: deque[tuple[cl.Event | None, list[Any]]] = deque()
+
+@dataclass(eq=False)
+class _Left:
+    """What was given up (Ctrl-C) while the device may use it, and an event that comes after all launches."""
+
+    event: cl.Event | None  # None: the driver gives none
+    kept: list[Any]
+
+
+_unfinished: deque[_Left] = deque()
 
 
 def in_place(device: Device) -> bool:
@@ -39,11 +47,14 @@ class Work:
     """Arrays that launches read and write; wherever it is given up, they are kept while the device works."""
 
     def __init__(self, device: Device) -> None:
-        for _ in range(len(_unfinished)):
-            with suppress(IndexError):
-                event, kept = _unfinished.popleft()
-                if event is None or event.command_execution_status > _DONE:
-                    _unfinished.append((event, kept))
+        for left in tuple(_unfinished):
+            # before anything else: with two buffers of one array at work, one of which ends, Intel's crashes
+            if left.event is None:
+                continue
+            if left.event.command_execution_status > _DONE:
+                device.driver.wait(left.event.wait, "finish")
+            with suppress(ValueError):  # another thread was sooner
+                _unfinished.remove(left)
         self._device = device
         self._kept: list[Any] = []
         self._answers: list[tuple[Any, np.ndarray]] = []
@@ -109,7 +120,7 @@ def _give_up(device: Device, kept: list[Any]) -> None:
     with suppress(cl.Error):
         event = cl.enqueue_marker(device.queue)
         device.queue.flush()
-    _unfinished.append((event, kept))
+    _unfinished.append(_Left(event, kept))
 
 
 def _wait(device: Device, event: cl.Event | None) -> None:
