@@ -1,6 +1,6 @@
 """Times this checkout in turns with another one, for docs/performance.md.
 
-    git worktree add /tmp/other b1acb5f && python docs/make_turns.py /tmp/other [--thesis FILE] [--quick]
+    git worktree add ../other b1acb5f && python docs/make_turns.py ../other [--thesis FILE] [--quick]
 
 A process each time, A B A B, one driver, processor time; what only one of the two knows does not count. Times
 go to docs/performance/turns.json. FILE is the thesis' `mbs`; --quick takes tiny scenes, and keeps nothing.
