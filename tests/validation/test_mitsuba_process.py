@@ -40,6 +40,14 @@ def test_an_llvm_that_is_none_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path
         assert mitsuba.available() is not None
 
 
+def test_why_it_does_not_run_is_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where memory for its libraries is short: `clrt doctor` prints it."""
+    with Mitsuba() as mitsuba:
+        request = mitsuba.request
+        monkeypatch.setattr(mitsuba, "request", lambda *_: request("nothing", None))
+        assert mitsuba.available() == "Mitsuba's process failed at 'nothing': KeyError: 'nothing'"
+
+
 def test_versions_are_the_pinned_ones(mitsuba: Any) -> None:
     project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())
     pinned = project["project"]["optional-dependencies"]["validation"]

@@ -88,7 +88,9 @@ class Mitsuba:
         try:
             self.versions()
         except MitsubaError as error:
-            return " ".join(str(error).split())
+            said, trace, _ = str(error).partition("Traceback (most recent call last):")
+            last = str(error).strip().splitlines()[-1] if trace else ""  # of the traceback what was raised
+            return " ".join(f"{said} {last}".split())
         return None
 
     def versions(self) -> dict[str, str]:
