@@ -78,7 +78,7 @@ print(count)
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="Windows has no timers that signal")
 def test_interrupts_at_any_time() -> None:
-    """One call after the other, each broken off: where arrays are not kept, Intel's runtime ends the process."""
+    """One call after the other is broken off: where arrays are not kept, Intel's runtime ends the process."""
     done = subprocess.run([sys.executable, "-c", INTERRUPTED], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr[-2000:]
     assert int(done.stdout) > 20
