@@ -28,7 +28,7 @@ def _try(number: int) -> str:
             return "error: its largest work-group is of 0 work-items"
         context = cl.Context([device])
         queue = cl.CommandQueue(context)
-        kernel = cl.Kernel(quietly(cl.Program(context, _SOURCE), ["-cl-std=CL1.2"]), "trial")
+        kernel = cl.Kernel(quietly(context, cl.Program(context, _SOURCE), ["-cl-std=CL1.2"]), "trial")
         found = np.zeros(64, np.float32)
         buffer = cl.Buffer(context, cl.mem_flags.READ_WRITE, found.nbytes)
         kernel(queue, found.shape, (1,), buffer)  # a driver may be told to take no more

@@ -14,7 +14,7 @@ import warnings
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from clrt.base import handlers
 from clrt.base.atomic import replacing
@@ -36,9 +36,9 @@ def built(context: cl.Context, source: str, options: list[str]) -> cl.Program:
     binary = _read(file, name)
     if binary:
         with suppress(cl.Error):
-            return quietly(cl.Program(context, [device], [binary]), options)
+            return quietly(context, cl.Program(context, [device], [binary]), options)
     with kernelcache.waiting("compiling kernels"):
-        program = quietly(cl.Program(context, source), options)
+        program = quietly(context, cl.Program(context, source), options)
     _write(file, name, program)
     return program
 
@@ -76,7 +76,7 @@ def _write(file: Path, name: bytes, program: cl.Program) -> None:
                 temporary.write_bytes(_head(name, binary) + binary)
 
 
-def quietly(program: cl.Program, options: list[str]) -> cl.Program:
+def quietly(context: cl.Context, program: cl.Program, options: list[str]) -> cl.Program:
     """Build; what a compiler has to say about a program that it took is nobody's business.
 
     Not in the current folder, where Intel's looks for `cl.cfg` at each build, and Clang for `modules.idx`.
@@ -85,6 +85,6 @@ def quietly(program: cl.Program, options: list[str]) -> cl.Program:
     with handlers.kept(), warnings.catch_warnings():
         warnings.simplefilter("ignore", cl.CompilerWarning)
         build = partial(program.build, options)
-        devices: Any = program.get_info(cl.program_info.DEVICES)
-        here = relative(*vendors.PLACES) or "Oclgrind" in devices[0].platform.name
+        # of the context: pyopencl warns who asks a program before it is built
+        here = relative(*vendors.PLACES) or "Oclgrind" in context.devices[0].platform.name
         return build() if here else apart(PACKAGE, build)

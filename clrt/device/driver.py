@@ -56,7 +56,7 @@ def _program(context: cl.Context, source: str) -> cl.Program:
     if device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT:
         options.append("-cl-fp32-correctly-rounded-divide-sqrt")
     if device.platform.name.strip() in _KEEPS_PROGRAMS:
-        return binaries.quietly(cl.Program(context, source), options)
+        return binaries.quietly(context, cl.Program(context, source), options)
     return binaries.built(context, source, options)
 
 

@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -182,6 +183,12 @@ def test_a_program_is_compiled_once_and_damage_is_found(kept: Path) -> None:
     first.write_bytes(data[second])  # whole, but another program
     assert build() == compiled or build(SOURCE.replace("2.0f", "3.0f")) == compiled
     assert [file.stat().st_mode & 0o077 for file in [kept]] == [0]
+
+
+def test_who_has_warnings_for_errors_can_compile(kept: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert build()[0]
 
 
 def test_fewer_threads_take_what_all_compiled(kept: Path) -> None:
