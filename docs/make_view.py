@@ -108,12 +108,12 @@ def notebook(browser: Browser) -> None:
 
 
 def site(browser: Browser) -> None:
-    """The gallery, where `make docs` was run."""
-    gallery = HERE.parent / "out/docs/scenes.html"
-    if not gallery.exists():
+    """The scenes on the site, where `make docs` was run."""
+    scenes = HERE.parent / "out/docs/scenes.html"
+    if not scenes.exists():
         print("no out/docs here: docs/site.png stays as it is; `make docs` makes it")
         return
-    browser.open(gallery.as_uri(), 1280, 800)
+    browser.open(scenes.as_uri(), 1280, 800)
     browser.screenshot(HERE / "site.png")
 
 
