@@ -137,6 +137,16 @@ SOLIDS: dict[str, dict[str, Any]] = {
         "vertices": [[-1, -0.5, 0.2], [1, -0.4, 0], [0, 1, -0.3]],
         "faces": [[0, 1, 2]],
     },
+    "needle": {
+        "type": "mesh",
+        "vertices": [[-1, -0.5, 0.2], [1, 0.5, -0.2], [0.3, 0.17, -0.06]],
+        "faces": [[0, 1, 2]],
+    },
+    "hair": {
+        "type": "mesh",
+        "vertices": [[-1, 0.1, 0.7], [1, -0.1, -0.7], [-0.399, 0.042, 0.28]],
+        "faces": [[0, 1, 2]],
+    },
     "polygon": {"type": "polygon", "points": [[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1]]},
     "disk": {"type": "disk", "center": [0, 0, 0], "normal": [0.3, 1, 0.2], "radius": 1},
     "plane": {"type": "plane", "point": [0, 0, 0], "normal": [0.3, 1, 0.2]},
@@ -174,7 +184,7 @@ def self_hits(prover: Prover, rays: int, progress: Progress | None = None) -> Pr
             world = World(prover.device, flat)
             for _ in range(share):
                 origins = center + 3 * scale * _directions(rng, n)
-                aims = center + 0.6 * scale * _directions(rng, n)
+                aims = center + scale * _aims(keys, rng, n)
                 far, numbers = np.full(n, np.inf, np.float32), np.arange(n, dtype=np.uint32)
                 o, d = origins.astype(np.float32), (aims - origins).astype(np.float32)
                 queue = passes.adopt(prover.device, o, d, far, numbers)
@@ -190,6 +200,13 @@ def self_hits(prover: Prover, rays: int, progress: Progress | None = None) -> Pr
                 if progress:
                     progress(name, done)
     return Proof("self-hits of rays that leave a surface", done, failed, time.perf_counter() - start)
+
+
+def _aims(keys: dict[str, Any], rng: np.random.Generator, n: int) -> np.ndarray:
+    """Places on a triangle, however thin it is; about the middle of any other solid."""
+    if "vertices" in keys:
+        return np.asarray(rng.dirichlet([1, 1, 1], n) @ np.array(keys["vertices"]))
+    return 0.6 * _directions(rng, n)
 
 
 def _directions(rng: np.random.Generator, n: int) -> np.ndarray:

@@ -40,6 +40,9 @@ _CHECKER: Table = {
 }
 _THIN: Table = {"diffuse": 0.1, "fresnel": True, "thin": True, "transmission_color": [0.5, 0.9, 0.6]}
 _FLOOR: Table = {"type": "plane", "point": [0, -1.2, 0], "normal": [0.02, 1, 0.01], "material": _CHECKER}
+# 90 times as long as wide: rays leave it by more than its corners ask for
+_SHARD_CORNERS = [[-1, -0.5, 0.9], [1, 0.5, 0.5], [0.3, 0.17, 0.64]]
+_SHARD: Table = {"type": "mesh", "vertices": _SHARD_CORNERS, "faces": [[0, 1, 2]]}
 _LIGHTS: list[Table] = [
     {"type": "point", "position": [3, 4, 5], "intensity": [30, 28, 25], "falloff": "inverse-square"},
     {"type": "directional", "direction": [1, -2, -0.7], "intensity": 0.4},
@@ -120,6 +123,7 @@ def _meshes() -> Table:
         {**_rings(5, 6), "material": _PLAIN_GLASS, "transform": at(0.8, 0.4, 0.7)},
         {**_rings(3, 3), "smooth": True, "material": _MIRROR, "transform": at(0.6, -0.9, 0.4)},
         {**_rings(3, 4), "smooth": True, "material": _SCHLICK, "transform": [{"scale": [-0.4, 0.5, 0.4]}]},
+        {**_SHARD, "material": _MIRROR}, {**_SHARD, "material": _GLASS, "transform": at(0.4, 0.3, 0.8)},
     ]}
 
 

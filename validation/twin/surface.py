@@ -20,6 +20,7 @@ from .math import (
     dot,
     larger,
     largest_coordinate,
+    smaller,
     unit,
     unit_of_any,
     vector,
@@ -142,11 +143,21 @@ def _on_triangle(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Arra
     normal = triangle_normal(v0, v1, v2)
     with np.errstate(all="ignore"):
         s.outward[:, at] = np.where(largest_coordinate(normal) > 0, unit_of_any(normal), -rays.direction)
-    reach = [largest_coordinate(corner) for corner in corners]
-    s.offset[at] = _OFFSET * larger(larger(reach[0], reach[1]), reach[2])
+    s.offset[at] = _leave_triangle(corners, normal)
     first = triangle["normals"]
     n0, n1, n2 = (xyz(flat.normals[np.where(first < 0, 0, first + i)]) for i in range(3))
     s.smooth[:, at] = np.where(first < 0, np.float32(0.0), unit(n0 * (1.0 - u - v) + n1 * u + n2 * v))
+
+
+def _leave_triangle(corners: list[Array], normal: Array) -> Array:
+    """By how much rays leave triangles; where these are long and thin, their distance is rounded more."""
+    v0, v1, v2 = corners
+    reach = larger(larger(largest_coordinate(v0), largest_coordinate(v1)), largest_coordinate(v2))
+    length = larger(largest_coordinate(v1 - v0), largest_coordinate(v2 - v0))
+    with np.errstate(all="ignore"):
+        width = largest_coordinate(normal) / length
+        blur = _ULP * length * length / width
+    return larger(smaller(blur, width), _OFFSET * reach)
 
 
 def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
