@@ -64,6 +64,8 @@ class Shapes:
         table = _settled(self.materials.of(bsdf))
         if plugin.flag("flip_normals", False) and table.get("transmission"):
             context.left_out["flip normals of glass"] = None
+        if "normal_map" in table and _green_down(plugin):
+            context.left_out[f"the way that green of a normal map leans on a {plugin.type}"] = None
         material = self._dressed(table, plugin)
         if radiance is not None:
             inwards = plugin.type == "sphere" and is_similarity(plugin.to_world())
@@ -167,8 +169,20 @@ def _upside_down(placement: Table) -> Table:
 
 
 def _turned(plugin: Plugin) -> bool:
-    """Whether the normal of a rectangle is not that of its corners: mirrored it is still (0, 0, 1)."""
+    """Whether a normal is not that of the corners: a mirrored rectangle's is still (0, 0, 1)."""
     return plugin.flag("flip_normals", False) != bool(np.linalg.det(plugin.to_world()[:3, :3]) < 0)
+
+
+def _green_down(plugin: Plugin) -> bool:
+    """Whether green leans to where v grows, and not to where it falls as with us: it is across normal and u there.
+
+    A rectangle becomes a mesh whose v is such that both are one way.
+    """
+    if plugin.type == "rectangle":
+        return False
+    if plugin.type == "sphere":  # a mirrored one keeps its normals
+        return plugin.flag("flip_normals", False)
+    return _turned(plugin) != (plugin.type in ("cylinder", "disk"))
 
 
 def _sheet(plugin: Plugin, table: Table) -> Table:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -127,3 +128,21 @@ def test_a_rectangle_shows_its_picture_the_same_way_with_a_map(folder: Path) -> 
         rows.append(np.asarray(mesh.data().uv) * color.scale + color.offset)
     np.testing.assert_allclose(rows[0], rows[1], atol=1e-12)
     assert bent.material_of(bent.shapes[0]).normal_map.placement == Placement(scale=(1, -1), offset=(0, 1))
+
+
+@pytest.mark.parametrize(
+    ("shape", "as_it_is"),
+    [("sphere", (0, 0, 1, 1)), ("cube", (0, 1, 1, 0)), ("cylinder", (1, 0, 0, 1)), ("disk", (1, 0, 0, 1)),
+     ("obj", (0, 1, 1, 0)), ("rectangle", (0, 0, 0, 0))],
+)  # fmt: skip
+def test_green_that_leans_the_other_way_is_named(folder: Path, shape: str, as_it_is: tuple[int, ...]) -> None:
+    """As they are, mirrored, with normals flipped, both: where Mitsuba's own pictures differ from ours."""
+    file = '<string name="filename" value="a.obj"/>' if shape == "obj" else ""
+    cases = [(across, flip) for flip in ("false", "true") for across in (1, -1)]
+    for (across, flip), told in zip(cases, as_it_is, strict=True):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            read(folder, f"""<shape type="{shape}">{file}<boolean name="flip_normals" value="{flip}"/>
+              <transform name="to_world"><scale x="{across}"/></transform>{bumps()}</shape>""")
+        said = " ".join(str(warning.message) for warning in caught)
+        assert (f"green of a normal map leans on a {shape}" in said) == bool(told), (across, flip)
