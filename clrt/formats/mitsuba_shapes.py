@@ -174,7 +174,7 @@ def _turned(plugin: Plugin) -> bool:
 
 
 def _green_down(plugin: Plugin) -> bool:
-    """Whether green leans to where v grows, and not to where it falls as with us: it is across normal and u there.
+    """Whether green, across normal and u there, leans to where v grows, and not to where it falls as with us.
 
     A rectangle becomes a mesh whose v is such that both are one way.
     """
