@@ -118,6 +118,18 @@ def test_the_same_picture(tmp_path: Path) -> None:
         assert np.abs(tracer.render().pixels - before.pixels).max() <= 2e-5  # angles and turns are rounded
 
 
+@pytest.mark.parametrize("kind", ["box", "tent", "gaussian", "mitchell"])
+@pytest.mark.parametrize("aperture", [0.0, 0.1])
+def test_filters_return(kind: str, aperture: float, tmp_path: Path) -> None:
+    """As the scene has them, and by Mitsuba's own plugins of these names."""
+    camera = {**CLEAN["camera"], "filter": kind, "spp": 16, "aperture": aperture}
+    scene, file = clrt.load_dict({**CLEAN, "camera": camera}), tmp_path / "a.xml"
+    assert written(scene, file).to_dict() == scene.to_dict()
+    without_itself(file)
+    read = clrt.load(file).camera
+    assert read is not None and read.filter == kind
+
+
 def test_what_was_read_returns_by_its_plugins(tmp_path: Path) -> None:
     """Of a scene that came from Mitsuba nothing is lost on the way back."""
     written(clrt.load_dict(CLEAN), tmp_path / "a.xml")
