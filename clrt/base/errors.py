@@ -31,6 +31,13 @@ class ClrtError(Portable):
     def __init__(self, message: str) -> None:
         super().__init__(one_line(message))
 
+    def reworded(self, message: str) -> ClrtError:
+        """An error of this class that says `message`, whatever the class asks for when it is made."""
+        other = _again(type(self), (one_line(message),))
+        other.__dict__.update(self.__dict__)
+        assert isinstance(other, ClrtError)
+        return other
+
 
 class SceneError(ClrtError):
     """A scene, or a file that belongs to it, says something that cannot be rendered."""

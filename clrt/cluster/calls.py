@@ -152,7 +152,7 @@ def answers(pool: Pool, calls: Mapping[str, Call], told: Told) -> Generator[tupl
             name, order = under_way.pop(future)
             said = pool.outcome(future)
             if isinstance(said, Refusal):
-                raise type(said.error)(f"worker {said.worker}: {name}: {said.error}")
+                raise said.error.reworded(f"worker {said.worker}: {name}: {said.error}")
             if not isinstance(said, Reply) or said.seal != _seal(order, said.found):
                 told.lost += 1
                 losses[name] += 1

@@ -133,7 +133,7 @@ class Farm:
                 self._hand_in(other)
         said = self.pool.outcome(future)
         if isinstance(said, Refusal):
-            raise type(said.error)(f"worker {said.worker}: {said.error}")
+            raise said.error.reworded(f"worker {said.worker}: {said.error}")
         if isinstance(said, Lacking):
             self._send(errand, said)
             return None

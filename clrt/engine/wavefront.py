@@ -135,7 +135,7 @@ def trace(
         yield overflow
         if overflow.wait()[0]:
             device.fill(world.overflow, 4)
-            raise too_deep(world.flat.media.scene)
+            raise too_deep(world.flat.media.source)
     return counts
 
 

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
+import msgspec
 import numpy as np
 
 from clrt import layout
 from clrt.base.errors import LimitError, located
 from clrt.flatten.inside import count_inside
-from clrt.scene.scene import Box, Cone, Cylinder, Ellipsoid, Plane, Scene, Shape, Sphere
+from clrt.scene.scene import Box, Cone, Cylinder, Ellipsoid, Mesh, Plane, Scene, Shape, Sphere
 
 _CONVEX: Final = (Sphere, Ellipsoid, Box, Cylinder, Cone)
 _MOST_PAIRED: Final = 4096  # shapes beyond which nobody asks whether all of them stand apart
@@ -37,15 +38,37 @@ class Extents:
 class Media:
     """The shapes of a scene that enclose media, those of larger boxes first.
 
-    `shapes` are their numbers, `numbers` (n,) int32 their media (of the record Material), `low`, `high`
-    (n, 3) float64 their boxes, infinite where a shape has none.
+    `source` is what messages on the scene start with. `shapes` are their numbers, `bodies` they themselves,
+    `numbers` (n,) int32 their media (of the record Material), `low`, `high` (n, 3) float64 their boxes,
+    infinite where a shape has none.
+
+    It travels to workers (clrt/cluster) without the scene, which names files: these are not there, or are
+    others, and a scene is checked again where it is unpickled, though its picture may have samples of its
+    own that it would refuse.
     """
 
-    scene: Scene
+    source: str
+    bodies: tuple[Shape, ...]
     shapes: np.ndarray
     numbers: np.ndarray
     low: np.ndarray
     high: np.ndarray
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Bodies without their materials, and meshes as they were read: by their arrays, not their files."""
+        read = {k: body.data() for k, body in enumerate(self.bodies) if isinstance(body, Mesh)}
+        bodies = tuple(
+            Mesh(transform=body.transform) if isinstance(body, Mesh)
+            else msgspec.structs.replace(body, material=None)
+            for body in self.bodies
+        )  # fmt: skip
+        return {**self.__dict__, "bodies": bodies, "read": read}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        read = state.pop("read")
+        self.__dict__.update(state)
+        for k, data in read.items():
+            self.bodies[k].__dict__["_data"] = data
 
     def lists(self, points: np.ndarray) -> np.ndarray:
         """The media that rays from the points (n, 3) start in: (n, layout.MEDIA) int32, -1 where empty.
@@ -81,20 +104,20 @@ class Media:
             near = order[start : np.searchsorted(along, self.high[k, axis], "right")]
             if len(near) == 0:
                 continue
-            count = count_inside(self.scene.shapes[self.shapes[k]], points[near])
+            count = count_inside(self.bodies[k], points[near])
             for more in range(int(count.max())):
                 which = near[count > more]
                 if (size[which] == layout.MEDIA).any():
-                    raise too_deep(self.scene)
+                    raise too_deep(self.source)
                 out[which, size[which]] = self.numbers[k]
                 size[which] += 1
         return out
 
 
-def too_deep(scene: Scene) -> LimitError:
+def too_deep(source: str) -> LimitError:
     """What is raised where a ray would be in too many media at a time."""
     text = f"rays enter more than {layout.MEDIA} media that lie in one another; nest fewer"
-    return LimitError(located(scene.source, "shapes", text))
+    return LimitError(located(source, "shapes", text))
 
 
 def media_of(scene: Scene, materials: np.ndarray, extents: Extents) -> Media:
@@ -106,7 +129,8 @@ def media_of(scene: Scene, materials: np.ndarray, extents: Extents) -> Media:
     with np.errstate(over="ignore", invalid="ignore"):  # a plane's box is endless
         largest_first = np.argsort(-np.prod(high - low, axis=1)[shapes], kind="stable")
     shapes = shapes[largest_first]
-    return Media(scene, shapes, number[shapes], low[shapes], high[shapes])
+    bodies = tuple(scene.shapes[k] for k in shapes.tolist())
+    return Media(scene.source, bodies, shapes, number[shapes], low[shapes], high[shapes])
 
 
 def needs_lists(scene: Scene, materials: np.ndarray, extents: Extents) -> bool:

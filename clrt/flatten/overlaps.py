@@ -29,20 +29,19 @@ def warn_of_overlaps(media: Media, priority: np.ndarray) -> None:
     priority: (n,), that of each of the shapes of `media`. Points of one surface that lie well inside the
     other shape and others well outside prove it; a small overlap may lie between the points.
     """
-    shapes = media.scene.shapes
     faces = 0
     for a, b in _pairs(media, priority):
-        one, other = int(media.shapes[a]), int(media.shapes[b])
-        faces += shapes[one].primitives + shapes[other].primitives
+        one, other = media.bodies[a], media.bodies[b]
+        faces += one.primitives + other.primitives
         if faces > _MOST_FACES:
             return
-        if _passes_through(shapes[one], shapes[other]) or _passes_through(shapes[other], shapes[one]):
-            first, second = sorted((one, other))
+        if _passes_through(one, other) or _passes_through(other, one):
+            first, second = sorted((int(media.shapes[a]), int(media.shapes[b])))
             text = (
                 f"overlaps shapes[{second}], a medium of the same priority {priority[a]}: where both are, "
                 "the one that a ray entered last counts; give one a higher priority"
             )
-            notices.warn(media.scene.source, f"shapes[{first}]", text)
+            notices.warn(media.source, f"shapes[{first}]", text)
             return
 
 

@@ -51,7 +51,7 @@ class Models:
                 file.write_bytes(picture)
                 yield file
             except (SceneError, LimitError) as error:
-                raise type(error)(str(error).replace(str(file), where)) from None
+                raise error.reworded(str(error).replace(str(file), where)) from None
 
     def count(self, path: Path) -> int:
         """How many pictures a model file names."""

@@ -67,6 +67,9 @@ def test_every_exception_can_be_pickled_and_copied(kind: type[BaseException]) ->
         if isinstance(error, PlacedError):
             assert (again.text, again.path) == (error.text, error.path) == ("is wrong", "shapes[3].radius")
             assert (again.at.source, again.at.path) == ("a.toml", "shapes[3]")
+    if isinstance(error, clrt.ClrtError):
+        other = error.reworded("in\nother words")
+        assert type(other) is kind and str(other) == "in other words" and vars(other) == vars(error)
 
 
 def test_an_error_in_a_pool_reaches_the_caller() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import pickle
+import shutil
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -15,11 +16,14 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.base.places import At, PlacedError
 from clrt.cluster import parcels, pictures, worker
 from clrt.cluster.orders import Answer, Lacking, Order
 from clrt.flatten.flatten import flatten
+from clrt.scene.scene import edited
 from tests.farm_samples import SIZE, Here, done
 
+SCENES = Path(__file__).parents[2] / "scenes"
 pytestmark = pytest.mark.usefixtures("fresh")
 
 
@@ -278,3 +282,48 @@ def test_a_scene_forgets_identities_on_its_way(mesh: clrt.Scene) -> None:
     parcel = parcels.packed(flat)
     assert len(parcel.recipe) < parcels.LARGE < sum(array.nbytes for array in parcel.arrays.values())
     assert parcels.unpacked(right, parcel.recipe, parcel.arrays).hash == right
+
+
+def test_a_scene_with_media_needs_none_of_its_files_elsewhere(tmp_path: Path) -> None:
+    """Where rays start within glass is found by the shapes: as they were read here, whatever lies there."""
+    shutil.copy(SCENES / "wood.png", tmp_path)
+    shutil.copy(SCENES / "gem.obj", tmp_path)
+    glass = {"fresnel": True, "diffuse": 0.0, "absorption": 0.1}
+    wood = {"color": {"type": "image", "file": "wood.png"}}
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {**glass, "priority": 1}}
+    gem = {"type": "mesh", "file": "gem.obj", "transform": [{"scale": 1.5}], "material": glass}
+    floor = {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": wood}
+    flat = flatten(clrt.load_dict({"shapes": [ball, gem, floor]}, folder=tmp_path, source="a.toml"))
+    parcel = parcels.packed(flat)
+    for file in tmp_path.iterdir():
+        file.unlink()
+    there = parcels.unpacked(parcel.scene, parcel.recipe, parcel.arrays)
+    points = np.random.default_rng(1).normal(size=(500, 3))
+    assert flat.media is not None and there.media is not None
+    found = flat.media.lists(points)
+    assert len(np.unique(found[:, 0])) == 3 and np.array_equal(there.media.lists(points), found)
+
+
+def test_samples_of_the_picture_s_own_go_with_what_is_adaptive() -> None:
+    """The scene alone says 9 samples, with which it would refuse 16: `--spp 4 --adaptive 16`."""
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
+    glass = {"fresnel": True, "diffuse": 0.0, "absorption": 0.1}
+    camera = {"origin": [0, 0, 5], "target": [0, 0, 0], "spp": 9}
+    light = {"type": "point", "position": [3, 5, 4]}
+    table = {"camera": camera, "lights": [light], "shapes": [{**ball, "material": glass}]}
+    scene = edited(clrt.load_dict(table), {"adaptive": {"spp": 16}})
+    same(clrt.render(scene, spp=4, executor=Here(), **SIZE), clrt.render(scene, spp=4, **SIZE))
+
+
+def test_whatever_class_a_worker_s_error_is_of_it_names_the_worker(
+    mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Some classes are not made from a message alone."""
+
+    def refuses(*_: Any) -> None:
+        raise At("a.toml", "shapes[0]").error(3, "it must be 4")
+
+    monkeypatch.setattr(worker, "unpacked", refuses)
+    says = r"^worker .*: a\.toml: shapes\[0\]: 3 is not allowed; it must be 4$"
+    with pytest.raises(PlacedError, match=says):
+        clrt.render(mesh, executor=Here(), **SIZE)

@@ -118,6 +118,56 @@ def test_the_same_picture(tmp_path: Path) -> None:
         assert np.abs(tracer.render().pixels - before.pixels).max() <= 2e-5  # angles and turns are rounded
 
 
+@pytest.mark.parametrize("kind", ["box", "tent", "gaussian", "mitchell"])
+@pytest.mark.parametrize("aperture", [0.0, 0.1])
+def test_filters_return(kind: str, aperture: float, tmp_path: Path) -> None:
+    """As the scene has them, and by Mitsuba's own plugins of these names."""
+    camera = {**CLEAN["camera"], "filter": kind, "spp": 16, "aperture": aperture}
+    scene, file = clrt.load_dict({**CLEAN, "camera": camera}), tmp_path / "a.xml"
+    assert written(scene, file).to_dict() == scene.to_dict()
+    without_itself(file)
+    read = clrt.load(file).camera
+    assert read is not None and read.filter == kind
+
+
+def _ball(**material: Any) -> dict[str, Any]:
+    return {"type": "sphere", "center": [0, 0.5, 0], "radius": 0.5, "material": material}
+
+
+GLASS: dict[str, Any] = {"fresnel": True, "diffuse": 0.0}
+PANEL: dict[str, Any] = {"type": "rectangle", "center": [0, 3, 0], "u": [1, 0, 0], "v": [0, 0, 1]}
+WIDE = {"K": [[40, 0, 24], [0, 30, 18], [0, 0, 1]]}
+ASIDE = {"K": [[40, 0, 20], [0, 40, 18], [0, 0, 1]], "aperture": 0.1}
+LOST: list[tuple[str, dict[str, Any]]] = [
+    ("camera.K: Mitsuba's pixels", {"camera": WIDE}),
+    ("camera.K: Mitsuba's lens", {"camera": ASIDE}),
+    ("camera.shift: Mitsuba's lens", {"camera": {"fov": 40.0, "aperture": 0.1, "shift": [3, 0]}}),
+    ("camera.aperture: left out", {"camera": {"type": "orthographic", "size": 5.0, "aperture": 0.1}}),
+    ("shapes[0].material.absorption: left out", {"shapes": [_ball(**GLASS, absorption=[1, 2, 3])]}),
+    ("shapes[0].material: Fresnel's shares in place of Schlick's",
+     {"shapes": [_ball(diffuse=0.0, fresnel="schlick", transmission=0.9)]}),
+    ("priority: Mitsuba's media", {"shapes": [_ball(**GLASS), _ball(**GLASS, priority=1, ior=1.2)]}),
+    ("lights[0].visible: Mitsuba's", {"lights": [{**PANEL, "visible": False}]}),
+    ("lights[0].two_sided: Mitsuba's", {"lights": [{**PANEL, "two_sided": True}]}),
+    ("conformance: Mitsuba", {"conformance": "spd"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("note", "changes"), LOST, ids=[note for note, _ in LOST])
+def test_what_mitsuba_lacks_is_named(note: str, changes: dict[str, Any], tmp_path: Path) -> None:
+    """Mitsuba's picture of such a scene is another one, and whoever compares it has to know why."""
+    place = {key: CLEAN["camera"][key] for key in ("origin", "target", "width", "height")}
+    plain = {**CLEAN, "camera": {**place, "near": 0.1}}
+    changed = {**plain, **changes, "camera": plain["camera"] | changes.get("camera", {})}
+    for table, notes in ((plain, []), (changed, [note])):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            written(clrt.load_dict(table), tmp_path / "a.xml")
+        lines = (tmp_path / "a.xml").read_text().splitlines()
+        told = [line.strip().removeprefix("<!-- ") for line in lines if "<!--" in line]
+        assert len(told) == len(notes) and all(map(str.startswith, told, notes))
+
+
 def test_what_was_read_returns_by_its_plugins(tmp_path: Path) -> None:
     """Of a scene that came from Mitsuba nothing is lost on the way back."""
     written(clrt.load_dict(CLEAN), tmp_path / "a.xml")

@@ -9,6 +9,7 @@ the model leaves out: light from surface to surface, and the square of the index
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from .parts import SMALL, Part, geometry
 from .plugins import Plugin, shape
 from .plugins import rgb as color
 from .reading import Untranslated
-from .records import Checker, Material, Scene, rgb
+from .records import Camera, Checker, Material, Scene, rgb
 
 
 def to_mitsuba(source: Scene) -> Plugin:
@@ -64,8 +65,32 @@ def _settings_notes(source: Scene) -> list[str]:
         notes.append("one_sided: Mitsuba's surfaces are seen from both sides")
     if max(rgb(source.depth_color)) > 0 or source.min_weight > 0:
         notes.append("depth_color, min_weight: left out")
-    if source.camera is not None and source.camera.near == 0:
+    if source.conformance != "none":
+        notes.append("conformance: Mitsuba has no such rules")
+    filled = {m.priority for m in map(source.material_of, source.shapes) if m.kt > 0 and not m.thin}
+    if len(filled) > 1:
+        notes.append("priority: Mitsuba's media have none; where solids overlap all surfaces count")
+    return notes + _camera_notes(source.camera)
+
+
+def _camera_notes(camera: Camera | None) -> list[str]:
+    """What `cameras.sensor` leaves to whoever places the samples, and a file cannot say."""
+    if camera is None:
+        return []
+    notes = []
+    if camera.near == 0:
         notes.append("camera.near: Mitsuba's is above 0")
+    middle = np.array(camera.shift, float)
+    if camera.K is not None:
+        (fx, _, cx), (_, fy, cy), _ = camera.K
+        middle += np.array([camera.width / 2 - cx, camera.height / 2 - cy])
+        if not math.isclose(fx, fy, rel_tol=1e-6):
+            notes.append("camera.K: Mitsuba's pixels are as high as they are wide")
+    if camera.aperture > 0 and camera.type == "orthographic":
+        notes.append("camera.aperture: left out; Mitsuba has no lens for parallel rays")
+    elif camera.aperture > 0 and np.abs(middle).max() > 1e-6 * camera.width:
+        key = "shift" if camera.K is None else "K"
+        notes.append(f"camera.{key}: Mitsuba's lens has no principal point but the middle")
     return notes
 
 
@@ -104,8 +129,11 @@ def _lobes(source: Scene, material: Material, part: Part, place: str, notes: lis
     mirror = material.kr * np.array(rgb(material.reflection_color))
     clear = material.kt * np.array(rgb(material.transmission_color))
     if material.kt > 0:
-        if not material.fresnel:
-            notes.append(f"{place}: Fresnel's shares in place of constant ones")
+        if material.fresnel is not True:
+            shares = "Schlick's" if material.fresnel else "constant ones"
+            notes.append(f"{place}: Fresnel's shares in place of {shares}")
+        if max(rgb(material.absorption)) > 0 and not material.thin:
+            notes.append(f"{place}.absorption: left out; Mitsuba's dielectrics are clear")
         boundary = {
             "type": "thindielectric" if material.thin else "dielectric",
             "int_ior": material.ior_d, "ext_ior": float(source.medium_ior),
@@ -157,6 +185,10 @@ def _light(light: dict[str, Any], look_at: Array, place: str, notes: list[str]) 
         )
         square = max(float(np.sum((light["at"] - look_at) ** 2)), 1e-12)
         light = light | {"intensity": light["intensity"] * square}
+    if not light.get("visible", True):
+        notes.append(f"{place}.visible: Mitsuba's lights with extent are seen, and shade")
+    if light.get("two_sided", False):
+        notes.append(f"{place}.two_sided: Mitsuba's lights shine from their outer side only")
     return surfaces.emitter(light, np.zeros(3), color)
 
 

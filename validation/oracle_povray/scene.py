@@ -34,7 +34,7 @@ def not_in_pov(scene: Scene) -> str | None:
         "ambient rays": scene.ambient_samples > 0, "depth colour": scene.depth_color != 0,
         "least weight": scene.min_weight > 0, "one-sided surfaces": scene.one_sided != "none",
         "ray counts by rule": scene.conformance != "none", "more than one sample": camera.spp != 1,
-        "jitter": camera.jitter is not None, "lens": camera.aperture > 0,
+        "jitter": camera.jitter is not None, "lens": camera.aperture > 0, "filter": camera.filter != "box",
         "near plane": camera.near > 0 and camera.type == "perspective",
         "so many generations": scene.max_depth > _DEEPEST,
         "adaptive samples": scene.adaptive is not None,

@@ -123,7 +123,7 @@ def _entered(flat: FlatScene, lists: Array, medium: Array, where: Array) -> Arra
     size = (lists != _NONE).sum(axis=0)
     if (size[where] == layout.MEDIA).any():
         assert flat.media is not None
-        raise too_deep(flat.media.scene)
+        raise too_deep(flat.media.source)
     (ray,) = np.nonzero(where)
     out[size[ray], ray] = medium[ray]
     return out
