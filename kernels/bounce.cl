@@ -5,6 +5,7 @@
 // as what is written to it, and the children of a pixel stand together in the order of their parents.
 #include "children.clh"
 #include "bounce.clh"
+#include "extent.clh"
 
 // the flags of a child by a bounce: `route` is its kind for rays that have had none
 inline uint routed(uint path, uint route)
@@ -62,7 +63,7 @@ inline void bounce_packet(const World world, const Family f, const Pixels pixels
         for (int from = 0; from < RAY_BANDS; from += together) {
             const Bounce bounce = bounce_at(world, s, material, from, u, streams);
             if (!reflecting) direction = choose(direction, bounce.transmitted, mine);
-            else if (material->alpha > 0.0f) direction = choose(direction, bounce.glossy, mine);
+            else if (IS_ROUGH(material)) direction = choose(direction, bounce.glossy, mine);
             for (int b = from; b < min(from + together, RAY_BANDS); b++) {
                 const floatP share = reflecting ? reflects(s, material, bounce, b) : transmits(s, material, bounce, b);
                 weight[b] = select(weight[b], load_field(f.queue.weights, first, n, b, VALUES) * share, mine);

@@ -7,6 +7,7 @@
 // same order: that is cheaper than to keep what each would bring, and nothing is computed for a light that is hidden.
 #include "bounce.clh"
 #include "dense.clh"
+#include "extent.clh"
 #include "light.clh"
 #include "shaft.clh"
 #include "sky.clh"
@@ -62,7 +63,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
             for (int l = 0; l < world.scene->lights; l++) {
                 __global const Light *light = world.lights + l;
                 Draw draw = light_draw(light, streams, l);
-                for (int i = 0; i < light->samples; i++, draw = next_draw(draw))
+                for (int i = 0; i < POINTS_OF(light); i++, draw = next_draw(draw))
                     found += is_above(s, light_sample(light, start, draw)) & mine & 1;
             }
 
@@ -77,7 +78,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
         for (int b = 0; b < RAY_BANDS; b++) {
             floatP emission = (floatP)(0.0f), ambient = emission;
             if (terms & TERM_EMISSION) emission = EMISSION_OF(s, material, b);
-            if (material->light) emission = select(emission, (floatP)(0.0f), dark(material, s, ambient_queue));
+            if (IS_LIGHT(material)) emission = select(emission, (floatP)(0.0f), dark(material, s, ambient_queue));
             if (terms & TERM_AMBIENT)
                 ambient = select(material->ka * colors(material, s, b) * in_band(world.scene->ambient, s, b), ambient,
                                  gathers);
@@ -132,7 +133,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
 INLINED int stands_between(const World *world, __global const Light *light, VecP start, intP which, Standing *standing)
 {
     Shaft shaft;
-    if (!light->extended || light->samples < WORTH_A_SHAFT || world->scene->one_sided) return -1;
+    if (!IS_EXTENDED(light) || light->samples < WORTH_A_SHAFT || world->scene->one_sided) return -1;
     const Vec size = fabs(light->u.xyz) + fabs(light->v.xyz) + light->radius;
     if (!shaft_between(start, which, light->place.xyz, size, &shaft)) return -1;
     return standing_in(world, &shaft, standing);
@@ -166,7 +167,7 @@ INLINED void append_feelers(const World world, Surfaces s, intP counted, const S
         Draw draw = light_draw(light, streams, l);
         Standing standing[STANDING];
         const int found = stands_between(&world, light, start, counted, standing);
-        for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
+        for (int i = 0; i < POINTS_OF(light); i++, draw = next_draw(draw)) {
             const LightSample way = light_sample(light, start, draw);
             const intP launched = counted & is_above(s, way);
             if (!any_of(launched)) continue;
@@ -177,7 +178,7 @@ INLINED void append_feelers(const World world, Surfaces s, intP counted, const S
 #if NARROW
             if (world.scene->tinted) append(to, &a, FEELER_BAND, filter, RAY_BANDS, VALUES, as_floatP(s.band));
 #endif
-            if (world.scene->extended)
+            if (HAS_EXTENDED(world.scene))
                 for (uint k = 0; k < a.count; k++) seen[to->at + k] = UNTRACED;
             if (found >= 0) {
                 const RayP ray = {start, way.direction, way.distance};
@@ -255,7 +256,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
         for (int l = 0; l < world.scene->lights; l++) {
             __global const Light *light = world.lights + l;
             Draw draw = light_draw(light, streams, l);
-            for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
+            for (int i = 0; i < POINTS_OF(light); i++, draw = next_draw(draw)) {
                 const LightSample to = light_sample(light, start, draw);
                 const uint launched = lanes_of(counted & is_above(s, to));
                 if (!launched) continue;

@@ -2,6 +2,7 @@
 //
 // A feeler stops at the first blocker it finds (thesis 3.2.1). With tinted shadows it must see all surfaces it
 // crosses, in the order of (t, primitive), so that the product of their tints is the same on every device.
+#include "extent.clh"
 #include "shaft.clh"
 #include "tinted.clh"
 #include "walk.clh"
@@ -54,7 +55,7 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        if (world.scene->extended && all_known(seen, sequence, first)) return;
+        if (HAS_EXTENDED(world.scene) && all_known(seen, sequence, first)) return;
         const intP passed = own_lanes(own, sequence, first);
         const PacketHit hits = packet_hits(world, load_packet(rays, sequence, first), passed, true);
         store_ordered((__global int *)seen, sequence, first, (hits.primitive < 0) & 1);
@@ -62,7 +63,7 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
     }
     for (uint i = first; i < n; i++) {
         const uint place = place_in(sequence, i);
-        if (world.scene->extended && seen[place] != UNTRACED) continue;
+        if (HAS_EXTENDED(world.scene) && seen[place] != UNTRACED) continue;
         const int passed = own_of(own, place);
         seen[place] = nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, true, passed).primitive < 0;
     }
@@ -75,7 +76,7 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
     if (first + PACKET <= n) {
-        if (world.scene->extended && all_known(seen, 0, first)) return;
+        if (HAS_EXTENDED(world.scene) && all_known(seen, 0, first)) return;
         ALIGNED float t[PACKET];
         ALIGNED int primitive[PACKET];
         const PacketHit hits = packet_hits(world, load_packet(rays, 0, first), own_lanes(own, 0, first), false);
@@ -90,7 +91,7 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
         return;
     }
     for (uint i = first; i < n; i++) {
-        if (world.scene->extended && seen[i] != UNTRACED) continue;
+        if (HAS_EXTENDED(world.scene) && seen[i] != UNTRACED) continue;
         const Ray ray = load_ray(rays, i);
         const int passed = own_of(own, i);
         const Hit hit = nearest_hit(world, ray, 0.0f, BEFORE_ALL, false, passed);

@@ -88,7 +88,9 @@ class FlatScene:
         """What rays carry through this scene."""
         images = self.pictures is not None
         mips = self.pictures is not None and any(self.pictures.levels)
-        return layout.RayFormat(self.bands, self.media_places, self.group, images=images, mips=mips)
+        extent = any(self.scene[name][0] for name in ("extended", "surfaces", "rough"))
+        own = {"images": images, "mips": mips, "extent": extent}
+        return layout.RayFormat(self.bands, self.media_places, self.group, **own)
 
     @property
     def media_places(self) -> int:

@@ -384,7 +384,8 @@ class RayFormat:
 
     bands: of the scene. media: places in the list of media, 0 where there are none. group: bands that
     dispersion bends together, 0 without it. narrow: the rays of a queue have one such group each. images:
-    hits know where in pictures they lie. mips: some pictures have mip levels, and rays carry cones.
+    hits know where in pictures they lie. mips: some pictures have mip levels, and rays carry cones. extent:
+    some lights have extent or are seen, or some surfaces are rough.
     """
 
     bands: int = BANDS
@@ -393,6 +394,7 @@ class RayFormat:
     narrow: bool = False
     images: bool = False
     mips: bool = False
+    extent: bool = False
 
     @property
     def carried(self) -> int:

@@ -35,6 +35,7 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
         "SURFACE_FIELDS": ray_format.surface_fields,
         "IMAGES": int(ray_format.images),
         "MIPS": int(ray_format.mips),
+        "EXTENT": int(ray_format.extent),
     }
     constants |= layout.KINDS | layout.BLOCKS | layout.FALLOFF | layout.FRESNEL | layout.CHECKER
     constants |= layout.MAPPINGS | layout.WRAP
