@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from platformdirs import user_cache_dir
 
 from browser import Browser, installed
 from clrt.device import intel
@@ -22,20 +20,8 @@ collect_ignore = ["example_project"]  # another project: tests/judging/test_plug
 TOGETHER = ("tests/validation/test_validation.py", "tests/device/test_oclgrind.py")
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
-    help = "a file's tests to one process, each process with a folder of compiled kernels of its own"
-    parser.addoption("--apart", action="store_true", help=help)
-
-
 def pytest_configure(config: pytest.Config) -> None:
-    """Of processes that share a folder PoCL compiles for one at a time; with nothing compiled that is most of
-    what tests do. So with --apart each has a folder: what several need is compiled several times, but the
-    tests of a file have much in common.
-    """
     _hear()
-    worker = os.environ.get("PYTEST_XDIST_WORKER")
-    if worker and config.getoption("--apart"):
-        os.environ["XDG_CACHE_HOME"] = str(Path(user_cache_dir("clrt", appauthor=False)) / "tests" / worker)
 
 
 def _hear() -> None:
@@ -55,12 +41,10 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     """
     from xdist.scheduler import LoadScopeScheduling
 
-    apart = config.getoption("--apart")
-
     class Scheduling(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.partition("::")[0]
-            return file if apart or file in TOGETHER else nodeid
+            return file if file in TOGETHER else nodeid
 
     return Scheduling(config, log)
 

@@ -133,7 +133,7 @@ class Device:
         if not pocl_version(self.info):  # others compile all there is to compile when they build the program
             self.kernels.launched.add(sizes)
             return self.driver.guard(enqueue, f"kernel {sizes[0]}")
-        with kernelcache.compiling("-".join(map(str, (self.kernels.key, *sizes)))) as known:
+        with kernelcache.compiling(self.kernels.key, *sizes) as known:
             event = self.driver.guard(enqueue, f"kernel {sizes[0]}")
             if not known:
                 self.driver.wait(event.wait, f"kernel {sizes[0]}")

@@ -122,9 +122,7 @@ class Driver:
 
     def _build(self, source: str) -> cl.Program:
         check_process()
-        # a folder of PoCL's is for one process at a time; other programs are files of their own
-        beside = self.device.platform.name.strip() not in _KEEPS_PROGRAMS
-        with kernelcache.compiling(self._program_name(source), beside):
+        with kernelcache.compiling(self._program_name(source)):
             given = self.given(source)
             try:
                 return _program(self.context, given)

@@ -1,8 +1,9 @@
-"""The folder of compiled kernels, PoCL's and clrt's own: private, undamaged, written to by one at a time.
+"""The folder of compiled kernels, PoCL's and clrt's own: private, undamaged, each program by one at a time.
 
 Measured with PoCL 3.0 and 3.1: where the folder cannot be written to, the driver shows no device; where the
 disk is full, or a file in there is cut short or overwritten, it ends the process (SIGABRT, SIGBUS); and
 24 processes that compile the same kernels at once take 175 s on 2 cores, and 44 s where one does it for all.
+Kernels of different programs are compiled side by side: a file has its name when it is whole.
 """
 
 from __future__ import annotations
@@ -259,17 +260,18 @@ def _mark(what: str) -> Path:
 
 
 @contextmanager
-def compiling(what: str, beside: bool = False) -> Iterator[bool]:
+def compiling(program: str, *sizes: object) -> Iterator[bool]:
     """Around a build, or a launch for which the driver may compile first: whether that has been done before.
 
-    The first process does it alone, so that the others find it in the folder; `what` names it. beside: while
-    others do something else there.
+    The first process does it alone, so that the others find it in the folder. sizes: of a launch, with its
+    kernel's name. One process at a time compiles something of a program.
     """
+    what = "-".join(map(str, (program, *sizes)))
     done = _mark(what)
     if done.exists():
         yield True
         return
-    with lock(name=what if beside else "clrt"):
+    with lock(name=program):
         known = done.exists()
         with nullcontext() if known else waiting("compiling kernels"):
             yield known

@@ -100,11 +100,36 @@ def test_programs_of_their_own_are_compiled_side_by_side(
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
     told: list[str] = []
     monkeypatch.setattr(kernelcache, "watchers", [told.append])
-    with kernelcache.compiling("one", beside=True), kernelcache.compiling("another", beside=True) as known:
+    with kernelcache.compiling("one"), kernelcache.compiling("another", "kernel", 16) as known:
         assert not known
     assert not [text for text in told if text.startswith("waiting")]
-    with kernelcache.compiling("one", beside=True) as known:
+    with kernelcache.compiling("one") as known:
         assert known
+
+
+def test_kernels_of_one_program_are_compiled_by_one_process_at_a_time(tmp_path: Path) -> None:
+    hold = (
+        "import os, sys; from clrt.device import kernelcache as k; k.prepare()\n"
+        "with k.compiling('one', 'kernel', 16): print(os.getpid(), flush=True); sys.stdin.read()"
+    )
+    meet = (
+        "from clrt.device import kernelcache as k; k.prepare()\n"
+        "with k.compiling('one', {}) as known: print(known)"
+    )
+    environment = {**os.environ, "POCL_CACHE_DIR": str(tmp_path)}
+    run = {"env": environment, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    processes = [subprocess.Popen([sys.executable, "-c", hold], text=True, **run)]
+    assert processes[0].stdout and processes[0].stdin
+    number = int(processes[0].stdout.readline())
+    for which in ("'other', 16", "'kernel', 16"):
+        processes.append(subprocess.Popen([sys.executable, "-c", meet.format(which)], text=True, **run))
+    for waiting in processes[1:]:
+        assert waiting.stderr
+        assert f"waiting for process {number}, which compiles kernels" in waiting.stderr.readline()
+    processes[0].stdin.close()
+    assert [process.communicate()[0].strip() for process in processes[1:]] == ["False", "True"]
+    assert processes[0].wait() == 0
+    processes[0].stdout.close()
 
 
 def test_watchers_are_told_what_goes_on(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -122,6 +122,23 @@ def test_a_pace_is_that_of_the_slower_piece(monkeypatch: pytest.MonkeyPatch) -> 
         assert paces.pace() == pytest.approx(expected)
 
 
+def test_a_command_that_no_system_can_set_up_is_a_failure_and_not_the_end(
+    hostile: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    commands = validation_module("hostile.commands")
+    files = {b"a" * 300 + b".svg": "-> /", b"b/c": b"", b"b/c/d": "fifo", b"e": "loop"}
+    commands.Command([], [], files).prepare(tmp_path / "run")
+    assert sorted(path.name for path in (tmp_path / "run").rglob("*")) == ["b", "c", "e"]
+
+    def full(task: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(hostile.process, "attempt", full)
+    outcome = hostile.run([{"seed": 1, "index": 199, "command": True}] * 2, workers=1)
+    assert [failure["status"] for failure in outcome.failures] == ["not tried"] * 2
+    assert "No space left" in outcome.failures[0]["text"]
+
+
 BUILDS = """
 import time
 import clrt

@@ -6,6 +6,7 @@ the run's own folder, or where nobody can write.
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import random
@@ -28,6 +29,7 @@ TREE: Final = {
     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}],
     "scenes": [{"nodes": [0]}],
 }  # fmt: skip
+_NO_PLACE: Final = (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EMFILE)  # the machine's
 _ALL: Final = 1 << 20  # bytes of arguments; Linux takes 2 MiB of them and the environment
 _EACH: Final = 9  # bytes beside an argument's own: its end and its address
 SCENE: Final = seeds.as_toml({**seeds.RESUMED, "max_depth": 2})
@@ -56,16 +58,14 @@ class Command:
     limits: dict[str, int] = field(default_factory=dict)
 
     def prepare(self, folder: Path) -> None:
-        """Make the folder with its files."""
+        """Make the folder with its files, but those that the system refuses, such as names too long."""
         folder.mkdir(parents=True)
         for name, what in self.files.items():
-            path = os.path.join(os.fsencode(folder), name)
-            os.makedirs(os.path.dirname(path), exist_ok=True)
-            if isinstance(what, bytes):
-                with open(path, "wb") as file:
-                    file.write(what)
-            else:
-                _place(path, what)
+            try:
+                _place(os.path.join(os.fsencode(folder), name), what)
+            except OSError as error:
+                if error.errno in _NO_PLACE:
+                    raise
 
     def told(self) -> dict[str, Any]:
         """What a report shows."""
@@ -308,8 +308,13 @@ _CHANGES: Final = (
 )  # fmt: skip
 
 
-def _place(path: bytes, what: str) -> None:
-    """Something else than a file."""
+def _place(path: bytes, what: bytes | str) -> None:
+    """A file, or something else."""
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    if isinstance(what, bytes):
+        with open(path, "wb") as file:
+            file.write(what)
+        return
     if os.path.lexists(path):
         os.unlink(path)
     if what == "fifo":

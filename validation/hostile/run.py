@@ -117,6 +117,14 @@ class Watched:
         return self._process
 
 
+def _attempt(task: dict[str, Any]) -> dict[str, Any]:
+    """What a command did; one that cannot be tried here is a failure, and not the end of a run of hours."""
+    try:
+        return process.attempt(task)
+    except (OSError, ValueError) as error:
+        return {**task, "status": "not tried", "text": f"{type(error).__name__}: {error}"[:2000]}
+
+
 def _in(process: subprocess.Popen[bytes]) -> IO[bytes]:
     assert process.stdin
     return process.stdin
@@ -184,7 +192,7 @@ def run(
                     task = next(waiting, None)
                 if task is None:
                     return
-                answer = process.attempt(task) if "command" in task else worker.ask(task)
+                answer = _attempt(task) if "command" in task else worker.ask(task)
                 with lock:
                     outcome.add(answer)
                     if progress:

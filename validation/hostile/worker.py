@@ -137,8 +137,8 @@ class _Builds:
                 return build(*arguments, **options)
 
         @contextmanager
-        def watched(what: str, beside: bool = False) -> Iterator[bool]:
-            with compiling(what, beside) as known, nullcontext() if known else cls._counted():
+        def watched(program: str, *sizes: object) -> Iterator[bool]:
+            with compiling(program, *sizes) as known, nullcontext() if known else cls._counted():
                 yield known
 
         cl.Program.build = timed  # type: ignore[method-assign]

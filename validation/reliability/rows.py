@@ -45,8 +45,15 @@ class Row:
 def _hostile(count: int, tell: Tell) -> Figure:
     seed = hostile.today()
     tasks = [*hostile.corpus(), *hostile.drawn(seed, count)]
-    outcome = hostile.run(tasks, progress=lambda found: tell(found.counts.total() / len(tasks)))
-    hostile.keep(outcome.failures, hostile.FOUND)
+    kept = 0
+
+    def progress(found: hostile.Outcome) -> None:
+        nonlocal kept
+        hostile.keep(found.failures[kept:], hostile.FOUND)  # at once: the run takes an hour, and may be ended
+        kept = len(found.failures)
+        tell(found.counts.total() / len(tasks))
+
+    outcome = hostile.run(tasks, progress=progress)
     return Figure(len(tasks), len(outcome.failures), f"seed {seed}: {outcome.told()}", outcome.seconds)
 
 

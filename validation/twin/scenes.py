@@ -40,7 +40,7 @@ _CHECKER: Table = {
 }
 _THIN: Table = {"diffuse": 0.1, "fresnel": True, "thin": True, "transmission_color": [0.5, 0.9, 0.6]}
 _FLOOR: Table = {"type": "plane", "point": [0, -1.2, 0], "normal": [0.02, 1, 0.01], "material": _CHECKER}
-# 90 times as long as wide: rays leave it by more than its corners ask for
+# 126 times as long as wide: rays leave it by more than its corners ask for
 _SHARD_CORNERS = [[-1, -0.5, 0.9], [1, 0.5, 0.5], [0.3, 0.17, 0.64]]
 _SHARD: Table = {"type": "mesh", "vertices": _SHARD_CORNERS, "faces": [[0, 1, 2]]}
 _LIGHTS: list[Table] = [
