@@ -165,7 +165,7 @@ _LIGHT: Final = (
     Mutant("ambient rays see lights", "kernels/light.cl", "if (ambient_queue) return (intP)(-1);", "",
            ("lights seen from all sides",), GATHERED),
     Mutant("highlights of lights that a mirror shows", "kernels/light.clh",
-           " && !(light->surface >= 0 && material->kr > 0.0f)", "",
+           " && !(IS_SEEN(light) && material->kr > 0.0f)", "",
            ("lights seen from all sides",), HIGHLIGHT),
     Mutant("diffuse 1 % low", "kernels/light.clh", "material->kd * cosine", "material->kd * 0.99f * cosine",
            ("diffuse",),
