@@ -63,7 +63,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
             for (int l = 0; l < world.scene->lights; l++) {
                 __global const Light *light = world.lights + l;
                 Draw draw = light_draw(light, streams, l);
-                for (int i = 0; i < POINTS_OF(light); i++, draw = next_draw(draw))
+                for (int i = 0; i < light->samples; i++, draw = next_draw(draw))
                     found += is_above(s, light_sample(light, start, draw)) & mine & 1;
             }
 
@@ -167,7 +167,7 @@ INLINED void append_feelers(const World world, Surfaces s, intP counted, const S
         Draw draw = light_draw(light, streams, l);
         Standing standing[STANDING];
         const int found = stands_between(&world, light, start, counted, standing);
-        for (int i = 0; i < POINTS_OF(light); i++, draw = next_draw(draw)) {
+        for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
             const LightSample way = light_sample(light, start, draw);
             const intP launched = counted & is_above(s, way);
             if (!any_of(launched)) continue;
@@ -256,7 +256,7 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
         for (int l = 0; l < world.scene->lights; l++) {
             __global const Light *light = world.lights + l;
             Draw draw = light_draw(light, streams, l);
-            for (int i = 0; i < POINTS_OF(light); i++, draw = next_draw(draw)) {
+            for (int i = 0; i < light->samples; i++, draw = next_draw(draw)) {
                 const LightSample to = light_sample(light, start, draw);
                 const uint launched = lanes_of(counted & is_above(s, to));
                 if (!launched) continue;

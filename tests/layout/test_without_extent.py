@@ -15,14 +15,11 @@ from clrt.device.device import Device
 from clrt.flatten.flatten import FlatScene, flatten
 
 ASKS = re.compile(
-    r"\b(scene->(extended|rough|surfaces)|light->(extended|surface|samples)|material->(light|alpha))\b"
+    r"\b(scene->(extended|rough|surfaces)|light->(extended|surface)|material->(light|alpha))\b"
 )
 # beside what `kernels/extent.clh` asks: what is said of a light or a surface that has them
 SAYS = {
     "material->light == 2 ? (intP)(0) : (s.code & SURFACE_INSIDE) != 0",
-    "light->samples < WORTH_A_SHAFT",
-    "2.0f * cap / (float)light->samples",
-    "first_draw(streams, l, light->samples)",
     "append_word(to, &a, FEELER_OWN, own, (intP)(light->surface))",
     "pass_standing(&world, &s, &ray, launched, to->at, light->surface, standing, found, seen, filter)",
     "facet_at(s.n, s.ns, u, material->alpha, streams)",

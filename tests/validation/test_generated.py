@@ -97,7 +97,7 @@ def test_the_draw_does_not_change_with_other_lines(tmp_path: Path) -> None:
 def test_cases_of_few_formats_show_what_kernels_can_tell_apart() -> None:
     for file in ("kernels/light.clh", "kernels/tree.cl"):
         cases = panel.cases_for(file)
-        assert len({panel._format(case) for case in cases}) <= 6
+        assert len({panel._format(case) for case in cases}) <= 7
     assert panel.cases_for("kernels/tree.cl")[0] == "shipped sphereflake"
     assert not any(case.startswith(mutants.CHECK) for case in panel.cases_for("clrt/engine/adaptive.py"))
     refitted = [case for case in panel.cases_for("kernels/refit.cl") if case.startswith(mutants.REFITTED)]
@@ -153,7 +153,7 @@ def test_a_build_with_many_faults_is_the_sound_one_until_one_is_chosen() -> None
     every = [generated.Place(file, text.count("\n", 0, start) + 1, 1, start, end, text[start:end], new, "")
              for start, end, new in generated._in_c(text)]  # fmt: skip
     shown = next(place for place in every if place.start == here)
-    unseen = next(place for place in every if "light->surface" in text[place.start : place.end + 20])
+    unseen = next(place for place in every if "IS_SEEN(light)" in text[place.start : place.end + 20])
     with validation_module("mutants.served").Served({1: shown, 2: unseen}) as served:
         picture, reached = served.sound("diffuse")
         assert outcomes.same(picture, mutants.sound("diffuse", None)) and 1 in reached
