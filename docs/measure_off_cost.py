@@ -1,6 +1,6 @@
 """What lights with extent, seen lights, gloss, lens and filters cost a scene that has none of them.
 
-    python docs/measure_off_cost.py [ROUNDS] [SCENE ...]
+    python -m docs.measure_off_cost [ROUNDS] [SCENE ...]
 
 Three kernels render the same pictures in turns, on one thread, with the same bits: as they are; "without", a
 copy in which nothing asks whether a scene has any of these, so that the compiler leaves them out; "asking", a
@@ -14,7 +14,6 @@ from __future__ import annotations
 import re
 import shutil
 import sys
-import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
@@ -26,6 +25,7 @@ from clrt.base.resources import kernel_folder
 from clrt.bench import scenes
 from clrt.device.device import Device
 from clrt.scene.scene import Scene
+from docs.in_turns import ratios
 
 # of each copy: what asks whether a scene has them, and what then stands there
 COPIES: Final = {
@@ -70,16 +70,9 @@ def main() -> None:
             assert not tracers[0].flat.ray_format.extent, f"{name}: has some of them"
             hashes = {tracer.render(width=WIDTH).hash for tracer in tracers}
             assert len(hashes) == 1, f"{name}: has other bits without"
-            spent = np.empty((rounds, len(tracers)))
-            for number in range(rounds):
-                for which in np.roll(np.arange(len(tracers)), number):
-                    start = time.process_time()
-                    tracers[which].render(width=WIDTH)
-                    spent[number, which] = time.process_time() - start
-            low, middle, high = np.quantile(spent[:, [0, 2]] / spent[:, [1]], [0.25, 0.5, 0.75], axis=0)
-            medians.append(middle)
-            told = (f"{m:.3f} ({a:.3f} to {b:.3f})" for m, a, b in zip(middle, low, high, strict=True))
-            print(f"{name:16s} {'  '.join(told)}", flush=True)
+            found = list(ratios(tracers, 1, rounds, WIDTH))
+            medians.append([median for median, _ in found])
+            print(f"{name:16s} {'  '.join(told for _, told in found)}", flush=True)
     means = np.exp(np.mean(np.log(medians), axis=0))
     print(f"{'geometric mean':16s} {means[0]:.4f}                   {means[1]:.4f}")
 

@@ -1,6 +1,6 @@
 """What pictures on surfaces cost: of each scene the time with them over the time without.
 
-    python docs/measure_picture_cost.py [ROUNDS]
+    python -m docs.measure_picture_cost [ROUNDS]
 
 On one thread, in turns; printed are medians of the ratios of processor times, and quartiles. The sphereflakes
 have `globe.png`, or a picture of 8 x 8 texels, on every sphere; the terrain of a million triangles has
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import shutil
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -28,6 +27,7 @@ from clrt.scene.materials import Material
 from clrt.scene.mesh import Mesh
 from clrt.scene.scene import Scene
 from clrt.scene.textures import ImageTexture
+from docs.in_turns import ratios
 
 ROUNDS: Final = 11
 
@@ -74,15 +74,8 @@ def main() -> None:
             tracers = [clrt.Tracer(one, settings=settings) for one in (scene, *pictures.values())]
             for tracer in tracers:
                 tracer.render(width=width)
-            spent = np.empty((rounds, len(tracers)))
-            for number in range(rounds):
-                for which in np.roll(np.arange(len(tracers)), number):
-                    start = time.process_time()
-                    tracers[which].render(width=width)
-                    spent[number, which] = time.process_time() - start
-            low, middle, high = np.quantile(spent[:, 1:] / spent[:, :1], [0.25, 0.5, 0.75], axis=0)
-            for picture, m, a, b in zip(pictures, middle, low, high, strict=True):
-                print(f"{name:14s} {picture:18s} {m:.3f} ({a:.3f} to {b:.3f})", flush=True)
+            for picture, (_, told) in zip(pictures, ratios(tracers, 0, rounds, width), strict=True):
+                print(f"{name:14s} {picture:18s} {told}", flush=True)
 
 
 if __name__ == "__main__":

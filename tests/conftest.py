@@ -21,10 +21,6 @@ TOGETHER = ("tests/validation/test_validation.py", "tests/device/test_oclgrind.p
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    _hear()
-
-
-def _hear() -> None:
     """Let processes that tests start hear the signals that this one ignores, as jobs in the background do:
     what is ignored is inherited, a handler is not."""
     for name in ("SIGINT", "SIGHUP"):

@@ -268,6 +268,27 @@ def test_a_row_depends_on_what_it_runs() -> None:
     assert len({row.code for row in ROWS}) == len(ROWS) - 1, "leaks and self-hits are of one module"
 
 
+def test_hostile_inputs_that_failed_are_kept_before_the_run_ends(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """It takes an hour; one that broke off had nothing to show."""
+    row = next(row for row in ROWS if row.name == "hostile")
+    run = validation_module("hostile.run")
+    outcome = run.Outcome()
+
+    def broken(tasks: object, progress: Any) -> None:
+        for name in ("one.toml", "other.toml"):
+            outcome.failures.append({"scene": name, "status": "slow"})
+            progress(outcome)
+        raise RuntimeError("broken off")
+
+    monkeypatch.setattr(run, "run", broken)
+    monkeypatch.setattr(run, "FOUND", tmp_path)
+    with pytest.raises(RuntimeError, match="broken off"):
+        row.run(10, lambda share: None)
+    assert sorted(folder.name for folder in tmp_path.iterdir()) == ["one.toml_slow", "other.toml_slow"]
+
+
 def test_what_modules_read_beside_them_counts() -> None:
     for folder, pattern in code.DATA.values():
         assert list(folder.glob(pattern)), (folder, pattern)
