@@ -22,7 +22,7 @@ from clrt.device.info import DeviceInfo
 from clrt.formats.shipped import load_scene
 from tests import report_samples
 from validation.reliability import __main__ as page
-from validation.reliability import accuracy, code, drivers, intel, kept, sameness
+from validation.reliability import accuracy, code, drivers, intel, kept, rows, sameness
 from validation.reliability.figures import Figure
 from validation.reliability.rows import ROWS, Row
 
@@ -272,8 +272,7 @@ def test_hostile_inputs_that_failed_are_kept_before_the_run_ends(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """It takes an hour; one that broke off had nothing to show."""
-    row = next(row for row in ROWS if row.name == "hostile")
-    run = validation_module("hostile.run")
+    row, run = next(row for row in ROWS if row.name == "hostile"), rows.hostile
     outcome = run.Outcome()
 
     def broken(tasks: object, progress: Any) -> None:
