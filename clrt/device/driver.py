@@ -163,6 +163,21 @@ class Driver:
         if self.recorder:
             self.recorder.settle()
 
+    def barrier(self) -> None:
+        """Let all that any track has been given be done before what any track is given from now on.
+
+        For work that is given up half-way, so that nobody will wait for it: it goes on reading a scene's
+        buffers, whose memory the next scene gets. Does not wait.
+        """
+
+        def enqueue() -> None:
+            marks = [cl.enqueue_marker(track.queue) for track in self.tracks]
+            for track in self.tracks:
+                cl.enqueue_barrier(track.queue, wait_for=marks)
+                track.queue.flush()  # another queue waits for what is in it
+
+        self.guard(enqueue, "barrier")
+
     @property
     def timing(self) -> bool:
         """Whether times of launches are asked for now."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Final, TypeVar
@@ -11,7 +12,7 @@ from typing import Final, TypeVar
 import numpy as np
 
 from clrt import layout
-from clrt.base.errors import LimitError
+from clrt.base.errors import DeviceError, LimitError
 from clrt.base.layers import Count, Geometry, Samples, Spectral, comes_from, find
 from clrt.device.device import Device
 from clrt.device.settings import Settings
@@ -170,10 +171,25 @@ class Job:
         return Tile(rays, found, int(size.wait()[0]) if size else 0)
 
     def tiles(self, device: Device, world: World, pieces: list[Piece]) -> Iterator[tuple[Piece, Tile]]:
-        """All pieces, the last one first, as they are done: those that turn out TooLarge in parts."""
-        return interleaved(
-            device, pieces, lambda track, piece: self.trace(track, world, piece, budget=TILE_BYTES), halves
-        )
+        """All pieces, the last one first, as they are done: those that turn out TooLarge in parts.
+
+        Whoever gives up on the way (an error, Ctrl-C, `progress`) leaves work behind on both tracks. What
+        comes later comes after it.
+        """
+
+        def begin(track: Device, piece: Piece) -> Work[Tile]:
+            return self.trace(track, world, piece, budget=TILE_BYTES)
+
+        whole = False
+        try:
+            yield from interleaved(device, pieces, begin, halves)
+            whole = True
+        finally:
+            if not whole:
+                with suppress(DeviceError):  # why it is given up is what counts
+                    device.driver.barrier()
+                    world.clear_overflow(device)
+                    device.driver.barrier()
 
     def identity(self, window: tuple[int, int, int, int]) -> dict[str, str]:
         """What decides a picture's window (x, y, width, height) and its counts, as texts by name."""

@@ -134,7 +134,7 @@ def trace(
         overflow = device.ask(world.overflow, np.empty(1, np.uint32))
         yield overflow
         if overflow.wait()[0]:
-            device.fill(world.overflow, 4)
+            world.clear_overflow(device)
             raise too_deep(world.flat.media.source)
     return counts
 

@@ -67,6 +67,10 @@ class World:
         self._take(device, flat, buffers)
         return cost
 
+    def clear_overflow(self, device: Device) -> None:
+        """Let it not be known that a list of media was too short."""
+        device.fill(self.overflow, 4)
+
     def _refitted(self, device: Device, flat: FlatScene, buffers: dict[str, Any]) -> dict[str, Any] | None:
         """The tree's sections for primitives that only moved; None where it must be built."""
         if not len(flat.finite) or not all(map(_same, _numbers(self.flat), _numbers(flat))):
