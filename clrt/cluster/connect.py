@@ -33,6 +33,9 @@ _CONFIG: Final[dict[str, Any]] = {
     "distributed.scheduler.worker-ttl": "10 s",
     # whose death takes an order with it is a matter of chance; the client counts itself (`pool.LOSSES`)
     "distributed.scheduler.allowed-failures": 3,
+    # so long after each end of a worker dask looks whether it is there again, and if it has just ended once
+    # more never starts it again
+    "distributed.deploy.lost-worker-timeout": "1000 days",
     "distributed.worker.multiprocessing-method": "spawn",  # OpenCL's threads do not survive a fork
     # each process watches itself: all that together took 9 % of a core from two idle workers
     "distributed.worker.profile.enabled": False,  # looks at each worker a hundred times a second

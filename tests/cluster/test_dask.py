@@ -55,6 +55,15 @@ def calm(executor: Any, settings: clrt.Settings, scene: clrt.Scene) -> tuple[clr
     return disturbed(executor, settings, scene, 10**6, kill, **SIZE)
 
 
+def test_a_worker_that_ends_again_and_again_is_started_again(workers: Any) -> None:
+    """So long after each end dask looks whether the worker is there, and drops it if it has just ended once
+    more. (`python -m tests.cluster.endurance --workers 1` ends workers in earnest.)
+    """
+    dask = pytest.importorskip("dask")
+    after = dask.utils.parse_timedelta(dask.config.get("distributed.deploy.lost-worker-timeout"))
+    assert after > 3600 * 24, "longer than any run"
+
+
 def test_nothing_is_done_twice(workers: Any, scene: clrt.Scene, right: clrt.Image) -> None:
     """Each worker says how many orders it has done: as many as its answers that have come."""
     image, before = calm(*workers, scene)
