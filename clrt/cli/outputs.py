@@ -6,8 +6,10 @@ was read until then (`clrt.base.inputs`).
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
 from clrt.base.errors import ClrtError
 from clrt.base.inputs import Name, identity, noted
@@ -16,8 +18,28 @@ if TYPE_CHECKING:
     from clrt.scene.scene import Scene
 
 
+_WRITES: Final = {
+    "--stats": ("JSON", "stats.json"),
+    "--trace": ("JSON", "trace.json"),
+    "--json": ("JSON", "bench.json"),
+    "--manifest": ("a table in CSV", "frames.csv"),
+    "--checkpoint": ("what is finished in a format of its own", "picture.checkpoint"),
+}
+"""What an option writes, and how such a file may be called."""
+
+_MEANING: Final = frozenset(
+    (
+        ".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".exr", ".hdr", ".mp4", ".webm", ".mkv", ".toml",
+        ".json", ".csv", ".nff", ".xml", ".pov", ".obj", ".ply", ".glb", ".gltf", ".stl", ".html", ".svg",
+        ".py",
+    )
+)  # fmt: skip
+"""Suffixes by which programs know what is in a file."""
+
+
 def check_apart(outputs: Mapping[str, Name | None], inputs: Mapping[str, Name | None]) -> None:
-    """ClrtError where an output (by option) is one of the inputs (by what they are) or another output.
+    """ClrtError where an output (by option) is one of the inputs (by what they are) or another output, or has
+    a name that promises something else than is written.
 
     What was read already counts among the inputs; None is a file that was not given.
     """
@@ -30,6 +52,12 @@ def check_apart(outputs: Mapping[str, Name | None], inputs: Mapping[str, Name | 
         what = taken.setdefault(identity(file), f"the file of {option}")
         if what != f"the file of {option}":
             raise ClrtError(f"{file}: is {what}; give {option} a file of its own")
+    for option, file in outputs.items():
+        if file is not None and option in _WRITES:
+            what, name = _WRITES[option]
+            suffix = Path(os.fsdecode(file)).suffix.lower()
+            if suffix in _MEANING and suffix != Path(name).suffix:
+                raise ClrtError(f"{file}: {option} writes {what}; give it a name such as {name}")
 
 
 def check_spares(outputs: Mapping[str, Name | None], scene: Scene) -> None:

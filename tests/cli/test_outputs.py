@@ -21,6 +21,7 @@ from clrt.base.resources import validation_module
 from clrt.bench.report import Report
 from clrt.cli import main
 from clrt.cli.options import parser
+from clrt.cli.outputs import check_apart
 from tests.bench_samples import measurement
 from tests.cli.test_terminal import SCENE, fault
 
@@ -132,7 +133,8 @@ def test_outputs_are_no_inputs(
                 stem = out.rstrip("/.").removesuffix(".depth.png")
                 given = [word.format(scene=scene, out=out, stem=stem) for word in words]
                 said = fault(capsys, *given)
-                refused = ("a file of its own", _FOLDER) if out.endswith("/") else ("a file of its own",)
+                refused = ["a file of its own", *([_FOLDER] if out.endswith("/") else [])]
+                refused += ["; give it a name such as "] if Path(out).suffix and not ending else []
                 assert any(words in said for words in refused), (given, said)
                 assert {name: Path(name).read_bytes() for name in before} == before, given
 
@@ -229,3 +231,21 @@ def test_programs_may_save_a_scene_where_it_came_from(folder: Path) -> None:
 
 def test_a_name_that_no_file_can_have_is_itself() -> None:
     assert inputs.identity("a\0b") == "a\0b"
+
+
+@pytest.mark.parametrize(
+    ("words", "refused", "taken"),
+    [
+        (["render", "ball.toml", "-o", "new.png", "--stats"], "x.png", "stats.txt"),
+        (["render", "ball.toml", "-o", "new.png", "--trace"], "x.CSV", "trace"),
+        (["render", "ball.toml", "-o", "new.png", "--checkpoint"], "x.exr", "new.part"),
+        (["turntable", "ball.toml", "-o", "n{index}.png", "--manifest"], "x.json", "m.txt"),
+        (["bench", "--quick", "--json"], "x.svg", "now"),
+    ],
+)
+def test_a_name_that_promises_something_else_is_refused(
+    words: list[str], refused: str, taken: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In one line that names the option; names that promise nothing are taken."""
+    assert f"{refused}: {words[-1]} writes " in fault(capsys, *words, refused)
+    check_apart({words[-1]: taken}, {})

@@ -170,8 +170,8 @@ def test_faults_say_what_to_do(tmp_path: Path, image: clrt.Image):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (["--stats", "a.depth.png"], "a.depth.png: is the file of --stats; give --layers depth a"),
-        (["--checkpoint", "a.generation_0.png"], "a.generation_0.png: is the file of --checkpoint; give"),
+        (["--stats", "a.depth.png"], "a.depth.png: --stats writes JSON; give it a name such as stats.json"),
+        (["--checkpoint", "a.generation_0.png"], "a.generation_0.png: --checkpoint writes what is finished"),
     ],
 )
 def test_all_layers_do_not_take_the_place_of_other_files(
