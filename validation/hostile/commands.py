@@ -203,7 +203,8 @@ def _odd_option(draw: random.Random, run: Command) -> None:
             for _ in range(4 if option == b"--crop" else draw.choice((0, 1, 1, 1, 1, 2)))
         ]
         if option in oddities.WRITTEN:
-            values, run.outputs = [b"also.json"], [*run.outputs, b"also.json"]
+            values = [oddities.WRITTEN[option]]
+            run.outputs = [*run.outputs, *values]
         if values and len(values) == 1 and draw.random() < 0.3:
             run.arguments.append(option + b"=" + values[0])
         else:

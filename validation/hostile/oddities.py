@@ -22,8 +22,11 @@ VALUES: Final = (
     b"random " + b"9" * 5000 + b"/0", b"{" + b"a." * 9999 + b"b = 1}",
 )  # fmt: skip
 
-WRITTEN: Final = (b"--stats", b"--checkpoint", b"--trace", b"--manifest")
-"""Options whose value is a file that is written."""
+WRITTEN: Final = {
+    b"--stats": b"also.json", b"--trace": b"also.json", b"--manifest": b"also.csv",
+    b"--checkpoint": b"also.part",
+}  # fmt: skip
+"""Options whose value is a file that is written, and a name for it."""
 
 MEANT: Final[dict[bytes, tuple[bytes, ...]]] = {
     b"--set": (

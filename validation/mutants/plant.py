@@ -23,6 +23,7 @@ from typing import Final
 
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE, kernel_folder
+from clrt.base.scratch import placed, scratch
 from clrt.device.device import Device
 from clrt.device.kernelcache import VARIABLE as CACHE
 from clrt.formats import load_dict
@@ -124,9 +125,9 @@ def patched_with(files: Collection[str], edit: Callable[[str, str], str]) -> Ite
 
 @contextmanager
 def _copied(folder: Path, name: str) -> Iterator[Path]:
-    with tempfile.TemporaryDirectory(prefix="clrt-mutant-") as place:
-        shutil.copytree(folder, Path(place) / name, ignore=shutil.ignore_patterns("__pycache__"))
-        yield Path(place)
+    with scratch() as place:
+        shutil.copytree(folder, place / name, ignore=shutil.ignore_patterns("__pycache__"))
+        yield place
 
 
 @contextmanager
@@ -156,7 +157,7 @@ def pictures_by_child(
     path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
     command = [sys.executable, "-P", "-W", "ignore", "-c", _CHILD]
     pipe = subprocess.PIPE
-    with tempfile.TemporaryFile() as errors, subprocess.Popen(
+    with placed(lambda: tempfile.TemporaryFile()) as errors, subprocess.Popen(
         command, stdin=pipe, stdout=pipe, stderr=errors, cwd=root, env={**os.environ, "PYTHONPATH": path}
     ) as child:
         assert child.stdin is not None and child.stdout is not None

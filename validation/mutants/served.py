@@ -22,6 +22,7 @@ from typing import Any, Final
 
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
+from clrt.base.scratch import placed
 from clrt.device.device import Device
 from clrt.device.kernelcache import VARIABLE as CACHE
 
@@ -64,7 +65,7 @@ class Served:
         self._child: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> Served:
-        self._errors = tempfile.TemporaryFile()
+        self._errors = placed(lambda: tempfile.TemporaryFile())  # noqa: SIM115
         self._open()
         return self
 

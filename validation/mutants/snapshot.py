@@ -7,12 +7,12 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 from clrt.base.errors import ClrtError
+from clrt.base.scratch import scratch
 
 from ..reliability import code
 
@@ -25,14 +25,13 @@ def run(module: str, words: Sequence[str], stamp: dict[str, Any]) -> int:
 
     stamp: what the checkout was before it was copied. ClrtError where it is something else afterwards.
     """
-    with tempfile.TemporaryDirectory(prefix="clrt-mutants-") as place:
-        root = Path(place)
+    with scratch() as root:
         copied(code.ROOT, root)
         if (stamp["commit"], stamp["dirty"]) != code.commit() or not same(code.ROOT, root):
             raise ClrtError("files of the checkout changed while they were copied; run it again")
-        path = os.pathsep.join(filter(None, (place, os.environ.get("PYTHONPATH"))))
+        path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
         command = [sys.executable, "-P", "-m", module, *words, _STAMP, json.dumps(stamp)]
-        ran = subprocess.run(command, cwd=place, env={**os.environ, "PYTHONPATH": path}, check=False)
+        ran = subprocess.run(command, cwd=root, env={**os.environ, "PYTHONPATH": path}, check=False)
         return ran.returncode
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import warnings
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 from clrt.base.errors import ClrtWarning
+from clrt.base.scratch import scratch
 from clrt.flatten.flatten import FlatScene, flatten
 from clrt.formats import load_dict
 from clrt.images.file import write
@@ -320,11 +320,11 @@ def scenes() -> dict[str, tuple[Scene, FlatScene]]:
     light = {"ambient": [0.2, 0.25, 0.3], "background": [0.1, 0.2, 0.4], "lights": _LIGHTS}
     common = {**light, "max_depth": 4, "camera": _CAMERA}
     out = {}
-    with TemporaryDirectory() as folder, warnings.catch_warnings():
-        _write_pictures(Path(folder))
+    with scratch() as folder, warnings.catch_warnings():
+        _write_pictures(folder)
         warnings.simplefilter("ignore", ClrtWarning)  # glass that makes light and overlaps is right here
         for name, table in _SCENES.items():
-            scene = load_dict({**common, **table()}, folder=Path(folder))
+            scene = load_dict({**common, **table()}, folder=folder)
             flat = flatten(scene)
             out[name] = scene, with_sky(flat) if name == "sky image" else flat
     return out
