@@ -136,9 +136,16 @@ class Driver:
                 reason = f"the kernels{where} do not build: {plain(str(error))}{advice}"
                 raise DeviceError(f"{self.info.label}: {reason}") from None
 
+    def compiled_as(self, source: str) -> str:
+        """Another text for every source, device and driver, and for each place where pip put a driver.
+
+        PoCL compiles anew what a PoCL elsewhere has compiled, though the version is the same.
+        """
+        whose = f"{self.info.label} {self.info.driver} {Path(cl.__file__).parent}"
+        return hashlib.sha256(f"{whose} {source}".encode()).hexdigest()[:16]
+
     def _program_name(self, source: str) -> str:
-        digest = hashlib.sha256(f"{self.info.label} {self.info.driver} {source}".encode()).hexdigest()[:16]
-        return f"program-{digest}"
+        return f"program-{self.compiled_as(source)}"
 
     def is_compiled(self, source: str) -> bool:
         """Whether a program has been built here before."""
@@ -267,8 +274,8 @@ class Kernels:
 
     @cached_property
     def key(self) -> str:
-        """Another one for every source and device."""
-        return hashlib.sha256(f"{self._driver.info.label} {self.source}".encode()).hexdigest()[:16]
+        """Another one for every source and driver."""
+        return self._driver.compiled_as(self.source)
 
     @cached_property
     def program(self) -> cl.Program:
