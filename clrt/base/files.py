@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,6 +34,25 @@ def resolve(name: str, folder: Path | None, at: At) -> Path:
     except (OSError, ValueError, RuntimeError) as error:  # too long, a NUL inside, a loop of links
         raise at.error(name, f"must be the path of a file: {reason(error)}") from None
     return path
+
+
+_JUST_NOW: Final = 2 * 10**9  # nanoseconds: longer than a tick of the clock of any file system
+
+
+def version(path: Path) -> tuple[int, ...] | None:
+    """What is another where a file is another, or was written to; None where that cannot be told.
+
+    To be asked before the file is read. Of what was written just now it cannot: what is written within the
+    same tick of the clock leaves the same times.
+    """
+    try:
+        status = path.stat()
+    except OSError:  # who reads it says so
+        return None
+    written = max(status.st_mtime_ns, status.st_ctime_ns)
+    if abs(time.time_ns() - written) < _JUST_NOW:
+        return None
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
 
 
 def open_input(path: str | os.PathLike[str]) -> BinaryIO:

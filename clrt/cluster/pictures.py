@@ -191,7 +191,7 @@ class Sheet:
         told = metadata(kernels, device, self.job.settings, self.job.flat)
         told |= manifests(self.scene, self.job.layers)
         made = stats(self.counts, self._local_size, dict(self._seconds), device)
-        return Image(self.picture.pixels, self.picture.layers, made, told, wavelengths(self.scene))
+        return Image(*self.picture.whole(), made, told, wavelengths(self.scene))
 
 
 class Remote:

@@ -37,6 +37,12 @@ class Picture:
             elif name in self.layers:
                 _scatter(self.layers[name], place, found)
 
+    def whole(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """The pixels and the layers, to which nobody writes any more."""
+        for array in (self.pixels, *self.layers.values()):
+            array.flags.writeable = False
+        return self.pixels, self.layers
+
     def places(self, pixels: np.ndarray) -> np.ndarray:
         """Where in the flattened window the pixels of these numbers stand."""
         place = pixels.astype(np.intp)

@@ -244,7 +244,7 @@ class Tracer:
         told = metadata(device.kernels.hash, label, device.settings, flat)
         told |= manifests(scene, task.layers)
         made = stats(counts, local_size, seconds, label)
-        return Image(picture.pixels, picture.layers, made, told, wavelengths(scene))
+        return Image(*picture.whole(), made, told, wavelengths(scene))
 
     @public
     @_one_at_a_time

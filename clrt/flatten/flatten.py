@@ -8,11 +8,13 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 
 from clrt import layout
 from clrt.base.errors import SceneError, located
+from clrt.base.files import version
 from clrt.flatten.camera import flatten_camera
 from clrt.flatten.entries import check_entries
 from clrt.flatten.geometry import GEOMETRY, geometry
@@ -43,8 +45,9 @@ class FlatScene:
     `response` (rows, bands) float32 turns a pixel's bands into its colour (by `colorimetry.finished`),
     `xyz` (3, bands) into CIE XYZ; None in RGB mode, where the bands are the colour.
     `media` tells in which media rays start; None where rays need no lists of them. From `textures` on:
-    sections that a scene without pictures on its surfaces has not, and what was read. `extents` say what
-    later scenes of the same shapes need not find again; they do not travel.
+    sections that a scene without pictures on its surfaces has not, and what was read. `sky` is the file of
+    the background image, and its `files.version`. `extents` say what later scenes of the same shapes need
+    not find again; they do not travel.
     """
 
     scene: np.ndarray
@@ -76,6 +79,7 @@ class FlatScene:
     corner_uv: np.ndarray | None = None
     primaries: np.ndarray | None = None
     pictures: Pictures | None = None
+    sky: tuple[Path, tuple[int, ...] | None] | None = None
     extents: Extents | None = None
 
     @property
@@ -144,7 +148,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
 
     known: another scene, and what it was flattened to. Where both have the same shapes (the very objects, or
     meshes of the very arrays) the arrays of their geometry are shared, and nobody is warned of the view a
-    second time; a background of the same name is not read again.
+    second time; pictures whose files are what they were are not read again.
 
     Raises `SceneError` with the place of a shape of a kind that a table lacks, or that its transform makes
     one that there is no primitive for, or whose coordinates leave the range of float32, and for a background
@@ -167,7 +171,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         extents = extents_of(numbers, sections)
     sections["materials"] = materials.records()
     sections["lights"] = flatten_lights(scene, bands)
-    sections["background"], sides = _background(scene, known)
+    sections["background"], sides, sky = _background(scene, known[1] if known else None)
     sections["scene"] = _scene_info(scene, sections, sides, bands)
     lists = needs_lists(scene, sections["materials"], extents)
     media = media_of(scene, sections["materials"], extents) if lists else None
@@ -197,6 +201,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         response=response,
         xyz=xyz,
         pictures=pictures,
+        sky=sky,
         extents=extents,
     )
     if before:
@@ -264,17 +269,20 @@ def _geometry_of(
 
 
 def _background(
-    scene: Scene, known: tuple[Scene, FlatScene] | None
-) -> tuple[np.ndarray, tuple[int, int]]:
-    """The background image's numbers, and its height and width; 0 where there is none."""
+    scene: Scene, known: FlatScene | None
+) -> tuple[np.ndarray, tuple[int, int], tuple[Path, tuple[int, ...] | None] | None]:
+    """The background image's numbers, its height and width, and its file as `FlatScene.sky`; where there is
+    none 0 and None.
+    """
     path = scene.background_path
     if path is None:
-        return np.zeros(0, np.float32), (0, 0)
-    if known and (scene.background, scene.folder) == (known[0].background, known[0].folder):
-        info = known[1].scene[0]
-        return known[1].background, (int(info["background_height"]), int(info["background_width"]))
+        return np.zeros(0, np.float32), (0, 0), None
+    sky = path, version(path)
+    if known and sky[1] is not None and known.sky == sky:
+        info = known.scene[0]
+        return known.background, (int(info["background_height"]), int(info["background_width"])), sky
     image = read_image(path, scene.limits)
-    return np.ascontiguousarray(image, np.float32).reshape(-1), (image.shape[0], image.shape[1])
+    return np.ascontiguousarray(image, np.float32).reshape(-1), (image.shape[0], image.shape[1]), sky
 
 
 def _responses(scene: Scene, bands: Bands | None) -> tuple[np.ndarray | None, np.ndarray | None]:

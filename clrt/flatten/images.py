@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from clrt import layout
+from clrt.base.files import version
 from clrt.base.places import At
 from clrt.images.levels import halved, level_sizes
 from clrt.images.texture import Role, finished, read_plain, texture_bytes
@@ -31,11 +32,12 @@ file it is (None: all), and what multiplies it."""
 class Pictures:
     """Pictures that were read: of each its first texel, height and width, and the texels, float32.
 
-    levels: which have mip levels; their texels follow, level after level.
+    levels: which have mip levels; their texels follow, level after level. versions: of their files.
     """
 
     sources: tuple[Source, ...]
     levels: tuple[bool, ...]
+    versions: tuple[tuple[int, ...] | None, ...]
     sizes: np.ndarray
     texels: np.ndarray
 
@@ -72,14 +74,18 @@ class TextureTable:
         return self._numbers.setdefault((source, like), len(self._numbers))
 
     def sections(self, known: Pictures | None, bands: Bands | None) -> tuple[dict[str, np.ndarray], Pictures]:
-        """The sections `textures`, `texels` and `primaries`, and what was read; `known` is not read again."""
+        """The sections `textures`, `texels` and `primaries`, and what was read; `known` is not read again
+        where its files are what they were.
+        """
         sources = tuple(dict.fromkeys(source for source, _ in self._numbers))
         shrunk = {source for source, how in self._numbers if how.filter == _MIPMAP}
         levels = tuple(source in shrunk for source in sources)
+        versions = tuple(version(path) for path, *_ in sources)
         pictures = known
-        if known is None or (known.sources, known.levels) != (sources, levels):
-            pictures = _read(sources, levels, self._scene)
-        assert pictures is not None
+        if pictures is None or (pictures.sources, pictures.levels) != (sources, levels) or (
+            None in versions or pictures.versions != versions
+        ):  # fmt: skip
+            pictures = replace(_read(sources, levels, self._scene), versions=versions)
         places = {source: number for number, source in enumerate(pictures.sources)}
         out = np.zeros(len(self._numbers), layout.dtype("Texture"))
         for record, (source, how) in zip(out, self._numbers, strict=True):
@@ -153,4 +159,4 @@ def _read(sources: tuple[Source, ...], levels: tuple[bool, ...], scene: Scene) -
                     first += own.size // _CHANNELS
                 del own
             del plain  # before the next is read
-    return Pictures(sources, levels, sizes, texels)
+    return Pictures(sources, levels, (), sizes, texels)

@@ -36,9 +36,15 @@ def channels(
     """Names of a layer's channels, and the layer as (height, width, channels).
 
     Numbers of shapes are exact in float32: there are at most 2^24 of them. Of bands S0 is radiance, a comma
-    the point.
+    the point. ClrtError for a layer of the caller's whose numbers would be others in float32, or infinite.
     """
     known, layer = find(name), np.atleast_3d(layer)
+    with np.errstate(over="ignore"):
+        stored = layer.astype(np.float32, copy=False)
+    whole = layer.dtype.kind in "iu"
+    if (stored != layer).any() if whole else (np.isinf(stored) & np.isfinite(layer)).any():
+        right = "whole numbers up to 2^24" if whole else "numbers up to 3.4e38"
+        raise ClrtError(f"layers[{name!r}]: an .exr holds {right}")
     if not known.values:
         return tuple(f"S0.{nm:.6f}nm".replace(".", ",").replace(",", ".", 1) for nm in wavelengths), layer
     names = known.names(name)

@@ -75,17 +75,23 @@ class Image:
         layers = {name: _array(f"layers[{name!r}]", layer) for name, layer in self.layers.items()}
         for name, layer in layers.items():
             _check_text("layers", name)
+            if not name:
+                raise ClrtError(fault("", "layers", name, "a layer has a name"))
             values = {3, find(name).values} if find(name).values else {len(wavelengths)}
             fits = [(*pixels.shape[:2], number) for number in values]
             if layer.shape not in (*fits, pixels.shape[:2]) or layer.dtype.kind not in "fiu":
                 form = f"{layer.dtype} {layer.shape}"
                 raise ClrtError(f"layers[{name!r}]: {form} does not fit pixels {pixels.shape}")
-        object.__setattr__(self, "pixels", _read_only(pixels))
+        object.__setattr__(self, "pixels", pixels)
         object.__setattr__(self, "wavelengths", wavelengths)
-        frozen = {"layers": {name: _read_only(layer) for name, layer in layers.items()},
-                  "stats": self.stats, "metadata": self.metadata}  # fmt: skip
+        frozen = {"layers": layers, "stats": self.stats, "metadata": self.metadata}  # fmt: skip
         for name, table in frozen.items():
             object.__setattr__(self, name, FrozenDict(table))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As it was made: arrays that are copied or unpickled by themselves can be written to."""
+        tables = (dict(table) for table in (self.layers, self.stats, self.metadata))
+        return type(self), (self.pixels, *tables, self.wavelengths)
 
     @property
     def height(self) -> int:
@@ -296,10 +302,17 @@ def pixel_hash(pixels: np.ndarray) -> str:
 
 
 def _array(name: str, value: object) -> np.ndarray:
-    """`value` as an array; ClrtError for rows of different lengths."""
+    """`value` as a read-only array: a copy, unless it is one already that shares its numbers with none.
+
+    ClrtError for rows of different lengths.
+    """
     arguments.unmasked(name, value)
     try:
-        return np.ascontiguousarray(value)
+        given = np.ascontiguousarray(value)
+        if given.base is not None or (given is value and given.flags.writeable):
+            given = given.copy()
+        given.flags.writeable = False
+        return given
     except (TypeError, ValueError, OverflowError):
         raise ClrtError(f"{name}: {show(value)} is not allowed; it must be an array of numbers") from None
 
@@ -312,12 +325,6 @@ def _check_text(name: str, value: object) -> None:
         good = False
     if not good:
         raise ClrtError(fault("", name, value, r"it must be a text that UTF-8 can hold, without \x00"))
-
-
-def _read_only(array: np.ndarray) -> np.ndarray:
-    view = array.view()
-    view.flags.writeable = False
-    return view
 
 
 def _viewer() -> list[str]:

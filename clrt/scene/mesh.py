@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
@@ -117,7 +117,12 @@ class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mes
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Mesh):
             return NotImplemented
-        return all(_same(getattr(self, name), getattr(other, name)) for name in self.__struct_fields__)
+        if not all(_same(getattr(self, name), getattr(other, name)) for name in self.__struct_fields__):
+            return False
+        mine, others = self.__dict__.get("_data"), other.__dict__.get("_data")
+        if self.file is None or mine is others or mine is None or others is None:
+            return True
+        return all(_same(getattr(mine, part.name), getattr(others, part.name)) for part in fields(mine))
 
     def __ne__(self, other: object) -> bool:  # the base class has one that only looks at identity
         return not self == other

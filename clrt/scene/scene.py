@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -91,12 +92,12 @@ class _Settings(Colored, frozen=True, kw_only=True):
     """The scene's own values, without the tables below it."""
 
     version: Annotated[Literal[1], Meta(description="version must be 1")] = 1
-    max_depth: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number >= 0")] = 5
+    max_depth: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number from 0 to 65536")] = 5
     min_weight: Annotated[float, Meta(ge=0, description="must be a number >= 0")] = 0.0
     depth_color: LightColor = 0.0
     background: Background = 0.0
     ambient: LightColor = 0.0
-    ambient_samples: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number >= 0")] = 0
+    ambient_samples: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number from 0 to 65536")] = 0
     medium_ior: Annotated[float, Meta(ge=LEAST, le=MOST, description=f"must be {INDEX}")] = 1.0
     one_sided: Annotated[
         Literal["none", "opaque"], Meta(description="one_sided must be 'none' or 'opaque'")
@@ -126,8 +127,8 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
     """A whole scene. Lists, tuples, dicts, numpy arrays and records may be mixed freely; all is checked here,
     and stays as it is: to change a scene, make another one (`override`, or `to_dict` and `clrt.load_dict`).
 
-    `folder` is where relative files are looked up (None: the current folder), `source` the name that
-    messages start with, `limits` what reading may cost; the three are neither saved nor compared.
+    `folder` is where relative files are looked up (None: the folder that is current now), `source` the name
+    that messages start with, `limits` what reading may cost; the three are neither saved nor compared.
 
     Raises `SceneError` where the scene cannot be rendered, `LimitError` where it is too large, and ClrtError
     where one of the last three is of another kind.
@@ -140,8 +141,9 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
     def __post_init__(self) -> None:
         at = At(arguments.text("source", self.source))
         arguments.instance("limits", self.limits, Limits)
-        if self.folder is not None:
-            msgspec.structs.force_setattr(self, "folder", arguments.path("folder", self.folder))
+        given = Path() if self.folder is None else arguments.path("folder", self.folder)
+        with suppress(OSError):  # the current folder was removed: whatever is looked up there says so
+            msgspec.structs.force_setattr(self, "folder", given.absolute())
         values = self._read_settings({name: getattr(self, name) for name in _Settings.__struct_fields__}, at)
         values["camera"] = read_camera(self.camera, at)
         # what reads mesh files leaves cycles behind
