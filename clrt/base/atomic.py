@@ -22,23 +22,28 @@ _SUFFIX: Final = 16
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Give a new, empty file beside `path` to write to; it takes the place of `path` when the block ends.
 
-    The new file has the suffix of `path`, is forced to the disk before the replacement, and is removed when
-    the block fails or is interrupted. ClrtError when `path` can be no file's name (one that ends in a
-    slash is a folder's), is not a regular file's, is a file that the command has read, or its folder is
-    missing or cannot be written to.
+    The new file has the suffix of `path` and the permissions of what it replaces, is forced to the disk
+    before the replacement, and is removed when the block fails or is interrupted. ClrtError when `path` can
+    be no file's name (one that ends in a slash is a folder's), is not a regular file's, is a file that the
+    command has read, or its folder is missing or cannot be written to.
     """
     target = _target(path)
     suffix = target.suffix if len(target.suffix) <= _SUFFIX else ""  # a name of 255 bytes may be all suffix
     temporary = target.with_name(f".clrt-{os.urandom(6).hex()}{suffix}")
     temporaries.add(temporary)
+    old = _permissions(target)
     try:
         try:
-            # Opened, not mkstemp: the file then gets the permissions that the user's umask asks for.
-            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+            # Opened, not mkstemp: a new file then gets the permissions that the user's umask asks for.
+            mode = 0o666 if old is None else 0o600
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, mode))
         except (OSError, ValueError) as error:
             raise ClrtError(f"{path}: cannot be written: {_reason(target, error)}") from None
         yield temporary
         _sync(temporary)
+        if old is not None:
+            with suppress(OSError):  # of a drive without permissions
+                os.chmod(temporary, old)
         os.replace(temporary, target)
         note_saved(target)
         if os.name == "posix":
@@ -103,6 +108,14 @@ def _target(path: str | os.PathLike[str]) -> Path:
     if read is not None:
         raise ClrtError(f"{path}: is {read}, which is read; give the name of another file to write")
     return target
+
+
+def _permissions(target: Path) -> int | None:
+    """Who may read, write and run the file that is replaced; None where there is none."""
+    try:
+        return target.stat().st_mode & 0o777
+    except (OSError, ValueError):
+        return None
 
 
 class _Untouched(Exception):

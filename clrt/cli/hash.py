@@ -6,13 +6,14 @@ import argparse
 import json
 from pathlib import Path
 
-from clrt.base.errors import legible
+from clrt.base.errors import ClrtError, legible
 from clrt.cli.source import scene_path
 
 
 def run(options: argparse.Namespace) -> int:
     """Print `HASH  NAME` for a rendered scene, or for the pixels that an .exr file holds."""
     if Path(options.scene).suffix.lower() == ".exr":
+        _check_unasked(options)
         from clrt.images.file import read_samples
         from clrt.images.image import pixel_hash
 
@@ -26,3 +27,11 @@ def run(options: argparse.Namespace) -> int:
     else:
         print(f"{value}  {options.scene}")
     return 0
+
+
+def _check_unasked(options: argparse.Namespace) -> None:
+    """ClrtError for what is said of a render: a picture is as it is."""
+    for name in ("width", "height", "crop", "spp", "set", "max_depth", "device", "threads", "limit"):
+        if getattr(options, name) not in (None, []):
+            option = "--set, --adaptive" if name == "set" else f"--{name.replace('_', '-')}"
+            raise ClrtError(f"{option}: {options.scene} is a picture already; only a scene is rendered")

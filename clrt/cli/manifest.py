@@ -5,8 +5,10 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import os
 import time
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final, TextIO
 
@@ -26,7 +28,8 @@ _SHARE: Final = 0.05  # of the time that saving may take
 class Manifest:
     """The manifest of a series to files of these names; None as a path: there is none.
 
-    series: for each picture, its values by their places. ClrtError where the file that is there is no
+    series: for each picture, its values by their places. What the file that is there says of pictures of
+    other names stays in it, as long as there are files of these names. ClrtError where that file is no
     manifest, or cannot be replaced.
     """
 
@@ -36,10 +39,18 @@ class Manifest:
         self.path, self.series = path, series
         self.rows: dict[int, Row] = {}
         self._before: dict[tuple[str, str], Row] = {}
+        self._others: dict[str, Row] = {}
         self._took, self._last = 0.0, time.monotonic()
         if path is not None:
             check_replaceable(path)
-            self._before = _read(path, {cell(Path(name).name) for name in names}, limits)
+            files = [Path(name) for name in names]
+            own = {cell(file.name) for file in files}
+            there = _listed({Path(path).parent, *(file.parent for file in files)})
+            for row in _read(path, limits):
+                if row["file"] in own:
+                    self._before[row["file"], row["identity"]] = row
+                elif row["file"] in there:
+                    self._others[row["file"]] = row
 
     def keeps(self, index: int, file: Path, identity: str) -> bool:
         """Note a picture that is wanted; whether its file holds it, as the manifest of before says."""
@@ -67,19 +78,21 @@ class Manifest:
         if self.path is None or not rows:
             return
         start = time.monotonic()
-        places = [*dict.fromkeys(place for values in self.series for place in values)]
+        done = {cell(row["file"]) for row in rows}
+        kept = [row for row in self._before.values() if row["file"] not in done]
+        kept += self._others.values()
+        places = dict.fromkeys(cell(place) for values in self.series for place in values)
+        places |= dict.fromkeys(place for row in kept for place in row if place not in _OWN)
         out = io.StringIO(newline="")
         table = csv.writer(out)
-        table.writerow([*_OWN[:2], *map(cell, places), *_OWN[2:]])
+        table.writerow([*_OWN[:2], *places, *_OWN[2:]])
         for row in rows:
-            values = self.series[row["index"]]
-            cells = [cell(values.get(place, "")) for place in places]
+            values = {cell(place): cell(value) for place, value in self.series[row["index"]].items()}
+            cells = [values.get(place, "") for place in places]
             table.writerow([row["index"], cell(row["file"]), *cells, *(row[name] for name in _OWN[2:])])
-        done = {cell(row["file"]) for row in rows}
-        for row in self._before.values():
-            if row["file"] not in done:
-                cells = [row.get(cell(place), "") for place in places]
-                table.writerow([row["index"], row["file"], *cells, *(row[name] for name in _OWN[2:])])
+        for row in kept:
+            cells = [row.get(place, "") for place in places]
+            table.writerow([row["index"], row["file"], *cells, *(row[name] for name in _OWN[2:])])
         with replacing(self.path) as temporary:
             temporary.write_text(out.getvalue(), encoding="utf-8", newline="")
         self._last = time.monotonic()
@@ -94,13 +107,22 @@ def cell(value: Any) -> Any:
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 
-def _read(path: str, files: set[str], limits: Limits) -> dict[tuple[str, str], Row]:
-    """The rows of these files, by file and identity, of a manifest that is there; none of a damaged one.
+def _listed(folders: set[Path]) -> set[str]:
+    """The names of all that is in these folders, as cells have them."""
+    found: set[str] = set()
+    for folder in folders:
+        with suppress(OSError):  # whoever writes there says what is wrong
+            found |= {cell(name) for name in os.listdir(folder)}
+    return found
+
+
+def _read(path: str, limits: Limits) -> list[Row]:
+    """The rows of pictures with files, of a manifest that is there; none of a damaged one.
 
     ClrtError for a file that never was one: somebody else's, which nothing may replace.
     """
     if not Path(path).exists():
-        return {}
+        return []
     with inputs.watched(False), opened(path, limits) as binary:
         file = io.TextIOWrapper(binary, encoding="utf-8", errors="surrogateescape", newline="")
         first = file.read(len(_FIRST))
@@ -108,19 +130,18 @@ def _read(path: str, files: set[str], limits: Limits) -> dict[tuple[str, str], R
             text = "is there, and is no manifest of clrt; give --manifest the name of another file"
             raise ClrtError(f"{path}: {text}")
         file.seek(0)
-        return _rows(file, files)
+        return _rows(file)
 
 
-def _rows(file: TextIO, files: set[str]) -> dict[tuple[str, str], Row]:
-    known: dict[tuple[str, str], Row] = {}
+def _rows(file: TextIO) -> list[Row]:
     try:
-        for row in csv.DictReader(file):
-            if row["file"] in files and row["sha256"] and all(isinstance(row[name], str) for name in _OWN):
-                texts = {name: legible(text) for name, text in row.items() if name}
-                known[row["file"], row["identity"]] = texts
+        return [
+            {name: legible(text) for name, text in row.items() if name in _OWN or (name and text)}
+            for row in csv.DictReader(file)
+            if row["sha256"] and all(isinstance(row[name], str) for name in _OWN)
+        ]
     except (ValueError, KeyError, csv.Error):
-        return {}
-    return known
+        return []
 
 
 def _sha256(path: Path) -> str:

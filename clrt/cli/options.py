@@ -32,6 +32,13 @@ def whole(text: str) -> int:
     return int(text)
 
 
+def number(text: str) -> float:
+    """A number as scene files write it, or inf or nan, which each option judges; float() takes 1_0, too."""
+    if re.fullmatch(r"[+-]?(([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?|inf|nan)", text) is None:
+        raise argparse.ArgumentTypeError(f"{show(text)} is not a number")
+    return float(text)
+
+
 def read(arguments: Sequence[str] | None) -> argparse.Namespace:
     """The command and its options. Leaves, after one line on stderr, where they are wrong."""
     made = parser()
@@ -89,7 +96,7 @@ def parser() -> _Parser:
     render.add_argument("--layers", type=_names, default=(), metavar="A,B", help=f"all, or some of {names}")
     render.add_argument("--stats", metavar="FILE.json", help="write counts of rays and times")
     render.add_argument("--trace", metavar="FILE.json", help=_TRACE)
-    render.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
+    render.add_argument("--exposure", type=number, default=0.0, metavar="EV", help="brighten by EV stops")
     render.add_argument("--view", metavar="NAME", help=_VIEW)
     render.add_argument("--bits", type=whole, choices=(8, 16), help="bits per sample of .png and .tif (8)")
     render.add_argument("--checkpoint", metavar="FILE", help="keep what is finished; go on from it later")
@@ -106,7 +113,7 @@ def parser() -> _Parser:
     )  # fmt: skip
     explain.add_argument("--json", action="store_true", help="print JSON")
     explain.add_argument(
-        "--least", type=float, default=0.5, metavar="PERCENT",
+        "--least", type=number, default=0.5, metavar="PERCENT",
         help="leave out branches that bring less of the pixel (0.5)",
     )  # fmt: skip
     explain.add_argument("-q", "--quiet", action="store_true", help="print nothing")
@@ -163,7 +170,7 @@ def parser() -> _Parser:
     compare.add_argument("--mask", action="store_true", help="leave edges out, where correct programs differ")
     compare.add_argument("--json", action="store_true", help="print JSON")
     compare.add_argument("--report", metavar="OUT.html", help="write a page with both pictures and figures")
-    compare.add_argument("--seconds", type=float, metavar="N", help="longest search for causes (30)")
+    compare.add_argument("--seconds", type=number, metavar="N", help="longest search for causes (30)")
     compare.add_argument("--spp", type=whole, metavar="N", help="samples per pixel of the scene: 1, 4, 9 ...")
     _add_device(compare)
     compare.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
@@ -173,7 +180,7 @@ def parser() -> _Parser:
     validate.add_argument("--full", action="store_true", help="every oracle and scene, mutants")
     validate.add_argument("--against", metavar="CMD", help="a program: 'myrt {scene.toml} {out.exr}'")
     validate.add_argument("--as-oracle", action="store_true", help="that program judges clrt, as oracles do")
-    validate.add_argument("--timeout", type=float, default=60.0, metavar="S", help="its time a picture (60)")
+    validate.add_argument("--timeout", type=number, default=60.0, metavar="S", help="its time a picture (60)")
     validate.add_argument("--report", metavar="OUT.html", help="write a page with all pictures and figures")
     validate.add_argument("--json", action="store_true", help="print JSON, as it stands beside a report")
     validate.add_argument("--random", type=whole, metavar="N", help="scenes drawn at random (0; --full: 100)")
@@ -248,7 +255,7 @@ def _add_exercises(parser: argparse.ArgumentParser) -> None:
     check = action("check", "Say whether the fault is mended; 1 where it is not.")
     check.add_argument("folders", metavar="DIR", nargs="+", help="folders that `clrt exercise start` made")
     check.add_argument("--json", action="store_true", help="print JSON")
-    check.add_argument("--timeout", type=float, default=300.0, metavar="S", help="of each of several (300)")
+    check.add_argument("--timeout", type=number, default=300.0, metavar="S", help="of each of several (300)")
     _add_device(check)
 
 
@@ -277,8 +284,8 @@ def _add_series(parser: argparse.ArgumentParser) -> None:
     """What a series of pictures has beside each of them."""
     _add_cluster(parser)
     parser.add_argument("--manifest", metavar="FILE.csv", help="values, hashes (frames.csv beside them)")
-    parser.add_argument("--fps", type=float, default=25.0, metavar="N", help="frames a second (25)")
-    parser.add_argument("--exposure", type=float, default=0.0, metavar="EV", help="brighten by EV stops")
+    parser.add_argument("--fps", type=number, default=25.0, metavar="N", help="frames a second (25)")
+    parser.add_argument("--exposure", type=number, default=0.0, metavar="EV", help="brighten by EV stops")
     parser.add_argument("--view", metavar="NAME", help=_VIEW)
     parser.add_argument("-q", "--quiet", action="store_true", help="neither progress nor a closing line")
 

@@ -60,7 +60,8 @@ def _name_apart(each: list[argparse.Namespace]) -> None:
     for number, (one, file) in enumerate(zip(each, files, strict=True)):
         one.output = frame_name(pattern, number, {"name": stem(file)})
         if one.output in [other.output for other in each[:number]]:
-            what = f"several pictures would be {one.output}; put {{name}} or {{index}} into the name"
+            field = "{index}" if "{name" in pattern else "{name} or {index}"
+            what = f"several pictures would be {one.output}; put {field} into the name"
             raise ClrtError(f"{pattern}: {what}")
     inputs = {f"the scene {file}": file for file in files}
     check_apart({f"-o ({one.output})": one.output for one in each}, inputs)

@@ -89,7 +89,8 @@ def _to_files(frames: Frames, names: list[str], options: argparse.Namespace, kno
 
     for name in names:
         check_shown(name, check_writable(name, options.exposure), options.view)
-    shown = f"{options.exposure:g} {options.view or ''}".rstrip()
+    exposure = str(options.exposure).removesuffix(".0")  # with all its digits
+    shown = f"{exposure} {options.view or ''}".rstrip()
 
     def is_there(index: int, identity: str) -> bool:
         return known.keeps(index, Path(names[index]), f"{identity} {shown}")
@@ -127,5 +128,5 @@ def _to_video(frames: Frames, options: argparse.Namespace, known: Manifest) -> N
 
 def check_fps(fps: float) -> None:
     """ClrtError for what is no number of frames a second."""
-    if not 0 < fps <= 1000:
-        raise ClrtError(f"--fps: {fps} is not allowed; it must be from 0 to 1000 frames a second")
+    if not 0.001 <= fps <= 1000:  # a video has it as a fraction, over 1001 at most
+        raise ClrtError(f"--fps: {fps} is not allowed; it must be from 0.001 to 1000 frames a second")

@@ -15,6 +15,7 @@ from typing import Any, Final
 
 from clrt.base.errors import ClrtError, MissingPackage, exhausted, show
 from clrt.base.install import install_extra
+from clrt.base.scratch import scratch
 from clrt.device.settings import Settings
 
 _FORMS: Final = "local:N (N workers here), or a scheduler: tcp://HOST:PORT, tls://HOST:PORT"
@@ -117,7 +118,12 @@ def _local(distributed: Any, workers: int) -> Iterator[Any]:
 
     # A scheduler runs what it is sent: so it listens to this machine alone. clrt's own limits bound memory;
     # dask's would pause workers at a share of it.
-    with dask.config.set(_CONFIG), environment_kept(FOR_WORKERS):
+    # Scheduler and workers have folders below one that dask would leave behind.
+    with (
+        scratch() as folder,
+        dask.config.set({**_CONFIG, "temporary-directory": str(folder)}),
+        environment_kept(FOR_WORKERS),
+    ):
         try:
             cluster = distributed.LocalCluster(
                 n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", memory_limit=0,

@@ -22,10 +22,10 @@ from clrt.base.elsewhere import apart, relative
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
 from clrt.device import kernelcache, vendors
+from clrt.device.added import added
 from clrt.device.opencl import cl
 from clrt.device.processor import signature
 
-_VARIABLES: Final = ("PYOPENCL_BUILD_OPTIONS", "CL_CONFIG_CPU_TARGET_ARCH")
 _MOST: Final = 256 << 20  # bytes that are read of a file: programs take about 2 MB
 
 
@@ -47,7 +47,7 @@ def _place(device: cl.Device, source: str, options: list[str]) -> tuple[Path, by
     platform = device.platform
     parts = (
         platform.name, platform.version, device.name, device.driver_version, signature(), *options,
-        *(os.environ.get(name, "") for name in _VARIABLES), source,
+        *map("=".join, added().items()), source,
     )  # fmt: skip
     name = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     return Path(os.environ[kernelcache.VARIABLE]) / "binaries" / name[:32], name.encode()

@@ -10,12 +10,13 @@ import os
 from pathlib import Path
 from typing import Final
 
+from clrt import layout
 from clrt.base import notices
 from clrt.base.errors import ClrtError, show
 from clrt.base.files import read_bytes
 from clrt.base.limits import Limits
-from clrt.base.resources import kernel_folder
-from clrt.device.source import KERNEL_FILES
+from clrt.base.resources import kernel_folder, kernel_text
+from clrt.device.source import KERNEL_FILES, kernel_source
 from clrt.version import __version__
 
 VARIABLE: Final = "CLRT_KERNELS"
@@ -27,6 +28,20 @@ def folder() -> Path | None:
 
     ClrtError where it is no folder of kernels.
     """
+    named = _named()
+    if named is not None:
+        where = os.path.abspath(named)
+        notices.warn("", VARIABLE, f"the kernels in {where} are used, not those of clrt {__version__}")
+    return named
+
+
+def source(ray_format: layout.RayFormat) -> str:
+    """The program's source as this process takes it, of packets as wide as can be; nothing is said."""
+    named = _named()
+    return kernel_source(ray_format, folder=named, read=kernel_text if named is None else text)
+
+
+def _named() -> Path | None:
     given = os.environ.get(VARIABLE)
     if not given:
         return None
@@ -37,8 +52,6 @@ def folder() -> Path | None:
         raise ClrtError(f"{VARIABLE}: {show(given)} has no {missing[0]}; {what}")
     if os.path.samefile(named, kernel_folder()):
         return None
-    where = os.path.abspath(named)
-    notices.warn("", VARIABLE, f"the kernels in {where} are used, not those of clrt {__version__}")
     return named
 
 

@@ -153,17 +153,17 @@ class Checkpoint:
         return {"pixels": self.picture.pixels, "done": self.done, **layers}
 
     def _check_job(self, stored: dict[str, str]) -> None:
-        for name, now in self.task.items():
-            then = stored.get(name)
-            if then is not None and not then.isprintable():
+        for name in dict.fromkeys((*self.task, *stored)):  # some are there only where they are set
+            now, then = self.task.get(name), stored.get(name)
+            if not (name.isprintable() and (then is None or then.isprintable())):
                 raise ValueError("not our words")
             if then != now:
-                change = f"{name} was {_short(then)}, is {_short(now)}"
+                change = f"{_short(name)} was {_short(then)}, is {_short(now)}"
                 raise ClrtError(f"{self.path}: is the checkpoint of another render: {change}; {_ADVICE}")
 
 
 def _short(text: str | None) -> str:
-    return "unknown" if text is None else (text or "none") if len(text) <= 40 else f"{text[:12]}..."
+    return "not set" if text is None else (text or "none") if len(text) <= 40 else f"{text[:12]}..."
 
 
 def _texts(archive: zipfile.ZipFile, most: int) -> np.ndarray:

@@ -14,9 +14,10 @@ import numpy as np
 from clrt import layout
 from clrt.base.errors import DeviceError, LimitError
 from clrt.base.layers import Count, Geometry, Samples, Spectral, comes_from, find
+from clrt.device import foreign
+from clrt.device.added import added
 from clrt.device.device import Device
 from clrt.device.settings import Settings
-from clrt.device.source import kernel_source
 from clrt.engine import passes
 from clrt.engine.adaptive import refined
 from clrt.engine.coverage import covered
@@ -192,10 +193,12 @@ class Job:
                     device.driver.barrier()
 
     def identity(self, window: tuple[int, int, int, int]) -> dict[str, str]:
-        """What decides a picture's window (x, y, width, height) and its counts, as texts by name."""
+        """What decides a picture's window (x, y, width, height) and its counts, as texts by name: the kernels
+        that this process takes, and what its environment adds to them, among it."""
         assert self.camera is not None
         width, height = (int(self.camera[name][0]) for name in ("width", "height"))
         named = {name: hashlib.sha256(ids.tobytes()).hexdigest() for name, ids in self.mattes.items()}
+        named |= added()
         return named | {
             "size": f"{width} x {height}",
             "spp": str(self.samples),
@@ -206,7 +209,7 @@ class Job:
             "layers": ",".join(self.layers),
             "scene": self.flat.hash,
             "camera": hashlib.sha256(self.camera.tobytes()).hexdigest(),
-            "kernels": hashlib.sha256(kernel_source(self.flat.ray_format).encode()).hexdigest(),
+            "kernels": hashlib.sha256(foreign.source(self.flat.ray_format).encode()).hexdigest(),
         }
 
     def fingerprint(self, window: tuple[int, int, int, int]) -> str:

@@ -19,7 +19,7 @@ from clrt.base.limits import Limits
 from clrt.base.suggest import nearest
 from clrt.images.cryptomatte import PREFIX
 from clrt.images.file import bytes_to_read, open_picture, row_blocks
-from clrt.images.header import Window, check_meaning, find_picture
+from clrt.images.header import Window, check_meaning, check_samples, find_picture
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -75,6 +75,7 @@ def read_layers(
         places = dict(_places(spec.channelnames, range(*colours)))
         _check_wanted(wanted, tuple(places), name)
         places = {layer: place for layer, place in places.items() if wanted is None or layer in wanted}
+        check_samples(spec, sorted(number for place in places.values() for number in place), name)
         pixels = max(window.width * window.height, spec.width * spec.height)
         limits.check("image_pixels", pixels, name)
         held = 4 * window.width * window.height * sum(map(len, places.values()))

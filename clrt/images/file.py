@@ -27,7 +27,7 @@ from clrt.base.files import opened
 from clrt.base.hush import hushed
 from clrt.base.limits import Limits
 from clrt.base.room import process_limit
-from clrt.images.header import Window, check_meaning, find_picture, foreign_colours
+from clrt.images.header import Window, check_meaning, check_samples, find_picture, foreign_colours
 from clrt.images.jpeg import check_jpeg
 
 if TYPE_CHECKING:
@@ -225,9 +225,8 @@ def read_samples(
     with open_picture(path, limits) as (source, file):
         channels, window = _checked(source, file, name, limits)
         spec = source.spec()
+        check_samples(spec, range(*channels), name)
         integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
-        if not integer and spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
-            raise SceneError(f"{path}: samples of type {spec.format}; 8 or 16 bits or floats are read")
         linear = window.picture()
         for row, samples in row_blocks(source, spec, channels):
             if samples is None:

@@ -7,6 +7,7 @@ without a word. What the samples mean is followed, or refused; colours that are 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
@@ -84,6 +85,19 @@ def check_meaning(spec: oiio.ImageSpec, name: str) -> None:
         raise SceneError(f"{name}: its PhotometricInterpretation is {said}; save it as RGB")
 
 
+def check_samples(spec: oiio.ImageSpec, channels: Iterable[int], name: str) -> None:
+    """Raise SceneError for samples, of the channels that are read, that are neither 8 or 16 bits nor floats.
+
+    Each channel of an EXR has a type of its own; the library makes fractions of 2^32 of whole numbers beside
+    floats.
+    """
+    for channel in channels:
+        kind = spec.channelformat(channel)
+        if kind.basetype not in (oiio.UINT8, oiio.UINT16, oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
+            which = f" in channel {show(spec.channelnames[channel])}" if spec.channelformats else ""
+            raise SceneError(f"{name}: samples of type {kind}{which}; 8 or 16 bits or floats are read")
+
+
 @dataclass(frozen=True)
 class Window:
     """Where the samples of a file stand in its picture of `width` x `height`, both as they are stored.
@@ -144,7 +158,9 @@ def foreign_colours(spec: oiio.ImageSpec, file: BinaryIO) -> str:
         return f"its colours are declared as {show(space)}; {how}"
     primaries = spec.getattribute("chromaticities")
     if primaries is not None and not _near(primaries):
-        return f"its primaries are {', '.join(f'{value:.4g}' for value in primaries)}; {how}"
+        numbers = _numbers(primaries)
+        told = show(primaries) if numbers is None else ", ".join(f"{value:.4g}" for value in numbers[:9])
+        return f"its primaries are {told}; {how}"
     for key, value in _radiance(file):
         said = f"{key}={value.decode('latin-1')}"
         return f"its header says {show(said)}, of which no account is taken"
@@ -181,8 +197,14 @@ def _plain(key: str, value: bytes) -> bool:
 
 def _near(primaries: Any) -> bool:
     """Whether they are those of Rec.709."""
-    numbers = np.ravel(primaries)
-    return numbers.shape == (8,) and bool((np.abs(numbers - _REC709) <= _NEAR).all())
+    numbers = _numbers(primaries)
+    return numbers is not None and len(numbers) == 8 and bool((np.abs(numbers - _REC709) <= _NEAR).all())
+
+
+def _numbers(value: Any) -> np.ndarray | None:
+    """The numbers (n,) of an attribute; None where it holds others: any name may have any type in a file."""
+    numbers = np.ravel(np.asarray(value))
+    return numbers.astype(np.float64) if numbers.dtype.kind in "iuf" else None
 
 
 def _as_stored(picture: np.ndarray, orientation: int) -> np.ndarray:

@@ -18,6 +18,7 @@ SMOOTHEST: Final = 0.01  # roughness below which a mirror is a perfect one (clrt
 ROUGHEST: Final = 0.5  # roughness from which on the faint mirror of what is no metal is left out
 _LEAST_LOBE: Final = 0.05  # of highlights: no smaller alpha, so that a pixel does not miss them
 _DARKEST: Final = 1e-6  # of what passes through a medium: 0 would take an infinite absorption
+_WHITE: Final = [1.0, 1.0, 1.0]
 _UNBENT: Final = 1e-3  # the least index of refraction (clrt.scene.materials)
 
 
@@ -119,10 +120,11 @@ class Facets:
 
 
 def shown(picture: Table | None, color: Rgb) -> Any:
-    """What stands for a colour: `color`, or the picture times it."""
+    """What stands for a colour: `color`, or the picture times it, and times a tint that the picture has."""
     if picture is None:
         return list(color)
-    return picture | ({"tint": list(color)} if color != (1.0, 1.0, 1.0) else {})
+    tint = [part * by for part, by in zip(color, picture.get("tint", _WHITE), strict=True)]
+    return picture | ({"tint": tint} if "tint" in picture or tint != _WHITE else {})
 
 
 def fresnel_of(ior: float) -> float:

@@ -34,7 +34,7 @@ from clrt.meshfiles.obj_materials import LIBRARY, Materials
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
 from clrt.meshfiles.planar import folded
-from clrt.meshfiles.ply import plain_ply
+from clrt.meshfiles.ply import PlyColors, plain_ply, textures
 from clrt.meshfiles.vertex_colors import spread
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
@@ -67,7 +67,8 @@ def read_mesh_file(
         with broken_said(path, at):
             placed = open_mesh(data, path, at, limits, primitives)
             arrays = _checked(placed, path, at, limits, smooth, vertices, primitives)
-        if _MATERIALS.search(data) or any(found.colored for found in placed.parts):
+        textured = path.suffix.lower() == ".ply" and textures(data)
+        if _MATERIALS.search(data) or textured or any(found.colored for found in placed.parts):
             text = "its materials and colours are ignored; the shape's material holds for all of it"
             notices.warn(at.source, at.path, f"{path.name}: {text}")
     else:
@@ -128,7 +129,8 @@ def open_mesh(
     if suffix == ".obj" and apart:
         return _obj_apart(data, path, at, limits)
     if suffix not in (".glb", ".gltf"):
-        placed = _parse(_prepared(data, suffix), path, at)
+        colors = PlyColors.of(data, apart) if suffix == ".ply" else None
+        placed = _parse(_prepared(data, suffix), path, at, colors=colors)
         return spread(placed) if apart else placed
     contents: dict[Path, bytes] = {}
 
@@ -164,8 +166,11 @@ def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
     return replace(placed, look=lambda used, center, radius: materials.look(used, fetch, beside))
 
 
-def _parse(data: bytes, path: Path, at: At, library: bytes = b"") -> Placed:
-    """The meshes that trimesh finds in a file that is `_prepared`; `library` is its materials file."""
+def _parse(
+    data: bytes, path: Path, at: At, library: bytes = b"", colors: PlyColors | None = None
+) -> Placed:
+    """The meshes that trimesh finds in a file that is `_prepared`; `library` is its materials file, `colors`
+    what it declares of them if it is a PLY."""
     check_date()
     try:
         import trimesh
@@ -203,7 +208,7 @@ def _parse(data: bytes, path: Path, at: At, library: bytes = b"") -> Placed:
         meshes = [(mesh, matrix) for mesh, matrix in found if isinstance(mesh, trimesh.Trimesh)]
         for mesh, _ in meshes:
             _check_lists(mesh.metadata.get("_ply_raw", {}))
-        pairs = [(_part(mesh, outlines), matrix) for mesh, matrix in meshes]
+        pairs = [(_part(mesh, outlines, colors), matrix) for mesh, matrix in meshes]
         names = [str(getattr(getattr(mesh.visual, "material", None), "name", None)) for mesh, _ in meshes]
         return pairs, names
 
@@ -255,7 +260,7 @@ def _prepared(data: bytes, suffix: str) -> bytes:
     return data
 
 
-def _part(mesh: Any, outlines: Outlines) -> Part:
+def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None) -> Part:
     """A trimesh.Trimesh as plain arrays; ValueError where they do not fit together (trimesh may not look)."""
     vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
     # Only what the file gave is in trimesh's cache before anyone has asked for normals.
@@ -271,9 +276,16 @@ def _part(mesh: Any, outlines: Outlines) -> Part:
         raise ValueError("faces must be triangles")
     if faces.size and (faces.min() < 0 or faces.max() >= len(vertices)):
         raise ValueError(f"a face names a vertex that is not among the {len(vertices)} of its part")
-    faces = outlines.ply(vertices, faces, mesh.metadata.get("_ply_raw", {}))
+    elements = mesh.metadata.get("_ply_raw", {})
+    faces = outlines.ply(vertices, faces, elements)
     uv = _uv(mesh.visual, len(vertices))
-    colored = bool(mesh.visual.defined) and mesh.visual.kind != "texture"
+    corners: Callable[[], np.ndarray] | None = None
+    if colors is None:
+        colored = bool(mesh.visual.defined) and mesh.visual.kind != "texture"
+        corners = partial(_corner_colors, mesh.visual, faces) if colored else None
+    else:  # those of vertices go before those of faces; trimesh drops them where there are uv
+        colored = bool(colors.types) and uv is None and len(faces) > 0
+        corners = colors.corners(elements, faces) if colored else None
     return Part(
         len(vertices),
         len(faces),
@@ -281,16 +293,13 @@ def _part(mesh: Any, outlines: Outlines) -> Part:
         colored,
         lambda: (vertices, faces, normals, uv),
         uv is not None,
-        corners=partial(_corner_colors, mesh.visual, faces) if colored else None,
+        corners=corners,
     )
 
 
 def _corner_colors(visual: Any, faces: np.ndarray) -> np.ndarray:
-    """The linear colours (m, 3, 3) of all triangles' corners."""
-    if visual.kind == "vertex":
-        return decode(np.asarray(visual.vertex_colors)[:, :3].astype(np.uint8))[faces]
-    own = decode(np.asarray(visual.face_colors)[:, :3].astype(np.uint8))
-    return np.repeat(own[:, None], 3, axis=1)
+    """The linear colours (m, 3, 3) of all triangles' corners, in an OBJ."""
+    return decode(np.asarray(visual.vertex_colors)[:, :3].astype(np.uint8))[faces]
 
 
 def _uv(visual: Any, vertices: int) -> np.ndarray | None:

@@ -27,6 +27,7 @@ from clrt.meshfiles.gltf_document import (
     decode,
     item,
     parse,
+    unread,
 )
 from clrt.meshfiles.gltf_look import Held, look_of
 from clrt.meshfiles.gltf_nodes import matrix_of
@@ -119,7 +120,7 @@ class _Reader:
         which = np.concatenate([np.zeros((0, 2), np.int64), *found])
         where = np.repeat(np.arange(len(found), dtype=np.int32), [len(rows) for rows in found])
         says = self.cameras or self.lights or (which[:, 1] != NONE).any()
-        says = says or any(part.colored for part in self.parts)
+        says = says or any(part.colored for part in self.parts) or unread(self.document)
         return Placed(
             self.parts,
             which[:, 0].astype(np.int32),
@@ -144,17 +145,18 @@ class _Reader:
         matrices: list[np.ndarray] = []
         meshes: list[int] = []
         root = np.eye(4)
-        left = [(number, root) for number in scene.nodes]
+        left = [(number, root, True) for number in scene.nodes]
         while left:
-            number, above = left.pop()
+            number, above, seen_above = left.pop()
             node = item(nodes, number, "nodes")
             if seen[number]:
                 raise BrokenMesh(f"nodes[{number}] is below two nodes, or below itself")
             seen[number] = 1
             matrix = matrix_of(node, above)
-            left += [(child, matrix) for child in node.children]
-            self._hold(number, node, matrix)
-            if node.mesh is not None:
+            visible = seen_above and (node.extensions is None or node.extensions.KHR_node_visibility.visible)
+            left += [(child, matrix, visible) for child in node.children]
+            self._hold(number, node, matrix, visible)
+            if node.mesh is not None and visible:
                 # joints place a mesh with a skin, its node does not: without them it is as it was made
                 matrices.append(matrix if node.skin is None else root)
                 meshes.append(node.mesh)
@@ -162,11 +164,11 @@ class _Reader:
                 self._note(node, node.mesh)
         return np.array(matrices).reshape(-1, 4, 4), meshes
 
-    def _hold(self, number: int, node: Node, matrix: np.ndarray) -> None:
-        """Keep the camera and the light that stand at a node."""
+    def _hold(self, number: int, node: Node, matrix: np.ndarray, visible: bool) -> None:
+        """Keep the camera and the light that stand at a node; a hidden one's camera still looks."""
         if node.camera is not None:
             self.cameras.append(Held(number, node.name, node.camera, matrix))
-        if node.extensions is not None and node.extensions.KHR_lights_punctual is not None:
+        if visible and node.extensions is not None and node.extensions.KHR_lights_punctual is not None:
             self.lights.append(Held(number, node.name, node.extensions.KHR_lights_punctual.light, matrix))
 
     def _note(self, node: Node, mesh: int) -> None:

@@ -27,8 +27,17 @@ Vector4 = tuple[float, float, float, float]
 # Extensions that a file may require: of what is not read, or read (quantization), or refused where it is met.
 _PASSED_OVER: Final = (
     "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
-    "KHR_xmp", "KHR_animation_", "KHR_mesh_quantization", "KHR_draco_mesh_compression",
+    "KHR_xmp", "KHR_animation_", "KHR_mesh_quantization", "KHR_draco_mesh_compression", "KHR_node_visibility",
 )  # fmt: skip
+# Extensions that need no word: read, named or refused where they are met, or of no account for the picture.
+_SILENT: Final = (
+    "KHR_materials_", "KHR_texture_transform", "KHR_texture_basisu", "EXT_texture_", "MSFT_texture_dds",
+    "MSFT_packing_", "KHR_lights_punctual", "EXT_mesh_gpu_instancing", "KHR_xmp", "KHR_animation_",
+    "KHR_mesh_quantization", "KHR_draco_mesh_compression", "KHR_meshopt_compression",
+    "EXT_meshopt_compression", "KHR_node_visibility", "EXT_mesh_features", "EXT_instance_features",
+    "EXT_structural_metadata",
+)  # fmt: skip
+_EXTENSION: Final = re.compile(r"[A-Z][A-Z0-9]*_[A-Za-z]")  # as they are called; attributes end in _0
 
 
 _DATA: Final = re.compile(rb'"data:[^"\\]*+"(?=\s*+[],}])')  # values, not keys
@@ -117,8 +126,13 @@ class LightHere(Table, frozen=True, gc=False):
     light: Count
 
 
+class Visibility(Table, frozen=True, gc=False):
+    visible: bool = True
+
+
 class NodeExtensions(Table, frozen=True, gc=False):
     EXT_mesh_gpu_instancing: Instancing | None = None
+    KHR_node_visibility: Visibility = Visibility()
     KHR_lights_punctual: LightHere | None = None
 
 
@@ -161,6 +175,7 @@ class Document(Table, frozen=True, gc=False):
     scenes: tuple[SceneNodes, ...] = ()
     scene: Count = 0
     extensionsRequired: tuple[str, ...] = ()
+    extensionsUsed: tuple[str, ...] = ()
     materials: msgspec.Raw = msgspec.Raw(b"[]")
     cameras: msgspec.Raw = msgspec.Raw(b"[]")
     extensions: msgspec.Raw = msgspec.Raw(b"{}")
@@ -176,7 +191,7 @@ def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
         text = text[3:]
     try:
         document = msgspec.json.decode(text, type=Document)
-        _check_keys(text)
+        met = _check_keys(text)
     except RecursionError:
         raise BrokenMesh("its JSON is nested too deeply") from None
     except (msgspec.MsgspecError, ValueError, OverflowError) as error:
@@ -188,20 +203,32 @@ def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
     for name in document.extensionsRequired:
         if not name.startswith(_PASSED_OVER):
             raise BrokenMesh(f"it needs the extension {name}, which is not read; save it without that")
-    return document, chunk
+    used = tuple(dict.fromkeys((*document.extensionsUsed, *met)))
+    return msgspec.structs.replace(document, extensionsUsed=used), chunk
 
 
-def _check_keys(text: memoryview) -> None:
+def unread(document: Document) -> list[str]:
+    """The extensions that a `parse`d document uses, listed or not, and that nobody else names."""
+    return [name for name in document.extensionsUsed if not name.startswith(_SILENT)]
+
+
+def _check_keys(text: memoryview) -> dict[str, None]:
     """ValueError where a key stands twice in one table, wherever; nothing is built but one table at a time.
 
-    The text is JSON. What it holds as base64 is not looked at.
+    The text is JSON. What it holds as base64 is not looked at. Returns the extensions in it, listed or not.
     """
+    met: dict[str, None] = {}
 
-    def check(pairs: list[tuple[str, Any]]) -> None:
+    def check(pairs: list[tuple[str, Any]]) -> list[str] | None:
         unique(pairs)
+        for key, names in pairs:
+            if key == "extensions" and isinstance(names, list):
+                met.update(dict.fromkeys(name for name in names if isinstance(name, str)))
+        return [key for key, _ in pairs if _EXTENSION.match(key)] or None
 
     plain = _DATA.sub(b'""', text).decode("utf-8", "surrogateescape")
     json.loads(plain, object_pairs_hook=check, parse_int=bool, parse_float=bool, strict=False)
+    return met
 
 
 def decode(text: bytes | msgspec.Raw, kind: Any, name: str) -> Any:

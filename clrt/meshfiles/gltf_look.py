@@ -10,8 +10,9 @@ from typing import Annotated, Final, Literal
 import numpy as np
 from msgspec import Meta
 
-from clrt.meshfiles.gltf_document import BrokenMesh, Document, Table, decode, item
-from clrt.meshfiles.gltf_materials import materials_of
+from clrt.base.errors import show
+from clrt.meshfiles.gltf_document import BrokenMesh, Document, Table, decode, item, unread
+from clrt.meshfiles.gltf_materials import materials_of, spelt
 from clrt.meshfiles.gltf_textures import Itself
 from clrt.meshfiles.look import Look, Names
 from clrt.meshfiles.look import Table as SceneTable
@@ -110,6 +111,9 @@ def look_of(
     found = [(item(known_lights, held.number, "lights"), held) for held in reversed(lights)]
     if any(light.range is not None for light, _ in found):
         left_out["the range of lights"] = None
+    for extension in unread(document):
+        if spelt(extension) not in left_out:  # of a material it is named already
+            left_out[f"the extension {show(extension[:60])}"] = None
     placed = [_light(light, held, radius) for light, held in found]
     return Look(tables, called, views, placed, left_out)
 

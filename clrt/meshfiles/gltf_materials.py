@@ -111,7 +111,7 @@ def _table(
         if name.startswith(_PREFIX) and short in _KNOWN:
             more[short] = decode(text, _KNOWN[short], f"materials[{number}].extensions.{name}")
         else:
-            left_out[re.sub(r"[\W_]+", " ", short)[:40]] = None
+            left_out[spelt(short)] = None
     metal = material.pbrMetallicRoughness
     _note_textures(material, more, left_out)
     picture = textures.picture(metal.baseColorTexture, uv)
@@ -143,6 +143,11 @@ def _table(
     if found.blurred:
         left_out["the roughness of glass"] = None
     return found.table()
+
+
+def spelt(extension: str) -> str:
+    """What a message calls an extension of a material."""
+    return re.sub(r"[\W_]+", " ", extension)[:40]
 
 
 def _normal_map(

@@ -10,12 +10,13 @@ from typing import Final
 
 import numpy as np
 
+from clrt.base.errors import show
 from clrt.base.limits import Limits
 from clrt.base.places import At
 from clrt.meshfiles.file import broken_said, mesh_bytes, open_mesh
 from clrt.meshfiles.look import NONE, Look, Names
 from clrt.meshfiles.parts import Arrays, Placed
-from clrt.meshfiles.ply import has_colors, plain_ply
+from clrt.meshfiles.ply import has_colors, textures
 
 # possessive: each empty line anew
 _LIBRARY: Final = re.compile(rb"(?:^|\r|^\xef\xbb\xbf)[ \t]*+mtllib\b", re.MULTILINE)
@@ -50,7 +51,8 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
     data = mesh_bytes(path, at, limits)
     suffix = path.suffix.lower()
     obj = suffix == ".obj" and _LIBRARY.search(data)
-    ply = suffix == ".ply" and has_colors(data := plain_ply(data))
+    shown = textures(data) if suffix == ".ply" else []
+    ply = suffix == ".ply" and (has_colors(data) or len(shown) > 0)
     if not (suffix in (".glb", ".gltf") or obj or ply):
         return None
     with broken_said(path, at):
@@ -74,6 +76,9 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
             look = placed.look(used, (low + high) / 2, float(np.linalg.norm(high - low)) / 2)
         if any(piece.color is not None for piece in pieces):
             look.left_out["the colours of vertices, but for their mean"] = None
+        look.left_out.update({f"the texture {show(name[:60])}": None for name in shown})
+        if ply and has_colors(data) and all(part.corners is None for part in placed.parts):
+            look.left_out["colours beside uv"] = None
         look.left_out.update(dict.fromkeys(placed.left_out))
     return Model(pieces, low, high, look)
 

@@ -168,7 +168,7 @@ def _said(material: Phong, key: str, words: list[str]) -> Phong:
     if key == "illum":
         return replace(material, illum=int(words[0]))
     if key in ("map_kd", "map_ke", "norm"):
-        return _changed(material, **{key: texture(words)})
+        return _changed(material, **{key: texture(words, material.left_out, normals=key == "norm")})
     material.left_out[_OTHERS.get(key, "textures" if key.startswith("map_") else show(key[:20]))] = None
     return material
 

@@ -11,30 +11,41 @@ from clrt.meshfiles.look import Table, placement_of
 Beside = Callable[[str], str | None]
 """The name in the scene's folder of a file that a materials file names; None where it is not there."""
 
-_ONE: Final = ("-blendu", "-blendv", "-cc", "-texres", "-bm", "-boost", "-imfchan", "-type")
+_ONE: Final = ("-blendu", "-blendv", "-texres", "-boost", "-type")  # what they ask for is no other colour
+_NAMED: Final = {"-cc": "colour correction", "-imfchan": "one channel"}
 _TURBULENCE: Final = "-t"
 _PLACES: Final = ("-s", "-o", _TURBULENCE)
 
 
-def texture(words: list[str]) -> Table:
+def texture(words: list[str], left_out: dict[str, None], normals: bool = False) -> Table:
     """The image that the words after `map_Kd` name, its file as it stands there; ValueError for no image.
 
-    v = 0 is at the bottom there, on top here: `1 - (s (1 - v) + o) = s v + (1 - s - o)`.
+    v = 0 is at the bottom there, on top here: `1 - (s (1 - v) + o) = s v + (1 - s - o)`. What of the options
+    has no counterpart goes to `left_out`. `normals`: of `norm`, whose `-bm` is its `strength`.
     """
-    left, wrap = list(words), "repeat"
+    left, wrap, strength, gain = list(words), "repeat", 1.0, 1.0
     places = {"-s": (1.0, 1.0), "-o": (0.0, 0.0)}
     while left and left[0].startswith("-"):
         option = left.pop(0).lower()
         if option in _PLACES:
             numbers = _numbers(left)
-            if option != _TURBULENCE:
+            if option == _TURBULENCE:
+                left_out.update({"turbulence of textures (-t)": None} if any(numbers) else {})
+            else:
                 places[option] = numbers[0], numbers[1] if len(numbers) > 1 else places[option][1]
         elif option == "-clamp":
             wrap = "clamp" if left.pop(0).lower() == "on" else "repeat"
         elif option in _ONE:
             left.pop(0)
+        elif option in _NAMED:
+            if left.pop(0).lower() != "off":
+                left_out[f"{_NAMED[option]} of textures ({option})"] = None
+        elif option == "-bm":
+            strength = finite(left.pop(0))
         elif option == "-mm":
-            del left[:2]
+            base, gain = finite(left.pop(0)), finite(left.pop(0))
+            if base != 0 or gain < 0 or (normals and gain != 1):
+                left_out["the range of textures (-mm)"], gain = None, 1.0
         else:
             raise ValueError(option)
     if not left:
@@ -43,13 +54,16 @@ def texture(words: list[str]) -> Table:
     table: Table = {"type": "image", "file": " ".join(left).replace("\\", "/")}
     table |= {"wrap": wrap} if wrap != "repeat" else {}
     table |= {"scale": [su, sv]} if (su, sv) != (1.0, 1.0) else {}
+    table |= {"tint": [gain] * 3} if gain != 1 else {}
+    table |= {"strength": strength} if normals and strength != 1 else {}
     offset = [ou, 1.0 - sv - ov]
     return table | ({"offset": offset} if any(offset) else {})
 
 
 def normals_of(picture: Table) -> Table:
     """The normal map in an image; it lies by its own options, whatever those of `map_Kd` are."""
-    return {"file": picture["file"], "placement": placement_of(picture)}
+    table = {"file": picture["file"], "placement": placement_of(picture)}
+    return table | ({"scale": picture["strength"]} if "strength" in picture else {})
 
 
 def finite(word: str) -> float:

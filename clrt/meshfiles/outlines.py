@@ -57,15 +57,7 @@ class Outlines:
 
     def ply(self, vertices: np.ndarray, faces: np.ndarray, elements: dict[str, Any]) -> np.ndarray:
         """The triangles (m, 3) that trimesh made of a PLY's `elements`, with its concave faces cut anew."""
-        rows = elements.get("face", {}).get("data")
-        if isinstance(rows, dict):
-            lists = next((rows[name] for name in _LISTS if name in rows), ())
-        elif isinstance(rows, np.ndarray) and rows.dtype.names:
-            names = rows.dtype.names
-            lists = rows[next((name for name in _LISTS if name in names), names[0])]["f1"]
-        else:
-            lists = ()
-        sizes = np.array([len(corners) for corners in lists], np.int64)
+        sizes = _sizes(elements)
         if not np.any(sizes > 3):
             return faces
         faces = faces.copy()
@@ -142,6 +134,26 @@ class Outlines:
 
     def _leave(self, what: str, remedy: str = "save it in triangles") -> None:
         self.left_over[f"{what}; {remedy}"] = None
+
+
+def rows_of(elements: dict[str, Any]) -> np.ndarray:
+    """Of each triangle that trimesh makes of a PLY's `elements`, in its order, the row of its face."""
+    sizes = _sizes(elements)
+    quads, fans = np.flatnonzero(sizes == 4), np.flatnonzero(sizes > 4)
+    return np.concatenate([np.flatnonzero(sizes == 3), quads, quads, np.repeat(fans, sizes[fans] - 2)])
+
+
+def _sizes(elements: dict[str, Any]) -> np.ndarray:
+    """How many corners the faces of a PLY have, as trimesh read it."""
+    rows = elements.get("face", {}).get("data")
+    if isinstance(rows, dict):
+        lists = next((rows[name] for name in _LISTS if name in rows), ())
+    elif isinstance(rows, np.ndarray) and rows.dtype.names:
+        names = rows.dtype.names
+        lists = rows[next((name for name in _LISTS if name in names), names[0])]["f1"]
+    else:
+        lists = ()
+    return np.array([len(corners) for corners in lists], np.int64)
 
 
 def _local(points: np.ndarray) -> np.ndarray:

@@ -1,35 +1,130 @@
-"""PLY files as trimesh understands them: it knows colours by the names `red`, `green` and `blue` alone."""
+"""PLY files as trimesh understands them: it knows colours by the names `red`, `green` and `blue` alone.
+
+It keeps the low byte of each, so the numbers of colours are taken from what it read, by their declared type.
+"""
 
 from __future__ import annotations
 
 import re
-from typing import Final
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.images.file import decode, uncurved
+from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.outlines import rows_of
 
 _COLORS: Final = (b"red", b"green", b"blue")
 _OTHERS: Final = ((b"diffuse_red", b"diffuse_green", b"diffuse_blue"), (b"r", b"g", b"b"))
-_PROPERTY: Final = re.compile(rb"(?<=\n)(property[ \t]+\w+[ \t]+)(\w+)(?=[ \t]*\r?\n)")
+_PROPERTY: Final = re.compile(rb"(?<=\n)(property[ \t]+)(\w+)([ \t]+)(\w+)(?=[ \t]*\r?\n)")
 _ELEMENT: Final = re.compile(rb"(?<=\n)(?=element[ \t])")
-_HEADER: Final = 4096  # bytes within which a PLY says that it has colours
+_TEXTURE: Final = re.compile(rb"(?i)\ncomment[ \t]+texturefile[ \t]+([^\r\n]+)")
+_HEADER: Final = 1 << 20  # bytes within which a header ends
+_COLORED: Final = ("vertex", "face")
+_NEAR: Final = 1e-6  # beyond 0 and 1, of floats: rounding
 
 
 def plain_ply(data: bytes) -> bytes:
-    """The file's data with the usual names of colours in its header, where they have others."""
-    end = data.find(b"end_header", 0, _HEADER)
-    head = data[: max(end, 0)]
-    plain = b"".join(map(_named, _ELEMENT.split(head)))
-    return data if plain == head else plain + data[end:]
+    """The file's data with the usual names of colours in its header, where they have others.
+
+    Of a text file they are declared as double: trimesh would drop what is too large for their type.
+    """
+    head = _head(data)
+    if not head:
+        raise BrokenMesh(f"its header does not end within {_HEADER} bytes")
+    elements = map(_named, _ELEMENT.split(head))
+    plain = b"".join(map(_doubled, elements) if b"ascii" in head.split(b"\n", 2)[1].lower() else elements)
+    return data if plain == head else plain + data[len(head) :]
 
 
 def has_colors(data: bytes) -> bool:
-    """Whether `plain_ply` data has a colour of each vertex or face."""
-    return re.search(rb"^property\s+\w+\s+red\b", data[:_HEADER], re.MULTILINE) is not None
+    """Whether a file has a colour of each vertex or face."""
+    return bool(_types(data))
+
+
+def textures(data: bytes) -> list[str]:
+    """The pictures that a header names in a comment, as MeshLab writes them; they are not read."""
+    return [name.decode("utf-8", "replace").strip() for name in _TEXTURE.findall(_head(data))]
+
+
+@dataclass(frozen=True)
+class PlyColors:
+    """Which `types` a PLY declares of red, green and blue, by element; `wanted`: whether they are of use."""
+
+    types: dict[str, tuple[str, ...]]
+    wanted: bool
+
+    @staticmethod
+    def of(data: bytes, wanted: bool) -> PlyColors:
+        """Those of a file that is not yet `plain_ply`."""
+        return PlyColors(_types(data), wanted)
+
+    def corners(self, elements: dict[str, Any], faces: np.ndarray) -> Callable[[], np.ndarray]:
+        """What gives the linear colours (m, 3, 3) of the corners of `faces`, which trimesh made of a file's
+        `elements`. BrokenMesh for numbers that are no colours: at once where they are wanted."""
+        element = next(name for name in _COLORED if name in self.types)
+        own = cache(partial(self._linear, element, elements[element]["data"]))
+        if self.wanted:
+            own()
+        if element == "vertex":
+            return lambda: own()[faces]
+        rows = rows_of(elements).reshape(len(faces))
+        return lambda: np.repeat(own()[rows][:, None], 3, axis=1)
+
+    def _linear(self, element: str, rows: Any) -> np.ndarray:
+        """The linear colours (n, 3), float32, of all rows of an element."""
+        columns = []
+        for name, kind in zip(("red", "green", "blue"), self.types[element], strict=True):
+            values = np.asarray(rows[name]).reshape(-1)
+            real = kind.startswith(("float", "double"))
+            most = 1 if real else 65535 if kind in ("ushort", "uint16") else 255
+            good = (values >= 0) & (values <= most) & (values == np.floor(values))
+            if real:
+                good = (values >= -_NEAR) & (values <= 1 + _NEAR)
+            if not good.all():
+                row = int(np.argmin(good))
+                numbers = "numbers" if real else "whole numbers"
+                text = f"{element} {row} has {name} = {values[row]:g}, declared as {kind}"
+                raise BrokenMesh(f"{text}; of that {numbers} from 0 to {most} are colours")
+            if real:
+                columns.append(uncurved(np.clip(values.astype(np.float64), 0.0, 1.0)))
+            else:
+                columns.append(decode(values.astype(np.uint16 if most > 255 else np.uint8)))
+        return np.stack(columns, axis=1)
+
+
+def _head(data: bytes) -> bytes:
+    """The header up to its last line; empty where it does not end."""
+    return data[: max(data.find(b"end_header", 0, _HEADER), 0)]
+
+
+def _types(data: bytes) -> dict[str, tuple[str, ...]]:
+    """The declared types of red, green and blue of each element that has all three."""
+    found = {}
+    for element in map(_named, _ELEMENT.split(_head(data))):
+        kinds = {name: kind.decode() for _, kind, _, name in _PROPERTY.findall(element)}
+        called = element.split(None, 2)[1].decode("latin-1") if element.startswith(b"element") else ""
+        if called in _COLORED and kinds.keys() >= {*_COLORS}:
+            found[called] = tuple(kinds[name] for name in _COLORS)
+    return found
 
 
 def _named(element: bytes) -> bytes:
     """An element of the header with the usual names of its colours, unless they stand there, too."""
-    there = {name for _, name in _PROPERTY.findall(element)}
+    there = {name for *_, name in _PROPERTY.findall(element)}
     found = next((names for names in _OTHERS if there.issuperset(names)), None)
     if found is None or not there.isdisjoint(_COLORS):
         return element
     usual = dict(zip(found, _COLORS, strict=True))
-    return _PROPERTY.sub(lambda match: match[1] + usual.get(match[2], match[2]), element)
+    return _PROPERTY.sub(lambda match: b"".join(match.groups()[:3]) + usual.get(match[4], match[4]), element)
+
+
+def _doubled(element: bytes) -> bytes:
+    """An element of the header with colours of the type double."""
+    return _PROPERTY.sub(
+        lambda match: match[1] + (b"double" if match[4] in _COLORS else match[2]) + match[3] + match[4],
+        element,
+    )

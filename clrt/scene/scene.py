@@ -92,12 +92,16 @@ class _Settings(Colored, frozen=True, kw_only=True):
     """The scene's own values, without the tables below it."""
 
     version: Annotated[Literal[1], Meta(description="version must be 1")] = 1
-    max_depth: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number from 0 to 65536")] = 5
+    max_depth: Annotated[
+        int, Meta(ge=0, le=1 << 16, description="must be a whole number from 0 to 65536")
+    ] = 5
     min_weight: Annotated[float, Meta(ge=0, description="must be a number >= 0")] = 0.0
     depth_color: LightColor = 0.0
     background: Background = 0.0
     ambient: LightColor = 0.0
-    ambient_samples: Annotated[int, Meta(ge=0, le=1 << 16, description="must be a whole number from 0 to 65536")] = 0
+    ambient_samples: Annotated[
+        int, Meta(ge=0, le=1 << 16, description="must be a whole number from 0 to 65536")
+    ] = 0
     medium_ior: Annotated[float, Meta(ge=LEAST, le=MOST, description=f"must be {INDEX}")] = 1.0
     one_sided: Annotated[
         Literal["none", "opaque"], Meta(description="one_sided must be 'none' or 'opaque'")

@@ -19,7 +19,7 @@ import pytest
 
 import clrt
 from clrt.base import files
-from clrt.base.atomic import check_replaceable, replacing
+from clrt.base.atomic import check_replaceable, replacing, write_text
 from clrt.base.limits import Limits
 from clrt.cli import main
 from tests.cli.test_terminal import SCENE, fault
@@ -331,3 +331,25 @@ def test_numbers_at_the_bounds_are_faults_of_theirs(
     for exposure in ("1e400", "-1e20", "nan"):
         fault(capsys, "render", "room", "-o", "a.png", f"--exposure={exposure}")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="permissions of POSIX")
+def test_what_is_replaced_keeps_its_permissions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file, seen = tmp_path / "a.txt", []
+    for mode in (0o600, 0o664, 0o444, 0o4755):
+        file.write_text("old")
+        file.chmod(mode)
+        with replacing(file) as temporary:
+            seen.append(temporary.stat().st_mode & 0o077)
+            temporary.write_text("new")
+        assert file.read_text() == "new" and file.stat().st_mode & 0o7777 == mode & 0o777
+        file.unlink()
+    assert seen == [0] * 4, "not even while it is written"
+
+    def refused(*_: object) -> None:
+        raise PermissionError
+
+    file.write_text("old")
+    monkeypatch.setattr(os, "chmod", refused)
+    write_text(file, "new")
+    assert file.read_text() == "new"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import pickle
 import sys
 from pathlib import Path
@@ -15,7 +16,7 @@ import pytest
 import clrt
 from clrt.base.records import Unstated
 from clrt.base.resources import scene_file, shipped_scenes, validation_module
-from clrt.cli import main
+from clrt.cli import main, options
 from clrt.images.file import read_samples
 from clrt.images.image import pixel_hash, read_image
 from tests.cli_samples import SCENE, scene_in
@@ -245,6 +246,18 @@ def test_hash_is_the_one_of_the_picture(scene: Path, capsys: pytest.CaptureFixtu
     image.save(scene.with_name("a.exr"))
     assert main(["hash", str(scene.with_name("a.exr"))]) == 0
     assert capsys.readouterr().out == f"{image.hash}  {scene.with_name('a.exr')}\n"
+    for option, *given in (("--width", 5), ("--set", "max_depth=1"), ("--adaptive", 64), ("--device", 0),
+                           ("--crop", 0, 0, 1, 1), ("--max-depth", 0), ("--limit", "depth=1")):  # fmt: skip
+        said = fault(capsys, "hash", scene.with_name("a.exr"), option, *given)
+        assert option in said and "a.exr is a picture already; only a scene is rendered" in said
+
+
+@pytest.mark.parametrize("text", ["1_0", "\u0661", "\uff11", " 1", "0x1", "", "1e", "."])
+def test_numbers_of_options_are_plain(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    said = fault(capsys, "render", "ball", "-o", "a.png", f"--exposure={text}")
+    assert "argument --exposure: " in said and "is not a number" in said
+    assert [options.number(one) for one in ("-1.5", ".5", "+2.", "1e-3", "-inf")] == [
+        -1.5, 0.5, 2.0, 0.001, -math.inf]  # fmt: skip
 
 
 def test_convert_keeps_the_picture(scene: Path, capsys: pytest.CaptureFixture[str]):

@@ -168,6 +168,13 @@ def test_faults_of_several_scenes(
     assert sorted(os.listdir()) == ["ball.toml", "other.toml"]
 
 
+def test_scenes_of_one_name_are_told_what_keeps_them_apart(
+    scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = fault(capsys, "render", scene, scene, "-o", "{name}.png")
+    assert "several pictures would be ball.png; put {index} into the name" in said
+
+
 def test_one_scene_is_named_as_several_are(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["render", scene, "-q", "-o", "{name}_{index:02}.exr", "--stats", "a.json"]) == 0
     assert sorted(os.listdir()) == ["a.json", "ball.toml", "ball_00.exr"]

@@ -141,6 +141,32 @@ def test_pictures_that_are_known_stay_known_whatever_ends_a_series(
     assert run(*sets) == 0 and seen == [0, 1, 2], "it is saved while the series goes on"
 
 
+def test_other_series_in_the_folder_stay_known(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As long as their files are there; a shorter run of the same series forgets nothing either."""
+    first = ("--set", "camera.fov=20:40:3")
+    second = ["sweep", "s.toml", "-o", "b{index}.png", "--set", "ambient=0,0.2"]
+    assert run(*first) == 0
+    known = {row["file"]: row for row in rows()}
+    assert main(second) == 0 and run("--set", "camera.fov=20") == 0
+    found = {row["file"]: row for row in rows()}
+    assert [*found] == ["00_20.png", "b0.png", "b1.png", "01_30.png", "02_40.png"], "its own first"
+    for name in ("01_30.png", "02_40.png"):
+        assert {place: found[name][place] for place in known[name]} == known[name]
+    assert found["b1.png"]["ambient"] == "0.2" and found["b1.png"]["camera.fov"] == ""
+    capsys.readouterr()
+    assert main(second) == 0 and "2 pictures, 2 of them were there" in capsys.readouterr().out
+    Path("02_40.png").unlink()
+    assert run(*first) == 0 and [row["rays"] == "" for row in rows()[:3]] == [True, True, False]
+    Path("b0.png").unlink()
+    assert run(*first) == 0 and [row["file"] for row in rows()][3:] == ["b1.png"], "what is gone is forgotten"
+
+
+def test_nearly_equal_exposures_are_not_the_same(scene: Path) -> None:
+    given = ("--set", "camera.fov=20", "--exposure")
+    assert run(*given, "1.0000001") == 0 and run(*given, "1.0000002") == 0 and rows()[0]["rays"] != ""
+    assert run(*given, "1") == 0 and rows()[0]["identity"].endswith(" 1"), "as it always was"
+
+
 def test_a_manifest_replaces_only_manifests(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for theirs in (b"frame,take\n1,7\n", b"\xff\xfe\x00", b"index;file\n"):
         Path("frames.csv").write_bytes(theirs)
@@ -240,6 +266,10 @@ def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
     for frame, camera, row in zip(frames, clrt.turntable(base.camera, 5), rows("m.csv"), strict=True):
         image = clrt.render(base, camera=camera)
         assert np.array_equal(frame, encode(image.pixels)) and row["picture"] == image.hash
+    for rate, exact in (("0.001", 0.001), ("0.0015", 1 / 667), ("29.97", 29.97)):
+        assert main(["turntable", "s.toml", "--frames", "2", "-o", "a.mkv", "--fps", rate, "--quiet"]) == 0
+        with av.open("a.mkv") as container:
+            assert float(container.streams.video[0].average_rate) == exact
     for name in ("a.mp4", "a.webm"):
         assert main(["turntable", "s.toml", "--frames", "2", "-o", name, "--fps", "10", "--quiet"]) == 0
         with av.open(name) as container:
@@ -262,6 +292,7 @@ def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
         (["--set", "camera.width=15,16", "-o", "a.mp4"], "a.mp4: .mp4 needs an even width and height"),
         (["--set", "camera.width=14,16", "-o", "a.mkv"], "a video's frames have one size"),
         (["-o", "a.mkv", "--fps", "0"], "--fps: 0.0 is not allowed"),
+        (["-o", "a.mkv", "--fps", "1e-5"], "--fps: 1e-05 is not allowed; it must be from 0.001 to 1000"),
         (["--frames", "3"], "--frames: is of --keyframes; --set has a count of its own"),
         (["--keyframes", "no.toml"], "no.toml: "),
         (["--set", "camera.fov=20", "-o", "s.toml"], "s.toml: is the scene"),

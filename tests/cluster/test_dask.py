@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Iterator
@@ -119,13 +120,18 @@ def test_the_page_s_code_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     assert capsys.readouterr().out.count("True") == 1
 
 
-def test_what_is_set_for_workers_is_gone_with_them(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_there_for_workers_is_gone_with_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A program that the user starts later would have the workers' allocator: 25 MB more, in one case."""
     for name in connect.FOR_WORKERS:
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     with connected("local:1", clrt.Settings()):
         assert "MALLOC_TOP_PAD_" in os.environ
+        assert [*tmp_path.rglob("dask-scratch-space")], "below a folder that goes with them"
+    assert [*tmp_path.iterdir()] == []
     left = {name: os.environ[name] for name in connect.FOR_WORKERS if name in os.environ}
     assert left == {"OMP_NUM_THREADS": "7"}
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from clrt.device import binaries, intel, platforms, trial, vendors
+from clrt.device import added, binaries, intel, platforms, trial, vendors
 from clrt.device.opencl import cl
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -134,12 +134,15 @@ def test_intel_is_kept_out_where_drivers_are_named(monkeypatch: pytest.MonkeyPat
         assert platforms.mending("it is old").startswith("export CLRT_DRIVER=intel") is not wanted
 
 
-def test_programs_compiled_for_another_processor_are_not_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", added._VARIABLES)
+def test_programs_compiled_for_another_processor_are_not_taken(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Intel's runtime compiles for what a variable says."""
     device = platforms.choose()[1]
-    monkeypatch.delenv("CL_CONFIG_CPU_TARGET_ARCH", raising=False)
+    monkeypatch.delenv(name, raising=False)
     usual = binaries._place(device, "", [])
-    monkeypatch.setenv("CL_CONFIG_CPU_TARGET_ARCH", "core-avx2")
+    monkeypatch.setenv(name, "core-avx2")
     assert binaries._place(device, "", []) != usual
 
 

@@ -140,8 +140,18 @@ def test_another_scene_camera_or_kernel_is_refused(scene: Path, monkeypatch: pyt
         with pytest.raises(clrt.ClrtError, match=f"another render: {name} was "):
             clrt.render(clrt.load(scene), width=90, checkpoint=path)
     scene.write_text(SCENE)
-    monkeypatch.setattr("clrt.engine.job.kernel_source", lambda *_, **__: "other kernels")
+    monkeypatch.setattr("clrt.device.foreign.kernel_source", lambda *_, **__: "other kernels")
     with pytest.raises(clrt.ClrtError, match="another render: kernels was "):
+        clrt.render(clrt.load(scene), width=90, checkpoint=path)
+    monkeypatch.undo()
+    monkeypatch.setenv("POCL_EXTRA_BUILD_FLAGS", "-cl-denorms-are-zero")
+    text = "another render: POCL_EXTRA_BUILD_FLAGS was {}, is {}"
+    with pytest.raises(clrt.ClrtError, match=text.format("not set", "-cl-denorms-are-zero")):
+        clrt.render(clrt.load(scene), width=90, checkpoint=path)
+    path.unlink()
+    broken_off(clrt.Tracer(clrt.load(scene), settings=clrt.Settings(tile=2000)), path, 1, width=90)
+    monkeypatch.undo()
+    with pytest.raises(clrt.ClrtError, match=text.format("-cl-denorms-are-zero", "not set")):
         clrt.render(clrt.load(scene), width=90, checkpoint=path)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -10,6 +12,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.base.resources import kernel_folder
 
 SCENE: dict[str, Any] = {
     "camera": {"origin": [0, 2, 5], "target": [0, 0, 0], "width": 16, "height": 12},
@@ -162,3 +165,24 @@ def test_the_identity_is_that_of_the_picture(scene: clrt.Scene) -> None:
         assert tracer.identity(width=20) != one, place
     tracer.update(scene)
     assert tracer.identity(width=20) == one
+
+
+def test_the_identity_knows_what_the_environment_adds_to_the_kernels(
+    scene: clrt.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Other options of compilers are other bits; kernels of the user's own, other kernels."""
+    tracer = clrt.Tracer(scene)
+    usual = tracer.identity(width=20)
+    seen = [usual]
+    for name in ("PYOPENCL_BUILD_OPTIONS", "POCL_EXTRA_BUILD_FLAGS", "CL_CONFIG_CPU_TARGET_ARCH"):
+        with monkeypatch.context() as patch:
+            patch.setenv(name, "")
+            assert tracer.identity(width=20) == usual
+            patch.setenv(name, "-cl-fast-relaxed-math")
+            seen.append(tracer.identity(width=20))
+    own = Path(shutil.copytree(kernel_folder(), tmp_path / "kernels"))
+    monkeypatch.setenv("CLRT_KERNELS", str(own))
+    assert tracer.identity(width=20) == usual, "the same text"
+    (own / "film.cl").write_text((own / "film.cl").read_text("utf-8") + "// more\n", "utf-8")
+    seen.append(tracer.identity(width=20))
+    assert len(set(seen)) == 5

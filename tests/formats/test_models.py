@@ -183,6 +183,42 @@ def test_one_warning_names_all_that_has_no_counterpart(
     )
 
 
+def test_extensions_that_nothing_reads_are_named(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    """Listed or not, of materials or of others, of a file that says nothing else of how it looks."""
+    known = ["KHR_texture_transform", "KHR_materials_sheen", "EXT_texture_webp", "KHR_lights_punctual"]
+    table = model([], extensionsUsed=[*known, "FOO_bar", "FOO_bar", "odd name\x1b"])
+    table["nodes"][0]["extensions"] = {"MSFT_lod": {"ids": []}, "KHR_node_visibility": {"visible": True}}
+    table["scenes"][0]["extensions"] = {"EXT_lights_image_based": {"light": 0}}
+    table["extensions"] = {"FB_other": {}}
+    clrt.load(write_glb(tmp_path / "a.glb", table))
+    others = "'EXT_lights_image_based', the extension 'MSFT_lod', the extension 'FB_other'"
+    left = f"the extension 'FOO_bar', the extension 'odd name\\x1b', the extension {others}"
+    assert [str(one.message) for one in recwarn] == [
+        f"a.glb: left out, since there is no counterpart: {left}"
+    ]
+    recwarn.clear()
+    clrt.load(write_glb(tmp_path / "a.glb", model([{"extensions": {"FOO_bar": {}}}])))
+    assert [str(one.message) for one in recwarn] == [
+        "a.glb: left out, since there is no counterpart: FOO bar"
+    ]
+
+
+def test_hidden_nodes_and_what_is_below_them_are_not_shown(tmp_path: Path) -> None:
+    hidden = {"KHR_node_visibility": {"visible": False}}
+    lamp = {**hidden, "KHR_lights_punctual": {"light": 0}}
+    nodes = (
+        {"extensions": hidden, "children": [4, 5, 6]}, {"extensions": lamp}, {"mesh": 0}, shining(0),
+        {"camera": 0, "translation": [0, 1, 6]},
+    )  # fmt: skip
+    table = model([METAL], nodes, (POINT,), cameras=[CAMERA], extensionsRequired=["KHR_node_visibility"])
+    table["nodes"][1]["extensions"] = hidden
+    table["scenes"][0]["nodes"] = [0, 1, 2, 3]
+    scene = clrt.load(write_glb(tmp_path / "a.glb", table))
+    assert [shape.name for shape in scene.shapes] == ["floor"]
+    assert scene.camera is not None and scene.camera.origin == (0.0, 1.0, 6.0)
+    assert len(scene.lights) == 1 and scene.ambient == 0.2  # as where there is none
+
+
 HAND = f"""
 ambient = 0.05
 background = 0.05

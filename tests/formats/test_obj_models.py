@@ -140,12 +140,15 @@ def test_what_has_no_counterpart(tmp_path: Path) -> None:
     ("line", "key", "expected"),
     [
         ("map_Kd a b.png", "color", {}),
-        ("map_Kd -s 2 4 1 -o 0.5 -clamp on -bm 1 -mm 0 1 -t 1 1 1 .\\a b.png", "color", {
+        ("map_Kd -s 2 4 1 -o 0.5 -clamp on -bm 1 -mm 0 1 -t 0 0 0 .\\a b.png", "color", {
             "wrap": "clamp", "scale": (2.0, 4.0), "offset": (0.5, -3.0),
         }),
         ("map_Kd -s 2 -o 0.5 0.25 -clamp off a b.png\nKd 1 0.5 0", "color", {
             "scale": (2.0, 1.0), "offset": (0.5, -0.25), "tint": (1.0, 0.5, 0.0),
         }),
+        ("map_Kd -mm 0 0.5 a b.png", "color", {"tint": (0.5, 0.5, 0.5)}),
+        ("map_Kd -mm 0 0.5 a b.png\nKd 1 0.5 0", "color", {"tint": (0.5, 0.25, 0.0)}),
+        ("map_Kd -mm 0 0.5 -cc off -blendu on a b.png\nKd 2 2 2", "color", {"tint": (1.0, 1.0, 1.0)}),
         ("map_Ke a b.png", "emission", {}),
         ("map_Ke a b.png\nKe 2 2 2\nPm 0", "emission", {"tint": (2.0, 2.0, 2.0)}),
         ("map_Kd a b.png\nillum 0", "emission", {}),
@@ -161,6 +164,34 @@ def test_maps(tmp_path: Path, line: str, key: str, expected: dict[str, Any]) -> 
     with pytest.warns(clrt.ClrtWarning, match="counterpart: textures of what has no uv"):
         plain = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n").materials["m"]
     assert not plain.pictures
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("map_Kd -mm 0.25 0.5", r"the range of textures \(-mm\)"),
+        ("map_Kd -mm 0 -1", r"the range of textures \(-mm\)"),
+        ("norm -mm 0 0.5", r"the range of textures \(-mm\)"),
+        ("map_Kd -cc on", r"colour correction of textures \(-cc\)"),
+        ("map_Kd -imfchan r", r"one channel of textures \(-imfchan\)"),
+        ("map_Kd -t 0 1", r"turbulence of textures \(-t\)"),
+    ],
+)
+def test_options_of_maps_without_a_counterpart_are_named(tmp_path: Path, line: str, says: str) -> None:
+    (tmp_path / "a.png").write_bytes(PICTURE)
+    with pytest.warns(clrt.ClrtWarning, match=f"since there is no counterpart: {says}$"):
+        material = load(tmp_path, f"newmtl m\nKd 1 1 1\n{line} a.png\n", WITH_UV).materials["m"]
+    plain = load(tmp_path, f"newmtl m\nKd 1 1 1\n{line.split()[0]} a.png\n", WITH_UV).materials["m"]
+    assert material == plain
+
+
+def test_a_normal_map_leans_as_it_says(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(PICTURE)
+    for more in ("", "Pm 0\n"):
+        material = load(tmp_path, f"newmtl m\n{more}norm -bm 0.0 a.png\n", WITH_UV).materials["m"]
+        assert material.normal_map == NormalMap(file="a.png", scale=0.0, placement=Placement())
+    with pytest.raises(SceneError, match=r"line 2: 'norm -bm much a\.png'"):
+        load(tmp_path, "newmtl m\nnorm -bm much a.png\n", WITH_UV)
 
 
 @pytest.mark.parametrize("more", ["", "Pm 0\n"])

@@ -11,8 +11,10 @@ import pytest
 
 import clrt
 from clrt.base.limits import Limits
+from clrt.base.places import At
 from clrt.base.resources import scene_folder
-from clrt.images.file import decode
+from clrt.images.file import decode, uncurved
+from clrt.meshfiles.file import open_mesh
 from tests.model_samples import write_glb
 from validation.oracle64 import render64
 
@@ -87,6 +89,115 @@ def test_usual_names_of_colors_come_first(tmp_path: Path) -> None:
     points = [f"{line} 1 2 3" for line in lines[rows : rows + 5]]
     path.write_text("\n".join([*lines[:at], *more, *lines[at:rows], *points, *lines[rows + 5 :], ""]))
     np.testing.assert_array_equal(seen(clrt.load(path))[0], usual)
+
+
+WHITE = {
+    "uchar": 255, "ushort": 65535, "uint16": 65535, "int": 255, "uint": 255, "float": 1.0, "double": 1.0,
+}  # fmt: skip
+WRONG = [
+    ("char", -1), ("short", -255), ("int", 65280), ("uint", 2**32 - 1), ("float", 255.0), ("double", -0.5),
+    ("float", float("nan")),
+]  # fmt: skip
+TYPES = {"uchar": "u1", "char": "i1", "short": "<i2", "ushort": "<u2", "uint16": "<u2", "int": "<i4",
+         "uint": "<u4", "float": "<f4", "double": "<f8"}  # fmt: skip
+
+
+def write_colors(path: Path, kind: str, values: list[Any], binary: bool) -> Path:
+    """A triangle whose corners have these values for red, declared as `kind`; green is 0, blue a byte."""
+    head = f"ply\nformat {'binary_little_endian' if binary else 'ascii'} 1.0\nelement vertex 3\n"
+    head += "".join(f"property float {axis}\n" for axis in "xyz")
+    head += f"property {kind} red\nproperty {kind} green\nproperty uchar blue\n"
+    head += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = [(0, 0, 0, values[0], 0, 9), (1, 0, 0, values[1], 0, 9), (0, 1, 0, values[2], 0, 9)]
+    if not binary:
+        text = "".join(" ".join(map(str, row)) + "\n" for row in rows)
+        path.write_text(f"{head}{text}3 0 1 2\n")
+        return path
+    fields = [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("r", TYPES[kind]), ("g", TYPES[kind]), ("b", "u1")]
+    face = np.array([(3, (0, 1, 2))], [("n", "u1"), ("i", "<i4", 3)])
+    path.write_bytes(head.encode() + np.array(rows, fields).tobytes() + face.tobytes())
+    return path
+
+
+def texels(path: Path) -> np.ndarray:
+    """The linear colours (m, 3, 3) of a file's corners, for a model."""
+    corners = open_mesh(path.read_bytes(), path, At(path.name), Limits(), apart=True).parts[0].corners
+    assert corners is not None
+    return corners()
+
+
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize("kind", WHITE)
+def test_colors_are_parts_of_what_is_white_in_their_type(tmp_path: Path, kind: str, binary: bool) -> None:
+    share, white = np.array([1.0, 0.8, 0.0]), WHITE[kind]
+    values = [type(white)(round(part * white, 6)) for part in share.tolist()]
+    found = texels(write_colors(tmp_path / "a.ply", kind, values, binary))
+    assert found.dtype == np.float32
+    np.testing.assert_allclose(found[0, :, 0], uncurved(share), rtol=1e-6)
+    others = decode(np.array([[0, 9]] * 3, np.uint8))
+    np.testing.assert_array_equal(found[0, :, 1:], others)
+
+
+@pytest.mark.parametrize(
+    ("kind", "value", "binary"),
+    [
+        *((*wrong, binary) for wrong in WRONG for binary in (False, True)),
+        ("uchar", 256, False), ("uchar", 0.5, False), ("ushort", 65536, False),
+    ],
+)  # fmt: skip
+def test_numbers_that_are_no_colors_are_refused(tmp_path: Path, kind: str, value: Any, binary: bool) -> None:
+    path = write_colors(tmp_path / "a.ply", kind, [0, value, 0], binary)
+    says = rf"a\.ply: cannot be read as a mesh: vertex 1 has red = \S+, declared as {kind}; of that .* 0 to"
+    with pytest.raises(clrt.SceneError, match=says):
+        clrt.load(path)
+    with pytest.warns(clrt.ClrtWarning, match="its materials and colours are ignored"):
+        clrt.load_dict({"shapes": [{"type": "mesh", "file": "a.ply"}], "ambient": 1}, folder=tmp_path)
+
+
+def test_colors_of_faces_with_more_corners(tmp_path: Path) -> None:
+    """trimesh puts triangles first, then halves of quadrilaterals, then fans."""
+    text = write_ply(tmp_path / "a.ply", faces=True).read_text()
+    head = text[: text.index("end_header")].replace("element face 3", "element face 4")
+    points = "".join(f"{x} {y} 0\n" for x, y, *_ in CORNERS)
+    rows = "4 0 1 2 3 255 0 0\n3 2 4 3 0 255 0\n5 0 1 2 4 3 0 0 255\n4 0 2 4 3 9 9 9\n"
+    (tmp_path / "a.ply").write_text(f"{head}end_header\n{points}{rows}")
+    found = texels(tmp_path / "a.ply")
+    red, green, blue, grey = (255, 0, 0), (0, 255, 0), (0, 0, 255), (9, 9, 9)
+    right = np.array([green, red, grey, red, grey, blue, blue, blue], np.uint8)
+    np.testing.assert_array_equal(found, np.repeat(decode(right)[:, None], 3, axis=1))
+
+
+def test_colors_behind_a_long_header(tmp_path: Path) -> None:
+    path = write_ply(tmp_path / "scan.ply")
+    usual, text = seen(clrt.load(path))[0], path.read_text()
+    path.write_text(text.replace("element vertex", "comment so\n" * 50_000 + "element vertex"))
+    np.testing.assert_array_equal(seen(clrt.load(path))[0], usual)
+    path.write_text(text.replace("element vertex", "comment so\n" * 100_000 + "element vertex"))
+    with pytest.raises(clrt.SceneError, match="its header does not end within 1048576 bytes"):
+        clrt.load(path)
+
+
+def test_a_texture_of_a_ply_is_named(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    path = write_ply(tmp_path / "scan.ply")
+    colored = path.read_text().replace("element vertex", "comment TextureFile a b.png\nelement vertex")
+    grey = colored.replace("uchar red", "uchar rod")
+    uv = colored.replace("float z\n", "float z\nproperty float s\nproperty float t\n")
+    for text in (colored, grey):
+        path.write_text(text)
+        clrt.load(path)
+        (said,) = [str(warning.message) for warning in recwarn]
+        assert said == "scan.ply: left out, since there is no counterpart: the texture 'a b.png'"
+        recwarn.clear()
+    lines = uv.splitlines()
+    first = lines.index("end_header") + 1
+    for k, (x, y, *color) in enumerate(CORNERS):
+        lines[first + k] = f"{x} {y} 0 {k} 1 {' '.join(map(str, color))}"
+    path.write_text("\n".join(lines) + "\n")
+    clrt.load(path)
+    (said,) = [str(warning.message) for warning in recwarn]
+    assert said.endswith("the texture 'a b.png', colours beside uv")
+    with pytest.warns(clrt.ClrtWarning, match="its materials and colours are ignored"):
+        clrt.load_dict({"shapes": [{"type": "mesh", "file": "scan.ply"}], "ambient": 1}, folder=tmp_path)
 
 
 @pytest.mark.parametrize("faces", [False, True])

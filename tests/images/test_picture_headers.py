@@ -239,6 +239,42 @@ def test_colours_that_are_read_as_others_are_told_of(tmp_path: Path) -> None:
         read_image(exr(tmp_path / "f.exr", [("RGB", LINEAR)], chromaticities=wide))
 
 
+@pytest.mark.parametrize(
+    ("kind", "value", "told"),
+    [
+        ("string", "x", "'x'"), ("string[8]", ("x",) * 8, r"\('x', .*"), ("float", 0.5, "0.5"),
+        ("int", 7, "7"), ("float[8]", (float("nan"),) * 8, "nan, .*"), ("float[9]", (0.5,) * 9, "0.5, .*"),
+    ],
+)  # fmt: skip
+def test_primaries_of_any_type_are_told_of(tmp_path: Path, kind: str, value: Any, told: str) -> None:
+    spec = oiio.ImageSpec(8, 6, 3, "float")
+    spec.attribute("chromaticities", kind, value)
+    output = oiio.ImageOutput.create("a.exr")
+    assert output is not None
+    assert output.open(str(tmp_path / "a.exr"), spec) and output.write_image(LINEAR) and output.close()
+    with pytest.warns(ClrtWarning, match=f"its primaries are {told}; they are read as linear Rec.709"):
+        assert np.array_equal(read_image(tmp_path / "a.exr"), LINEAR)
+
+
+def test_samples_of_32_bits_are_refused_wherever_they_are_read(tmp_path: Path) -> None:
+    """Beside floats, which no TIFF has: OpenImageIO would read them as fractions of 2^32."""
+    names = ("R", "G", "B", "id")
+    for kinds, which in (("float float float uint", "id"), ("half uint half float", "G")):
+        spec = oiio.ImageSpec(8, 6, 4, "float")
+        spec.channelnames, spec.channelformats = names, tuple(map(oiio.TypeDesc, kinds.split()))
+        output = oiio.ImageOutput.create("a.exr")
+        assert output is not None
+        pixels = np.dstack([LINEAR, LINEAR[..., :1]])
+        assert output.open(str(tmp_path / "a.exr"), spec) and output.write_image(pixels) and output.close()
+        with pytest.raises(SceneError, match=f"samples of type uint in channel '{which}'; 8 or 16 bits"):
+            clrt.read_image(tmp_path / "a.exr", layers="all")
+        if which == "id":
+            assert np.array_equal(read_image(tmp_path / "a.exr"), LINEAR)
+        else:
+            with pytest.raises(SceneError, match="samples of type uint in channel 'G'"):
+                read_image(tmp_path / "a.exr")
+
+
 def test_lines_of_a_radiance_header_that_change_its_numbers_are_told_of(tmp_path: Path) -> None:
     same = "EXPOSURE= 1.0\nCOLORCORR=1 1 1\nPRIMARIES=0.64 0.33 0.29 0.60 0.15 0.06 0.3333 0.3333\n"
     hdr(tmp_path / "a.hdr", "-Y 6 +X 8", same + "PRIMARIES=0 0 0 0 0 0 0 0\n# EXPOSURE=2\n")

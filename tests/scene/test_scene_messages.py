@@ -78,7 +78,7 @@ def of_file(folder: Path, text: str, suffix: str = ".toml") -> str:
         ({"shapes": [{**BALL, "radius": "0.8"}]}, "a radius must be > 0; this is a text"),
         ({"shapes": [{**BALL, "center": [0, "1", 0]}]}, "center must be 3 numbers; this is a text"),
         ({"shapes": [{**BALL, "radius": True}]}, "this is true or false, not a number"),
-        ({"max_depth": 2.5}, "2.5 is not allowed; max_depth must be a whole number >= 0"),
+        ({"max_depth": 2.5}, "2.5 is not allowed; max_depth must be a whole number from 0 to 65536"),
         ({"lights": {"type": "point"}}, "in TOML each is a [[lights]]: two brackets"),
         ({"shapes": {"type": "sphere"}}, "in TOML each is a [[shapes]]: two brackets"),
     ],

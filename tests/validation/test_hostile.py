@@ -147,7 +147,7 @@ whole = clrt.render
 def render(*a, **k):
     folder = kernelcache.prepare()
     with kernelcache.compiling("planted"):
-        end = time.process_time() + 0.4
+        end = time.process_time() + 1.5
         while time.process_time() < end: pass
     (folder / "launched" / "planted").unlink()  # else it is known the next time
     return whole(*a, **k)
@@ -160,11 +160,11 @@ def test_kernels_that_are_compiled_are_no_input_s_cost(
 ) -> None:
     """Also those that PoCL compiles when they are launched for the first time."""
     monkeypatch.setattr(hostile, "_BOOT", BUILDS + hostile._BOOT)
-    monkeypatch.setattr(gates, "RENDER_SECONDS", 0.4)
+    monkeypatch.setattr(gates, "RENDER_SECONDS", 1.4)
     task = {"folder": str(hostile.CORPUS), "scene": "coincident.toml"}
     outcome = hostile.run([task], workers=1)
     assert not outcome.failures, said(outcome.failures)
-    assert outcome.worst.render_seconds < 0.4  # what compiling takes by itself
+    assert outcome.worst.render_seconds < 1.4  # what compiling takes by itself is more
 
 
 ONE_AFTER_THE_OTHER = """

@@ -106,9 +106,10 @@ def test_a_change_of_code_or_input_is_another_key(monkeypatch: pytest.MonkeyPatc
             patch.setattr(target, name, value)
             assert key() != before, name
     assert key(dataclasses.replace(CASE, said=("oracle64", "povray"))) != before
-    with monkeypatch.context() as patch:
-        patch.setenv("PYOPENCL_BUILD_OPTIONS", "-cl-fast-relaxed-math")
-        assert key() != before
+    for variable in ("PYOPENCL_BUILD_OPTIONS", "POCL_EXTRA_BUILD_FLAGS"):
+        with monkeypatch.context() as patch:
+            patch.setenv(variable, "-cl-fast-relaxed-math")
+            assert key() != before, variable
     for module in ("validation.oracle64.radiance", "validation.compare.metrics", "clrt.engine.wavefront"):
         with planted(module, tmp_path):
             assert key() != before, module

@@ -7,8 +7,10 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import urllib.request
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -84,6 +86,28 @@ def test_no_browser_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(browser.webbrowser, "get", none)
     assert not browser.opens("http://127.0.0.1:1/")
+
+
+@pytest.mark.parametrize("wrong", ["foo '%s", "/bin/false %s", "/no/such %s", "no-such-browser"])
+def test_a_browser_that_cannot_be_started_is_none(wrong: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("BROWSER", wrong)
+    assert not browser.opens("http://127.0.0.1:1/")
+
+
+def test_a_browser_that_fails_is_none_and_one_that_goes_on_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("BROWSER", "any")
+    for reason in (browser.webbrowser.Error("x"), ValueError("x"), OSError("x")):
+
+        def fails(address: str, reason: Exception = reason) -> bool:
+            raise reason
+
+        monkeypatch.setattr(browser.webbrowser, "get", lambda fails=fails: SimpleNamespace(open=fails))
+        assert not browser.opens("http://127.0.0.1:1/")
+    closed = threading.Event()
+    waiting = SimpleNamespace(open=lambda address: closed.wait(60))
+    monkeypatch.setattr(browser.webbrowser, "get", lambda: waiting)
+    assert browser.opens("http://127.0.0.1:1/")
+    closed.set()
 
 
 def test_no_browser_leaves_the_address(

@@ -32,6 +32,7 @@ from clrt.base import interrupts
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE, kernel_folder
+from clrt.device.added import added
 from clrt.device.foreign import VARIABLE as FOREIGN
 from clrt.device.kernelcache import shared_with
 from clrt.device.platforms import choose
@@ -42,7 +43,6 @@ from ..mutants.run import CHECK, MUTANTS, REFITTED
 from ..reliability import code
 from ..types import CaseResult, CheckResult, Comparison, CountResult, Gate, MutantResult, OracleImage
 
-_OPTIONS: Final = ("PYOPENCL_BUILD_OPTIONS", "CL_CONFIG_CPU_TARGET_ARCH")  # that drivers build with
 _TEXT: Final = "json"
 _DAMAGED: Final = (OSError, ValueError, KeyError, TypeError, EOFError, RuntimeError, BadZipFile, zlib.error,
                    msgspec.MsgspecError)  # fmt: skip
@@ -102,7 +102,7 @@ class Kept:
             cached.cache_clear()
         code.forget()
         info = choose(self.device)[0]
-        self._on = f"{info.label} {info.driver} {[os.environ.get(name) for name in _OPTIONS]}"
+        self._on = f"{info.label} {info.driver} {added()}"
         self._asked: dict[str, tuple[str, _Files]] = {}
         # kernels of the user's own are there to be changed
         self.fault = f"{FOREIGN} is set" if os.environ.get(FOREIGN) else ""
