@@ -36,7 +36,8 @@ def plain_ply(data: bytes) -> bytes:
     if not head:
         raise BrokenMesh(f"its header does not end within {_HEADER} bytes")
     elements = map(_named, _ELEMENT.split(head))
-    plain = b"".join(map(_doubled, elements) if b"ascii" in head.split(b"\n", 2)[1].lower() else elements)
+    text = b"ascii" in b"".join(head.split(b"\n", 2)[1:2]).lower()
+    plain = b"".join(map(_doubled, elements) if text else elements)
     return data if plain == head else plain + data[len(head) :]
 
 
@@ -106,7 +107,7 @@ def _types(data: bytes) -> dict[str, tuple[str, ...]]:
     found = {}
     for element in map(_named, _ELEMENT.split(_head(data))):
         kinds = {name: kind.decode() for _, kind, _, name in _PROPERTY.findall(element)}
-        called = element.split(None, 2)[1].decode("latin-1") if element.startswith(b"element") else ""
+        called = b"".join(element.split(None, 2)[1:2]).decode("latin-1")
         if called in _COLORED and kinds.keys() >= {*_COLORS}:
             found[called] = tuple(kinds[name] for name in _COLORS)
     return found

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import runpy
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -362,3 +363,27 @@ def test_tints_clip_corners_only(tmp_path: Path) -> None:
     assert found.min() >= 0 and 0.9 < found.max() <= 1
     with pytest.raises(clrt.ClrtError, match=r"scan\.ply: colours of vertices or faces are no normals"):
         shown({"normal_map": {"file": "scan.ply", "part": 0}}, "albedo")
+
+
+HEADER = (
+    "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face 1\n"
+    "property list uchar int vertex_indices\nend_header\n"
+)
+ENDS = [HEADER[HEADER.index(after) :] for after in ("element f", "end_h")]
+NO_ELEMENTS = ("element", "element\t", "element ", "elementvertex 3")
+CUTS = [
+    *(apart.join([*HEADER.split(apart)[:n], *HEADER.split(apart)[n + 1 :]])
+      for apart in (" ", "\n") for n in range(HEADER.count(apart) + 1)),
+    *(HEADER[:n] + end for n in range(0, 60, 3) for end in ENDS),
+    *(HEADER.replace("element vertex 3", said) for said in NO_ELEMENTS),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("number", range(len(CUTS)))
+def test_headers_that_lack_something_are_read_or_refused(number: int, tmp_path: Path) -> None:
+    file = tmp_path / "a.ply"
+    file.write_text(CUTS[number] + "0 0 0 255 0 0\n1 0 0 255 0 0\n0 1 0 255 0 0\n3 0 1 2\n")
+    for data in ({"shapes": [{"type": "mesh", "file": "a.ply"}]}, None):
+        with suppress(clrt.ClrtError):
+            clrt.load(file) if data is None else clrt.load_dict(data, folder=tmp_path)
