@@ -260,7 +260,7 @@ def _prepared(data: bytes, suffix: str) -> bytes:
     return data
 
 
-def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None) -> Part:
+def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None = None) -> Part:
     """A trimesh.Trimesh as plain arrays; ValueError where they do not fit together (trimesh may not look)."""
     vertices, faces = np.array(mesh.vertices, np.float64), np.array(mesh.faces, np.int64)
     # Only what the file gave is in trimesh's cache before anyone has asked for normals.

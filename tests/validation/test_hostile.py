@@ -113,6 +113,20 @@ def test_a_slow_core_has_longer(gates: ModuleType, monkeypatch: pytest.MonkeyPat
         assert gates.judged(answer) == status
 
 
+@pytest.mark.parametrize(("limit", "status"), [("device_bytes", "refused"), ("vertices", "slow")])
+def test_a_tree_that_turns_out_too_large_may_have_been_begun(
+    gates: ModuleType, monkeypatch: pytest.MonkeyPatch, limit: str, status: str
+) -> None:
+    """12 million triangles take 26 s and 4.4 GB until that is known."""
+    monkeypatch.setattr(gates, "pace", lambda: 1.0)
+    taken = {"read": {"seconds": 0.05, "bytes": 2 << 20}, "render": {"seconds": 26.2, "bytes": 4404 << 20}}
+    text = f"scene.json: shapes: {limit}: 5 549 069 745 is above the limit"
+    answer = {"status": "refused", "text": text, "size": 63348, "pixels": 0, "triangles": 12_004_003} | taken
+    assert gates.judged(answer) == status
+    taken["render"]["seconds"] *= 3
+    assert gates.judged(answer) == "slow"
+
+
 def test_a_pace_is_that_of_the_slower_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     paces = validation_module("hostile.pace")
     assert 1.0 <= paces.pace() < 20  # else no bound bounds

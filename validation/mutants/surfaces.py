@@ -112,8 +112,8 @@ _CORNERS: Final = (
     Mutant("colours of corners not linear between them", "clrt/meshfiles/vertex_colors.py",
            "out[: len(a), 1, 1] = b + c - a", "out[: len(a), 1, 1] = 0.5 * (b + c)",
            ("colours of vertices",), AMBIENT),
-    Mutant("colours of the faces in the other order", "clrt/meshfiles/file.py",
-           "np.repeat(own[:, None], 3, axis=1)", "np.repeat(own[::-1, None], 3, axis=1)",
+    Mutant("colours of the faces in the other order", "clrt/meshfiles/ply.py",
+           "np.repeat(own()[rows][:, None], 3, axis=1)", "np.repeat(own()[rows][::-1, None], 3, axis=1)",
            ("colours of faces",), AMBIENT),
 )  # fmt: skip
 
