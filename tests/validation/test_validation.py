@@ -177,6 +177,9 @@ def test_random_scenes_draw_every_key_and_kind_of_spectrum() -> None:
     assert {light["type"] for scene in drawn for light in scene["lights"]} == {*LIGHTS}
     assert {scene["camera"].get("filter", "box") for scene in drawn} == {"box", *layout.REACH}
     assert any(scene["camera"].get("aperture") for scene in drawn)
+    assert any(scene["camera"].get("focus") for scene in drawn)
+    balls = [light for scene in drawn for light in scene["lights"] if light["type"] == "sphere"]
+    assert {ball["visible"] for ball in balls} == {ball["two_sided"] for ball in balls} == {False, True}
     kinds = ("name", "blackbody", "gaussian", "band", "samples", "sellmeier", "cauchy", "eta", "spectrum")
     assert all(f'"{kind}":' in text for kind in kinds)
 

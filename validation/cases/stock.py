@@ -28,7 +28,8 @@ def scenes() -> Iterator[tuple[str, Table, str]]:
     yield "stock S1: sun", _diffuse([_SUN, _LAMP]), "S1"
     lens = {"aperture": 0.03, "focus": 7.0, "spp": 4}
     yield "stock S1: lens", _diffuse([_LAMP], lens), "S1"
-    yield "stock S1: mitchell", _diffuse([_LAMP], {"spp": 9, "filter": "mitchell"}), "S1"
+    for name in ("tent", "gaussian", "mitchell"):
+        yield f"stock S1: {name}", _diffuse([_LAMP], {"spp": 9, "filter": name}), "S1"
     yield "stock S1: spots", _diffuse([{**spot, "falloff": "inverse-square"} for spot in _SPOTS]), "S1"
     faint = [{**spot, "intensity": [0.5, 0.45, 0.4]} for spot in _SPOTS]
     yield "stock S5: spots", _diffuse(faint), "S5"

@@ -61,6 +61,8 @@ def _bounces() -> dict[str, Table]:
         "rough mirror": _pair({"color": 0.3, "diffuse": 0.1, "reflection": 0.8, "roughness": 0.3,
                                "reflection_color": [0.9, 0.8, 0.7]}),
         "rough metal": _pair({**gold, "roughness": 0.2}, {**gold, "roughness": 0.6, "reflection": 0.9}),
+        "rough metal, 4 samples": _pair({**gold, "roughness": 0.3}, max_depth=2, camera={
+            **CAMERA, "spp": 4, "jitter": 2, "width": 80, "height": 60}),
         "rough coat": _pair({**coat, "roughness": 0.25}, medium_ior=1.2),
         "rough schlick": _pair({**metal, "reflection": 0.8, "roughness": 0.4}),
         "rough smooth mesh": room([with_material(CLOSED["smooth mesh"]((0, 0, 0), 1.8),

@@ -41,6 +41,8 @@ _ADAPTIVE: Final = tuple(
          "(difference * difference > np.float32(threshold))[:, 0]"),
         ("the neighbour above not asked", "(y > 0, -width), (y < height - 1, width)",
          "(y < height - 1, width)"),
+        ("the neighbour below not asked", "(y > 0, -width), (y < height - 1, width)", "(y > 0, -width)"),
+        ("the neighbour to the left not asked", "(x > 0, -1), (x < width - 1, 1)", "(x < width - 1, 1)"),
         ("the neighbour to the right not asked", "(x > 0, -1), (x < width - 1, 1)", "(x > 0, -1)"),
         ("outlines not refined", "(shape[here] != shape[there]) | bent", "bent"),
         ("bent surfaces not refined", "(shape[here] != shape[there]) | bent", "shape[here] != shape[there]"),

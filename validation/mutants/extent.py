@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from .checks import CHECK
-from .kernels import CAMERA, DIFFUSE, GEOMETRY, REFLECTION, Mutant
+from .kernels import CAMERA, DIFFUSE, EMISSION, GEOMETRY, REFLECTION, Mutant
 
 _SHAFTS: Final = (
     Mutant("a shaft to a light's middle only", "kernels/light.cl",
@@ -36,6 +36,17 @@ _SHAFTS: Final = (
 _LIGHT: Final = (
     Mutant("a light's points on a line", "kernels/draws.clh", "draw.y += 0x91E10DA5u;", "",
            ("rectangle",), DIFFUSE),
+    Mutant("all lights draw the same points", "kernels/draws.clh", "(uintP)(0x80000002u + light)",
+           "(uintP)(0x80000002u)", ("disk and sphere",), DIFFUSE),
+    Mutant("each point of a sphere as bright as all of them", "kernels/light_sphere.clh",
+           "2.0f * cap / (float)light->samples", "2.0f * cap", ("disk and sphere",), DIFFUSE),
+    Mutant("a sphere as bright as half of it", "kernels/light_sphere.clh", "2.0f * cap /", "cap /",
+           ("disk and sphere",), DIFFUSE),
+    Mutant("surfaces of lights stop no feeler", "kernels/walk.clh", "if (SURFACES_OF(world.scene)) offer",
+           "if (SURFACES_OF(world.scene) && !any) offer", ("lights seen from all sides",), DIFFUSE),
+    Mutant("surfaces of lights in a shaft stop no feeler", "kernels/shaft.clh",
+           "unbounded = world->scene->unbounded, surfaces = SURFACES_OF(world->scene);",
+           "unbounded = world->scene->unbounded, surfaces = 0;", ("lights that are seen",), DIFFUSE),
     Mutant("a spot's penumbra outside of its cone", "kernels/light_spot.clh", "(light->angle - theta) /",
            "(light->angle + light->width - theta) /", ("spots",), DIFFUSE),
     Mutant("panes take off their tint alone", "kernels/tinted.clh",
@@ -49,10 +60,38 @@ _LIGHT: Final = (
            "for (int b = 2; b < BANDS; b++) sum", ("patches",), CAMERA),
 )  # fmt: skip
 
+_LENS: Final = (
+    Mutant("an orthographic lens's rays all through the middle", "kernels/generate.cl",
+           "if (camera.orthographic) origin = add(origin, in_view);", "", ("orthographic lens",), GEOMETRY),
+    Mutant("an orthographic lens's rays go as from an eye", "kernels/generate.cl",
+           "camera.orthographic ? forward : to_pixel", "to_pixel", ("orthographic lens",), GEOMETRY),
+    Mutant("a lens draws what gloss draws", "kernels/generate.cl", "(uintP)(0x80000000u)",
+           "(uintP)(0x80000001u)", ("lens",), GEOMETRY),
+    Mutant("samples on the diagonal of a lens", "kernels/generate.cl",
+           "mix_bits(h + 2u) + sample * 0x6A09E667u", "mix_bits(h + 2u) + sample * 0x9E3779B9u",
+           ("lens beyond near",)),
+    Mutant("weights that cancel by an eighth count alike", "kernels/filter.cl", "whole > 0.25f * sizes",
+           "whole > 0.875f * sizes", ("mitchell",)),
+    Mutant("weights that cancel count nevertheless", "kernels/filter.cl", "whole > 0.25f * sizes",
+           "whole != 0.0f", (CHECK + "alpha",)),
+    Mutant("weights whose sum is below 0 count nevertheless", "kernels/filter.cl", "whole > 0.25f * sizes",
+           "fabs(whole) > 0.25f * sizes", (CHECK + "alpha",)),
+    Mutant("weights that cancel by nine tenths count nevertheless", "kernels/filter.cl",
+           "whole > 0.25f * sizes", "whole > 0.1f * sizes", (CHECK + "alpha",)),
+)  # fmt: skip
+
 _DISKS: Final = (
     Mutant("a disk of wedges with gaps", "kernels/disk.clh", "0.785398163f *", "0.7f *", ("lens",), GEOMETRY),
     Mutant("facets of which half are hidden", "kernels/gloss.clh", " + part * b;", " + b;",
            ("rough metal",), REFLECTION),
+    Mutant("gloss draws what a lens draws", "kernels/gloss.clh", "(uintP)(0x80000001u)",
+           "(uintP)(0x80000000u)", ("rough metal",), REFLECTION),
+    Mutant("samples of gloss on the diagonal", "kernels/gloss.clh",
+           "mix_bits(h + 2u) + streams.sample * 0x91E10DA5u",
+           "mix_bits(h + 2u) + streams.sample * 0xC13FA9A9u", ("rough metal, 4 samples",), REFLECTION),
+    Mutant("one facet for all samples of a pixel", "kernels/gloss.clh",
+           "mix_bits(h + 1u) + streams.sample * 0xC13FA9A9u",
+           "mix_bits(h + 1u)", ("rough metal, 4 samples",), REFLECTION),
     Mutant("facets seen as by a smooth surface", "kernels/gloss.clh",
            "unit3(vec(alpha * v.x, alpha * v.y, v.z))", "v", ("rough metal",), REFLECTION),
     Mutant("G1 of the roughness, not of its square", "kernels/gloss.clh", "alpha * alpha * slope",
@@ -81,6 +120,20 @@ _GIVEN: Final = tuple(
         ("a rectangle as bright as half of it", "flatten/materials.py",
          "= source.u, source.v\n    record[\"share\"] = source.area",
          "= source.u, source.v\n    record[\"share\"] = 0.5 * source.area", ("rectangle",), DIFFUSE),
+        ("each point of a rectangle as bright as all of them", "flatten/materials.py",
+         "= source.u, source.v\n    record[\"share\"] = source.area / (math.pi * source.samples)",
+         "= source.u, source.v\n    record[\"share\"] = source.area / math.pi", ("rectangle",), DIFFUSE),
+        ("a disk as bright as half of it", "flatten/materials.py",
+         "sign + y * y * a, -y])\n    record[\"share\"] = source.area",
+         "sign + y * y * a, -y])\n    record[\"share\"] = 0.5 * source.area", ("disk and sphere",), DIFFUSE),
+        ("each point of a disk as bright as all of them", "flatten/materials.py",
+         "sign + y * y * a, -y])\n    record[\"share\"] = source.area / (math.pi * source.samples)",
+         "sign + y * y * a, -y])\n    record[\"share\"] = source.area / math.pi", ("disk and sphere",),
+         DIFFUSE),
+        ("a spot that aims a little beside", "flatten/materials.py",
+         "_unit(np.subtract(source.target, source.position))",
+         "_unit(np.subtract(source.target, np.multiply(source.position, (1.05, 1.0, 1.0))))", ("spots",),
+         DIFFUSE),
         ("a disk of light that is an ellipse", "flatten/materials.py",
          '= source.radius * np.array([x * y * a,', '= 0.6 * source.radius * np.array([x * y * a,',
          ("disk and sphere",), DIFFUSE),
@@ -95,15 +148,23 @@ _GIVEN: Final = tuple(
          ("rectangle", "disk and sphere"), ""),
         ("a rectangle seen half as long", "flatten/lightsurfaces.py", '[:3] = 1.0, 1.0, np.inf',
          '[:3] = 0.5, 1.0, np.inf', ("lights that are seen", "lights seen from all sides"), ""),
+        ("what a light sends, shown 2 % fainter", "flatten/materials.py",
+         'record["emission"] = light(source.radiance, self._bands)',
+         'record["emission"] = 0.98 * light(source.radiance, self._bands)', ("lights that are seen",),
+         EMISSION),
         ("an oblique rectangle seen upright", "flatten/lightsurfaces.py", "np.cross(other, n)", "side",
          ("lights that are seen", "lights seen from all sides"), ""),
         ("a lens in focus behind its target", "scene/camera.py", "return min(max(math.dist(",
          "return min(max(1.05 * math.dist(", ("lens beyond near",), GEOMETRY),
         ("alpha of samples that count alike", "engine/job.py", 'counts = None if weights is None else',
          'counts = None if weights is None or weights else', (CHECK + "alpha",), ""),
+        ("alpha of weights that cancel by an eighth, all counted alike", "engine/coverage.py",
+         "> 0.25 * np.abs(weights)", "> 0.875 * np.abs(weights)", (CHECK + "alpha",), ""),
+        ("alpha of weights that cancel", "engine/coverage.py", "some = weights.sum(axis=1) > 0.25 *",
+         "some = weights.sum(axis=1) > -9.0 *", (CHECK + "alpha",), ""),
         ("alpha beyond 1", "engine/coverage.py", "np.clip(share, 0.0, 1.0)", "np.clip(share, -9.0, 9.0)",
          (CHECK + "alpha",), ""),
     )
 )  # fmt: skip
 
-EXTENT_FAULTS: Final = (*_SHAFTS, *_LIGHT, *_DISKS, *_COVERAGE, *_GIVEN)
+EXTENT_FAULTS: Final = (*_SHAFTS, *_LIGHT, *_LENS, *_DISKS, *_COVERAGE, *_GIVEN)

@@ -19,8 +19,10 @@ from typing import Final
 from clrt.base.resources import PACKAGE, kernel_folder
 
 SEED: Final = 1
+# scene/lights.py computes next to nothing: its places are unions of types
 HOST: Final = ("flatten", "spectra", "engine/film.py", "engine/job.py", "engine/wavefront.py",
-               "engine/schedule.py", "scene/transforms.py", "scene/materials.py", "scene/camera.py")
+               "engine/schedule.py", "engine/adaptive.py", "engine/coverage.py", "scene/transforms.py",
+               "scene/materials.py", "scene/camera.py", "scene/arealights.py", "scene/adaptive.py")
 # what no picture is made with: queries by rays, a warning, a chart, the check of other media
 _ELSEWHERE: Final = ("query.cl", "crossings.cl", "crossings.clh", "asked.clh", "overlaps.py", "plot.py",
                      "hidden.py")  # fmt: skip
