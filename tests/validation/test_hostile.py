@@ -10,9 +10,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
+import clrt
+from clrt import layout
 from clrt.base.resources import validation_module
+from clrt.scene.lights import LIGHTS
 from tests import rotation
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -103,6 +107,23 @@ def test_each_kind_of_failure_is_noticed(
     outcome = hostile.run([task], workers=1)
     assert [failure["status"] for failure in outcome.failures] == [status]
     assert not list(tmp_path.iterdir())
+
+
+def test_all_kinds_of_lights_are_tamed() -> None:
+    """Else the second try of what is not finite is refused, and nobody is told of the first."""
+    shared = {"center": [0, 3, 0], "radiance": 3e38}
+    lights = [
+        {"type": "point", "position": [0, 3, 0], "intensity": 3e38},
+        {"type": "directional", "direction": [0, -1, 0], "intensity": 3e38},
+        {"type": "spot", "position": [0, 3, 0], "target": [0, 0, 0], "angle": 30, "intensity": 3e38},
+        {"type": "rectangle", "u": [1, 0, 0], "v": [0, 0, 1], **shared},
+        {"type": "disk", "normal": [0, -1, 0], "radius": 1, **shared},
+        {"type": "sphere", "radius": 1, **shared},
+    ]
+    found = validation_module("hostile.finite").tamed(clrt.load_dict({"lights": lights})).to_dict()["lights"]
+    assert len(found) == 6
+    for light in found:
+        assert np.max(light.get("radiance", light.get("intensity", 1.0))) == 1.0
 
 
 def test_a_slow_core_has_longer(gates: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -254,3 +275,18 @@ def test_the_inputs_of_a_seed_are_always_the_same(hostile: ModuleType, tmp_path:
     for _ in range(2):  # the second replaces what the first wrote
         hostile.keep([{"seed": 3, "index": 5, "command": True, "status": "hangs"}], tmp_path / "command")
     assert (tmp_path / "command" / "3_5_hangs" / "run").is_dir()
+
+
+def test_extreme_scenes_draw_what_a_scene_may_have() -> None:
+    extreme = validation_module("hostile.extreme")
+    generator = np.random.default_rng(1)
+    drawn = [extreme.calm(extreme.extreme_scene(generator), generator) for _ in range(200)]
+    lights = [light for scene in drawn for light in scene["lights"]]
+    assert {light["type"] for light in lights} == {*LIGHTS}
+    assert {light.get("visible") for light in lights} == {None, False, True}
+    assert max(light.get("samples", 1) for light in lights) <= 16
+    assert any(shape["material"].get("roughness") for scene in drawn for shape in scene["shapes"])
+    cameras = [scene["camera"] for scene in drawn]
+    assert {camera.get("filter", "box") for camera in cameras} == {"box", *layout.REACH}
+    assert any("aperture" in camera and "focus" in camera for camera in cameras)
+    assert any("adaptive" in scene for scene in drawn)

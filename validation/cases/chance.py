@@ -13,6 +13,7 @@ _CHANCE_OF_CHECKER = 0.4
 _CHANCE_OF_SPECTRA = 0.3  # of a scene; of a colour in it
 _CHANCE_OF_ROUGHNESS = 0.1  # of a mirror or a metal
 _CHANCE_OF_EXTENT = 0.15  # of a camera and of a light
+_CHANCE_OF_FOCUS = 0.6  # of a lens
 _FILTERS = ("tent", "gaussian", "mitchell")
 _LAMPS = ("spot", "rectangle", "disk", "sphere")
 _LIGHTS = ("D65", "A", "F2", "F11", "sun")
@@ -48,6 +49,7 @@ def scene(seed: int, number: int, wide: bool = True) -> Table:
     _roughen(np.random.default_rng([seed, number, 2]), table)
     if wide:
         _widen(np.random.default_rng([seed, number, 3]), table)
+        _vary(np.random.default_rng([seed, number, 4]), table)
     return table
 
 
@@ -61,6 +63,17 @@ def _widen(draw: np.random.Generator, table: Table) -> None:
         _lamp(draw, light) if draw.random() < _CHANCE_OF_EXTENT and _is_rgb(light) else light
         for light in table["lights"]
     ]
+
+
+def _vary(draw: np.random.Generator, table: Table) -> None:
+    """Lenses in focus before or behind the target; sphere lights that are two-sided or hidden."""
+    camera = table["camera"]
+    if "aperture" in camera and draw.random() < _CHANCE_OF_FOCUS:
+        distance = float(np.linalg.norm(np.subtract(camera["target"], camera["origin"])))
+        camera["focus"] = round(distance * float(draw.uniform(0.6, 1.5)), 4)
+    for light in table["lights"]:
+        if light["type"] == "sphere":
+            light |= {"two_sided": bool(draw.random() < 0.3), "visible": bool(draw.random() < 0.8)}
 
 
 def _is_rgb(light: Table) -> bool:

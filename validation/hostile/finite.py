@@ -40,12 +40,16 @@ def tamed(scene: clrt.Scene) -> clrt.Scene:
     image = {"background"} if scene.background_path is not None else set()
     for key in set(_LIGHT) - image:
         table[key] = _capped(table.get(key, 0.0))
-    lights = table.get("lights", ())
-    table["lights"] = [{**light, "intensity": _capped(light.get("intensity", 1.0))} for light in lights]
+    table["lights"] = [_tamed_light(light) for light in table.get("lights", ())]
     used = [shape.get("material") for shape in table.get("shapes", ())]
     for material in filter(lambda one: isinstance(one, dict), [*table.get("materials", {}).values(), *used]):
         material.update({key: _capped(material[key]) for key in _SHARES if key in material})
     return clrt.load_dict(table, folder=scene.folder, source=scene.source, limits=scene.limits)
+
+
+def _tamed_light(light: dict[str, Any]) -> dict[str, Any]:
+    name = "radiance" if light["type"] in ("rectangle", "disk", "sphere") else "intensity"
+    return {**light, name: _capped(light.get(name, 1.0))}
 
 
 def _capped(value: Any) -> Any:
