@@ -40,7 +40,6 @@ def put(folder: Path, value: float, sides: tuple[int, int] = (4, 4)) -> None:
 def test_a_scene_that_is_loaded_again_has_the_pictures_of_then(
     name: str, sides: tuple[int, int], tmp_path: Path
 ) -> None:
-    """However soon: files that are written within one tick of the clock have equal times."""
     put(tmp_path, 0.3)
     tracer = clrt.Tracer(clrt.load_dict(SCENES[name], folder=tmp_path))
     seen = {tracer.render().hash}
@@ -73,8 +72,16 @@ def test_pictures_that_are_what_they_were_are_not_read_again(
         assert getattr(tracer.flat, held) is not getattr(before, held)
 
 
-def test_a_file_that_is_not_there_has_no_version(tmp_path: Path) -> None:
-    assert files.version(tmp_path / "none") is None
+def test_of_what_was_written_just_now_no_version_can_be_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is written into it within the same tick of the clock leaves the same times; nor of no file."""
+    file = tmp_path / "a"
+    assert files.version(file) is None
+    file.write_text("one")
+    assert files.version(file) is None
+    monkeypatch.setattr(files, "_JUST_NOW", 0)
+    assert files.version(file) == files.version(file) is not None
 
 
 @pytest.mark.parametrize("name", SCENES)
