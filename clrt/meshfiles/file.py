@@ -24,7 +24,6 @@ from clrt.base.install import pip_install
 from clrt.base.limits import Limits
 from clrt.base.places import At, PlacedError
 from clrt.base.room import check_date
-from clrt.images.file import decode
 from clrt.meshfiles.embedded import itself_of
 from clrt.meshfiles.gltf import read_gltf
 from clrt.meshfiles.gltf_document import BrokenMesh
@@ -282,7 +281,6 @@ def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None = None) -> Par
     corners: Callable[[], np.ndarray] | None = None
     if colors is None:
         colored = bool(mesh.visual.defined) and mesh.visual.kind != "texture"
-        corners = partial(_corner_colors, mesh.visual, faces) if colored else None
     else:  # those of vertices go before those of faces; trimesh drops them where there are uv
         colored = bool(colors.types) and uv is None and len(faces) > 0
         corners = colors.corners(elements, faces) if colored else None
@@ -295,11 +293,6 @@ def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None = None) -> Par
         uv is not None,
         corners=corners,
     )
-
-
-def _corner_colors(visual: Any, faces: np.ndarray) -> np.ndarray:
-    """The linear colours (m, 3, 3) of all triangles' corners, in an OBJ."""
-    return decode(np.asarray(visual.vertex_colors)[:, :3].astype(np.uint8))[faces]
 
 
 def _uv(visual: Any, vertices: int) -> np.ndarray | None:
