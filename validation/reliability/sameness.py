@@ -24,6 +24,36 @@ THREADS: Final = (1, None)
 WIDTH: Final = 48
 LARGE: Final = {"sphereflake": 500, "mountain": 420, "thesis_4_3_transmission": 230}  # pixels wide: 2^22 rays
 
+VARIED: Final[dict[str, tuple[str, dict[str, Any]]]] = {
+    "still-life with lights of all kinds, a tent and adaptive samples": (
+        "still-life",
+        {
+            "camera.spp": 4,
+            "camera.filter": "tent",
+            "adaptive": {"spp": 64, "threshold": 0.02},
+            "lights": [
+                {"type": "spot", "position": [2, 5, 3], "target": [0, 0, 0], "angle": 25, "penumbra": 0.4},
+                {"type": "disk", "center": [-3, 4, 3], "normal": [3, -4, -3], "radius": 1, "radiance": 4,
+                 "samples": 9},
+                {"type": "sphere", "center": [4, 3, 0], "radius": 0.5, "radiance": 3, "samples": 4},
+                {"type": "rectangle", "center": [0, 4, -3], "u": [1, 0, 0], "v": [0, 0, 1], "radiance": 2},
+                {"type": "directional", "direction": [-1, -2, -1], "intensity": 0.2},
+            ],
+        },
+    ),
+    "rough metals through a lens, a gaussian and jitter": (
+        "rough-metals",
+        {
+            "camera.spp": 9,
+            "camera.filter": "gaussian",
+            "camera.jitter": 3,
+            "camera.aperture": 0.2,
+            "camera.focus": 9.0,
+        },
+    ),
+}  # fmt: skip
+"""What no shipped scene has, as changes of one."""
+
 
 def configurations() -> Iterator[dict[str, Any]]:
     """All choices on every driver that works here; one that cannot part its cores runs with all of them."""
@@ -37,7 +67,7 @@ def run(count: int, tell: Tell) -> Figure:
     start = time.perf_counter()
     chosen = list(configurations())
     assert len(chosen) >= count, f"{len(chosen)} configurations on this machine; {count} are promised"
-    names = list(shipped_scenes())
+    names = [*shipped_scenes(), *VARIED]
     tried = wrong = 0
     with multiprocessing.get_context("spawn").Pool(2) as pool:
         elsewhere = pool.starmap_async(picture, [(name, WIDTH, {}) for name in names])
@@ -63,11 +93,15 @@ def run(count: int, tell: Tell) -> Figure:
 
 
 def picture(name: str, width: int, how: dict[str, Any]) -> tuple[str, int]:
-    """Hash of a scene's picture, and rays traced for it."""
+    """Hash of a picture of a shipped or VARIED scene, and rays traced for it."""
+    base, changes = VARIED.get(name, (name, {}))
     settings = {key: value for key, value in how.items() if key != "device"}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", clrt.ClrtWarning)
         image = clrt.render(
-            load_scene(name), width=width, device=how.get("device"), settings=clrt.Settings(**settings)
+            load_scene(base).replace(changes),
+            width=width,
+            device=how.get("device"),
+            settings=clrt.Settings(**settings),
         )
     return image.hash, int(image.stats["traced"])
