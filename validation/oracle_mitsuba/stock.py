@@ -8,14 +8,14 @@ written here.
 | name | classes of materials | how |
 |---|---|---|
 | S1 | diffuse | `direct`, a render for each light; they are summed |
-| S2 | diffuse, mirror | `path` with the factor; the background is a render of its own |
+| S2 | diffuse, mirror, metals too | `path` with the factor; the background is a render of its own |
 | S3 | emitter, mirror, glass | `path`, area emitters and background at once; random |
 | S4 | highlight | a mirror in an environment (d.L)^m, on one convex shape |
 | S5 | diffuse | S1 times the squared distance of the light: no falloff |
 | S6 | diffuse, mirror, sheet | S2 with `mask`: reflects a, lets 1 - a through unbent; random |
 | S7 | diffuse | `area` emitters on black shapes out of sight, `direct`, points at random |
 | S8 | diffuse, mirror, glass | S2 with `dielectric` and `thindielectric`; random |
-| S9 | emitter, mirror, rough | S3 with `roughconductor`; random, and so are we |
+| S9 | emitter, mirror, rough, metals too | S3 with `roughconductor`; random, and so are we |
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def material_class(material: Material, scene: Scene) -> str | None:
     if sum([lit, shines, emits, material.kr > 0 or material.kt > 0]) > 1:
         return None
     if material.alpha > 0:
-        return "rough" if material.fresnel is False and material.conductor is None else None
+        return "rough" if material.fresnel is False else None
     if material.kr == 0 and material.kt == 0:
         return "highlight" if shines else "emitter" if emits else "diffuse"
     if material.fresnel == "schlick":
@@ -119,6 +119,8 @@ def _settings_support(scene: Scene, name: str) -> str | None:
     kinds = {material_class(scene.material_of(item), scene) for item in scene.shapes}
     if scene.camera is not None and scene.camera.aperture > 0 and scene.camera.type == "orthographic":
         return "an orthographic camera with a lens"
+    if "glass" in kinds and any(scene.material_of(item).conductor is not None for item in scene.shapes):
+        return "a metal and glass, in which it may lie: Mitsuba's metals lie in one medium"
     if scene.one_sided != "none" or (scene.shadow == "tinted" and kinds & {"glass", "sheet"}):
         return "Mitsuba has neither one-sided visibility nor tinted shadows"
     if scene.min_weight > 0 or (max(rgb(scene.depth_color)) > 0 and kinds & BENDING):
@@ -224,10 +226,10 @@ def _bsdf(material: Material, scene: Scene, part: Part, faint: float) -> Plugin:
         plugin = "thindielectric" if material.thin else "dielectric"
         return {"type": plugin, "int_ior": material.ior_d, "ext_ior": float(scene.medium_ior), **tints}
     if kind == "mirror":
-        return _mirror(tints["specular_reflectance"])
+        return _mirror(tints["specular_reflectance"], **_index(material, scene))
     if kind == "rough":
         facets = {"distribution": "ggx", "alpha": material.alpha, "sample_visible": True}
-        return _mirror(tints["specular_reflectance"], "roughconductor", **facets)
+        return _mirror(tints["specular_reflectance"], "roughconductor", **facets, **_index(material, scene))
     if kind == "highlight":
         return _mirror(color(np.multiply(material.specular, rgb(material.highlight_color))))
     if kind == "sheet":
@@ -237,8 +239,18 @@ def _bsdf(material: Material, scene: Scene, part: Part, faint: float) -> Plugin:
 
 
 def _mirror(tint: Plugin, kind: str = "conductor", **more: Any) -> Plugin:
-    inner = {"type": kind, "material": "none", "specular_reflectance": tint, **more}
-    return {"type": "twosided", "inner": inner}
+    """What reflects `tint`, or with `eta` and `k` a metal."""
+    index = {} if "eta" in more else {"material": "none"}
+    return {"type": "twosided", "inner": {"type": kind, "specular_reflectance": tint, **index, **more}}
+
+
+def _index(material: Material, scene: Scene) -> dict[str, Plugin]:
+    """A metal's eta and k over the index around it; nothing for what has none."""
+    if material.conductor is None:
+        return {}
+    eta, k = surfaces.COLORS.metal(material.conductor)
+    outer = float(scene.medium_ior)
+    return {"eta": color(eta / outer), "k": color(k / outer)}
 
 
 def _strengthened(children: dict[str, Plugin]) -> dict[str, Plugin]:
