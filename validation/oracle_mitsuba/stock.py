@@ -226,10 +226,10 @@ def _bsdf(material: Material, scene: Scene, part: Part, faint: float) -> Plugin:
         plugin = "thindielectric" if material.thin else "dielectric"
         return {"type": plugin, "int_ior": material.ior_d, "ext_ior": float(scene.medium_ior), **tints}
     if kind == "mirror":
-        return _mirror(tints["specular_reflectance"], **_index(material, scene))
+        return _mirror(tints["specular_reflectance"], _index(material, scene))
     if kind == "rough":
         facets = {"distribution": "ggx", "alpha": material.alpha, "sample_visible": True}
-        return _mirror(tints["specular_reflectance"], "roughconductor", **facets, **_index(material, scene))
+        return _mirror(tints["specular_reflectance"], _index(material, scene), **facets)
     if kind == "highlight":
         return _mirror(color(np.multiply(material.specular, rgb(material.highlight_color))))
     if kind == "sheet":
@@ -238,16 +238,17 @@ def _bsdf(material: Material, scene: Scene, part: Part, faint: float) -> Plugin:
     return {"type": "twosided", "inner": {"type": "diffuse", "reflectance": texture}}
 
 
-def _mirror(tint: Plugin, kind: str = "conductor", **more: Any) -> Plugin:
-    """What reflects `tint`, or with `eta` and `k` a metal."""
-    index = {} if "eta" in more else {"material": "none"}
-    return {"type": "twosided", "inner": {"type": kind, "specular_reflectance": tint, **index, **more}}
+def _mirror(tint: Plugin, index: Plugin | None = None, **facets: Any) -> Plugin:
+    """What reflects `tint`, or a metal of this `index`; with `facets` it is rough."""
+    kind = "roughconductor" if facets else "conductor"
+    inner = {"type": kind, "specular_reflectance": tint, **(index or {"material": "none"}), **facets}
+    return {"type": "twosided", "inner": inner}
 
 
-def _index(material: Material, scene: Scene) -> dict[str, Plugin]:
-    """A metal's eta and k over the index around it; nothing for what has none."""
+def _index(material: Material, scene: Scene) -> Plugin | None:
+    """A metal's eta and k over the index around it; None for what has none."""
     if material.conductor is None:
-        return {}
+        return None
     eta, k = surfaces.COLORS.metal(material.conductor)
     outer = float(scene.medium_ior)
     return {"eta": color(eta / outer), "k": color(k / outer)}
