@@ -119,7 +119,7 @@ R2: Final = 1 / 1.324717957244746 ** np.arange(1, 3)  # Roberts' plastic number,
 
 
 def most_off(points: np.ndarray, fine: int) -> float:
-    """How far the mean over shifted `points` (n, 2) of the unit square is off from row 21 at most, relatively.
+    """How far the mean over shifted `points` (n, 2) of the unit square is at most off from row 21, relative.
 
     Over a shift the mean is smooth but where a point goes round: between these lines it is taken at `fine`
     steps of each side, with the limits at the lines themselves, where the extremes are.
