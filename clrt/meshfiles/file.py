@@ -51,6 +51,7 @@ def read_mesh_file(
     primitives: int = 0,
     part: int | None = None,
     opened: dict[Path, Placed] | None = None,
+    times: int = 1,
 ) -> Arrays:
     """Vertices (n, 3) float64, triangles (m, 3) int, vertex normals (n, 3) or None for a flat mesh, and uv
     (n, 2) or None where the file has none.
@@ -58,14 +59,15 @@ def read_mesh_file(
     All nodes are joined in world space. `smooth` None follows the file: its own normals where it has some,
     else flat; True computes normals that the file lacks, over all vertices at one position (files split
     them at seams). Materials and textures are left out, with a warning. `vertices` and `primitives` are what
-    the scene has already: LimitError when it would have too many with those that the file declares.
+    the scene has already: LimitError when it would have too many with those that the file declares, `times`
+    as many, before their arrays are made.
     `part`: only one of those that `Placed.groups` numbers; `opened` keeps what is read until all are.
     """
     if part is None:
         data = mesh_bytes(path, at, limits)
         with broken_said(path, at):
             placed = open_mesh(data, path, at, limits, primitives)
-            arrays = _checked(placed, path, at, limits, smooth, vertices, primitives)
+            arrays = _checked(placed, path, at, limits, smooth, (vertices, primitives), times)
         textured = path.suffix.lower() == ".ply" and textures(data)
         if _MATERIALS.search(data) or textured or any(found.colored for found in placed.parts):
             text = "its materials and colours are ignored; the shape's material holds for all of it"
@@ -80,7 +82,7 @@ def read_mesh_file(
                 text = f"{path.name} has {len(placed.groups)} parts, numbered from 0"
                 raise PlacedError(at, f"part {part} is not allowed; {text}")
             found = placed.only(placed.groups[part][2])
-            arrays = _checked(found, path, at, limits, smooth, vertices, primitives)
+            arrays = _checked(found, path, at, limits, smooth, (vertices, primitives), times)
     if placed.left_out:
         text = f"{path.name}: its {' and '.join(placed.left_out)} are left out; save it with them applied"
         notices.warn(at.source, at.path, text)
@@ -106,14 +108,21 @@ def broken_said(path: Path, at: At) -> Iterator[None]:
 
 
 def _checked(
-    placed: Placed, path: Path, at: At, limits: Limits, smooth: bool | None, vertices: int, primitives: int
+    placed: Placed,
+    path: Path,
+    at: At,
+    limits: Limits,
+    smooth: bool | None,
+    before: tuple[int, int],
+    times: int,
 ) -> Arrays:
-    """The arrays of all places, once it is known that they are not too large."""
+    """The arrays of all places, once it is known that they are not too large: `times` as many vertices and
+    primitives, beside those of `before`."""
     if not len(placed.which):
         raise at.says(f"{path.name} has no faces")
     more = placed.sizes(smooth)
-    limits.check("primitives", primitives + more[1], at.source, at.path)
-    limits.check("vertices", vertices + more[0], at.source, at.path)
+    limits.check("primitives", before[1] + times * more[1], at.source, at.path)
+    limits.check("vertices", before[0] + times * more[0], at.source, at.path)
     return placed.joined(smooth)
 
 

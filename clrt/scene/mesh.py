@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import chain
 from pathlib import Path
@@ -54,6 +55,7 @@ Places = Annotated[
     ),
 ]
 _ARRAYS = ("vertices", "faces", "normals", "uv")
+_OF_FILE = ("file", "smooth", "part")
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,15 +136,27 @@ class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mes
 class Meshes:
     """What a scene has come to so far: mesh files read, vertices of meshes, primitives of all shapes.
 
-    A file is read once, however many shapes name it.
+    A file is read once, however many shapes name it; `named` says how many do (`named_files`).
     """
 
+    named: Counter[tuple[object, ...]] = field(default_factory=Counter)
     files: dict[tuple[str, bool | None, int | None], tuple[Path, MeshData]] = field(default_factory=dict)
     paths: dict[str, Path] = field(default_factory=dict)
     pictures: set[str] = field(default_factory=set)
     opened: dict[Path, Placed] = field(default_factory=dict)
     vertices: int = 0
     primitives: int = 0
+
+
+def named_files(shapes: Iterable[object]) -> Counter[tuple[object, ...]]:
+    """How many of a scene's shapes, read or not, name each file, with the same `smooth` and `part`."""
+    found: Counter[tuple[object, ...]] = Counter()
+    for one in shapes:
+        table = one if isinstance(one, Mapping) else {name: getattr(one, name, None) for name in _OF_FILE}
+        key = tuple(table.get(name) for name in _OF_FILE)
+        if all(value is None or isinstance(value, (str, int)) for value in key):  # else no mesh has it
+            found[key] += 1
+    return found
 
 
 def read_mesh(
@@ -175,7 +189,7 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
         if arrays:
             raise at.says(f"file and {', '.join(arrays)} exclude each other; give one or the other")
         place = at.key("file")
-        key = mesh.file, mesh.smooth, mesh.part
+        key = mesh.file, mesh.smooth, mesh.part  # as _OF_FILE
         if key in others.files:
             mesh.__dict__["_path"], mesh.__dict__["_data"] = others.files[key]
             return mesh
@@ -186,7 +200,8 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
             mesh.__dict__["_data"] = data.data()
             return mesh
         sizes = others.vertices, others.primitives
-        found = read_mesh_file(path, place, limits, mesh.smooth, *sizes, mesh.part, others.opened)
+        times = max(others.named[key], 1)
+        found = read_mesh_file(path, place, limits, mesh.smooth, *sizes, mesh.part, others.opened, times)
         _keep(mesh, path, found, place)
         others.files[key] = path, mesh.__dict__["_data"]
         return mesh
@@ -248,8 +263,8 @@ def _keep(mesh: Mesh, path: Path, arrays: Arrays, at: At) -> None:
 
 def edited_mesh(before: Mesh, table: Mapping[str, Any], at: At, folder: Path | None, limits: Limits) -> Mesh:
     """The checked mesh of a table made of `before`; arrays that are still its own are not read again."""
-    own = [name for name in (*_ARRAYS, "file", "smooth", "part") if table.get(name) is getattr(before, name)]
-    if table.get("type") == "mesh" and len(own) == len(_ARRAYS) + 3:
+    own = [name for name in (*_ARRAYS, *_OF_FILE) if table.get(name) is getattr(before, name)]
+    if table.get("type") == "mesh" and len(own) == len(_ARRAYS) + len(_OF_FILE):
         rest = {name: value for name, value in table.items() if name not in _ARRAYS}
         mesh = msgspec.structs.replace(read(Mesh, rest, at), **{name: table[name] for name in _ARRAYS})
         mesh.__dict__.update(before.__dict__)

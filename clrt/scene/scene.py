@@ -34,7 +34,7 @@ from clrt.scene.lights import (
     SpotLight,
 )
 from clrt.scene.materials import IOR, Checker, ImageTexture, Material, NormalMap, Placement, rgb
-from clrt.scene.mesh import Mesh, MeshData, Meshes, read_mesh
+from clrt.scene.mesh import Mesh, MeshData, Meshes, named_files, read_mesh
 from clrt.scene.save import save
 from clrt.scene.shapes import (
     Box,
@@ -174,8 +174,9 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
     def _read_shapes(self, data: object, materials: Mapping[str, Material], at: At) -> tuple[Shape, ...]:
         shapes: list[Shape] = []
         special = {name for name, material in materials.items() if special_on_shapes(material)}
-        meshes = Meshes()
-        for index, one in enumerate(listing(data, at, "shapes")):
+        listed = listing(data, at, "shapes")
+        meshes = Meshes(named=named_files(listed))
+        for index, one in enumerate(listed):
             place = at.item(index)
             shape = self._read_shape(one, place, meshes)
             name = shape.material

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 
 import clrt
 from clrt.base.errors import SceneError
+from clrt.base.limits import Limits
 from clrt.base.resources import validation_module
 from clrt.images.file import read_samples
 from clrt.images.jpeg import MOST_SCANS
@@ -67,6 +69,31 @@ def test_one_mesh_at_many_places(tmp_path: Path) -> None:
     corpus = validation_module("hostile.run").CORPUS
     text = (corpus / "many_places.gltf").read_bytes()
     assert bounded("read", file(tmp_path, "a.gltf", text)).error == ""
+
+
+def test_a_large_mesh_that_is_named_too_often(tmp_path: Path) -> None:
+    """Its arrays are not made: 5.6 million triangles of 1.3 MB, which one scene may have, but not two."""
+    indices, points = np.tile(np.uint32([0, 1, 2]), 80).tobytes(), np.eye(3, dtype=np.float32).tobytes()
+    table = {
+        "asset": {"version": "2.0"}, "scenes": [{"nodes": [*range(70_000)]}], "nodes": [{"mesh": 0}] * 70_000,
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 1}, "indices": 0}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5125, "count": 240, "type": "SCALAR"},
+                      {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 960},
+                        {"buffer": 0, "byteOffset": 960, "byteLength": 36}],
+        "buffers": [{"byteLength": 996, "uri": "data:application/octet-stream;base64,"
+                     + base64.b64encode(indices + points).decode()}],
+    }  # fmt: skip
+    file(tmp_path, "many.gltf", json.dumps(table))
+    mesh = {"type": "mesh", "file": "many.gltf"}
+    for often, smooth in (2000, None), (4, True):
+        text = json.dumps({"shapes": [{**mesh, "smooth": smooth}] * often})
+        found = bounded("read", file(tmp_path, "a.json", text))
+        total = f"{often * 5_600_000:,}".replace(",", " ")
+        assert f"a.json: shapes[0].file: primitives: {total} is above the limit" in found.error
+    others = [{**mesh, "smooth": True}, mesh, {**mesh, "smooth": []}, [], None]  # none counts with another
+    with pytest.raises(SceneError, match=r"shapes\[2\]"):
+        clrt.load_dict({"shapes": others}, folder=tmp_path, limits=Limits(primitives=5_600_000 * 2))
 
 
 def test_flaws_of_small_meshes_are_found() -> None:
