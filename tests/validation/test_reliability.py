@@ -19,7 +19,6 @@ import clrt
 from clrt.base.resources import shipped_scenes, validation_module
 from clrt.cli import main
 from clrt.device.info import DeviceInfo
-from clrt.formats.shipped import load_scene
 from tests import report_samples
 from validation.reliability import __main__ as page
 from validation.reliability import accuracy, code, drivers, intel, kept, rows, sameness
@@ -316,13 +315,17 @@ def test_configurations_are_as_many_as_promised() -> None:
     """What they give is looked at in test_bits.py."""
     chosen = list(sameness.configurations())
     assert len(chosen) >= 48
-    for name in shipped_scenes():
-        scene = load_scene(name)
+    for name in (*shipped_scenes(), *sameness.VARIED):
+        scene = sameness.scene(name)
         assert scene.camera
         rays = sameness.WIDTH * round(sameness.WIDTH * scene.camera.height / scene.camera.width)
         cut = [-(-rays * scene.camera.spp // tile) for tile in sameness.TILES]
         assert cut == sorted(set(cut), reverse=True), f"{name}: {cut} tiles: some are the same"
-    assert sameness.picture("room", 32, chosen[0]) == sameness.picture("room", 32, {})
+    varied = next(iter(sameness.VARIED))
+    expected = {name: sameness.picture(name, 32, {})[0] for name in ("room", "still-life", varied)}
+    assert len(set(expected.values())) == 3, "what is varied shows"
+    for name, found in expected.items():
+        assert sameness._pictures((name, 32, [chosen[0], chosen[-1]])) == (name, 32, [found] * 2)
 
 
 def test_the_checks_of_a_self_test_are_read_as_it_prints_them(

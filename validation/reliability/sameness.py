@@ -63,45 +63,45 @@ def configurations() -> Iterator[dict[str, Any]]:
 
 
 def run(count: int, tell: Tell) -> Figure:
-    """Every scene under every configuration, of which there must be `count`, and in other processes."""
+    """Every scene under every configuration, of which there must be `count`, in two processes beside the one
+    that says what is expected."""
     start = time.perf_counter()
     chosen = list(configurations())
     assert len(chosen) >= count, f"{len(chosen)} configurations on this machine; {count} are promised"
     names = [*shipped_scenes(), *VARIED]
-    tried = wrong = 0
+    few = [{}, chosen[0], chosen[len(chosen) // 2], chosen[-1]]
+    jobs = [
+        *((name, width, few) for name, width in LARGE.items()),
+        *((name, WIDTH, [{}, *chosen]) for name in names),
+    ]
+    tried = wrong = traced = 0
     with multiprocessing.get_context("spawn").Pool(2) as pool:
-        elsewhere = pool.starmap_async(picture, [(name, WIDTH, {}) for name in names])
-        for number, name in enumerate(names):
-            expected, _ = picture(name, WIDTH, {})
-            for how in chosen:
-                tried += 1
-                wrong += picture(name, WIDTH, how)[0] != expected
-            tell((number + 1) / (len(names) + 1))
-        for name, (found, _) in zip(names, elsewhere.get(), strict=True):
-            tried += 1
-            wrong += found != picture(name, WIDTH, {})[0]
-    traced = 0
-    for name, width in LARGE.items():
-        expected, rays = picture(name, width, {})
-        traced = max(traced, rays)
-        for how in (chosen[0], chosen[len(chosen) // 2], chosen[-1]):
-            tried += 1
-            wrong += picture(name, width, how)[0] != expected
+        for number, (name, width, found) in enumerate(pool.imap_unordered(_pictures, jobs)):
+            expected, rays = picture(name, width, {})
+            tried, wrong = tried + len(found), wrong + sum(one != expected for one in found)
+            traced = max(traced, rays)
+            tell((number + 1) / len(jobs))
     drivers = sorted({str(how["device"]).split(" / ")[0] for how in chosen})
-    detail = f"{len(chosen)} configurations and 2 processes of {len(names)} scenes on {' and '.join(drivers)}"
+    detail = f"{len(chosen)} configurations of {len(names)} scenes in 3 processes on {' and '.join(drivers)}"
     return Figure(tried, wrong, f"{detail}; up to {traced:,} rays a picture", time.perf_counter() - start)
 
 
-def picture(name: str, width: int, how: dict[str, Any]) -> tuple[str, int]:
-    """Hash of a picture of a shipped or VARIED scene, and rays traced for it."""
+def _pictures(job: tuple[str, int, list[dict[str, Any]]]) -> tuple[str, int, list[str]]:
+    """A scene's name, its width, and the hashes of its pictures under these configurations."""
+    name, width, several = job
+    return name, width, [picture(name, width, how)[0] for how in several]
+
+
+def scene(name: str) -> clrt.Scene:
+    """A shipped or VARIED scene."""
     base, changes = VARIED.get(name, (name, {}))
-    settings = {key: value for key, value in how.items() if key != "device"}
+    return load_scene(base).replace(changes)
+
+
+def picture(name: str, width: int, how: dict[str, Any]) -> tuple[str, int]:
+    """Hash of the picture of a `scene`, and rays traced for it."""
+    settings = clrt.Settings(**{key: value for key, value in how.items() if key != "device"})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", clrt.ClrtWarning)
-        image = clrt.render(
-            load_scene(base).replace(changes),
-            width=width,
-            device=how.get("device"),
-            settings=clrt.Settings(**settings),
-        )
+        image = clrt.render(scene(name), width=width, device=how.get("device"), settings=settings)
     return image.hash, int(image.stats["traced"])
