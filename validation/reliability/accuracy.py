@@ -3,7 +3,8 @@
 The band is a shift of the ray. Float32 cannot tell a ray from one BAND times the largest coordinate beside
 it, so a hit is right where its distance lies between those that the oracle finds for the ray and for rays
 beside it (and the same for a miss). BAND is twice what 10^5 rays a solid need (`needs`: 8 units of 2^-24, the
-triangle 32).
+triangle 32). A triangle's corners are coordinates like those of the ray and its hit; where it is long
+and thin, its plane may be off by as much as a ray that leaves it is moved (docs/design.md).
 """
 
 from __future__ import annotations
@@ -38,10 +39,11 @@ def run(count: int, tell: Tell, device: int | str | None = None, band: float = B
     tried = wrong = 0
     where: list[str] = []
     for number, (name, scale, far) in enumerate(places):
-        tracer = clrt.Tracer(_scene(name, scale, far), device)
+        tracer, corners = clrt.Tracer(_scene(name, scale, far), device), _corners(name, scale, far)
         for first in range(0, share, _BATCH):
             n = min(_BATCH, share - first)
-            found = int(errors(tracer, *_rays(number + 1000 * first, n, scale, far), band).sum())
+            rays = _rays(number + 1000 * first, n, scale, far)
+            found = int(errors(tracer, *rays, band, *corners).sum())
             if found:
                 where.append(f"{name}, scale {scale:g}, {far:g} away")
             wrong += found
@@ -51,34 +53,48 @@ def run(count: int, tell: Tell, device: int | str | None = None, band: float = B
     return Figure(tried, wrong, detail, time.perf_counter() - start)
 
 
-def errors(tracer: clrt.Tracer, origins: np.ndarray, directions: np.ndarray, band: float) -> np.ndarray:
-    """Which of n rays have a hit that no ray within the band has, (n,) bool."""
+def errors(
+    tracer: clrt.Tracer,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    band: float,
+    largest: float = 0.0,
+    moved: np.ndarray | None = None,
+) -> np.ndarray:
+    """Which of n rays have a hit that no ray within the band has, (n,) bool.
+
+    largest, moved: as `_corners` has them.
+    """
     t = tracer.intersect(origins, directions).t.astype(np.float64)
     o, d = origins.astype(np.float64), directions.astype(np.float64)
     d /= np.linalg.norm(d, axis=1, keepdims=True)
     low = trace64(tracer.scene, o, d).t
     high = low.copy()
     ends = o + d * np.where(np.isfinite(t), t, 0)[:, None]
-    reach = band * np.maximum(np.abs(o).max(axis=1), np.abs(ends).max(axis=1))
-    doubtful = np.flatnonzero(_outside(t, low, high, reach))
+    reach = band * np.maximum(np.abs(o).max(axis=1), np.abs(ends).max(axis=1)).clip(min=largest)
+    off = reach
+    if moved is not None:  # off along the normal is more along a ray that grazes
+        with np.errstate(divide="ignore"):
+            off = np.maximum(reach, moved @ moved / np.abs(d @ moved))
+    doubtful = np.flatnonzero(_outside(t, low, high, off))
     if len(doubtful) == 0:
         return np.zeros(len(t), bool)
     across = np.cross(d, np.eye(3)[np.abs(d).argmin(axis=1)])
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     for angle, share in _BESIDE:
-        left = doubtful[_outside(t[doubtful], low[doubtful], high[doubtful], reach[doubtful])]
+        left = doubtful[_outside(t[doubtful], low[doubtful], high[doubtful], off[doubtful])]
         if len(left) == 0:
             break
         side = np.cos(angle) * across[left] + np.sin(angle) * np.cross(d[left], across[left])
         shifted = trace64(tracer.scene, o[left] + side * (share * reach[left, None]), d[left]).t
         low[left], high[left] = np.minimum(low[left], shifted), np.maximum(high[left], shifted)
     out = np.zeros(len(t), bool)
-    out[doubtful] = _outside(t[doubtful], low[doubtful], high[doubtful], reach[doubtful])
+    out[doubtful] = _outside(t[doubtful], low[doubtful], high[doubtful], off[doubtful])
     return out
 
 
-def _outside(t: np.ndarray, low: np.ndarray, high: np.ndarray, reach: np.ndarray) -> np.ndarray:
-    return ~((t >= low - reach) & (t <= high + reach))
+def _outside(t: np.ndarray, low: np.ndarray, high: np.ndarray, off: np.ndarray) -> np.ndarray:
+    return ~((t >= low - off) & (t <= high + off))
 
 
 def needs(count: int, device: int | str | None = None) -> dict[str, float]:
@@ -90,7 +106,8 @@ def needs(count: int, device: int | str | None = None) -> dict[str, float]:
             for far in DISTANCES:
                 tracer = clrt.Tracer(_scene(name, scale, far), device)
                 rays = _rays(number, count, scale, far)
-                while errors(tracer, *rays, units * 2.0**-24).any():
+                corners = _corners(name, scale, far)
+                while errors(tracer, *rays, units * 2.0**-24, *corners).any():
                     units *= 2
         found[name] = units
     return found
@@ -106,6 +123,20 @@ def _scene(name: str, scale: float, far: float) -> clrt.Scene:
     if name == "plane":
         return clrt.load_dict({"shapes": [{**keys, "point": center}]})
     return clrt.load_dict({"shapes": [{**keys, "transform": [{"scale": scale}, {"translate": center}]}]})
+
+
+def _corners(name: str, scale: float, far: float) -> tuple[float, np.ndarray | None]:
+    """The largest coordinate of a triangle's corners where `_scene` has it, and how a ray that leaves it is
+    moved for its being thin, along its normal (3,); 0 and None for other solids."""
+    if "vertices" not in SOLIDS[name]:
+        return 0.0, None
+    corners = np.array(SOLIDS[name]["vertices"], float) * scale
+    one, two = corners[1:] - corners[0]
+    longest, across = np.abs([one, two]).max(), np.cross(one, two)
+    width = np.abs(across).max() / longest
+    normal = across / np.linalg.norm(across)
+    moved = normal * min(2.0**-23 * longest**2 / width, width)
+    return float(np.abs(corners + _center(scale, far)).max()), moved
 
 
 def _rays(seed: int, n: int, scale: float, far: float) -> tuple[np.ndarray, np.ndarray]:
