@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.base.files import version
 from clrt.flatten.flatten import flatten
 from clrt.images.texture import read_texels, texture_bytes
 from clrt.meshfiles.file import _uv
@@ -235,8 +234,3 @@ def test_a_scene_saved_elsewhere_still_finds_its_pictures(tmp_path: Path) -> Non
 def test_uv_that_do_not_fit_their_vertices_are_a_broken_file() -> None:
     with pytest.raises(ValueError, match="uv must be 2 numbers for each vertex"):
         _uv(SimpleNamespace(uv=np.zeros((2, 2))), 3)
-
-
-def test_no_version_is_told_of_a_picture_that_has_gone(tmp_path: Path) -> None:
-    """Between the check that it is there and this question; who reads it says that it has gone."""
-    assert version(tmp_path / "a.png") is None
