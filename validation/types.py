@@ -73,6 +73,7 @@ class Case:
     shows: frozenset[str] = frozenset()  # features without which it is another picture, measured (`ticks`)
     # a scene of the same picture and the same shapes' numbers, for oracles that cannot express this one
     stand_in: dict[str, Any] | None = None
+    is_test: bool = False  # made to test something, so that few of its pixels are edges
 
 
 @dataclass(frozen=True, eq=False)

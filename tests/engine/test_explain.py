@@ -12,9 +12,9 @@ import pytest
 import clrt
 from clrt.raytree.page import page
 from clrt.raytree.tree import Ray, RayTree
-from validation.cases.chance import scene as by_chance
 from validation.oracle64.hashing import FLAGS
 from validation.oracle64.raytree import Key, Ray64, tree64
+from validation.scenes.chance import scene as by_chance
 
 SIZE = 40, 30
 SCENES = Path(__file__).parents[2] / "scenes"

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import clrt
-from validation.cases.parts import CLOSED
+from validation.scenes.parts import CLOSED
 from validation.twin.picture import trace32
 
 CHECKED = clrt.Settings(check=True)  # the film makes a NaN a bright pixel, so that what is seen hides it

@@ -113,7 +113,7 @@ def test_a_change_of_code_or_input_is_another_key(monkeypatch: pytest.MonkeyPatc
     for module in ("validation.oracle64.radiance", "validation.compare.metrics", "clrt.engine.wavefront"):
         with planted(module, tmp_path):
             assert key() != before, module
-    for module in ("validation.cases.matrix", "validation.mutants.host", "validation.twin.lights",
+    for module in ("validation.scenes.matrix", "validation.mutants.host", "validation.twin.lights",
                    "clrt.view.server"):  # fmt: skip
         with planted(module, tmp_path):
             assert key() == before, f"{module}: no part of this case"

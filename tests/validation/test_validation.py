@@ -168,7 +168,7 @@ def test_the_cases_can_be_listed() -> None:
 
 
 def test_random_scenes_draw_every_key_and_kind_of_spectrum() -> None:
-    drawn = [validation_module("cases.chance").scene(1, number) for number in range(100)]
+    drawn = [validation_module("scenes.chance").scene(1, number) for number in range(100)]
     materials = [shape["material"] for scene in drawn for shape in scene["shapes"]]
     # pictures are files, and a drawn scene is tables alone: cases of their own show them
     keys = {key for material in materials for key in material}

@@ -21,6 +21,7 @@ from .metrics import encoded, flip, largest, psnr, share, ssim
 from .rays import FINE, RayRow, ray_rows
 
 COARSE, FAR = 1e-3, 1e-2  # differences of linear radiance, as FINE
+SIZE = "size"  # the gate of pictures that are not of one size, which have no other
 _NEAR = 0.1  # of the median distance; what is nearer is rounded as its coordinates, not as its distance
 _DISTANT = 100.0  # median distances; what is farther is rounded as its inverse distance
 _MANY = 0.2  # share of lit pixels; so many are off by a fault, not by rounding or at an edge
@@ -51,19 +52,13 @@ class Limits:
 def limits(spp: int = 1, many_edges: bool = False) -> Limits:
     """The standard limits for pictures of `spp` samples.
 
-    `many_edges`: for scenes made to look good (or by chance) rather than as a test; they have more edges, may
-    be dark or bright in places, and must pass at 16 samples too. By chance a ray comes nearer to an edge
-    than float32 tells apart (1e-5 pixel in a scene drawn at random), or the edge's step is just below the
-    mask's: 3 of 10 000 pixels; at 16 samples each of them may: 8 of 10 000 (38 scenes). Planes go on to the
-    horizon, and of what is some 1e-3 radians from it the distance is rounded to 2e-7 / 1e-3; measured:
-    1.1e-4. At 16 samples pictures are 2/3 as wide or less, so that edges take 1.5 times as large a share of
-    them: 45 % in place of 30 %. Measured: 43, 42 and 39 %, below 36 % else but in `sphereflake`.
+    `many_edges`: for scenes made to look good, or by chance, rather than as a test; they have more edges, and
+    may be dark or bright in places. At 16 samples pictures are 2/3 as wide or less, so that edges take 1.5
+    times as large a share of them.
     """
     picture = {"mask": 0.08, "clipped": 0.01, "lit": 0.5}
     if many_edges:
-        picture = {"mask": 0.30, "coarse": 0.9995, "distance": 2e-4}
-        if spp >= 16:
-            picture |= {"fine": 0.99, "rays": 0.99, "coarse": 0.999, "mask": 0.45}
+        picture = {"mask": 0.30 if spp < 16 else 0.45}
     if spp < 16:
         return Limits(ssim=0.998, window=None, flip=0.002, psnr=45, **picture)
     if spp < 64:
@@ -117,7 +112,7 @@ def compare(
     limit = limit or limits(spp)
     if ours.pixels.shape != reference.pixels.shape:
         detail = f"{size(ours.pixels)} in place of {size(reference.pixels)}"
-        return Comparison({}, (Gate("size", 1.0, 0.0, False, "low", detail),), {}, "picture, size")
+        return Comparison({}, (Gate(SIZE, 1.0, 0.0, False, "low", detail),), {}, "picture, size")
     mask = np.zeros(reference.pixels.shape[:2], bool) if mask is None else np.asarray(mask, bool)
     bad = ~np.isfinite(ours.pixels).all(axis=-1)
     blank = ~np.isfinite(reference.pixels).all(axis=-1)

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ..cases.parts import Table
+from ..scenes.parts import Table
 from . import archives, extreme, meshfiles, pictures, seeds, texts, textures, xmlfiles
 from .values import KEYS, NUMBERS, OTHERS, WORDS
 

@@ -17,8 +17,8 @@ import tomli_w
 
 import clrt
 
-from ..cases import matrix, terms, views
-from ..cases.parts import Table
+from ..scenes import matrix, terms, views
+from ..scenes.parts import Table
 
 SIDE: Final = {"width": 12, "height": 9}
 

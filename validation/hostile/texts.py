@@ -6,7 +6,7 @@ import copy
 import random
 from typing import Any, Final
 
-from ..cases.parts import Table
+from ..scenes.parts import Table
 from .sizes import count
 
 _LENGTHS: Final = (100, 1000, 3000, 10_000, 20_000)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import random
 from typing import Any, Final
 
-from ..cases.parts import Table
+from ..scenes.parts import Table
 from .seeds import SIDE
 from .sizes import size
 

@@ -19,9 +19,10 @@ import numpy as np
 
 from clrt.device.device import Device
 
-from ..cases import case_named, limits_of, tables
+from ..cases import case_named, tables
 from ..compare.oracle import compare
 from ..independence import reached
+from ..limits import limits_of
 from ..oracles import ORACLE64, SPECTRAL, edges64, oracles, our_picture, picture64, source_of
 from ..types import Case, Comparison, MutantResult, OracleImage
 from .audit import AUDIT_FAULTS

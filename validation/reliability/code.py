@@ -19,7 +19,7 @@ PROGRAM: Final = tuple(f"clrt.{path.stem}" for path in sorted(PACKAGE.glob("*.py
 )
 """All modules of the program `clrt`, which imports each command's when it is asked for it."""
 STATED: Final = (
-    *(f"validation.cases.{path.stem}" for path in sorted((VALIDATION / "cases").glob("[!_]*.py"))),
+    *(f"validation.scenes.{path.stem}" for path in sorted((VALIDATION / "scenes").glob("[!_]*.py"))),
     *(f"validation.mutants.{name}" for name in ("audit", "engine", "extent", "host", "kernels", "spectral",
                                                 "surfaces")),
     "validation.spd", "validation.twin.check", "clrt",

@@ -12,17 +12,20 @@ import warnings
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Final
 
 import numpy as np
 
 from clrt.base.errors import ClrtError, ClrtWarning
 
-from ..cases import case_named, limits_of, matrix_cases, own_file, terms, views
+from ..cases import case_named, matrix_cases, own_file
 from ..compare.causes import BYTE, FLOAT, Cause
 from ..compare.pictures import SceneReference, causes_between
-from ..oracles import ORACLE64, Picture64, edges64, picture64, scene_of
+from ..limits import limits_of
+from ..noise import Excuses
+from ..oracles import ORACLE64, Picture64, picture64, scene_of
+from ..scenes import terms, views
 from ..types import CaseResult, OracleImage, SuiteResult
 from .alike import alike, compared, is_of_bytes
 from .program import Program
@@ -80,16 +83,15 @@ def _judge(task: Task) -> Judged:
         failed = dataclasses.replace(nothing, seconds=rendered.seconds)
         return Judged(CaseResult(case, failed, {}, {REFERENCE: rendered.failure}, rendered.seconds))
     reference = picture64(scene) if nff else _reference(task.case)
-    limit = limits_of(case, "mitsuba-table")
     eight = task.program.integer and is_of_bytes(rendered.pixels)
     theirs, wanted = alike(rendered, reference, task.program, eight)
-    comparison, edges = compared(theirs, wanted, case, limit, None, eight), None
-    if not comparison.passed and theirs.pixels.shape == wanted.pixels.shape:
-        edges = edges64(scene, reference)
-        comparison = compared(theirs, wanted, case, limit, edges, eight)
+    excuses = Excuses(case, scene, reference)
+    judging = partial(compared, theirs, wanted, case, eight)
+    comparison = excuses.judged(judging, limits_of(case, "mitsuba-table"))
     causes: tuple[Cause, ...] = ()
     if not comparison.passed:
         again = SceneReference(scene, case.width, case.height, task.device)
+        edges = excuses.edges if theirs.pixels.shape == wanted.pixels.shape else None
         between = theirs.pixels, wanted.pixels, edges, BYTE if eight else FLOAT
         causes = causes_between(*between, again, task.seconds)
     found = lean(wanted, task.pictures), lean_maps(comparison, task.pictures)

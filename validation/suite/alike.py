@@ -52,8 +52,8 @@ def _shape(rendered: Rendered) -> np.ndarray | None:
     return None if shape is None else np.nan_to_num(shape, nan=-2).astype(np.int64)
 
 
-def compared(theirs: OracleImage, wanted: OracleImage, case: Case, limit: Limits,
-              edges: np.ndarray | None, eight: bool) -> Comparison:  # fmt: skip
+def compared(theirs: OracleImage, wanted: OracleImage, case: Case, eight: bool,
+              edges: np.ndarray | None, limit: Limits) -> Comparison:  # fmt: skip
     """The comparison; of pictures of 8 bits in their steps, which are larger than what is asked else."""
     if not eight or theirs.pixels.shape != wanted.pixels.shape:
         return compare(theirs, wanted, edges, case.spp, limit)

@@ -7,7 +7,7 @@ import multiprocessing
 import os
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -20,17 +20,18 @@ from clrt.engine.tripwire import NotFinite
 from clrt.scene.scene import Scene
 
 from .. import spd
-from ..cases import case_named, limits_of, own_file
+from ..cases import case_named, own_file
 from ..compare.causes import Cause
 from ..compare.oracle import Limits, compare, gate, statistical
 from ..coverage import PROGRAM
+from ..limits import limits_of
+from ..noise import Excuses
 from ..oracle_mitsuba import MitsubaError
 from ..oracle_povray import client as povray
 from ..oracle_povray.client import PovrayError
 from ..oracles import (
     ORACLE64,
     POVRAY,
-    edges64,
     oracles,
     our_picture,
     picture64,
@@ -90,7 +91,7 @@ def run_case(task: Task) -> CaseResult:
     ours, tripped = seen(scene, task.device)
     reference, source = picture64(scene), source_of(case)
     additive = scene.spectrum is None or scene.spectrum.response == "cie"
-    edges: np.ndarray | None = None
+    excuses = Excuses(case, scene, reference)
     results: dict[str, tuple[OracleImage, Comparison]] = {}
     unproven: dict[str, str] = {}
     for oracle in task.oracles:
@@ -108,19 +109,14 @@ def run_case(task: Task) -> CaseResult:
         if picture is None:
             unproven[oracle] = reason or ""
             continue
-        limit = limits_of(case, oracle)
-        comparison = judge(ours, picture, edges, case, limit, oracle, additive)
-        if not comparison.passed and edges is None:
-            # correct programs differ at edges only, so these are looked for where there are differences; a
-            # picture that passes without leaving anything out has proved more
-            edges = edges64(scene, reference)
-            comparison = judge(ours, picture, edges, case, limit, oracle, additive)
+        judging = partial(judge, ours, picture, case, oracle, additive)
+        comparison = excuses.judged(judging, limits_of(case, oracle))
         if tripped:
             wrong = gate("tripwire", 1.0, 0.0, "low", tripped)
             comparison = dataclasses.replace(comparison, gates=(*comparison.gates, wrong))
         results[oracle] = picture, comparison
     if task.program is not None:
-        beside(task.program, case, scene, ours, partial(edges64, scene, reference), results, unproven)
+        beside(task.program, excuses, ours, results, unproven)
     passed = all(comparison.passed for _, comparison in results.values())
     kept = task.pictures and (not passed or not task.name.startswith("random"))
     results = {o: (lean(image, kept), lean_maps(found, kept)) for o, (image, found) in results.items()}
@@ -146,12 +142,13 @@ def aliasing(comparisons: Iterable[Comparison]) -> Iterator[Cause]:
         yield Cause("aliasing", text, 0.0, certain=False)
 
 
-def beside(program: Program, case: Case, scene: Scene, ours: OracleImage, edges: Callable[[], np.ndarray],
+def beside(program: Program, excuses: Excuses, ours: OracleImage,
            results: dict[str, tuple[OracleImage, Comparison]], unproven: dict[str, str]) -> None:  # fmt: skip
     """Let somebody else's program judge our picture, by what its file can hold and Mitsuba's limits.
 
     Nothing where its format has no words for the scene.
     """
+    case, scene = excuses.case, excuses.scene
     name, origin = PROGRAM + program.name, own_file(case.name)
     if program.unable(scene, origin):
         return
@@ -159,12 +156,10 @@ def beside(program: Program, case: Case, scene: Scene, ours: OracleImage, edges:
     if rendered.pixels is None:
         unproven[name] = rendered.failure
         return
-    eight, limit = program.integer and is_of_bytes(rendered.pixels), limits_of(case, "mitsuba-table")
+    eight = program.integer and is_of_bytes(rendered.pixels)
     theirs, mine = alike(rendered, ours, program, eight)
-    found = compared(mine, theirs, case, limit, None, eight)
-    if not found.passed and mine.pixels.shape == theirs.pixels.shape:
-        found = compared(mine, theirs, case, limit, edges(), eight)
-    results[name] = theirs, found
+    judging = partial(compared, mine, theirs, case, eight)
+    results[name] = theirs, excuses.judged(judging, limits_of(case, "mitsuba-table"))
 
 
 def seen(scene: Scene, wanted: int | str | None) -> tuple[OracleImage, str]:
@@ -190,8 +185,8 @@ def run_twin(device: int | str | None) -> CheckResult:
     return twin_check(device_of(device, check=False))
 
 
-def judge(ours: OracleImage, picture: OracleImage, edges: np.ndarray | None, case: Case,
-          limit: Limits, oracle: str = "", additive: bool = True) -> Comparison:
+def judge(ours: OracleImage, picture: OracleImage, case: Case, oracle: str, additive: bool,
+          edges: np.ndarray | None, limit: Limits) -> Comparison:  # fmt: skip
     """Compare; a picture from random paths is also asked whether what differs is within its own noise.
 
     Where colours are no sums over rays, what rays of each kind bring is no part of the picture.

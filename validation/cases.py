@@ -1,15 +1,4 @@
-"""The scenes on which our kernels and the oracles must agree.
-
-    parts    primitives, materials and a room, of which the others are made
-    matrix   every primitive with every material, from outside and inside
-    terms    one term of the model a case
-    views    cameras, samples, total internal reflection, mirrors of mirrors
-    media    media in media, and how they absorb
-    spectral light in bands, metals and dispersion
-    chance   scenes drawn from a seed
-    stock    what Mitsuba's own plugins can express
-    crossed  features that meet in one ray
-    found    scenes on which something once failed
+"""The cases by name: scenes on which our kernels and the oracles must agree.
 
 A case is known by its name, so that a run can be repeated and shared out to processes.
 """
@@ -34,12 +23,12 @@ from clrt.formats import load_dict
 from clrt.formats.shipped import load_scene
 from clrt.scene.scene import Scene
 
-from ..compare.oracle import Limits, exact, limits
-from ..coverage import features_of
-from ..ticks import shown
-from ..types import Case
-from . import chance, crossed, found, matrix, media, pictures, spectral, stock, terms, views
-from .parts import HEIGHT, WIDTH
+from .coverage import features_of
+from .limits import note_of
+from .scenes import chance, crossed, found, matrix, media, pictures, spectral, stock, terms, views
+from .scenes.parts import HEIGHT, WIDTH
+from .ticks import shown
+from .types import Case
 
 # that express whole scenes
 ORACLES = ("oracle64", "mitsuba-table", "mitsuba-bsdf", "mitsuba-spectral", "povray")
@@ -54,46 +43,6 @@ _WIDTHS = {
     "shipped mountain": 256,
 }  # fmt: skip
 _SIZES = {16: (72, 54), 64: (48, 36)}  # smaller, or the oracles take too long
-# scenes that ship and need limits of their own -> which, and why
-_FAR = (
-    "3000 units from the origin float32 coordinates are 2.4e-4 apart. Half of that turns the normal of a "
-    "body of radius 0.6 by 2e-4, and so much of its light; at a distance of 8, on a surface seen at 10 "
-    "degrees, it moves the hit by 1e-4 of the distance. Feelers start 1.4e-3 above the ground, which moves "
-    "shadows there by up to 3.4e-3: 0.04 pixel, 13 times what is left out at 16 samples, where the one that "
-    "is on the other side moves its pixel by 0.014, or 4 % of the picture's mean."
-)
-_CAUSTIC = (
-    "The drop's two images of the lamp join in a caustic, where a ray's direction no longer changes with its "
-    "place: rounding a hit by 1e-7 moves the image there by more than is left out as an edge. Rounding the "
-    "scene once moves 0.18 % of the pixels by more than 1e-4 (validation/noise.json); light is rounded four "
-    "times, when the scene is read and at each of its three hits on the drop: 0.71 %."
-)
-_ONE_SAMPLE = (
-    "In one pixel Mitsuba's rounding, magnified by the round glass and the water, takes one of 16 samples "
-    "across an edge, where ours agree with the float64 oracle's within 1e-7. In a picture of 80 x 93 that "
-    "pixel is half of all squared differences, or 3 dB. Rounding the scene once brings 60.5 dB "
-    "(validation/noise.json): two programs in float32 may be 54.5 dB apart."
-)
-_FLAKE = (
-    "A generation has 9 times the spheres at a third of the radius, and so 3 times the outlines, until they "
-    "are smaller than a pixel: of 160 x 160 pixels 37 % are edges. Larger pictures show more "
-    "generations, and the share hardly falls: 44, 37 and 35 % at a width of 80, 160 and 240. "
-    "Apart from edges rounding moves nothing (validation/noise.json)."
-)
-OWN_LIMITS: dict[str, tuple[dict[str, float], str]] = {
-    "shipped thesis_3_07_acne": ({"fine": 0.997, "rays": 0.997, "distance": 2e-4}, _FAR),
-    "shipped thesis_3_07_acne (oracle64)": (
-        {"fine": 0.997, "rays": 0.997, "distance": 2e-4, "layers": 0.9}, _FAR),
-    "shipped thesis_3_07_acne at 16 samples": ({"masked": 0.03}, _FAR),
-    "shipped thesis_3_07_acne at 16 samples (oracle64)": (
-        {"fine": 0.998, "rays": 0.998, "coarse": 0.9992, "distance": 2e-4, "masked": 0.03, "mean": 8e-5,
-         "layers": 0.9}, _FAR),
-    "shipped sphereflake": ({"mask": 0.4}, _FLAKE),
-    "shipped sphereflake at 16 samples": ({"mask": 0.55}, _FLAKE + " Of 80 x 80 at 16 samples 51 %."),
-    "shipped rainbow": ({"fine": 0.993, "rays": 0.9941}, _CAUSTIC),
-    "shipped straw at 16 samples (mitsuba-table)": ({"psnr": 58}, _ONE_SAMPLE),
-    "shipped rainbow (oracle64)": ({"fine": 0.993, "rays": 0.9941, "coarse": 0.999}, _CAUSTIC),
-}
 _RANDOM = re.compile(r"random ([0-9]{1,18})/([0-9]{1,18})( at 16 samples)?")
 TABLES = (".toml", ".json", ".py")  # of files whose tables others can read, too
 _FILE = "file "  # before the path of somebody's own scene
@@ -158,23 +107,6 @@ def own_file(name: str) -> Path | None:
     return Path(name.removeprefix(_FILE)) if name.startswith(_FILE) else None
 
 
-def limits_of(case: Case, oracle: str) -> Limits:
-    """The limits of a case's comparison: strict for what was made as a test and for the oracle in float64."""
-    made = case.name in matrix_cases()
-    base = limits(case.spp, many_edges=not made)
-    if oracle == "oracle64":
-        # one pixel of an edge can spoil a window; where a checkered floor ends, three can move the whole
-        base = dataclasses.replace(exact(base), window=base.window)
-        if not made:
-            ssim = max(base.ssim if case.spp > 1 and base.ssim else 0, 0.999)
-            base = dataclasses.replace(base, ssim=ssim, fine=0.999, rays=0.999, coarse=0.9998, distance=5e-5)
-    elif oracle.startswith("stock"):
-        # its shadow rays start elsewhere, which shows where shadows meet what casts them
-        base = dataclasses.replace(base, masked=0.03, psnr=(base.psnr or 0) - 2)
-    own = OWN_LIMITS.get(f"{case.name} ({oracle})") or OWN_LIMITS.get(case.name, ({}, ""))
-    return dataclasses.replace(base, **own[0])
-
-
 def quietly(load: Callable[[], Scene]) -> Scene:
     """A scene without the warnings that are due: cases are to have open glass and bright sums."""
     with warnings.catch_warnings():
@@ -206,7 +138,8 @@ def _case(name: str, table: dict[str, Any], tags: set[str], oracles: tuple[str, 
     spp = scene.camera.spp
     finest = spp if scene.adaptive is None else scene.adaptive.spp
     size = _SIZES.get(finest, (WIDTH, HEIGHT))
-    case = Case(name, table, frozenset(features_of(scene) | tags), oracles, *size, spp)
+    features = frozenset(features_of(scene) | tags)
+    case = Case(name, table, features, oracles, *size, spp, is_test=True)
     return dataclasses.replace(case, shows=shown(case))
 
 
@@ -218,6 +151,4 @@ def _of_scene(name: str, source: dict[str, Any] | Path, size: tuple[int, int] | 
     if many and size:
         width, height = size[0] * 2 // 3, size[1] * 2 // 3
     features = frozenset(features_of(scene))
-    whose = (why for of, (_, why) in OWN_LIMITS.items() if of == name or of.startswith(f"{name} ("))
-    note = next(whose, "")
-    return Case(name, source, features, ORACLES, width, height, 16 if many else 1, note=note)
+    return Case(name, source, features, ORACLES, width, height, 16 if many else 1, note=note_of(name))
