@@ -1,16 +1,17 @@
 """How far float32 moves a scene's picture: what limits of its own a case may have.
 
 The float64 oracle renders the scene, and once more with every number of shapes, lights, materials and camera
-moved by one unit in the last place of a float32, up or down by a seed. What the two pictures differ by is the
-least that any program in float32 may differ by, for it rounds as much when it reads the scene.
+moved by one unit in the last place of a float32, up or down. What the two pictures differ by is the least
+that any program in float32 may differ by, for it rounds as much when it reads the scene.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import cycle
 from typing import Any, Final
 
 import numpy as np
@@ -24,7 +25,10 @@ from .limits import FIGURES, Noise, times_of, widened
 from .oracles import Picture64, edges64, picture64
 from .types import Case, Comparison, OracleImage
 
-SEEDS: Final = 3
+# how each number in turn is moved in the pictures: neighbours are moved apart in one at least, say the height
+# of a camera and that of its target, which tilts it
+_SIGNS: Final = ((1, 1, 1), (-1, 1, -1), (1, -1, -1), (-1, -1, 1))
+PICTURES: Final = len(_SIGNS[0])
 _COUNTED: Final = ("fine", "coarse", "masked", "rays", "layers")  # shares of pixels
 # fields that are the worst of several figures -> how the names of these begin and end
 _WORST_OF: Final = {"rays": ("", ": within 1e-4"), "layers": ("layer ", "")}
@@ -63,32 +67,34 @@ class Excuses:
         return judge(self.edges, widened(limit, self.noise, times_of(self.case)))
 
 
-def moved(scene: Scene, seed: int) -> Scene:
-    """The scene with each of those numbers one step of float32 away, at random up or down."""
-    draw = np.random.default_rng(seed)
+def moved(scene: Scene, picture: int) -> Scene:
+    """The scene with each of those numbers one step of float32 away, for a picture from 0 to PICTURES - 1."""
+    draw = np.random.default_rng(0)  # who is moved alike in all pictures is so by chance
+    signs = (draw.choice((-1.0, 1.0)) * row[picture] for row in cycle(_SIGNS))
     table = scene.to_dict()
     for key in ("shapes", "lights", "materials", "camera"):
         if key in table:
-            table[key] = _moved(table[key], draw)
+            table[key] = _moved(table[key], signs)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ClrtWarning)
         return load_dict(table, folder=scene.folder)
 
 
-def _moved(value: Any, draw: np.random.Generator) -> Any:
+def _moved(value: Any, signs: Iterator[float]) -> Any:
     if isinstance(value, dict):
-        return {key: inner if key in _KEPT else _moved(inner, draw) for key, inner in value.items()}
+        return {key: inner if key in _KEPT else _moved(inner, signs) for key, inner in value.items()}
     if isinstance(value, list):
-        return [_moved(inner, draw) for inner in value]
+        return [_moved(inner, signs) for inner in value]
     if isinstance(value, float) and value not in (0.0, 1.0):
-        return float(value + float(np.spacing(np.float32(abs(value)))) * draw.choice((-1.0, 1.0)))
+        return float(value + float(np.spacing(np.float32(abs(value)))) * next(signs))
     return value
 
 
 def measured(scene: Scene, reference: OracleImage, edges: np.ndarray, spp: int) -> Noise:
     """The noise of a scene whose float64 picture and edges (h, w) are those."""
     every = Limits(None, None, None, None, None)
-    found = [compare(picture64(moved(scene, seed)), reference, edges, spp, every) for seed in range(SEEDS)]
+    pictures = (picture64(moved(scene, picture)) for picture in range(PICTURES))
+    found = [compare(picture, reference, edges, spp, every) for picture in pictures]
     inside = int(np.count_nonzero(edges))
     pixels = {field: max(inside if field == "masked" else edges.size - inside, 1) for field in _COUNTED}
     figures: dict[str, float] = {}

@@ -22,6 +22,22 @@ ACNE = "shipped thesis_3_07_acne"
 BRIGHTER = 1.0005  # so much that each of its pixels is off by more than 1e-4, and none by more than 1e-3
 
 
+def test_neighbours_are_moved_apart_in_some_picture() -> None:
+    """A camera and its target both moved up see the horizon where it was: that would hide its noise."""
+    camera = {"origin": [3.7, 0.3, 4.1], "target": [0.7, 0.2, 0.9], "width": 8, "height": 6}
+    scene = clrt.load_dict({"camera": camera, "shapes": []})
+
+    def way(picture: int) -> np.ndarray:
+        now = noise.moved(scene, picture).camera
+        found = np.array([now.origin, now.target]) - [camera["origin"], camera["target"]]
+        return np.sign(found).ravel()
+
+    ways = np.array([way(picture) for picture in range(noise.PICTURES)])
+    assert np.all(np.abs(ways) == 1)
+    for one, other in ((0, 1), (1, 2), (3, 4), (4, 5), (0, 3), (1, 4), (2, 5)):
+        assert set(ways[:, one] * ways[:, other]) == {-1, 1}
+
+
 def test_every_number_moves_by_one_step_of_float32() -> None:
     camera = {"origin": [0, 0.3, 4.1], "target": [0, 0, 0], "width": 8, "height": 6}
     ball = {"type": "sphere", "center": [3000.0, 0, 0], "radius": 0.7}
@@ -48,7 +64,7 @@ def test_scenes_that_ship_or_are_random_have_the_limits_of_tests(name: str, orac
 def silent(pixels: int) -> Any:
     """The noise of a scene that float32 does not move, as far as pictures of so many pixels tell."""
     found = {"mean": 0.0, "distance": 0.0, "flip": 0.0, "ssim": 1.0, "psnr": np.inf, "masked": 0.0}
-    counted = dict.fromkeys(("fine", "coarse", "rays", "layers"), 1 - 1 / (noise.SEEDS * pixels))
+    counted = dict.fromkeys(("fine", "coarse", "rays", "layers"), 1 - 1 / (noise.PICTURES * pixels))
     return limits.Noise(found | counted, dict.fromkeys(("masked", *counted), pixels))
 
 
