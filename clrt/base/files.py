@@ -23,7 +23,7 @@ _KINDS = (
 
 
 def resolve(name: str, folder: Path | None, at: At) -> Path:
-    """The existing regular file called `name` inside `folder` (None: the current folder)."""
+    """The existing regular file called `name` inside `folder` (None: the current folder), to be read."""
     try:
         root = (folder or Path()).resolve()
         path = (root / name).resolve()
@@ -31,6 +31,7 @@ def resolve(name: str, folder: Path | None, at: At) -> Path:
             raise at.error(name, f"a file must lie in the scene's folder, {root}")
         if not path.is_file():
             raise at.error(name, f"there is no such file in {root}")
+        inputs.note(path, path)  # pictures are read late: who writes until then must know
     except (OSError, ValueError, RuntimeError) as error:  # too long, a NUL inside, a loop of links
         raise at.error(name, f"must be the path of a file: {reason(error)}") from None
     return path

@@ -1,4 +1,4 @@
-"""What the command that runs has read: nothing that it writes may take the place of that.
+"""What the command that runs has read, or is going to: nothing that it writes may take the place of that.
 
 A file is known by what it is (device and inode), so no link, slash or other spelling of its name hides it.
 Only commands watch: a program may load a scene and save it to the file that it came from.
@@ -18,7 +18,7 @@ _read: dict[Identity, str] | None = None  # None: nobody watches
 
 @contextmanager
 def watched(watching: bool = True) -> Iterator[None]:
-    """Within it, what is opened to be read is noted (or, where `watching` is False, is not)."""
+    """Within it, what is read, and what scenes name, is noted (or, where `watching` is False, is not)."""
     global _read
     before, _read = _read, {} if watching else None
     try:
@@ -27,10 +27,10 @@ def watched(watching: bool = True) -> Iterator[None]:
         _read = before
 
 
-def note(descriptor: int, name: Name) -> None:
-    """The file of this descriptor is read by this name."""
+def note(file: int | Name, name: Name) -> None:
+    """The file, or that of a descriptor, is read by this name, now or later."""
     if _read is not None:
-        status = os.fstat(descriptor)
+        status = os.stat(file)
         _read.setdefault((status.st_dev, status.st_ino), os.fspath(name))
 
 

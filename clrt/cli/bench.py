@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from clrt.base.atomic import check_replaceable
 from clrt.base.errors import ClrtError
 from clrt.base.resources import scene_file
-from clrt.cli.outputs import check_apart, check_spares
+from clrt.cli.outputs import check_apart
 from clrt.cli.terminal import console, marked
 from clrt.cli.tracing import tracing
 
@@ -39,8 +39,7 @@ def run(options: argparse.Namespace) -> int:
     for path in filter(None, outputs.values()):
         check_replaceable(path)
     plan = _plan(options)
-    for scene in plan.extra.values():
-        check_spares(outputs, scene)
+    check_apart(outputs, {})
     if old:
         _check_same_machine(old, plan)
     with _reporting() as tell, tracing(options.trace) as save_trace:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from clrt.base.atomic import check_replaceable
-from clrt.cli.outputs import check_apart, check_spares
+from clrt.cli.outputs import check_apart
 from clrt.cli.source import STREAM, read, scene_path
 
 
@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     check_replaceable(options.output)
     check_apart({"OUT": options.output}, {"the scene": source})
     scene = with_values(read(source), options.set)
-    check_spares({"OUT": options.output}, scene)
+    check_apart({"OUT": options.output}, {})
     if Path(options.output).suffix.lower() == ".xml":
         from clrt.base.resources import validation_module
         from clrt.cli.terminal import say

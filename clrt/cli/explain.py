@@ -7,7 +7,7 @@ import sys
 from typing import TYPE_CHECKING, Any, Final
 
 from clrt.base.errors import ClrtError
-from clrt.cli.outputs import check_apart, check_spares
+from clrt.cli.outputs import check_apart
 from clrt.cli.source import read, scene_path
 from clrt.cli.terminal import console, marked
 
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
         check(name)
     limits = clrt.Limits(**dict(options.limit))
     scene = with_values(read(file, limits), options.set)
-    check_spares(outputs, scene)
+    check_apart(outputs, {})
     settings = clrt.Settings(threads=options.threads, limits=limits)
     with clrt.Tracer(scene, options.device, settings) as tracer:
         tree = tracer.explain(

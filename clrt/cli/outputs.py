@@ -1,7 +1,7 @@
 """Files that a command writes: none of them may take the place of what it reads, or of another one.
 
-Twice: before anything is computed by the names that are known, and whenever a file is replaced by all that
-was read until then (`clrt.base.inputs`).
+Before anything is computed by the names that are known, once more where a scene was loaded and so says
+what it reads, and whenever a file is replaced by all that was read until then (`clrt.base.inputs`).
 """
 
 from __future__ import annotations
@@ -9,14 +9,10 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from clrt.base.errors import ClrtError
 from clrt.base.inputs import Name, identity, noted
-
-if TYPE_CHECKING:
-    from clrt.scene.scene import Scene
-
 
 _WRITES: Final = {
     "--stats": ("JSON", "stats.json"),
@@ -41,7 +37,7 @@ def check_apart(outputs: Mapping[str, Name | None], inputs: Mapping[str, Name | 
     """ClrtError where an output (by option) is one of the inputs (by what they are) or another output, or has
     a name that promises something else than is written.
 
-    What was read already counts among the inputs; None is a file that was not given.
+    What was read, or is named by a scene that was, counts among the inputs; None: a file was not given.
     """
     taken = {identity(file): what for what, file in inputs.items() if file is not None}
     for found, name in noted().items():
@@ -58,9 +54,3 @@ def check_apart(outputs: Mapping[str, Name | None], inputs: Mapping[str, Name | 
             suffix = Path(os.fsdecode(file)).suffix.lower()
             if suffix in _MEANING and suffix != Path(name).suffix:
                 raise ClrtError(f"{file}: {option} writes {what}; give it a name such as {name}")
-
-
-def check_spares(outputs: Mapping[str, Name | None], scene: Scene) -> None:
-    """ClrtError where an output would take the place of what belongs to the scene, which has been loaded."""
-    background = scene.background_path
-    check_apart(outputs, {f"{background}, which the scene reads": background})

@@ -15,7 +15,7 @@ from clrt.base.atomic import check_replaceable, write_json
 from clrt.base.errors import ClrtError
 from clrt.base.records import Unstated
 from clrt.cli import interrupted, terminal
-from clrt.cli.outputs import check_apart, check_spares
+from clrt.cli.outputs import check_apart
 from clrt.cli.source import STREAM, read, scene_path, stem
 from clrt.cli.tracing import tracing
 
@@ -67,6 +67,16 @@ def _name_apart(each: list[argparse.Namespace]) -> None:
     check_apart({f"-o ({one.output})": one.output for one in each}, inputs)
     for one, file in zip(each, files, strict=True):
         _check_outputs(one, file)
+    if len(each) > 1:
+        # all are read before the first is rendered: its files must be none that a later one reads or writes
+        written: dict[str, str] = {}
+        for one, file in zip(each, files, strict=True):
+            scene = _read(file, one)
+            # others are read again, for all of them at once may take much memory
+            one.loaded = scene if one.scene == STREAM else None
+            outputs = _outputs(_with_layers_named(one, scene))
+            written |= {f"{option} ({file}, {output})": output for option, output in outputs.items()}
+        check_apart(written, inputs)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -127,11 +137,10 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
         import clrt.formats.shipped
         from clrt.cli.clusters import cluster
         from clrt.cli.progress import progress
-        from clrt.formats.native import with_values
 
-    limits = clrt.Limits(**dict(options.limit))
-    scene = with_values(read(file, limits), options.set)
+    scene = _read(file, options)
     _check_layers(options, file, scene)
+    limits = clrt.Limits(**dict(options.limit))
     settings = clrt.Settings(threads=options.threads, limits=limits, check=getattr(options, "check", False))
     quiet = getattr(options, "quiet", False)
     with cluster(options, settings) as (workers, settings), progress(stem(file), quiet) as report:
@@ -150,6 +159,15 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
             checkpoint=getattr(options, "checkpoint", None),
             **workers,
         )
+
+
+def _read(file: Path, options: argparse.Namespace) -> Scene:
+    """The scene that is rendered, with the values of --set."""
+    from clrt.base.limits import Limits
+    from clrt.formats.native import with_values
+
+    known: Scene | None = getattr(options, "loaded", None)
+    return known or with_values(read(file, Limits(**dict(options.limit))), options.set)
 
 
 def _ahead(scene: Scene, device: str | None, settings: Settings) -> Any:
@@ -207,17 +225,22 @@ def _layer_files(options: argparse.Namespace) -> dict[str, Path]:
 
 def _check_layers(options: argparse.Namespace, file: Path, scene: Scene) -> None:
     """The rest of `_check_outputs`, once the scene says which pictures it reads, and which layers are all."""
+    options = _with_layers_named(options, scene)
+    check_apart(_outputs(options), {"the scene": file})
+    for layer in _layer_files(options).values():
+        check_replaceable(layer)
+
+
+def _with_layers_named(options: argparse.Namespace, scene: Scene) -> argparse.Namespace:
+    """The options with the names of all layers that have files of their own in place of "all"."""
     from clrt.base.layers import check_layers, find
 
-    if "all" in getattr(options, "layers", ()):
-        depth = scene.max_depth if options.max_depth is None else options.max_depth
-        names = check_layers("all", min(depth, _DEEPEST), spectral=True, pictured=True)
-        shown = [name for name in names if find(name).is_shown]
-        options = argparse.Namespace(**{**vars(options), "layers": shown})
-        check_apart(_outputs(options), {"the scene": file})
-        for layer in _layer_files(options).values():
-            check_replaceable(layer)
-    check_spares(_outputs(options), scene)
+    if "all" not in getattr(options, "layers", ()):
+        return options
+    depth = scene.max_depth if options.max_depth is None else options.max_depth
+    names = check_layers("all", min(depth, _DEEPEST), spectral=True, pictured=True)
+    shown = [name for name in names if find(name).is_shown]
+    return argparse.Namespace(**{**vars(options), "layers": shown})
 
 
 def _check_outputs(options: argparse.Namespace, scene: Path) -> None:

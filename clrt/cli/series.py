@@ -36,7 +36,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     from clrt.cli.clusters import cluster
     from clrt.cli.frames import Frames, Maker, OneTracer, Workers
     from clrt.cli.manifest import Manifest
-    from clrt.cli.outputs import check_apart, check_spares
+    from clrt.cli.outputs import check_apart
     from clrt.cli.progress import progress
     from clrt.images.naming import frame_name
     from clrt.images.video import SUFFIXES
@@ -53,7 +53,6 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     if manifest:
         outputs["--manifest"] = manifest
     check_apart(outputs, {"the scene": file, "the keyframes": getattr(options, "keyframes", None)})
-    check_spares(outputs, scene)
     known = Manifest(manifest, [] if film else names, series, limits)
     settings = clrt.Settings(threads=options.threads, limits=limits)
     picture = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 from collections.abc import Iterator
@@ -249,3 +250,66 @@ def test_a_name_that_promises_something_else_is_refused(
     """In one line that names the option; names that promise nothing are taken."""
     assert f"{refused}: {words[-1]} writes " in fault(capsys, *words, refused)
     check_apart({words[-1]: taken}, {})
+
+
+PICTURED = """
+[materials.m.color]
+type = "image"
+file = "{file}"
+"""
+
+
+def pictured(name: str, file: str) -> None:
+    """A scene with a picture on its surface."""
+    Path(name).write_text(ROOM + PICTURED.format(file=file))
+
+
+SERIES = {
+    "a later scene reads it": ["render", "first.toml", "second.toml", "-o", "{name}.png"],
+    "as an input of the first": ["render", "second.toml", "first.toml", "-o", "{name}.png"],
+    "a value of a later picture": ["sweep", "second.toml", "--set", "materials.m.color.file=sky.exr,s0.exr",
+                                   "-o", "s{index}.exr"],
+    "a layer of another scene": ["render", "ball.toml", "ball.depth.toml", "-o", "out/{name}.png",
+                                 "--layers", "depth"],
+    "one of all layers of another scene": ["render", "ball.toml", "ball.depth.toml", "-o", "out/{name}.png",
+                                           "--layers", "all"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", SERIES.values(), ids=SERIES)
+def test_no_picture_of_several_takes_what_another_needs(
+    words: list[str], folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing is rendered then: what a later scene reads counts before the first is."""
+    for name in ("first.png", "s0.exr"):
+        clrt.Image(np.full((4, 8, 3), 0.5, np.float32)).save(name)
+    pictured("first.toml", "sky.exr")
+    pictured("second.toml", "first.png")
+    Path("ball.depth.toml").write_text(ROOM)
+    Path("out").mkdir()
+    before = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
+    assert "a file of its own" in fault(capsys, *words)
+    assert {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()} == before
+
+
+def test_a_fault_of_a_later_scene_is_told_before_the_first_is_rendered(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("broken.toml").write_text("ambient = 'red'")
+    assert "broken.toml:1: ambient" in fault(capsys, "render", "ball.toml", "broken.toml", "-o", "{name}.png")
+
+
+def test_several_scenes_of_which_one_is_standard_input(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It can be read once, and is known when its turn comes."""
+    asked: list[str] = []
+
+    def render(scene: clrt.Scene, **_: Any) -> clrt.Image:
+        asked.append(scene.source)
+        return clrt.Image(np.full((4, 8, 3), 0.5, np.float32), stats={"traced": 1, "device": "none"})
+
+    monkeypatch.setattr(clrt, "render", render)
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(ROOM.encode())))
+    assert main(["render", "ball.toml", "-", "-o", "{name}{index}.png", "--quiet"]) == 0
+    assert asked == ["ball.toml", "standard input"]
