@@ -155,9 +155,9 @@ class Checkpoint:
     def _check_job(self, stored: dict[str, str]) -> None:
         for name in dict.fromkeys((*self.task, *stored)):  # some are there only where they are set
             now, then = self.task.get(name), stored.get(name)
-            if not (name.isprintable() and (then is None or then.isprintable())):
-                raise ValueError("not our words")
             if then != now:
+                if not (name.isprintable() and (then is None or then.isprintable())):
+                    raise ValueError("not our words")
                 change = f"{_short(name)} was {_short(then)}, is {_short(now)}"
                 raise ClrtError(f"{self.path}: is the checkpoint of another render: {change}; {_ADVICE}")
 

@@ -221,8 +221,11 @@ class Job:
         flat, brightest = self.flat, float(np.float32(layout.BRIGHTEST))
 
         negative = self.camera is not None and int(self.camera["filter"][0]) == layout.FILTERS["MITCHELL"]
+        dark = bool(np.any(flat.background < 0))  # as in a picture that somebody has sharpened
 
         def seen(response: np.ndarray | None) -> tuple[float, float]:
+            if dark:  # nothing bounds a sum of light from below
+                return -_FINITE, brightest if response is None else _FINITE
             if response is None:  # radiance is never negative, but for what a filter takes off
                 return -4 * brightest if negative else 0.0, brightest
             if len(response) == 3:  # but colours beyond what red, green and blue show are; rounded sums

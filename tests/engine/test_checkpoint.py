@@ -96,15 +96,20 @@ SPECTRA: dict[str, dict[str, object]] = {
 }
 
 
+@pytest.mark.parametrize("dark", [False, True])
 @pytest.mark.parametrize("how", SPECTRA)
-def test_what_a_film_gives_is_within_the_bounds_of_a_checkpoint(how: str, tmp_path: Path) -> None:
-    """All layers, the brightest light, and counts of every kind."""
+def test_what_a_film_gives_is_within_the_bounds_of_a_checkpoint(
+    how: str, dark: bool, tmp_path: Path
+) -> None:
+    """All layers, the brightest light, counts of every kind; and a sky below zero, as sharpening leaves it."""
+    clrt.Image(np.full((4, 8, 3), (-50.0, -0.1, 0.2), np.float32)).save(tmp_path / "dark.exr")
+    sky = {"background": "dark.exr", "lights": []} if dark else {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it makes light
-        scene = clrt.load_dict({**PRISM, **SPECTRA[how]})
+        scene = clrt.load_dict({**PRISM, **SPECTRA[how], **sky}, folder=tmp_path)
     tracer = clrt.Tracer(scene, settings=clrt.Settings(tile=600))
     whole = tracer.render(layers="all")
-    assert whole.stats["rays"]["total_internal_reflection"] >= 0 and whole.pixels.max() > 1e25
+    assert whole.pixels.min() < -0.1 if dark else whole.pixels.max() > 1e25
     path = tmp_path / "a.ck"
     broken_off(tracer, path, 1, layers="all")
     again = tracer.render(layers="all", checkpoint=path)
@@ -130,6 +135,17 @@ def test_another_render_is_refused(scene: Path, options: dict[str, object], says
     with pytest.raises(clrt.ClrtError, match=f"a.checkpoint: is the checkpoint of another render: {says}"):
         tracer.render(**{"width": 90, "checkpoint": path, **options})  # type: ignore[arg-type]
     assert path.read_bytes() == before
+
+
+def test_a_render_with_odd_build_options_goes_on(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are among what a checkpoint says of its render, a tab and all."""
+    monkeypatch.setenv("PYOPENCL_BUILD_OPTIONS", "-DNOTHING=1\t-DMORE=2")
+    path = scene.with_name("a.checkpoint")
+    whole = clrt.render(scene, width=40, checkpoint=path)
+    assert clrt.render(scene, width=40, checkpoint=path).hash == whole.hash
+    monkeypatch.delenv("PYOPENCL_BUILD_OPTIONS")
+    with pytest.raises(clrt.ClrtError, match="is not a whole checkpoint of clrt"):
+        clrt.render(scene, width=40, checkpoint=path)
 
 
 def test_another_scene_camera_or_kernel_is_refused(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
