@@ -101,7 +101,7 @@ SPECTRA: dict[str, dict[str, object]] = {
 def test_what_a_film_gives_is_within_the_bounds_of_a_checkpoint(
     how: str, dark: bool, tmp_path: Path
 ) -> None:
-    """All layers, the brightest light, counts of every kind; and a sky below zero, as sharpening leaves it."""
+    """All layers, the brightest light, counts of every kind; a sky below zero, as sharpening leaves it."""
     clrt.Image(np.full((4, 8, 3), (-50.0, -0.1, 0.2), np.float32)).save(tmp_path / "dark.exr")
     sky = {"background": "dark.exr", "lights": []} if dark else {}
     with warnings.catch_warnings():
