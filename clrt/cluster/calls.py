@@ -23,7 +23,8 @@ from clrt.base.resources import validation_module
 from clrt.base.scratch import scratch
 from clrt.cluster.orders import Refusal, Worker
 from clrt.cluster.pool import LOSSES, Pool
-from clrt.cluster.worker import count, doing, kernels_hash, proven
+from clrt.cluster.worker import check_kernels, count, doing, proven
+from clrt.device import foreign
 from clrt.version import __version__
 
 _AHEAD: Final = 2  # calls a worker, so that it has the next one when it has done one
@@ -67,7 +68,7 @@ class Reply:
 
 def sent(call: Call) -> Sent:
     """A call for its way."""
-    return Sent(__version__, kernels_hash(layout.RayFormat()), call.device, pickle.dumps(call))
+    return Sent(__version__, foreign.source_hash(layout.RayFormat()), call.device, pickle.dumps(call))
 
 
 def answer(order: Sent) -> Reply | Refusal:
@@ -75,10 +76,7 @@ def answer(order: Sent) -> Reply | Refusal:
     with doing() as task:
         if order.version != __version__:
             raise ClrtError(f"it has clrt {__version__}, the client {order.version}; install the same")
-        found = kernels_hash(layout.RayFormat())
-        if found != order.kernels:
-            both = f"{found[:12]}, not {order.kernels[:12]}"
-            raise ClrtError(f"its kernels are others: {both}; install the same clrt")
+        check_kernels(layout.RayFormat(), order.kernels)
         label = proven(order.device)
         validation_module("suite.worker")
         call: Call = pickle.loads(order.packed)

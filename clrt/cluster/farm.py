@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections import deque
 from collections.abc import Generator, Iterator
 from concurrent.futures import Future
@@ -16,7 +15,7 @@ from clrt.base.errors import ClrtError
 from clrt.cluster.orders import Answer, Lacking, Order, Refusal, Worker, sealed
 from clrt.cluster.parcels import LARGE, Parcel
 from clrt.cluster.pool import LOSSES, Pool
-from clrt.device.source import kernel_source
+from clrt.device import foreign
 from clrt.engine.job import Job
 from clrt.version import __version__
 
@@ -112,7 +111,7 @@ class Farm:
         assert job.camera is not None
         ray_format = job.flat.ray_format
         if ray_format not in self._kernels:
-            self._kernels[ray_format] = hashlib.sha256(kernel_source(ray_format).encode()).hexdigest()
+            self._kernels[ray_format] = foreign.source_hash(ray_format)
         return Order(
             __version__, task.parcel.scene, self._kernels[ray_format], _small(task.parcel.recipe),
             tuple(task.parcel.arrays), self.device, job.settings, job.max_depth, job.camera, job.layers,

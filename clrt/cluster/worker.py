@@ -27,10 +27,9 @@ from clrt.base.errors import ClrtError, DeviceError, MemoryLimitError, exhausted
 from clrt.base.resources import validation_module
 from clrt.cluster.orders import Answer, Lacking, Order, Refusal, Worker, sealed
 from clrt.cluster.parcels import LARGE, digest, unpacked
-from clrt.device import kernelcache, trial
+from clrt.device import foreign, kernelcache, trial
 from clrt.device.device import Device
 from clrt.device.settings import Settings
-from clrt.device.source import kernel_source
 from clrt.engine.job import Job
 from clrt.engine.wavefront import RayCounts
 from clrt.engine.world import World
@@ -129,10 +128,7 @@ class _Bench:
             return self.scenes[key]
         arrays = self._arrays(order)
         flat = unpacked(order.scene, order.recipe, arrays)
-        found = kernels_hash(flat.ray_format)
-        if found != order.kernels:
-            both = f"{found[:12]}, not {order.kernels[:12]}"
-            raise ClrtError(f"its kernels are others: {both}; install the same clrt")
+        check_kernels(flat.ray_format, order.kernels)
         device = self._device(order, flat)
         try:
             made = _Scene(flat, device, self._world(device, flat))
@@ -213,10 +209,13 @@ def proven(wanted: int | str | None) -> str:
     return device.info.label
 
 
-@cache
-def kernels_hash(ray_format: layout.RayFormat) -> str:
-    """SHA-256 of the kernels' text."""
-    return hashlib.sha256(kernel_source(ray_format).encode()).hexdigest()
+def check_kernels(ray_format: layout.RayFormat, wanted: str) -> None:
+    """ClrtError where the kernels of this process are not those, by `foreign.source_hash`."""
+    found = foreign.source_hash(ray_format)
+    if found != wanted:
+        both = f"{found[:12]}, not {wanted[:12]}"
+        same = f"install the same clrt, and set {foreign.VARIABLE} alike"
+        raise ClrtError(f"its kernels are others: {both}; {same}")
 
 
 def _traced(job: Job, scene: _Scene, pixels: np.ndarray) -> tuple[dict[str, np.ndarray], RayCounts, int]:
@@ -249,7 +248,7 @@ def check(device: Device) -> None:
 
     The verdict is kept as that of a driver's trial is, so that the workers of a machine make it once.
     """
-    what = f"selftest {__version__} {kernels_hash(layout.RayFormat())}"
+    what = f"selftest {__version__} {foreign.source_hash(layout.RayFormat())}"
     key = hashlib.sha256(f"{what} {device.info.label} {device.info.driver}".encode()).hexdigest()
     with kernelcache.lock(name=f"selftest-{key[:16]}"):
         fault = trial.kept_verdict(f"selftest-{key}", device.info.label, lambda: _fault(device))

@@ -6,6 +6,7 @@ their hash (`metadata["kernel_hash"]`). Programs are known by their source, so n
 
 from __future__ import annotations
 
+import hashlib
 import os
 from pathlib import Path
 from typing import Final
@@ -39,6 +40,11 @@ def source(ray_format: layout.RayFormat) -> str:
     """The program's source as this process takes it, of packets as wide as can be; nothing is said."""
     named = _named()
     return kernel_source(ray_format, folder=named, read=kernel_text if named is None else text)
+
+
+def source_hash(ray_format: layout.RayFormat) -> str:
+    """SHA-256 (hexadecimal) of `source`."""
+    return hashlib.sha256(source(ray_format).encode()).hexdigest()
 
 
 def _named() -> Path | None:

@@ -25,6 +25,7 @@ from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError, DeviceError, one_line
 from clrt.base.room import process_limit
 from clrt.device import kernelcache, vendors
+from clrt.device.added import added
 from clrt.device.info import DeviceInfo
 from clrt.device.processor import signature
 
@@ -145,7 +146,7 @@ def plain(text: str) -> str:
 
 
 def _file(key: str) -> Path:
-    parts = "\0".join((key, signature(), *circumstances()))
+    parts = "\0".join((key, signature(), repr(added()), *circumstances()))
     name = hashlib.sha256(os.fsencode(parts)).hexdigest()[:32]
     return Path(os.environ[kernelcache.VARIABLE]) / "verdicts" / f"{name}.json"
 

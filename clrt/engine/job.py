@@ -209,7 +209,7 @@ class Job:
             "layers": ",".join(self.layers),
             "scene": self.flat.hash,
             "camera": hashlib.sha256(self.camera.tobytes()).hexdigest(),
-            "kernels": hashlib.sha256(foreign.source(self.flat.ray_format).encode()).hexdigest(),
+            "kernels": foreign.source_hash(self.flat.ray_format),
         }
 
     def fingerprint(self, window: tuple[int, int, int, int]) -> str:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -14,8 +16,10 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.base.resources import kernel_folder
 from clrt.cluster import worker
 from clrt.cluster.orders import Order
+from clrt.device.foreign import VARIABLE
 from tests.farm_samples import SIZE, Here, done
 
 pytestmark = pytest.mark.usefixtures("fresh")
@@ -68,6 +72,25 @@ def test_a_worker_that_fails_the_self_test_is_refused(
         else:
             done(Here(), mesh, **SIZE)
     assert len(asked) == 2
+
+
+def test_a_verdict_on_kernels_of_one_s_own_is_none_on_clrt_s(
+    mesh: clrt.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.undo()
+    monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
+    shutil.copytree(kernel_folder(), tmp_path / "kernels")
+    with (tmp_path / "kernels" / "film.cl").open("a") as file:
+        file.write("// mine\n")
+    monkeypatch.setattr(worker, "_fault", lambda device: "not clrt's" if os.environ.get(VARIABLE) else "")
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "kernels"))
+    with (
+        pytest.warns(clrt.ClrtWarning, match=VARIABLE),
+        pytest.raises(clrt.DeviceError, match="fails the self-test: not clrt's"),
+    ):
+        done(Here(), mesh, **SIZE)
+    monkeypatch.delenv(VARIABLE)
+    done(Here(), mesh, **SIZE)
 
 
 def test_other_faults_name_the_worker_too(mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch) -> None:

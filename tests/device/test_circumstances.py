@@ -107,6 +107,11 @@ def test_what_is_kept_of_a_driver_depends_on_the_circumstances(
     monkeypatch.setenv("POCL_AFFINITY", "1")
     assert trial.verdict(INFO)[1]
     monkeypatch.delenv("POCL_AFFINITY")
+    for name in ("PYOPENCL_BUILD_OPTIONS", "CL_CONFIG_CPU_TARGET_ARCH"):
+        monkeypatch.setenv(name, "x")
+        assert trial.verdict(INFO)[1]
+        monkeypatch.delenv(name)
+    assert not trial.verdict(INFO)[1]
     monkeypatch.setattr(trial, "process_limit", lambda name: 1 << 30)
     assert trial.verdict(INFO)[1] and "ulimit -v 1048576" in trial.circumstances()
 
