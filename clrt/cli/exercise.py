@@ -10,8 +10,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from clrt.base.atomic import write_json
 from clrt.base.errors import ClrtError, legible
 from clrt.base.resources import PACKAGE
+from clrt.base.scratch import scratch
 from clrt.cli.terminal import say
 
 NOT_YET = 1  # exit code
@@ -63,7 +65,9 @@ def _check(options: argparse.Namespace) -> int:
         raise ClrtError(f"--timeout: {options.timeout} is not allowed; it is a number of seconds above 0")
     alone = len(options.folders) == 1
     rows = [_checked(options.folders[0], options)] if alone else _apart(options)
-    if options.json:
+    if options.into:  # and not to standard output, where kernels may print what they like
+        write_json(options.into, rows[0])
+    elif options.json:
         print(json.dumps(legible(rows), indent=2))
     elif alone:
         print("\n".join(_words(rows[0])))
@@ -95,12 +99,13 @@ def _apart(options: argparse.Namespace) -> list[dict[str, Any]]:
     rows = []
     for number, name in enumerate(options.folders, 1):
         say(f"{number} of {len(options.folders)}: {name}")
-        rows.append(_by_child(name, options))
+        with scratch() as folder:
+            rows.append(_by_child(name, options, folder / "found.json"))
     return rows
 
 
-def _by_child(name: str, options: argparse.Namespace) -> dict[str, Any]:
-    command = [sys.executable, "-P", "-m", "clrt", "exercise", "check", "--json"]
+def _by_child(name: str, options: argparse.Namespace, into: Path) -> dict[str, Any]:
+    command = [sys.executable, "-P", "-m", "clrt", "exercise", "check", "--into", str(into)]
     command += [] if options.device is None else ["--device", str(options.device)]
     paths = os.pathsep.join(part for part in (str(PACKAGE.parent), os.environ.get("PYTHONPATH")) if part)
     row: dict[str, Any] = {"folder": name, "mended": False}
@@ -111,8 +116,8 @@ def _by_child(name: str, options: argparse.Namespace) -> dict[str, Any]:
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return {**row, "error": f"no answer within {options.timeout:g} s"}
-    if done.returncode in (0, NOT_YET):
-        found: dict[str, Any] = json.loads(done.stdout)[0]
+    if done.returncode in (0, NOT_YET) and into.is_file():
+        found: dict[str, Any] = json.loads(into.read_bytes())
         return found
     if done.returncode < 0:
         return {**row, "error": f"the kernels end the process (signal {-done.returncode})"}

@@ -255,6 +255,7 @@ def _add_exercises(parser: argparse.ArgumentParser) -> None:
     check = action("check", "Say whether the fault is mended; 1 where it is not.")
     check.add_argument("folders", metavar="DIR", nargs="+", help="folders that `clrt exercise start` made")
     check.add_argument("--json", action="store_true", help="print JSON")
+    check.add_argument("--into", metavar="FILE", help=argparse.SUPPRESS)  # for processes of our own
     check.add_argument("--timeout", type=number, default=300.0, metavar="S", help="of each of several (300)")
     _add_device(check)
 

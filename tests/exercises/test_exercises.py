@@ -178,6 +178,30 @@ def test_a_class_is_checked_whatever_its_kernels_do(
     assert said.count("not judged: no answer within 0.01 s") == 2 and said.endswith("0 of 2 mended\n")
 
 
+def test_kernels_that_print_are_judged_too(
+    tmp_path: Path, begun: folders.Started, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As students do who look for the fault; what they print is no part of the answer."""
+    mend(begun)
+    file = begun.folder / "kernels" / "film.cl"
+    text = file.read_text()
+    head = text.index("{", text.index("__kernel")) + 1
+    said = '\n    if (get_global_id(0) == 0) printf("[{\\"mended\\": 0}]\\n");'
+    file.write_text(text[:head] + said + text[head:])
+    names = [str(begun.folder), str(shutil.copytree(begun.folder, tmp_path / "other"))]
+    assert main(["exercise", "check", "--json", *names]) == 0
+    rows = json.loads(capsys.readouterr().out)
+    assert [row["mended"] for row in rows] == [True, True]
+
+
+def test_a_process_that_ends_without_an_answer_is_a_finding(
+    begun: folders.Started, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "executable", "/bin/true")
+    assert main(["exercise", "check", str(begun.folder), str(begun.folder)]) == 1
+    assert "not judged: exit code 0" in capsys.readouterr().out
+
+
 def test_a_process_that_dies_is_a_finding(
     tmp_path: Path, begun: folders.Started, monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
