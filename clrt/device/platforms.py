@@ -13,7 +13,7 @@ from typing import Final
 
 from clrt.base import handlers, notices
 from clrt.base.elsewhere import relative, within
-from clrt.base.errors import DeviceError
+from clrt.base.errors import DeviceError, show
 from clrt.base.resources import PACKAGE
 from clrt.device import intel, kernelcache, trial
 from clrt.device.info import DeviceInfo
@@ -153,6 +153,8 @@ def choose(wanted: int | str | None = None) -> tuple[DeviceInfo, cl.Device]:
 
 
 Entry = tuple[DeviceInfo, cl.Device]
+NO_DEVICE: Final = "no OpenCL device, though there is a platform"
+_POCLS: Final = "POCL_DEVICES"
 
 
 def _matching(text: str, found: list[Entry]) -> list[Entry]:
@@ -193,8 +195,7 @@ def _check_here(info: DeviceInfo) -> None:
 def _default(found: list[tuple[DeviceInfo, cl.Device]]) -> tuple[DeviceInfo, cl.Device]:
     ranked = sorted(found, key=_rank, reverse=True)
     if not ranked:
-        advice = f"install a driver: {mending()}"
-        raise DeviceError(f"no OpenCL device, though there is a platform; {advice}")
+        raise DeviceError(f"{NO_DEVICE}; {unhiding() or f'install a driver: {mending()}'}")
     if len(ranked) == 1:  # there is nothing to choose; what is wrong with it comes out when it builds kernels
         _check_here(ranked[0][0])
         return ranked[0]
@@ -209,6 +210,12 @@ def _default(found: list[tuple[DeviceInfo, cl.Device]]) -> tuple[DeviceInfo, cl.
     raise DeviceError(
         f"no driver works here: {'; '.join(faults)}; what mends it: {mending(faults[0])}"
     )
+
+
+def unhiding() -> str:
+    """What to type where a variable may be why a platform has no devices; '' where none is set."""
+    said = os.environ.get(_POCLS)
+    return "" if said is None else f"unset {_POCLS}   (it is {show(said)}, and says which devices PoCL has)"
 
 
 def mending(fault: str = "") -> str:

@@ -143,7 +143,7 @@ def _ending(code: int) -> str:
 
 
 def _probed(told: dict[str, Any]) -> Iterator[Finding]:
-    from clrt.device.platforms import mending
+    from clrt.device.platforms import NO_DEVICE, mending, unhiding
 
     for device in told.get("devices", []):
         mark = ", used" if device["used"] else ""
@@ -158,6 +158,7 @@ def _probed(told: dict[str, Any]) -> Iterator[Finding]:
             yield Finding("devices", state, f"{text} does not work: {device['fault']}", mend)
     if "error" in told:
         mend = mending(told["error"] if told.get("devices") else "")
+        mend = (unhiding() if told["error"].startswith(NO_DEVICE) else "") or mend
         yield Finding("devices", "wrong", told["error"], mend)
         return
     for check in told["checks"]:

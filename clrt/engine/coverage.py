@@ -81,6 +81,19 @@ def covered(
     return found
 
 
+def _whole(part: np.ndarray, pixel: np.ndarray) -> np.ndarray:
+    """Parts of pixels, sorted by these, of which none is below 0 and whose sums are as before, in [0, 1].
+
+    Mitchell's filter subtracts what lies at its rim: the others share what that took.
+    """
+    if not (part < 0).any():
+        return part
+    before, seen = np.bincount(pixel, part), np.bincount(pixel, np.maximum(part, 0))
+    with np.errstate(invalid="ignore"):
+        share = np.clip(before, 0, 1) / np.where(seen > 0, seen, 1)
+    return np.maximum(part, 0) * share[pixel]
+
+
 def _ranked(
     flat: FlatScene, primitives: np.ndarray, ids: np.ndarray, weights: np.ndarray, total: np.ndarray
 ) -> np.ndarray:
@@ -95,7 +108,7 @@ def _ranked(
         pairs, which = np.unique(pixel * len(names) + name, return_inverse=True)
         part = np.bincount(which, weights[start : start + step][met >= 0], len(pairs))
         pixel, name = np.divmod(pairs, len(names))
-        part = part / total[start + pixel]
+        part = _whole(part / total[start + pixel], pixel)
         order = np.lexsort((name, -part, pixel))
         pixel, name, part = pixel[order], name[order], part[order]
         rank = np.arange(len(pixel)) - np.searchsorted(pixel, pixel)

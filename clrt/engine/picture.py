@@ -69,7 +69,7 @@ def check_crop(crop: object, width: int, height: int) -> tuple[int, int, int, in
     """The window to render: `crop`, or all of it. ClrtError where it is not inside the picture."""
     if crop is None:
         return 0, 0, width, height
-    if isinstance(crop, np.ndarray):
+    if isinstance(crop, np.ndarray) and crop.shape == (4,):
         crop = crop.tolist()
     if not isinstance(crop, (tuple, list)) or len(crop) != 4:
         raise ClrtError(fault("", "crop", crop, "it must be 4 whole numbers: x, y, width and height"))

@@ -76,7 +76,7 @@ class RayMeshIntersector:
         origins, directions = _rays(ray_origins, ray_directions)
         most = arguments.optional("max_hits", max_hits)
         if not arguments.flag("multiple_hits", multiple_hits):
-            most = 1
+            most = 1 if most is None else min(most, 1)
         arguments.flag("return_locations", return_locations)
         rays, faces, t = self._faces.every(origins, directions, most)
         if not return_locations:
@@ -198,6 +198,8 @@ def _rays(origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:
     """Origins and unit directions, (n, 3) float64; a zero direction stays 0."""
     o, d = arguments.rays(origins, directions, np.float64, prefix="ray_")
     with np.errstate(over="ignore", invalid="ignore"):
+        largest = np.abs(d).max(axis=1, keepdims=True, initial=0.0)
+        d = d / np.where(largest > 0, largest, 1.0)  # or the squares would leave the range of numbers
         length = np.linalg.norm(d, axis=1, keepdims=True)
         return o, d / np.where(length > 0, length, 1.0)
 

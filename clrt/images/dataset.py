@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from clrt.base.errors import MissingPackage
+from clrt.base.errors import ClrtError, MissingPackage
 from clrt.base.install import pip_install
 from clrt.base.layers import RANKS, find
 
@@ -35,9 +35,16 @@ def dataset(image: Image) -> Any:
             dims += ("wavelength",)
             coords["wavelength"] = ("wavelength", list(image.wavelengths), {"units": "nm"})
         elif values.ndim == 3:
-            axis, labels = _AXES[find(name).picture if name != "pixels" else "light"]
+            axis, labels = _AXES.get(find(name).picture if name != "pixels" else "light", ("", []))
+            if len(labels) == values.shape[2]:
+                coords[axis] = labels
+            else:  # a layer of the caller's own
+                axis = f"{name} part"
             dims += (axis,)
-            coords[axis] = labels
         about = "linear Rec.709 radiance" if name == "pixels" else find(name).holds
         arrays[name] = (dims, values, {"long_name": about})
+    taken = [name for name in image.layers if name == "pixels" or name in coords]
+    if taken:
+        axes = f"a Dataset has pixels and {', '.join(coords)} of its own"
+        raise ClrtError(f"layers[{taken[0]!r}]: {axes}; give the layer another name")
     return xarray.Dataset(arrays, coords, dict(image.metadata))

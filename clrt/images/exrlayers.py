@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import OpenImageIO as oiio
 
 _BAND: Final = re.compile(r"S0\.([0-9]{1,9})(?:,([0-9]{1,9}))?nm")
-_OWN: Final = "clrt:"  # before the names of our attributes
+OWN: Final = "clrt:"  # before the names of our attributes
 _COLOURS: Final = (("R", "G", "B"), ("X", "Y", "Z"))  # of a layer of three, in order
 _MOST: Final = 1 << 24  # whole numbers up to here are exact in float32
 
@@ -155,13 +155,13 @@ def _attributes(spec: oiio.ImageSpec) -> Iterator[tuple[str, str]]:
     """What a file says of how its picture was made, and of its mattes."""
     for attribute in spec.extra_attribs:
         name, value = str(attribute.name), attribute.value
-        if isinstance(value, str) and "\0" not in value and name != f"{_OWN}image_hash":
+        if isinstance(value, str) and "\0" not in value and name != f"{OWN}image_hash":
             if name.startswith(PREFIX):
                 yield name, value
-            elif name.startswith(_OWN):
-                yield name.removeprefix(_OWN), value
+            elif name.startswith(OWN):
+                yield name.removeprefix(OWN), value
 
 
 def attributes(metadata: Mapping[str, str]) -> dict[str, Any]:
     """Names and texts as they stand in a file: those of mattes under the names that others look for."""
-    return {key if key.startswith(PREFIX) else f"{_OWN}{key}": text for key, text in metadata.items()}
+    return {key if key.startswith(PREFIX) else f"{OWN}{key}": text for key, text in metadata.items()}

@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -26,8 +26,8 @@ from clrt.base.scratch import placed, scratch
 from clrt.base.suggest import nearest
 from clrt.images import file as imagefile
 from clrt.images.cryptomatte import manifest_of, matte
+from clrt.images.exrlayers import OWN, channels, read_layers
 from clrt.images.exrlayers import attributes as file_attributes
-from clrt.images.exrlayers import channels, read_layers
 from clrt.images.file import check_writable, write
 from clrt.images.layerpicture import layer_pixels
 from clrt.images.views import check_shown, encode_view
@@ -35,6 +35,7 @@ from clrt.version import __version__
 
 __all__ = ["Image", "check_writable", "pixel_hash", "read_image"]
 
+_LONGEST = 255  # bytes of a name in an .exr
 _NAMED = 20  # names that a message lists
 _SPECTRAL_LAYOUT = {"spectralLayoutVersion": "1.0", "emissiveUnits": "relative"}  # see exrlayers
 
@@ -69,6 +70,8 @@ class Image:
         if not isinstance(self.wavelengths, (tuple, list)):
             raise ClrtError(f"wavelengths: {show(self.wavelengths)} is not allowed; it must be a tuple of nm")
         wavelengths = tuple(arguments.number("wavelengths", nm) for nm in self.wavelengths)
+        if len(set(wavelengths)) < len(wavelengths) or not all(0 < nm < np.inf for nm in wavelengths):
+            raise ClrtError(f"wavelengths: {show(self.wavelengths)}: they must be above 0, each another")
         if pixels.dtype != np.float32 or pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
             hint = "; image.layer(name) makes a picture of a layer" if pixels.ndim == 2 else ""
             raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3){hint}")
@@ -138,6 +141,8 @@ class Image:
         bits = check_writable(path, exposure, bits)
         check_shown(path, bits, view)
         if bits == 32:
+            _check_names("layers", self.layers, _LONGEST)
+            _check_names("metadata", self.metadata, _LONGEST - len(OWN))
             groups = [channels(name, layer, self.wavelengths) for name, layer in self.layers.items()]
             names = ("R", "G", "B", *(name for group, _ in groups for name in group))
             write(path, [self.pixels, *(layer for _, layer in groups)], names, self._attributes())
@@ -315,6 +320,14 @@ def _array(name: str, value: object) -> np.ndarray:
         return given
     except (TypeError, ValueError, OverflowError):
         raise ClrtError(f"{name}: {show(value)} is not allowed; it must be an array of numbers") from None
+
+
+def _check_names(what: str, names: Iterable[str], most: int) -> None:
+    """ClrtError for a name that would be lost in an .exr."""
+    for name in names:
+        if len(name.encode()) > most:
+            long = f"{len(name.encode())} bytes are too many for a name in an .exr; it takes {most}"
+            raise ClrtError(f"{what}[{show(name)}]: {long}")
 
 
 def _check_text(name: str, value: object) -> None:

@@ -30,10 +30,27 @@ def check_video(path: str | os.PathLike[str], width: int, height: int) -> None:
     if suffix not in _CODECS:
         raise ClrtError(f"{path}: unknown suffix {suffix!r} of a video; use one of {', '.join(_CODECS)}")
     _av()
-    if _CODECS[suffix][1] == "yuv420p" and (width % 2 or height % 2):
-        text = f"{suffix} needs an even width and height, not {width} x {height}; or use .mkv"
-        raise ClrtError(f"{path}: {text}")
+    if not _takes(suffix, width, height):
+        even = "an even" if _CODECS[suffix][1] == "yuv420p" and (width % 2 or height % 2) else "another"
+        other = "; or use .mkv" if suffix != ".mkv" and _takes(".mkv", width, height) else ""
+        raise ClrtError(f"{path}: {suffix} needs {even} width and height, not {width} x {height}{other}")
     check_replaceable(path)
+
+
+def _takes(suffix: str, width: int, height: int) -> bool:
+    """Whether the codec takes pictures of that size; it alone knows."""
+    av = _av()
+    codec, pixels, options = _CODECS[suffix]
+    if pixels == "yuv420p" and (width % 2 or height % 2):
+        return False
+    trial = av.CodecContext.create(codec, "w")
+    trial.width, trial.height, trial.pix_fmt = width, height, pixels
+    trial.time_base, trial.options = Fraction(1, 25), dict(options)
+    try:
+        trial.open()
+    except (av.FFmpegError, ValueError, OverflowError):
+        return False
+    return True
 
 
 @contextmanager

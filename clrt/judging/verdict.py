@@ -181,7 +181,10 @@ def as_pixels(name: str, given: Any) -> np.ndarray:
     if not isinstance(given, (np.ndarray, list, tuple)) and not hasattr(given, "__array__"):
         raise ClrtError(fault("", name, given, right))
     arguments.unmasked(name, given)
-    array = np.asarray(given)
+    try:
+        array = np.asarray(given)
+    except (ValueError, TypeError):  # rows of several lengths
+        raise ClrtError(fault("", name, given, right)) from None
     if array.ndim != 3 or array.shape[2] != 3 or array.dtype.kind not in "fu" or 0 in array.shape:
         raise ClrtError(f"{name}: {array.dtype} {array.shape} is not floats or sRGB bytes of "
                         "shape (h, w, 3)")  # fmt: skip

@@ -6,14 +6,16 @@ import json
 import os
 import subprocess
 import sys
+import types
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import clrt
 from clrt.base.install import install_extra
 from clrt.cli import main
-from clrt.device import kernelcache, vendors
+from clrt.device import kernelcache, platforms, vendors
 from clrt.device.platforms import devices
 from clrt.diagnosis import doctor
 
@@ -89,6 +91,21 @@ def test_no_driver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.undo()
     code, _ = doctors(OCL_ICD_VENDORS=str(tmp_path / "missing"), CLRT_DRIVER="")
     assert code == 1
+
+
+def test_a_variable_that_leaves_no_device(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No driver that could be installed helps; what it says does."""
+    platform = types.SimpleNamespace(get_devices=list, version="OpenCL 1.2", name="none")
+    monkeypatch.setattr(platforms, "_platforms", lambda beside=True: [platform])
+    for value in ("none", ""):
+        monkeypatch.setenv("POCL_DEVICES", value)
+        with pytest.raises(clrt.DeviceError, match="though there is a platform; unset POCL_DEV") as caught:
+            clrt.Tracer(clrt.load_dict({"shapes": []}))
+        (found,) = doctor._probed({"error": str(caught.value)})
+        assert found.state == "wrong" and found.mend.startswith("unset POCL_DEVICES")
+    monkeypatch.delenv("POCL_DEVICES")
+    (found,) = doctor._probed({"error": platforms.NO_DEVICE})
+    assert found.mend == vendors.install_command()
 
 
 def test_no_driver_file_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

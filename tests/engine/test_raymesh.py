@@ -98,8 +98,19 @@ def test_coincident_faces_are_all_found_and_hits_can_be_limited():
     assert faces.tolist() == [0, 1, 2, 3] and rays.tolist() == [0] * 4
     assert ray.intersects_id(o, d, max_hits=3)[0].tolist() == [0, 1, 2]
     assert ray.intersects_id(o, d, multiple_hits=False)[0].tolist() == [0]
+    assert not len(ray.intersects_id(o, d, max_hits=0)[0])
+    assert not len(ray.intersects_id(o, d, multiple_hits=False, max_hits=0)[0])
     points, rays, faces = ray.intersects_location(o, d)
     assert points == pytest.approx(np.array([[0.2, 0.2, 0]])) and faces.tolist() == [0]
+
+
+@pytest.mark.parametrize("length", [5e-324, 1e-200, 1e-150, 1.0, 1e150, 1e200, 1.7e308])
+def test_directions_of_any_length(length: float):
+    ray = RayMeshIntersector(trimesh.creation.icosphere(subdivisions=1))
+    origin, direction = [[0.1, 0.2, 5]], [[0, 0, -length]]
+    assert ray.intersects_any(origin, direction).tolist() == [True]
+    points, _, _ = ray.intersects_location(origin, direction)
+    assert points[:, :2] == pytest.approx(np.array([[0.1, 0.2]] * 2)) and (np.diff(points[:, 2]) < -1).all()
 
 
 def test_mesh_contains_through_the_adapter():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,14 @@ def test_a_tile_that_needs_too_much_is_split_and_gives_the_same_bits(monkeypatch
 def test_a_crop_outside_the_picture_is_refused(crop: tuple[int, int, int, int]) -> None:
     with pytest.raises(clrt.ClrtError, match=r"crop: .* is not a part of the picture of 40 x 30 pixels"):
         clrt.render(clrt.load_dict(SCENE), crop=crop)
+
+
+def test_a_crop_that_is_a_huge_array_is_refused_at_once() -> None:
+    tracer = clrt.Tracer(clrt.load_dict(SCENE))
+    start = time.process_time()
+    with pytest.raises(clrt.ClrtError, match=r"crop: .* it must be 4 whole numbers"):
+        tracer.render(crop=np.broadcast_to(np.float32(1), (4, 1 << 22)))  # type: ignore[arg-type]
+    assert time.process_time() - start < 0.5
 
 
 def test_unknown_layers_are_refused_with_the_nearest_name() -> None:

@@ -133,12 +133,13 @@ def test_parts_are_ranked_weighted_and_at_most_six():
     assert (pairs[0, 1:, 1] == 0.125).all() and len({*pairs[0, :, 0].tolist()}) == RANKS
     assert pairs[1, 0].tolist() == [ids["crypto_shape"][6], 0.25] and pairs[1, 1, 1] == 0.125
     assert not pairs[1, 2:].any() and not pairs[2].any()
-    # a filter that takes from some samples: nothing is below 0 nor above 1
+    # a filter that takes from some samples: nothing is below 0, and the others together are alpha all the same
     weights = np.array([4, -1, 0, 1, 1, 1, 1, 1.0])
     found = covered(("crypto_shape", "alpha"), flat, met[:2], ids, weights)
     assert found["alpha"].tolist() == [1.0, 0.375]
     pairs = found["crypto_shape"].reshape(2, RANKS, 2)
-    assert pairs[0, 0].tolist() == [ids["crypto_shape"][0], 0.5] and (pairs[..., 1] >= 0).all()
+    assert pairs[0, 0].tolist() == [ids["crypto_shape"][0], np.float32(4 / 9)] and (pairs[..., 1] >= 0).all()
+    assert pairs[..., 1].sum(axis=1) == pytest.approx([1.0, 0.375])
     assert ids["crypto_shape"][1] not in pairs[0, :, 0]
 
 
@@ -179,5 +180,7 @@ def test_alpha_and_mattes_are_weighed_as_the_picture_is(name: str):
     exact = render64(table, layers=["alpha"]).layers["alpha"]
     off = np.abs(ours["alpha"] - exact)
     assert np.mean(off > 1e-5) <= 2e-3 and 0 <= ours["alpha"].min() <= ours["alpha"].max() <= 1
+    parts = ours["crypto_shape"][..., 1::2]
+    assert parts.min() >= 0 and parts.max() <= 1 and np.abs(parts.sum(axis=-1) - ours["alpha"]).max() < 1e-6
     part = ours["alpha"][(ours["alpha"] > 0) & (ours["alpha"] < 1)] * 16
     assert np.mean(np.abs(part - np.rint(part)) > 1e-3) > 0.5, "samples count alike"

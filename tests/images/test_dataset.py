@@ -31,6 +31,23 @@ def test_a_layer_of_a_user_s_own_has_a_name_of_its_own() -> None:
     assert made.mine.dims == ("y", "x", "channel")
 
 
+@pytest.mark.parametrize("name", ["depth", "samples", "alpha", "crypto_shape", "uv", "shape"])
+def test_a_layer_of_three_numbers_where_ours_has_others(name: str) -> None:
+    """An image takes any layer of 1 or 3 numbers a pixel."""
+    pytest.importorskip("xarray", reason="needs the optional dependency clrt[xarray]")
+    pixels = np.zeros((2, 3, 3), np.float32)
+    made = clrt.Image(pixels, {name: np.ones((2, 3, 3), np.float32), "z": pixels[..., 0]}).to_xarray()
+    assert made[name].dims == ("y", "x", f"{name} part") and float(made[name].sum()) == 18
+
+
+@pytest.mark.parametrize("name", ["pixels", "x", "y", "channel"])
+def test_a_layer_that_is_called_as_an_axis_is_refused(name: str) -> None:
+    pytest.importorskip("xarray", reason="needs the optional dependency clrt[xarray]")
+    pixels = np.zeros((2, 3, 3), np.float32)
+    with pytest.raises(clrt.ClrtError, match=rf"layers\['{name}'\]: .* give the layer another name"):
+        clrt.Image(pixels, {name: pixels[..., 0]}).to_xarray()
+
+
 def test_without_xarray_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(clrt.ClrtError, match="to_xarray: needs xarray; install it with"):

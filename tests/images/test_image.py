@@ -336,6 +336,29 @@ def test_texts_that_no_file_can_hold_are_refused(text: Any, tmp_path: Path) -> N
             Image(pixels, {text: pixels})
 
 
+@pytest.mark.parametrize("letter", ["x", "é"])
+def test_a_name_that_an_exr_would_lose_is_refused(letter: str, tmp_path: Path) -> None:
+    pixels, file = np.zeros((2, 2, 3), np.float32), tmp_path / "a.exr"
+    for most, made in (
+        (255, lambda name: Image(pixels, {name: pixels})),
+        (255, lambda name: Image(pixels, {name: pixels[..., 0]})),
+        (250, lambda name: Image(pixels, metadata={name: "held"})),
+    ):  # fmt: skip
+        name = letter * (most // len(letter.encode()))
+        again = read_image(made(name).save(file), layers="all")
+        assert name in again.layers or again.metadata[name] == "held"
+        with pytest.raises(ClrtError, match=f"too many for a name in an .exr; it takes {most}"):
+            made(f"{name}{letter}").save(file)
+        assert read_image(file).shape == (2, 2, 3)  # the old one
+
+
+@pytest.mark.parametrize("wavelengths", [(500, 500), (np.nan, 500), (np.inf, 500), (-5, 500), (0, 500)])
+def test_wavelengths_are_above_0_and_each_another(wavelengths: tuple[float, float]) -> None:
+    pixels = np.zeros((2, 2, 3), np.float32)
+    with pytest.raises(ClrtError, match="wavelengths: "):
+        Image(pixels, {"bands": np.zeros((2, 2, 2), np.float32)}, wavelengths=wavelengths)
+
+
 def test_any_other_text_is_held(tmp_path: Path) -> None:
     pixels = np.zeros((2, 2, 3), np.float32)
     image = Image(pixels, {"Höhe\u202e\x1b": pixels}, metadata={"\x1b[31m": "\u202e\n\x7f😀", "": ""})

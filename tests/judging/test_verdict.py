@@ -73,6 +73,7 @@ def test_gates_alone_decide(files: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(("arguments", "says"), [
     ((None, "array"), "a: None is not allowed; it must be a clrt.Image, an array"),
+    (([[1, 2], [3]], "array"), "a: [[1, 2], [3]] is not allowed; it must be a clrt.Image, an array"),
     (("array", 3), "b: 3 is not allowed; it must be a clrt.Image"),
     (("scene", "array"), "a: a scene; only b, what the picture should show, may be one"),
     (("toml", "array"), "scene.toml: not a picture's file (.exr, .png"),
