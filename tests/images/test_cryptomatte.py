@@ -133,7 +133,7 @@ def test_parts_are_ranked_weighted_and_at_most_six():
     assert (pairs[0, 1:, 1] == 0.125).all() and len({*pairs[0, :, 0].tolist()}) == RANKS
     assert pairs[1, 0].tolist() == [ids["crypto_shape"][6], 0.25] and pairs[1, 1, 1] == 0.125
     assert not pairs[1, 2:].any() and not pairs[2].any()
-    # a filter that takes from some samples: nothing is below 0, and the others together are alpha all the same
+    # a filter that takes from some samples: nothing is below 0, and the others together are alpha
     weights = np.array([4, -1, 0, 1, 1, 1, 1, 1.0])
     found = covered(("crypto_shape", "alpha"), flat, met[:2], ids, weights)
     assert found["alpha"].tolist() == [1.0, 0.375]
