@@ -22,7 +22,7 @@ FIGURES: Final = {
     "mean": ("mean radiance", False), "distance": ("distance", False), "ssim": ("SSIM", True),
     "psnr": ("PSNR", True), "flip": ("FLIP", False), "rays": ("rays", True), "layers": ("layers", True),
 }  # fmt: skip
-# times that light is rounded: as the scene is read, and as a hit is computed; or by us, and by an oracle
+# times that a program in float32 rounds what light depends on: as the scene is read, and as a hit is computed
 _ROUNDED: Final = 2
 _MORE_ROUNDED: Final = {"shipped rainbow": 4}
 _SIGMAS: Final = 3.0  # that a number of pixels may be above the one that is expected
@@ -78,9 +78,10 @@ def limits_of(case: Case, oracle: str) -> Limits:
     return dataclasses.replace(base, mask=_EDGES.get(case.name, base.mask))
 
 
-def times_of(case: Case) -> int:
-    """How often float32 rounds what a case's picture is made from."""
-    return _MORE_ROUNDED.get(case.name, _ROUNDED)
+def times_of(case: Case, oracle: str) -> int:
+    """How often float32 rounds what two pictures of a case are made from: ours, and that of an oracle."""
+    programs = 1 if oracle == "oracle64" else 2
+    return programs * _MORE_ROUNDED.get(case.name, _ROUNDED)
 
 
 def widened(limit: Limits, noise: Noise, times: int) -> Limits:

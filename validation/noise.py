@@ -21,7 +21,7 @@ from clrt.formats import load_dict
 from clrt.scene.scene import Scene
 
 from .compare.oracle import SIZE, Limits, compare
-from .limits import FIGURES, Noise, times_of, widened
+from .limits import FIGURES, Noise, limits_of, times_of, widened
 from .oracles import Picture64, edges64, picture64
 from .types import Case, Comparison, OracleImage
 
@@ -56,15 +56,18 @@ class Excuses:
         """What float32 moves the picture by, at the least."""
         return measured(self.scene, self.reference, self.edges, self.case.spp)
 
-    def judged(self, judge: Callable[[np.ndarray | None, Limits], Comparison], limit: Limits) -> Comparison:
-        """What `judge` says (edges to leave out, limits); tests are so made that they need no noise."""
+    def judged(
+        self, judge: Callable[[np.ndarray | None, Limits], Comparison], oracle: str
+    ) -> Comparison:
+        """What `judge` says of an oracle's picture (edges to leave out, limits); tests need no noise."""
+        limit = limits_of(self.case, oracle)
         found = judge(None, limit)
         if found.passed or found.gates[0].name == SIZE:
             return found
         found = judge(self.edges, limit)
         if found.passed or self.case.is_test:
             return found
-        return judge(self.edges, widened(limit, self.noise, times_of(self.case)))
+        return judge(self.edges, widened(limit, self.noise, times_of(self.case, oracle)))
 
 
 def moved(scene: Scene, picture: int) -> Scene:

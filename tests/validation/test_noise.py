@@ -75,6 +75,14 @@ def test_without_noise_no_limit_is_wider_by_more_than_a_few_pixels() -> None:
     assert dataclasses.replace(after, coarse=before.coarse) == before
 
 
+@pytest.mark.parametrize(("name", "oracle", "times"), [
+    (ACNE, "oracle64", 2), (ACNE, "mitsuba-table", 4), ("shipped rainbow", "oracle64", 4),
+    ("shipped rainbow", "mitsuba-spectral", 8),
+])  # fmt: skip
+def test_an_oracle_in_float32_rounds_as_often_as_we(name: str, oracle: str, times: int) -> None:
+    assert limits.times_of(cases.case_named(name), oracle) == times
+
+
 def test_no_limit_becomes_narrower() -> None:
     loose = compare.Limits(0.1, 0.1, 0.9, 10, 0.9, 0.1, 0.1, 0.9, 0.5, 0.1, 0.5, 0.5, 0.1)
     assert limits.widened(loose, silent(100), 2) == loose
@@ -106,7 +114,7 @@ def judged(excuses: Any, case: Any, scene: Scene) -> Any:
 def judged_by_itself(excuses: Any, case: Any, ours: Any) -> Any:
     """What is said of a picture in place of the kernels'."""
     judging = partial(worker.judge, ours, excuses.reference, case, "oracle64", True)
-    return excuses.judged(judging, limits.limits_of(case, "oracle64"))
+    return excuses.judged(judging, "oracle64")
 
 
 def test_noise_excuses_what_float32_cannot_do_better_and_no_fault() -> None:

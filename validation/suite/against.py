@@ -22,7 +22,6 @@ from clrt.base.errors import ClrtError, ClrtWarning
 from ..cases import case_named, matrix_cases, own_file
 from ..compare.causes import BYTE, FLOAT, Cause
 from ..compare.pictures import SceneReference, causes_between
-from ..limits import limits_of
 from ..noise import Excuses
 from ..oracles import ORACLE64, Picture64, picture64, scene_of
 from ..scenes import terms, views
@@ -87,7 +86,7 @@ def _judge(task: Task) -> Judged:
     theirs, wanted = alike(rendered, reference, task.program, eight)
     excuses = Excuses(case, scene, reference)
     judging = partial(compared, theirs, wanted, case, eight)
-    comparison = excuses.judged(judging, limits_of(case, "mitsuba-table"))
+    comparison = excuses.judged(judging, "mitsuba-table")
     causes: tuple[Cause, ...] = ()
     if not comparison.passed:
         again = SceneReference(scene, case.width, case.height, task.device)

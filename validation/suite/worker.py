@@ -24,7 +24,6 @@ from ..cases import case_named, own_file
 from ..compare.causes import Cause
 from ..compare.oracle import Limits, compare, gate, statistical
 from ..coverage import PROGRAM
-from ..limits import limits_of
 from ..noise import Excuses
 from ..oracle_mitsuba import MitsubaError
 from ..oracle_povray import client as povray
@@ -110,7 +109,7 @@ def run_case(task: Task) -> CaseResult:
             unproven[oracle] = reason or ""
             continue
         judging = partial(judge, ours, picture, case, oracle, additive)
-        comparison = excuses.judged(judging, limits_of(case, oracle))
+        comparison = excuses.judged(judging, oracle)
         if tripped:
             wrong = gate("tripwire", 1.0, 0.0, "low", tripped)
             comparison = dataclasses.replace(comparison, gates=(*comparison.gates, wrong))
@@ -159,7 +158,7 @@ def beside(program: Program, excuses: Excuses, ours: OracleImage,
     eight = program.integer and is_of_bytes(rendered.pixels)
     theirs, mine = alike(rendered, ours, program, eight)
     judging = partial(compared, mine, theirs, case, eight)
-    results[name] = theirs, excuses.judged(judging, limits_of(case, "mitsuba-table"))
+    results[name] = theirs, excuses.judged(judging, "mitsuba-table")
 
 
 def seen(scene: Scene, wanted: int | str | None) -> tuple[OracleImage, str]:
