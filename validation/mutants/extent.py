@@ -44,6 +44,8 @@ _LIGHT: Final = (
            ("disk and sphere",), DIFFUSE),
     Mutant("surfaces of lights stop no feeler", "kernels/walk.clh", "if (SURFACES_OF(world.scene)) offer",
            "if (SURFACES_OF(world.scene) && !any) offer", ("lights seen from all sides",), DIFFUSE),
+    Mutant("a light shades itself in a shaft", "kernels/shaft.clh", "if (number == own) continue;", "",
+           ("lights that are seen",), DIFFUSE),
     Mutant("surfaces of lights in a shaft stop no feeler", "kernels/shaft.clh",
            "unbounded = world->scene->unbounded, surfaces = SURFACES_OF(world->scene);",
            "unbounded = world->scene->unbounded, surfaces = 0;", ("lights that are seen",), DIFFUSE),

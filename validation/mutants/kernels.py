@@ -158,7 +158,7 @@ _LIGHT: Final = (
     Mutant("ambient rays of a hit see the same points", "kernels/ambient.cl", "combine(key, k) & ~(uint)",
            "key & ~(uint)", ("lights with extent and ambient rays",), GATHERED),
     Mutant("a light shades itself", "kernels/walk.clh", "best->primitive = select(best->primitive, "
-           "before.primitive, own == i);", "", ("lights that are seen",), DIFFUSE),
+           "before.primitive, own == i);", "", ("lights seen from all sides",), DIFFUSE),
     Mutant("lights seen from behind", "kernels/light.cl",
            "material->light == 2 ? (intP)(0) : (s.code & SURFACE_INSIDE) != 0", "(intP)(0)",
            ("lights seen from all sides",), EMISSION),
