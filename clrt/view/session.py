@@ -18,8 +18,8 @@ from clrt.base import arguments
 from clrt.base.errors import ClrtError, SceneError, legible, show
 from clrt.base.layers import LAYERS, Spectral, comes_from, find
 from clrt.base.places import At
-from clrt.base.records import table_of
 from clrt.scene.camera import Camera
+from clrt.scene.edit import kept
 from clrt.scene.scene import Scene, read_camera
 from clrt.view.knobs import checked, knobs
 from clrt.view.pixel import told
@@ -110,7 +110,7 @@ class Session:
                 raise ClrtError(
                     f"camera: {show(name)} cannot be changed here; it can be {', '.join(_CAMERA)}"
                 )
-        camera = read_camera({**table_of(self.camera), **given}, At(self.scene.source))
+        camera = read_camera({**kept(self.camera, Camera, given), **given}, At(self.scene.source))
         assert camera is not None
         return scene, camera
 

@@ -183,6 +183,12 @@ def test_parts_of_what_is_no_list_and_no_table(scene: clrt.Scene, top: str, whol
         scene.replace({top: whole, f"{top}[0]": None})
 
 
+@pytest.mark.parametrize("whole", [5, "abc", [1], None])
+def test_parts_of_what_is_no_camera(scene: clrt.Scene, whole: Any) -> None:
+    with pytest.raises(clrt.SceneError, match=r"base.toml: camera: .*('fov'|give it whole)"):
+        scene.replace({"camera": whole, "camera.fov": 30})
+
+
 def test_what_is_given_stays_as_it_is(scene: clrt.Scene) -> None:
     light = {"type": "point", "position": [0, 1, 0]}
     for told in ([light], (light,)):
