@@ -20,7 +20,7 @@ from clrt.base.layers import LAYERS, Spectral, comes_from, find
 from clrt.base.places import At
 from clrt.scene.camera import Camera
 from clrt.scene.edit import kept
-from clrt.scene.scene import Scene, read_camera
+from clrt.scene.scene import Scene, previewed, read_camera
 from clrt.view.knobs import checked, knobs
 from clrt.view.pixel import told
 
@@ -88,6 +88,7 @@ class Session:
         return {
             "title": legible(scene.source or "scene"), "size": [camera.width, camera.height],
             "spp": int(camera.spp) if isinstance(camera.spp, int) else 1,
+            "adaptive": scene.adaptive is not None,
             "camera": state | {"focus": camera.in_focus}, "mirror": camera.mirror,
             "layers": [{"group": group, "names": held} for group, held in names.items()],
             "knobs": [
@@ -149,7 +150,7 @@ class Session:
         with self._lock:
             look(0, 1, 0)
             scene, camera = self.shown(body)
-            self.tracer.update(scene)
+            self.tracer.update(previewed(scene, size[2]))
             layers = () if layer == "image" else (layer,)
             image = self.tracer.render(*size, layers=layers, progress=look, camera=camera)
         return (image.layer(layer) if layers else image), layer
@@ -164,7 +165,7 @@ class Session:
         size = self._size(body)
         with self._lock:
             scene, camera = self.shown(body)
-            self.tracer.update(scene)
+            self.tracer.update(previewed(scene, size[2]))
             tree = self.tracer.explain(x, y, *size, camera=camera)
         table = told(tree)
         try:

@@ -79,6 +79,25 @@ def test_cameras_by_pose_and_k_are_looked_at(view: dict[str, Any]) -> None:
     assert clrt.load_dict(tomllib.loads(saved.decode())).camera == wide
 
 
+@pytest.mark.parametrize(("spp", "most"), [(9, 36), (1, 4), (4, 64)])
+def test_adaptive_scenes_are_looked_at_with_any_number_of_samples(spp: int, most: int) -> None:
+    """Those of the scene's own number are its own pictures, all others are even."""
+    table = {**SCENE, "camera": {**SCENE["camera"], "spp": spp}}
+    plain = clrt.load_dict(table)
+    own = plain.replace({"adaptive": {"spp": most}})
+    tracer = clrt.Tracer(own)
+    assert "<img" in tracer._repr_html_() and tracer.scene is own
+    session, even = Session(clrt.Tracer(own)), clrt.Tracer(plain)
+    assert session.answer("open", {})[0]["adaptive"] and not Session(even).answer("open", {})[0]["adaptive"]
+    for asked in (1, 4, 9, 16):
+        right = (tracer if asked == spp else even).render(spp=asked).pixels
+        assert session.answer("frame", {**FRAME, "spp": asked})[1] == half(right)
+        pixel, _ = session.answer("pixel", {**FRAME, "spp": asked, "x": 16, "y": 11})
+        assert pixel["value"] == right[11, 16].tolist()
+    saved = session.answer("save", {"what": "scene"})[1]
+    assert clrt.load_dict(tomllib.loads(saved.decode())).adaptive == own.adaptive
+
+
 def test_what_a_screen_shows_is_what_a_file_holds() -> None:
     """float16 moves a byte by at most one, in few pixels."""
     pixels = clrt.Tracer(scene()).render(spp=1).pixels
