@@ -71,6 +71,22 @@ CHANGES: dict[str, tuple[dict[str, Any], Any]] = {
         {"shapes[2].vertices": np.eye(4)[:, :3], "shapes[2].faces": [[0, 1, 2], [1, 2, 3]]},
         lambda t: t["shapes"][2].update(vertices=np.eye(4)[:, :3].tolist(), faces=[[0, 1, 2], [1, 2, 3]]),
     ),
+    "another shape for a mesh": (
+        {"shapes[2]": {"type": "sphere", "center": [0, 0, 0], "radius": 1}},
+        lambda t: t["shapes"].__setitem__(2, {"type": "sphere", "center": [0, 0, 0], "radius": 1}),
+    ),
+    "another mesh": (
+        {"shapes[2]": {"type": "mesh", "vertices": np.eye(3), "faces": [[2, 1, 0]]}},
+        lambda t: t["shapes"].__setitem__(
+            2, {"type": "mesh", "vertices": np.eye(3).tolist(), "faces": [[2, 1, 0]]}
+        ),
+    ),
+    "a mesh for another shape": (
+        {"shapes.ball": {"type": "mesh", "vertices": np.eye(3), "faces": [[2, 1, 0]]}},
+        lambda t: t["shapes"].__setitem__(
+            0, {"type": "mesh", "vertices": np.eye(3).tolist(), "faces": [[2, 1, 0]]}
+        ),
+    ),
     "one corner": ({"shapes[2].vertices[1]": [2, 0, 0]},
                    lambda t: t["shapes"][2].update(vertices=[[0, 0, 0], [2, 0, 0], [0, 1, 0]])),
     "transform": (
@@ -116,6 +132,10 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "empty": ({"": 3}, "'' names no place"),
     "vertices": ({"shapes[2].vertices": np.zeros((4, 3))}, "4 in place of 3; give as many, or faces as well"),
     "faces": ({"shapes[2].faces": [[0, 1, 3]]}, "shapes[2].faces[0][2]: 3 is not allowed"),
+    "a mesh's new kind": ({"shapes[2]": {"type": "box", "min": [0, 0, 0]}}, "the key 'max' is missing"),
+    "unknown kind": ({"shapes[2].type": "mash"}, "shapes[2].type: 'mash' is not allowed; a shape is one of"),
+    "no kind": ({"shapes[2]": {"vertices": np.eye(3), "faces": [[0, 1, 2]]}}, "the key 'type' is missing"),
+    "kinds": ({"shapes[2]": {"type": np.zeros(2)}}, "shapes[2].type: "),
     "unknown material": ({"shapes[0].material": "rad"}, "did you mean 'red'?"),
     "checker": ({"shapes[3].material": "my.tiles"}, "a checker is for spheres, planes, polygons and disks"),
     "checker for all": ({"materials.red.color": {"type": "checker", "colors": [0, 1], "size": 1},
