@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import clrt
 from clrt.formats.native import with_values
+from clrt.scene.scene import previewed
 
 BASE: dict[str, Any] = {
     "max_depth": 3,
@@ -230,6 +231,9 @@ def test_samples_go_together_as_in_a_file(scene: clrt.Scene, tmp_path: Path) -> 
     with pytest.raises(clrt.SceneError, match=r"^base.toml: adaptive: conformance counts the rays"):
         adaptive.replace({"conformance": "spd"})
     assert adaptive.replace({"max_depth": 2, "camera.fov": 20, "adaptive.spp": 144}).max_depth == 2
+    assert previewed(adaptive, 9) is adaptive and previewed(scene, 4) is scene
+    even = previewed(adaptive, 4)
+    assert even.adaptive is None and even.shapes is adaptive.shapes
     # clrt render --spp 9 --adaptive 36
     asked = with_values(scene, [("adaptive", "{spp = 36}")]).override(spp=9)
     assert asked.camera and asked.adaptive and (asked.camera.spp, asked.adaptive.spp) == (9, 36)
