@@ -14,8 +14,11 @@ import numpy as np
 from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, fault, show
+from clrt.base.places import At
+from clrt.base.records import read
 from clrt.flatten.mesh import unit
-from clrt.scene.camera import Camera
+from clrt.scene.camera import Camera, resized
+from clrt.scene.edit import kept
 
 MOST: Final = 1 << 20  # cameras of a path: eleven hours of a video
 
@@ -24,7 +27,7 @@ MOST: Final = 1 << 20  # cameras of a path: eleven hours of a video
 def turntable(camera: Camera, frames: int) -> list[Camera]:
     """Cameras on a circle about the target and its `up`: `frames` (1 to 2^20), the given one first."""
     frames = arguments.whole("frames", frames, 1, MOST)
-    camera = arguments.instance("camera", camera, Camera).upright()
+    camera = _checked("camera", camera)
     if camera.has_pose:
         raise ClrtError("camera: one with a pose has no target to go around; give origin and target")
     assert camera.up is not None
@@ -48,15 +51,17 @@ def camera_path(
 
     Origin, target and up follow a Catmull-Rom spline (Catmull and Rom 1974), whose speed has no steps; fov,
     size, near, aperture, shift and the distance in focus (where a key states `focus`) are interpolated
-    linearly, or K where one of them states it; all else is the first key's. closed: the path leads back to
-    the first key, which comes once. times: when the path is at each key, in any unit, growing; for a closed
-    path one more, when it is back. None: equal times. ClrtError for arguments of another kind, and for keys
-    whose type, fov_axis (without K) or mirror differ: nothing lies between.
+    linearly, or K where one of them states it; all else is the first key's. Keys of other picture sizes see
+    in the first one's what they see in theirs: K and shift are taken to its pixels. closed: the path leads
+    back to the first key, which comes once. times: when the path is at each key, in any unit, growing; for a
+    closed path one more, when it is back. None: equal times. ClrtError for arguments of another kind, and for
+    keys whose type, fov_axis (without K) or mirror differ: nothing lies between.
     """
     frames = arguments.whole("frames", frames, 2, MOST)
     if not isinstance(keys, (list, tuple)) or len(keys) < 2:
         raise ClrtError(fault("", "keys", keys, "it must be a list of 2 cameras or more"))
-    views = [arguments.instance(f"keys[{i}]", key, Camera).upright() for i, key in enumerate(keys)]
+    given = [_checked(f"keys[{i}]", key) for i, key in enumerate(keys)]
+    views = [_sized(view, given[0].width, given[0].height) for view in given]
     by_k = any(view.has_k for view in views)
     for name in ("type", "mirror") if by_k else ("type", "mirror", "fov_axis"):
         _check_alike(views, name)
@@ -81,6 +86,10 @@ def camera_path(
             more = {"up": more["up"], "K": tuple(map(tuple, k.tolist()))}
         cameras.append(_moved(views[0], origin, target, **more, **_lens(views, start, end, t)))
     return cameras
+
+
+def _checked(name: str, camera: object) -> Camera:
+    return read(Camera, arguments.instance(name, camera, Camera), At(path=name)).upright()
 
 
 def _knots(times: object, count: int) -> list[float]:
@@ -123,9 +132,20 @@ def _check_alike(views: Sequence[Camera], name: str) -> None:
             raise ClrtError(fault("", f"keys[{number}].{name}", getattr(view, name), right))
 
 
+def _sized(view: Camera, width: int, height: int) -> Camera:
+    """The same view in a picture of another size."""
+    if (view.width, view.height) == (width, height):
+        return view
+    (x, y), k = view.shift, resized(view, width, height) if view.has_k else None
+    shift = x * width / view.width, y * height / view.height
+    return msgspec.structs.replace(view, width=width, height=height, shift=shift, K=k)
+
+
 def _k_of(view: Camera) -> np.ndarray:
-    assert view.K is not None  # all are perspective, since one of them states it
-    return np.array(view.K, np.float64)
+    """What it states, or what follows from its angle alone: `shift` is a number of its own."""
+    plain = msgspec.structs.replace(view, shift=(0.0, 0.0))
+    assert plain.K is not None  # all are perspective, since one of them states it
+    return np.array(plain.K, np.float64)
 
 
 def _neighbour(number: int, count: int, closed: bool) -> int:
@@ -159,5 +179,5 @@ def _spline(points: np.ndarray, spans: tuple[float, float], t: float) -> np.ndar
 
 
 def _moved(camera: Camera, origin: np.ndarray, target: np.ndarray, **changes: Any) -> Camera:
-    places = {"origin": tuple(origin.tolist()), "target": tuple(target.tolist()), "pose": None}
-    return msgspec.structs.replace(camera, **places, **changes)
+    changes |= {"origin": tuple(origin.tolist()), "target": tuple(target.tolist())}
+    return Camera(**kept(camera, Camera, changes) | changes)

@@ -21,7 +21,7 @@ def shown(tracer: Tracer) -> str:
     camera = tracer.scene.camera
     if camera is not None:
         try:
-            picture = tracer.render(width=min(_WIDE, camera.width), spp=1)
+            picture = tracer._preview(min(_WIDE, camera.width))
         except ClrtError as error:
             SubElement(top, "p").text = f"no picture: {error}"
         else:

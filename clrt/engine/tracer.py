@@ -40,7 +40,7 @@ from clrt.images.image import Image
 from clrt.layout import ceilings
 from clrt.raytree.tree import RayTree
 from clrt.scene.camera import Camera
-from clrt.scene.scene import Document, Scene
+from clrt.scene.scene import Document, Scene, previewed
 
 # fields of a scene that say nothing of what is on the device
 _ASIDE = ("version", "camera", "max_depth", "adaptive")
@@ -171,6 +171,16 @@ class Tracer:
     def settings(self, other: object) -> None:
         text = "the device was set up with these; for others make Tracer(scene, settings=...)"
         raise ClrtError(f"tracer.settings: {text}")
+
+    @_one_at_a_time
+    def _preview(self, width: int) -> Image:
+        """A picture of one sample a pixel, also of a scene whose `adaptive` goes with others."""
+        scene = self._scene
+        self._scene = previewed(scene, 1)
+        try:
+            return self.render(width, spp=1)
+        finally:
+            self._scene = scene
 
     def _repr_html_(self) -> str:
         """What notebooks show: a small picture, what is in the scene, and where it is computed."""

@@ -24,7 +24,7 @@ from clrt.base.places import At, known_keys
 from clrt.base.records import read
 from clrt.formats.native import load_other
 from clrt.scene.camera import Camera
-from clrt.scene.edit import fields_of
+from clrt.scene.edit import kept
 
 MOVES: Final = ("origin", "target", "up", "pose", "fov", "K", "size", "near", "aperture", "focus", "shift")
 """Fields of a camera that a keyframe may say: all that change along a path."""
@@ -74,10 +74,7 @@ def _camera(key: Any, base: Camera | None, at: At) -> Camera:
         raise at.error(key, "a keyframe must be a table")
     known_keys(key, ("time", *MOVES), at)
     said = {name: value for name, value in key.items() if name != "time"}
-    others = {other for name in said for other in Camera.instead_of(name)}
-    rest = {} if base is None else fields_of(base)
-    rest = {name: value for name, value in rest.items() if value is not None and name not in others}
-    return read(Camera, rest | said, at).upright()
+    return read(Camera, kept(base, Camera, said) | said, at).upright()
 
 
 def _times(table: Mapping[str, Any], keys: list[Any], at: At) -> tuple[float, ...] | None:

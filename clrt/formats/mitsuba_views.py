@@ -11,6 +11,7 @@ from clrt.base.errors import fault
 from clrt.formats.mitsuba_file import Context
 from clrt.formats.mitsuba_values import Array, Plugin, looks, times
 from clrt.formats.xml_tree import unknown
+from clrt.scene.pinhole import ahead
 
 Table = dict[str, Any]
 MOST_SAMPLES: Final = 16
@@ -78,13 +79,23 @@ def _place(plugin: Plugin) -> Table:
         told = zip(("origin", "target", "up"), looks(element.children[0]), strict=True)
         return {key: list(value) for key, value in told}
     matrix = plugin.to_world()
-    origin, forward, up = matrix[:3, 3], matrix[:3, 2], matrix[:3, 1]
-    lengths = np.linalg.norm(forward), np.linalg.norm(up)
-    if 0.0 in lengths:
-        raise plugin.element.says("to_world must not flatten space")
-    target = origin + forward / lengths[0]
+    origin, target, up = matrix[:3, 3], _target(plugin), _unit(plugin, 1)
     mirror = {"mirror": True} if np.linalg.det(matrix[:3, :3]) < 0 else {}
     return {"origin": origin.tolist(), "target": target.tolist(), "up": up.tolist()} | mirror
+
+
+def _target(plugin: Plugin) -> Array:
+    """What lies ahead of a plugin that looks along its z axis."""
+    return ahead(plugin.to_world()[:3, 3], _unit(plugin, 2))
+
+
+def _unit(plugin: Plugin, axis: int) -> Array:
+    """An axis of to_world, of length 1."""
+    way: Array = plugin.to_world()[:3, axis]
+    length = np.linalg.norm(way)
+    if not 0.0 < length < math.inf:
+        raise plugin.element.says("to_world must not flatten space")
+    return way / length
 
 
 def _angle(plugin: Plugin, width: int, height: int) -> Table:
@@ -180,7 +191,7 @@ def _point(plugin: Plugin) -> Table:
 
 
 def _directional(plugin: Plugin) -> Table:
-    way = plugin.vector("direction", tuple(plugin.to_world()[:3, 2].tolist()))
+    way = plugin.vector("direction", tuple(_unit(plugin, 2).tolist()))
     return {"type": "directional", "direction": list(way),
             "intensity": times(plugin.color("irradiance", 1.0), 1 / math.pi)}  # fmt: skip
 
@@ -194,7 +205,7 @@ def _spot(plugin: Plugin) -> Table:
         raise plugin.element.says(fault("", "cutoff_angle", angle, text))
     return {
         "type": "spot", "position": matrix[:3, 3].tolist(),
-        "target": (matrix[:3, 3] + matrix[:3, 2]).tolist(),
+        "target": _target(plugin).tolist(),
         "intensity": times(plugin.color("intensity", 1.0), 1 / math.pi), "angle": angle,
         "penumbra": 1 - inner / angle, "falloff": "inverse-square",
     }  # fmt: skip

@@ -28,10 +28,14 @@ _LISTS: Final = ("vertex_index", "vertex_indices")  # of a PLY's faces, in trime
 
 
 class Outlines:
-    """Cuts the concave faces of one file; `left_over`: what stays as it was, and what to do."""
+    """Cuts the concave faces of one file; `left_over`: what stays as it was, and what to do.
 
-    def __init__(self) -> None:
+    instead: clips ears where mapbox_earcut is not installed.
+    """
+
+    def __init__(self, instead: Ears | None = None) -> None:
         self.left_over: dict[str, None] = {}
+        self._instead = instead
         self._cost = 0
 
     def obj(self, data: bytes) -> bytes:
@@ -127,6 +131,8 @@ class Outlines:
         try:
             from mapbox_earcut import triangulate_float64
         except ImportError:
+            if self._instead is not None:
+                return self._instead
             text = "concave faces of more than 4 corners are cut about one corner and cover too much"
             self._leave(text, f"install mapbox-earcut with: {pip_install('mapbox-earcut')}")
             return None

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import numpy as np
 
+from clrt.meshfiles.outlines import Outlines
+from clrt.raytree.ears import clipped
 from clrt.scene.mesh import Mesh
 from clrt.scene.shapes import (
     Box,
@@ -104,7 +106,7 @@ def _plane(shape: Any, low: np.ndarray, high: np.ndarray) -> Triangles:
 
 def _polygon(shape: Any, low: np.ndarray, high: np.ndarray) -> Triangles:
     points = np.asarray(shape.points, float)
-    return points, _ears(points, range(len(points)))
+    return points, _triangulated(points, [np.arange(len(points))])
 
 
 def _box(shape: Any, low: np.ndarray, high: np.ndarray) -> Triangles:
@@ -116,35 +118,23 @@ def _mesh(shape: Any, low: np.ndarray, high: np.ndarray) -> Triangles:
     data = shape.data()
     if isinstance(data.faces, np.ndarray) and data.faces.shape[1:] == (3,):
         return data.vertices, data.faces
-    parts = [_ears(data.vertices[face], face) for face in map(np.asarray, data.faces)]
-    return data.vertices, np.concatenate(parts)
+    return data.vertices, _triangulated(data.vertices, data.faces)
 
 
-def _ears(points: np.ndarray, numbers: Any) -> np.ndarray:
-    """Triangles of a polygon (n, 3) whose corners have these numbers, ear after ear; where none is, a fan."""
-    normal = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
-    left, found = list(range(len(points))), []
-    numbers = list(map(int, numbers))
-    while len(left) > 3:
-        for k in range(len(left)):
-            a, b, c = left[k - 1], left[k], left[(k + 1) % len(left)]
-            others = points[[i for i in left if i not in (a, b, c)]]
-            if _is_ear(points[[a, b, c]], normal, others):
-                break
-        else:
-            k, (a, b, c) = 1, left[:3]
-        found.append((numbers[a], numbers[b], numbers[c]))
-        del left[k]
-    return np.array([*found, tuple(numbers[i] for i in left)])
-
-
-def _is_ear(corner: np.ndarray, normal: np.ndarray, others: np.ndarray) -> bool:
-    """Whether a corner turns the polygon's way, and none of the others lies in its triangle."""
-    sides = np.roll(corner, -1, axis=0) - corner
-    if np.dot(np.cross(sides[0], sides[1]), normal) <= 0:
-        return False
-    to = others[:, None] - corner
-    return not bool(((np.cross(sides, to) @ normal) >= 0).all(axis=1).any())
+def _triangulated(vertices: np.ndarray, faces: Sequence[np.ndarray]) -> np.ndarray:
+    """Triangles (m, 3) of faces of 3 or more corners: fans, and others where these would cover too much."""
+    outlines, found = Outlines(clipped), []
+    sizes = np.fromiter(map(len, faces), np.int64, len(faces))
+    for size in np.unique(sizes):
+        corners = np.array([faces[int(k)] for k in np.flatnonzero(sizes == size)])
+        middle = np.arange(1, size - 1)
+        fan = np.stack([np.zeros_like(middle), middle, middle + 1], axis=1)
+        cuts = np.broadcast_to(fan, (len(corners), *fan.shape)).copy()
+        if size > 3:
+            rows, better = outlines.cut(vertices, corners)
+            cuts[rows] = better
+        found.append(corners[np.arange(len(corners))[:, None, None], cuts].reshape(-1, 3))
+    return np.concatenate(found)
 
 
 def _quadric(shape: Any, low: np.ndarray, high: np.ndarray) -> Triangles:

@@ -47,7 +47,7 @@ def edited_shapes(scene: Scene, draft: Draft, materials: Mapping[str, Material],
     for index in numbers:
         place, before = at.item(index), scene.shapes[index]
         new = shapes[index]
-        if isinstance(before, Mesh) and isinstance(new, Mapping):
+        if isinstance(before, Mesh) and isinstance(new, Mapping) and _is_mesh(new.get("type")):
             shapes[index] = edited_mesh(before, new, place, scene.folder, scene.limits)
         else:
             shapes[index] = scene._read_shape(new, place, Meshes())
@@ -57,3 +57,7 @@ def edited_shapes(scene: Scene, draft: Draft, materials: Mapping[str, Material],
     vertices = sum(len(shape.data().vertices) for shape in shapes if isinstance(shape, Mesh))
     scene.limits.check("vertices", vertices, at.source, at.path)
     return tuple(shapes)
+
+
+def _is_mesh(kind: object) -> bool:
+    return isinstance(kind, str) and kind == "mesh"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -41,12 +41,9 @@ class Draft:
                 self._edit_one_of(str(top), old, rest, value, at.key(str(top)))
             else:
                 record = getattr(scene, str(top))
-                if isinstance(record, Record):
-                    others = record.instead_of(str(rest[0]))
-                    old = fields_of(old) if isinstance(old, Record) else old
+                if isinstance(record, Record) and isinstance(old, (Record, Mapping)):
                     known_keys({rest[0]: None}, record.__struct_fields__, at.key(str(top)))
-                    gone = {name for name in old if name in others or old[name] is None}
-                    old = {name: item for name, item in old.items() if name not in gone}
+                    old = kept(old, type(record), (str(rest[0]),))
                 self.values[str(top)] = _changed(old, rest, value, at.key(str(top)))
 
     def _edit_one_of(self, top: str, old: Any, steps: Sequence[Step], value: Any, at: At) -> None:
@@ -115,6 +112,15 @@ def fields_of(record: Record) -> dict[str, Any]:
     """A record as the table that it could be read from, its values as they are."""
     table = {"type": record.type} if record.__struct_config__.tag else {}
     return table | {name: record.stated(name) for name in record.__struct_fields__}
+
+
+def kept(old: Record | Mapping[str, Any] | None, kind: type[Record], said: Iterable[str]) -> dict[str, Any]:
+    """What a record of this kind, or its table, still states where the fields `said` are stated anew."""
+    if old is None:
+        return {}
+    table = fields_of(old) if isinstance(old, Record) else old
+    others = {other for name in said for other in kind.instead_of(name)}
+    return {name: value for name, value in table.items() if value is not None and name not in others}
 
 
 def _named(shapes: Sequence[Any], name: str, at: At) -> int:

@@ -264,7 +264,7 @@ def _keep(mesh: Mesh, path: Path, arrays: Arrays, at: At) -> None:
 def edited_mesh(before: Mesh, table: Mapping[str, Any], at: At, folder: Path | None, limits: Limits) -> Mesh:
     """The checked mesh of a table made of `before`; arrays that are still its own are not read again."""
     own = [name for name in (*_ARRAYS, *_OF_FILE) if table.get(name) is getattr(before, name)]
-    if table.get("type") == "mesh" and len(own) == len(_ARRAYS) + len(_OF_FILE):
+    if len(own) == len(_ARRAYS) + len(_OF_FILE):
         rest = {name: value for name, value in table.items() if name not in _ARRAYS}
         mesh = msgspec.structs.replace(read(Mesh, rest, at), **{name: table[name] for name in _ARRAYS})
         mesh.__dict__.update(before.__dict__)

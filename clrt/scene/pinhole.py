@@ -31,10 +31,13 @@ _WIDEST: Final = 1e6  # half a picture over its focal length, and the inverse of
 
 def view_of(pose: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Origin, target and up (3,) of a camera with this pose."""
-    origin, forward = pose[:3, 3], pose[:3, 2]
-    # far out, float32 parts the target from the origin only where it is far as well
-    reach = max(1.0, 2.0 ** (math.frexp(np.abs(origin).max())[1] - 20))
-    return origin, origin + reach * forward, -pose[:3, 1]
+    origin = pose[:3, 3]
+    return origin, ahead(origin, pose[:3, 2]), -pose[:3, 1]
+
+
+def ahead(origin: np.ndarray, forward: np.ndarray) -> np.ndarray:
+    """A target (3,) in a direction of length 1: at 1, or as far as float32 parts it from a far origin."""
+    return origin + max(1.0, 2.0 ** (math.frexp(np.abs(origin).max())[1] - 20)) * forward
 
 
 def pose_of(origin: Any, target: Any, up: Any, mirror: bool) -> np.ndarray:

@@ -344,6 +344,13 @@ def edited(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     return scene._edited(changes)
 
 
+def previewed(scene: Scene, spp: int) -> Scene:
+    """The scene to be looked at with `spp` samples a pixel: `adaptive` goes with its own number alone."""
+    if scene.adaptive is None or (scene.camera is not None and scene.camera.spp == spp):
+        return scene
+    return edited(scene, {"adaptive": None})
+
+
 def read_camera(data: object, at: At) -> Camera | None:
     """The checked camera that `data`, a table or a Camera, describes; None for None."""
     return None if data is None else read(Camera, data, at.key("camera")).upright()

@@ -18,9 +18,9 @@ from clrt.base import arguments
 from clrt.base.errors import ClrtError, SceneError, legible, show
 from clrt.base.layers import LAYERS, Spectral, comes_from, find
 from clrt.base.places import At
-from clrt.base.records import table_of
 from clrt.scene.camera import Camera
-from clrt.scene.scene import Scene, read_camera
+from clrt.scene.edit import kept
+from clrt.scene.scene import Scene, previewed, read_camera
 from clrt.view.knobs import checked, knobs
 from clrt.view.pixel import told
 
@@ -88,6 +88,7 @@ class Session:
         return {
             "title": legible(scene.source or "scene"), "size": [camera.width, camera.height],
             "spp": int(camera.spp) if isinstance(camera.spp, int) else 1,
+            "adaptive": scene.adaptive is not None,
             "camera": state | {"focus": camera.in_focus}, "mirror": camera.mirror,
             "layers": [{"group": group, "names": held} for group, held in names.items()],
             "knobs": [
@@ -110,7 +111,7 @@ class Session:
                 raise ClrtError(
                     f"camera: {show(name)} cannot be changed here; it can be {', '.join(_CAMERA)}"
                 )
-        camera = read_camera({**table_of(self.camera), **given}, At(self.scene.source))
+        camera = read_camera({**kept(self.camera, Camera, given), **given}, At(self.scene.source))
         assert camera is not None
         return scene, camera
 
@@ -149,7 +150,7 @@ class Session:
         with self._lock:
             look(0, 1, 0)
             scene, camera = self.shown(body)
-            self.tracer.update(scene)
+            self.tracer.update(previewed(scene, size[2]))
             layers = () if layer == "image" else (layer,)
             image = self.tracer.render(*size, layers=layers, progress=look, camera=camera)
         return (image.layer(layer) if layers else image), layer
@@ -164,7 +165,7 @@ class Session:
         size = self._size(body)
         with self._lock:
             scene, camera = self.shown(body)
-            self.tracer.update(scene)
+            self.tracer.update(previewed(scene, size[2]))
             tree = self.tracer.explain(x, y, *size, camera=camera)
         table = told(tree)
         try:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.base.places import At
 from clrt.base.resources import kernel_folder
 
 SCENE: dict[str, Any] = {
@@ -109,10 +110,41 @@ def test_a_path_is_at_its_keys_when_they_say() -> None:
 def test_a_path_has_the_k_that_any_of_its_keys_states() -> None:
     """That of a later key was lost, with its middle and its two scales, where the first stated none."""
     plain = clrt.Camera(origin=(0, 0, 3), target=(0, 0, 0), fov=20, width=64, height=48)
-    other = msgspec.structs.replace(plain, K=((40, 0, 20), (0, 30, 24), (0, 0, 1)))
+    other = msgspec.structs.replace(plain, fov=45.0, K=((40, 0, 20), (0, 30, 24), (0, 0, 1)))
     first, last = np.array(plain.upright().K), np.array(other.upright().K)
     path = np.array([camera.K for camera in clrt.camera_path([plain, other], 3)])
     assert path == pytest.approx(np.array([first, (first + last) / 2, last]))
+
+
+PLACED: dict[str, Any] = {"origin": (0.0, 0.0, 3.0), "target": (0.0, 0.0, 0.0)}
+SMALL: dict[str, Any] = {**PLACED, "width": 64, "height": 48}
+LARGE: dict[str, Any] = {**PLACED, "width": 128, "height": 96}
+
+
+@pytest.mark.parametrize(
+    ("one", "same"),
+    [
+        (clrt.Camera(**SMALL, K=((70, 0, 30), (0, 60, 24), (0, 0, 1)), shift=(1, 2)),
+         clrt.Camera(**LARGE, K=((140, 0, 60), (0, 120, 48), (0, 0, 1)), shift=(2, 4))),
+        (clrt.Camera(**SMALL, fov=30, shift=(5, -3)), clrt.Camera(**LARGE, fov=30, shift=(10, -6))),
+        (clrt.Camera(**SMALL, fov=90, fov_axis="vertical", shift=(1, 2)),
+         clrt.Camera(**LARGE, K=((48, 0, 64), (0, 48, 48), (0, 0, 1)), shift=(2, 4))),
+        (clrt.Camera(**SMALL, fov=90, shift=(1, 2)),
+         clrt.Camera(**LARGE, K=((64, 0, 62), (0, 64, 44), (0, 0, 1)))),
+        (clrt.Camera(**SMALL, type="orthographic", size=3, shift=(1, 2)),
+         clrt.Camera(**LARGE, type="orthographic", size=3, shift=(2, 4))),
+    ],
+)  # fmt: skip
+def test_one_view_in_two_sizes_is_one_view(one: clrt.Camera, same: clrt.Camera) -> None:
+    """By K, or with a shift, the second was another one; an angle beside K, or a shift twice, no camera."""
+    for first, last in ((one, same), (same, one)):
+        wide, high = first.width, first.height
+        right = first.half_extents(wide, high), first.offset(wide, high)
+        for camera in clrt.camera_path([first, last], 4):
+            camera.check(At())
+            assert (camera.width, camera.height) == (wide, high)
+            found = camera.half_extents(wide, high), camera.offset(wide, high)
+            assert np.allclose(found, right, rtol=1e-12), (camera, right)
 
 
 @pytest.mark.parametrize(
@@ -142,6 +174,11 @@ def test_the_lens_of_a_path_changes_between_its_keys() -> None:
         lambda camera: clrt.turntable(camera, 0), lambda camera: clrt.turntable("x", 3),
         lambda camera: clrt.camera_path([camera], 3), lambda camera: clrt.camera_path([camera, 3], 3),
         lambda camera: clrt.camera_path([camera, camera], 1),
+        lambda camera: clrt.camera_path([camera, clrt.Camera()], 3),
+        lambda camera: clrt.camera_path([camera, clrt.Camera(**PLACED, K="K")], 3),
+        lambda camera: clrt.camera_path([camera, clrt.Camera(**PLACED, width=0)], 3),
+        lambda camera: clrt.camera_path([clrt.Camera(**PLACED, shift=3), camera], 3),
+        lambda camera: clrt.turntable(clrt.Camera(origin=(0, 0, 1), target="here"), 3),
         lambda camera: clrt.camera_path([camera, camera], 2, times=[0, 0]),
         lambda camera: clrt.camera_path([camera, camera], 2, times=[0, 1, 2]),
         lambda camera: clrt.camera_path([camera, camera], 2, closed=True, times=[0, 1]),

@@ -93,6 +93,10 @@ def test_matrices_of_a_perspective_are_refused(body: str, last: str, tmp_path: P
             "must not be at its origin",
         ),
         (VIEW.format('<transform name="to_world"><scale value="0"/></transform>'), "must not flatten space"),
+        (
+            '<emitter type="spot"><transform name="to_world"><scale z="0"/></transform></emitter>',
+            "must not flatten space",
+        ),
         (VIEW.format('<float name="fov" value="200"/>'), "from 0 to 180 degrees"),
         (VIEW.format('<string name="focal_length" value="0mm"/>'), "it must be like 50mm"),
         (VIEW.format('<string name="fov_axis" value="z"/>'), "no fov axis 'z'"),

@@ -33,6 +33,28 @@ def test_a_whole_file(tmp_path: Path) -> None:
     assert found["shapes"][2]["material"]["color"] == {"type": "checker", "colors": [0.9, 0.2]}  # of size 1
 
 
+@pytest.mark.parametrize("away", [0.0, 1e6, 2e7, 1e12, 1e16])
+@pytest.mark.parametrize("size", [1e-30, 1e-8, 1.0, 1e8])
+def test_views_and_lights_of_any_size_and_place_look_as_their_matrix(
+    away: float, size: float, tmp_path: Path
+) -> None:
+    """A step of 1 is lost in float32 far from the origin; one of an axis's length, where that is short."""
+    turn = f'<rotate y="1" angle="20"/><translate x="{away}" z="{-away}"/>'
+    placed = f'<transform name="to_world"><scale value="{size}"/>{turn}</transform>'
+    (tmp_path / "a.xml").write_text(
+        f'<scene version="3.0.0"><sensor type="perspective">{placed}</sensor>'
+        f'<emitter type="spot">{placed}</emitter><emitter type="directional">{placed}</emitter></scene>'
+    )
+    found = clrt.load(tmp_path / "a.xml")
+    spot, sun = found.lights
+    right = [math.sin(math.radians(20)), 0, math.cos(math.radians(20))]
+    for place, target in ((found.camera.origin, found.camera.target), (spot.position, spot.target)):
+        assert place == (away, 0, -away)
+        way = np.subtract(target, place)
+        np.testing.assert_allclose(way / np.linalg.norm(way), right, atol=1e-9)
+    np.testing.assert_allclose(sun.direction, right, atol=1e-15)
+
+
 def test_lights_are_pi_times_as_bright(tmp_path: Path) -> None:
     body = f"""
     <emitter type="point"><point name="position" value="1 2 3"/>

@@ -194,6 +194,14 @@ def test_without_the_package_larger_faces_are_told(tmp_path: Path, monkeypatch: 
     assert "install mapbox-earcut with: " in said
 
 
+def test_without_the_package_another_may_clip(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mapbox_earcut", None)
+    right = np.array([[2, 3, 4], [2, 4, 5], [5, 0, 1], [1, 2, 5]])
+    cutter = outlines.Outlines(lambda points, ends: right)
+    rows, cuts = cutter.cut(np.insert(np.array(ELL, float), 2, 0.0, axis=1), np.array([[*range(6)]]))
+    assert rows.tolist() == [0] and np.array_equal(cuts[0], right) and not cutter.left_over
+
+
 def test_what_would_take_long_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     comb = [(k, 1 if k % 2 else 3) for k in range(100)] + [(99, 0), (0, 0)]
     assert not read(write(tmp_path / "a.obj", [ELL, comb, comb]))[1]

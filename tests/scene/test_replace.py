@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import clrt
 from clrt.formats.native import with_values
+from clrt.scene.scene import previewed
 
 BASE: dict[str, Any] = {
     "max_depth": 3,
@@ -71,6 +72,22 @@ CHANGES: dict[str, tuple[dict[str, Any], Any]] = {
         {"shapes[2].vertices": np.eye(4)[:, :3], "shapes[2].faces": [[0, 1, 2], [1, 2, 3]]},
         lambda t: t["shapes"][2].update(vertices=np.eye(4)[:, :3].tolist(), faces=[[0, 1, 2], [1, 2, 3]]),
     ),
+    "another shape for a mesh": (
+        {"shapes[2]": {"type": "sphere", "center": [0, 0, 0], "radius": 1}},
+        lambda t: t["shapes"].__setitem__(2, {"type": "sphere", "center": [0, 0, 0], "radius": 1}),
+    ),
+    "another mesh": (
+        {"shapes[2]": {"type": "mesh", "vertices": np.eye(3), "faces": [[2, 1, 0]]}},
+        lambda t: t["shapes"].__setitem__(
+            2, {"type": "mesh", "vertices": np.eye(3).tolist(), "faces": [[2, 1, 0]]}
+        ),
+    ),
+    "a mesh for another shape": (
+        {"shapes.ball": {"type": "mesh", "vertices": np.eye(3), "faces": [[2, 1, 0]]}},
+        lambda t: t["shapes"].__setitem__(
+            0, {"type": "mesh", "vertices": np.eye(3).tolist(), "faces": [[2, 1, 0]]}
+        ),
+    ),
     "one corner": ({"shapes[2].vertices[1]": [2, 0, 0]},
                    lambda t: t["shapes"][2].update(vertices=[[0, 0, 0], [2, 0, 0], [0, 1, 0]])),
     "transform": (
@@ -116,6 +133,10 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "empty": ({"": 3}, "'' names no place"),
     "vertices": ({"shapes[2].vertices": np.zeros((4, 3))}, "4 in place of 3; give as many, or faces as well"),
     "faces": ({"shapes[2].faces": [[0, 1, 3]]}, "shapes[2].faces[0][2]: 3 is not allowed"),
+    "a mesh's new kind": ({"shapes[2]": {"type": "box", "min": [0, 0, 0]}}, "the key 'max' is missing"),
+    "unknown kind": ({"shapes[2].type": "mash"}, "shapes[2].type: 'mash' is not allowed; a shape is one of"),
+    "no kind": ({"shapes[2]": {"vertices": np.eye(3), "faces": [[0, 1, 2]]}}, "the key 'type' is missing"),
+    "kinds": ({"shapes[2]": {"type": np.zeros(2)}}, "shapes[2].type: "),
     "unknown material": ({"shapes[0].material": "rad"}, "did you mean 'red'?"),
     "checker": ({"shapes[3].material": "my.tiles"}, "a checker is for spheres, planes, polygons and disks"),
     "checker for all": ({"materials.red.color": {"type": "checker", "colors": [0, 1], "size": 1},
@@ -183,6 +204,12 @@ def test_parts_of_what_is_no_list_and_no_table(scene: clrt.Scene, top: str, whol
         scene.replace({top: whole, f"{top}[0]": None})
 
 
+@pytest.mark.parametrize("whole", [5, "abc", [1], None])
+def test_parts_of_what_is_no_camera(scene: clrt.Scene, whole: Any) -> None:
+    with pytest.raises(clrt.SceneError, match=r"base.toml: camera: .*('fov'|give it whole)"):
+        scene.replace({"camera": whole, "camera.fov": 30})
+
+
 def test_what_is_given_stays_as_it_is(scene: clrt.Scene) -> None:
     light = {"type": "point", "position": [0, 1, 0]}
     for told in ([light], (light,)):
@@ -204,6 +231,9 @@ def test_samples_go_together_as_in_a_file(scene: clrt.Scene, tmp_path: Path) -> 
     with pytest.raises(clrt.SceneError, match=r"^base.toml: adaptive: conformance counts the rays"):
         adaptive.replace({"conformance": "spd"})
     assert adaptive.replace({"max_depth": 2, "camera.fov": 20, "adaptive.spp": 144}).max_depth == 2
+    assert previewed(adaptive, 9) is adaptive and previewed(scene, 4) is scene
+    even = previewed(adaptive, 4)
+    assert even.adaptive is None and even.shapes is adaptive.shapes
     # clrt render --spp 9 --adaptive 36
     asked = with_values(scene, [("adaptive", "{spp = 36}")]).override(spp=9)
     assert asked.camera and asked.adaptive and (asked.camera.spp, asked.adaptive.spp) == (9, 36)

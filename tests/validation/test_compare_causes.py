@@ -250,6 +250,42 @@ def test_what_is_wrong_with_the_scene_is_found(name: str):
     assert best.name == name and best.proven, best
 
 
+ODD: dict[str, dict[str, Any]] = {
+    "K": {"camera.K": [[130, 0, 50], [0, 130, 36], [0, 0, 1]]},
+    "pose": {"camera.pose": [[1, 0, 0, 0.2], [0, -1, 0, 1.5], [0, 0, -1, 6], [0, 0, 0, 1]]},
+    "adaptive": {"adaptive": {"spp": 4}},
+    "adaptive of 9": {"camera.spp": 9, "adaptive": {"spp": 36}},
+    "highest ior": {"shapes[2].material.ior": 1e6, "shapes[2].material.shininess": 1e6},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_whatever_a_scene_states_has_a_verdict(name: str):
+    """What cannot be changed in it, or not so, is no cause; the right one is found."""
+    scene = samples.scene().replace(ODD[name])
+    small = pictures.SceneReference(scene, 32, 24)
+    wrong = clrt.render(scene.replace({"max_depth": 0, "shapes[3].material.color": 0.5}), 32, 24).pixels
+    tried: list[str] = []
+    result = pictures.compare_pictures(wrong, small.render(), scene=small, report=tried.append)
+    assert result.verdict in ("similar", "different", "same picture") and "shape 3 (box) missing" in tried
+    first = clrt.render(scene.replace({"lights": scene.lights[1:]}), 32, 24).pixels
+    (best, *_) = pictures.compare_pictures(first, small.render(), scene=small).causes
+    assert best.name == "light 1 of 2 (point at 3, 5, 4) missing" and best.proven
+
+
+def test_angles_and_samples_are_causes_of_any_camera():
+    scene = samples.scene().replace({**ODD["K"], **ODD["adaptive of 9"]})
+    camera = scene.camera
+    assert camera is not None
+    shift = camera.offset(camera.width, camera.height)
+    halved = scene.replace({"camera.fov": camera.fov / 2, "camera.shift": shift})
+    few = scene.replace({"camera.spp": 1, "adaptive": None})
+    whole = pictures.SceneReference(scene, samples.WIDTH, samples.HEIGHT)
+    for name, picture in (("fov halved", render(halved)), ("1 samples a pixel", render(few))):
+        best = pictures.compare_pictures(picture, whole.render(), scene=whole).causes[0]
+        assert best.name == name and best.proven, best
+
+
 def test_what_is_tried_is_reported_and_stops_at_the_proof():
     tried: list[str] = []
     pictures.compare_pictures(

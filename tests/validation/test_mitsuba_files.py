@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -74,6 +75,32 @@ def test_convert_writes_xml(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert main(["convert", "gallery", str(tmp_path / "sky.xml")]) == 2
     assert capsys.readouterr().err.count("\n") == 1 and not (tmp_path / "sky.xml").exists()
     assert main(["convert", "gallery", str(tmp_path / "nowhere" / "sky.xml")]) == 2
+
+
+def test_outlines_that_cross_themselves_take_little_more_than_to_be_cut_up() -> None:
+    """Where a point is inside was asked piece by piece, and took thrice as long as the pieces."""
+    shapely = pytest.importorskip("shapely", reason="needs the optional dependency clrt[validation]")
+    pytest.importorskip("mapbox_earcut", reason="needs the optional dependency clrt[validation]")
+
+    def star(count: int) -> np.ndarray:
+        angle = 2 * np.pi * np.arange(count) * (count // 2) / count
+        return np.round(np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1), 6)
+
+    def taken(work: Any) -> float:
+        start = time.process_time()
+        work()
+        return time.process_time() - start
+
+    outline = star(151)
+    lines = shapely.LineString([*outline, outline[0]])
+    alone = min(taken(lambda: shapely.polygonize([shapely.unary_union(lines)])) for _ in range(3))
+    assert min(taken(lambda: meshing.polygon(outline)) for _ in range(3)) < 2.7 * alone
+    for count in (5, 7, 9):
+        places, faces = meshing.polygon(star(count))
+        a, b, c = (places[faces[:, k]] for k in range(3))
+        area = np.cross(b - a, c - a)[:, 2] / 2
+        right = shapely.make_valid(shapely.Polygon(star(count)[:, :2])).area
+        assert area.min() > 0 and area.sum() == pytest.approx(right, rel=1e-9)
 
 
 def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 import threading
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import clrt
 from clrt.images.file import encode
 from clrt.view.server import Server
 from clrt.view.session import Session
-from tests.view_samples import EVIL, SIZE, ask, scene
+from tests.view_samples import EVIL, SCENE, SIZE, ask, scene
 
 WIDTH, HEIGHT = SIZE
 FRAME = {"page": "p", "number": 1, "width": WIDTH, "height": HEIGHT, "spp": 1}
@@ -52,6 +53,49 @@ def test_frames_are_pictures_of_a_tracer(server: Server) -> None:
     _, data = ask(server, "frame", **FRAME, camera=camera, changes=changes)
     assert data == half(clrt.Tracer(changed).render(spp=1).pixels)
     assert ask(server, "frame", **FRAME)[1] == half(fresh.render(spp=1).pixels)  # nothing is left of them
+
+
+POSE = [[1, 0, 0, 0.3], [0, -1, 0, 0.5], [0, 0, -1, 4], [0, 0, 0, 1]]
+K = [[40, 0, 15], [0, 30, 12], [0, 0, 1]]  # oblong pixels, and not about the middle
+
+
+@pytest.mark.parametrize(
+    "view", [{"pose": POSE}, {"pose": POSE, "K": K}, {"origin": [0, 1, 4], "target": [0, 0, 0], "K": K}]
+)
+def test_cameras_by_pose_and_k_are_looked_at(view: dict[str, Any]) -> None:
+    """The page starts with the scene's own picture; what it changes takes the place of what says the same."""
+    fixed = clrt.load_dict({**SCENE, "camera": {**view, "width": WIDTH, "height": HEIGHT}})
+    session, fresh = Session(clrt.Tracer(fixed)), clrt.Tracer(fixed)
+    first = session.answer("open", {})[0]["camera"]
+    assert fixed.camera and first["fov"] == fixed.camera.fov
+    start = {name: first[name] for name in ("origin", "target", "up")}
+    assert session.answer("frame", {**FRAME, "camera": start})[1] == half(fresh.render(spp=1).pixels)
+    assert session.answer("pixel", {**FRAME, "x": 3, "y": 4, "camera": start})[0]["samples"] == 1
+    moved = session.shown({"camera": {**start, "origin": [1, 1, 4]}})[1]
+    assert moved.stated("K") == fixed.camera.stated("K") and moved.origin == (1, 1, 4)
+    wide = session.shown({"camera": {**start, "fov": 60}})[1]
+    assert wide.fov == 60 and not wide.has_k and wide.origin == fixed.camera.origin
+    saved = session.answer("save", {"what": "scene", "camera": {**start, "fov": 60}})[1]
+    assert clrt.load_dict(tomllib.loads(saved.decode())).camera == wide
+
+
+@pytest.mark.parametrize(("spp", "most"), [(9, 36), (1, 4), (4, 64)])
+def test_adaptive_scenes_are_looked_at_with_any_number_of_samples(spp: int, most: int) -> None:
+    """Those of the scene's own number are its own pictures, all others are even."""
+    table = {**SCENE, "camera": {**SCENE["camera"], "spp": spp}}
+    plain = clrt.load_dict(table)
+    own = plain.replace({"adaptive": {"spp": most}})
+    tracer = clrt.Tracer(own)
+    assert "<img" in tracer._repr_html_() and tracer.scene is own
+    session, even = Session(clrt.Tracer(own)), clrt.Tracer(plain)
+    assert session.answer("open", {})[0]["adaptive"] and not Session(even).answer("open", {})[0]["adaptive"]
+    for asked in (1, 4, 9, 16):
+        right = (tracer if asked == spp else even).render(spp=asked).pixels
+        assert session.answer("frame", {**FRAME, "spp": asked})[1] == half(right)
+        pixel, _ = session.answer("pixel", {**FRAME, "spp": asked, "x": 16, "y": 11})
+        assert pixel["value"] == right[11, 16].tolist()
+    saved = session.answer("save", {"what": "scene"})[1]
+    assert clrt.load_dict(tomllib.loads(saved.decode())).adaptive == own.adaptive
 
 
 def test_what_a_screen_shows_is_what_a_file_holds() -> None:

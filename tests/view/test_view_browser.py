@@ -103,6 +103,17 @@ def test_it_is_coarse_first_then_full_then_of_more_samples(browser: Browser, ser
     assert browser.run("JSON.stringify(seen)") == "[[0,8,1],[1,32,1],[2,32,4],[3,32,16]]"
 
 
+def test_the_last_picture_of_an_adaptive_scene_is_its_own(chromium: Browser) -> None:
+    own = scene().replace({"camera.spp": 9, "adaptive": {"spp": 36}})
+    with serving(Session(clrt.Tracer(own))) as server:
+        chromium.open(server.address)
+        chromium.wait(f"(v => v && v.frame && !v.pictures.busy && v.frame.spp === 9)({PAGE})", 60)
+        right = encode(clrt.Tracer(own).render().pixels).reshape(-1, 3)
+        assert np.abs(shown(chromium).astype(int) - right).max() <= 1
+        assert chromium.run(f"{PAGE}.pictures.samples") == [1, 4, 9]
+        assert chromium.run(f"{PAGE}.fault.hidden") and chromium.messages == []
+
+
 def test_pictures_are_full_while_things_move_where_they_come_fast(browser: Browser, server: Server) -> None:
     """Within a tenth of a second; else coarse. The user may want one or the other."""
     look(browser, server)

@@ -20,7 +20,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from clrt.base.errors import ClrtError, ClrtWarning
-from clrt.scene.scene import Material, Scene
+from clrt.scene.scene import Material, Scene, edited
 
 from .causes import Budget, Cause, disagreement, ranked, remaining
 from .metrics import Array
@@ -221,44 +221,59 @@ def _falloffs(scene: Scene, reference: Array, render: Render) -> Iterator[_Chang
             yield _Change(f"falloff by {name}", text.format(name), partial(powered, power))
     if points:
         other = {"none": "inverse-square", "inverse-square": "none"}
-        lights = tuple(
-            replace(light, falloff=other[light.falloff]) if light in points else light
-            for light in scene.lights
-        )
+
+        def faded() -> Array:
+            return render(replace(scene, lights=tuple(
+                replace(light, falloff=other[light.falloff]) if light in points else light
+                for light in scene.lights
+            )))  # fmt: skip
+
         text = "point lights fade with the distance, or do not"
-        yield _Change("falloff of lights", text, partial(render, replace(scene, lights=lights)))
+        yield _Change("falloff of lights", text, faded)
 
 
 def _changes(scene: Scene, render: Render) -> Iterator[_Change]:
-    def change(name: str, text: str, changed: Scene) -> _Change:
-        return _Change(name, text, partial(render, changed))
+    """Changed scenes are made where they are rendered: one that cannot be is no cause."""
+
+    def change(name: str, text: str, changed: Callable[[], Scene]) -> _Change:
+        return _Change(name, text, lambda: render(changed()))
+
+    def other(name: str, text: str, **changes: Any) -> _Change:
+        return change(name, text, lambda: replace(scene, **changes))
 
     yield from _of_camera(scene, change)
     for depth in range(scene.max_depth + 3):
         if depth != scene.max_depth:
             text = f"rays are followed for {depth} generations in place of {scene.max_depth}"
-            yield change(f"max_depth {depth}", text, replace(scene, max_depth=depth))
+            yield other(f"max_depth {depth}", text, max_depth=depth)
     for name, text, of_material in _OF_MATERIALS:
-        yield change(name, text, _with_materials(scene, of_material))
+        yield change(name, text, partial(_with_materials, scene, of_material))
     if scene.depth_color != 0:
-        yield change("depth colour missing", "depth_color is not used", replace(scene, depth_color=0.0))
+        yield other("depth colour missing", "depth_color is not used", depth_color=0.0)
     if scene.min_weight > 0:
-        yield change("weak rays kept", "min_weight is not used", replace(scene, min_weight=0.0))
+        yield other("weak rays kept", "min_weight is not used", min_weight=0.0)
     shadow = {"opaque": "tinted", "tinted": "opaque"}[scene.shadow]
     text = f"shadows are {shadow}, not {scene.shadow}"
-    yield change(f"{shadow} shadows", text, replace(scene, shadow=shadow))
+    yield other(f"{shadow} shadows", text, shadow=shadow)
     for index, shape in enumerate(scene.shapes[:_MOST_SHAPES]):
         name = f"shape {index} ({shape.name or shape.type})"
         rest = (*scene.shapes[:index], *scene.shapes[index + 1 :])
-        yield change(f"{name} missing", f"{name} is not in the picture", replace(scene, shapes=rest))
+        yield other(f"{name} missing", f"{name} is not in the picture", shapes=rest)
 
 
-def _of_camera(scene: Scene, change: Callable[[str, str, Scene], _Change]) -> Iterator[_Change]:
+def _of_camera(
+    scene: Scene, change: Callable[[str, str, Callable[[], Scene]], _Change]
+) -> Iterator[_Change]:
     camera = scene.camera
     assert camera is not None
 
     def seen(name: str, text: str, **changes: Any) -> _Change:
-        return change(name, text, replace(scene, camera=replace(camera, **changes)))
+        return change(name, text, partial(edited, scene, {f"camera.{key}": changes[key] for key in changes}))
+
+    def angle(name: str, text: str, **changes: Any) -> _Change:
+        """`changes` take the place of K, whose other numbers stay."""
+        shift = camera.offset(camera.width, camera.height)
+        return seen(name, text, **{"fov": camera.fov, "shift": shift} | changes)
 
     half = (-0.5, 0.0, 0.5)
     for x, y in ((x, y) for x in half for y in half if x or y):
@@ -268,20 +283,22 @@ def _of_camera(scene: Scene, change: Callable[[str, str, Scene], _Change]) -> It
         text = "samples are taken at the pixels' corners or borders, not at their centres"
         yield seen(f"shift by {' and '.join(words)}", text, shift=shift)
     axis = {"horizontal": "vertical", "vertical": "horizontal"}[camera.fov_axis]
-    yield seen("fov axis", f"the field of view is the {axis} one, not the {camera.fov_axis}", fov_axis=axis)
+    yield angle("fov axis", f"the field of view is the {axis} one, not the {camera.fov_axis}", fov_axis=axis)
     if camera.fov < 90:
-        yield seen(
+        yield angle(
             "fov doubled",
             f"the field of view is {2 * camera.fov:g} degrees, not {camera.fov:g}",
             fov=2 * camera.fov,
         )
-    yield seen(
+    yield angle(
         "fov halved",
         f"the field of view is {camera.fov / 2:g} degrees, not {camera.fov:g}",
         fov=camera.fov / 2,
     )
     for spp in (4, 16) if camera.spp == 1 else (1,):
-        yield seen(f"{spp} samples a pixel", f"{spp} samples a pixel in place of {camera.spp}", spp=spp)
+        text = f"{spp} samples a pixel in place of {camera.spp}"
+        even = {"camera.spp": spp, "adaptive": None}
+        yield change(f"{spp} samples a pixel", text, partial(edited, scene, even))
 
 
 _OF_MATERIALS: tuple[tuple[str, str, _OfMaterial], ...] = (

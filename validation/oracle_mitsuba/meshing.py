@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
 from .forms import Array
+
+_TOGETHER = 256  # points that are looked at together
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,21 +160,20 @@ def polygon(points: Array) -> tuple[Array, Array]:
     up = np.cross(normal, across)
     flat = np.stack([local @ across, local @ up], -1)
     simple, pieces = _even_odd(flat)
-    corners, triangles, count = [], [], 0
+    ears = import_module("mapbox_earcut").triangulate_float64
+    found, count = [], 0
     for rings in pieces:
-        outline = np.concatenate(rings)
-        ends = np.cumsum([len(ring) for ring in rings]).astype(np.uint32)
-        found = import_module("mapbox_earcut").triangulate_float64(outline, ends).reshape(-1, 3).astype(int)
-        a, b, c = (outline[found[:, k]] for k in range(3))
-        area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-        found[area < 0] = found[area < 0][:, ::-1]
-        corners.append(outline)
-        triangles.append(found[area != 0] + count)
-        count += len(outline)
-    plane = np.concatenate(corners)
+        ends = np.array([*accumulate(map(len, rings))], np.uint32)
+        found.append(ears(np.concatenate(rings), ends).astype(int) + count)
+        count += int(ends[-1])
+    plane = np.concatenate([ring for rings in pieces for ring in rings])
+    triangles = np.concatenate(found).reshape(-1, 3)
+    a, b, c = (plane[triangles[:, k]] for k in range(3))
+    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    triangles[area < 0] = triangles[area < 0][:, ::-1]
     # the polygon's own corners, bit for bit, where it has not been cut
     places = points if simple else points[0] + plane[:, :1] * across + plane[:, 1:] * up
-    return places, np.concatenate(triangles)
+    return places, triangles[area != 0]
 
 
 def _even_odd(flat: Array) -> tuple[bool, list[list[Array]]]:
@@ -181,20 +183,24 @@ def _even_odd(flat: Array) -> tuple[bool, list[list[Array]]]:
     if ring.is_valid:
         return True, [[flat]]
     lines = geometry.unary_union(geometry.LineString([*flat, flat[0]]))
-    pieces = []
-    for cell in geometry.get_parts(geometry.polygonize([lines])):
-        inside = cell.representative_point()
-        if _crossings(flat, np.array([inside.x, inside.y])) % 2:
-            rings = [cell.exterior, *cell.interiors]
-            pieces.append([np.asarray(ring.coords)[:-1, :2] for ring in rings])
+    cells = geometry.get_parts(geometry.polygonize([lines]))
+    places = geometry.get_coordinates(geometry.point_on_surface(cells))
+    rings, owner = geometry.get_rings(cells[_crossings(flat, places) % 2 == 1], return_index=True)
+    corners, ring = geometry.get_coordinates(rings, return_index=True)
+    outlines = np.split(corners, np.flatnonzero(np.diff(ring)) + 1)
+    pieces: list[list[Array]] = [[] for _ in range(owner[-1] + 1)]
+    for number, outline in zip(owner.tolist(), outlines, strict=True):
+        pieces[number].append(outline[:-1])
     return False, pieces
 
 
-def _crossings(flat: Array, point: Array) -> int:
-    """How many edges of the outline a ray from `point` to the right crosses."""
-    a = flat - point
-    b = np.roll(a, -1, axis=0)
-    straddles = (a[:, 1] > 0) != (b[:, 1] > 0)
-    with np.errstate(all="ignore"):
-        x = a[:, 0] + (b[:, 0] - a[:, 0]) * a[:, 1] / (a[:, 1] - b[:, 1])
-    return int(np.count_nonzero(straddles & (x > 0)))
+def _crossings(flat: Array, points: Array) -> Array:
+    """How many edges of the outline a ray to the right crosses, from each of the points (m, 2)."""
+    (ax, ay), (bx, by) = flat.T, np.roll(flat, -1, axis=0).T
+    count = np.zeros(len(points), np.int64)
+    for start in range(0, len(points), _TOGETHER):
+        x, y = points[start : start + _TOGETHER].T[:, :, None]
+        with np.errstate(all="ignore"):
+            beyond = ax + (bx - ax) * (y - ay) / (by - ay) > x
+        count[start : start + _TOGETHER] = (((ay > y) != (by > y)) & beyond).sum(axis=1)
+    return count

@@ -15,7 +15,8 @@ class View {
     this.rays = new Rays();
     this.rays.up = about.camera.up;
     this.pictures = new Pictures(connection, () => this.wish(), frame => this.shown(frame), fault => this.failed(fault));
-    this.pictures.samples = [...new Set([1, 4, 16, about.spp])].filter(spp => spp <= 64).sort((a, b) => a - b);
+    const most = about.adaptive ? Math.min(64, about.spp) : 64; // the scene's own picture is the last, and the best
+    this.pictures.samples = [...new Set([1, 4, 16, about.spp])].filter(spp => spp <= most).sort((a, b) => a - b);
     this.knobs = new Knobs(about.knobs, () => this.changed());
     this.build();
     this.listen();
