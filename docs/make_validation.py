@@ -56,7 +56,7 @@ def figures(runs: list[dict[str, Any]]) -> Iterator[str]:
 
 def command_of(run: dict[str, Any]) -> str:
     """What was typed, without files; of many cases the first and the last."""
-    command = re.sub(r" --report \S+", "", re.sub(r" --spd \S+", " --spd FOLDER", run["command"]))
+    command: str = run["command"]
     names = sorted((case["name"] for case in run["cases"]), key=lambda name: [
         int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)])  # fmt: skip
     if command.count(" --case ") > 2:
@@ -108,8 +108,14 @@ def planted(mutants: list[dict[str, Any]]) -> Iterator[str]:
         yield f"| {mutant['name']} | `{mutant['file']}` | {how} | {mutant['where']} |"
 
 
+def without_folders(run: dict[str, Any]) -> dict[str, Any]:
+    """The run, whose command names no folder of the machine that it was on."""
+    command = re.sub(r" --report \S+", "", re.sub(r" --spd \S+", " --spd FOLDER", run["command"]))
+    return {**run, "command": command}
+
+
 def main() -> None:
-    runs = [json.loads(Path(file).read_text("utf-8")) for file in sys.argv[1:]]
+    runs = [without_folders(json.loads(Path(file).read_text("utf-8"))) for file in sys.argv[1:]]
     before, _, rest = PAGE.read_text("utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
     PAGE.write_text(before + BEGIN + "\n" + "\n".join(figures(runs)) + "\n\n" + END + after, encoding="utf-8")

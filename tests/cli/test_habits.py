@@ -84,7 +84,7 @@ def test_files_of_a_scene_from_a_pipe_lie_in_the_current_folder(
     typed(monkeypatch, b'background = "sky.exr"\n' + ROOM.encode())
     assert main(["render", "-", "-o", "a.png", "--quiet"]) == 0
     typed(monkeypatch, b'background = "sky.exr"\n' + ROOM.encode())
-    assert "which the scene reads" in fault(capsys, "render", "-", "-o", "sky.exr")
+    assert "sky.exr, which is read; give" in fault(capsys, "render", "-", "-o", "sky.exr")
 
 
 def test_a_picture_goes_to_standard_output(scene: str, tmp_path: Path) -> None:
