@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,7 +21,8 @@ from clrt.base.records import read
 from clrt.meshfiles.file import read_mesh_file
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Placed, vertex_normals
-from clrt.scene.mesh_arrays import check_flat, read_arrays
+from clrt.meshfiles.planar import fan_covers
+from clrt.scene.mesh_arrays import FEW, check_flat, read_arrays
 from clrt.scene.shapes import FiniteShape
 
 Points = Annotated[
@@ -230,6 +231,8 @@ def _without_concave(vertices: np.ndarray, faces: tuple[np.ndarray, ...], at: At
 
     What shows a picture is made of fans, so these would reach beyond the face.
     """
+    if len(faces) <= FEW and all(len(face) == 3 or fan_covers(vertices[face].tolist()) for face in faces):
+        return faces
     outlines, sizes = Outlines(), np.fromiter(map(len, faces), np.int64, len(faces))
     parts: list[Sequence[np.ndarray]] = [(face,) for face in faces]
     for size in np.unique(sizes[sizes > 3]):
@@ -279,7 +282,8 @@ def edited_mesh(before: Mesh, table: Mapping[str, Any], at: At, folder: Path | N
 
 
 def _fan(faces: tuple[np.ndarray, ...]) -> np.ndarray:
-    return np.concatenate([np.c_[np.full(len(f) - 2, f[0]), f[1:-1], f[2:]] for f in faces]).astype(np.int32)
+    rows = map(np.ndarray.tolist, faces)  # numpy takes far longer for so few
+    return np.array([(row[0], *pair) for row in rows for pair in pairwise(row[1:])], np.int32)
 
 
 def _same(mine: Any, other: Any) -> bool:

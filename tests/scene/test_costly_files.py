@@ -65,6 +65,26 @@ def test_many_small_meshes(tmp_path: Path) -> None:
     assert bounded("load", file(tmp_path, "a.json", json.dumps({"shapes": [plane] * 8_000}))).error == ""
 
 
+MANY = {
+    "uv": {"faces": [[0, 1, 2, 3]]},
+    "uv of what has no area": {"faces": [[0, 0, 1, 1]], "smooth": True},
+    "uv of triangles and others": {"faces": [[0, 1, 2], [0, 1, 2, 3]]},
+}
+
+
+@pytest.mark.parametrize("case", MANY)
+def test_many_small_meshes_with_pictures(tmp_path: Path, case: str) -> None:
+    square = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    mesh = {"type": "mesh", "vertices": [[*point, 0] for point in square], "uv": square} | MANY[case]
+    assert bounded("read", file(tmp_path, "a.json", json.dumps({"shapes": [mesh] * 15_000}))).error == ""
+
+
+@pytest.mark.parametrize("ior", [{"cauchy": [1.5]}, {"sellmeier": {"B": [1], "C": [0]}}])
+def test_many_glasses_by_formula(tmp_path: Path, ior: dict[str, object]) -> None:
+    text = json.dumps({"materials": {str(k): {"ior": ior} for k in range(50_000)}})
+    assert bounded("read", file(tmp_path, "a.json", text)).error == ""
+
+
 XYZ = "property float x\nproperty float y\nproperty float z\n"
 LIST = "property list uchar int vertex_indices\n"
 ROWS = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2"
