@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 
@@ -80,26 +79,6 @@ def is_sound(points: Sequence[Sequence[float]]) -> bool:
         return False
     most = 0.1 * FLATNESS * reach * area
     return all(abs(x * nx + y * ny + z * nz) <= most for x, y, z in local)
-
-
-def fan_covers(points: Sequence[Sequence[float]]) -> bool:
-    """Whether a fan about the first corner of a polygon of few points clearly covers it and no more, or
-    nothing has an area (numpy takes far longer)."""
-    if len(points) > 8:
-        return False
-    x0, y0, z0 = points[0]
-    local = [(x - x0, y - y0, z - z0) for x, y, z in points[1:]]
-    normals = [
-        (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
-        for (ax, ay, az), (bx, by, bz) in pairwise(local)
-    ]
-    nx, ny, nz = map(sum, zip(*normals, strict=True))
-    area = nx * nx + ny * ny + nz * nz
-    each = sum(x * x + y * y + z * z for x, y, z in normals)
-    if each <= 1e-16 * max(max(map(abs, point)) for point in local) ** 4:
-        return True
-    covered = sum(abs(x * nx + y * ny + z * nz) for x, y, z in normals)
-    return area > 1e-6 * each and covered <= (1.0 + 0.1 * FLATNESS) * area
 
 
 def flaws(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -21,7 +21,6 @@ from clrt.base.records import read
 from clrt.meshfiles.file import read_mesh_file
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Placed, vertex_normals
-from clrt.meshfiles.planar import fan_covers
 from clrt.scene.mesh_arrays import FEW, check_flat, read_arrays
 from clrt.scene.shapes import FiniteShape
 
@@ -231,9 +230,13 @@ def _without_concave(vertices: np.ndarray, faces: tuple[np.ndarray, ...], at: At
 
     What shows a picture is made of fans, so these would reach beyond the face.
     """
-    if len(faces) <= FEW and all(len(face) == 3 or fan_covers(vertices[face].tolist()) for face in faces):
-        return faces
-    outlines, sizes = Outlines(), np.fromiter(map(len, faces), np.int64, len(faces))
+    outlines = Outlines()
+    if len(faces) <= FEW:
+        found = [outlines.few(vertices, face) for face in faces]
+        clear = [part for part in found if part is not None]
+        if len(clear) == len(faces):
+            return _told(outlines, at, clear)
+    sizes = np.fromiter(map(len, faces), np.int64, len(faces))
     parts: list[Sequence[np.ndarray]] = [(face,) for face in faces]
     for size in np.unique(sizes[sizes > 3]):
         which = np.flatnonzero(sizes == size)
@@ -243,6 +246,11 @@ def _without_concave(vertices: np.ndarray, faces: tuple[np.ndarray, ...], at: At
             triangles = corners[row][cut]
             triangles.flags.writeable = False
             parts[which[row]] = tuple(triangles)
+    return _told(outlines, at, parts)
+
+
+def _told(outlines: Outlines, at: At, parts: Iterable[Iterable[np.ndarray]]) -> tuple[np.ndarray, ...]:
+    """The parts of all faces as one; what stays as it was is told."""
     for text in outlines.left_over:
         warn(at.source, at.path, text)
     return tuple(chain.from_iterable(parts))

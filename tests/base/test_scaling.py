@@ -290,6 +290,7 @@ def test_what_many_refer_to_is_read_once(case: str, tmp_path: Path) -> None:
     (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">{once}{again * 4000}</scene>')
     error = bounded("read", tmp_path / "a.xml").error
     assert ("have more than 262 144 points" in error) == bool(error) == refused, error
+    loading(tmp_path / "a.xml")()
 
 
 def test_a_film_is_one_however_often_it_is_referred_to(tmp_path: Path) -> None:
@@ -306,3 +307,4 @@ def test_parameters_that_are_filled_in(tmp_path: Path) -> None:
     parameter = f'<default name="a" value="{"b" * 4090}"/>'
     (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">{parameter}{REF.format("x$a") * 40_000}</scene>')
     assert "add more than 16 777 216 letters; write less" in bounded("read", tmp_path / "a.xml").error
+    loading(tmp_path / "a.xml")()

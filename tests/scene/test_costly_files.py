@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -68,13 +69,15 @@ def test_many_small_meshes(tmp_path: Path) -> None:
 MANY = {
     "uv": {"faces": [[0, 1, 2, 3]]},
     "uv of what has no area": {"faces": [[0, 0, 1, 1]], "smooth": True},
+    "uv of darts": {"faces": [[0, 1, 4, 3], [0, 1, 2, 4, 3]], "smooth": True},
+    "uv of hourglasses": {"faces": [[0, 2, 1, 3]], "smooth": True},
     "uv of triangles and others": {"faces": [[0, 1, 2], [0, 1, 2, 3]]},
 }
 
 
 @pytest.mark.parametrize("case", MANY)
 def test_many_small_meshes_with_pictures(tmp_path: Path, case: str) -> None:
-    square = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    square = [[0, 0], [1, 0], [1, 1], [0, 1], [0.3, 0.2]]
     mesh = {"type": "mesh", "vertices": [[*point, 0] for point in square], "uv": square} | MANY[case]
     assert bounded("read", file(tmp_path, "a.json", json.dumps({"shapes": [mesh] * 15_000}))).error == ""
 
@@ -132,6 +135,9 @@ def test_what_a_ply_declares(tmp_path: Path, case: str) -> None:
     text, error = PLY[case]
     found = bounded("load", file(tmp_path, "a.ply", text))
     assert error in found.error and bool(error) == bool(found.error)
+    if error:
+        with pytest.raises(SceneError, match=re.escape(error)):
+            clrt.load(tmp_path / "a.ply")
 
 
 def test_one_mesh_at_many_places(tmp_path: Path) -> None:
