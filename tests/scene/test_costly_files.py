@@ -17,7 +17,9 @@ from clrt.base.limits import Limits
 from clrt.base.resources import validation_module
 from clrt.images.file import read_samples
 from clrt.images.jpeg import MOST_SCANS
+from clrt.meshfiles.mtl import read_mtl
 from tests.cost import bounded
+from tests.growth import seconds
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
@@ -80,6 +82,13 @@ def test_many_small_meshes_with_pictures(tmp_path: Path, case: str) -> None:
     square = [[0, 0], [1, 0], [1, 1], [0, 1], [0.3, 0.2]]
     mesh = {"type": "mesh", "vertices": [[*point, 0] for point in square], "uv": square} | MANY[case]
     assert bounded("read", file(tmp_path, "a.json", json.dumps({"shapes": [mesh] * 15_000}))).error == ""
+
+
+def test_short_lines_of_a_material() -> None:
+    """What a line says is kept in place: it once took 10 times as long as a line that is passed over."""
+    said, passed = (b"newmtl a\n" + line * 50_000 for line in (b"Ns 1\n", b"Ka 1\n"))
+    ratios = [seconds(lambda: read_mtl(said, "a")) / seconds(lambda: read_mtl(passed, "a")) for _ in range(3)]
+    assert min(ratios) < 5
 
 
 @pytest.mark.parametrize("ior", [{"cauchy": [1.5]}, {"sellmeier": {"B": [1], "C": [0]}}])
