@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from clrt.base.errors import SceneError, located, show
-from clrt.base.limits import Limits
+from clrt.base.limits import Limits, written
 from clrt.base.places import At, known_keys
 from clrt.base.records import read
 from clrt.formats.native import load_other
@@ -29,6 +29,7 @@ from clrt.scene.edit import kept
 MOVES: Final = ("origin", "target", "up", "pose", "fov", "K", "size", "near", "aperture", "focus", "shift")
 """Fields of a camera that a keyframe may say: all that change along a path."""
 _SUFFIXES: Final = (".toml", ".json")
+_MOST: Final = 1 << 13  # keyframes, of three bytes or more: each takes 100 us to check
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,9 @@ def _keyframes(table: Any, base: Camera | None, at: At) -> Keyframes:
         raise at.key("closed").error(closed, "it must be true or false")
     if not isinstance(keys, list) or len(keys) < 2:
         raise at.key("keyframes").error(keys, "it must be a list of 2 tables or more: [[keyframes]]")
+    if len(keys) > _MOST:
+        text = f"{written(len(keys))} keyframes are too many; at most {written(_MOST)} are read"
+        raise at.key("keyframes").says(f"{text}, leave some out")
     cameras = tuple(_camera(key, base, at.key("keyframes").item(i)) for i, key in enumerate(keys))
     return Keyframes(at.source, cameras, _times(table, keys, at), closed)
 

@@ -120,7 +120,7 @@ def _scene(tops: list[Element], context: Context) -> Scene:
             if cameras == 1:
                 table["camera"] = camera(Plugin.of(element), context)
         elif element.tag == "integrator":
-            most = depth(Plugin.of(element), context)
+            most = depth(element, context)
             table |= {} if most is None else {"max_depth": most}
         elif element.tag == "bsdf":
             materials.of(element)  # so that what is wrong in it is said, though nothing should have it

@@ -50,11 +50,12 @@ _GROUPS: Final = {
 
 @dataclass(eq=False)
 class Materials:
-    """Materials by the elements that describe them, each read once."""
+    """Materials and textures by the elements that describe them, each read once."""
 
     context: Context
     named: dict[str, Table] = field(default_factory=dict)
     _read: dict[int, Table | None] = field(default_factory=dict)
+    _textures: dict[int, Any] = field(default_factory=dict)
 
     def of(self, element: Element) -> Table:
         """The material that an element describes; SceneError where it is made of itself."""
@@ -83,13 +84,20 @@ class Materials:
         if len(found) != count:
             text = f"a {plugin.type} needs {count} bsdf within it, not {len(found)}"
             raise plugin.element.says(text)
-        return [self.of(element) for element in found]
+        tables = [self.of(element) for element in found]
+        for table in tables:
+            self.context.take(table, "bsdf", plugin.element)
+        return tables
 
     def color(self, plugin: Plugin, name: str, default: float) -> Any:
         """A colour or a texture."""
         for child in plugin.objects:
             if child.keys.get("name") == name:
-                return self.texture(Plugin.of(self.context.referred(child)))
+                element = self.context.referred(child)
+                if id(element) not in self._textures:
+                    self._textures[id(element)] = self.texture(Plugin.of(element))
+                self.context.take(self._textures[id(element)], "texture", child)
+                return self._textures[id(element)]
         return plugin.color(name, default)
 
     def tint(self, plugin: Plugin, name: str, default: float) -> Any:

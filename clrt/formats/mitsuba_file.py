@@ -6,17 +6,18 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from clrt.base.errors import located, show
 from clrt.base.files import read_text_bytes, resolve
-from clrt.base.limits import Limits
+from clrt.base.limits import Limits, written
 from clrt.base.places import At
 from clrt.formats.mitsuba_values import OBJECTS, Plugin
-from clrt.formats.xml_tree import Element, filled, parse, unknown
+from clrt.formats.xml_tree import MOST, Element, filled, parse, unknown
 
 _NOWHERE: Final = ("default", "include", "alias", "path")
 _BOM: Final = b"\xef\xbb\xbf"
+_AGAIN: Final = 1 << 18  # points of curves that are taken more than once: 250 bytes each
 
 
 @dataclass(eq=False)
@@ -30,6 +31,10 @@ class Context:
     included: dict[Path, int] = field(default_factory=dict)  # the line that names a file
     left_out: dict[str, None] = field(default_factory=dict)
     ior: float | None = None  # around all glass
+    depths: dict[int, int | None] = field(default_factory=dict)  # of integrators
+    filled: int = 0  # letters that parameters have added
+    used: set[tuple[str, int]] = field(default_factory=set)
+    again: int = 0
 
     def file(self, element: Element) -> str:
         """The name of a file that a value names, which lies in the scene's folder."""
@@ -38,13 +43,25 @@ class Context:
         return path.relative_to(self.folder.resolve()).as_posix()
 
     def inner(self, plugin: Plugin, tag: str) -> list[Plugin]:
-        """The objects of kind `tag` within another, those that it refers to among them."""
-        return [Plugin.of(element) for element in self.elements(plugin, tag)]
+        """The objects of kind `tag` within another, those that it refers to among them, each once."""
+        found = {id(element): element for element in self.elements(plugin, tag)}
+        return [Plugin.of(element) for element in found.values()]
 
     def elements(self, plugin: Plugin, tag: str) -> list[Element]:
-        """As `inner`, as they stand in the file."""
+        """As `inner`, as they stand in the file, as often as they do."""
         found = [self.referred(child) for child in plugin.objects]
         return [element for element in found if element.tag == tag]
+
+    def take(self, value: Any, use: str, element: Element) -> None:
+        """Count the points of the curves in a colour or a material that is put to one `use` more than once:
+        each use costs their time, or their memory."""
+        for curve in _curves(value):
+            if (use, id(curve)) in self.used:
+                self.again += len(curve)
+            self.used.add((use, id(curve)))
+        if self.again > _AGAIN:
+            text = f"curves that several refer to have more than {written(_AGAIN)} points, each counted"
+            raise element.says(f"{text} as often as it is referred to; give them fewer points")
 
     def named(self, element: Element, name: str, meant: Element) -> None:
         """Know an object by an id that an element gives it; SceneError where another one has it."""
@@ -60,6 +77,19 @@ class Context:
         if name not in self.ids:
             raise unknown(element, "object with the id", name, [*self.ids])
         return self.ids[name]
+
+
+def _curves(value: Any) -> Iterator[list[Any]]:
+    """The curves in a colour, a texture or a material that have more points than a colour has numbers."""
+    if isinstance(value, dict):
+        for inner in value.values():
+            yield from _curves(inner)
+    elif isinstance(value, list):
+        if len(value) > 3:
+            yield value
+        else:
+            for inner in value:
+                yield from _curves(inner)
 
 
 def opened(data: bytes, context: Context) -> tuple[list[Element], dict[str, str]]:
@@ -91,7 +121,9 @@ def _objects(
     """The root's children without those that only say how to read others."""
     for child in root.children:
         for element in child.walk():
-            filled(element, parameters)
+            context.filled += filled(element, parameters)
+            if context.filled > MOST:
+                raise element.says(f"parameters filled in add more than {written(MOST)} letters; write less")
             if element.tag == "default":
                 parameters.setdefault(element.get("name"), element.get("value"))
         if child.tag == "include":

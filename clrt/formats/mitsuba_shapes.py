@@ -42,6 +42,7 @@ class Shapes:
     _names: Names = field(default_factory=Names)
     _called: dict[int, str] = field(default_factory=dict)
     _alike: dict[str, str] = field(default_factory=dict)
+    _radiances: dict[int, Any] = field(default_factory=dict)
 
     def add(self, element: Element) -> None:
         """One shape, or the light that it is."""
@@ -77,7 +78,11 @@ class Shapes:
             shape |= self._file(plugin)
         elif plugin.type == "rectangle" and _pictured(material):
             shape = {"type": "mesh", "vertices": shape["points"], **_sheet(plugin, table)}
-        shape["material"] = self._name(bsdf, table) if material is table else material
+        if material is table:
+            shape["material"] = self._name(bsdf, table)
+        else:
+            context.take(material, "shape", element)
+            shape["material"] = material
         if "id" in element.keys:
             shape["name"] = element.keys["id"]
         self.shapes.append(shape)
@@ -86,6 +91,7 @@ class Shapes:
         """The name of a material: one for all that are alike, of the first of them."""
         key = id(element)
         if key not in self._called:
+            self.materials.context.take(table, "material", element)
             like = repr(table)
             if like not in self._alike:
                 self._alike[like] = self._names.new(element.keys.get("id") or element.keys["type"])
@@ -95,16 +101,24 @@ class Shapes:
 
     def _radiance(self, plugin: Plugin) -> Any:
         """That of the area emitter within a shape; None where it has none."""
-        for emitter in self.materials.context.inner(plugin, "emitter"):
-            if emitter.type != "area":
-                raise unknown(emitter.element, "emitter of a shape", emitter.type, ["area"])
-            emitter.check({"radiance": "x", "sampling_weight": "-"}, self.materials.context.left_out)
-            color = self.materials.tint(emitter, "radiance", 1.0)
-            if isinstance(color, dict):
-                self.materials.context.left_out["textures of lights"] = None
-                return 1.0
-            return color
-        return None
+        found = self.materials.context.elements(plugin, "emitter")
+        if not found:
+            return None
+        if id(found[0]) not in self._radiances:
+            self._radiances[id(found[0])] = self._shed(Plugin.of(found[0]))
+        self.materials.context.take(self._radiances[id(found[0])], "light", plugin.element)
+        return self._radiances[id(found[0])]
+
+    def _shed(self, emitter: Plugin) -> Any:
+        """The radiance of an area emitter."""
+        if emitter.type != "area":
+            raise unknown(emitter.element, "emitter of a shape", emitter.type, ["area"])
+        emitter.check({"radiance": "x", "sampling_weight": "-"}, self.materials.context.left_out)
+        color = self.materials.tint(emitter, "radiance", 1.0)
+        if isinstance(color, dict):
+            self.materials.context.left_out["textures of lights"] = None
+            return 1.0
+        return color
 
     def _file(self, plugin: Plugin) -> Table:
         if "filename" not in plugin.values:

@@ -10,7 +10,7 @@ import numpy as np
 from clrt.base.errors import fault
 from clrt.formats.mitsuba_file import Context
 from clrt.formats.mitsuba_values import Array, Plugin, looks, times
-from clrt.formats.xml_tree import unknown
+from clrt.formats.xml_tree import Element, unknown
 from clrt.scene.pinhole import ahead
 
 Table = dict[str, Any]
@@ -147,8 +147,17 @@ def _samples(plugin: Plugin, context: Context) -> Table:
     return {}
 
 
-def depth(plugin: Plugin, context: Context) -> int | None:
-    """`max_depth` of an integrator: paths of length 2 see the light on the first surface. None: not said."""
+def depth(element: Element, context: Context) -> int | None:
+    """`max_depth` of an integrator: paths of length 2 see the light on the first surface. None: not said.
+
+    Many may refer to one: each is read once.
+    """
+    if id(element) not in context.depths:
+        context.depths[id(element)] = _depth(Plugin.of(element), context)
+    return context.depths[id(element)]
+
+
+def _depth(plugin: Plugin, context: Context) -> int | None:
     if plugin.type not in _INTEGRATORS:
         raise unknown(plugin.element, "integrator", plugin.type, [*_INTEGRATORS])
     known = _INTEGRATORS[plugin.type]
@@ -160,7 +169,7 @@ def depth(plugin: Plugin, context: Context) -> int | None:
     elif "max_depth" in plugin.values:
         most = plugin.whole("max_depth", -1, -1)
         found = None if most < 0 else min(max(most - 2, 0), context.limits.depth)
-    inner = context.inner(plugin, "integrator")[:1]  # each may be referred to: all of them were a tree
+    inner = context.elements(plugin, "integrator")[:1]  # each may be referred to: all of them were a tree
     return depth(inner[0], context) if found is None and inner else found
 
 

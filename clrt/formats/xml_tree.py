@@ -16,6 +16,7 @@ _PARAMETER: Final = re.compile(r"\$(\w+)")
 _ENCODINGS: Final = ("utf-8", "utf8", "us-ascii", "ascii")
 _NONE: Final[list[Element]] = []
 LONGEST: Final = 4096  # letters of an attribute whose parameters are filled in
+MOST: Final = 1 << 24  # letters that parameters add to all attributes of a scene
 
 
 class Element:
@@ -111,8 +112,12 @@ def parse(data: bytes, limits: Limits, source: str) -> tuple[Element, dict[str, 
     return root, notes
 
 
-def filled(element: Element, parameters: dict[str, str]) -> None:
-    """Put parameters in place of each `$name` in the element's attributes; SceneError for unknown ones."""
+def filled(element: Element, parameters: dict[str, str]) -> int:
+    """Put parameters in place of each `$name` in the element's attributes; how many letters that adds.
+
+    SceneError for unknown ones.
+    """
+    added = 0
 
     def value_of(found: re.Match[str]) -> str:
         if found[1] not in parameters:
@@ -125,3 +130,5 @@ def filled(element: Element, parameters: dict[str, str]) -> None:
             element.keys[key] = _PARAMETER.sub(value_of, value)
             if len(element.keys[key]) > LONGEST:  # a parameter may hold others, twice each
                 raise element.says(f"{key} is longer than {LONGEST} letters with its parameters filled in")
+            added += max(len(element.keys[key]) - len(value), 0)
+    return added

@@ -6,7 +6,7 @@ import codecs
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final
+from typing import Final
 
 from clrt.base.errors import show
 from clrt.meshfiles.facets import Facets, Rgb, shown
@@ -27,7 +27,7 @@ _OTHERS: Final = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
+@dataclass
 class Phong:
     """A material as an MTL file states it; None where it says nothing."""
 
@@ -56,7 +56,7 @@ class Phong:
                 files[key] = None if file is None else picture | {"file": file}
         if None in files.values():
             self.left_out["pictures that are not there"] = None
-        return _changed(self, **files)
+        return replace(self, **files)  # type: ignore[arg-type]
 
     def table(self, uv: bool) -> Table:
         """The material, as a scene file has it; without pictures where what has it has no uv."""
@@ -125,7 +125,7 @@ def read_mtl(data: bytes, name: str) -> dict[bytes, Phong]:
             found[current] = Phong(left_out=earlier(current) if current in found else {})
         elif current is not None and key:
             try:
-                found[current] = _said(found[current], key, [text_of(word) for word in words[1:]])
+                _say(found[current], key, [text_of(word) for word in words[1:]])
             except (ValueError, IndexError, OverflowError):
                 text = f"{show(text_of(line).strip()[:60])} is not understood"
                 raise BrokenMesh(f"{show(name[:60])}, line {number}: {text}") from None
@@ -150,31 +150,27 @@ def earlier(name: bytes) -> dict[str, None]:
     return {f"the earlier one of two materials called {show(text_of(name)[:60])}": None}
 
 
-def _said(material: Phong, key: str, words: list[str]) -> Phong:
-    """`material` with what one line says; ValueError or IndexError where its numbers are none."""
+def _say(material: Phong, key: str, words: list[str]) -> None:
+    """Keep what one line says of a material; ValueError or IndexError where its numbers are none."""
     if key in _PASSED_OVER:
-        return material
+        return
     if key in ("kd", "ks", "ke", "tf"):
         if words[0] in ("spectral", "xyz"):
             material.left_out[f"{words[0]} colours"] = None
-            return material
-        return _changed(material, **{key: _rgb(words)})
-    if key in ("ns", "ni", "pr", "pm"):
-        return _changed(material, **{key: _number(words[0])})
-    if key == "d":
-        return replace(material, d=_share(words[1] if words[0] == "-halo" else words[0]))
-    if key == "tr":
-        return replace(material, d=1.0 - _share(words[0]))
-    if key == "illum":
-        return replace(material, illum=int(words[0]))
-    if key in ("map_kd", "map_ke", "norm"):
-        return _changed(material, **{key: texture(words, material.left_out, normals=key == "norm")})
-    material.left_out[_OTHERS.get(key, "textures" if key.startswith("map_") else show(key[:20]))] = None
-    return material
-
-
-def _changed(material: Phong, **values: Any) -> Phong:
-    return replace(material, **values)
+        else:
+            setattr(material, key, _rgb(words))
+    elif key in ("ns", "ni", "pr", "pm"):
+        setattr(material, key, _number(words[0]))
+    elif key == "d":
+        material.d = _share(words[1] if words[0] == "-halo" else words[0])
+    elif key == "tr":
+        material.d = 1.0 - _share(words[0])
+    elif key == "illum":
+        material.illum = int(words[0])
+    elif key in ("map_kd", "map_ke", "norm"):
+        setattr(material, key, texture(words, material.left_out, normals=key == "norm"))
+    else:
+        material.left_out[_OTHERS.get(key, "textures" if key.startswith("map_") else show(key[:20]))] = None
 
 
 def _rgb(words: Sequence[str]) -> Rgb:

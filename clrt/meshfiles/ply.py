@@ -13,6 +13,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from clrt.base.errors import show
+from clrt.base.limits import written
 from clrt.images.file import decode, uncurved
 from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.outlines import rows_of
@@ -22,9 +24,14 @@ _OTHERS: Final = ((b"diffuse_red", b"diffuse_green", b"diffuse_blue"), (b"r", b"
 _PROPERTY: Final = re.compile(rb"(?<=\n)(property[ \t]+)(\w+)([ \t]+)(\w+)(?=[ \t]*\r?\n)")
 _ELEMENT: Final = re.compile(rb"(?<=\n)(?=element[ \t])")
 _TEXTURE: Final = re.compile(rb"(?i)\ncomment[ \t]+texturefile[ \t]+([^\r\n]+)")
+_END: Final = b"end_header"
 _HEADER: Final = 1 << 20  # bytes within which a header ends
+_DIGITS: Final = 18  # of a number of rows
 _COLORED: Final = ("vertex", "face")
 _NEAR: Final = 1e-6  # beyond 0 and 1, of floats: rounding
+_LISTS: Final = 16  # of a header: trimesh looks at all properties of an element anew for each
+_FREE: Final = 1 << 18  # rows and values of a text, each of which takes up to 190 bytes; and besides
+_SHARE: Final = 4  # bytes of the file for each
 
 
 def plain_ply(data: bytes) -> bytes:
@@ -37,7 +44,13 @@ def plain_ply(data: bytes) -> bytes:
         raise BrokenMesh(f"its header does not end within {_HEADER} bytes")
     elements = map(_named, _ELEMENT.split(head))
     text = b"ascii" in b"".join(head.split(b"\n", 2)[1:2]).lower()
-    plain = b"".join(map(_doubled, elements) if text else elements)
+    declared = _Declared.of(head)
+    if declared.lists > _LISTS:
+        raise BrokenMesh(f"its header declares {declared.lists} lists; at most {_LISTS} are read")
+    if text:
+        declared.check_text(len(data))
+        return b"".join(map(_doubled, elements)) + _lines(data[len(head) :], 1 + declared.rows)
+    plain = b"".join(elements)
     return data if plain == head else plain + data[len(head) :]
 
 
@@ -97,9 +110,63 @@ class PlyColors:
         return np.stack(columns, axis=1)
 
 
+@dataclass
+class _Declared:
+    """How many rows, values in them and lists a header declares, as trimesh reads it; of faces the rows and
+    lists, too."""
+
+    rows: int = 0
+    values: int = 0
+    lists: int = 0
+    faces: tuple[int, int] = (0, 0)
+
+    @staticmethod
+    def of(head: bytes) -> _Declared:
+        found, name, length, lists = _Declared(), "", 0, 0
+        for words in map(str.split, head.decode("utf-8", "replace").split("\n")):
+            if len(words) == 3 and "element" in words[0]:
+                name, count = words[1:]
+                if not (count.isascii() and count.isdecimal()) or len(count) > _DIGITS:
+                    raise BrokenMesh(f"its header declares {show(count)} of {show(name)}, which is no count")
+                length, lists = int(count), 0
+                found.rows += length
+            elif words and "property" in words[0]:
+                found.values += length
+                found.lists += "list" in "".join(words[1:2])
+                lists += "list" in "".join(words[1:2])
+            if name == "face":
+                found.faces = length, lists
+        return found
+
+    def check_text(self, size: int) -> None:
+        """Raise BrokenMesh where a text file of `size` bytes declares what would take too much memory, or
+        what trimesh does not understand."""
+        many, most = self.rows + self.values, _FREE + size // _SHARE
+        if many > most:
+            text = f"its header declares {written(many)} rows and values in them"
+            text += f"; of a text of its size at most {written(most)} are read"
+            raise BrokenMesh(f"{text}, save it as binary")
+        if self.faces[0] == 1 and self.faces[1] > 1:
+            text = f"it has {self.faces[1]} lists of one face, of which a text file may have one"
+            raise BrokenMesh(f"{text}; save it as binary, or leave the others out")
+
+
+def _lines(text: bytes, count: int) -> bytes:
+    """The first lines of a text, as trimesh finds them: those after all rows would cost as much as rows."""
+    lines = text.decode("utf-8", "surrogateescape").splitlines()
+    return "\n".join(lines[:count]).encode("utf-8", "surrogateescape")
+
+
 def _head(data: bytes) -> bytes:
-    """The header up to its last line; empty where it does not end."""
-    return data[: max(data.find(b"end_header", 0, _HEADER), 0)]
+    """The header up to its last line, which trimesh knows by a word; empty where it does not end."""
+    found = data.find(_END, 0, _HEADER)
+    while found >= 0:
+        after = data.find(b"\n", found) + 1 or len(data)
+        line = data[data.rfind(b"\n", 0, found) + 1 : after]
+        if _END.decode() in line.decode("utf-8", "replace").split():
+            return data[:found]
+        found = data.find(_END, after, _HEADER)
+    return b""
 
 
 def _types(data: bytes) -> dict[str, tuple[str, ...]]:

@@ -74,9 +74,11 @@ def check_ior(ior: Ior, at: At) -> None:
         check_points(ior, at, LEAST, MOST)
     elif isinstance(ior, Dispersion):
         ior.check(at)
-        for nm, value in zip(VISIBLE, ior_at(ior, VISIBLE), strict=True):
-            if not LEAST <= value <= MOST:
-                raise at.error(float(value), f"the index at {nm:g} nm must be {INDEX}")
+        values = ior_at(ior, VISIBLE)
+        good = (values >= LEAST) & (values <= MOST)
+        if not good.all():
+            worst = int(good.argmin())
+            raise at.error(float(values[worst]), f"the index at {VISIBLE[worst]:g} nm must be {INDEX}")
     elif not LEAST <= ior <= MOST:
         raise at.error(ior, f"ior must be {INDEX} or one of {listed((*IOR, *GLASSES))}")
 

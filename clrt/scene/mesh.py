@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,7 +21,7 @@ from clrt.base.records import read
 from clrt.meshfiles.file import read_mesh_file
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Placed, vertex_normals
-from clrt.scene.mesh_arrays import check_flat, read_arrays
+from clrt.scene.mesh_arrays import FEW, check_flat, read_arrays
 from clrt.scene.shapes import FiniteShape
 
 Points = Annotated[
@@ -230,7 +230,13 @@ def _without_concave(vertices: np.ndarray, faces: tuple[np.ndarray, ...], at: At
 
     What shows a picture is made of fans, so these would reach beyond the face.
     """
-    outlines, sizes = Outlines(), np.fromiter(map(len, faces), np.int64, len(faces))
+    outlines = Outlines()
+    if len(faces) <= FEW:
+        found = [outlines.few(vertices, face) for face in faces]
+        clear = [part for part in found if part is not None]
+        if len(clear) == len(faces):
+            return _told(outlines, at, clear)
+    sizes = np.fromiter(map(len, faces), np.int64, len(faces))
     parts: list[Sequence[np.ndarray]] = [(face,) for face in faces]
     for size in np.unique(sizes[sizes > 3]):
         which = np.flatnonzero(sizes == size)
@@ -240,6 +246,11 @@ def _without_concave(vertices: np.ndarray, faces: tuple[np.ndarray, ...], at: At
             triangles = corners[row][cut]
             triangles.flags.writeable = False
             parts[which[row]] = tuple(triangles)
+    return _told(outlines, at, parts)
+
+
+def _told(outlines: Outlines, at: At, parts: Iterable[Iterable[np.ndarray]]) -> tuple[np.ndarray, ...]:
+    """The parts of all faces as one; what stays as it was is told."""
     for text in outlines.left_over:
         warn(at.source, at.path, text)
     return tuple(chain.from_iterable(parts))
@@ -279,7 +290,8 @@ def edited_mesh(before: Mesh, table: Mapping[str, Any], at: At, folder: Path | N
 
 
 def _fan(faces: tuple[np.ndarray, ...]) -> np.ndarray:
-    return np.concatenate([np.c_[np.full(len(f) - 2, f[0]), f[1:-1], f[2:]] for f in faces]).astype(np.int32)
+    rows = map(np.ndarray.tolist, faces)  # numpy takes far longer for so few
+    return np.array([(row[0], *pair) for row in rows for pair in pairwise(row[1:])], np.int32)
 
 
 def _same(mine: Any, other: Any) -> bool:

@@ -13,7 +13,7 @@ from clrt.base.explain import FLOAT32_MAX, REFUSALS
 from clrt.base.places import At
 from clrt.meshfiles.planar import flaws, is_sound
 
-_FEW = 8  # faces for which numpy takes far longer than Python
+FEW = 8  # faces for which numpy takes far longer than Python
 _ROWS = 1 << 16  # looked at at a time
 
 
@@ -126,7 +126,7 @@ def check_flat(vertices: np.ndarray, faces: np.ndarray | tuple[np.ndarray, ...],
     """Raise for the first face of more than 3 corners that is not plane or spans no area."""
     if isinstance(faces, np.ndarray):
         return  # a triangle is plane; one without area is never hit
-    if len(faces) <= _FEW and all(len(face) == 3 or is_sound(vertices[face].tolist()) for face in faces):
+    if len(faces) <= FEW and all(len(face) == 3 or is_sound(vertices[face].tolist()) for face in faces):
         return
     lengths = np.array([len(face) for face in faces])
     rounded = vertices.astype(np.float32).astype(np.float64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated
 
 from msgspec import Meta
@@ -9,7 +10,7 @@ from msgspec import Meta
 from clrt.base.places import At, listed
 from clrt.base.records import Record
 from clrt.base.suggest import did_you_mean
-from clrt.spectra.spectrum import METALS, Points, check_points
+from clrt.spectra.spectrum import METALS, VISIBLE, Points, check_points
 
 IOR = {"air": 1.0, "water": 1.333, "ice": 1.31, "glass": 1.5, "diamond": 2.419}
 """Indices of refraction by name (at the sodium line)."""
@@ -17,6 +18,7 @@ GLASSES = ("BK7", "SF10", "SF11", "silica", "water-dispersive", "diamond-dispers
 """Glasses whose index depends on the wavelength."""
 LEAST, MOST = 1e-3, 1e6
 """The bounds of an index of refraction: the fourth power of two indices' ratio still is a float32."""
+_SEEN = tuple((nm / 1000) ** 2 for nm in VISIBLE)  # um^2
 INDEX = f"a number from {LEAST:g} to {MOST:g}"
 """What an index is, in a message."""
 
@@ -32,6 +34,11 @@ class Sellmeier(Record, frozen=True, kw_only=True):
             raise at.key("B").error(self.B, "B must be 1 to 6 numbers")
         if len(self.C) != len(self.B):
             raise at.key("C").error(self.C, "C must be as many numbers (um^2) as B has")
+        for number, square in enumerate(self.C):
+            if _SEEN[0] <= square <= _SEEN[1]:
+                text = f"the index has no end at {1000 * math.sqrt(square):.6g} nm, which is visible"
+                right = f"C must be below {_SEEN[0]:g} or above {_SEEN[1]:g} (um^2)"
+                raise at.key("C").item(number).error(square, f"{text}; {right}")
 
 
 class Dispersion(Record, frozen=True, kw_only=True):

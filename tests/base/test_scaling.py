@@ -248,3 +248,63 @@ def test_a_file_costs_no_more_than_its_size_allows(case: str, tmp_path: Path) ->
     file = tmp_path / name
     file.write_text(text(1_500_000))
     bounded("read", file)
+
+
+def spectrum(name: str) -> str:
+    pairs = " ".join(f"{100 + 2 * i}:1" for i in range(4000))
+    return f'<spectrum name="{name}" value="{pairs}"/>'
+
+
+DIFFUSE = f'<bsdf type="diffuse" id="d">{spectrum("reflectance")}</bsdf>'
+CHECKER = f'<texture type="checkerboard" id="t">{spectrum("color0")}</texture>'
+TEXTURED = '<bsdf type="diffuse" {}><ref name="reflectance" id="t"/></bsdf>'
+DEFAULT = '<default name="a" value=""/>'
+REF = '<ref id="{}"/>'
+BALL = '<shape type="sphere"><ref id="{}"/></shape>'
+CHAIN = "".join(f'<integrator type="aov" id="i{k}"><ref id="i{k + 1}"/></integrator>' for k in range(300))
+REFERRED: dict[str, tuple[str, str, bool]] = {
+    "emitters": (
+        f'<shape type="sphere"><emitter type="area" id="e">{spectrum("radiance")}</emitter></shape>',
+        BALL.format("e"), True,
+    ),
+    "emitters of many parts": (
+        '<shape type="sphere"><emitter type="area" id="e">' + DEFAULT * 4000 + "</emitter></shape>",
+        BALL.format("e"), False,
+    ),
+    "bsdfs": (DIFFUSE, BALL.format("d"), False),
+    "bsdfs on two sides": (DIFFUSE, f'<bsdf type="twosided"><ref id="d"/></bsdf>{BALL.format("d")}', True),
+    "blends": (DIFFUSE, '<bsdf type="blendbsdf"><ref id="d"/><ref id="d"/></bsdf>', True),
+    "textures": (CHECKER, TEXTURED.format(""), True),
+    "textures on shapes": (CHECKER + TEXTURED.format('id="d"'), BALL.format("d"), True),
+    "integrators": (
+        f'{CHAIN}<integrator type="path" id="i300"/>',
+        '<integrator type="aov"><ref id="i0"/></integrator>', False,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFERRED)
+def test_what_many_refer_to_is_read_once(case: str, tmp_path: Path) -> None:
+    """And is refused where a scene has its own of it at each place, and these take too much together."""
+    once, again, refused = REFERRED[case]
+    (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">{once}{again * 4000}</scene>')
+    error = bounded("read", tmp_path / "a.xml").error
+    assert ("have more than 262 144 points" in error) == bool(error) == refused, error
+    loading(tmp_path / "a.xml")()
+
+
+def test_a_film_is_one_however_often_it_is_referred_to(tmp_path: Path) -> None:
+    film = f'<film type="hdrfilm" id="f">{REF.format("r") * 4000}</film><rfilter type="tent" id="r"/>'
+    sensor = f'<sensor type="perspective">{REF.format("f") * 4000}</sensor><shape type="sphere"/>'
+    (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">{film}{sensor}</scene>')
+    assert bounded("read", tmp_path / "a.xml").error == ""
+    camera = clrt.load(tmp_path / "a.xml").camera
+    assert camera is not None and camera.filter == "tent"
+
+
+def test_parameters_that_are_filled_in(tmp_path: Path) -> None:
+    """Each place may hold 4096 letters, where its name takes two."""
+    parameter = f'<default name="a" value="{"b" * 4090}"/>'
+    (tmp_path / "a.xml").write_text(f'<scene version="3.0.0">{parameter}{REF.format("x$a") * 40_000}</scene>')
+    assert "add more than 16 777 216 letters; write less" in bounded("read", tmp_path / "a.xml").error
+    loading(tmp_path / "a.xml")()

@@ -73,3 +73,14 @@ def test_other_faults(tmp_path: Path) -> None:
         read(tmp_path, TWO, BASE, "path.yaml")
     with pytest.raises(clrt.SceneError, match=r"no\.toml: .*no such file"):
         load_keyframes(tmp_path / "no.toml", BASE, clrt.Limits())
+
+
+def test_keyframes_have_a_most(tmp_path: Path) -> None:
+    """Each is a whole camera, in as few as three bytes."""
+    path = tmp_path / "a.json"
+    base = clrt.Camera(origin=(0, 1, 5), target=(0, 0, 0))
+    path.write_text(json.dumps({"keyframes": [{}] * 8192}))
+    assert len(load_keyframes(path, base, clrt.Limits()).cameras) == 8192
+    path.write_text(json.dumps({"keyframes": [{}] * 8193}))
+    with pytest.raises(clrt.SceneError, match="8 193 keyframes are too many; at most 8 192 are read"):
+        load_keyframes(path, base, clrt.Limits())

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
 
 import clrt
+from clrt.meshfiles.outlines import Outlines
 
 DART = [[0, 0, 0], [2, -1, 0], [0, 2, 0], [-2, -1, 0]]
 SQUARE = [[4, 0, 0], [5, 0, 0], [5, 1, 0], [4, 1, 0]]
@@ -47,3 +50,38 @@ def test_more_entries_than_a_value_has_are_refused_before_they_are_a_list() -> N
     endless = np.broadcast_to(0.5, (10**6, 10**6))
     with pytest.raises(clrt.SceneError, match="too many entries; a value has at most"):
         clrt.load_dict({"shapes": [{"type": "polygon", "points": endless}]})
+
+
+def faces_of_all_kinds() -> Iterator[np.ndarray]:
+    """Corners of faces: plane and not, thin, without area, that cross themselves."""
+    draw = np.random.default_rng(3)
+    for size in (3, 4, 5, 6, 8, 9):
+        for bend in (0.0, 1e-3, 1e-2, 0.1, 1.0):
+            for _ in range(40):
+                angles = np.sort(draw.uniform(0, 2 * np.pi, size))
+                ring = np.stack([np.cos(angles), np.sin(angles), bend * draw.normal(size=size)], axis=1)
+                yield ring * draw.uniform(0.1, 1, (size, 1))
+                yield draw.normal(size=(size, 3)) * (1, 1, bend)
+    for far in (0.5, 0.25001, 0.2501, 0.25002, 0.250005):  # the last corner, from beyond a side to within
+        yield np.array([[0.0, 0, 0], [0.5, -far, 0], [1, 0, 0], [0.5, -0.25, 0]])
+        yield np.array([[0.5, -far + 0.25, 0], [1, 0, 0], [0.5, 1, 0], [0, 0, 0]])
+    yield np.zeros((4, 3))
+    yield np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]])
+    yield np.array([[0.0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0]])
+
+
+def test_a_face_alone_is_cut_as_many_are() -> None:
+    pytest.importorskip("mapbox_earcut", reason="needs the optional dependency clrt[mesh]")
+    kinds: Counter[str] = Counter()
+    for corners in faces_of_all_kinds():
+        alone, many, face = Outlines(), Outlines(), np.arange(len(corners))
+        found = alone.few(corners, face)
+        rows, cuts = many.cut(corners, face[None]) if len(face) > 3 else ((), ())
+        if found is None:
+            kinds["unclear"] += 1
+            continue
+        kinds["cut" if len(found) > 1 else "left" if alone.left_over else "whole"] += 1
+        expected = face[cuts[0]] if len(rows) else face[None]
+        assert [part.tolist() for part in found] == expected.tolist()
+        assert alone.left_over == many.left_over
+    assert min(kinds[kind] for kind in ("unclear", "cut", "left", "whole")) > 10, kinds
