@@ -239,9 +239,9 @@ def room(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (["-o", "sky.exr"], "sky.exr, which the scene reads; give --output"),
-        (["-o", "link.exr"], "sky.exr, which the scene reads; give --output"),
-        (["-o", "hard.exr"], "sky.exr, which the scene reads; give --output"),
+        (["-o", "sky.exr"], "sky.exr, which is read; give --output"),
+        (["-o", "link.exr"], "sky.exr, which is read; give --output"),
+        (["-o", "hard.exr"], "sky.exr, which is read; give --output"),
         (["-o", "a.png", "--stats", "room.toml"], "is the scene; give --stats"),
         (["-o", "a.png", "--stats", "mesh.obj"], "mesh.obj: --stats writes JSON; give it a name"),
         (["-o", "a.png", "--checkpoint", "room.toml"], "is the scene; give --checkpoint"),

@@ -160,7 +160,8 @@ def test_faults_say_what_to_do(tmp_path: Path, image: clrt.Image):
     strange = clrt.Image(image.pixels, {"../up": image.layers["depth"]})
     with pytest.raises(clrt.ClrtError, match="cannot be a part of a file's name"):
         strange.save_layers(tmp_path / "a.png")
-    bands = clrt.Image(image.pixels, {"bands": np.zeros((16, 24, 5), np.float32)}, wavelengths=(1,) * 5)
+    five = {"bands": np.zeros((16, 24, 5), np.float32)}
+    bands = clrt.Image(image.pixels, five, wavelengths=(1, 2, 3, 4, 5))
     with pytest.raises(clrt.ClrtError, match=r"5 values a pixel, which only an \.exr holds"):
         bands.layer("bands")
     assert bands.save_layers(tmp_path / "a.png") == []

@@ -11,6 +11,7 @@ import pytest
 
 import clrt
 from clrt.meshfiles.outlines import Outlines
+from clrt.scene.mesh_arrays import FEW
 
 DART = [[0, 0, 0], [2, -1, 0], [0, 2, 0], [-2, -1, 0]]
 SQUARE = [[4, 0, 0], [5, 0, 0], [5, 1, 0], [4, 1, 0]]
@@ -36,6 +37,22 @@ def test_a_concave_face_becomes_triangles_and_a_convex_one_stays() -> None:
     whole = area(np.array(DART, float))
     parts = [area(vertices[face]) for face in faces[:2]]
     assert min(parts) > 0 and sum(parts) == pytest.approx(whole)
+
+
+@pytest.mark.parametrize("many", [1, FEW])
+def test_many_faces_and_faces_of_many_corners_are_cut_too(many: int) -> None:
+    """Together, in place of one after the other."""
+    angles = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    lengths = np.where(np.arange(12) % 2, 1, 0.4)
+    star = np.stack([lengths * np.cos(angles), lengths * np.sin(angles), 0 * angles], axis=1)
+    corners = [*DART, *SQUARE, *star.tolist()]
+    faces = [[1, 2, 3, 0], [4, 5, 6], [4, 5, 6, 7], [*range(8, 20)]] * many
+    (shape,) = mesh(corners, *faces).shapes
+    vertices, found = shape.data().vertices, shape.data().faces
+    assert [len(face) for face in found] == ([3, 3, 3, 4] + [3] * 10) * many
+    parts = np.array([area(vertices[face]) for face in found]).reshape(many, -1)
+    whole = [area(np.array(DART, float)), 0.5, 1.0, area(star)]
+    assert parts.min() > 0 and parts.sum(axis=1) == pytest.approx(np.full(many, sum(whole)))
 
 
 def test_a_face_that_crosses_itself_is_told_of() -> None:
