@@ -108,8 +108,8 @@ _COVERAGE: Final = tuple(
     for name, old, new in (
         ("the smallest part of a pixel first", "np.lexsort((name, -part, pixel))",
          "np.lexsort((name, part, pixel))"),
-        ("parts of what is hit, not of the pixel", "part = part / total[start + pixel]",
-         "part = part / np.bincount(pixel, part)[pixel]"),
+        ("parts of what is hit, not of the pixel", "_whole(part / total[start + pixel], pixel)",
+         "part / np.bincount(pixel, part)[pixel]"),
         ("one name for all parts of pixels", "names[name[kept]]", "names[0 * name[kept]]"),
         ("the quarters of a pixel lost", "(rank < RANKS) & (part > 0)", "(rank < RANKS) & (part > 0.25)"),
     )
