@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -88,6 +89,9 @@ def read_layers(
                 window.put(found[layer], row, samples[..., place])
         attributes = dict(_attributes(spec))
     bands = _wavelengths(spec.channelnames) if "bands" in found else ()
+    for nm, after in pairwise(bands):
+        if nm == after:
+            raise SceneError(f"{path}: two of its channels are the band of {nm:g} nm")
     return {layer: _typed(layer, values, name) for layer, values in found.items()}, bands, attributes
 
 

@@ -70,8 +70,10 @@ class Image:
         if not isinstance(self.wavelengths, (tuple, list)):
             raise ClrtError(f"wavelengths: {show(self.wavelengths)} is not allowed; it must be a tuple of nm")
         wavelengths = tuple(arguments.number("wavelengths", nm) for nm in self.wavelengths)
-        if len(set(wavelengths)) < len(wavelengths) or not all(0 < nm < np.inf for nm in wavelengths):
-            raise ClrtError(f"wavelengths: {show(self.wavelengths)}: they must be above 0, each another")
+        named = {round(nm, 6) if 0 < nm < np.inf else 0.0 for nm in wavelengths}  # as channels of an .exr are
+        if len(named) < len(wavelengths) or 0.0 in named:
+            right = "they must be above 0, and 1e-6 nm apart"
+            raise ClrtError(f"wavelengths: {show(self.wavelengths)} is not allowed; {right}")
         if pixels.dtype != np.float32 or pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
             hint = "; image.layer(name) makes a picture of a layer" if pixels.ndim == 2 else ""
             raise ClrtError(f"pixels: {pixels.dtype} {pixels.shape} is not float32 (height, width, 3){hint}")

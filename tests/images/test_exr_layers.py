@@ -135,6 +135,9 @@ def test_faults_say_where(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         clrt.read_image(file, layers=5)  # type: ignore[arg-type]
     with pytest.raises(clrt.LimitError, match="image_bytes"):
         clrt.read_image(file, clrt.Limits(image_bytes=700), layers="all")
+    twice = write(tmp_path / "b.exr", {**RGB, "S0.500nm": 1, "S0.500,0nm": 2, "S0.510nm": 3})
+    with pytest.raises(clrt.SceneError, match=r"b\.exr: two of its channels are the band of 500 nm"):
+        clrt.read_image(twice, layers="all")
     for value, words in ((0.5, "is 0.5"), (np.nan, "is nan"), (1e9, "is 1e")):
         bad = np.zeros((H, W))
         bad[2, 1] = value

@@ -352,10 +352,12 @@ def test_a_name_that_an_exr_would_lose_is_refused(letter: str, tmp_path: Path) -
         assert read_image(file).shape == (2, 2, 3)  # the old one
 
 
-@pytest.mark.parametrize("wavelengths", [(500, 500), (np.nan, 500), (np.inf, 500), (-5, 500), (0, 500)])
-def test_wavelengths_are_above_0_and_each_another(wavelengths: tuple[float, float]) -> None:
+@pytest.mark.parametrize("wavelengths", [
+    (500, 500), (500, 500.0000001), (np.nan, 500), (np.inf, 500), (-5, 500), (0, 500), (1e-9, 500),
+])  # fmt: skip
+def test_wavelengths_are_above_0_and_apart(wavelengths: tuple[float, float]) -> None:
     pixels = np.zeros((2, 2, 3), np.float32)
-    with pytest.raises(ClrtError, match="wavelengths: "):
+    with pytest.raises(ClrtError, match=r"wavelengths: .* is not allowed; they must be above 0"):
         Image(pixels, {"bands": np.zeros((2, 2, 2), np.float32)}, wavelengths=wavelengths)
 
 
