@@ -91,12 +91,6 @@ def test_short_lines_of_a_material() -> None:
     assert min(ratios) < 5
 
 
-@pytest.mark.parametrize("ior", [{"cauchy": [1.5]}, {"sellmeier": {"B": [1], "C": [0]}}])
-def test_many_glasses_by_formula(tmp_path: Path, ior: dict[str, object]) -> None:
-    text = json.dumps({"materials": {str(k): {"ior": ior} for k in range(50_000)}})
-    assert bounded("read", file(tmp_path, "a.json", text)).error == ""
-
-
 XYZ = "property float x\nproperty float y\nproperty float z\n"
 LIST = "property list uchar int vertex_indices\n"
 ROWS = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2"
