@@ -58,13 +58,14 @@ def pages() -> Iterator[tuple[str, str]]:
 
 
 @cache
-def options() -> dict[str, set[str]]:
-    """The options of each command, and of its actions where it has some."""
+def options(hidden: bool = False) -> dict[str, set[str]]:
+    """The options of each command and of its actions; `hidden`: those of our own processes, too."""
 
     def within(made: argparse.ArgumentParser) -> set[str]:
         inner = [a.choices.values() for a in made._actions if isinstance(a, argparse._SubParsersAction)]
         deeper = {text for parsers in inner for one in parsers for text in within(one)}
-        return {text for action in made._actions for text in action.option_strings} | deeper
+        shown = (action for action in made._actions if hidden or action.help != argparse.SUPPRESS)
+        return {text for action in shown for text in action.option_strings} | deeper
 
     (commands,) = [a for a in parser()._actions if isinstance(a, argparse._SubParsersAction)]
     return {name: within(made) for name, made in commands.choices.items()}
@@ -108,7 +109,7 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
 
 
 def test_options_in_messages_exist():
-    known = {"--version"}.union(*options().values())
+    known = {"--version"}.union(*options(hidden=True).values())
     found = 0
     for file, text in messages("clrt"):
         if file in OTHERS_OPTIONS:
