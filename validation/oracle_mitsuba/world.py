@@ -97,7 +97,7 @@ class World:
         for count in range(PASSES):
             if not todo.size:
                 return found
-            hits, exists, met = self._traced(origin[todo], direction[todo], begin[todo])
+            hits, exists, met = self._traced(origin[todo], direction[todo], begin[todo], after[todo])
             good = (
                 exists
                 & (hits.t > after[todo])
@@ -117,8 +117,11 @@ class World:
             )
         return found  # a few lie in a surface: misses, which a comparison shows
 
-    def _traced(self, origin: Array, direction: Array, begin: Array) -> tuple[Hits, Array, Array]:
-        """What Mitsuba finds, moved onto forms; whether it found anything; and where on the ray it did."""
+    def _traced(
+        self, origin: Array, direction: Array, begin: Array, after: Array
+    ) -> tuple[Hits, Array, Array]:
+        """What Mitsuba finds beyond `begin` (n,), moved onto forms, where it counts beyond `after` (n,);
+        whether it found anything; and where on the ray it did."""
         n = len(origin)
         moved = origin + begin[:, None] * direction
         si = self.scene.ray_intersect(engine.rays(moved - self.center, direction))
@@ -148,22 +151,23 @@ class World:
         hits = Hits(t.copy(), owner, point, outward, shading, form, chart)
         on_form = np.flatnonzero(form >= 0)
         if on_form.size:
-            rays = origin[on_form], direction[on_form], begin[on_form]
+            rays = origin[on_form], direction[on_form], after[on_form]
             hits.put(on_form, self._polished(hits.take(on_form), *rays))
         return hits, exists, t
 
-    def _polished(self, hits: Hits, origin: Array, direction: Array, begin: Array) -> Hits:
+    def _polished(self, hits: Hits, origin: Array, direction: Array, after: Array) -> Hits:
         """Hits moved along their rays onto the forms that Mitsuba's shapes approximate.
 
         A hit whose form the ray does not meet, or meets outside the shape's ends, gets t = -1: it does not
-        count. A ray that leaves a form beyond `begin` (n,) where it did not enter slipped between two
-        triangles, as one in some million does in Mitsuba: it gets the hit that it lacks.
+        count. A ray that leaves a form beyond `after` (n,) where it did not enter slipped between two
+        triangles, as one in some million does in Mitsuba, or was just then on its way past something else:
+        it gets the hit that it lacks.
         """
         roots = self._roots(hits.form, origin, direction)
-        best, rows = np.argmin(np.abs(roots - hits.t[:, None]), axis=1), np.arange(len(begin))
+        best, rows = np.argmin(np.abs(roots - hits.t[:, None]), axis=1), np.arange(len(after))
         found = self._at(roots[rows, best], hits.shape, hits.form, origin, direction)
         before = roots[rows, 1 - best]
-        lost = np.flatnonzero((before > begin) & (before < found.t))
+        lost = np.flatnonzero((before > after) & (before < found.t))
         if lost.size:
             entered = self._at(before[lost], hits.shape[lost], hits.form[lost], origin[lost], direction[lost])
             real = (entered.t > 0) & self._shows(entered, direction[lost])
