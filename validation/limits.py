@@ -72,9 +72,6 @@ def limits_of(case: Case, oracle: str) -> Limits:
         # one pixel of an edge can spoil a window; where a checkered floor ends, three can move the whole
         strict = dataclasses.replace(exact(base), window=base.window)
         base = strict if case.is_test else dataclasses.replace(strict, ssim=max(base.ssim or 0, 0.999))
-    elif oracle.startswith("stock"):
-        # its shadow rays start elsewhere, which shows where shadows meet what casts them
-        base = dataclasses.replace(base, masked=0.03, psnr=(base.psnr or 0) - 2)
     return dataclasses.replace(base, mask=_EDGES.get(case.name, base.mask))
 
 

@@ -10,10 +10,9 @@ from tests.mitsuba_rooms import room
 
 EYE = np.array([2.3, 3.9, 9.8])
 # tubes end to end: past its end the mesh of the first goes on, and crosses that of the second
-TUBES = [
-    {"type": "cylinder", "p0": [-1.6421, 1.41, -0.6], "p1": [-1.4722, 1.0, -0.6], "radius": 0.06, "material": "a"},
-    {"type": "cylinder", "p0": [-1.4722, 1.0, -0.6], "p1": [-1.2021, 0.6479, -0.6], "radius": 0.06, "material": "a"},
-]  # fmt: skip
+TUBE = {"type": "cylinder", "radius": 0.06, "material": "a"}
+TUBES = [{**TUBE, "p0": [-1.6421, 1.41, -0.6], "p1": [-1.4722, 1.0, -0.6]},
+         {**TUBE, "p0": [-1.4722, 1.0, -0.6], "p1": [-1.2021, 0.6479, -0.6]}]  # fmt: skip
 
 
 def test_a_tube_is_met_where_another_ones_mesh_crosses_it(mitsuba: Any) -> None:

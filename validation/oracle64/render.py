@@ -23,7 +23,7 @@ from .radiance import Job, radiance
 from .spot import Met, spot_at, visible_hit
 from .tree import LEAF
 from .vectors import Array, Bools, Ints, Words, unit
-from .world import World, nearest_hit
+from .world import Lift, World, nearest_hit
 
 BLOCK = 1 << 15  # rays of three bands that go through the recursion together
 GEOMETRY = ("depth", "z", "distance", "position", "normal", "shading_normal", "albedo", "uv", "shape",
@@ -120,10 +120,11 @@ def render64(
     max_depth: int | None = None,
     layers: Iterable[str] = (),
     shift: tuple[float, float] = (0.0, 0.0),
+    lift: Lift | None = None,
 ) -> Result64:
     """The scene's picture. What is None is the camera's or the scene's; `shift` (pixels) moves samples.
 
-    One of width and height alone keeps the camera's aspect.
+    One of width and height alone keeps the camera's aspect. lift: as of World.
 
     layers: ROUTES, generation_0 ..., TERMS and GEOMETRY as clrt's own; alpha (h, w); crypto_shape is the part
     of the samples that hits each shape, and after them each light, (h, w, numbers).
@@ -139,7 +140,7 @@ def render64(
         raise ValueError(f"spp = {spp} is not a square number")
     with np.errstate(all="ignore"):
         apart = grid**2 if camera.filter != "box" else 1  # sums of a pixel in the film, one a sample
-        job = _job(scene, width * height * apart, max_depth)
+        job = _job(scene, width * height * apart, max_depth, lift)
         light = _sampled(job, camera, (width, height), grid, np.arange(width * height))
         counts = shares(camera, grid, width * height)
         found = {name: _weighed(counts[:apart], layer) for name, layer in job.film.layers.items()}
@@ -229,9 +230,9 @@ def _size(camera: Camera, width: int | None, height: int | None) -> tuple[int, i
     )
 
 
-def _job(scene: Scene, pixels: int, max_depth: int | None) -> Job:
+def _job(scene: Scene, pixels: int, max_depth: int | None, lift: Lift | None = None) -> Job:
     depth = scene.max_depth if max_depth is None else max_depth
-    world = World.of(scene)
+    world = World.of(scene, lift=lift)
     return Job(world, scene, Background(scene, world.palette), depth, Film(pixels, world.palette))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,11 +21,15 @@ from .tree import LEAF, Node, build, walk
 from .vectors import Array, Bools, Ints, across, dot
 
 Hit = tuple[Array, Ints]  # distances and primitives (n,)
+Lift = Callable[[Array], Array]  # how far (n,) from points (n, 3) of surfaces rays start that leave them
 
 
 @dataclass(frozen=True)
 class World:
-    """Primitives of a scene in batches, each with its trees of boxes."""
+    """Primitives of a scene in batches, each with its trees of boxes.
+
+    lift: where rays start, if not as near to surfaces as float64 can.
+    """
 
     scene: Scene
     batches: list[Batch]
@@ -35,9 +40,10 @@ class World:
     lamp: Ints  # (rows,): of each the light's number, -1 of shapes
     media: Media
     images: Images
+    lift: Lift | None = None
 
     @classmethod
-    def of(cls, scene: Scene, leaf: int = LEAF) -> World:
+    def of(cls, scene: Scene, leaf: int = LEAF, lift: Lift | None = None) -> World:
         """The world of a scene; with `leaf` as large as the scene, brute force."""
         scene, lamp = with_surfaces(scene)
         batches, shape_of = gather(scene)
@@ -45,7 +51,7 @@ class World:
         palette = Palette.of(scene)
         surfaces = Surfaces.of(scene, palette, batches, shape_of)
         return cls(scene, batches, trees, shape_of, palette, surfaces, lamp, Media.of(scene, palette),
-                   Images(scene, palette, shape_of))  # fmt: skip
+                   Images(scene, palette, shape_of), lift)  # fmt: skip
 
     @cached_property
     def shown(self) -> Ints:

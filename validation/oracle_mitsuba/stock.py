@@ -20,6 +20,7 @@ written here.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +35,7 @@ from .records import AreaLight, DirectionalLight, Material, Scene, rgb
 from .shapes import Ellipsoid, Quadric, Sphere
 from .skies import HALF_TURN
 
+LIFT = 1500 * 2.0**-24  # Mitsuba's math::RayEpsilon: of 1 and the largest coordinate
 FAINT = 1e-5  # reflectances are this much lower, lights this much stronger
 LOBE_ROWS = 1025  # of the environment that is a Phong lobe
 # where light goes on from mirrors; the others show what the camera meets
@@ -151,6 +153,12 @@ def _lights_support(scene: Scene, name: str) -> str | None:
         if point and light.falloff == "none" and name != "S5":
             return f"lights[{number}]: Mitsuba's light has a falloff (S5 takes it out)"
     return None
+
+
+def lift(scene: Scene) -> Callable[[Array], Array]:
+    """How far (n,) from points (n, 3) of surfaces Mitsuba's plugins start rays (Interaction::offset_p)."""
+    center = geometry(scene, EXACT).center
+    return lambda point: np.asarray(LIFT * (1 + np.abs(point - center).max(axis=-1)))
 
 
 def work(scene: Scene, name: str, paths: int | None) -> Work:
