@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,23 @@ def test_from_so_far_that_the_hit_is_the_centre_a_sphere_has_a_normal() -> None:
     assert found.shape.tolist() == [0, 0]
     assert np.allclose(np.linalg.norm(found.normal, axis=1), 1)
     assert found.normal[0].tolist() == [0, 1, 0]
+
+
+STEEP = (
+    [1e30, -1, -3e38, -0.5, 1000, -2, 1000, 1e-45, 1e-10, 1e30],  # the square of its gradient is denormal
+    [-1e19, 1000, 0, -2, 0, 3e38, 0, 1, 1000, 1],  # and here the inverse of its length
+)
+
+
+@pytest.mark.parametrize("coefficients", STEEP, ids=("nothing", "steep"))
+def test_quadrics_whose_gradients_have_no_square_have_normals(coefficients: list[float]) -> None:
+    """They were up to 11 % too long, or 2 % too short; one of `quadric_steep.json`, in the corpus, was NaN."""
+    tracer = clrt.Tracer({"shapes": [{"type": "quadric", "coefficients": coefficients}]})
+    places = np.array(list(product((-5, 0, 1e-3, 3), (-2, 0, 1), (0, 5, 1e10))), float)
+    ways = np.array([[0, 0, -1], [0, -1, -5], [1, 0, 0], [1, 1, 1], [-1e-3, 0.3, 1], [0.1, -1.1, -5]])
+    found = tracer.intersect(places[:, None], ways[None], fields=("shape", "normal"))
+    met = found.shape == 0
+    assert met.any() and np.allclose(np.linalg.norm(found.normal[met], axis=1), 1, atol=1e-6)
 
 
 def _picture(size: float) -> np.ndarray:

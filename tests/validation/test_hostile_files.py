@@ -103,3 +103,12 @@ def test_texts_are_small_and_mean_much() -> None:
     assert any(data.startswith(b"a.a.a.") for data in tomls) and max(map(len, tomls)) < 1_500_000
     jsons = {texts.json(random.Random(seed)) for seed in DRAWN}
     assert any(data.startswith(b"[[[[") for data in jsons) and max(map(len, jsons)) < 4_000_000
+
+
+def test_what_is_repeated_stays_small_enough_to_be_tried() -> None:
+    """A line of half a megabyte, 70,000 times, ended the run for want of memory."""
+    most, xml = validation_module("hostile.sizes").MOST, validation_module("hostile.xmlfiles")
+    line = f'<string name="x" value="{"9" * (1 << 19)}"/>'
+    text = xml.SCENE.replace("</scene>", "\n".join([line] * 40 + ["</scene>"]))
+    longest = max(len(xml._repeated(random.Random(seed), text)) for seed in range(200))
+    assert len(text) + len(line) < longest <= len(text) + most

@@ -189,7 +189,7 @@ def _obj(draw: random.Random, data: bytes) -> bytes:
     """Lines that begin parts, one line many times, faces of many corners, indices beyond all vertices."""
     lines = data.split(b"\n")
     at = draw.randrange(len(lines))
-    many = count(draw)
+    many = count(draw, len(lines[at]))
     choice = draw.random()
     if choice < 0.3:
         start = draw.choice((b"o x%d", b"g x%d", b"usemtl m%d", b"s %d", b"mtllib m%d.mtl"))

@@ -17,12 +17,16 @@ COUNTS: Final = (2, 10, 30, 100, 300, 1000, 1000, 3000)
 RARE_COUNTS: Final = (10_000, 10_000, 30_000, 70_000)
 """Up to above 65,536, the most that 16 bits number; drawn seldom, because all of them are read."""
 
+MOST: Final = 1 << 24
+"""Bytes that repeating may come to; what is repeated may itself have been repeated."""
+
 
 def size(draw: random.Random, bits: int = 64) -> int:
     """One of SIZES as an unsigned field of so many bits holds it."""
     return draw.choice(SIZES) & ((1 << bits) - 1)
 
 
-def count(draw: random.Random) -> int:
-    """How often to repeat."""
-    return draw.choice(RARE_COUNTS if draw.random() < 0.03 else COUNTS)
+def count(draw: random.Random, length: int = 0) -> int:
+    """How often to repeat something: at least twice, and beyond that within MOST where its bytes are said."""
+    wanted = draw.choice(RARE_COUNTS if draw.random() < 0.03 else COUNTS)
+    return min(wanted, max(2, MOST // max(length, 1)))

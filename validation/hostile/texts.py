@@ -65,7 +65,7 @@ def lines(draw: random.Random, text: str) -> bytes:
     """A text of lines (NFF, thesis) with a line, or a word of it, many times, or each time another."""
     found = text.splitlines()
     at = draw.randrange(len(found))
-    many, choice = count(draw), draw.random()
+    many, choice = count(draw, len(found[at])), draw.random()
     if choice < 0.4:
         found[at:at] = [found[at]] * many
     elif choice < 0.7:  # fills, surfaces and places that are never equal

@@ -81,8 +81,8 @@ def _name(draw: random.Random, text: str) -> str:
 def _repeated(draw: random.Random, text: str) -> str:
     """A line many times, or within itself."""
     lines = text.splitlines()
-    at, many = draw.randrange(2, len(lines)), count(draw)
-    lines[at:at] = [lines[at]] * many
+    at = draw.randrange(2, len(lines))
+    lines[at:at] = [lines[at]] * count(draw, len(lines[at]))
     return "\n".join(lines)
 
 

@@ -160,6 +160,11 @@ def _leave_triangle(corners: list[Array], normal: Array) -> Array:
     return larger(smaller(blur, width), _OFFSET * reach)
 
 
+def _slopes(square: Array) -> Array:
+    """Whether float32 holds a gradient of this square, the square itself and its inverse."""
+    return np.asarray((square > np.float32(1e-30)) & (square < np.float32(1e36)))
+
+
 def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
     """Two Newton steps onto F = 0 about the centre; the gradient is the normal, or -u without one."""
     q = flat.quadrics[index]
@@ -173,10 +178,12 @@ def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array
         value = dot(local, quadric_times(diagonal, mixed, local) + g * 2.0) + constant
         with np.errstate(all="ignore"):
             along = value / slope
-            local = np.where(np.abs(along) < np.inf, local - gradient * along, local)
+            moves = _slopes(slope) & (np.abs(along) < np.inf)
+            local = np.where(moves, local - gradient * along, local)
     point = center + local
     gradient = (quadric_times(diagonal, mixed, local) + g) * 2.0
-    length = np.sqrt(dot(gradient, gradient))
+    square = dot(gradient, gradient)
+    length = np.sqrt(square)
     n = gradient * (ONE / length)
     reach = larger(xyz(q["reach"]), np.abs(point))
     # F with every term made positive: what its rounding error scales with
@@ -185,7 +192,7 @@ def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array
     magnitude = dot(size, times + np.abs(g) * 2.0) + np.abs(constant)
     offset = _ULP * (magnitude / length + 2.0 * dot(np.abs(n), reach))
 
-    sloped = (length > 0.0) & (length < np.inf) & (offset < np.inf)
+    sloped = _slopes(square) & (offset < np.inf)
     outward = np.where(sloped, n, np.float32(0.0))
     s.point[:, at] = point
     s.offset[at] = np.where(sloped, offset, _OFFSET * largest_coordinate(reach))
