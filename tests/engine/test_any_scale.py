@@ -63,7 +63,7 @@ STEEP = (
 
 @pytest.mark.parametrize("coefficients", STEEP, ids=("nothing", "steep"))
 def test_quadrics_whose_gradients_have_no_square_have_normals(coefficients: list[float]) -> None:
-    """They were up to 11 % too long, or 2 % too short; one of `quadric_steep.json`, in the corpus, was NaN."""
+    """They were up to 11 % too long, or 2 % too short; of the corpus, `quadric_steep.json` had one of NaN."""
     tracer = clrt.Tracer({"shapes": [{"type": "quadric", "coefficients": coefficients}]})
     places = np.array(list(product((-5, 0, 1e-3, 3), (-2, 0, 1), (0, 5, 1e10))), float)
     ways = np.array([[0, 0, -1], [0, -1, -5], [1, 0, 0], [1, 1, 1], [-1e-3, 0.3, 1], [0.1, -1.1, -5]])
