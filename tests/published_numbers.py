@@ -52,21 +52,29 @@ MATERIAL = {
     "color": 0.8, "ambient": None, "diffuse": 1.0, "specular": 0.0, "shininess": 32.0, "reflection": None,
     "transmission": None, "ior": 1.5, "fresnel": False, "highlight_color": 1.0, "reflection_color": 1.0,
     "transmission_color": 1.0, "emission": 0.0, "absorption": 0.0, "priority": 0, "thin": False,
-    "conductor": None,
+    "conductor": None, "roughness": 0.0, "normal_map": None,
 }  # fmt: skip
 CAMERA = {
     "type": "perspective", "fov": 45.0, "fov_axis": "horizontal", "size": 2.0, "near": 0.0, "mirror": False,
     "shift": (0.0, 0.0), "width": 640, "height": 480, "spp": 1, "jitter": None, "up": (0.0, 1.0, 0.0),
+    "aperture": 0.0, "focus": None, "filter": "box",
 }  # fmt: skip
 SCENE = {
     "max_depth": 5, "min_weight": 0.0, "depth_color": 0.0, "background": 0.0, "ambient": 0.0,
     "ambient_samples": 0, "medium_ior": 1.0, "one_sided": "none", "shadow": "opaque", "conformance": "none",
-    "spectrum": None,
+    "spectrum": None, "adaptive": None, "version": 1,
 }  # fmt: skip
+ADAPTIVE = {"spp": 64, "threshold": 0.01}
 SPECTRUM = {"bands": 24, "range": (380.0, 750.0), "white": "D65", "white_balance": False,
             "response": "cie", "group": 1}  # fmt: skip
 CHECKER = {"colors": (0.9, 0.1), "size": 1.0, "divisions": 16}
 POINT = {"intensity": 1.0, "falloff": "none"}
+SPOT = {**POINT, "angle": 30.0, "penumbra": 0.1}
+AREA = {"radiance": 1.0, "samples": 16, "two_sided": False, "visible": True}
+IMAGE = {
+    "encoding": None, "tint": (1.0, 1.0, 1.0), "part": None, "wrap": "repeat", "filter": "linear",
+    "scale": (1.0, 1.0), "offset": (0.0, 0.0),
+}  # fmt: skip
 # docs/model.md, "Light at a hit", "Reflection and transmission": material -> ka, kr, kt
 COEFFICIENTS = [
     ({}, (1.0, 0.0, 0.0)),

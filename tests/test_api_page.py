@@ -82,6 +82,14 @@ def test_the_code_about_many_pictures_runs(capsys: pytest.CaptureFixture[str]):
     assert capsys.readouterr().out.count("'materials.glass.ior': 1.5") == 2
 
 
+def test_the_code_about_scenes_as_objects_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"```python\n(.*?)```", (DOCS / "scene-files.md").read_text("utf-8"), re.DOTALL)
+    space: dict[str, Any] = {}
+    exec(block, space)
+    assert clrt.load("room.toml") == space["scene"]
+
+
 @pytest.mark.parametrize(("page", "count"), [("queries.md", 4), ("live-scenes.md", 2)])
 def test_the_code_of_pages_about_tracers_runs(page: str, count: int):
     blocks = re.findall(r"```python\n(.*?)```", (DOCS / page).read_text("utf-8"), re.DOTALL)

@@ -324,8 +324,8 @@ def _add_set(parser: argparse.ArgumentParser, text: str) -> None:
 
 
 def _adaptive(text: str) -> tuple[str, str]:
-    """What stands in the scene for a number of samples."""
-    return "adaptive", f"{{spp = {whole(text)}}}"
+    """Where in a scene a number of samples stands, and the number; the scene keeps its threshold."""
+    return "adaptive.spp", str(whole(text))
 
 
 def _limit(text: str) -> tuple[str, int]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from clrt.images.image import Image
     from clrt.scene.scene import Scene
 
-_SMOOTH = 4  # samples a pixel where nobody says a number
+_SMOOTH = 2  # side of a pixel's grid of samples where nobody says a number; filters may need more
 _LOOKED_AT = (".png", ".jpg", ".jpeg", ".bmp")  # what is a picture for eyes, not for measuring
 _DEEPEST = 1000  # generation whose layer's file is looked at beforehand: renders of more are refused, mostly
 
@@ -192,11 +192,17 @@ def _ahead(scene: Scene, device: str | None, settings: Settings) -> Any:
 
 def _samples(options: argparse.Namespace, scene: Scene) -> int | None:
     """Samples a pixel in place of the scene's: first pictures to look at are not jagged."""
+    from clrt.layout import filter_grid
+
     output = Path(getattr(options, "output", "")).suffix.lower()
     unsaid = options.spp is None and scene.camera is not None and isinstance(scene.camera.spp, Unstated)
-    allowed = dict(options.limit).get("samples", _SMOOTH) >= _SMOOTH and scene.conformance == "none"
-    allowed = allowed and (scene.adaptive is None or scene.adaptive.spp >= _SMOOTH)
-    return _SMOOTH if unsaid and allowed and output in _LOOKED_AT else options.spp
+    if not unsaid or output not in _LOOKED_AT or scene.conformance != "none":
+        return options.spp
+    assert scene.camera is not None
+    wanted = max(_SMOOTH, filter_grid(scene.camera.filter)) ** 2
+    allowed = dict(options.limit).get("samples", wanted) >= wanted
+    allowed = allowed and (scene.adaptive is None or scene.adaptive.spp >= wanted)
+    return wanted if allowed else options.spp
 
 
 def summary(image: Image, path: Path, seconds: float) -> str:

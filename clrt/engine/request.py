@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from clrt import layout
-from clrt.base import arguments
+from clrt.base import arguments, notices
 from clrt.base.errors import SceneError
 from clrt.base.layers import check_layers
 from clrt.base.limits import Branching, Limits
@@ -45,7 +45,8 @@ class Request:
             arguments.optional(name, getattr(self, name), 1) for name in ("width", "height")
         )
         spp, layers = arguments.optional("spp", self.spp, 1), arguments.names("layers", self.layers)
-        view = flatten_camera(camera_of(scene, self.camera), width, height, spp)
+        camera = camera_of(scene, self.camera)
+        view = flatten_camera(camera, width, height, spp)
         full = int(view["width"][0]), int(view["height"][0])
         depth = depth_of(scene, self.max_depth, settings.limits)
         names = check_layers(layers, depth, flat.response is not None, flat.pictures is not None)
@@ -56,6 +57,11 @@ class Request:
             scene.adaptive.check_reached(grid**2, At(scene.source, "adaptive"))
             finest = math.isqrt(scene.adaptive.spp)
             adaptive = (finest, scene.adaptive.threshold) if finest > grid else None
+        enough = layout.filter_grid(camera.filter)
+        if grid < enough and adaptive is None:
+            few = "1 sample" if grid == 1 else f"{grid**2} samples"
+            text = f"{camera.filter!r} weighs {few} a pixel, too few to be weighed; spp = {enough**2} or more"
+            notices.warn(scene.source, "camera.filter", text)
         check_limits(flat, settings.limits, full[0] * full[1], finest**2, depth)
         settings.limits.check("host_bytes", picture_bytes(window, names, flat.bands))
         return Job(flat, depth, view, names, settings, adaptive, mattes(scene, names)), full, window

@@ -64,7 +64,7 @@ def manifest_of(layer: str, metadata: Mapping[str, str]) -> dict[str, str]:
     text = metadata.get(f"{PREFIX}{id_of(layer):08x}"[:-1] + "/manifest", "")
     try:
         found = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):  # nested thousands deep
         return {}
     return found if isinstance(found, dict) else {}
 

@@ -180,12 +180,17 @@ class Image:
         layer = f"crypto_{of}"
         if layer not in self.layers:
             raise ClrtError(f"layers: this image has no {layer}; render it with layers=[{layer!r}]")
+        ranked = self.layers[layer]
+        if ranked.dtype.kind != "f" or ranked.ndim != 3 or ranked.shape[2] % 2:
+            form = f"{ranked.dtype} {ranked.shape}"
+            right = "it must be float32 (height, width, 2 x ranks): names' hashes and what they cover"
+            raise ClrtError(fault("", f"layers[{layer!r}]", form, right))
         known = manifest_of(layer, self.metadata)
         if known and name not in known:
             near = nearest(name, known, cutoff=0.6)
             hint = f"did you mean {near!r}?" if near else f"there are {', '.join([*known][:_NAMED])}"
             raise ClrtError(f"name: {show(name)} is no {of} of this image; {hint}")
-        return matte(self.layers[layer], name)
+        return matte(ranked.astype(np.float32, copy=False), name)
 
     @public
     def save_layers(

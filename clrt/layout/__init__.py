@@ -421,3 +421,8 @@ class RayFormat:
     def place(self) -> int:
         """Which of these fields is the first of where it lies in pictures, or would be."""
         return len(SURFACE_FIELDS) + (len(TOP_FIELDS) if self.media else 0)
+
+
+def filter_grid(name: str) -> int:
+    """The least side of a pixel's grid of samples for this filter: they lie a pixel apart, not farther."""
+    return int(2 * REACH.get(name, 0.5))

@@ -65,7 +65,7 @@ def materials(scene: Scene) -> Iterator[tuple[At, Material]]:
 
 def warn(scene: Scene) -> None:
     """Warn, once each, of what is allowed but probably not meant."""
-    for kind in (_makes_light, _open_glass, _too_bright, _of_bytes, _unlit, _undispersed):
+    for kind in (_makes_light, _open_glass, _rough_matte, _too_bright, _of_bytes, _unlit, _undispersed):
         found = kind(scene)
         if found:
             notices.warn(scene.source, *found)
@@ -87,6 +87,15 @@ def _open_glass(scene: Scene) -> tuple[str, str] | None:
     kind = scene.shapes[sheet[0]].type
     text = f"an open {kind} transmits but encloses nothing; a sheet of glass has thin = true"
     return f"shapes[{sheet[0]}]", text
+
+
+def _rough_matte(scene: Scene) -> tuple[str, str] | None:
+    """Roughness of what has no reflections to blur."""
+    for place, material in materials(scene):
+        if material.roughness > 0 and material.kr == 0:
+            text = f"{material.roughness:g} blurs reflections, of which it has none"
+            return place.key("roughness").path, f"{text}; set reflection, fresnel or conductor, too"
+    return None
 
 
 def _first(

@@ -97,6 +97,11 @@ class SphereLight(AreaLight, frozen=True, kw_only=True, tag="sphere", tag_field=
     center: Vector
     radius: Radius
 
+    def check(self, at: At) -> None:
+        Colored.check(self, at)
+        if not _has_area(math.pi * self.radius * self.radius):
+            raise at.key("radius").error(self.radius, "the sphere's area is 0 or infinite in float32")
+
 
 def _has_area(area: float) -> bool:
     return 1e-37 < area < 1e37  # divided by the samples it is still a float32

@@ -34,6 +34,8 @@ class Draft:
             (top, *rest) = _steps(path, at)
             known_keys({top: None}, fields, at)
             old = self.values.get(str(top), getattr(scene, str(top)))
+            if old is None and top == "adaptive":  # of whose keys none has to be stated
+                old = {}
             if not rest:
                 self.values[str(top)] = value
                 self.touched.pop(str(top), None)

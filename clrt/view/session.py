@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from clrt.base import arguments
+from clrt.base import arguments, notices
 from clrt.base.errors import ClrtError, SceneError, legible, show
 from clrt.base.layers import LAYERS, Spectral, comes_from, find
 from clrt.base.places import At
@@ -152,7 +152,8 @@ class Session:
             scene, camera = self.shown(body)
             self.tracer.update(previewed(scene, size[2]))
             layers = () if layer == "image" else (layer,)
-            image = self.tracer.render(*size, layers=layers, progress=look, camera=camera)
+            with notices.without("too few to be weighed"):  # of coarse pictures
+                image = self.tracer.render(*size, layers=layers, progress=look, camera=camera)
         return (image.layer(layer) if layers else image), layer
 
     def _size(self, body: dict[str, Any]) -> tuple[int, int, int]:

@@ -99,8 +99,13 @@ def test_crop_layers_exposure_and_stats_for_real(scene: Path, capsys: pytest.Cap
         ("png", "spp = 1", "", [], 1), ("png", "spp = 9", "", [], 9), ("png", "", "", ["--spp", "1"], 1),
         ("png", "", "", ["--set", "camera.spp=1"], 1), ("png", "", "", ["--set", "camera.fov=30"], 4),
         ("png", "", "", ["--limit", "samples=2"], 1), ("png", "", "conformance = 'spd'", [], 1),
+        ("png", "filter = 'tent'", "", [], 4), ("png", "filter = 'mitchell'", "", [], 16),
+        ("jpg", "filter = 'gaussian'", "", [], 16), ("png", "filter = 'gaussian'\nspp = 4", "", [], 4),
+        ("png", "filter = 'gaussian'", "", ["--limit", "samples=9"], 1),
+        ("exr", "filter = 'tent'", "", [], 1),
     ],
 )  # fmt: skip
+@pytest.mark.filterwarnings("ignore:.*too few to be weighed")
 def test_pictures_to_look_at_have_4_samples_where_nobody_says_a_number(
     tmp_path: Path, suffix: str, camera: str, top: str, options: list[str], samples: int
 ):
@@ -109,7 +114,25 @@ def test_pictures_to_look_at_have_4_samples_where_nobody_says_a_number(
     size = ["--width", "8", "--height", "6", "--quiet", "--stats", str(stats)]
     assert main(["render", str(scene), "-o", str(out), *size, *options]) == 0
     assert json.loads(stats.read_text())["rays"]["camera"] == 8 * 6 * samples
-    assert clrt.load(scene).camera.spp == (9 if "9" in camera else 1)
+    assert clrt.load(scene).camera.spp == (int(camera[-1]) if "spp" in camera else 1)
+
+
+def test_adaptive_keeps_the_scene_s_threshold(tmp_path: Path):
+    """It took the default's, so that the same number of samples made another picture."""
+    rays = []
+    text = (
+        "[camera]\norigin = [0, 0, 4]\ntarget = [0, 0, 0]\nwidth = 16\nheight = 12\n"
+        "[[lights]]\ntype = 'point'\nposition = [3, 4, 5]\n"
+        "[[shapes]]\ntype = 'sphere'\ncenter = [0, 0, 0]\nradius = 1\n"
+    )
+    own = "[adaptive]\nspp = 16\nthreshold = 0.0\n"
+    for said, more in ((own, []), (own, ["--adaptive", "16"]), ("", ["--adaptive", "16"])):
+        scene, stats = tmp_path / "a.toml", tmp_path / "a.json"
+        scene.write_text(said + text)
+        arguments = ["render", str(scene), "-o", str(tmp_path / "a.exr"), "--quiet", "--stats", str(stats)]
+        assert main([*arguments, *more]) == 0
+        rays.append(json.loads(stats.read_text())["rays"]["camera"])
+    assert rays[0] == rays[1] > rays[2] > 16 * 12
 
 
 def test_a_hash_is_that_of_the_scene_s_own_samples(scene: Path, capsys: pytest.CaptureFixture[str]):

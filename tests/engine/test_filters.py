@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -90,6 +91,21 @@ def test_weights_that_cancel_count_alike() -> None:
     assert np.abs(share).sum(axis=0).max() <= 4
 
 
+@pytest.mark.parametrize(("name", "spp", "wanted"), [
+    ("tent", 1, 4), ("tent", 4, 0), ("gaussian", 9, 16), ("mitchell", 4, 16), ("mitchell", 16, 0),
+    ("box", 1, 0),
+])  # fmt: skip
+def test_samples_too_few_for_a_filter_are_told(name: str, spp: int, wanted: int) -> None:
+    """Of 4 samples for mitchell each lies a pixel from the middle in both directions, and counts alike."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        clrt.render(seen(spp=spp, filter=name, width=4, height=3))
+    few = "1 sample" if spp == 1 else f"{spp} samples"
+    text = f"camera.filter: {name!r} weighs {few} a pixel, too few to be weighed; spp = {wanted} or more"
+    assert [str(one.message) for one in found] == [text] * (wanted > 0)
+
+
+@pytest.mark.filterwarnings("ignore:.*too few to be weighed")
 def test_one_sample_is_in_the_middle() -> None:
     plain = clrt.render(seen(spp=1), layers=("depth",))
     for name in ("tent", "gaussian", "mitchell"):

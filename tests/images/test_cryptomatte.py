@@ -42,6 +42,27 @@ def image() -> clrt.Image:
     return clrt.render(scene(), layers=LAYERS)
 
 
+def test_a_manifest_that_is_nested_thousands_deep_is_none(image: clrt.Image):
+    key = next(name for name in image.metadata if name.endswith("/manifest"))
+    deep = clrt.Image(image.pixels, image.layers, {}, {**image.metadata, key: "[" * 20_000})
+    of = "shape" if "left" in image.metadata[key] else "material"
+    name = "left" if of == "shape" else "red"
+    assert np.array_equal(deep.matte(name, of), image.matte(name, of))
+
+
+@pytest.mark.parametrize("layer", [np.zeros((3, 4)), np.zeros((3, 4, 3)), np.zeros((3, 4), np.int32)])
+def test_a_layer_that_is_no_matte_is_named(layer: np.ndarray):
+    other = clrt.Image(np.zeros((3, 4, 3), np.float32), {"crypto_shape": layer})
+    with pytest.raises(clrt.ClrtError, match=r"layers\['crypto_shape'\]: .* is not allowed; .* float32"):
+        other.matte("left")
+
+
+def test_mattes_of_float64_are_those_of_float32(image: clrt.Image):
+    ranked = image.layers["crypto_shape"].astype(np.float64)
+    wide = clrt.Image(image.pixels, {**image.layers, "crypto_shape": ranked}, {}, image.metadata)
+    assert np.array_equal(wide.matte("left"), image.matte("left"))
+
+
 @pytest.mark.parametrize(
     ("data", "expected"),
     [(b"", 0), (b"test", 0xBA6BD213), (b"Hello, world!", 0xC0363E43), (b"\0\0\0\0", 0x2362F9DE),

@@ -217,6 +217,15 @@ def test_what_is_given_stays_as_it_is(scene: clrt.Scene) -> None:
         assert found.lights[0].position == (0.0, 2.0, 0.0) and told[0]["position"] == [0, 1, 0]
 
 
+def test_a_part_of_adaptive_makes_a_scene_adaptive(scene: clrt.Scene) -> None:
+    assert scene.adaptive is None
+    made = scene.replace({"adaptive.spp": 16})
+    assert made == scene.replace({"adaptive": {"spp": 16}})
+    assert made.replace({"adaptive.threshold": 0.5}).to_dict()["adaptive"] == {"spp": 16, "threshold": 0.5}
+    with pytest.raises(clrt.SceneError, match="adaptive: unknown key 'steps'"):
+        scene.replace({"adaptive.steps": 16})
+
+
 def test_samples_go_together_as_in_a_file(scene: clrt.Scene, tmp_path: Path) -> None:
     """What is saved loads again; a picture may be asked for with other samples than the scene states."""
     adaptive = scene.replace({"camera.spp": 9, "adaptive": {"spp": 36}})

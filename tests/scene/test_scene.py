@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import tomllib
 import warnings
@@ -264,6 +265,27 @@ def test_open_glass_is_warned_about(shape: dict[str, object], opens: bool) -> No
     assert [message.startswith("room.toml: shapes[0]: an open") for message in messages] == [True] * opens
     assert warned({"shapes": [{**shape, "material": {**glass, "thin": True}}]}) == []
     assert warned({"shapes": [shape]}) == []
+
+
+@pytest.mark.parametrize(("more", "told"), [
+    ({}, True), ({"specular": 0.5, "fresnel": "schlick"}, True), ({"reflection": 0.2}, False),
+    ({"conductor": "gold"}, False), ({"roughness": 0.0}, False),
+])  # fmt: skip
+def test_roughness_without_reflections_is_told(more: dict[str, object], told: bool) -> None:
+    material = {"diffuse": 0.0, "roughness": 0.3, **more}
+    shape = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": material}
+    text = "room.toml: shapes[0].material.roughness: 0.3 blurs reflections, of which it has none; "
+    text += "set reflection, fresnel or conductor, too"
+    assert warned({"shapes": [shape]}) == [text] * told
+
+
+def test_a_scene_s_classes_are_public_names_of_its_room() -> None:
+    room = importlib.import_module("clrt.scene")
+    assert room.RectangleLight is importlib.import_module("clrt.scene.arealights").RectangleLight
+    assert {"Scene", "Material", "SpotLight", "Adaptive", "Sphere"} <= set(dir(room))
+    for name in ("Nothing", "nothing", "read_scene"):
+        with pytest.raises(AttributeError, match=f"module 'clrt.scene' has no attribute {name!r}"):
+            getattr(room, name)
 
 
 def test_the_schema_file_is_current() -> None:

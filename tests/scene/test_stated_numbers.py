@@ -10,8 +10,10 @@ import pytest
 import clrt
 from clrt.engine.tracer import Tracer
 from clrt.images.file import encode
+from clrt.scene.adaptive import Adaptive
 from clrt.scene.materials import Checker, Material
 from clrt.scene.scene import Mesh, Scene
+from clrt.scene.textures import ImageTexture
 from clrt.spectra import bands, colorimetry, curves
 from clrt.spectra.spectrum import LAMPS, METALS, PATCHES, Spectral
 from tests import published_numbers as stated
@@ -52,12 +54,18 @@ def test_defaults_are_those_that_the_documents_state() -> None:
     scene = clrt.load_dict({
         "camera": {"origin": [0, 0, 5], "target": [0, 0, 0]}, "shapes": [BALL],
         "lights": [{"type": "point", "position": [0, 5, 0]},
-                   {"type": "directional", "direction": [0, -1, 0]}],
+                   {"type": "directional", "direction": [0, -1, 0]},
+                   {"type": "spot", "position": [0, 5, 0], "target": [0, 0, 0]},
+                   {"type": "rectangle", "center": [0, 5, 0], "u": [1, 0, 0], "v": [0, 0, 1]},
+                   {"type": "disk", "center": [0, 5, 0], "normal": [0, -1, 0], "radius": 1},
+                   {"type": "sphere", "center": [0, 5, 0], "radius": 1}],
     })  # fmt: skip
     pairs: list[tuple[Any, dict[str, Any]]] = [
         (scene, stated.SCENE), (scene.camera, stated.CAMERA), (Material(), stated.MATERIAL),
         (scene.material_of(scene.shapes[0]), stated.MATERIAL), (Checker(), stated.CHECKER),
-        (scene.lights[0], stated.POINT), (Spectral(), stated.SPECTRUM),
+        (scene.lights[0], stated.POINT), (Spectral(), stated.SPECTRUM), (Adaptive(), stated.ADAPTIVE),
+        (scene.lights[2], stated.SPOT), *((light, stated.AREA) for light in scene.lights[3:]),
+        (ImageTexture(file="a.png"), stated.IMAGE),
     ]  # fmt: skip
     for found, expected in pairs:
         assert {name: getattr(found, name) for name in expected} == expected

@@ -174,6 +174,26 @@ def test_a_command_that_no_system_can_set_up_is_a_failure_and_not_the_end(
     assert "No space left" in outcome.failures[0]["text"]
 
 
+@pytest.mark.parametrize(("arguments", "outputs", "environment"), [
+    (["exercise", "start", "1", "a/b/c"], [b"a/b/c"], {}),
+    (["hash", "room", "--width", "4"], [], {b"POCL_CACHE_DIR": b"."}),
+], ids=["folders above what is made", "a lock in the cache"])  # fmt: skip
+def test_what_a_command_has_to_leave_is_no_fault(
+    hostile: ModuleType, monkeypatch: pytest.MonkeyPatch, arguments: list[str], outputs: list[bytes],
+    environment: dict[bytes, bytes],
+) -> None:  # fmt: skip
+    words = [word.encode() for word in arguments]
+    made = validation_module("hostile.commands").Command(words, [*outputs], {})
+    made.environment.update(environment)
+    monkeypatch.setattr(hostile.process, "make", lambda seed, index: made)
+    task = {"seed": 1, "index": 199, "command": True}
+    found = hostile.process.attempt(task)
+    assert found["status"] in ("ended well", "slow"), found["text"]
+    if outputs:
+        made.outputs.remove(outputs[0])
+        assert hostile.process.attempt(task)["status"] == "ended badly"
+
+
 BUILDS = """
 import time
 import clrt

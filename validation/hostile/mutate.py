@@ -127,7 +127,9 @@ def _library(draw: random.Random) -> Input:
 
 def _image(draw: random.Random) -> Input:
     suffix, data = _spoilt_picture(draw)
-    if draw.random() < 0.2:
+    if suffix == ".exr" and draw.random() < 0.5:
+        data = pictures.spoil(draw, suffix, seeds.layered())
+    elif draw.random() < 0.2:
         suffix = draw.choice(list(seeds.images()))
     table = {**copy.deepcopy(draw.choice(seeds.tables())), "background": f"sky{suffix}"}
     return Input("scene.json", {"scene.json": seeds.as_json(table), f"sky{suffix}": data})

@@ -28,6 +28,12 @@ _PNG_TEXT: Final = (
     b"sBIT",
     b"acTL",
 )
+_OF_MATTES: Final = (
+    b"", b"[]", b"null", b"{", b'{"shapes[0]": 1}', b'{"shapes[0]": []}', b'{"a": "zz"}', b"[" * 20_000,
+    b'{"a":' * 9999, b"\xff" * 99, b"crypto_shape", b"crypto_nothing", b"9" * 5000,
+    b'{"\\ud800": "00000000"}', b'"' + b"a" * 1_000_000 + b'"',
+)  # fmt: skip
+"""What the attributes of mattes hold: names of layers, manifests in JSON."""
 
 
 def spoil(draw: random.Random, suffix: str, data: bytes) -> bytes:
@@ -145,8 +151,12 @@ def exr_parts(data: bytes) -> tuple[list[tuple[bytes, bytes, bytes]], int]:
 def _exr(draw: random.Random, data: bytes) -> bytes:
     attributes, end = exr_parts(data)
     named = {name: index for index, (name, _, _) in enumerate(attributes)}
+    mattes = [index for index, (name, _, _) in enumerate(attributes) if name.startswith(b"cryptomatte/")]
     choice = draw.random()
-    if choice < 0.45:
+    if mattes and choice < 0.4:
+        index = draw.choice(mattes)
+        attributes[index] = (*attributes[index][:2], draw.choice(_OF_MATTES))
+    elif choice < 0.45:
         name = draw.choice((b"dataWindow", b"displayWindow"))
         box = list(struct.unpack("<4i", attributes[named[name]][2]))
         for _ in range(draw.choice((1, 1, 2, 4))):

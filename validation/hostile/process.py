@@ -32,6 +32,8 @@ _SPEAKS: Final = (  # of which all of stderr is ours
     b"render", b"hash", b"convert", b"devices", b"scenes", b"sweep", b"turntable", b"explain", b"check",
     b"exercise",
 )  # fmt: skip
+_KEPT_HERE: Final = {b"MPLCONFIGDIR": b"fontlist-", b"POCL_CACHE_DIR": b""}
+"""How what is new begins in the folder that a variable names, if that is ".": a cache, PoCL's with a lock."""
 _FILES: Final[dict[str, Callable[[Path], Any]]] = {
     **dict.fromkeys((".png", ".exr", ".tif", ".jpg", ".bmp"), clrt.read_image),
     ".json": lambda file: json.loads(file.read_text()),
@@ -179,10 +181,13 @@ def _files(command: Command, ended: Ended, before: dict[bytes, bytes | None], fo
         shown = name.decode(errors="backslashreplace")[-60:]
         if any(name == place or name.startswith(place + b"/") for place in places):
             continue  # a folder for caches
-        if command.environment.get(b"MPLCONFIGDIR") == b"." and name.startswith(b"fontlist-"):
-            continue  # where matplotlib was told to keep it
+        here = (start for key, start in _KEPT_HERE.items() if command.environment.get(key) == b".")
+        if name not in before and any(name.startswith(start) for start in here):
+            continue
         if before.get(name, b"") == after.get(name, b"") and (name in before) == (name in after):
             continue
+        if any(output.startswith(name + b"/") and output in after for output in outputs):
+            continue  # a folder that was made for what was written
         if not any(name == output or name.startswith(output + b"/") for output in outputs):
             faults.append(f"{shown} is {'left' if name not in before else 'changed'}")
             continue

@@ -181,6 +181,16 @@ def images() -> dict[str, bytes]:
 
 
 @cache
+def layered() -> bytes:
+    """An .exr with layers, mattes among them."""
+    with tempfile.TemporaryDirectory() as folder:
+        wanted = ["depth", "shape", "normal", "crypto_shape", "crypto_material"]
+        path = Path(folder, "x.exr")
+        clrt.render(clrt.load_dict(RESUMED), layers=wanted, width=16, height=8).save(path)
+        return path.read_bytes()
+
+
+@cache
 def checkpoint() -> bytes:
     """The finished checkpoint of RESUMED."""
     with tempfile.TemporaryDirectory() as folder:

@@ -15,7 +15,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final
@@ -64,8 +64,17 @@ def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None
 def _read(path: Path) -> clrt.Scene:
     scene = clrt.load(path)
     if scene.background_path is not None:
-        clrt.read_image(scene.background_path, scene.limits)
+        _look_at(scene.background_path, scene.limits)
     return scene
+
+
+def _look_at(picture: Path, limits: clrt.Limits) -> None:
+    """Read a picture with all its layers, and ask for mattes of any name."""
+    image = clrt.read_image(picture, limits, layers="all")
+    for kind in ("shape", "material"):
+        if f"crypto_{kind}" in image.layers:
+            with suppress(clrt.ClrtError):  # not of that name
+                image.matte("shapes[0]", kind)
 
 
 def frame(scene: clrt.Scene) -> dict[str, Any]:
