@@ -47,7 +47,8 @@ MATERIALS: Final = (
     "transmission", "transmission tint", "fresnel", "thin", "equal indices", "absorption", "priority",
     "rough mirror", "rough metal",
     "picture", "picture of a tint", "picture of light", "nearest texel", "clamped picture",
-    "mirrored picture", "moved picture", "normal map", "mip levels", "colours of a mesh",
+    "mirrored picture", "moved picture", "normal map", "placed normal map", "mip levels",
+    "colours of a mesh",
 )  # fmt: skip
 LIGHTS: Final = ("point light", "inverse square", "directional light", "spot light", "spot without penumbra",
                  "rectangle light", "disk light", "sphere light", "two-sided light", "visible light",
@@ -227,6 +228,8 @@ def _picture_features(material: Material, lit: bool) -> set[str]:
         "mip levels": any(picture.filter == "mipmap" for picture in pictures),
         "colours of a mesh": any(_of_corners(picture) for picture in pictures),
         "normal map": lit and material.normal_map is not None,
+        "placed normal map": lit and material.normal_map is not None
+        and material.normal_map.placement is not None,
     }
     return {name for name, holds in tests.items() if holds}
 

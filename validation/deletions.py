@@ -93,6 +93,13 @@ def _pictures(*fields: str, plain: float) -> Deletion:
     ))  # fmt: skip
 
 
+def _unplaced(material: Material) -> Material:
+    """Normals lie as the picture of the colour does."""
+    normals = material.normal_map
+    plain = None if normals is None else msgspec.structs.replace(normals, placement=None)
+    return msgspec.structs.replace(material, normal_map=plain)
+
+
 def _each_picture(**changes: Any) -> Deletion:
     def change(material: Material) -> Material:
         shown = {name: value for name, value in material.pictures.items() if name in PICTURED}
@@ -280,7 +287,8 @@ _MATERIALS: Final[dict[str, Deletion | Faults]] = {
     "nearest texel": _each_picture(filter="linear"), "clamped picture": _each_picture(wrap="repeat"),
     "mirrored picture": _each_picture(wrap="repeat"),
     "moved picture": _each_picture(scale=(1.0, 1.0), offset=(0.0, 0.0)),
-    "normal map": _material(normal_map=None), "mip levels": _each_picture(filter="linear"),
+    "normal map": _material(normal_map=None), "placed normal map": with_materials(_unplaced),
+    "mip levels": _each_picture(filter="linear"),
     "colours of a mesh": _pictures("color", plain=0.5),
     "rough metal": _material(lambda m: m.conductor is not None, roughness=0.0),
 }  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from .parts import CLOSED, Table, room, with_material
+from .parts import CLOSED, OPEN, Table, room, with_material
 
 _GLOBE: Table = {"color": {"type": "image", "file": "globe.png"}, "diffuse": 0.8}
 _TILES: Table = {
@@ -36,6 +36,14 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "picture in bands", {**room(shapes), "spectrum": {"bands": 6}}, set()
     gathered = [with_material(CLOSED["sphere"]((0.2, -0.3, 0), 1.6), {**_GLOBE, "ambient": 0.9})]
     yield "picture and ambient rays", room(gathered, ambient_samples=3, max_depth=2), set()
+    placed: Table = {"file": "tile-normals.png", "scale": 0.6,
+                     "placement": {"scale": [0.7, -0.5], "offset": [0.2, 0.6], "wrap": "mirror"}}  # fmt: skip
+    painted = (_GLOBE, {**_GLOBE, "normal_map": placed}, {**_WOOD, "reflection": 0.0}, _LAMP, _GLOBE)
+    names = ("disk", "polygon", "cone", "paraboloid", "clipped quadric")
+    places = ((-1.5, 0.8, 0.2), (1.5, 0.7, 0.2), (-0.1, 0.6, 0.4), (-1.0, -1.1, 0.5), (1.2, -1.1, 0.5))
+    open_ones = [with_material(OPEN[name](at, 0.9), material)
+                 for name, at, material in zip(names, places, painted, strict=True)]  # fmt: skip
+    yield "pictures on open shapes", room(open_ones), set()
     yield "colours of vertices", room([_stone("vertices")]), set()
     yield "colours of faces", room([_stone("faces")]), set()
 
