@@ -64,6 +64,12 @@ class _Parser(argparse.ArgumentParser):
             return value
         return super()._get_values(action, arg_strings)
 
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        """An empty name of a file is none: some commands took it for one that was not given."""
+        if not arg_string and action.option_strings and action.type is None:
+            raise argparse.ArgumentError(action, "'' is empty; it must not be")
+        return super()._get_value(action, arg_string)
+
     def error(self, message: str) -> NoReturn:
         say(f"error: {message}; `{self.prog} --help` shows what there is")
         sys.exit(FAULT)

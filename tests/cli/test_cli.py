@@ -356,6 +356,19 @@ def test_two_dashes_are_a_value_like_any_other(option: str, capsys: pytest.Captu
     assert "'--'" in said or "--: unknown suffix" in said
 
 
+@pytest.mark.parametrize("given", [
+    ["plot-spectrum", "D65", "-o", ""], ["compare", "room", "room", "--report", ""], ["selftest", "--junit="],
+    ["sweep", "room", "--set", "max_depth=1,2", "-o", "{index}.png", "--manifest", ""],
+    ["render", "room", "-o", "a.png", "--view="],
+], ids=lambda given: given[0])  # fmt: skip
+def test_an_empty_name_is_not_one_that_was_left_out(
+    given: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(given) == 2
+    assert "'' is empty; it must not be" in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
 def test_what_is_given_twice_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Of two values for one place the first was lost without a word."""
     for name, given in (("--set", ["camera.fov=30", "camera.fov=40"]), ("--limit", ["depth=3", "depth=4"])):
