@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -40,6 +41,8 @@ Fetch = Callable[[str], bytes]
 _TYPES: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_HEAD: Final = 8  # bytes that tell what kind of picture something is
+_LETTERS: Final = 64  # of an address that hold as many, however they are written
 
 
 def read_gltf(
@@ -66,23 +69,31 @@ def pictures_in(data: bytes, binary: bool) -> tuple[int, Callable[[int], bytes]]
     buffers: dict[int, memoryview] = {}
 
     def picture(number: int) -> bytes:
-        def refuse(name: str) -> bytes:
-            raise BrokenMesh(f"images[{number}] is not within the file; name its own file")
-
-        image = item(images, number, "images")
+        where, image = f"images[{number}]", item(images, number, "images")
         if image.uri is not None:
-            return bytes(_data_of(image.uri, refuse, f"images[{number}]"))
-        if image.bufferView is None:
-            raise BrokenMesh(f"images[{number}] has no data")
-        view = item(document.bufferViews, image.bufferView, "bufferViews")
-        reader = _Reader(document, chunk, refuse)
-        reader.buffers = buffers
-        whole = reader._buffer(view.buffer)
-        if view.byteOffset + view.byteLength > len(whole):
-            raise BrokenMesh(f"images[{number}] reaches beyond the {len(whole)} bytes of its buffer")
-        return bytes(whole[view.byteOffset : view.byteOffset + view.byteLength])
+            return bytes(_data_of(image.uri, partial(_refuse, where), where))
+        return bytes(_viewed(document, chunk, buffers, image, where))
 
     return len(images), picture
+
+
+def _refuse(where: str, name: str) -> bytes:
+    raise BrokenMesh(f"{where} is not within the file; name its own file")
+
+
+def _viewed(
+    document: Document, chunk: memoryview | None, buffers: dict[int, memoryview], image: Image, where: str
+) -> memoryview:
+    """The bytes, not copied, of a picture in a view of a buffer; BrokenMesh if it is not within the file."""
+    if image.bufferView is None:
+        raise BrokenMesh(f"{where} has no data")
+    view = item(document.bufferViews, image.bufferView, "bufferViews")
+    reader = _Reader(document, chunk, partial(_refuse, where))
+    reader.buffers = buffers
+    whole = reader._buffer(view.buffer)
+    if view.byteOffset + view.byteLength > len(whole):
+        raise BrokenMesh(f"{where} reaches beyond the {len(whole)} bytes of its buffer")
+    return whole[view.byteOffset : view.byteOffset + view.byteLength]
 
 
 @dataclass(eq=False)
@@ -135,7 +146,17 @@ class _Reader:
 
     def _look(self, materials: Mapping[int, bool], center: np.ndarray, radius: float) -> Look:
         assert self.itself is not None
-        return look_of(self.document, self.itself, materials, self.cameras, self.lights, center, radius)
+        itself = replace(self.itself, within=self._first)
+        return look_of(self.document, itself, materials, self.cameras, self.lights, center, radius)
+
+    def _first(self, image: Image, number: int) -> bytes:
+        """The first bytes of a picture within the file; none where there is none, as who shows it says."""
+        if image.uri is not None:
+            return _head_of(image.uri)
+        try:
+            return bytes(_viewed(self.document, self.chunk, self.buffers, image, f"images[{number}]")[:_HEAD])
+        except BrokenMesh:
+            return b""
 
     def _nodes(self) -> tuple[np.ndarray, list[int]]:
         """Matrices to the world (n, 4, 4) of the scene's nodes that have a mesh, and the meshes' numbers."""
@@ -329,6 +350,16 @@ def _data_of(uri: str, fetch: Fetch, where: str) -> bytes:
         return base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
     except (binascii.Error, ValueError):
         raise BrokenMesh(f"{where} is not in base64") from None
+
+
+def _head_of(uri: str) -> bytes:
+    """The first bytes of an address that holds data of its own, of which no more than these are decoded."""
+    start = uri.find(",") + 1 or len(uri)
+    text = uri[start : start + _LETTERS]
+    if not uri[:start].endswith(";base64,"):
+        return unquote_to_bytes(text)[:_HEAD]
+    letters = re.sub(r"[^A-Za-z0-9+/]", "", text)  # there may be line breaks
+    return base64.b64decode(letters[: len(letters) // 4 * 4])[:_HEAD]
 
 
 def _scaled(plain: np.ndarray) -> np.ndarray:
