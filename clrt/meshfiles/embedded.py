@@ -20,7 +20,7 @@ from clrt.base.scratch import scratch
 from clrt.images.file import read_samples
 from clrt.meshfiles.gltf import pictures_in
 from clrt.meshfiles.gltf_document import BrokenMesh
-from clrt.meshfiles.gltf_textures import Itself
+from clrt.meshfiles.gltf_textures import HEAD, Itself, readable
 
 
 class Models:
@@ -88,9 +88,9 @@ def itself_of(path: Path, at: At, limits: Limits, data: bytes) -> Itself:
         return resolve(name, path.parent, at).relative_to(path.parent.resolve()).as_posix()
 
     @cache
-    def head(file: str) -> bytes:
+    def shows(file: str) -> bool:
         with opened(path.parent / file, limits) as picture:
-            return picture.read(8)
+            return readable(picture.read(HEAD))
 
     @cache
     def mean(file: str, part: int | None) -> np.ndarray:
@@ -102,7 +102,7 @@ def itself_of(path: Path, at: At, limits: Limits, data: bytes) -> Itself:
         pixels += len(samples)
         return samples.mean(axis=0)
 
-    return Itself(path.name, beside, mean, head)
+    return Itself(path.name, beside, mean, shows)
 
 
 def _plain(samples: np.ndarray) -> np.ndarray:

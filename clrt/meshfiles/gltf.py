@@ -32,7 +32,7 @@ from clrt.meshfiles.gltf_document import (
 )
 from clrt.meshfiles.gltf_look import Held, look_of
 from clrt.meshfiles.gltf_nodes import matrix_of
-from clrt.meshfiles.gltf_textures import Itself, picture_count, textured_in
+from clrt.meshfiles.gltf_textures import HEAD, Itself, picture_count, textured_in
 from clrt.meshfiles.look import NONE, Look
 from clrt.meshfiles.parts import Arrays, Part, Placed
 
@@ -41,8 +41,7 @@ Fetch = Callable[[str], bytes]
 _TYPES: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
-_HEAD: Final = 8  # bytes that tell what kind of picture something is
-_LETTERS: Final = 64  # of an address that hold as many, however they are written
+_LETTERS: Final = 64  # of an address that hold `HEAD` bytes, however they are written
 
 
 def read_gltf(
@@ -154,7 +153,7 @@ class _Reader:
         if image.uri is not None:
             return _head_of(image.uri)
         try:
-            return bytes(_viewed(self.document, self.chunk, self.buffers, image, f"images[{number}]")[:_HEAD])
+            return bytes(_viewed(self.document, self.chunk, self.buffers, image, f"images[{number}]")[:HEAD])
         except BrokenMesh:
             return b""
 
@@ -357,9 +356,9 @@ def _head_of(uri: str) -> bytes:
     start = uri.find(",") + 1 or len(uri)
     text = uri[start : start + _LETTERS]
     if not uri[:start].endswith(";base64,"):
-        return unquote_to_bytes(text)[:_HEAD]
+        return unquote_to_bytes(text)[:HEAD]
     letters = re.sub(r"[^A-Za-z0-9+/]", "", text)  # there may be line breaks
-    return base64.b64decode(letters[: len(letters) // 4 * 4])[:_HEAD]
+    return base64.b64decode(letters[: len(letters) // 4 * 4])[:HEAD]
 
 
 def _scaled(plain: np.ndarray) -> np.ndarray:

@@ -19,6 +19,9 @@ _NEAREST: Final = 9728
 _READ: Final = ("", "image/png", "image/jpeg")
 _NEITHER: Final = "textures that are neither PNG nor JPEG"
 
+HEAD: Final = 8
+"""Bytes that tell what kind of picture something is."""
+
 
 class Transform(Table, frozen=True, gc=False):
     offset: tuple[float, float] = (0.0, 0.0)
@@ -54,14 +57,14 @@ class Sampler(Table, frozen=True, gc=False):
 @dataclass(frozen=True)
 class Itself:
     """A file's `name`; `beside` gives the name of a file in its folder, None where there is none; `mean` the
-    mean of the channels (3,) of a picture in such a file, or a part of it. `head` are the first bytes of such
-    a file, `within` those of the picture of a number that lies within the file itself, b"" where it does not.
+    mean of the channels (3,) of a picture in such a file, or a part of it. `shows` says whether such a
+    file is `readable`; `within` are the first bytes of a picture of a number within the file, b"" of none.
     """
 
     name: str
     beside: Callable[[str], str | None]
     mean: Callable[[str, int | None], np.ndarray]
-    head: Callable[[str], bytes]
+    shows: Callable[[str], bool]
     within: Callable[[Image, int], bytes] = lambda image, number: b""
 
 
@@ -163,7 +166,7 @@ class Textures:
         file = self._itself.beside(image.uri)
         if file is None:
             return self._without("pictures that are not there")
-        return {"file": file} if readable(self._itself.head(file)) else self._without(_NEITHER)
+        return {"file": file} if self._itself.shows(file) else self._without(_NEITHER)
 
     def _sampler(self, number: int) -> Sampler:
         assert self._textures is not None
