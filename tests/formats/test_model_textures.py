@@ -285,6 +285,30 @@ def test_what_has_no_uv_has_no_textures(tmp_path: Path) -> None:
         load(tmp_path, textured(transmitting))
 
 
+@pytest.mark.parametrize(
+    ("material", "named"),
+    [
+        ({"normalTexture": {"index": 0}}, True),
+        (BASE, False),
+        ({"normalTexture": {"index": 0, "texCoord": 1}}, False),  # which is left out
+        ({"normalTexture": {"index": 0}, "extensions": {"KHR_materials_unlit": {}}}, False),
+        (None, False),
+    ],
+)
+def test_tangents_are_named_where_a_normal_map_would_lean_by_them(
+    tmp_path: Path, material: dict[str, Any] | None, named: bool, recwarn: pytest.WarningsRecorder
+) -> None:
+    table = textured(material or {})
+    primitive = table["meshes"][1]["primitives"][0]
+    primitive["attributes"]["TANGENT"] = 0
+    if material is None:
+        del primitive["material"]
+    load(tmp_path, table)
+    said = [str(warning.message) for warning in recwarn]
+    assert any("tangents of normal maps" in text for text in said) == named
+    assert len(said) <= 1 and (not named or said[0].endswith("no counterpart: tangents of normal maps"))
+
+
 def test_a_picture_within_is_that_picture(tmp_path: Path) -> None:
     """Flattened, the texels of a part, of data and of a file are the same; so are those times a tint."""
     from clrt.flatten.flatten import flatten

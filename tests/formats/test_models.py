@@ -183,6 +183,63 @@ def test_one_warning_names_all_that_has_no_counterpart(
     )
 
 
+def animated(table: dict[str, Any]) -> None:
+    table["animations"] = [{"channels": [], "samplers": []}]
+
+
+def staged_twice(table: dict[str, Any]) -> None:
+    table["scenes"].append({"nodes": [0]})
+
+
+def beside(mode: int) -> Any:
+    """Another primitive, at the node of the first."""
+
+    def change(table: dict[str, Any]) -> None:
+        table["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "mode": mode})
+
+    return change
+
+
+@pytest.mark.parametrize("materials", [[], [METAL]])
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (animated, "animations"), (staged_twice, "further scenes"), (beside(0), "points"),
+        (beside(1), "lines"), (beside(2), "lines"), (beside(3), "lines"),
+        (beside(9), "primitives of unknown modes"),
+    ],
+)  # fmt: skip
+def test_what_is_no_surface_of_the_scene_is_named(
+    tmp_path: Path, change: Any, says: str, materials: list[Any], recwarn: pytest.WarningsRecorder
+) -> None:
+    """Also where a file says nothing of how it looks; what is shown is what was."""
+    table = model(materials)
+    before = clrt.load(write_glb(tmp_path / "a.glb", table))
+    change(table)
+    scene = clrt.load(write_glb(tmp_path / "a.glb", table))
+    (said,) = [str(one.message) for one in recwarn]
+    assert said == f"a.glb: left out, since there is no counterpart: {says}"
+    assert corners(scene) == corners(before)
+    recwarn.clear()
+    table["animations"], table["scenes"] = [], table["scenes"][:1]
+    table["meshes"][0]["primitives"][1:] = []
+    assert clrt.load(write_glb(tmp_path / "a.glb", table)) == before and not recwarn
+
+
+def test_all_that_is_no_surface_is_named_in_one_warning(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    table = model([{"occlusionTexture": {"index": 0}}], (shining(0),), ({**POINT, "range": 5},))
+    table["nodes"][1]["skin"] = 0
+    for change in (animated, staged_twice, beside(1), beside(0), beside(3)):
+        change(table)
+    table["meshes"].append({"primitives": [{"attributes": {"POSITION": 0}, "mode": 9}]})  # nothing shows it
+    clrt.load(write_glb(tmp_path / "a.glb", table))
+    (said,) = [str(one.message) for one in recwarn]
+    left = "occlusion, the range of lights, further scenes, animations, lines, points, skins"
+    assert said == f"a.glb: left out, since there is no counterpart: {left}"
+
+
 def test_extensions_that_nothing_reads_are_named(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
     """Listed or not, of materials or of others, of a file that says nothing else of how it looks."""
     known = ["KHR_texture_transform", "KHR_materials_sheen", "EXT_texture_webp", "KHR_lights_punctual"]
