@@ -132,9 +132,9 @@ def test_a_view_layer_of_blender_is_read(tmp_path: Path):
 
 
 def test_the_picture_itself_goes_before_view_layers(tmp_path: Path):
-    image = clrt.read_image(write(tmp_path / "a.exr", {**VIEW, **RGB}), layers="all")
+    image = clrt.read_image(write(tmp_path / "a.exr", {**VIEW, **RGB, "Combined.A": 1}), layers="all")
     assert np.array_equal(image.pixels, PIXELS)
-    assert image.layers.keys() == {"View.Layer.Combined", "View.Layer.Combined.A"}
+    assert image.layers.keys() == {"View.Layer.Combined", "View.Layer.Combined.A", "Combined"}
 
 
 def test_several_view_layers_are_refused(tmp_path: Path):
