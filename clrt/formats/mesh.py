@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,7 +17,7 @@ from clrt.base.places import At, listed
 from clrt.base.records import table_of
 from clrt.base.suggest import did_you_mean
 from clrt.meshfiles.facets import shown
-from clrt.meshfiles.look import Look
+from clrt.meshfiles.look import Look, Names
 from clrt.meshfiles.model import Piece, read_model
 from clrt.scene.mesh import mesh_of_file
 from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene, read_scene
@@ -42,6 +43,7 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
     look = model.look
     # read and checked already: a scene takes them as they are
     resolved = path.resolve()  # as a scene notes it
+    materials, made_of = _materials(look, model.pieces, path)
     shapes = [
         mesh_of_file(
             resolved,
@@ -51,16 +53,16 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
             part=piece.number,
             name=piece.name,
             smooth=smooth,
-            material=_material(look, piece, path),
+            material=material,
         )
-        for piece in model.pieces
+        for piece, material in zip(model.pieces, made_of, strict=True)
     ]
     center, radius = _middle(model.low, model.high, path)
     light = _AMBIENT if not look.lights else _BACKGROUND
     passing = any("transmission" in table for table in look.materials.values())
     tables: dict[str, Any] = {
         "camera": _own_camera(look, camera, path) or _camera(center, radius),
-        "materials": look.materials,
+        "materials": materials,
         "lights": look.lights or [_light(center, radius)],
         "ambient": light,
         "background": _BACKGROUND,
@@ -73,12 +75,40 @@ def load(path: Path, limits: Limits, smooth: bool | None = None, camera: str | N
     return scene
 
 
-def _material(look: Look, piece: Piece, path: Path) -> Any:
-    """A piece's material: a name, or one of its own where its vertices have colours."""
-    name = look.called.get(piece.material)
-    if piece.color is None and piece.colors is None:
-        return _PLAIN if name is None else name
-    table: dict[str, Any] = look.materials[name] if name is not None else table_of(_PLAIN)
+def _materials(look: Look, pieces: Sequence[Piece], path: Path) -> tuple[dict[str, Any], list[Any]]:
+    """The materials by name, and what each piece has: a name, or a material of its own where it has no name.
+
+    Times the colours of vertices a material is another one. Its first form has the author's name: the plain
+    one, where some piece has that. The others have a number behind it.
+    """
+    names = Names()
+    tables = {names.new(name): table for name, table in look.materials.items()}
+    taken = {look.called.get(piece.material) for piece in pieces if not _colored(piece)}
+    called: dict[tuple[Any, ...], str] = {}
+    found: list[Any] = []
+    for piece in pieces:
+        name = look.called.get(piece.material)
+        key = name, piece.color, piece.colors
+        if name is None:
+            found.append(_times_colors(table_of(_PLAIN), piece, path) if _colored(piece) else _PLAIN)
+        elif not _colored(piece):
+            found.append(name)
+        else:
+            if key not in called:
+                called[key] = names.new(name) if name in taken else name
+                taken.add(name)
+                tables[called[key]] = _times_colors(look.materials[name], piece, path)
+            found.append(called[key])
+    return tables, found
+
+
+def _colored(piece: Piece) -> bool:
+    """Whether its vertices have colours."""
+    return piece.color is not None or piece.colors is not None
+
+
+def _times_colors(table: dict[str, Any], piece: Piece, path: Path) -> dict[str, Any]:
+    """A material times the colours of a piece's vertices."""
     if piece.colors is None:
         return table | {key: _times(table.get(key, 1.0), piece.color) for key in _based(table)}
     image = {"type": "image", "file": path.name, "part": piece.colors, "wrap": "clamp"}

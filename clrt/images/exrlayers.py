@@ -20,7 +20,7 @@ from clrt.base.limits import Limits
 from clrt.base.suggest import nearest
 from clrt.images.cryptomatte import PREFIX
 from clrt.images.file import bytes_to_read, open_picture, row_blocks
-from clrt.images.header import Window, check_meaning, check_samples, find_picture
+from clrt.images.header import Window, check_meaning, check_samples, find_picture, names_within
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -61,8 +61,9 @@ def read_layers(
     """Layers by name, as `Image` has them, the bands' wavelengths (nm) and our attributes of a picture file.
 
     wanted: their names; None: all that the file has. What is none of ours is a layer too: three channels
-    R, G, B or X, Y, Z of one name, or a channel by itself. Only an .exr has layers. SceneError for a damaged
-    file and for numbers of shapes that are none, ClrtError for a layer that it has not.
+    R, G, B or X, Y, Z of one name, or a channel by itself; passes of a view layer whose picture is read, as
+    Blender writes them, by their own names. Only an .exr has layers. SceneError for a damaged file and for
+    numbers of shapes that are none, ClrtError for a layer that it has not.
     """
     name = os.fspath(path)
     with open_picture(path, limits) as (source, file):
@@ -73,7 +74,8 @@ def read_layers(
             return {}, (), {}
         check_meaning(spec, name)
         window = Window.of(spec, "openexr", name, file)
-        places = dict(_places(spec.channelnames, range(*colours)))
+        names = names_within(spec.channelnames, colours[0])
+        places = dict(_places(names, range(*colours)))
         _check_wanted(wanted, tuple(places), name)
         places = {layer: place for layer, place in places.items() if wanted is None or layer in wanted}
         check_samples(spec, sorted(number for place in places.values() for number in place), name)
@@ -88,7 +90,7 @@ def read_layers(
             for layer, place in places.items():
                 window.put(found[layer], row, samples[..., place])
         attributes = dict(_attributes(spec))
-    bands = _wavelengths(spec.channelnames) if "bands" in found else ()
+    bands = _wavelengths(names) if "bands" in found else ()
     for nm, after in pairwise(bands):
         if nm == after:
             raise SceneError(f"{path}: two of its channels are the band of {nm:g} nm")

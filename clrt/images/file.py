@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
 import numpy as np
 
@@ -46,6 +46,8 @@ MAGIC = {
     b"\x89PNG\r\n\x1a\n": "png", b"\xff\xd8\xff": "jpeg", b"v/1\x01": "openexr", b"BM": "bmp", b"#?": "hdr",
     b"II*\0": "tiff", b"MM\0*": "tiff", b"II+\0": "tiff", b"MM\0+": "tiff",
 }  # fmt: skip
+KINDS: Final = "EXR, HDR, PNG, JPEG, TIFF or BMP"
+"""What `MAGIC` tells, as messages call it."""
 _OPEN = "/proc/self/fd/{}"
 _own_colours = False  # whether OpenImageIO has its own table of colour spaces
 _unfinished: list[oiio.ImageOutput] = []
@@ -305,9 +307,9 @@ def open_picture(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple
     own_colours()
     with hushed(), opened(path, limits) as file:
         head = file.read(8)
-        reader = next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
+        reader = reader_of(head)
         if reader is None:
-            raise SceneError(f"{path}: not an EXR, HDR, PNG, JPEG, TIFF or BMP picture")
+            raise SceneError(f"{path}: not an {KINDS} picture")
         if reader == "jpeg":
             check_jpeg(file, os.fspath(path))
         keep_alpha_apart = oiio.ImageSpec()
@@ -319,6 +321,11 @@ def open_picture(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple
             yield source, file
         finally:
             source.close()
+
+
+def reader_of(head: bytes) -> str | None:
+    """The OpenImageIO reader of what begins so, of which 8 bytes are enough; None of what is not read."""
+    return next((name for magic, name in MAGIC.items() if head.startswith(magic)), None)
 
 
 def _name(path: str | os.PathLike[str], file: BinaryIO) -> str:

@@ -7,7 +7,7 @@ without a word. What the samples mean is followed, or refused; colours that are 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, BinaryIO, Final
 
@@ -26,6 +26,7 @@ MOST_PARTS: Final = 100
 _TURNED: Final = (5, 6, 7, 8)  # orientations; what is in none of these is upright
 _ROWS_BACK: Final = (3, 4, 6, 7)
 _COLUMNS_BACK: Final = (2, 3, 7, 8)
+_COMBINED: Final = ".Combined."  # Blender's name, after its view layer's, of what all others call R, G, B
 _REDUCED: Final = 1  # bit of TIFF's NewSubfileType: a smaller copy of another page
 _PHOTOMETRIC: Final = "tiff:PhotometricInterpretation"
 _WHITE_IS_ZERO: Final = 0
@@ -45,8 +46,9 @@ _HEAD: Final = 1 << 16  # bytes in which a Radiance header ends
 def find_picture(source: Any, name: str) -> tuple[int, int]:
     """Go to the part of an open file that is its picture; the range of the channels with its colours.
 
-    That is an EXR's first part with R, G and B, a TIFF's first page that is no reduced copy, else the first
-    part. SceneError where that has neither these colours nor one channel alone, a grey.
+    That is an EXR's first part with R, G and B, or those of one view layer, a TIFF's first page that is no
+    reduced copy, else the first part. SceneError where that has neither these colours nor one channel alone,
+    a grey.
     """
     reader, chosen = source.format_name(), 0
     for part in range(MOST_PARTS if reader in ("openexr", "tiff") else 1):
@@ -66,6 +68,9 @@ def find_picture(source: Any, name: str) -> tuple[int, int]:
     names = source.spec().channelnames
     channels = _colour_channels(names)
     if not range(*channels):
+        if views := _view_layers(names):
+            told = show(", ".join([*views][:9]))
+            raise SceneError(f"{name}: each of its view layers {told} has a picture; save one of them alone")
         told = show(", ".join(names[:9]))
         raise SceneError(f"{name}: its channels are {told}; R, G and B are read, or a grey one alone")
     return channels
@@ -222,12 +227,43 @@ def _text(spec: oiio.ImageSpec, key: str) -> str:
     return "" if value is None else str(value)
 
 
+def names_within(names: Sequence[str], first: int) -> list[str]:
+    """Names of channels; in the view layer whose picture begins at `first` without its name, its alpha `A`.
+
+    What would then have the name of another one keeps its own.
+    """
+    view, combined, _ = names[first].rpartition(_COMBINED)
+    if not combined:
+        return [*names]
+    taken, found = set(names), []
+    for name in names:
+        short = name.removeprefix(f"{view}.")
+        short = "A" if short == "Combined.A" else short
+        found.append(name if short in taken else short)
+        taken.add(short)
+    return found
+
+
+def _view_layers(names: Sequence[str]) -> dict[str, int]:
+    """Blender's view layers with a picture, `ViewLayer.Combined.R`, G and B in a row: where that begins."""
+    found = {}
+    for first, name in enumerate(names):
+        view, combined, channel = name.rpartition(_COMBINED)
+        row = [f"{view}{_COMBINED}{colour}" for colour in "RGB"]
+        if combined and channel == "R" and [*names[first : first + 3]] == row:
+            found[view] = first
+    return found
+
+
 def _colour_channels(names: tuple[str, ...]) -> tuple[int, int]:
-    """Range of the colour channels: R, G, B, or grey alone, which is Y or any; else an empty one."""
+    """Range of the colour channels: R, G, B, those of the only view layer, or grey alone, which is Y or any;
+    else an empty one."""
     upper = [name.upper() for name in names]
     for first in range(len(upper) - 2):
         if upper[first : first + 3] in (["R", "G", "B"], ["RED", "GREEN", "BLUE"]):
             return first, first + 3
+    if views := [*_view_layers(names).values()]:
+        return (views[0], views[0] + 3) if len(views) == 1 else (0, 0)
     others = [number for number, name in enumerate(upper) if name not in ("A", "ALPHA")] or [0]
     if len(others) == 1:
         return others[0], others[0] + 1

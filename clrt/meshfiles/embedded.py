@@ -13,14 +13,14 @@ from urllib.parse import unquote
 import numpy as np
 
 from clrt.base.errors import LimitError, SceneError
-from clrt.base.files import read_bytes, resolve
+from clrt.base.files import opened, read_bytes, resolve
 from clrt.base.limits import Limits
 from clrt.base.places import At
 from clrt.base.scratch import scratch
 from clrt.images.file import read_samples
 from clrt.meshfiles.gltf import pictures_in
 from clrt.meshfiles.gltf_document import BrokenMesh
-from clrt.meshfiles.gltf_textures import Itself
+from clrt.meshfiles.gltf_textures import HEAD, Itself, readable
 
 
 class Models:
@@ -88,6 +88,11 @@ def itself_of(path: Path, at: At, limits: Limits, data: bytes) -> Itself:
         return resolve(name, path.parent, at).relative_to(path.parent.resolve()).as_posix()
 
     @cache
+    def shows(file: str) -> bool:
+        with opened(path.parent / file, limits) as picture:
+            return readable(picture.read(HEAD))
+
+    @cache
     def mean(file: str, part: int | None) -> np.ndarray:
         nonlocal pixels
         with models.file(path.parent / file, part, data if part is not None else None) as picture:
@@ -97,7 +102,7 @@ def itself_of(path: Path, at: At, limits: Limits, data: bytes) -> Itself:
         pixels += len(samples)
         return samples.mean(axis=0)
 
-    return Itself(path.name, beside, mean)
+    return Itself(path.name, beside, mean, shows)
 
 
 def _plain(samples: np.ndarray) -> np.ndarray:

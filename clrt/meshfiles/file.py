@@ -170,8 +170,8 @@ def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
         file = resolve(name, path.parent, at)
         return file, partial(read_bytes, file, limits, "text_bytes")
 
-    beside = itself_of(path, at, limits, data).beside
-    return replace(placed, look=lambda used, center, radius: materials.look(used, fetch, beside))
+    itself = itself_of(path, at, limits, data)
+    return replace(placed, look=lambda used, center, radius: materials.look(used, fetch, itself))
 
 
 def _parse(

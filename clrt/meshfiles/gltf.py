@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
@@ -24,6 +25,8 @@ from clrt.meshfiles.gltf_document import (
     Image,
     Node,
     Primitive,
+    SceneNodes,
+    animated,
     decode,
     item,
     parse,
@@ -31,7 +34,7 @@ from clrt.meshfiles.gltf_document import (
 )
 from clrt.meshfiles.gltf_look import Held, look_of
 from clrt.meshfiles.gltf_nodes import matrix_of
-from clrt.meshfiles.gltf_textures import Itself, picture_count, textured_in
+from clrt.meshfiles.gltf_textures import HEAD, Itself, picture_count, textured_in
 from clrt.meshfiles.look import NONE, Look
 from clrt.meshfiles.parts import Arrays, Part, Placed
 
@@ -40,6 +43,8 @@ Fetch = Callable[[str], bytes]
 _TYPES: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_BARE: Final = {0: "points", 1: "lines", 2: "lines", 3: "lines"}
+_LETTERS: Final = 64  # of an address that hold `HEAD` bytes, however they are written
 
 
 def read_gltf(
@@ -50,7 +55,8 @@ def read_gltf(
     `fetch` gives the contents of a file beside it, `check` raises where there are too many triangles,
     `itself` is what its look has to know of the file, `colors` whether those of vertices are of use.
     BrokenMesh where the file contradicts itself. Points, lines and morph targets are left out; animations and
-    skins are not read; materials, cameras and lights only by the `look` of what is placed.
+    skins are not read; materials, cameras and lights only by the `look` of what is placed, which also names
+    what of all this is not in `left_out`.
     """
     document, chunk = parse(data, binary)
     return _Reader(document, chunk, fetch, itself, colors).placed(check)
@@ -66,23 +72,31 @@ def pictures_in(data: bytes, binary: bool) -> tuple[int, Callable[[int], bytes]]
     buffers: dict[int, memoryview] = {}
 
     def picture(number: int) -> bytes:
-        def refuse(name: str) -> bytes:
-            raise BrokenMesh(f"images[{number}] is not within the file; name its own file")
-
-        image = item(images, number, "images")
+        where, image = f"images[{number}]", item(images, number, "images")
         if image.uri is not None:
-            return bytes(_data_of(image.uri, refuse, f"images[{number}]"))
-        if image.bufferView is None:
-            raise BrokenMesh(f"images[{number}] has no data")
-        view = item(document.bufferViews, image.bufferView, "bufferViews")
-        reader = _Reader(document, chunk, refuse)
-        reader.buffers = buffers
-        whole = reader._buffer(view.buffer)
-        if view.byteOffset + view.byteLength > len(whole):
-            raise BrokenMesh(f"images[{number}] reaches beyond the {len(whole)} bytes of its buffer")
-        return bytes(whole[view.byteOffset : view.byteOffset + view.byteLength])
+            return bytes(_data_of(image.uri, partial(_refuse, where), where))
+        return bytes(_viewed(document, chunk, buffers, image, where))
 
     return len(images), picture
+
+
+def _refuse(where: str, name: str) -> bytes:
+    raise BrokenMesh(f"{where} is not within the file; name its own file")
+
+
+def _viewed(
+    document: Document, chunk: memoryview | None, buffers: dict[int, memoryview], image: Image, where: str
+) -> memoryview:
+    """The bytes, not copied, of a picture in a view of a buffer; BrokenMesh if it is not within the file."""
+    if image.bufferView is None:
+        raise BrokenMesh(f"{where} has no data")
+    view = item(document.bufferViews, image.bufferView, "bufferViews")
+    reader = _Reader(document, chunk, partial(_refuse, where))
+    reader.buffers = buffers
+    whole = reader._buffer(view.buffer)
+    if view.byteOffset + view.byteLength > len(whole):
+        raise BrokenMesh(f"{where} reaches beyond the {len(whole)} bytes of its buffer")
+    return whole[view.byteOffset : view.byteOffset + view.byteLength]
 
 
 @dataclass(eq=False)
@@ -98,6 +112,8 @@ class _Reader:
         self.numbers: dict[tuple[Any, ...], int | None] = {}  # what a primitive shows -> number of its part
         self.parts: list[Part] = []
         self.left_out: dict[str, None] = {}  # in the order in which it was met
+        self.unseen: dict[str, None] = {}  # likewise, of what a mesh alone may well lack
+        self.leaning: set[int] = set()  # materials of what has tangents
         self.names: list[str] = []  # of the nodes that have a mesh
         self.cameras: list[Held] = []
         self.lights: list[Held] = []
@@ -120,7 +136,7 @@ class _Reader:
         which = np.concatenate([np.zeros((0, 2), np.int64), *found])
         where = np.repeat(np.arange(len(found), dtype=np.int32), [len(rows) for rows in found])
         says = self.cameras or self.lights or (which[:, 1] != NONE).any()
-        says = says or any(part.colored for part in self.parts) or unread(self.document)
+        says = says or any(part.colored for part in self.parts) or unread(self.document) or self.unseen
         return Placed(
             self.parts,
             which[:, 0].astype(np.int32),
@@ -135,12 +151,26 @@ class _Reader:
 
     def _look(self, materials: Mapping[int, bool], center: np.ndarray, radius: float) -> Look:
         assert self.itself is not None
-        return look_of(self.document, self.itself, materials, self.cameras, self.lights, center, radius)
+        itself = replace(self.itself, within=self._first)
+        look = look_of(self.document, itself, materials, self.cameras, self.lights, center, radius)
+        if any("normal_map" in look.materials[look.called[k]] for k in self.leaning & look.called.keys()):
+            look.left_out["tangents of normal maps"] = None
+        look.left_out.update(self.unseen)
+        return look
+
+    def _first(self, image: Image, number: int) -> bytes:
+        """The first bytes of a picture within the file; none where there is none, as who shows it says."""
+        if image.uri is not None:
+            return _head_of(image.uri)
+        try:
+            return bytes(_viewed(self.document, self.chunk, self.buffers, image, f"images[{number}]")[:HEAD])
+        except BrokenMesh:
+            return b""
 
     def _nodes(self) -> tuple[np.ndarray, list[int]]:
         """Matrices to the world (n, 4, 4) of the scene's nodes that have a mesh, and the meshes' numbers."""
         nodes = self.document.nodes
-        scene = item(self.document.scenes, self.document.scene, "scenes")
+        scene = self._scene()
         seen = bytearray(len(nodes))
         matrices: list[np.ndarray] = []
         meshes: list[int] = []
@@ -164,6 +194,15 @@ class _Reader:
                 self._note(node, node.mesh)
         return np.array(matrices).reshape(-1, 4, 4), meshes
 
+    def _scene(self) -> SceneNodes:
+        """The scene that is shown: the one that the file names, or its first."""
+        scenes, number = self.document.scenes, self.document.scene
+        if number is None and not scenes:
+            raise BrokenMesh("it has no scene that would say which of its nodes are shown; save it with one")
+        self.unseen.update({"further scenes": None} if len(scenes) > 1 else {})
+        self.unseen.update({"animations": None} if animated(self.document) else {})
+        return item(scenes, number or 0, "scenes")
+
     def _hold(self, number: int, node: Node, matrix: np.ndarray, visible: bool) -> None:
         """Keep the camera and the light that stand at a node; a hidden one's camera still looks."""
         if node.camera is not None:
@@ -183,8 +222,13 @@ class _Reader:
     def _number(self, primitive: Primitive) -> int | None:
         """The number of the part that a primitive shows; None where it has no triangles."""
         attributes, mode = primitive.attributes, primitive.mode
-        if mode not in (_TRIANGLES, _STRIP, _FAN) or attributes.POSITION is None:
+        if attributes.POSITION is None:
             return None
+        if mode not in (_TRIANGLES, _STRIP, _FAN):
+            self.unseen[_BARE.get(mode, "primitives of unknown modes")] = None
+            return None
+        if attributes.TANGENT is not None and primitive.material is not None:
+            self.leaning.add(primitive.material)
         plain = not self.colors or primitive.material is None or not self.textured(primitive.material)
         key = (attributes, primitive.indices, mode, plain)
         if key not in self.numbers:
@@ -329,6 +373,16 @@ def _data_of(uri: str, fetch: Fetch, where: str) -> bytes:
         return base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
     except (binascii.Error, ValueError):
         raise BrokenMesh(f"{where} is not in base64") from None
+
+
+def _head_of(uri: str) -> bytes:
+    """The first bytes of an address that holds data of its own, of which no more than these are decoded."""
+    start = uri.find(",") + 1 or len(uri)
+    text = uri[start : start + _LETTERS]
+    if not uri[:start].endswith(";base64,"):
+        return unquote_to_bytes(text)[:HEAD]
+    letters = re.sub(r"[^A-Za-z0-9+/]", "", text)  # there may be line breaks
+    return base64.b64decode(letters[: len(letters) // 4 * 4])[:HEAD]
 
 
 def _scaled(plain: np.ndarray) -> np.ndarray:

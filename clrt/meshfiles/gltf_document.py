@@ -94,6 +94,7 @@ class Attributes(Table, frozen=True, gc=False):
     NORMAL: Count | None = None
     COLOR_0: Count | None = None
     TEXCOORD_0: Count | None = None
+    TANGENT: Count | None = None
 
 
 class Compression(Table, frozen=True, gc=False):
@@ -173,7 +174,7 @@ class Document(Table, frozen=True, gc=False):
     meshes: tuple[Mesh, ...] = ()
     nodes: tuple[Node, ...] = ()
     scenes: tuple[SceneNodes, ...] = ()
-    scene: Count = 0
+    scene: Count | None = None
     extensionsRequired: tuple[str, ...] = ()
     extensionsUsed: tuple[str, ...] = ()
     materials: msgspec.Raw = msgspec.Raw(b"[]")
@@ -182,6 +183,7 @@ class Document(Table, frozen=True, gc=False):
     textures: msgspec.Raw = msgspec.Raw(b"[]")
     images: msgspec.Raw = msgspec.Raw(b"[]")
     samplers: msgspec.Raw = msgspec.Raw(b"[]")
+    animations: msgspec.Raw = msgspec.Raw(b"[]")
 
 
 def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
@@ -210,6 +212,11 @@ def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
 def unread(document: Document) -> list[str]:
     """The extensions that a `parse`d document uses, listed or not, and that nobody else names."""
     return [name for name in document.extensionsUsed if not name.startswith(_SILENT)]
+
+
+def animated(document: Document) -> bool:
+    """Whether a document has animations, whatever they are."""
+    return re.match(rb"\s*\[\s*[^\s\]]", document.animations) is not None
 
 
 def _check_keys(text: memoryview) -> dict[str, None]:

@@ -10,12 +10,17 @@ from typing import Any, Final, Literal
 import msgspec
 import numpy as np
 
+from clrt.images.file import reader_of
 from clrt.meshfiles.gltf_document import Count, Document, Image, Table, decode, item
 from clrt.meshfiles.look import Table as SceneTable
 
 _WRAPS: Final = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST: Final = 9728
 _READ: Final = ("", "image/png", "image/jpeg")
+_NEITHER: Final = "textures that are neither PNG nor JPEG"
+
+HEAD: Final = 8
+"""Bytes that tell what kind of picture something is."""
 
 
 class Transform(Table, frozen=True, gc=False):
@@ -52,11 +57,15 @@ class Sampler(Table, frozen=True, gc=False):
 @dataclass(frozen=True)
 class Itself:
     """A file's `name`; `beside` gives the name of a file in its folder, None where there is none; `mean` the
-    mean of the channels (3,) of a picture in such a file, or a part of it."""
+    mean of the channels (3,) of a picture in such a file, or a part of it. `shows` says whether such a
+    file is `readable`; `within` are the first bytes of a picture of a number within the file, b"" of none.
+    """
 
     name: str
     beside: Callable[[str], str | None]
     mean: Callable[[str, int | None], np.ndarray]
+    shows: Callable[[str], bool]
+    within: Callable[[Image, int], bytes] = lambda image, number: b""
 
 
 class _Metal(Table, frozen=True, gc=False):
@@ -69,6 +78,11 @@ class _Shown(Table, frozen=True, gc=False):
     pbrMetallicRoughness: _Metal = _Metal()
     normalTexture: Any = None
     emissiveTexture: Any = None
+
+
+def readable(head: bytes) -> bool:
+    """Whether what begins so is a picture of a kind that is read; what has no bytes is not judged here."""
+    return not head or reader_of(head) is not None
 
 
 def textured_in(document: Document) -> Callable[[int], bool]:
@@ -100,6 +114,7 @@ class Textures:
         self._textures: tuple[Texture, ...] | None = None
         self._images: tuple[Image, ...] = ()
         self._samplers: tuple[Sampler, ...] = ()
+        self._readable: dict[int, bool] = {}  # of pictures within the file
 
     def picture(self, info: Info | None, uv: bool) -> SceneTable | None:
         """A texture as an image of a scene file; None where there is none, or it cannot be shown."""
@@ -140,13 +155,18 @@ class Textures:
             self._images = decode(document.images, tuple[Image, ...], "images")
             self._samplers = decode(document.samplers, tuple[Sampler, ...], "samplers")
         source = item(self._textures, number, "textures").source
-        image = Image(mimeType="none") if source is None else item(self._images, source, "images")
-        if image.mimeType not in _READ:
-            return self._without("textures that are neither PNG nor JPEG")
+        image = Image() if source is None else item(self._images, source, "images")
+        if source is None or image.mimeType not in _READ:
+            return self._without(_NEITHER)
         if image.uri is None or image.uri[:5].lower() == "data:":
-            return {"file": self._itself.name, "part": source}
+            if source not in self._readable:
+                self._readable[source] = readable(self._itself.within(image, source))
+            found = {"file": self._itself.name, "part": source}
+            return found if self._readable[source] else self._without(_NEITHER)
         file = self._itself.beside(image.uri)
-        return {"file": file} if file is not None else self._without("pictures that are not there")
+        if file is None:
+            return self._without("pictures that are not there")
+        return {"file": file} if self._itself.shows(file) else self._without(_NEITHER)
 
     def _sampler(self, number: int) -> Sampler:
         assert self._textures is not None

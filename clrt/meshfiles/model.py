@@ -24,9 +24,9 @@ _LIBRARY: Final = re.compile(rb"(?:^|\r|^\xef\xbb\xbf)[ \t]*+mtllib\b", re.MULTI
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A part of a file: its number, what it is called (None: nothing), its material's number, or NONE, and
-    the mean of its vertices' colours, linear, or None where they have none, or are the file's picture of this
-    number, `colors`."""
+    """A part of a file: its number, what it is called (None: nothing) with all at its node, its material's
+    number, or NONE, and the mean of its vertices' colours, linear, or None where they have none, or are the
+    file's picture of this number, `colors`."""
 
     number: int
     name: str | None
@@ -85,12 +85,13 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
 
 def _pieces(placed: Placed, smooth: bool | None) -> Iterator[Piece]:
     names = Names()
+    called: dict[int, str | None] = {}  # by where it stands: what stands at one node is one thing
     for number, (where, material, places) in enumerate(placed.groups):
-        name = placed.names[where] if where != NONE and len(placed.names) else ""
+        if where not in called:
+            name = placed.names[where] if where != NONE and len(placed.names) else ""
+            called[where] = names.new(name) if name else None
         here = placed.only(places)
-        called = names.new(name) if name else None
-        arrays = here.joined(smooth)
-        yield Piece(number, called, material, arrays, _color(here), _pictured(here))
+        yield Piece(number, called[where], material, here.joined(smooth), _color(here), _pictured(here))
 
 
 def _pictured(placed: Placed) -> int | None:

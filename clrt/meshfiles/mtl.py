@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import codecs
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
 
 from clrt.base.errors import show
+from clrt.images.file import KINDS
 from clrt.meshfiles.facets import Facets, Rgb, shown
 from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.look import Table
@@ -46,16 +47,20 @@ class Phong:
     norm: Table | None = None
     left_out: dict[str, None] = field(default_factory=dict)
 
-    def with_pictures(self, beside: Beside) -> Phong:
-        """The material with the names of pictures as a scene has them, without those that are not there."""
+    def with_pictures(self, beside: Beside, shows: Callable[[str], bool]) -> Phong:
+        """The material with the names of pictures as a scene has them, without those that are not there, and
+        those of a kind that is not read: what `shows` says of a file."""
         files: dict[str, Table | None] = {}
         for key in ("map_kd", "map_ke", "norm"):
             picture = getattr(self, key)
             if picture is not None:
                 file = beside(picture["file"])
+                if file is None:
+                    self.left_out["pictures that are not there"] = None
+                elif not shows(file):
+                    self.left_out[f"the picture {show(file[:60])} (no {KINDS})"] = None
+                    file = None
                 files[key] = None if file is None else picture | {"file": file}
-        if None in files.values():
-            self.left_out["pictures that are not there"] = None
         return replace(self, **files)  # type: ignore[arg-type]
 
     def table(self, uv: bool) -> Table:

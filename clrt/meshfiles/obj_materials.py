@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from clrt.base.errors import show
+from clrt.meshfiles.gltf_textures import Itself
 from clrt.meshfiles.look import Look, Names
 from clrt.meshfiles.mtl import Phong, earlier, name_of, read_mtl, text_of
 from clrt.meshfiles.mtl_maps import Beside
@@ -54,7 +55,7 @@ class Materials:
         # of a single material it keeps no name
         return "".join(f"newmtl m{number}\nKd 1 1 1\n" for number in range(len(self.names) + 1)).encode()
 
-    def look(self, used: Mapping[int, bool], fetch: Fetch, beside: Beside) -> Look:
+    def look(self, used: Mapping[int, bool], fetch: Fetch, itself: Itself) -> Look:
         """The `used` materials (each: with uv) of the libraries that are there; others are left out."""
         found = Look()
         known: dict[bytes, tuple[Phong, Beside]] = {}
@@ -68,7 +69,7 @@ class Materials:
                 elif there[0] not in seen:
                     seen.add(there[0])
                     read = read_mtl(there[1](), file)
-                    place = partial(_within, file, beside)
+                    place = partial(_within, file, itself.beside)
                     for called, phong in read.items():
                         phong.left_out.update(earlier(called) if called in known else {})
                         known[called] = (phong, place)
@@ -78,7 +79,7 @@ class Materials:
             if its_name in known:
                 phong, its = known[its_name]
                 found.called[number] = text = names.new(text_of(its_name))
-                found.materials[text] = phong.with_pictures(its).table(uv)
+                found.materials[text] = phong.with_pictures(its, itself.shows).table(uv)
                 found.left_out.update(phong.left_out)
             elif seen:
                 found.left_out[f"the material {show(text_of(its_name)[:60])}, which its library lacks"] = None

@@ -15,7 +15,19 @@ from clrt.base.errors import LimitError, SceneError
 from clrt.cli import main
 from clrt.scene.scene import Material, Mesh, Scene
 from clrt.scene.textures import ImageTexture
-from tests.model_samples import CAMERA, FLOOR, METAL, POINT, SPOT, SUN, WALL, model, shining, write_glb
+from tests.model_samples import (
+    CAMERA,
+    FLOOR,
+    METAL,
+    POINT,
+    SPOT,
+    SUN,
+    WALL,
+    YELLOW,
+    model,
+    shining,
+    write_glb,
+)
 
 PLASTIC = {
     "name": "plastic",
@@ -183,6 +195,63 @@ def test_one_warning_names_all_that_has_no_counterpart(
     )
 
 
+def animated(table: dict[str, Any]) -> None:
+    table["animations"] = [{"channels": [], "samplers": []}]
+
+
+def staged_twice(table: dict[str, Any]) -> None:
+    table["scenes"].append({"nodes": [0]})
+
+
+def beside(mode: int) -> Any:
+    """Another primitive, at the node of the first."""
+
+    def change(table: dict[str, Any]) -> None:
+        table["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "mode": mode})
+
+    return change
+
+
+@pytest.mark.parametrize("materials", [[], [METAL]])
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (animated, "animations"), (staged_twice, "further scenes"), (beside(0), "points"),
+        (beside(1), "lines"), (beside(2), "lines"), (beside(3), "lines"),
+        (beside(9), "primitives of unknown modes"),
+    ],
+)  # fmt: skip
+def test_what_is_no_surface_of_the_scene_is_named(
+    tmp_path: Path, change: Any, says: str, materials: list[Any], recwarn: pytest.WarningsRecorder
+) -> None:
+    """Also where a file says nothing of how it looks; what is shown is what was."""
+    table = model(materials)
+    before = clrt.load(write_glb(tmp_path / "a.glb", table))
+    change(table)
+    scene = clrt.load(write_glb(tmp_path / "a.glb", table))
+    (said,) = [str(one.message) for one in recwarn]
+    assert said == f"a.glb: left out, since there is no counterpart: {says}"
+    assert corners(scene) == corners(before)
+    recwarn.clear()
+    table["animations"], table["scenes"] = [], table["scenes"][:1]
+    table["meshes"][0]["primitives"][1:] = []
+    assert clrt.load(write_glb(tmp_path / "a.glb", table)) == before and not recwarn
+
+
+def test_all_that_is_no_surface_is_named_in_one_warning(
+    tmp_path: Path, recwarn: pytest.WarningsRecorder
+) -> None:
+    table = model([{"occlusionTexture": {"index": 0}}], (shining(0),), ({**POINT, "range": 5},))
+    table["nodes"][1]["skin"] = 0
+    for change in (animated, staged_twice, beside(1), beside(0), beside(3)):
+        change(table)
+    table["meshes"].append({"primitives": [{"attributes": {"POSITION": 0}, "mode": 9}]})  # nothing shows it
+    clrt.load(write_glb(tmp_path / "a.glb", table))
+    (said,) = [str(one.message) for one in recwarn]
+    left = "occlusion, the range of lights, further scenes, animations, lines, points, skins"
+    assert said == f"a.glb: left out, since there is no counterpart: {left}"
+
+
 def test_extensions_that_nothing_reads_are_named(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
     """Listed or not, of materials or of others, of a file that says nothing else of how it looks."""
     known = ["KHR_texture_transform", "KHR_materials_sheen", "EXT_texture_webp", "KHR_lights_punctual"]
@@ -340,12 +409,41 @@ def test_far_too_many_things_go_by_their_material(tmp_path: Path) -> None:
 
 
 def test_two_materials_at_one_node(tmp_path: Path) -> None:
-    table = model([METAL, GLASS])
-    table["meshes"][1]["primitives"].append(table["meshes"][2]["primitives"][0])
+    """One thing, and one matte; another node of its name is another."""
+    table = model([METAL, PLASTIC])
+    table["meshes"][1]["primitives"].append({"attributes": {"POSITION": 0}, "material": 1})
+    table["nodes"][2]["name"] = "wall 0"
+    table["scenes"][0]["nodes"] = [1, 2]
     scene = clrt.load(write_glb(tmp_path / "a.glb", table))
-    assert [(shape.name, shape.material) for shape in scene.shapes][1:] == [
-        ("wall 0", "gold"), ("wall 0-2", "glass"), ("wall 1", "glass"),
+    assert [(shape.name, shape.material) for shape in scene.shapes] == [
+        ("wall 0", "gold"), ("wall 0", "plastic"), ("wall 0-2", "plastic"),
     ]  # fmt: skip
+    image = clrt.render(scene, width=24, height=18, layers=("crypto_shape", "shape"))
+    shape = np.asarray(image.layers["shape"])
+    assert {*np.unique(shape)} == {-1, 0, 1, 2}
+    np.testing.assert_array_equal(image.matte("wall 0") > 0, (shape == 0) | (shape == 1))
+    np.testing.assert_array_equal(image.matte("wall 0-2") > 0, shape == 2)
+    scene.save(tmp_path / "a.toml")
+    assert clrt.load(tmp_path / "a.toml") == scene
+
+
+def test_a_material_with_and_without_colours_has_two_names(tmp_path: Path) -> None:
+    """The plain one has the author's; a second one of the author's is not taken for a coloured one."""
+    dull = {**metal_rough([0.5, 1, 1], 0, 1), "name": "gold"}
+    table = model([METAL, dull, METAL], ({"mesh": 4, "name": "more"},))
+    table["meshes"].append({"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]})
+    for mesh in (1, 2, 3):
+        table["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_0"] = 1
+    scene = clrt.load(write_glb(tmp_path / "a.glb", table))
+    named = {shape.name: shape.material for shape in scene.shapes if shape.name != "floor"}
+    assert named == {"wall 0": "gold-4", "wall 1": "gold-2", "wall 2": "gold-3", "more": "gold"}
+    assert {*scene.materials} == {*named.values()}
+    pictured = {name for name, material in scene.materials.items() if material.pictures}
+    assert pictured == {"gold-2", "gold-3", "gold-4"}
+    colors = {name: material.color for name, material in scene.materials.items()}
+    assert colors["gold"] == tuple(YELLOW[:3])
+    image = clrt.render(scene, width=24, height=18, layers=("crypto_material",))
+    assert all(image.matte(name, "material").any() for name in ("gold-2", "gold-3", "gold-4"))
 
 
 def test_colours_of_vertices_multiply_the_base_colour(tmp_path: Path) -> None:
@@ -370,6 +468,10 @@ def test_colours_of_vertices_multiply_the_base_colour(tmp_path: Path) -> None:
     assert glowing.emission == half and glowing.diffuse == 0
     assert glass.color == glass.transmission_color
     assert isinstance(glass.transmission_color, ImageTexture)
+    assert [shape.material for shape in scene.shapes][1:] == ["gold", "matte", "unlit", "glass"]
+    assert scene.materials.keys() == {"gold", "matte", "unlit", "glass"}
+    red = scene.replace({"materials.gold.color": [1.0, 0.0, 0.0]})
+    assert red.material_of(red.shapes[1]).color == (1.0, 0.0, 0.0)
     scene.save(tmp_path / "a.toml")
     assert clrt.load(tmp_path / "a.toml") == scene
     for kind in ("VEC2", "SCALAR"):

@@ -6,10 +6,13 @@ import os
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import clrt
 from clrt.base.errors import LimitError, SceneError
+from clrt.flatten.flatten import flatten
+from clrt.images.file import write as write_picture
 from clrt.scene.scene import ImageTexture, Material, Mesh, NormalMap, Placement
 from tests.cost import bounded
 from tests.model_samples import PICTURE
@@ -164,6 +167,35 @@ def test_maps(tmp_path: Path, line: str, key: str, expected: dict[str, Any]) -> 
     with pytest.warns(clrt.ClrtWarning, match="counterpart: textures of what has no uv"):
         plain = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n").materials["m"]
     assert not plain.pictures
+
+
+@pytest.mark.parametrize(
+    ("line", "key"), [("map_Kd", "color"), ("map_Ke", "emission"), ("norm", "normal_map")]
+)
+@pytest.mark.parametrize("head", [bytes([0, 0, 2]), b"DDS |\0\0\0", b"GIF89a", b"RIFF\x24\0\0\0WEBPVP8 "])
+def test_pictures_of_kinds_that_are_not_read_are_left_out(
+    tmp_path: Path, line: str, key: str, head: bytes
+) -> None:
+    """By their first bytes: of a picture that is read any name will do, and a broken one is refused."""
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "wood.tga").write_bytes(head + bytes(30))
+    mtl = f"newmtl m\nKd 1 0.5 0\n{line} in/wood.tga\n"
+    plain = load(tmp_path, "newmtl m\nKd 1 0.5 0\n", WITH_UV).materials["m"]
+    says = r"a\.obj: left .*: the picture 'in/wood\.tga' \(no EXR, HDR, PNG, JPEG, TIFF or BMP\)$"
+    with pytest.warns(clrt.ClrtWarning, match=says) as said:
+        assert load(tmp_path, mtl, WITH_UV).materials["m"] == plain
+    assert len(said) == 1
+    (tmp_path / "in" / "wood.tga").write_bytes(PICTURE)
+    assert getattr(load(tmp_path, mtl, WITH_UV).materials["m"], key).file == "in/wood.tga"
+    (tmp_path / "in" / "wood.tga").write_bytes(PICTURE[:40])
+    with pytest.raises(SceneError, match=r"wood\.tga: cannot be read: .*png"):
+        flatten(load(tmp_path, mtl, WITH_UV))
+
+
+def test_pictures_of_other_kinds_that_are_read(tmp_path: Path) -> None:
+    write_picture(tmp_path / "a.exr", [np.full((2, 2, 3), 0.25, np.float32)])
+    scene = load(tmp_path, "newmtl m\nmap_Kd a.exr\nKd 1 1 1\n", WITH_UV)
+    assert scene.materials["m"].color == ImageTexture(file="a.exr")
 
 
 @pytest.mark.parametrize(

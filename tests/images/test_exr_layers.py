@@ -107,6 +107,49 @@ def test_layers_of_other_programs_are_read(tmp_path: Path):
     assert image.layers["bands"].shape == (H, W, 1) and len(image.layers) == 9
 
 
+VIEW = {f"View.Layer.Combined.{channel}": value for value, channel in enumerate("RGBA", 1)}
+
+
+def test_a_view_layer_of_blender_is_read(tmp_path: Path):
+    """Its passes have their own names; what they would take from others stays as it is."""
+    file = write(tmp_path / "a.exr", {
+        **VIEW, "View.Layer.Depth.Z": 5, "View.Layer.Normal.X": 6, "View.Layer.Normal.Y": 7,
+        "View.Layer.Normal.Z": 8, "View.Layer.DiffCol.R": 9, "View.Layer.DiffCol.G": 10,
+        "View.Layer.DiffCol.B": 11, "View.Layer.IndexOB.X": 12, "Other.Mist.V": 13, "View.Layer.Mist.V": 14,
+        "Mist.V": 15, "View.Layer.A": 16, "depth.V": 17,
+    })  # fmt: skip
+    assert (clrt.read_image(file) == (1, 2, 3)).all()
+    image = clrt.read_image(file, layers="all")
+    assert (image.pixels == (1, 2, 3)).all()
+    assert {name: layer.flat[0] for name, layer in image.layers.items() if layer.ndim == 2} == {
+        "Depth": 5, "IndexOB": 12, "Other.Mist": 13, "View.Layer.Mist": 14, "Mist": 15, "alpha": 16,
+        "View.Layer.Combined": 4, "depth": 17,
+    }  # fmt: skip
+    assert image.layers["DiffCol"][0, 0].tolist() == [9, 10, 11]
+    assert image.layers["Normal"][0, 0].tolist() == [6, 7, 8] and len(image.layers) == 10
+    some = clrt.read_image(write(file, {**VIEW, "View.Layer.Depth.Z": 5}), layers=["alpha"])
+    assert some.layers.keys() == {"alpha"} and (some.layers["alpha"] == 4).all()
+
+
+def test_the_picture_itself_goes_before_view_layers(tmp_path: Path):
+    image = clrt.read_image(write(tmp_path / "a.exr", {**VIEW, **RGB, "Combined.A": 1}), layers="all")
+    assert np.array_equal(image.pixels, PIXELS)
+    assert image.layers.keys() == {"View.Layer.Combined", "View.Layer.Combined.A", "Combined"}
+
+
+def test_several_view_layers_are_refused(tmp_path: Path):
+    two = {f"{view}.Combined.{channel}": 1 for view in ("Front", "Back") for channel in "RGBA"}
+    says = r"a\.exr: each of its view layers '(Back, Front|Front, Back)' has a picture; save one of them"
+    for layers in (None, "all"):
+        with pytest.raises(clrt.SceneError, match=says):
+            clrt.read_image(write(tmp_path / "a.exr", two), layers=layers)  # type: ignore[call-overload]
+    del two["Back.Combined.G"]
+    assert clrt.read_image(write(tmp_path / "a.exr", two), layers="all").layers.keys() >= {"alpha"}
+    del two["Front.Combined.G"]
+    with pytest.raises(clrt.SceneError, match="R, G and B are read, or a grey one alone"):
+        clrt.read_image(write(tmp_path / "a.exr", two))
+
+
 def test_a_part_of_the_window_is_placed(tmp_path: Path):
     """Half floats, stored three columns to the right of a larger picture's corner."""
     file = write(tmp_path / "a.exr", {**RGB, "Z": 2, "shape.ID": 5}, "half", x=3, y=1, full_width=9,

@@ -138,6 +138,8 @@ def test_files_beside_it_count_together(tmp_path: Path) -> None:
         ({"meshes": []}, r"there is no meshes\[0\]"),
         ({"nodes": [{"children": [0], "mesh": 0}]}, r"nodes\[0\] is below two nodes, or below itself"),
         ({"scene": 1}, r"there is no scenes\[1\]"),
+        ({"scene": 0, "scenes": []}, r"there is no scenes\[0\], which it speaks of"),
+        ({"scenes": []}, "it has no scene that would say which of its nodes are shown; save it with one"),
         ({"nodes": []}, r"there is no nodes\[0\]"),
         ({"nodes": [{"mesh": 0, "matrix": [1]}]}, "Expected `array`"),
         ({"meshes": [{"primitives": [{**SHOWN, "indices": 1}]}], "accessors": [POSITIONS, POSITIONS]},
