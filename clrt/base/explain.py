@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import typing
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from ctypes import c_float
 from functools import cache
 from typing import Annotated, Any, NoReturn
@@ -56,7 +56,7 @@ def explain(cls: type[msgspec.Struct], table: dict[str, Any], at: At) -> NoRetur
 
 
 def _check_value(hint: Any, value: Any, at: At, name: str) -> None:
-    for inner, struct, table in _tables(hint, value, at):
+    for inner, struct, table in _tables(hint, value, at, name):
         try:
             msgspec.convert(table, struct)
             msgspec.convert(single(table), struct)
@@ -73,33 +73,54 @@ def _check_value(hint: Any, value: Any, at: At, name: str) -> None:
             suffix = re.search(r" - at `\$(.*?)`$", str(error))
             path = suffix.group(1) if suffix else ""
             wrong = _follow(value, path)
-            raise at.inner(path).error(wrong, right + (_other_kind(wrong, hint) or note)) from None
+            raise at.inner(path).error(wrong, right + (_other_kind(wrong, hint, name) or note)) from None
 
 
-def _other_kind(value: Any, hint: Any) -> str:
-    """What a value is that should be a number or a name, where its rule alone would puzzle; else ""."""
+def _other_kind(value: Any, hint: Any, name: str) -> str:
+    """What a value is that should be a number or a name, where its rule alone would puzzle; else "".
+
+    What other renderers have is asked for by a key or a `type`; the same word means something else elsewhere.
+    """
     kinds = leaves(hint)
     numbers = float in kinds or int in kinds
     if isinstance(value, str):
         is_number = numbers and str not in kinds
-        return "; this is a text, and numbers have no quotes" if is_number else advice(value, [])
+        if is_number:
+            return "; this is a text, and numbers have no quotes"
+        return advice(value, []) if name == "type" else ""
     if isinstance(value, bool) and numbers:
         return "; this is true or false, not a number"
     return ""
 
 
-def _tables(hint: Any, value: Any, at: At) -> list[tuple[At, type[msgspec.Struct], dict[str, Any]]]:
-    """The tables directly in a field's value, with the class each must be read as."""
+def _tables(
+    hint: Any, value: Any, at: At, name: str
+) -> Iterator[tuple[At, type[msgspec.Struct], dict[str, Any]]]:
+    """The tables directly in a field's value, with the class each must be read as.
+
+    Raises for one of no type that may stand there.
+    """
     structs = records_in(hint)
     if not structs:
-        return []
+        return
     items = enumerate(value) if isinstance(value, (list, tuple)) else ()
     found = (
         [(at, value)]
         if isinstance(value, dict)
         else [(at.item(i), v) for i, v in items if isinstance(v, dict)]
     )
-    return [(place, of_type(table, structs) or structs[0], table) for place, table in found]
+    # the last rule is that of the parts
+    rules = [meta.description for meta in metas(hint) if meta.description and not isinstance(value, dict)]
+    right = rules[-1] if rules else describe(hint, name)
+    for place, table in found:
+        struct = of_type(table, structs)
+        if struct is not None:
+            yield place, struct, table
+        elif "type" in table:
+            known = [str(kind.__struct_config__.tag) for kind in structs]
+            raise place.key("type").error(table["type"], right + advice(table["type"], known))
+        else:
+            raise place.error(table, right)
 
 
 def records_in(hint: Any) -> tuple[type[Any], ...]:

@@ -115,7 +115,9 @@ class Material(Colored, frozen=True, kw_only=True):
     thin: bool = False
     conductor: Metal | None = None
     roughness: Annotated[float, Meta(ge=0, le=1, description="must be a number from 0 to 1")] = 0.0
-    normal_map: NormalMap | None = None
+    normal_map: (
+        Annotated[NormalMap, Meta(description="must be a table such as {file = 'bumps.png'}")] | None
+    ) = None
 
     def check(self, at: At) -> None:
         Colored.check(self, at)

@@ -112,7 +112,7 @@ class _Settings(Colored, frozen=True, kw_only=True):
     conformance: Annotated[
         Literal["none", "spd"], Meta(description="conformance must be 'none' or 'spd'")
     ] = "none"
-    spectrum: Spectral | None = None
+    spectrum: Annotated[Spectral, Meta(description="must be a table such as {bands = 24}")] | None = None
     adaptive: (
         Annotated[Adaptive, Meta(description="must be a table such as {spp = 64, threshold = 0.01}")] | None
     ) = None

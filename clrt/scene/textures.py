@@ -81,7 +81,9 @@ class NormalMap(Record, frozen=True, kw_only=True):
     file: File
     part: Part = None
     scale: float = 1.0
-    placement: Placement | None = None
+    placement: (
+        Annotated[Placement, Meta(description="must be a table such as {scale = [2, 2]}")] | None
+    ) = None
 
     def check(self, at: At) -> None:
         """Raise for a part of a file that has none, and for a placement that cannot be."""

@@ -10,7 +10,8 @@ from typing import Annotated, Any, Union
 import msgspec
 from msgspec import Meta
 
-from clrt.base.explain import field_types
+from clrt.base.errors import show
+from clrt.base.explain import field_types, records_in
 from clrt.base.places import At, listed
 from clrt.base.records import Record
 from clrt.base.suggest import did_you_mean
@@ -24,6 +25,7 @@ _RULES = {
     "background": "background must be a colour, a light's name, a spectrum or the path of a lat-long image",
     "curve": "must be a number >= 0 or 3 numbers >= 0 or a spectrum without a name",
 }
+_OTHERS = {"type", "file", "colors"}  # keys of tables that are no spectra, or say that they are
 _NAMES = {"reflectance": REFLECTANCES, "light": LAMPS, "background": LAMPS, "curve": ()}
 # A range on the single number would belong here, but msgspec 0.22 crashes on a ranged float beside a tuple
 # of fixed length; `check_color` holds the rule instead. The rule tells fields of colours from others.
@@ -48,7 +50,7 @@ class Colored(Record, frozen=True, kw_only=True):
             color = getattr(self, name)
             right = color >= 0 if type(color) is float else type(color) is tuple  # which most are
             if not right:
-                check_color(color, kind, at.key(name))
+                check_color(color, kind, at.key(name), pictured=name in _pictured(self.__class__))
 
 
 @cache
@@ -56,6 +58,15 @@ def color_fields(cls: type[msgspec.Struct]) -> dict[str, str]:
     """The fields that hold colours, each with its kind: "reflectance", "light" or "curve" (a plain one)."""
     kinds = {name: _kind(hint) for name, hint in field_types(cls).items()}
     return {name: kind for name, kind in kinds.items() if kind}
+
+
+@cache
+def _pictured(cls: type[msgspec.Struct]) -> frozenset[str]:
+    """The fields that may be pictures instead: records that name a file."""
+    fields = field_types(cls).items()
+    return frozenset(
+        name for name, hint in fields if any("file" in kind.__struct_fields__ for kind in records_in(hint))
+    )
 
 
 def _kind(hint: Any) -> str:
@@ -71,14 +82,17 @@ def _kind(hint: Any) -> str:
 def full(value: Any) -> Any:
     """A spectrum's table with its type; (nm, value) pairs as such a table."""
     if isinstance(value, dict):
-        return value if "type" in value else {"type": "spectrum", **value}
+        return {"type": "spectrum", **value} if _OTHERS.isdisjoint(value) else value
     if isinstance(value, (list, tuple)) and value and all(isinstance(pair, (list, tuple)) for pair in value):
         return {"type": "spectrum", "samples": value}
     return value
 
 
-def check_color(color: object, kind: str, at: At) -> None:
-    """Raise for a grey below 0 (3 numbers are checked by their annotation), a wrong name or spectrum."""
+def check_color(color: object, kind: str, at: At, pictured: bool = False) -> None:
+    """Raise for a grey below 0 (3 numbers are checked by their annotation), a wrong name or spectrum.
+
+    `pictured`: a picture may stand there, too.
+    """
     if isinstance(color, (int, float)) and not color >= 0:
         raise at.error(color, "a colour must be a number >= 0 or 3 numbers >= 0")
     if isinstance(color, Spectrum):
@@ -87,7 +101,8 @@ def check_color(color: object, kind: str, at: At) -> None:
     elif kind == "background":
         return  # an unknown name is a file's
     if isinstance(color, str) and color not in _NAMES[kind]:
-        raise at.error(color, _right_name(color, kind))
+        picture = f"; a picture is {{type = 'image', file = {show(color)}}}" if "." in color else ""
+        raise at.error(color, _right_name(color, kind) + (picture if pictured else ""))
 
 
 def _right_name(name: str, kind: str) -> str:

@@ -44,7 +44,7 @@ class Sellmeier(Record, frozen=True, kw_only=True):
 class Dispersion(Record, frozen=True, kw_only=True):
     """An index of refraction over the wavelength, by Sellmeier's or Cauchy's formula."""
 
-    sellmeier: Sellmeier | None = None
+    sellmeier: Annotated[Sellmeier, Meta(description="must be a table {B = [...], C = [...]}")] | None = None
     cauchy: Annotated[
         tuple[float, ...] | None, Meta(description="cauchy must be 1 to 6 numbers A, B (um^2), C (um^4) ...")
     ] = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,11 @@ import pytest
 
 import clrt
 from clrt.base import missing
+from clrt.base.explain import describe, field_types
+from clrt.base.records import Record
 from clrt.formats.lines import json_line, toml_line
-from clrt.scene.scene import Document, Scene
+from clrt.scene.scene import Document, Material, NormalMap, Scene
+from clrt.spectra.indices import Dispersion
 
 ROOT = Path(__file__).resolve().parents[2]
 BALL = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
@@ -85,6 +89,93 @@ def of_file(folder: Path, text: str, suffix: str = ".toml") -> str:
 )  # fmt: skip
 def test_the_message_names_the_cause(scene: dict[str, Any], says: str):
     assert says in message(scene)
+
+
+_TINT = "must be a number >= 0, 3 numbers >= 0, spectrum"
+_COLOR = f"color {_TINT}, {{type = 'image', ...}} or {{type = 'checker', ...}}"
+_REFLECTANCE = "a colour must be a number >= 0 or 3 numbers >= 0, a reflectance's name or a spectrum"
+_LIGHT = "a colour must be a number >= 0 or 3 numbers >= 0, a light's name or a spectrum"
+_BACKGROUND = "background must be a colour, a light's name, a spectrum or the path of a lat-long image"
+_IMAGE = {"type": "image", "file": "a.png"}
+
+
+@pytest.mark.parametrize(
+    ("material", "place", "right"),
+    [
+        ({"normal_map": "ok.png"}, "normal_map: 'ok.png'",
+         "normal_map must be a table such as {file = 'bumps.png'}"),
+        ({"normal_map": {"file": "a.png", "placement": "clamp"}}, "normal_map.placement: 'clamp'",
+         "placement must be a table such as {scale = [2, 2]}"),
+        ({"ior": {"sellmeier": 5}}, "ior.sellmeier: 5", "sellmeier must be a table {B = [...], C = [...]}"),
+        ({"color": {**_IMAGE, "type": "texture"}}, "color.type: 'texture'", _COLOR),
+        ({"color": {**_IMAGE, "type": "bitmap"}}, "color.type: 'bitmap'", f"{_COLOR}; clrt calls it 'image'"),
+        ({"color": {"type": "noise"}}, "color.type: 'noise'",
+         f"{_COLOR}; clrt has no procedural textures ({missing.PAGE})"),
+        ({"color": {"type": ["image"]}}, "color.type: ['image']", _COLOR),
+        ({"emission": {**_IMAGE, "type": "picture"}}, "emission.type: 'picture'",
+         f"emission {_TINT} or {{type = 'image', ...}}"),
+        ({"color": {"file": "ok.png"}}, "color: {'file': 'ok.png'}", _COLOR),
+        ({"color": {"colors": [0.1, 0.2]}}, "color: {'colors': [0.1, 0.2]}", _COLOR),
+        ({"color": {"type": "checker", "colors": [0.1, _IMAGE]}}, "color.colors[1].type: 'image'",
+         _REFLECTANCE),
+        ({"color": {**_IMAGE, "filter": "cubic"}}, "color.filter: 'cubic'",
+         "filter must be 'linear', 'nearest' or 'mipmap'"),
+        ({"color": {**_IMAGE, "encoding": "aces"}}, "color.encoding: 'aces'",
+         "encoding must be 'srgb' or 'linear'"),
+    ],
+)  # fmt: skip
+def test_what_may_be_a_picture_says_how(material: dict[str, Any], place: str, right: str):
+    assert message({"materials": {"m": material}}) == f"materials.m.{place} is not allowed; {right}"
+
+
+def test_a_misspelt_key_of_a_spectrum_is_one():
+    says = "materials.m.color: unknown key 'nmae'; did you mean 'name'?"
+    assert message({"materials": {"m": {"color": {"nmae": "gold"}}}}).startswith(says)
+
+
+@pytest.mark.parametrize(
+    ("scene", "says"),
+    [
+        ({"background": _IMAGE}, f"background.type: 'image' is not allowed; {_BACKGROUND}"),
+        ({"background": {"file": "a.exr"}}, f"background: {{'file': 'a.exr'}} is not allowed; {_BACKGROUND}"),
+        ({"lights": [{"type": "point", "position": [0, 1, 0], "intensity": _IMAGE}]},
+         f"lights[0].intensity.type: 'image' is not allowed; {_LIGHT}"),
+        ({"spectrum": 5}, "spectrum: 5 is not allowed; spectrum must be a table such as {bands = 24}"),
+        ({"shadow": "fog"}, "shadow: 'fog' is not allowed; shadow must be 'opaque' or 'tinted'"),
+    ],
+)  # fmt: skip
+def test_what_may_be_no_picture_says_what_it_may_be(scene: dict[str, Any], says: str):
+    assert message(scene) == says
+
+
+@pytest.mark.parametrize("key", ["color", "emission", "highlight_color"])
+def test_a_picture_is_not_written_as_its_name(key: str):
+    hint = "; a picture is {type = 'image', file = 'in/ok.png'}"
+    for value in ("in/ok.png", {"name": "in/ok.png"}):
+        assert message({"materials": {"m": {key: value}}}).endswith(hint)
+    for word in ("gould", "D65x"):
+        assert "picture" not in message({"materials": {"m": {key: word}}})
+    checker = {"type": "checker", "colors": ["ok.png", 0.2]}
+    point = {"type": "point", "position": [0, 1, 0], "intensity": "ok.png"}
+    for scene in ({"ambient": "ok.png"}, {"lights": [point]}, {"materials": {"m": {"color": checker}}}):
+        assert "a picture is" not in message(scene)
+
+
+def records(kind: type[Record] = Record) -> Iterator[type[Record]]:
+    """All kinds of tables that scenes have."""
+    for inner in kind.__subclasses__():
+        yield inner
+        yield from records(inner)
+
+
+def test_every_rule_says_what_a_value_must_be():
+    """Of tables a class' name would say nothing, and nothing even less."""
+    ours = {kind for kind in records() if kind.__module__.startswith("clrt.")}
+    found = {kind for kind in ours if not issubclass(kind, Document)}  # whose tables are read one by one
+    assert {Material, NormalMap, Dispersion} <= found
+    for kind in found:
+        for name, hint in field_types(kind).items():
+            assert not describe(hint, name).endswith(("must be ", "must be")), f"{kind.__name__}.{name}"
 
 
 @pytest.mark.parametrize("word", ["fog", "metal", "xyzzy", "wobble"])
