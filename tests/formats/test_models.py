@@ -430,13 +430,15 @@ def test_two_materials_at_one_node(tmp_path: Path) -> None:
 def test_a_material_with_and_without_colours_has_two_names(tmp_path: Path) -> None:
     """The plain one has the author's; a second one of the author's is not taken for a coloured one."""
     dull = {**metal_rough([0.5, 1, 1], 0, 1), "name": "gold"}
-    table = model([METAL, dull, METAL], ({"mesh": 4, "name": "more"},))
+    nodes = ({"mesh": 4, "name": "more"}, {"mesh": 1, "name": "again", "translation": [0, 2, 0]})
+    table = model([METAL, dull, METAL], nodes)
     table["meshes"].append({"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]})
     for mesh in (1, 2, 3):
         table["meshes"][mesh]["primitives"][0]["attributes"]["COLOR_0"] = 1
     scene = clrt.load(write_glb(tmp_path / "a.glb", table))
     named = {shape.name: shape.material for shape in scene.shapes if shape.name != "floor"}
-    assert named == {"wall 0": "gold-4", "wall 1": "gold-2", "wall 2": "gold-3", "more": "gold"}
+    both = {"wall 0": "gold-4", "again": "gold-4", "more": "gold"}
+    assert named == {**both, "wall 1": "gold-2", "wall 2": "gold-3"}
     assert {*scene.materials} == {*named.values()}
     pictured = {name for name, material in scene.materials.items() if material.pictures}
     assert pictured == {"gold-2", "gold-3", "gold-4"}

@@ -14,6 +14,7 @@ import clrt
 from clrt.base import missing
 from clrt.base.explain import describe, field_types
 from clrt.base.records import Record
+from clrt.cli import main
 from clrt.formats.lines import json_line, toml_line
 from clrt.scene.scene import Document, Material, NormalMap, Scene
 from clrt.spectra.indices import Dispersion
@@ -126,6 +127,11 @@ _IMAGE = {"type": "image", "file": "a.png"}
 )  # fmt: skip
 def test_what_may_be_a_picture_says_how(material: dict[str, Any], place: str, right: str):
     assert message({"materials": {"m": material}}) == f"materials.m.{place} is not allowed; {right}"
+
+
+def test_where_only_a_spectrum_may_stand_its_type_is_said(capsys: pytest.CaptureFixture[str]):
+    assert main(["plot-spectrum", '{type = "image"}']) == 2
+    assert "NAME: type: 'image' is not allowed; type must be 'spectrum'" in capsys.readouterr().err
 
 
 def test_a_misspelt_key_of_a_spectrum_is_one():
