@@ -115,7 +115,8 @@ def answer(task: dict[str, Any], folder: Path, device: int | str | None) -> dict
 def _pixels(files: list[Path]) -> int:
     """What pictures among these declare, as far as the product's limits allow it: limits of their own.
 
-    A picture counts as often as it is named: each way in which a surface shows it has its own texels.
+    A picture counts as often as it is named: each way in which a surface shows it has its own texels. All
+    channels of an EXR are read (`_look_at`), three are a picture.
     """
     import OpenImageIO as oiio
 
@@ -126,7 +127,8 @@ def _pixels(files: list[Path]) -> int:
             spec = source.spec()
             # an EXR's picture is its display window, however little of it is stored
             many = max(spec.width * spec.height, spec.full_width * spec.full_height)
-            found += many * max(1, words.count(file.name.encode())) if 0 < many <= most else 0
+            read = -(-spec.nchannels // 3) if source.format_name() == "openexr" else 1
+            found += many * max(read, words.count(file.name.encode())) if 0 < many <= most else 0
             source.close()
     return min(found, clrt.Limits().texture_bytes // 12)
 
