@@ -26,6 +26,7 @@ MOST_PARTS: Final = 100
 _TURNED: Final = (5, 6, 7, 8)  # orientations; what is in none of these is upright
 _ROWS_BACK: Final = (3, 4, 6, 7)
 _COLUMNS_BACK: Final = (2, 3, 7, 8)
+_COMPOSITE: Final = "Composite"  # Blender's name of what its compositor made of all view layers
 _COMBINED: Final = ".Combined."  # Blender's name, after its view layer's, of what all others call R, G, B
 _REDUCED: Final = 1  # bit of TIFF's NewSubfileType: a smaller copy of another page
 _PHOTOMETRIC: Final = "tiff:PhotometricInterpretation"
@@ -46,9 +47,9 @@ _HEAD: Final = 1 << 16  # bytes in which a Radiance header ends
 def find_picture(source: Any, name: str) -> tuple[int, int]:
     """Go to the part of an open file that is its picture; the range of the channels with its colours.
 
-    That is an EXR's first part with R, G and B, or those of one view layer, a TIFF's first page that is no
-    reduced copy, else the first part. SceneError where that has neither these colours nor one channel alone,
-    a grey.
+    That is an EXR's first part with R, G and B, or those of its composite or only view layer, a TIFF's first
+    page that is no reduced copy, else the first part. SceneError where that has neither these colours nor one
+    channel alone, a grey.
     """
     reader, chosen = source.format_name(), 0
     for part in range(MOST_PARTS if reader in ("openexr", "tiff") else 1):
@@ -256,14 +257,15 @@ def _view_layers(names: Sequence[str]) -> dict[str, int]:
 
 
 def _colour_channels(names: tuple[str, ...]) -> tuple[int, int]:
-    """Range of the colour channels: R, G, B, those of the only view layer, or grey alone, which is Y or any;
-    else an empty one."""
+    """Range of the colour channels: R, G, B, those of the composite or the only view layer, or grey alone,
+    which is Y or any; else an empty one."""
     upper = [name.upper() for name in names]
     for first in range(len(upper) - 2):
         if upper[first : first + 3] in (["R", "G", "B"], ["RED", "GREEN", "BLUE"]):
             return first, first + 3
-    if views := [*_view_layers(names).values()]:
-        return (views[0], views[0] + 3) if len(views) == 1 else (0, 0)
+    if views := _view_layers(names):
+        first = views.get(_COMPOSITE, next(iter(views.values())) if len(views) == 1 else None)
+        return (0, 0) if first is None else (first, first + 3)
     others = [number for number, name in enumerate(upper) if name not in ("A", "ALPHA")] or [0]
     if len(others) == 1:
         return others[0], others[0] + 1

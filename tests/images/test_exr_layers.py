@@ -137,6 +137,16 @@ def test_the_picture_itself_goes_before_view_layers(tmp_path: Path):
     assert image.layers.keys() == {"View.Layer.Combined", "View.Layer.Combined.A", "Combined"}
 
 
+def test_what_a_compositor_made_is_the_picture(tmp_path: Path):
+    """Blender writes it beside the view layers that it was made of, however many."""
+    other = {f"{view}.Combined.{channel}": 9 for view in ("Back", "Front") for channel in "RGBA"}
+    made = {"Composite.Combined.R": 1, "Composite.Combined.G": 2, "Composite.Combined.B": 3,
+            "Composite.Combined.A": 4}  # fmt: skip
+    image = clrt.read_image(write(tmp_path / "a.exr", {**made, **other, "Back.Depth.Z": 5}), layers="all")
+    assert (image.pixels == (1, 2, 3)).all() and (image.layers["alpha"] == 4).all()
+    assert (image.layers["Back.Combined"] == 9).all() and (image.layers["Back.Depth"] == 5).all()
+
+
 def test_several_view_layers_are_refused(tmp_path: Path):
     two = {f"{view}.Combined.{channel}": 1 for view in ("Front", "Back") for channel in "RGBA"}
     says = r"a\.exr: each of its view layers '(Back, Front|Front, Back)' has a picture; save one of them"
