@@ -264,8 +264,8 @@ def _colour_channels(names: tuple[str, ...]) -> tuple[int, int]:
         if upper[first : first + 3] in (["R", "G", "B"], ["RED", "GREEN", "BLUE"]):
             return first, first + 3
     if views := _view_layers(names):
-        first = views.get(_COMPOSITE, next(iter(views.values())) if len(views) == 1 else None)
-        return (0, 0) if first is None else (first, first + 3)
+        [begins, *more] = [views[_COMPOSITE]] if _COMPOSITE in views else views.values()
+        return (0, 0) if more else (begins, begins + 3)
     others = [number for number, name in enumerate(upper) if name not in ("A", "ALPHA")] or [0]
     if len(others) == 1:
         return others[0], others[0] + 1
