@@ -120,7 +120,8 @@ def _places(names: Sequence[str], picture: range) -> Iterator[tuple[str, list[in
         group, _, _ = channel.rpartition(".")
         alone = [other.rpartition(".")[0] for other in left].count(group) == 1
         named = group and alone and group not in LAYERS and group not in taken
-        yield group if named else channel, [number]
+        layer = group if named else channel
+        yield f"{layer}." if layer in taken else layer, [number]  # N beside N.X, N.Y and N.Z
 
 
 def _nanometres(channel: str) -> float:

@@ -147,6 +147,13 @@ def test_what_a_compositor_made_is_the_picture(tmp_path: Path):
     assert (image.layers["Back.Combined"] == 9).all() and (image.layers["Back.Depth"] == 5).all()
 
 
+def test_a_channel_beside_a_layer_of_its_name_is_another_layer(tmp_path: Path):
+    """One of the two was lost without a word."""
+    file = write(tmp_path / "a.exr", {**RGB, "N": 5, "N.X": 6, "N.Y": 7, "N.Z": 8})
+    layers = clrt.read_image(file, layers="all").layers
+    assert layers["N"][0, 0].tolist() == [6, 7, 8] and (layers["N."] == 5).all()
+
+
 def test_several_view_layers_are_refused(tmp_path: Path):
     two = {f"{view}.Combined.{channel}": 1 for view in ("Front", "Back") for channel in "RGBA"}
     says = r"a\.exr: each of its view layers '(Back, Front|Front, Back)' has a picture; save one of them"
