@@ -84,10 +84,9 @@ def covered(
 def _whole(part: np.ndarray, pixel: np.ndarray) -> np.ndarray:
     """Parts of pixels, sorted by these, of which none is below 0 and whose sums are as before, in [0, 1].
 
-    Mitchell's filter subtracts what lies at its rim: the others share what that took.
+    Mitchell's filter subtracts what lies at its rim: the others share what that took. What becomes of a pixel
+    does not depend on the others.
     """
-    if not (part < 0).any():
-        return part
     before, seen = np.bincount(pixel, part), np.bincount(pixel, np.maximum(part, 0))
     with np.errstate(invalid="ignore"):
         share = np.clip(before, 0, 1) / np.where(seen > 0, seen, 1)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from clrt.base import notices
 from clrt.base.errors import ClrtError, SceneError, show
 from clrt.base.layers import LAYERS, find
 from clrt.base.limits import Limits
@@ -75,7 +76,11 @@ def read_layers(
         check_meaning(spec, name)
         window = Window.of(spec, "openexr", name, file)
         names = names_within(spec.channelnames, colours[0])
-        places = dict(_places(names, range(*colours)))
+        places = dict[str, list[int]]()
+        for layer, place in _places(names, range(*colours)):
+            while layer in places:  # N beside N.X, N.Y and N.Z
+                layer += "."
+            places[layer] = place
         _check_wanted(wanted, tuple(places), name)
         places = {layer: place for layer, place in places.items() if wanted is None or layer in wanted}
         check_samples(spec, sorted(number for place in places.values() for number in place), name)
@@ -90,6 +95,9 @@ def read_layers(
             for layer, place in places.items():
                 window.put(found[layer], row, samples[..., place])
         attributes = dict(_attributes(spec))
+        parts = spec.get_int_attribute("oiio:subimages", 1)
+    if wanted is None and parts > 1:
+        notices.warn(name, "", f"it has {parts} parts; layers are read of the one with its picture")
     bands = _wavelengths(names) if "bands" in found else ()
     for nm, after in pairwise(bands):
         if nm == after:
@@ -120,8 +128,7 @@ def _places(names: Sequence[str], picture: range) -> Iterator[tuple[str, list[in
         group, _, _ = channel.rpartition(".")
         alone = [other.rpartition(".")[0] for other in left].count(group) == 1
         named = group and alone and group not in LAYERS and group not in taken
-        layer = group if named else channel
-        yield f"{layer}." if layer in taken else layer, [number]  # N beside N.X, N.Y and N.Z
+        yield group if named else channel, [number]
 
 
 def _nanometres(channel: str) -> float:

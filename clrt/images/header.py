@@ -51,27 +51,30 @@ def find_picture(source: Any, name: str) -> tuple[int, int]:
     page that is no reduced copy, else the first part. SceneError where that has neither these colours nor one
     channel alone, a grey.
     """
-    reader, chosen = source.format_name(), 0
+    reader, chosen, views = source.format_name(), None, dict[str, int]()
     for part in range(MOST_PARTS if reader in ("openexr", "tiff") else 1):
         if part and not source.seek_subimage(part, 0):
             source.geterror()  # there are no more: not an error
             break
         spec = source.spec()
         if reader == "openexr":
-            fits = len(range(*_colour_channels(spec.channelnames))) == 3
+            views |= dict.fromkeys(_view_layers(spec.channelnames), part)
+            fits = _unnamed(spec.channelnames) is not None
         else:
             fits = not spec.get_int_attribute("tiff:subfiletype") & _REDUCED
         if fits:
             chosen = part
             break
+    if chosen is None:
+        if len(views) > 1 and _COMPOSITE not in views:
+            told = show(", ".join([*views][:9]))
+            raise SceneError(f"{name}: each of its view layers {told} has a picture; save one of them alone")
+        chosen = views.get(_COMPOSITE, next(iter(views.values()), 0))
     if source.current_subimage() != chosen:
         source.seek_subimage(chosen, 0)
     names = source.spec().channelnames
     channels = _colour_channels(names)
     if not range(*channels):
-        if views := _view_layers(names):
-            told = show(", ".join([*views][:9]))
-            raise SceneError(f"{name}: each of its view layers {told} has a picture; save one of them alone")
         told = show(", ".join(names[:9]))
         raise SceneError(f"{name}: its channels are {told}; R, G and B are read, or a grey one alone")
     return channels
@@ -256,16 +259,25 @@ def _view_layers(names: Sequence[str]) -> dict[str, int]:
     return found
 
 
-def _colour_channels(names: tuple[str, ...]) -> tuple[int, int]:
-    """Range of the colour channels: R, G, B, those of the composite or the only view layer, or grey alone,
-    which is Y or any; else an empty one."""
+def _unnamed(names: Sequence[str]) -> int | None:
+    """Where R, G and B begin, which have no layer's name; None where there are none."""
     upper = [name.upper() for name in names]
     for first in range(len(upper) - 2):
         if upper[first : first + 3] in (["R", "G", "B"], ["RED", "GREEN", "BLUE"]):
-            return first, first + 3
+            return first
+    return None
+
+
+def _colour_channels(names: tuple[str, ...]) -> tuple[int, int]:
+    """Range of the colour channels: R, G, B, those of the composite or the only view layer, or grey alone,
+    which is Y or any; else an empty one."""
+    plain = _unnamed(names)
+    if plain is not None:
+        return plain, plain + 3
     if views := _view_layers(names):
-        [begins, *more] = [views[_COMPOSITE]] if _COMPOSITE in views else views.values()
-        return (0, 0) if more else (begins, begins + 3)
+        begins = views.get(_COMPOSITE, next(iter(views.values())))
+        return begins, begins + 3
+    upper = [name.upper() for name in names]
     others = [number for number, name in enumerate(upper) if name not in ("A", "ALPHA")] or [0]
     if len(others) == 1:
         return others[0], others[0] + 1

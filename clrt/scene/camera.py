@@ -30,6 +30,7 @@ Side = Annotated[int, Meta(ge=1, le=1 << 16, description="must be a whole number
 
 _FAR: Final = 1e18  # a ray that starts so far away, at any angle, still does at finite coordinates
 _NEAR: Final = 1e-30  # of which float32 has the inverse
+_ASIDE: Final = 1e12  # how far aside a view may be at distance 1: its square is a float32 at any size
 _WIDEST: Final = 1e6  # radius of a lens over the distance in focus, beyond which float32 has no angle left
 _FOV: Final = 45.0
 _ENTRIES: Final = 16  # of the larger matrix; a view of one number may have as many as there are addresses
@@ -169,6 +170,13 @@ class Camera(Record, frozen=True, kw_only=True):
         if self.aperture > _WIDEST * self.in_focus:
             text = f"a lens's radius is at most {_WIDEST:g} times the distance in focus, {self.in_focus:g}"
             raise at.key("aperture").error(self.aperture, text)
+        most = _FAR if self.type == "orthographic" else _ASIDE
+        halves = self.half_extents(self.width, self.height)
+        for moved, side, half in zip(self.shift, (self.width, self.height), halves, strict=True):
+            if abs(moved) / side * 2 * half > most:
+                allowed = f"{most * side / (2 * half):.3g}"
+                text = f"too far aside for float32; at most {allowed} pixels"
+                raise at.key("shift").error(self.shift, text)
         root = math.isqrt(self.spp)
         if root * root != self.spp:
             near = f"{root * root} or {(root + 1) ** 2}"

@@ -149,9 +149,56 @@ def test_what_a_compositor_made_is_the_picture(tmp_path: Path):
 
 def test_a_channel_beside_a_layer_of_its_name_is_another_layer(tmp_path: Path):
     """One of the two was lost without a word."""
-    file = write(tmp_path / "a.exr", {**RGB, "N": 5, "N.X": 6, "N.Y": 7, "N.Z": 8})
+    file = write(tmp_path / "a.exr", {**RGB, "N": 5, "N.X": 6, "N.Y": 7, "N.Z": 8, "normal": 9, "normal.X": 1,
+                                      "normal.Y": 2, "normal.Z": 3, "bands": 4, "S0.500nm": 5})  # fmt: skip
     layers = clrt.read_image(file, layers="all").layers
     assert layers["N"][0, 0].tolist() == [6, 7, 8] and (layers["N."] == 5).all()
+    assert layers["normal"][0, 0].tolist() == [1, 2, 3] and (layers["normal."] == 9).all()
+    assert (layers["bands"] == 5).all() and (layers["bands."] == 4).all()
+
+
+def combined(view: str) -> str:
+    """The channels of a view layer's picture."""
+    return " ".join(f"{view}.Combined.{channel}" for channel in "RGB")
+
+
+def in_parts(path: Path, *parts: str) -> Path:
+    """A file of several parts, each with channels of these names; their numbers count on from 1."""
+    specs = []
+    for number, channels in enumerate(parts):
+        spec = oiio.ImageSpec(W, H, len(channels.split()), "float")
+        spec.channelnames = tuple(channels.split())
+        spec.attribute("oiio:subimagename", f"part {number}")
+        specs.append(spec)
+    out, value = oiio.ImageOutput.create("exr"), 0
+    assert out.open(str(path), tuple(specs)), out.geterror()
+    for number, spec in enumerate(specs):
+        assert not number or out.open(str(path), spec, "AppendSubimage")
+        values = value + 1 + np.arange(spec.nchannels, dtype=np.float32)
+        assert out.write_image(np.broadcast_to(values, (H, W, spec.nchannels)).copy())
+        value += spec.nchannels
+    out.close()
+    return path
+
+
+@pytest.mark.parametrize(("parts", "pixel"), [
+    ((combined("W"), combined("Composite")), (4, 5, 6)), (("Z", combined("V")), (2, 3, 4)),
+    ((combined("V"), combined("W"), "R G B"), (7, 8, 9)),
+    (("R G B", "Z"), (1, 2, 3)), (("V.Depth.Z", "V.Mist.V"), (1, 1, 1)),
+], ids=("composite", "one view layer", "no name", "first", "grey"))  # fmt: skip
+def test_the_picture_of_several_parts(parts: tuple[str, ...], pixel: tuple[int, ...], tmp_path: Path):
+    """The first part with a picture was taken, whatever its view layer."""
+    file = in_parts(tmp_path / "a.exr", *parts)
+    assert clrt.read_image(file)[0, 0].tolist() == list(pixel)
+    told = rf"a\.exr: it has {len(parts)} parts; layers are read of the one"
+    with pytest.warns(clrt.ClrtWarning, match=told):
+        clrt.read_image(file, layers="all")
+
+
+def test_several_view_layers_in_parts_are_refused(tmp_path: Path):
+    file = in_parts(tmp_path / "a.exr", combined("Front"), combined("Back"))
+    with pytest.raises(clrt.SceneError, match=r"each of its view layers 'Front, Back' has a picture"):
+        clrt.read_image(file)
 
 
 def test_several_view_layers_are_refused(tmp_path: Path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,3 +39,17 @@ def test_extreme_numbers_make_no_foreign_warnings(seed: int) -> None:
             except RuntimeWarning as warning:
                 raise AssertionError(f"seed {seed}, scene {number}: {warning}") from warning
     assert accepted > 20
+
+
+@pytest.mark.parametrize(("camera", "most"), [
+    ({"fov": 45.0}, "9.66e+12"), ({"type": "orthographic", "size": 1e18}, "8"),
+    ({"fov": 90.0, "fov_axis": "vertical"}, "4e+12"),
+])  # fmt: skip
+def test_shifts_that_no_ray_can_follow_are_refused(camera: dict[str, Any], most: str) -> None:
+    """Camera rays were no numbers, and the picture was the background."""
+    plain = {"origin": [0, 0, 5], "target": [0, 0, 0], "width": 8, "height": 8, **camera}
+    clrt.load_dict({"camera": {**plain, "shift": [7, -7]}})
+    with pytest.raises(clrt.SceneError) as raised:
+        clrt.load_dict({"camera": {**plain, "shift": [0, 1e21]}})
+    text = f"(0.0, 1e+21) is not allowed; too far aside for float32; at most {most} pixels"
+    assert str(raised.value) == f"camera.shift: {text}"
