@@ -272,8 +272,10 @@ class _Reader:
         return replace(part, read=checked, corners=lambda: self._colors(colors)[read()[1]])
 
     def _colors(self, number: int) -> np.ndarray:
-        """The colours (n, 3) of vertices, which are linear; alpha is not read."""
-        colors = self._fractions(number)[:, :3]
+        """The colours (n, 3) of vertices, which are linear; alpha is not read, but named if there is some."""
+        colors, alpha = np.split(self._fractions(number), [3], axis=1)
+        if (alpha < 1).any():
+            self.unseen["alpha of vertices' colours"] = None
         if not np.isfinite(colors).all():
             raise BrokenMesh(f"accessors[{number}] holds colours that are not finite")
         return np.asarray(np.clip(colors, 0.0, 1.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -459,7 +460,13 @@ def test_colours_of_vertices_multiply_the_base_colour(tmp_path: Path) -> None:
     table["bufferViews"].append({"buffer": 0, "byteOffset": 72, "byteLength": 12})
     colors = np.array([(255, 0, 51, 9), (0, 0, 51, 9), (0, 255, 51, 9)], np.uint8)
     corners = np.array([FLOOR, WALL], "<f4").tobytes() + colors.tobytes()
-    scene = clrt.load(write_glb(tmp_path / "a.glb", table, corners))
+    with pytest.warns(clrt.ClrtWarning, match="alpha of vertices' colours"):
+        scene = clrt.load(write_glb(tmp_path / "a.glb", table, corners))
+    solid = write_glb(tmp_path / "b.glb", table, corners.replace(b"3\t", b"3\xff"))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        clrt.load(solid)
+    assert not any("alpha" in str(one.message) for one in told)
     image = ImageTexture(file="a.glb", part=1, wrap="clamp")
     plain, gold, dull, glowing, glass = (scene.material_of(shape) for shape in scene.shapes)
     assert plain.color == image and plain.diffuse == 0.8
