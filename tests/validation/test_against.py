@@ -135,7 +135,7 @@ def test_its_own_scene_and_a_right_program(capsys: pytest.CaptureFixture[str]) -
 
 
 @pytest.mark.parametrize(("command", "says"), [
-    ("", "'' names no program"), ("ls '", "No closing quotation"),
+    ("", "'' is empty; it must not be"), ("ls '", "No closing quotation"),
     ("no-such-program {scene.toml} {out.exr}", "'no-such-program': there is no such program"),
     ("ls {scene.toml}", "names no place for the picture, such as {out.exr}"),
     ("ls {out.exr}", "names no place for the scene, such as {scene.toml}"),
