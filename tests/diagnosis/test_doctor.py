@@ -95,6 +95,7 @@ def test_no_driver(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_variable_that_leaves_no_device(monkeypatch: pytest.MonkeyPatch) -> None:
     """No driver that could be installed helps; what it says does."""
+    monkeypatch.delenv("CLRT_DEVICE", raising=False)
     platform = types.SimpleNamespace(get_devices=list, version="OpenCL 1.2", name="none")
     monkeypatch.setattr(platforms, "_platforms", lambda beside=True: [platform])
     for value in ("none", ""):
