@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -16,7 +17,7 @@ from clrt.base.limits import Limits
 from clrt.base.places import At, listed
 from clrt.base.records import table_of
 from clrt.base.suggest import did_you_mean
-from clrt.meshfiles.facets import shown
+from clrt.meshfiles.facets import Facets, shown
 from clrt.meshfiles.look import Look, Names
 from clrt.meshfiles.model import Piece, read_model
 from clrt.scene.mesh import mesh_of_file
@@ -25,7 +26,6 @@ from clrt.scene.scene import Camera, Material, Mesh, PointLight, Scene, read_sce
 _TOWARDS_CAMERA = np.array([0.5, 0.4, 1.0])
 _TOWARDS_LIGHT = np.array([-0.3, 1.0, 0.9])
 _PLAIN: Final = Material(diffuse=0.8, specular=0.2)  # of what has no material
-_METAL: Final = ("color", "reflection_color", "highlight_color")
 _AMBIENT, _BACKGROUND = 0.2, 0.05
 
 
@@ -90,14 +90,14 @@ def _materials(look: Look, pieces: Sequence[Piece], path: Path) -> tuple[dict[st
         name = look.called.get(piece.material)
         key = name, piece.color, piece.colors
         if name is None:
-            found.append(_times_colors(table_of(_PLAIN), piece, path) if _colored(piece) else _PLAIN)
+            found.append(_painted(table_of(_PLAIN), None, piece, path) if _colored(piece) else _PLAIN)
         elif not _colored(piece):
             found.append(name)
         else:
             if key not in called:
                 called[key] = names.new(name) if name in taken else name
                 taken.add(name)
-                tables[called[key]] = _times_colors(look.materials[name], piece, path)
+                tables[called[key]] = _painted(look.materials[name], look.facets.get(name), piece, path)
             found.append(called[key])
     return tables, found
 
@@ -107,27 +107,21 @@ def _colored(piece: Piece) -> bool:
     return piece.color is not None or piece.colors is not None
 
 
-def _times_colors(table: dict[str, Any], piece: Piece, path: Path) -> dict[str, Any]:
-    """A material times the colours of a piece's vertices."""
-    if piece.colors is None:
-        return table | {key: _times(table.get(key, 1.0), piece.color) for key in _based(table)}
-    image = {"type": "image", "file": path.name, "part": piece.colors, "wrap": "clamp"}
-    return table | {key: shown(image, _rgb(table.get(key, 1.0))) for key in _based(table)}
-
-
-def _based(table: dict[str, Any]) -> tuple[str, ...]:
-    """The colours of a material that are its base colour."""
-    if table.get("color") == 0.0:
-        return ("emission",)  # of what is unlit
-    tinted = ("color",) if table["diffuse"] > 0 or "reflection_color" not in table else _METAL
-    return (*tinted, "transmission_color") if "transmission_color" in table else tinted
-
-
-def _times(value: Any, color: Any) -> Any:
-    """A colour or an image times a colour."""
+def _painted(table: dict[str, Any], facets: Facets | None, piece: Piece, path: Path) -> dict[str, Any]:
+    """A material times the colours of a piece's vertices; `facets` is what it was made of, if of those."""
+    key = "emission" if table.get("color") == 0.0 else "color"  # of what is unlit
+    value = table.get(key, 1.0)
+    if piece.colors is not None:
+        image = {"type": "image", "file": path.name, "part": piece.colors, "wrap": "clamp"}
+        if facets is not None:
+            return replace(facets, picture=image).table()
+        return table | {key: shown(image, _rgb(value))}
+    assert piece.color is not None
+    if facets is not None:
+        return facets.painted(piece.color).table()
     if isinstance(value, dict):
-        return value | {"tint": _times(value.get("tint", 1.0), color)}
-    return [part * by for part, by in zip(_rgb(value), color, strict=True)]
+        return table | {key: shown(value, piece.color)}
+    return table | {key: [part * by for part, by in zip(_rgb(value), piece.color, strict=True)]}
 
 
 def _rgb(color: Any) -> tuple[float, float, float]:

@@ -118,7 +118,8 @@ def _scene(tops: list[Element], context: Context) -> Scene:
         elif element.tag == "sensor":
             cameras += 1
             if cameras == 1:
-                table["camera"] = camera(Plugin.of(element), context)
+                view = camera(Plugin.of(element), context)
+                table |= {} if view is None else {"camera": view}
         elif element.tag == "integrator":
             most = depth(element, context)
             table |= {} if most is None else {"max_depth": most}
@@ -126,6 +127,7 @@ def _scene(tops: list[Element], context: Context) -> Scene:
             materials.of(element)  # so that what is wrong in it is said, though nothing should have it
         elif element.tag in ("medium", "phase", "volume"):
             context.left_out["media"] = None
+    context.lost(tops)
     if cameras > 1:
         context.left_out["cameras but the first"] = None
     table |= {"shapes": shapes.shapes, "materials": shapes.named}

@@ -15,6 +15,8 @@ from clrt.formats.mitsuba_values import Plugin
 from clrt.formats.xml_tree import Element, unknown
 from clrt.meshfiles.facets import Facets, Rgb, fresnel_of
 from clrt.meshfiles.look import placement_of
+from clrt.spectra.bands import reflectance
+from clrt.spectra.spectrum import Spectrum
 
 Table = dict[str, Any]
 IOR: Final = {
@@ -37,7 +39,10 @@ _PRINCIPLED: Final = dict.fromkeys(
     ("base_color", "roughness", "metallic", "spec_trans", "eta", "specular"), "x"
 ) | dict.fromkeys(
     ("anisotropic", "spec_tint", "sheen", "sheen_tint", "flatness", "clearcoat", "clearcoat_gloss",
-     "diffuse_reflectance_sampling_rate", "specular_reflectance_sampling_rate", "diff_trans"), "",
+     "diff_trans"), "",
+) | dict.fromkeys(
+    ("main_specular_sampling_rate", "clearcoat_sampling_rate", "diffuse_reflectance_sampling_rate",
+     "specular_reflectance_sampling_rate"), "-",
 )  # fmt: skip
 _GROUPS: Final = {
     "diffuse": ("color",),
@@ -75,8 +80,8 @@ class Materials:
         if plugin.type not in _OTHERS:
             raise unknown(plugin.element, "bsdf", plugin.type, [*_KINDS, *_OTHERS])
         self.context.left_out[f"the bsdf {plugin.type}"] = None
-        inner = self.context.elements(plugin, "bsdf")
-        return self.of(inner[0]) if inner else {"color": 0.5, "diffuse": 1.0}
+        inner = self.context.first(plugin, "bsdf")
+        return {"color": 0.5, "diffuse": 1.0} if inner is None else self.of(inner)
 
     def inner(self, plugin: Plugin, count: int = 1) -> list[Table]:
         """The BSDFs within another, exactly so many."""
@@ -91,14 +96,15 @@ class Materials:
 
     def color(self, plugin: Plugin, name: str, default: float) -> Any:
         """A colour or a texture."""
-        for child in plugin.objects:
-            if child.keys.get("name") == name:
-                element = self.context.referred(child)
-                if id(element) not in self._textures:
-                    self._textures[id(element)] = self.texture(Plugin.of(element))
-                self.context.take(self._textures[id(element)], "texture", child)
-                return self._textures[id(element)]
-        return plugin.color(name, default)
+        element = self.context.called(plugin, name)
+        if element is None:
+            return plugin.color(name, default)
+        if element.tag != "texture":
+            raise plugin.element.says(f"{name}: a {element.tag} is no colour; give it a texture")
+        if id(element) not in self._textures:
+            self._textures[id(element)] = self.texture(Plugin.of(element))
+        self.context.take(self._textures[id(element)], "texture", plugin.element)
+        return self._textures[id(element)]
 
     def tint(self, plugin: Plugin, name: str, default: float) -> Any:
         """A colour or an image: where a pattern cannot be."""
@@ -152,11 +158,11 @@ def mean(checker: Table) -> list[float]:
 
 
 def _rgb(color: Any) -> Rgb:
-    """A plain colour in three numbers; of a curve its mean."""
+    """A plain colour in three numbers; of a curve what it looks like under D65."""
     if isinstance(color, float):
         return (color,) * 3
     if isinstance(color[0], list):
-        return (float(np.mean([value for _, value in color])),) * 3
+        color = reflectance(Spectrum(samples=tuple((nm, part) for nm, part in color)), None).tolist()
     red, green, blue = color
     return red, green, blue
 
@@ -181,7 +187,7 @@ def _index(plugin: Plugin, name: str, default: float) -> float:
 
 
 def _alpha_of(plugin: Plugin, materials: Materials) -> float:
-    if any(child.keys.get("name") == "alpha" for child in plugin.objects):
+    if materials.context.called(plugin, "alpha") is not None:
         materials.context.left_out["textures of roughness"] = None
     value = plugin.number("alpha", 0.1)
     if not 0 <= value <= 1:
@@ -252,7 +258,8 @@ def _principled(plugin: Plugin, materials: Materials) -> Table:
     plugin.check(_PRINCIPLED, context.left_out)
     shares = [min(max(plugin.number(name, default), 0.0), 1.0)
               for name, default in (("metallic", 0.0), ("roughness", 0.5), ("spec_trans", 0.0))]  # fmt: skip
-    if any(child.keys.get("name") in ("metallic", "roughness", "spec_trans") for child in plugin.objects):
+    names = ("metallic", "roughness", "spec_trans")
+    if [name for name in names if context.called(plugin, name) is not None]:  # asks for each
         context.left_out["textures of metal and roughness"] = None
     color = materials.tint(plugin, "base_color", 0.5)
     picture = color if isinstance(color, dict) else None
@@ -268,7 +275,12 @@ def _principled(plugin: Plugin, materials: Materials) -> Table:
 
 def _inner(plugin: Plugin, materials: Materials) -> Table:
     plugin.check({}, materials.context.left_out)
-    return materials.inner(plugin)[0]
+    front = materials.context.first(plugin, "bsdf")  # a second one is that of the back
+    if front is None:
+        raise plugin.element.says(f"a {plugin.type} needs a bsdf within it")
+    table = materials.of(front)
+    materials.context.take(table, "bsdf", plugin.element)
+    return table
 
 
 def _normal_map(plugin: Plugin, materials: Materials) -> Table:
@@ -286,7 +298,7 @@ def _blend(plugin: Plugin, materials: Materials) -> Table:
     plugin.check({"weight": "x"}, context.left_out)
     first, second = materials.inner(plugin, 2)
     weight = plugin.number("weight", 0.5)
-    if any(child.keys.get("name") == "weight" for child in plugin.objects):
+    if context.called(plugin, "weight") is not None:
         context.left_out["textures of a blend"] = None
     table: Table = {key: one[key] for one in (second, first) for key in ("normal_map",) if key in one}
     table["diffuse"] = 0.0

@@ -42,15 +42,40 @@ class Context:
         path = resolve(name, self.folder, At(f"{element.source}:{element.line}", element.name))
         return path.relative_to(self.folder.resolve()).as_posix()
 
-    def inner(self, plugin: Plugin, tag: str) -> list[Plugin]:
-        """The objects of kind `tag` within another, those that it refers to among them, each once."""
-        found = {id(element): element for element in self.elements(plugin, tag)}
-        return [Plugin.of(element) for element in found.values()]
-
     def elements(self, plugin: Plugin, tag: str) -> list[Element]:
-        """As `inner`, as they stand in the file, as often as they do."""
-        found = [self.referred(child) for child in plugin.objects]
-        return [element for element in found if element.tag == tag]
+        """The objects of kind `tag` within another, or referred to there, as often as they stand."""
+        found = [(child, self.referred(child)) for child in plugin.objects]
+        for child, element in found:
+            child.asked |= element.tag == tag
+        return [element for _, element in found if element.tag == tag]
+
+    def first(self, plugin: Plugin, tag: str) -> Element | None:
+        """The first object of kind `tag` within another; there should be no more."""
+        for child in plugin.objects:
+            element = self.referred(child)
+            if element.tag == tag:
+                child.asked = True
+                return element
+        return None
+
+    def called(self, plugin: Plugin, name: str) -> Element | None:
+        """The object that stands in place of a value of that name, or what it refers to."""
+        for child in plugin.objects:
+            if child.keys.get("name") == name:
+                child.asked = True
+                return self.referred(child)
+        return None
+
+    def lost(self, tops: list[Element]) -> None:
+        """Name what nobody asked for in objects that are understood, once all is read."""
+        for top in tops:
+            for element in top.walk():
+                for child in element.children if element.understood else ():
+                    if child.tag in OBJECTS and not child.asked:
+                        tag = self.referred(child).tag
+                        name = child.keys.get("name", "")
+                        what = f"the {tag} {show(name[:40])}" if name else f"a further {tag}"
+                        self.left_out[f"{what} of {element.get('type')}"] = None
 
     def take(self, value: Any, use: str, element: Element) -> None:
         """Count the points of the curves in a colour or a material that is put to one `use` more than once:

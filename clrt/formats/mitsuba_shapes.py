@@ -53,15 +53,16 @@ class Shapes:
             context.left_out[f"the shape {plugin.type}"] = None
             return
         plugin.check(_KEYS[plugin.type], context.left_out)
-        if any(context.referred(child).tag == "medium" for child in plugin.objects):
+        if context.elements(plugin, "medium"):
             context.left_out["media"] = None
         radiance = self._radiance(plugin)
         light = None if radiance is None else _light(plugin)
         if light is not None:
+            if context.elements(plugin, "bsdf"):
+                context.left_out["the surfaces of lights"] = None
             self.lights.append(light | {"radiance": radiance})
             return
-        bsdfs = context.elements(plugin, "bsdf")
-        bsdf = bsdfs[0] if bsdfs else _PLAIN
+        bsdf = context.first(plugin, "bsdf") or _PLAIN
         table = _settled(self.materials.of(bsdf))
         if plugin.flag("flip_normals", False) and table.get("transmission"):
             context.left_out["flip normals of glass"] = None
@@ -101,18 +102,21 @@ class Shapes:
 
     def _radiance(self, plugin: Plugin) -> Any:
         """That of the area emitter within a shape; None where it has none."""
-        found = self.materials.context.elements(plugin, "emitter")
-        if not found:
+        found = self.materials.context.first(plugin, "emitter")
+        if found is None:
             return None
-        if id(found[0]) not in self._radiances:
-            self._radiances[id(found[0])] = self._shed(Plugin.of(found[0]))
-        self.materials.context.take(self._radiances[id(found[0])], "light", plugin.element)
-        return self._radiances[id(found[0])]
+        if id(found) not in self._radiances:
+            self._radiances[id(found)] = self._shed(Plugin.of(found))
+        self.materials.context.take(self._radiances[id(found)], "light", plugin.element)
+        return self._radiances[id(found)]
 
     def _shed(self, emitter: Plugin) -> Any:
         """The radiance of an area emitter."""
+        if emitter.type == "directionalarea":
+            self.materials.context.left_out["the light of a directionalarea"] = None
+            return 0.0
         if emitter.type != "area":
-            raise unknown(emitter.element, "emitter of a shape", emitter.type, ["area"])
+            raise unknown(emitter.element, "emitter of a shape", emitter.type, ["area", "directionalarea"])
         emitter.check({"radiance": "x", "sampling_weight": "-"}, self.materials.context.left_out)
         color = self.materials.tint(emitter, "radiance", 1.0)
         if isinstance(color, dict):

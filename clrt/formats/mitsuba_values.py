@@ -60,6 +60,7 @@ class Plugin:
 
         known: what each value becomes, "" of those without a counterpart, "-" of those that change nothing.
         """
+        self.element.understood = True
         for name, element in self.values.items():
             if name not in known:
                 what = f"value of {self.element.tag} {show(self.type)} called"

@@ -34,11 +34,13 @@ _INTEGRATORS: Final[dict[str, dict[str, str] | None]] = {
 _VIEW: Final = dict.fromkeys(
     ("to_world", "fov", "fov_axis", "focal_length", "principal_point_offset_x", "principal_point_offset_y"),
     "x",
-) | dict.fromkeys(("near_clip", "far_clip"), "-")  # fmt: skip
+) | dict.fromkeys(("near_clip", "far_clip", "shutter_open", "shutter_close"), "-") | {"srf": ""}  # fmt: skip
+_OTHER_SENSORS: Final = ("radiancemeter", "irradiancemeter", "distant", "batch")
 _LENS: Final = {"aperture_radius": "x", "focus_distance": "x"}
 _SENSORS: Final[dict[str, dict[str, str]]] = {
     "perspective": _VIEW, "thinlens": _VIEW | _LENS, "orthographic": _VIEW,
 }  # fmt: skip
+_FILMS: Final = ("hdrfilm", "ldrfilm", "specfilm")
 _FILM: Final = {"width": "x", "height": "x"} | dict.fromkeys(
     ("crop_width", "crop_height", "crop_offset_x", "crop_offset_y", "sample_border"), ""
 ) | dict.fromkeys(
@@ -50,10 +52,13 @@ _DIAGONAL: Final = math.hypot(36.0, 24.0)  # mm, of the film that a focal length
 _HALF_TURN: Final = np.diag([-1.0, 1.0, -1.0, 1.0])
 
 
-def camera(plugin: Plugin, context: Context) -> Table:
-    """The camera of a sensor."""
+def camera(plugin: Plugin, context: Context) -> Table | None:
+    """The camera of a sensor; None where it is another instrument."""
+    if plugin.type in _OTHER_SENSORS:
+        context.left_out[f"the sensor {plugin.type}"] = None
+        return None
     if plugin.type not in _SENSORS:
-        raise unknown(plugin.element, "sensor", plugin.type, [*_SENSORS])
+        raise unknown(plugin.element, "sensor", plugin.type, [*_SENSORS, *_OTHER_SENSORS])
     plugin.check(_SENSORS[plugin.type], context.left_out)
     orthographic = plugin.type == "orthographic"
     table: Table = _film(plugin, context) | _samples(plugin, context) | _place(plugin)
@@ -125,26 +130,34 @@ def _angle(plugin: Plugin, width: int, height: int) -> Table:
 
 def _film(plugin: Plugin, context: Context) -> Table:
     found: Table = {"width": 768, "height": 576}
-    for film in context.inner(plugin, "film"):
-        film.check(_FILM, context.left_out)
-        found = {name: film.whole(name, found[name], 1) for name in ("width", "height")}
-        for kind in context.inner(film, "rfilter"):
-            if kind.type not in _FILTERS:
-                raise unknown(kind.element, "rfilter", kind.type, [*_FILTERS])
-            kind.check(dict.fromkeys(("radius", "stddev", "b", "c", "lobes"), ""), context.left_out)
-            if _FILTERS[kind.type] != "box":
-                found["filter"] = _FILTERS[kind.type]
-    return found
+    element = context.first(plugin, "film")
+    if element is None:
+        return found
+    film = Plugin.of(element)
+    if film.type not in _FILMS:
+        raise unknown(element, "film", film.type, [*_FILMS])
+    film.check(_FILM, context.left_out)
+    found = {name: film.whole(name, found[name], 1) for name in found}
+    inner = context.first(film, "rfilter")
+    if inner is None:
+        return found
+    kind = Plugin.of(inner)
+    if kind.type not in _FILTERS:
+        raise unknown(inner, "rfilter", kind.type, [*_FILTERS])
+    kind.check(dict.fromkeys(("radius", "stddev", "b", "c", "lobes"), ""), context.left_out)
+    return found if _FILTERS[kind.type] == "box" else found | {"filter": _FILTERS[kind.type]}
 
 
 def _samples(plugin: Plugin, context: Context) -> Table:
-    for sampler in context.inner(plugin, "sampler"):
-        if sampler.type not in _SAMPLERS:
-            raise unknown(sampler.element, "sampler", sampler.type, [*_SAMPLERS])
-        sampler.check({"sample_count": "x", "seed": "-", "jitter": "-"}, context.left_out)
-        root = math.isqrt(min(sampler.whole("sample_count", 4, 1), MOST_SAMPLES))
-        return {"spp": root * root}
-    return {}
+    element = context.first(plugin, "sampler")
+    if element is None:
+        return {}
+    sampler = Plugin.of(element)
+    if sampler.type not in _SAMPLERS:
+        raise unknown(element, "sampler", sampler.type, [*_SAMPLERS])
+    sampler.check({"sample_count": "x", "seed": "-", "jitter": "-"}, context.left_out)
+    root = math.isqrt(min(sampler.whole("sample_count", 4, 1), MOST_SAMPLES))
+    return {"spp": root * root}
 
 
 def depth(element: Element, context: Context) -> int | None:
@@ -169,15 +182,22 @@ def _depth(plugin: Plugin, context: Context) -> int | None:
     elif "max_depth" in plugin.values:
         most = plugin.whole("max_depth", -1, -1)
         found = None if most < 0 else min(max(most - 2, 0), context.limits.depth)
-    inner = context.elements(plugin, "integrator")[:1]  # each may be referred to: all of them were a tree
-    return depth(inner[0], context) if found is None and inner else found
+    if found is not None:
+        return found
+    inner = context.first(plugin, "integrator")  # each may be referred to: all of them were a tree
+    return None if inner is None else depth(inner, context)
 
 
 def emitter(plugin: Plugin, context: Context, scene: Table) -> None:
     """Put a light, or what surrounds a scene, into it. What falls on a white wall is pi times the model's."""
+    if plugin.type in _OTHER_EMITTERS:
+        context.left_out[f"the emitter {plugin.type}"] = None
+        return
     if plugin.type not in _EMITTERS:
-        raise unknown(plugin.element, "emitter", plugin.type, [*_EMITTERS])
+        raise unknown(plugin.element, "emitter", plugin.type, [*_EMITTERS, *_OTHER_EMITTERS])
     plugin.check(_EMITTERS[plugin.type] | {"sampling_weight": "-"}, context.left_out)
+    if plugin.type in ("constant", "envmap") and "background" in scene:
+        context.left_out["surroundings but the last"] = None
     if plugin.type == "constant":
         # all of it falls on each surface, less what is in the way
         scene["background"] = scene["ambient"] = plugin.color("radiance", 1.0)
@@ -220,6 +240,7 @@ def _spot(plugin: Plugin) -> Table:
     }  # fmt: skip
 
 
+_OTHER_EMITTERS: Final = ("projector", "sunsky", "sky", "sun", "collimated")
 _LIGHTS: Final = {"point": _point, "directional": _directional, "spot": _spot}
 _EMITTERS: Final[dict[str, dict[str, str]]] = {
     "point": dict.fromkeys(("position", "to_world", "intensity"), "x"),

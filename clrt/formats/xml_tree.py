@@ -20,13 +20,18 @@ MOST: Final = 1 << 24  # letters that parameters add to all attributes of a scen
 
 
 class Element:
-    """A tag with its attributes, what it holds, and where it stands."""
+    """A tag with its attributes, what it holds, and where it stands.
 
-    __slots__ = ("children", "keys", "line", "source", "tag")
+    `understood` is set of an object whose kind has a counterpart here, `asked` of one that what holds it has
+    asked for: what stands in the first and is not the second is lost, and so is named.
+    """
+
+    __slots__ = ("asked", "children", "keys", "line", "source", "tag", "understood")
 
     def __init__(self, tag: str, keys: dict[str, str], line: int, source: str) -> None:
         self.tag, self.keys, self.line, self.source = tag, keys, line, source
         self.children: list[Element] = _NONE  # most elements are empty, and there may be millions
+        self.asked = self.understood = False
 
     @property
     def name(self) -> str:

@@ -7,11 +7,10 @@ What they become, with the equations, is in docs/models.md.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from clrt.meshfiles.look import Table
-
+Table = dict[str, Any]
 Rgb = tuple[float, float, float]
 
 SMOOTHEST: Final = 0.01  # roughness below which a mirror is a perfect one (clrt.scene.materials)
@@ -54,6 +53,11 @@ class Facets:
     def blurred(self) -> bool:
         """Whether light would be scattered as it passes, which it is not here."""
         return self.passes > 0 and self.roughness >= SMOOTHEST
+
+    def painted(self, color: Rgb) -> Facets:
+        """The surface with a base of so many times the colour."""
+        red, green, blue = (part * by for part, by in zip(self.base, color, strict=True))
+        return replace(self, base=(red, green, blue))
 
     def table(self) -> Table:
         """The material, as a scene file has it."""

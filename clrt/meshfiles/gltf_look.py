@@ -11,6 +11,7 @@ import numpy as np
 from msgspec import Meta
 
 from clrt.base.errors import show
+from clrt.meshfiles.facets import Facets
 from clrt.meshfiles.gltf_document import BrokenMesh, Document, Table, decode, item, unread
 from clrt.meshfiles.gltf_materials import materials_of, spelt
 from clrt.meshfiles.gltf_textures import Itself
@@ -94,7 +95,7 @@ def look_of(
 ) -> Look:
     """How the file's author means it to look; `materials` are those that are used: whether with uv."""
     left_out: dict[str, None] = {}
-    tables, called = materials_of(document, itself, materials, left_out)
+    surfaces, called = materials_of(document, itself, materials, left_out)
     known_cameras: tuple[Camera, ...] = ()
     known_lights: tuple[Light, ...] = ()
     if cameras:
@@ -115,7 +116,9 @@ def look_of(
         if spelt(extension) not in left_out:  # of a material it is named already
             left_out[f"the extension {show(extension[:60])}"] = None
     placed = [_light(light, held, radius) for light, held in found]
-    return Look(tables, called, views, placed, left_out)
+    facets = {name: made for name, made in surfaces.items() if isinstance(made, Facets)}
+    tables = {name: made.table() if isinstance(made, Facets) else made for name, made in surfaces.items()}
+    return Look(tables, called, views, placed, left_out, facets)
 
 
 def _camera(camera: Camera, held: Held, distance: float) -> SceneTable:

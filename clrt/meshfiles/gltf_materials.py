@@ -84,13 +84,13 @@ _KNOWN: Final[dict[str, Any]] = {
 
 def materials_of(
     document: Document, itself: Itself, numbers: Mapping[int, bool], left_out: dict[str, None]
-) -> tuple[dict[str, SceneTable], dict[int, str]]:
+) -> tuple[dict[str, SceneTable | Facets], dict[int, str]]:
     """The materials of some `numbers` by name, and the names by number; what is not read goes to `left_out`.
 
     `numbers` says of each whether what has it has uv. Materials are not checked that nothing has.
     """
     textures = Textures(document, itself, left_out)
-    tables: dict[str, SceneTable] = {}
+    found: dict[str, SceneTable | Facets] = {}
     called: dict[int, str] = {}
     names = Names()
     if numbers:
@@ -98,13 +98,14 @@ def materials_of(
         for number, uv in numbers.items():
             material = decode(item(rows, number, "materials"), Material, f"materials[{number}]")
             called[number] = names.new(material.name or f"material {number}")
-            tables[called[number]] = _table(material, number, uv, textures, left_out)
-    return tables, called
+            found[called[number]] = _surface(material, number, uv, textures, left_out)
+    return found, called
 
 
-def _table(
+def _surface(
     material: Material, number: int, uv: bool, textures: Textures, left_out: dict[str, None]
-) -> SceneTable:
+) -> SceneTable | Facets:
+    """What it is made of, or the table of what is unlit."""
     more = {name: kind() for name, kind in _KNOWN.items()}
     for name, text in material.extensions.items():
         short = name.removeprefix(_PREFIX)
@@ -142,7 +143,7 @@ def _table(
     )
     if found.blurred:
         left_out["the roughness of glass"] = None
-    return found.table()
+    return found
 
 
 def spelt(extension: str) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from clrt.meshfiles.facets import Facets
+
 NONE: Final = -1
 """In place of a number: no material, nowhere."""
 
@@ -15,6 +17,7 @@ Table = dict[str, Any]
 class Look:
     """`materials` by name, `called` the names by the file's own numbers; `cameras` by name, the first first.
 
+    `facets` has by name what those materials were made of that are surfaces of facets.
     `left_out` is what of the file has no counterpart here, in words, in the order in which it was met.
     """
 
@@ -23,6 +26,7 @@ class Look:
     cameras: dict[str, Table] = field(default_factory=dict)
     lights: list[Table] = field(default_factory=list)
     left_out: dict[str, None] = field(default_factory=dict)
+    facets: dict[str, Facets] = field(default_factory=dict)
 
 
 def placement_of(picture: Table) -> Table:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import warnings
 from pathlib import Path
 
 import pytest
 
-from tests.mitsuba_samples import BALL, SCENES, lost, material
+import clrt
+from tests.mitsuba_samples import BALL, SCENES, lost, material, read, table
 
 CHECKER = '<texture type="checkerboard" name="{}">{}</texture>'
 
@@ -75,6 +77,13 @@ CHECKER = '<texture type="checkerboard" name="{}">{}</texture>'
             "a mesh sheds",
         ),
         ('<emitter type="envmap"><string name="filename" value="sky.exr"/></emitter>', "turns of an envmap"),
+        (2 * '<emitter type="constant"/>', "surroundings but the last"),
+        ('<emitter type="sunsky"/>', "the emitter sunsky"),
+        ('<sensor type="radiancemeter"/>', "the sensor radiancemeter"),
+        (BALL.format('<emitter type="directionalarea"/>'), "the light of a directionalarea"),
+        (BALL.format('<emitter type="area"/><bsdf type="diffuse"/>'), "the surfaces of lights"),
+        (BALL.format('<bsdf type="twosided"><bsdf type="diffuse"/><bsdf type="plastic"/></bsdf>'),
+         "a further bsdf of twosided"),
         (
             BALL.format("""<bsdf type="diffuse"><texture name="reflectance" type="bitmap">
           <string name="filename" value="wood.png"/>
@@ -88,6 +97,76 @@ def test_what_has_no_counterpart_is_named(body: str, name: str, tmp_path: Path) 
     for picture in ("wood.png", "sky.exr"):
         shutil.copy(SCENES / picture, tmp_path)
     assert name in lost(tmp_path, body)
+
+
+_PICTURE = '<texture {} type="checkerboard"/>'
+_HOLDERS = {
+    "sensor": ["perspective", "orthographic"],
+    "film": ["hdrfilm"],
+    "sampler": ["independent"],
+    "rfilter": ["gaussian"],
+    "integrator": ["path", "direct", "aov"],
+    "emitter": ["point", "spot", "directional", "constant"],
+    "area": ["area"],
+    "bsdf": ["diffuse", "conductor", "roughconductor", "dielectric", "thindielectric", "roughdielectric",
+             "plastic", "roughplastic", "principled", "twosided", "normalmap", "blendbsdf"],
+    "texture": ["checkerboard"],
+    "shape": ["sphere", "cylinder", "rectangle", "disk", "cube"],
+}  # fmt: skip
+_WITHIN = {"twosided": '<bsdf type="plastic"/>', "blendbsdf": 2 * '<bsdf type="plastic"/>'}
+_AROUND = {
+    "film": '<sensor type="perspective">{}</sensor>',
+    "rfilter": '<sensor type="perspective"><film type="hdrfilm">{}</film></sensor>',
+    "sampler": '<sensor type="perspective">{}</sensor>',
+    "area": BALL, "bsdf": BALL,
+    "texture": BALL.format('<bsdf type="diffuse">{}</bsdf>'),
+}  # fmt: skip
+_INNER = [
+    _PICTURE.format(""), *(_PICTURE.format(f'name="{name}"') for name in (
+        "reflectance", "specular_reflectance", "alpha", "k", "base_color", "metallic", "sheen", "weight",
+        "opacity", "radiance", "intensity", "texture", "color0", "to_world", "nonsense")),
+    '<bsdf type="plastic"/>', '<bsdf type="conductor" name="nested_bsdf"/>', '<emitter type="area"/>',
+    '<film type="hdrfilm"><integer name="width" value="9"/></film>', '<sampler type="independent"/>',
+    '<rfilter type="tent"/>', '<medium type="homogeneous" name="interior"/>', '<phase type="hg"/>',
+    '<volume type="constvolume" name="albedo"/>', '<shape type="cube"/>', '<integrator type="direct"/>',
+    '<sensor type="orthographic"/>', '<ref id="wood"/>', '<ref id="wood" name="diffuse_reflectance"/>',
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("tag", "kind"), [(tag, kind) for tag, kinds in _HOLDERS.items() for kind in kinds])
+def test_nothing_that_stands_in_an_object_is_lost_without_a_word(tag: str, kind: str, tmp_path: Path) -> None:
+    """Whatever is put into whatever: the scene is another one, the warning says more, or it is refused."""
+    shutil.copy(SCENES / "wood.png", tmp_path)
+    name = 'name="reflectance"' if tag == "texture" else ""
+    picture = '<texture type="bitmap" name="normalmap"><string name="filename" value="wood.png"/></texture>'
+    own = picture + '<bsdf type="diffuse"/>' if kind == "normalmap" else _WITHIN.get(kind, "")
+    around, element = _AROUND.get(tag, "{}"), "emitter" if tag == "area" else tag
+
+    def said(inner: str) -> tuple[str, str]:
+        body = around.format(f'<{element} type="{kind}" {name}>{own}{inner}</{element}>')
+        top = '<texture id="wood" type="checkerboard"/>'
+        with warnings.catch_warnings(record=True) as found:
+            warnings.simplefilter("always")
+            try:
+                scene = str(table(tmp_path, top + body))
+            except clrt.ClrtError as error:
+                scene = str(error)
+        return scene, " ".join(str(one.message) for one in found)
+
+    before, known = said(""), []
+    for inner in _INNER:
+        assert said(inner) != before, (kind, inner)
+        known.append(said(inner)[0] != before[0])
+    assert not all(known)
+
+
+def test_what_is_named_by_reference_is_asked_for_where_it_is_named(tmp_path: Path) -> None:
+    """A texture that one plugin shows is still lost in another; one that nobody names is nobody's."""
+    top = '<texture id="wood" type="checkerboard"/><texture id="none" type="checkerboard"/>'
+    shown = BALL.format('<bsdf type="diffuse"><ref id="wood" name="reflectance"/></bsdf>')
+    read(tmp_path, top + shown)
+    both = shown + BALL.format('<bsdf type="plastic"><ref id="wood" name="specular_reflectance"/></bsdf>')
+    assert lost(tmp_path, top + both) == "the texture 'specular_reflectance' of plastic"
 
 
 def test_a_checker_around_a_sphere(tmp_path: Path) -> None:

@@ -136,11 +136,25 @@ def test_materials(tmp_path: Path) -> None:
     assert material(tmp_path, '<bsdf type="plastic"/>')["fresnel"] == "schlick"
     metal = material(
         tmp_path, '<bsdf type="principled"><float name="metallic" value="1"/>'
-        '<spectrum name="base_color" value="400:0.2 700:0.4"/></bsdf>',
+        '<rgb name="base_color" value="0.3"/></bsdf>',
     )  # fmt: skip
     assert metal["reflection_color"] == pytest.approx([0.3] * 3)
     grey = material(tmp_path, '<bsdf type="principled"><rgb name="base_color" value="0.1 0.2 0.3"/></bsdf>')
     assert grey["color"] == [0.1, 0.2, 0.3]
+
+
+def test_a_curve_has_its_colour_where_there_can_be_none(tmp_path: Path) -> None:
+    """What a diffuse surface of that curve looks like."""
+    curve = '<spectrum name="{}" value="400:0.2 570:0.2 600:0.9 700:0.9"/>'
+    plain = f'<bsdf type="diffuse">{curve.format("reflectance")}</bsdf>'
+    whole = read(tmp_path, f'<emitter type="constant"/>{BALL.format(plain)}')
+    view = {"origin": [0, 0, 9], "target": [0, 0, 0], "fov": 20.0, "width": 3, "height": 3}
+    red = clrt.render(whole.replace({"camera": view}), layers=("albedo",)).layers["albedo"][1, 1]
+    assert red[0] > 3 * red[2] > 0
+    base = f'<bsdf type="principled">{curve.format("base_color")}</bsdf>'
+    np.testing.assert_allclose(material(tmp_path, base)["color"], red, rtol=1e-6)
+    both = f'<bsdf type="blendbsdf">{plain}{plain}</bsdf>'
+    np.testing.assert_allclose(material(tmp_path, both)["color"], red, rtol=1e-6)
 
 
 def test_glass_under_water(tmp_path: Path) -> None:

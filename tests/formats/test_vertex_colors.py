@@ -262,11 +262,12 @@ def test_the_shell_is_what_its_script_writes() -> None:
     np.testing.assert_allclose(found, vertices[triangles.reshape(-1)], atol=1e-6)
 
 
-def write_glb_colors(path: Path, kind: str, plain: bool = False) -> Path:
+def write_glb_colors(path: Path, kind: str, plain: bool = False, metallic: float = 0.0) -> Path:
     """The triangles as three parts of one node, of one material with the base colour (1, 0.5, 0.25).
 
     `plain`: the last part has no colours.
     """
+    surface = {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": metallic}
     linear = decode(np.array([corner[2:] for corner in CORNERS], np.uint8)).astype(float)
     code = {"u1": 5121, "u2": 5123, "f4": 5126}[kind]
     most = 1.0 if kind == "f4" else np.iinfo(kind).max
@@ -283,7 +284,7 @@ def write_glb_colors(path: Path, kind: str, plain: bool = False) -> Path:
         "meshes": [{"primitives": [
             {"attributes": attributes[k], "indices": 2 + k, "material": 0} for k in range(3)
         ]}],
-        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": 0}}],
+        "materials": [{"pbrMetallicRoughness": surface}],
         "accessors": [
             {"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"},
             {"bufferView": 1, "componentType": code, "count": 5, "type": "VEC4", "normalized": True},
@@ -317,6 +318,17 @@ def test_colors_of_vertices_of_gltf(kind: str, plain: bool, tmp_path: Path) -> N
     small = {"camera.width": 24, "camera.height": 18}
     again = clrt.load(tmp_path / "scan.toml").replace(small)
     assert clrt.render(again).hash == clrt.render(scene.replace(small)).hash
+
+
+@pytest.mark.parametrize("metallic", [0.25, 1.0])
+def test_colors_of_vertices_tint_what_is_metal_of_a_material_too(metallic: float, tmp_path: Path) -> None:
+    """They are of the base colour, which of what is metal by a share is that share of its mirror's colour."""
+    scene = clrt.load(write_glb_colors(tmp_path / "scan.glb", "u1", metallic=metallic))
+    table = scene.to_dict()["materials"]["material 0"]
+    image = {"type": "image", "file": "scan.glb", "part": 0, "wrap": "clamp"}
+    assert table["color"] == image | {"tint": [1, 0.5, 0.25]}
+    mirrored = image | {"tint": [metallic, 0.5 * metallic, 0.25 * metallic]}
+    assert table["highlight_color"] == table["reflection_color"] == mirrored
 
 
 def test_gltf_pictures_that_are_not_there(tmp_path: Path) -> None:
