@@ -38,6 +38,7 @@ class Manifest:
     ) -> None:
         self.path, self.series = path, series
         self.rows: dict[int, Row] = {}
+        self.kept = 0  # pictures that were there
         self._before: dict[tuple[str, str], Row] = {}
         self._others: dict[str, Row] = {}
         self._took, self._last = 0.0, time.monotonic()
@@ -54,11 +55,12 @@ class Manifest:
 
     def keeps(self, index: int, file: Path, identity: str) -> bool:
         """Note a picture that is wanted; whether its file holds it, as the manifest of before says."""
-        row = self.rows[index] = {"index": index, "file": file.name, "identity": identity, "rays": ""}
+        row = self.rows[index] = {"index": index, "file": file.name, "identity": identity}
         old = self._before.get((cell(file.name), identity))
         if old is None or old["sha256"] != _sha256(file):
             return False
-        row |= {"picture": old["picture"], "sha256": old["sha256"]}
+        row |= {"picture": old["picture"], "sha256": old["sha256"], "rays": old["rays"]}
+        self.kept += 1
         return True
 
     def note(self, index: int, picture: str, file: Path | None, rays: int) -> None:

@@ -74,10 +74,8 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     if film:
         known.save()
     if not options.quiet:
-        rows = known.finished()
-        kept = sum(row["rays"] == "" for row in rows)
-        there = f", {kept} of them were there" if kept else ""
-        print(f"{options.output}: {len(rows)} pictures{there}")
+        there = f", {known.kept} of them were there" if known.kept else ""
+        print(f"{options.output}: {len(known.finished())} pictures{there}")
     return 0
 
 

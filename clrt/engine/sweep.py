@@ -11,14 +11,17 @@ import numpy as np
 
 from clrt.base import arguments
 from clrt.base.errors import ClrtError, fault
+from clrt.engine.request import depth_of
+from clrt.scene.adaptive import check_samples
 from clrt.scene.scene import Scene, edited
 
 Values = dict[str, Any]
 PICTURES: Final = 100_000  # of a sweep: all values are looked at before the first
+FEW: Final = 500  # up to so many pictures all are looked at, and not only each value
 
 
 def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
-    """The changes as lists, each value of which the scene takes by itself."""
+    """The changes as lists, each value of which makes a picture; of few pictures each combination does."""
     found: dict[str, Sequence[Any]] = {}
     for place, values in arguments.mapping("changes", changes).items():
         if isinstance(values, np.ndarray) and values.ndim and len(values) <= PICTURES:
@@ -30,10 +33,12 @@ def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
     pictures = math.prod(map(len, found.values()))
     if pictures > PICTURES:
         raise ClrtError(f"changes: {pictures} pictures are too many; one sweep has at most {PICTURES}")
-    for place, values in found.items():
-        others = {other: values[0] for other, values in found.items()}
-        for value in values:
-            edited(scene, {**others, place: value})
+    firsts = {place: values[0] for place, values in found.items()}
+    each = ({**firsts, place: value} for place, values in found.items() for value in values)
+    for values in combinations(found) if pictures <= FEW else each:
+        one = edited(scene, values)
+        check_samples(one)
+        depth_of(one, None, one.limits)
     return found
 
 

@@ -12,13 +12,15 @@ from clrt.base.suggest import did_you_mean
 _FIELD: Final = re.compile(r"\{\{|\}\}|\{([^{}:]*)(?::([^{}]*))?\}|[{}]")
 _FORMAT: Final = re.compile(r"0?[0-9]{1,2}|[0-9]{0,2}\.[0-9]{1,2}[feg]")
 _FOREIGN: Final = re.compile(r"[^\w.+-]+")
+_APART: Final = re.compile(r"([/\\])")  # no value has one
 _LONGEST: Final = 60  # characters of a value in a name
 
 
 def frame_name(pattern: str, index: int, values: Mapping[str, Any]) -> str:
     """The pattern with `{index}` and `{PLACE}` replaced, numbers as `{index:03}` and `{camera.fov:.1f}` say.
 
-    A value becomes letters, digits and `._+-`, so that it cannot lead to another folder. `{{` is a brace.
+    A value becomes letters, digits and `._+-`, and what is dots alone with it `_`, so that it cannot lead to
+    another folder. `{{` is a brace.
     ClrtError for a place that is not among `values`, or a format that is none of numbers.
     """
     known: dict[str, Any] = {**values, "index": index}
@@ -35,7 +37,8 @@ def frame_name(pattern: str, index: int, values: Mapping[str, Any]) -> str:
             raise ClrtError(f"{pattern}: {show(name)} is none of the values{hint}")
         return _text(known[name], form, pattern)
 
-    return _FIELD.sub(field, pattern)
+    made = zip(_APART.split(pattern), _APART.split(_FIELD.sub(field, pattern)), strict=True)
+    return "".join(new.replace(".", "_") if new != old and not new.strip(".") else new for old, new in made)
 
 
 def _text(value: Any, form: str | None, pattern: str) -> str:

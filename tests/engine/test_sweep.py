@@ -52,6 +52,9 @@ def test_every_combination_is_the_picture_of_a_single_render(scene: clrt.Scene) 
         ({"camera.fov": []}, "it must be a list of values"),
         ({"camera.fov": "20"}, "it must be a list of values"),
         ({"camera.fv": [20]}, "did you mean 'fov'"),
+        ({"max_depth": [1, 65]}, "max_depth|limit"),
+        ({"camera.spp": [4], "adaptive": [{"spp": 16}, {"spp": 36}]}, "adaptive"),
+        ({"camera.origin": [[0, 0, 5], [0, 0, 1]], "camera.target": [[0, 0, 0], [0, 0, 1]]}, r"camera"),
         ([1], "changes: .* it must be a dict"),
     ],
 )
