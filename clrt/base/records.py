@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from ctypes import c_float
 from functools import cache, partial
+from itertools import chain
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -23,6 +24,8 @@ from clrt.base.suggest import did_you_mean
 
 _TINY, _HUGE = 1e-30, 1e30  # well within float32
 _ENTRIES = 1 << 27  # of an array; a view of one number may have as many as there are addresses
+NO_ORDER = "a set has no order; give a list or a tuple"
+_DEEP = 64  # levels of tables and lists in one another that anything here has
 Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
 
 
@@ -177,6 +180,8 @@ def plain(data: object, cls: type, at: At) -> dict[str, Any]:
     """`data` as a dict of built-in types: numpy arrays become lists, records become dicts."""
     if not isinstance(data, (Mapping, cls)):
         raise at.error(data, f"must be a table of keys or a {cls.__name__}")
+    if holds_set(data):
+        raise at.says(NO_ORDER)
     try:
         found: dict[str, Any]
         found = msgspec.to_builtins(dict(data) if isinstance(data, Mapping) else data, enc_hook=_from_numpy)
@@ -223,11 +228,26 @@ def float32(values: Any) -> np.ndarray:
     return np.asarray(values, np.float32).astype(np.float64)
 
 
+def holds_set(data: object) -> bool:
+    """Whether a set stands somewhere in tables and lists; level by level, for there may be many numbers."""
+    level: list[Any] = [data]
+    for _ in range(_DEEP):
+        kinds = {*map(type, level)}
+        if any(issubclass(kind, (set, frozenset)) for kind in kinds):
+            return True
+        if not any(issubclass(kind, (list, tuple, Mapping)) for kind in kinds):
+            return False
+        inner = (value.values() if isinstance(value, Mapping) else value for value in level
+                 if isinstance(value, (list, tuple, Mapping)))  # fmt: skip
+        level = [*chain.from_iterable(inner)]
+    return False  # what is deeper is refused
+
+
 def _from_numpy(value: object) -> object:
     if isinstance(value, (np.ndarray, np.generic)):
         if value.size > _ENTRIES:
             raise ValueError(f"an array {value.shape} has too many entries; a value has at most {_ENTRIES}")
-        return value.tolist()
+        return (value.astype(np.float64) if value.dtype.kind == "f" else value).tolist()
     if isinstance(value, Mapping):
         return dict(value)
     if isinstance(value, Unstated):

@@ -17,6 +17,7 @@ from clrt.base.errors import SceneError, located
 from clrt.base.files import version
 from clrt.flatten.camera import flatten_camera
 from clrt.flatten.entries import check_entries
+from clrt.flatten.flush import warn_of_flush
 from clrt.flatten.geometry import GEOMETRY, geometry
 from clrt.flatten.hidden import warn_of_hidden_view
 from clrt.flatten.images import Pictures
@@ -179,6 +180,8 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
     if before is None:
         warn_of_hidden_view(scene, extents.low, extents.high)
+        passes = sections["materials"]["kt"][list(extents.materials)] > 0
+        warn_of_flush(scene, extents.low, extents.high, passes)
     add_surfaces(scene, sections, glowing)
     shown = materials.pictures(known[1].pictures if known else None)
     pictures = None

@@ -81,7 +81,7 @@ def _candidates(media: Media) -> Iterator[tuple[np.ndarray, np.ndarray]]:
 
 def _passes_through(surface: Shape, solid: Shape) -> bool:
     """Whether points of the surface lie well inside the solid and others well outside."""
-    sample = _POINTS.get(type(surface))
+    sample = POINTS.get(type(surface))
     if sample is None:
         return False
     matrix = surface.matrix
@@ -98,7 +98,7 @@ def _passes_through(surface: Shape, solid: Shape) -> bool:
 
 
 @cache
-def _directions(n: int = 64) -> np.ndarray:
+def directions(n: int = 64) -> np.ndarray:
     """Spread over the unit sphere: (n, 3)."""
     z = (2 * np.arange(n) + 1) / n - 1
     angle = np.arange(n) * np.pi * (3 - np.sqrt(5))
@@ -133,9 +133,9 @@ def _rings(start: Any, axis: np.ndarray, along: np.ndarray, radius: np.ndarray) 
     return np.asarray(start + along[:, None, None] * axis + radius[:, None, None] * circle).reshape(-1, 3)
 
 
-_POINTS: dict[type[Shape], Callable[[Any], np.ndarray]] = {
-    Sphere: lambda shape: shape.center + shape.radius * _directions(),
-    Ellipsoid: lambda shape: shape.center + np.multiply(shape.radii, _directions()),
+POINTS: Final[dict[type[Shape], Callable[[Any], np.ndarray]]] = {
+    Sphere: lambda shape: shape.center + shape.radius * directions(),
+    Ellipsoid: lambda shape: shape.center + np.multiply(shape.radii, directions()),
     Box: _of_box,
     Cone: _of_cone,
     Cylinder: _of_cone,

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt.formats.mitsuba_bsdfs import Materials, mean
+from clrt.formats.mitsuba_checkers import checker_of
 from clrt.formats.mitsuba_values import UNIT, Array, Plugin, rows
 from clrt.formats.xml_tree import Element, unknown
 from clrt.meshfiles.look import Names, placement_of
@@ -147,16 +148,11 @@ class Shapes:
         return table | changed if changed else table
 
     def _checker(self, checker: Table, plugin: Plugin) -> Any:
-        left_out, to_uv = self.materials.context.left_out, checker["to_uv"]
-        found = {"type": "checker", "colors": checker["colors"]}
-        if plugin.type == "rectangle":
-            sides = np.linalg.norm(plugin.to_world()[:3, :2], axis=0)
-            across, up = sides / np.maximum(np.abs(np.diag(to_uv)[:2]), 1e-9)
-            if abs(across - up) > 1e-6 * across:
-                left_out["the stretch of a checkerboard"] = None
-            return found | {"size": float(max(across, 1e-9))}
-        if plugin.type == "sphere":
-            return found | {"divisions": int(min(max(round(2 * abs(to_uv[0, 0])), 1), 1 << 16))}
+        left_out = self.materials.context.left_out
+        if plugin.type in ("rectangle", "sphere"):
+            found, lost = checker_of(checker, plugin)
+            left_out.update({lost: None} if lost else {})
+            return found
         left_out["a checkerboard, but for its mean, where there can be none"] = None
         return mean(checker)
 

@@ -64,8 +64,10 @@ def camera(plugin: Plugin, context: Context) -> Table | None:
     table: Table = _film(plugin, context) | _samples(plugin, context) | _place(plugin)
     width, height = table["width"], table["height"]
     if orthographic:
-        table |= {"type": "orthographic", "size": 2 * float(np.linalg.norm(plugin.to_world()[:3, 0]))}
-        return table
+        across, up = np.linalg.norm(plugin.to_world()[:3, :2], axis=0).tolist()
+        if abs(across - up) > 1e-6 * across:
+            context.left_out["the stretch of an orthographic view"] = None
+        return table | {"type": "orthographic", "size": 2 * across}
     table |= _angle(plugin, width, height)
     shift = [plugin.number(f"principal_point_offset_{axis}", 0.0) for axis in "xy"]
     if any(shift):

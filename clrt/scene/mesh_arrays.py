@@ -11,6 +11,7 @@ import numpy as np
 
 from clrt.base.explain import FLOAT32_MAX, REFUSALS
 from clrt.base.places import At
+from clrt.base.records import NO_ORDER, holds_set
 from clrt.meshfiles.planar import flaws, is_sound
 
 FEW = 8  # faces for which numpy takes far longer than Python
@@ -115,6 +116,8 @@ def _faces(value: object, vertices: int, at: At, own: bool) -> np.ndarray | tupl
 
 
 def _rows(value: object, kind: Any, at: At, right: str) -> Any:
+    if holds_set(value):
+        raise at.says(NO_ORDER)
     try:
         return msgspec.convert(msgspec.to_builtins(value, enc_hook=lambda item: item.tolist()), kind)
     except (*REFUSALS, TypeError, AttributeError) as error:

@@ -1,0 +1,181 @@
+"""Surfaces that lie on one that light passes: a ray that goes on from one of the two does not meet the other.
+
+It begins a little behind the surface (docs/model.md, "Rays, hits, normals"), and so behind whatever lies
+there, too: a floor under a block of glass that stands on it, the glass around a hollow that ends where the
+glass ends. Points of one surface that lie on the other, where both face one way, prove it, and it is told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+import numpy as np
+
+from clrt.base import notices
+from clrt.flatten.inside import count_inside
+from clrt.flatten.mesh import fans, joined
+from clrt.flatten.overlaps import POINTS, directions
+from clrt.scene.mesh import Mesh
+from clrt.scene.scene import Scene
+from clrt.scene.shapes import Disk, Paraboloid, Plane, Polygon, Quadric, Shape
+
+Found = tuple[np.ndarray, np.ndarray]
+_MOST_PAIRS: Final = 150  # looked at: this is a hint, and must not take long
+_MOST_BOXES: Final = 1 << 22  # pairs of boxes compared to find them
+_MOST_FACES: Final = 1 << 12  # of a mesh that is looked at
+_TRIANGLES: Final = 64  # of a mesh, of which there are points
+_WITHIN: Final = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / [[3], [6], [6], [6]]
+_OFFSET: Final = 2e-6  # by which a ray starts behind a surface, of its coordinates; a little more
+_PARALLEL: Final = 0.99  # cosine between two normals
+_ENOUGH: Final = 3  # points: bodies may touch in one
+
+
+def warn_of_flush(scene: Scene, low: np.ndarray, high: np.ndarray, passes: np.ndarray) -> None:
+    """Warn of the first two shapes that have a piece of surface in common, where light passes one of them.
+
+    low, high: (n, 3) the shapes' boxes; passes: (n,) bool, of which of them it does.
+    """
+    for a, b in _pairs(low, high, passes):
+        one, other = scene.shapes[a], scene.shapes[b]
+        if _lies_on(one, other, low[b], high[b]) or _lies_on(other, one, low[a], high[a]):
+            text = (
+                f"lies with a piece of its surface on shapes[{b}]: a ray that passes one of the two does not "
+                "meet the other; leave a gap of 0.0001 of their size, or let one reach as far into the other"
+            )
+            notices.warn(scene.source, f"shapes[{a}]", text)
+            return
+
+
+def _pairs(low: np.ndarray, high: np.ndarray, passes: np.ndarray) -> Iterator[tuple[int, int]]:
+    """Two shapes whose boxes meet, the first of which light passes."""
+    found = looked = 0
+    for a in np.flatnonzero(passes).tolist():
+        looked += len(low)
+        if looked > _MOST_BOXES:
+            return
+        reach = _OFFSET * np.abs(np.where(np.isfinite(low[a]), low[a], 0.0)).max(initial=1.0)
+        meets = ((low[a] <= high + reach) & (high[a] >= low - reach)).all(axis=1)
+        for b in np.flatnonzero(meets).tolist():
+            if b > a or (b < a and not passes[b]):
+                yield a, b
+                found += 1
+        if found >= _MOST_PAIRS:
+            return
+
+
+def _lies_on(surface: Shape, other: Shape, low: np.ndarray, high: np.ndarray) -> bool:
+    """Whether several points of the surface lie on the other, which has that box and is parallel there."""
+    points = _points_of(surface)
+    reach = _OFFSET * np.abs(points).max(initial=0.0)
+    points = points[((points >= low - reach) & (points <= high + reach)).all(axis=1)]
+    if len(points) < _ENOUGH:
+        return False
+    here, normals = _on(surface, points, reach)
+    there, others = _on(other, points, reach)
+    cosine = np.abs(np.einsum("ij,ij->i", normals, others))
+    return bool((here & there & (cosine > _PARALLEL)).sum() >= _ENOUGH)
+
+
+def _points_of(shape: Shape) -> np.ndarray:
+    """Points of a surface, in the world."""
+    if isinstance(shape, Mesh):
+        corners = _corners(shape)
+        return np.asarray(_WITHIN @ corners[:: 1 + len(corners) // _TRIANGLES]).reshape(-1, 3)
+    sample = POINTS.get(type(shape))
+    return np.zeros((0, 3)) if sample is None else _moved(shape, np.asarray(sample(shape), np.float64))
+
+
+def _moved(shape: Shape, points: np.ndarray) -> np.ndarray:
+    return points @ shape.matrix[:3, :3].T + shape.matrix[:3, 3]
+
+
+def _corners(mesh: Mesh) -> np.ndarray:
+    """(n, 3, 3) the corners of its triangles, in the world; none of a large one."""
+    data = mesh.data()
+    if mesh.primitives > _MOST_FACES:
+        return np.zeros((0, 3, 3))
+    return _moved(mesh, data.vertices.astype(np.float64))[fans(*joined(data.faces))]
+
+
+def _on(shape: Shape, points: np.ndarray, reach: float) -> Found:
+    """Which points lie on its surface to within `reach`, and its normals there, of length 1 or 0."""
+    return _ON.get(type(shape), _on_body)(shape, points, reach)
+
+
+def _on_body(shape: Shape, points: np.ndarray, reach: float) -> Found:
+    """By what is inside of it about each point: half of all where the surface is smooth.
+
+    Where an open one has no cap it faces along an axis of its own.
+    """
+    around = directions()
+    inside = count_inside(shape, (points[:, None] + reach * around).reshape(-1, 3)) > 0
+    share = inside.reshape(len(points), -1)
+    normals = np.where(share, -1.0, 1.0) @ around
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals /= np.where(lengths > 0, lengths, 1.0)
+    on = np.abs(share.mean(axis=1) - 0.5) < 0.2
+    for axis in _axes(shape) if shape.is_open else ():
+        on &= np.abs(normals @ axis) < _PARALLEL
+    return on, normals
+
+
+def _axes(shape: Any) -> np.ndarray:
+    """The normals of the planes in which an open shape ends, in the world, of length 1."""
+    if isinstance(shape, Quadric):
+        ends = np.eye(3)
+    else:
+        ends = np.array([shape.axis if isinstance(shape, Paraboloid) else np.subtract(shape.p1, shape.p0)])
+    found = ends @ np.linalg.inv(shape.matrix[:3, :3])
+    return np.asarray(found / np.linalg.norm(found, axis=1, keepdims=True))
+
+
+def _on_plane(shape: Plane, points: np.ndarray, reach: float) -> Found:
+    return _on_flat(shape, shape.point, shape.normal, points, reach)
+
+
+def _on_disk(shape: Disk, points: np.ndarray, reach: float) -> Found:
+    on, normals = _on_flat(shape, shape.center, shape.normal, points, reach)
+    local = (points - shape.matrix[:3, 3]) @ np.linalg.inv(shape.matrix[:3, :3]).T
+    return on & (np.linalg.norm(local - shape.center, axis=1) <= shape.radius), normals
+
+
+def _on_flat(shape: Shape, corner: Any, normal: Any, points: np.ndarray, reach: float) -> Found:
+    """As if it had no end."""
+    (place,) = _moved(shape, np.array([corner], np.float64))
+    across = np.linalg.inv(shape.matrix[:3, :3]).T @ np.asarray(normal, np.float64)
+    across /= np.linalg.norm(across)
+    return np.abs((points - place) @ across) <= reach, np.broadcast_to(across, points.shape)
+
+
+def _on_polygon(shape: Polygon, points: np.ndarray, reach: float) -> Found:
+    """Of one that is not convex what its corners surround, too: a hint is no proof."""
+    corners = _moved(shape, np.array(shape.points, np.float64))
+    first = np.broadcast_to(corners[0], (len(corners) - 2, 3))
+    return _on_triangles(np.stack([first, corners[1:-1], corners[2:]], axis=1), points, reach)
+
+
+def _on_mesh(shape: Mesh, points: np.ndarray, reach: float) -> Found:
+    return _on_triangles(_corners(shape), points, reach)
+
+
+def _on_triangles(corners: np.ndarray, points: np.ndarray, reach: float) -> Found:
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    corners, normals = corners[lengths[:, 0] > 0], normals[lengths[:, 0] > 0]
+    normals = normals / lengths[lengths > 0, None]
+    away = normals @ points.T - np.einsum("ij,ij->i", normals, corners[:, 0])[:, None]
+    which, at = np.nonzero(np.abs(away) <= reach)
+    normal, within = normals[which], np.ones(len(which), bool)
+    for k in range(3):
+        start, end = corners[which, k], corners[which, (k + 1) % 3]
+        turn = np.einsum("ij,ij->i", np.cross(end - start, points[at] - start), normal)
+        within &= turn >= -reach * np.linalg.norm(end - start, axis=1)
+    on, found = np.zeros(len(points), bool), np.zeros_like(points)
+    on[at[within]], found[at[within]] = True, normal[within]
+    return on, found
+
+
+_ON: Final[dict[type[Shape], Callable[[Any, np.ndarray, float], Found]]] = {
+    Plane: _on_plane, Disk: _on_disk, Polygon: _on_polygon, Mesh: _on_mesh,
+}  # fmt: skip

@@ -1,0 +1,115 @@
+"""Surfaces that lie on one another where light passes: what comes of them, and that it is told."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.base.resources import shipped_scenes
+from clrt.flatten.flatten import flatten
+from clrt.formats.shipped import load_scene
+
+Table = dict[str, Any]
+GLASS: Table = {"fresnel": True, "diffuse": 0, "ior": 1.5}
+SHEET: Table = {"thin": True, "transmission": 0.5}
+FLOOR = [[-3, 0, -3], [3, 0, -3], [3, 0, 3], [-3, 0, 3]]
+TURNED = {"transform": [{"rotate": ["x", 30.0]}, {"translate": [5, 6, 7]}]}
+
+
+def box(low: float = 0.0, material: Table = GLASS, x: float = 0.0, **more: Any) -> Table:
+    return {"type": "box", "min": [x, low, 0], "max": [x + 1, 2, 1], "material": material, **more}
+
+
+def rod(low: float, high: float, radius: float = 1.0, material: Table = GLASS, caps: bool = True) -> Table:
+    return {"type": "cylinder", "p0": [0, low, 0], "p1": [0, high, 0], "radius": radius, "caps": caps,
+            "material": material}  # fmt: skip
+
+
+def ball(radius: float = 1.0, **more: Any) -> Table:
+    return {"type": "sphere", "center": [0, 1, 0], "radius": radius, "material": {**GLASS, **more}}
+
+
+PLANE: Table = {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}
+POLYGON: Table = {"type": "polygon", "points": FLOOR}
+MESH: Table = {"type": "mesh", "vertices": FLOOR, "faces": [[0, 1, 2], [0, 2, 3]]}
+AIR: Table = {**GLASS, "ior": "air", "priority": 1}
+TOLD = {
+    "a hollow that ends where the glass does": [rod(-1, 1), rod(-0.8, 1, 0.85, AIR)],
+    "on a plane": [box(), PLANE], "on a polygon": [box(), POLYGON], "on a mesh": [rod(0, 1), MESH],
+    "on a disk": [rod(0, 1, 0.5), {"type": "disk", "center": [0, 0, 0], "normal": [0, 1, 0], "radius": 3}],
+    "two of one glass": [box(), box(x=0.5)], "side by side": [box(), box(x=1, material={"color": 0.5})],
+    "a small one on it": [
+        {"type": "box", "min": [-9, -1, -9], "max": [9, 0, 9], "material": GLASS},
+        {"type": "box", "min": [0, 0, 0], "max": [0.1, 0.1, 0.1]},
+    ],
+    "the same ball": [ball(), ball(ior=1.3, priority=1)],
+    "a sheet around it": [rod(-0.3, 1), rod(-0.4, 2, 1.0, SHEET, caps=False)],
+    "turned": [box(**TURNED), {**POLYGON, **TURNED}],
+    "about a quadric": [
+        {"type": "quadric", "coefficients": [1, 0, 1, 0, 0, 0, 0, 0, 0, -1], "clip": [[-2, -2, -2], [2, 2, 2]],
+         "material": GLASS}, rod(-1, 3, 1.0, SHEET, caps=False),
+    ],
+    "a mesh of glass": [{"type": "mesh", "material": GLASS, "vertices": [
+        [0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1], [0, 1, 0], [1, 1, 0], [1, 1, 1], [0, 1, 1]], "faces": [
+        [0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]]}, PLANE],
+}  # fmt: skip
+UNTOLD = {
+    "a hollow that ends before": [rod(-1, 1), rod(-0.8, 0.9995, 0.85, AIR)],
+    "above": [box(1e-4), PLANE], "into": [box(-1e-4), PLANE], "pierced": [rod(-1, 1, 0.5), PLANE],
+    "touches": [ball(), PLANE],
+    "away": [rod(0, 1, 0.5), {"type": "disk", "center": [5, 0, 0], "normal": [0, 1, 0], "radius": 3}],
+    "an open end": [rod(-0.3, 1, 0.9), rod(-0.3, 2, 1.0, SHEET, caps=False)],
+    "nothing passes": [box(material={"color": 0.5}), box(x=1, material={"color": 0.2}), PLANE],
+}
+
+
+def told(scene: clrt.Scene) -> list[str]:
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        flatten(scene)
+    return [str(one.message) for one in found if "with a piece of its surface" in str(one.message)]
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_what_lies_on_another_is_told(name: str) -> None:
+    (said,) = told(clrt.load_dict({"shapes": TOLD[name]}))
+    first, second = sorted([said.partition(":")[0], said.partition("surface on ")[2].partition(":")[0]])
+    assert (first, second) == ("shapes[0]", "shapes[1]")
+    assert told(clrt.load_dict({"shapes": TOLD[name][::-1]}))
+
+
+@pytest.mark.parametrize("name", UNTOLD)
+def test_what_is_apart_is_not(name: str) -> None:
+    assert told(clrt.load_dict({"shapes": UNTOLD[name]})) == []
+    assert told(clrt.load_dict({"shapes": UNTOLD[name][::-1]})) == []
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_no_scene_that_ships_has_such_surfaces(name: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", clrt.ClrtWarning)
+        scene = load_scene(name)
+    assert told(scene) == []
+
+
+@pytest.mark.parametrize("gap", [1e-4, -1e-4])
+def test_the_advice_mends_it(gap: float) -> None:
+    """A red floor under glass that stands on it is not seen through it; with the gap of the advice it is."""
+    camera = {"origin": [0.6, 6, 0.4], "target": [0.5, 0, 0.5], "width": 1, "height": 1}
+    red = {**PLANE, "material": {"color": [1, 0, 0]}}
+    base: Table = {"camera": camera, "ambient": 1.0, "background": [0, 0, 1]}
+    lost, seen = (clrt.render({**base, "shapes": [box(low), red]}).pixels[0, 0] for low in (0.0, gap))
+    assert lost[0] < 0.1 < 0.8 < seen[0]
+
+
+def test_many_shapes_cost_little() -> None:
+    """Pairs are looked at until they are many."""
+    rng = np.random.default_rng(1)
+    places = rng.uniform(-5, 5, (20_000, 3)).tolist()
+    shapes = [{"type": "sphere", "center": place, "radius": 0.3, "material": "glass"} for place in places]
+    scene = clrt.load_dict({"materials": {"glass": GLASS}, "shapes": shapes})
+    assert told(scene) == []

@@ -1,0 +1,38 @@
+"""Values that Python has and scene files have not: taken where they mean one thing, else refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+
+BALL: dict[str, Any] = {"type": "sphere", "center": [2.5, -1, 0.25], "radius": 1}
+CORNERS = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+TRIANGLE: dict[str, Any] = {"type": "mesh", "vertices": CORNERS, "faces": [[0, 1, 2]]}
+
+
+@pytest.mark.parametrize("table", [
+    {"shapes": [{**BALL, "center": {2.5, -1, 0.25}}]},
+    {"shapes": [BALL], "background": frozenset({0.9, 0.1, 0.5})},
+    {"shapes": [{**TRIANGLE, "faces": [{2, 0, 1}]}]},
+    {"shapes": [{**TRIANGLE, "vertices": [[0, 0, 0], (1, 0, 0), {0, 1, 2}]}]},
+    {"shapes": [{**BALL, "material": {"color": {"type": "checker", "colors": [0.1, {0.2, 0.3, 0.4}]}}}]},
+])  # fmt: skip
+def test_sets_have_no_order(table: dict[str, Any]) -> None:
+    with pytest.raises(clrt.SceneError, match="a set has no order; give a list or a tuple"):
+        clrt.load_dict(table)
+    scene = clrt.load_dict({"shapes": [BALL]})
+    with pytest.raises(clrt.SceneError, match="a set has no order"):
+        scene.replace({"shapes[0].center": {1.0, 2.0, 3.0}})
+
+
+@pytest.mark.parametrize("kind", [np.longdouble, np.float64, np.float32, np.float16])
+def test_numpys_numbers_of_all_sizes(kind: Any) -> None:
+    center = np.array(BALL["center"], kind)
+    scene = clrt.load_dict({"shapes": [{**BALL, "center": center, "radius": kind(1)}]})
+    assert scene == clrt.load_dict({"shapes": [BALL]})
+    moved = scene.replace({"shapes[0].center": 2 * center, "shapes[0].radius": kind(0.5)})
+    assert moved.to_dict()["shapes"][0]["center"] == [5, -2, 0.5]
