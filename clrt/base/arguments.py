@@ -16,6 +16,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
+from clrt.base import ending
 from clrt.base.errors import ClrtError, LimitError, exhausted, fault
 
 P = ParamSpec("P")
@@ -30,6 +31,7 @@ def public(function: Callable[P, T]) -> Callable[P, T]:
 
     @wraps(function)
     def entered(*arguments: P.args, **named: P.kwargs) -> T:
+        ending.enter()
         try:
             with np.errstate(all="ignore"):
                 return function(*arguments, **named)
@@ -37,6 +39,8 @@ def public(function: Callable[P, T]) -> Callable[P, T]:
             spent = exhausted(error)
             if not spent:
                 raise
+        finally:
+            ending.leave()
         raise LimitError(spent)  # here, where what the failed call held is free again
 
     return entered

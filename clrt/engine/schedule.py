@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from clrt.base import ending
 from clrt.base.errors import LimitError, MemoryLimitError
 from clrt.base.log import log
 from clrt.device.device import TRACKS, Device
@@ -62,6 +63,7 @@ def interleaved(
     running: list[_Running[Piece, Result]] = []  # the longest waiting first
     free = [device.on(track) for track in range(TRACKS)]
     while pieces or running:
+        ending.check()
         if pieces and len(running) < together:
             piece, track = pieces.pop(), free.pop()
             now = _Running(piece, track, begin(track, piece))

@@ -50,8 +50,8 @@ TOLD = {
     "a sheet around it": [rod(-0.3, 1), rod(-0.4, 2, 1.0, SHEET, caps=False)],
     "turned": [box(**TURNED), {**POLYGON, **TURNED}],
     "about a quadric": [
-        {"type": "quadric", "coefficients": [1, 0, 1, 0, 0, 0, 0, 0, 0, -1], "clip": [[-2, -2, -2], [2, 2, 2]],
-         "material": GLASS}, rod(-1, 3, 1.0, SHEET, caps=False),
+        {"type": "quadric", "coefficients": [1, 0, 1, 0, 0, 0, 0, 0, 0, -1],
+         "clip": [[-2, -2, -2], [2, 2, 2]], "material": GLASS}, rod(-1, 3, 1.0, SHEET, caps=False),
     ],
     "a mesh of glass": [{"type": "mesh", "material": GLASS, "vertices": [
         [0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1], [0, 1, 0], [1, 1, 0], [1, 1, 1], [0, 1, 1]], "faces": [
