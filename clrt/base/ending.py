@@ -19,7 +19,7 @@ _ends_in: Final[list[int]] = []  # the thread in which the program ends, once it
 
 
 def enter() -> None:
-    """A public call begins. Once the program ends it does so in no other thread: there it waits for the end."""
+    """A public call begins. Once the program ends it does in no other thread: there it waits for the end."""
     thread = threading.get_ident()
     while _ends_in and thread not in _ends_in and thread not in _under_way:
         time.sleep(1.0)

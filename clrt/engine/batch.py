@@ -71,21 +71,21 @@ class Batch:
                 f"origins and directions: shapes {o.shape} and {d.shape} do not go together; "
                 "there must be one for each ray, or one for all"
             ) from None
-        self.n = int(np.prod(self.shape, dtype=np.int64))
         bounds = [self._bound(*given) for given in (("t_min", t_min), ("t_max", t_max))]
+        self.n = int(np.prod(self.shape, dtype=np.int64))
         self._arrays = [_Given(array, self.shape, self.n) for array in (o, d)]
         self._bounds = [_Given(array[..., None], self.shape, self.n) for array in bounds]
         self.width = self._width()
 
     def _bound(self, name: str, value: object) -> np.ndarray:
-        form = f"() or {self.shape}"
-        bound = real_numbers(name, value, form)
+        """A bound of the rays, of which there may be more for it."""
+        bound = real_numbers(name, value, f"() or {self.shape}")
         try:
-            if np.broadcast_shapes(bound.shape, self.shape) == self.shape:
-                return bound
+            self.shape = np.broadcast_shapes(bound.shape, self.shape)
         except (ValueError, RuntimeError):
-            pass
-        raise ClrtError(f"{name}: shape {bound.shape} is neither a number nor {self.shape}, as the rays are")
+            text = f"shape {bound.shape} is neither a number nor {self.shape}, as the rays are"
+            raise ClrtError(f"{name}: {text}") from None
+        return bound
 
     def ranges(self, tile: int | None = None) -> Iterator[tuple[int, int]]:
         """Where each piece begins and ends: `tile` rays, or as many as suits the arrays."""

@@ -150,6 +150,19 @@ def test_arrays_are_broadcast(tracer: clrt.Tracer) -> None:
     assert tracer.occluded(o, d, t_max=limits).any() and not tracer.occluded(o, d, t_max=limits).all()
 
 
+def test_one_ray_may_have_many_bounds(tracer: clrt.Tracer) -> None:
+    o, d = [-5.0, 0.01, 0.02], [1.0, 0, 0]
+    every = tracer.all_hits(o, d).t
+    ends = np.array([0.0, *every, np.inf], np.float32)
+    assert len(every) > 2 and tracer.intersect(o, d, t_min=ends[:-1]).t.tolist() == ends[1:].tolist()
+    table = tracer.count_hits(o, d, t_min=ends[:, None], t_max=ends)
+    assert table.shape == (len(ends), len(ends))
+    between = [[((every > a) & (every < b)).sum() for b in ends] for a in ends]
+    assert np.array_equal(table, between)
+    rows = tracer.occluded([o, [0, 50, 0]], d, t_max=[[1.0], [100.0]])
+    assert rows.tolist() == [[False, False], [True, False]]
+
+
 def test_light_along_rays_of_any_shape(tracer: clrt.Tracer) -> None:
     o, d = tracer.camera_rays({"origin": [1, 2, 5], "target": [0, 0, 0], "width": 12, "height": 9})
     light, counts = tracer.radiance(o, d)
@@ -257,7 +270,7 @@ def test_no_rays(tracer: clrt.Tracer) -> None:
             lambda t: t.count_hits(np.ones((2, 3)), np.ones(3), t_min=[1, 2, 3]),
             r"t_min: shape \(3,\) is neither a number nor \(2,\)",
         ),
-        (lambda t: t.intersect(np.ones(3), np.ones(3), [1, 2]), r"t_max: shape \(2,\)"),
+        (lambda t: t.intersect(np.ones((5, 3)), np.ones(3), [1, 2]), r"t_max: shape \(2,\)"),
         (lambda t: t.intersect(np.ones(3), "up"), "directions: 'up' is not allowed"),
         (lambda t: t.intersect(np.ones(3), np.ones(3, complex)), "directions: "),
         (lambda t: t.intersect(np.ones(3), np.ones(3), fields="t"), "fields: 't' is not .* list of names"),

@@ -231,6 +231,20 @@ def test_it_says_where_it_would_reflect_more(table: dict[str, Any]) -> None:
     assert found.startswith("shapes[1]: POV-Ray has no total reflection of less than all: let")
 
 
+@pytest.mark.parametrize("shape", [
+    {"type": "cylinder", "p0": [0, 0, 0], "p1": [0, 1, 0], "radius": 1},
+    {"type": "cone", "p0": [0, 0, 0], "p1": [0, 1, 0], "r0": 1, "r1": 0.5},
+    {"type": "quadric", "coefficients": [1, 1, 1, 0, 0, 0, 0, 0, 0, -1], "clip": [[-2, 0, -2], [2, 2, 2]]},
+])  # fmt: skip
+def test_open_ends_of_glass_are_not_written(shape: dict[str, Any]) -> None:
+    """There light enters glass where a ray goes in, and leaves it nowhere."""
+    glass = {"diffuse": 0, "ior": 1.5, "reflection": 0.2, "transmission": 0.8}
+    found = pov.not_in_pov(clrt.load_dict({**samples.SCENE, "shapes": [{**shape, "material": glass}]}))
+    assert found == "shapes[0]: POV-Ray has no open ends of what light passes, as the model has them"
+    dull = {"color": 0.5, "priority": 2, "absorption": 0.3}
+    assert not pov.not_in_pov(clrt.load_dict({**samples.SCENE, "shapes": [{**shape, "material": dull}]}))
+
+
 def test_the_command_converts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     samples.scene().save(tmp_path / "a.toml")
     assert main(["convert", str(tmp_path / "a.toml"), str(tmp_path / "a.pov")]) == 0

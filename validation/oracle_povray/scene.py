@@ -52,6 +52,8 @@ def not_in_pov(scene: Scene) -> str | None:
     for number, shape in enumerate(scene.shapes):
         material = scene.material_of(shape)
         reason = _no_shape(shape) or _no_material(material)
+        if not reason and material.kt > 0 and shape.type in _CUT and shape.is_open:
+            reason = "open ends of what light passes, as the model has them"
         if reason:
             return f"shapes[{number}]: POV-Ray has no {reason}"
         bodies += material.is_medium
@@ -91,7 +93,7 @@ def _no_material(m: Material) -> str:
         return "rough mirrors"
     if m.fresnel:
         return "Fresnel terms as the model has them"
-    if m.priority or np.any(np.asarray(m.absorption) != 0):
+    if m.kt > 0 and (m.priority or np.any(np.asarray(m.absorption) != 0)):
         return "media as the model has them"
     if m.kt > 0 and (m.thin or m.ior_d == 1):
         return "bodies that light goes straight through: it does not count these as a generation"
@@ -293,6 +295,7 @@ def _open(shape: Any) -> str:
     return "" if shape.caps else " open"
 
 
+_CUT: Final = ("cylinder", "cone", "quadric")  # which may have open ends
 _SHAPES: Final[dict[str, Callable[[Any], tuple[str, str]]]] = {
     "sphere": lambda s: (f"sphere {{ {_vector(s.center)}, {float(s.radius)!r}", "}"),
     "plane": _plane,
