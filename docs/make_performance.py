@@ -167,7 +167,9 @@ def _bench(
 ) -> None:
     command = [sys.executable, "-m", "clrt", "bench", *what, "--device", driver]
     command += ["--rounds", str(rounds), "--json", str(file), *["--quick"] * quick]
+    stamp = _stamp(file.stem)
     subprocess.run(command, cwd=DOCS.parent, env={**os.environ, **variables}, check=True)
+    _keep(file, {**json.loads(file.read_text()), "stamp": stamp})
 
 
 def _found_apart() -> list[str]:

@@ -8,6 +8,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import clrt
@@ -97,3 +98,20 @@ def test_the_code_of_pages_about_tracers_runs(page: str, count: int):
     assert len(blocks) == count
     for block in blocks:
         exec(block, space)
+
+
+def test_the_code_of_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """As it stands, but for the size of its picture, a window on it, and where the checkout is."""
+    text = (DOCS.parent / "README.md").read_text()
+    (code,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert code.count("tracer.") > 5 and "clrt.sweep" in code
+    monkeypatch.chdir(tmp_path)
+    shown: list[Any] = []
+    monkeypatch.setattr(clrt.Image, "show", lambda image, *_: shown.append(image))
+    rays = np.array([[0, 1, 9.0], [3, 1, 9.0]]), np.array([[0, 0, -1.0], [0, 0, -1.0]])
+    names: dict[str, Any] = {"origins": rays[0], "directions": rays[1]}
+    code = code.replace("scenes/showcase.toml", (DOCS.parent / "scenes/showcase.toml").as_posix())
+    exec(code.replace("width=640", "width=64"), names)
+    assert len(shown) == 2 and names["tree"].rays
+    pictures = ("out.depth", "out.reflection", "out", "fov30", "fov40", "fov50")
+    assert {file.name for file in tmp_path.iterdir()} == {"out.exr", *(f"{name}.png" for name in pictures)}

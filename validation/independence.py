@@ -99,6 +99,7 @@ def _imports(module: str, roots: Roots) -> Iterator[str]:
     """The modules of ours that a module's text imports; all beside it where it says only later which."""
     file = _file(module, roots)
     assert file is not None, module
+    yield from _above(module, roots)
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
     for node in ast.walk(ast.parse(file.read_text("utf-8"))):
         if isinstance(node, ast.Import):
@@ -116,8 +117,33 @@ def _imports(module: str, roots: Roots) -> Iterator[str]:
             if not isinstance(said, ast.Constant):
                 beside = file.parent.glob("*.py")
                 yield from (f"{package}.{each.stem}" for each in beside if each.stem != "__init__")
-            elif _file(str(said.value), roots):
-                yield str(said.value)
+                continue
+            dots = len(str(said.value)) - len(str(said.value).lstrip("."))
+            above = package.split(".")[: len(package.split(".")) - dots + 1] if dots else []
+            name = ".".join([*above, str(said.value).lstrip(".")])
+            if _file(name, roots):
+                yield name
+
+
+def _above(module: str, roots: Roots) -> Iterator[str]:
+    """The packages that a module is in, of which each runs first, but those that hold words alone.
+
+    Not the renderer's outermost: it offers names of its rooms, and imports those that somebody asks for.
+    """
+    parts = module.split(".")
+    for name in (".".join(parts[:k]) for k in range(1, len(parts))):
+        file = _file(name, roots)
+        if name != RENDERER and file is not None and not is_words(ast.parse(file.read_text("utf-8"))):
+            yield name
+
+
+def is_words(tree: ast.Module) -> bool:
+    """Whether a module has nothing but a docstring, and says of what Python it is."""
+    return all(
+        (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant))
+        or (isinstance(node, ast.ImportFrom) and node.module == "__future__")
+        for node in tree.body
+    )
 
 
 def _called(node: ast.Call) -> str:

@@ -310,10 +310,6 @@ def test_selftest_reports_each_check_and_fails_with_one(
         assert "meshes" in lines[2] and "here" in lines[2]
 
 
-def test_selftest_passes_on_the_default_device(capsys: pytest.CaptureFixture[str]):
-    assert main(["selftest"]) == 0, capsys.readouterr().out
-
-
 def test_a_quick_selftest_needs_no_optional_package(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ):

@@ -266,6 +266,17 @@ def test_runs_with_other_numbers_of_workers_stand_beside_each_other() -> None:
     assert made.common([stamp, {}]) == made.common([stamp, {**stamp, "code": "other"}]) == {}
 
 
+def test_wall_times_are_held_against_what_was_wanted() -> None:
+    def one(process: float, single: float, both: float) -> dict[str, Any]:
+        return {"process": {"wall": process}, "local:1": {"wall": single}, "local:2": {"wall": both}}
+
+    rounds = [one(1.0, 1.125, 0.625), one(1.0, 1.125, 0.75), one(1.0, 1.25, 0.625)]
+    assert make_cluster().ratios({"pinned": True, "rounds": rounds})[3:] == [
+        "| two workers, as fast as one | 1.7 times | 1.80 (1.50 to 2.00) | yes |",
+        "| `local:1` over one process | at most 1.10 | 1.12 (1.12 to 1.25) | no |",
+    ]
+
+
 def test_a_task_s_cost_is_that_of_its_own_round() -> None:
     """The first round compiles, so its orders are others than those that are measured."""
     one = {"workers": [6.0], "client": 0.3, "orders": [0.3] * 20}

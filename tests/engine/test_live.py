@@ -236,6 +236,10 @@ POINT = st.tuples(NUMBER, NUMBER, NUMBER)
 COLOR = st.tuples(*[st.floats(0, 1, width=32)] * 3)
 
 
+LIVES = int(os.environ.get("CLRT_EDITS", "8"))
+MANY = LIVES > 8
+
+
 class Edits(RuleBasedStateMachine):
     """Random edits, one after the other: the picture is that of a new Tracer. CLRT_EDITS: how many lives."""
 
@@ -291,6 +295,42 @@ class Edits(RuleBasedStateMachine):
         if any(shape.name == "many" for shape in self.scene.shapes):
             self.edit({"shapes.many.vertices": scattered(np.random.default_rng(seed), far)})
 
+    @rule(
+        index=st.integers(0, 5), scale=st.sampled_from([0.5, 1, -2]), degrees=st.floats(-180, 180), by=POINT
+    )  # fmt: skip
+    def transform(self, index: int, scale: float, degrees: float, by: Any) -> None:
+        if index < len(self.scene.shapes):
+            steps = [{"scale": scale}, {"rotate": ["y", degrees]}, {"translate": list(by)}]
+            self.edit({f"shapes[{index}].transform": steps})
+
+    @rule(absorption=st.sampled_from([0.0, 0.7]), thin=st.booleans(), ior=st.sampled_from([1.0, 1.3, 2.4]))
+    def medium(self, absorption: float, thin: bool, ior: float) -> None:
+        of = {"absorption": 0.0 if thin else absorption, "thin": thin, "ior": ior}
+        self.edit({f"materials.b.{key}": value for key, value in of.items()})
+
+    @rule(center=POINT, samples=st.sampled_from([1, 4]))
+    def light_with_extent(self, center: Any, samples: int) -> None:
+        light = {"type": "rectangle", "center": [2 * x + 3 for x in center], "u": [0.5, 0, 0],
+                 "v": [0, 0.5, 0], "radiance": 9.0, "samples": samples}  # fmt: skip
+        self.edit({"lights": [light]})
+
+    @rule(center=POINT, kind=st.sampled_from(["sphere", "cone", "box", "mesh"]))
+    def more(self, center: Any, kind: str) -> None:
+        x, y, z = center
+        more: dict[str, dict[str, Any]] = {
+            "sphere": {"center": center, "radius": 0.4},
+            "box": {"min": center, "max": [x + 1, y + 1, z + 1]},
+            "cone": {"p0": center, "r0": 0.5, "p1": [x, y + 1, z], "r1": 0.0},
+            "mesh": {"vertices": [center, [x + 1, y, z], [x, y + 1, z]], "faces": [[0, 1, 2]]},
+        }
+        if len(self.scene.shapes) < 9:
+            self.edit({"shapes": [*self.scene.shapes, {"type": kind, "material": "a", **more[kind]}]})
+
+    @precondition(lambda _: MANY)  # other kernels, which have to be compiled
+    @rule(bands=st.sampled_from([None, 4, 9]))
+    def spectrum(self, bands: int | None) -> None:
+        self.edit({"spectrum": None if bands is None else {"bands": bands}})
+
     @rule(drop=st.integers(0, 5))
     def fewer(self, drop: int) -> None:
         self.edit({"shapes": [s for i, s in enumerate(self.scene.shapes) if i != drop]})
@@ -318,6 +358,6 @@ class Edits(RuleBasedStateMachine):
 
 TestEdits = Edits.TestCase
 TestEdits.settings = settings(
-    max_examples=int(os.environ.get("CLRT_EDITS", "8")), stateful_step_count=25, deadline=None,
+    max_examples=LIVES, stateful_step_count=25, deadline=None,
     suppress_health_check=list(HealthCheck),
 )  # fmt: skip

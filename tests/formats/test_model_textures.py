@@ -342,6 +342,18 @@ def test_a_texture_times_the_colours_of_vertices(tmp_path: Path) -> None:
     np.testing.assert_allclose(color.tint, [1 / 3, 1 / 3, 0])
 
 
+@pytest.mark.parametrize("of", [BASE, {"normalTexture": {"index": 0}}])
+def test_what_is_unlit_times_the_mean_colour_of_vertices(of: dict[str, Any], tmp_path: Path) -> None:
+    table = textured({**of, "extensions": {"KHR_materials_unlit": {}}})
+    table["meshes"][1]["primitives"][0]["attributes"]["COLOR_0"] = 1
+    with pytest.warns(clrt.ClrtWarning, match="but for their mean"):
+        scene = load(tmp_path, table)
+    shown = scene.material_of(scene.shapes[1])
+    emission: Any = shown.emission
+    assert shown.color == 0 and isinstance(emission, ImageTexture) == (of is BASE)
+    np.testing.assert_allclose(emission.tint if of is BASE else emission, [1 / 3, 1 / 3, 0])
+
+
 @pytest.mark.parametrize(
     ("image", "says"),
     [

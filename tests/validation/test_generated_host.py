@@ -34,7 +34,12 @@ def planted(text: str) -> tuple[str, set[int]]:
                                  "a and b and c"),
     ("    return a < b < c", "    return a < b >= c if ON(2) else a >= b < c if ON(1) else a < b < c"),
     ("    a += 0.5", "    if ON(1):\n        a -= 0.5\n    else:\n        a += 1.01 * 0.5 if ON(2) else 0.5"),
-    ("    return a[b + 1 :]", "    return a[b - 1 if ON(1) else b + 1:]"),
+    ("    return a[b + 1 :]", "    return a[b - 1 if ON(2) else (b + 1 if ON(1) else b) + 1:]"),
+    ("    return a[0][b]['c']", "    return a[0 + 1 if ON(1) else 0][b]['c']"),
+    ("    return a[-1, :2]", "    return a[-1 + 1 if ON(1) else -1, :2 + 1 if ON(2) else 2]"),
+    ("    return '\u00e9', b if a else c", "    return '\u00e9', b if (not a if ON(1) else a) else c"),
+    ("    while a():\n        if b:\n            c()",
+     "    while not a() if ON(1) else a():\n        if not b if ON(2) else b:\n            c()"),
     ("    return [x | y for x in a]", "    return [x & y if ON(1) else x | y for x in a]"),
     ("    return lambda x: x / a", "    return lambda x: x * a if ON(1) else x / a"),
 ])  # fmt: skip

@@ -29,6 +29,14 @@ PLANTED = {
         "oracle_mitsuba/spectra.py",
         "from clrt_validation.oracle64 import spectra as s\n",
     ),
+    "in what a package does first": (
+        "oracle_mitsuba/__init__.py",
+        "from ..oracle64.palette import Palette as P\n",
+    ),
+    "by a string from here": (
+        "oracle_mitsuba/insides.py",
+        "import_module('..oracle64.palette', __package__)\n",
+    ),
     "by a string": ("oracle_mitsuba/insides.py", "import_module('clrt.scene.shapes')\n"),
 }
 

@@ -75,6 +75,8 @@ def test_foreign_scenes(name: str, shared_folder: Path, capsys: Printed) -> None
     """The colours of the thesis' program are no sums over rays: kinds of rays are not compared there."""
     code, out, _ = validate(capsys, str(shared_folder / "data" / name))
     assert code == 0, out
+    only = f"only clrt reads {Path(name).suffix}"
+    assert f"Mitsuba's side got what clrt had read of it: {only}" in " ".join(out.split())
 
 
 @pytest.mark.shared

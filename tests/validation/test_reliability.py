@@ -48,8 +48,30 @@ def test_the_figures_of_other_pages_are_told_where_they_are_old(name: str) -> No
 
 
 def test_each_file_that_is_stamped_is_watched() -> None:
-    stamped = re.findall(r'_stamp\("(\w+)"\)', (DOCS / "make_performance.py").read_text())
-    assert len(stamped) > 3 and {f"performance/{name}.json" for name in stamped} <= kept.FILES.keys()
+    there = {f"performance/{file.name}" for file in (DOCS / "performance").glob("*.json")}
+    assert len(there) > 7 and there <= kept.FILES.keys()
+
+
+def test_figures_of_kinds_of_processors_are_of_this_code_where_one_is(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """No machine has all kinds."""
+    monkeypatch.setattr(code, "commit", lambda: ("abc1234", False))
+    file = tmp_path / kept.PROCESSORS
+    file.parent.mkdir()
+    now = kept.stamp(kept.FILES[kept.PROCESSORS])
+    old = {"one": {"stamp": {**now, "code": "older"}}, "other": {}}
+    both = {**old, "own": {"stamp": now}}
+    for kinds, said in (({}, "without a stamp of its code"), (old, kept.STALE), (both, "")):
+        file.write_text(json.dumps(kinds))
+        assert kept.stale(kept.PROCESSORS, tmp_path) == said
+
+
+def test_what_a_package_does_first_and_what_is_read_beside_are_of_the_code() -> None:
+    proofs = dict(code.files(("validation.proofs",)))
+    assert "aim.cl" in proofs and "validation.scenes" not in proofs
+    assert "validation.oracle_mitsuba" in code.closure(("validation.oracle_mitsuba.hashing",))
+    assert not {"validation", "clrt"} & code.closure(("validation.oracle_mitsuba.hashing",))
 
 
 def test_a_figure_is_as_old_as_its_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -67,6 +89,7 @@ def test_a_figure_is_as_old_as_its_code(monkeypatch: pytest.MonkeyPatch, tmp_pat
     assert kept.stale(name, tmp_path) == "measured with changes that no commit holds"
     changed = tmp_path / "changed.py"
     changed.write_text("# of tomorrow\n")
+    monkeypatch.setattr(code, "_above", lambda module: ())
     monkeypatch.setattr(code, "_file", lambda module: changed)
     code.digest.cache_clear()
     code._imports.cache_clear()

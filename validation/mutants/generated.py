@@ -7,6 +7,7 @@ taken the seed and each place's own text decide, so that a change elsewhere leav
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import io
 import re
@@ -122,6 +123,42 @@ def _in_brackets(text: str, at: int) -> tuple[int, int] | None:
 
 
 def _in_python(text: str) -> Iterator[tuple[int, int, str]]:
+    yield from sorted({*_operators(text), *_conditions_and_indices(text)})  # of functions within others once
+
+
+def _conditions_and_indices(text: str) -> Iterator[tuple[int, int, str]]:
+    lines = [line.encode() for line in text.splitlines(keepends=True)]
+
+    def part(node: ast.expr) -> tuple[int, int, str]:
+        ends = (node.lineno, node.col_offset), (node.end_lineno or 0, node.end_col_offset or 0)
+        start, end = (len(b"".join([*lines[: n - 1], lines[n - 1][:at]]).decode()) for n, at in ends)
+        return start, end, text[start:end]
+
+    for function in ast.walk(ast.parse(text)):
+        for node in function.body if isinstance(function, (ast.FunctionDef, ast.AsyncFunctionDef)) else ():
+            for inner in ast.walk(node):
+                if isinstance(inner, (ast.If, ast.While, ast.IfExp)):
+                    start, end, old = part(inner.test)
+                    yield start, end, f"(not ({old}))"
+                elif isinstance(inner, ast.Subscript) and isinstance(inner.ctx, ast.Load):
+                    for start, end, old in map(part, _indices(inner.slice)):
+                        yield start, end, f"({old}) + 1"
+
+
+def _indices(node: ast.expr | None) -> Iterator[ast.expr]:
+    """What of a subscript is a number by its looks: a name may be that of a key."""
+    if isinstance(node, ast.Tuple):
+        for inner in node.elts:
+            yield from _indices(inner)
+    elif isinstance(node, ast.Slice):
+        yield from (*_indices(node.lower), *_indices(node.upper))
+    elif isinstance(node, (ast.BinOp, ast.UnaryOp)) or (
+        isinstance(node, ast.Constant) and type(node.value) is int
+    ):
+        yield node
+
+
+def _operators(text: str) -> Iterator[tuple[int, int, str]]:
     lines = [0]
     for line in text.splitlines(keepends=True):
         lines.append(lines[-1] + len(line))

@@ -12,6 +12,8 @@ from typing import Final
 
 from clrt.base.resources import PACKAGE, kernel_folder, scene_folder
 
+from ..independence import is_words
+
 VALIDATION: Final = Path(__file__).resolve().parents[1]
 ROOT: Final = VALIDATION.parent
 PROGRAM: Final = tuple(f"clrt.{path.stem}" for path in sorted(PACKAGE.glob("*.py"))) + tuple(
@@ -33,6 +35,7 @@ DATA: Final = {
     "clrt.exercises": (PACKAGE / "exercises", "*.toml"),
     "validation.expected": (VALIDATION, "expected_hashes.json"),
     "validation.hostile": (VALIDATION / "hostile" / "corpus", "*"),
+    "validation.proofs": (VALIDATION / "kernels", "*.cl"),
 }
 """What modules of a package, or of that name, read beside them."""
 
@@ -64,6 +67,7 @@ def forget() -> None:
     """Look at the files anew: they may have changed."""
     digest.cache_clear()
     _imports.cache_clear()
+    _above.cache_clear()
 
 
 def closure(modules: Iterable[str], apart: Collection[str] = ()) -> set[str]:
@@ -74,8 +78,18 @@ def closure(modules: Iterable[str], apart: Collection[str] = ()) -> set[str]:
         module = waiting.pop()
         if module not in found and module not in apart and _file(module):
             found.add(module)
-            waiting += _imports(module)
+            waiting += [*_imports(module), *_above(module)]
     return found
+
+
+@cache
+def _above(module: str) -> tuple[str, ...]:
+    """The packages that a module is in, of which each runs first, but those that hold words alone; and not
+    `clrt`, which offers names of all rooms and imports those that somebody asks for."""
+    parts = module.split(".")
+    names = [".".join(parts[:k]) for k in range(1, len(parts))]
+    files = {name: file for name in names if name != "clrt" and (file := _file(name))}
+    return tuple(name for name, file in files.items() if not is_words(ast.parse(file.read_bytes())))
 
 
 @cache

@@ -25,7 +25,7 @@ from ..compare.pictures import SceneReference, causes_between
 from ..noise import Excuses
 from ..oracles import ORACLE64, Picture64, picture64, scene_of
 from ..scenes import terms, views
-from ..types import CaseResult, OracleImage, SuiteResult
+from ..types import Case, CaseResult, OracleImage, SuiteResult
 from .alike import alike, compared, is_of_bytes
 from .program import Program
 from .run import Plan, Progress, completed, versions
@@ -145,14 +145,19 @@ def common_causes(judged: Sequence[Judged]) -> list[tuple[str, str, int]]:
     return [(name, texts[name], count) for name, count in counts.most_common()]
 
 
+def _shown(case: Case) -> frozenset[str]:
+    """The features that a case shows as was measured; of somebody's own scene those that it has."""
+    return case.shows or case.features
+
+
 def suspects(judged: Sequence[Judged]) -> list[tuple[str, int]]:
     """Features that wrong pictures have and right ones have not, with how many have them.
 
     The commonest first, then those of the pictures that it does not account for. [] where none is right.
     """
     seen = [j for j in judged if j.result.results]
-    right = {feature for j in seen if j.passed for feature in j.result.case.features}
-    left = [j.result.case.features - right for j in seen if not j.passed]
+    right = {feature for j in seen if j.passed for feature in _shown(j.result.case)}
+    left = [_shown(j.result.case) - right for j in seen if not j.passed]
     found: list[tuple[str, int]] = []
     while right and len(found) < _MOST:
         counts = Counter(feature for features in left for feature in features)

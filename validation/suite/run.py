@@ -30,7 +30,7 @@ from clrt.device.platforms import choose
 from clrt.scene.scene import Scene
 from clrt.version import __version__
 
-from ..cases import case_named, matrix_cases, own_case, own_file, random_cases, shipped_cases
+from ..cases import TABLES, case_named, matrix_cases, own_case, own_file, random_cases, shipped_cases
 from ..compare.metrics import without_flip
 from ..coverage import PROGRAM, coverage, fewest_cases
 from ..mutants.run import MUTANTS, judged_by_mitsuba, run_mutant
@@ -232,6 +232,11 @@ def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:
         for oracle in result.case.oracles:
             if oracle not in result.results and oracle not in result.unproven:
                 yield f"{result.case.name}: {oracle} cannot express it: {why_not(oracle, result.case)}"
+    for result in cases if plan.scenes else ():
+        own, mitsubas = own_file(result.case.name), [o for o in result.results if o.startswith("mitsuba")]
+        if own is not None and own.suffix not in TABLES and mitsubas:
+            why = f"only clrt reads {own.suffix}"
+            yield f"{result.case.name}: Mitsuba's side got what clrt had read of it: {why}"
     for result in cases if plan.program else ():
         assert plan.program is not None
         if PROGRAM + plan.program.name not in {*result.results, *result.unproven}:
