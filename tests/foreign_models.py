@@ -1,6 +1,7 @@
 """Models as other programs write them, each made here: nothing foreign is shipped.
 
-trimesh's own exporters; Blender's OBJ, MeshLab's, CloudCompare's and FreeCAD's PLY by what these write.
+trimesh's own exporters, and pygltflib's; Blender's OBJ, MeshLab's, CloudCompare's and FreeCAD's PLY by what
+these write.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import trimesh
 from PIL import Image
 
 from tests.foreign_gltf import khr_materials, khr_textures
+from tests.foreign_pygltf import khr_extensions
 from tests.foreign_shapes import SCENES, ball, knot
 
 WOOD: Final = SCENES / "wood.png"
@@ -229,5 +231,6 @@ MODELS: Final[dict[str, Callable[[Path], Path]]] = {
     "CloudCompare's way, ply": cloudcompare_ply,
     "FreeCAD's way, ply": freecad_ply,
     "glTF, KHR lights and glass": khr_materials,
+    "pygltflib, solid glass and glow": khr_extensions,
     "glTF, sparse, moved picture": khr_textures,
 }

@@ -11,6 +11,7 @@ import pytest
 import clrt
 from clrt.scene.scene import ImageTexture, Mesh
 from tests.foreign_models import MODELS
+from tests.foreign_pygltf import BY_HAND
 
 
 def loaded(name: str, folder: Path) -> clrt.Scene:
@@ -37,6 +38,17 @@ def test_names_and_pictures(tmp_path: Path) -> None:
     for name in ("trimesh, glb", "trimesh, obj and mtl"):
         scene = loaded(name, tmp_path)
         assert isinstance(scene.material_of(scene.shapes[0]).color, ImageTexture), name
+
+
+def test_what_pygltflib_writes_is_the_scene_by_hand(tmp_path: Path) -> None:
+    scene = loaded("pygltflib, solid glass and glow", tmp_path)
+    (tmp_path / "hand.toml").write_text(BY_HAND)
+    hand, size = clrt.load(tmp_path / "hand.toml"), {"width": 96, "height": 72}
+    image = clrt.render(scene, **size, layers=["shape"])
+    assert image.hash == clrt.render(hand, **size).hash and {*np.unique(image.layers["shape"])} == {-1, 0, 1}
+    for change in ({"shapes[0].material.ior": 1.5}, {"shapes[1].material.emission": 0.0},
+                   {"shapes[0].material.absorption": 0.0}):  # fmt: skip
+        assert clrt.render(hand.replace(change), **size).hash != image.hash, f"{change} does not show"
 
 
 def test_sparse_dents_are_there(tmp_path: Path) -> None:
