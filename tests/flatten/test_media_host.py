@@ -264,7 +264,8 @@ def test_overlaps_of_one_priority_are_warned_of(name: str, order: int) -> None:
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always", clrt.ClrtWarning)
         flatten(scene)
-    assert [str(warning.message) for warning in told] == (
+    said = [str(warning.message) for warning in told]  # of a common face another one tells: test_flush.py
+    assert [text for text in said if "with a piece of its surface" not in text] == (
         ["shapes[0]: overlaps shapes[1], a medium of the same priority 0: where both are, the one that a ray "
          "entered last counts; give one a higher priority"] if warned else [])  # fmt: skip
 
