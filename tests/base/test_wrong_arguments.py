@@ -279,7 +279,6 @@ def test_a_view_of_one_number_as_more_than_memory_holds() -> None:
             call()
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="others promise memory that there is not")
 def test_such_views_where_a_few_numbers_are_wanted() -> None:
     scene, endless = clrt.load_dict(SCENE), np.broadcast_to(0.5, (10**6, 10**6))
     for name in ("pose", "K"):

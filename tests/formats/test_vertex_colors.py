@@ -1,4 +1,4 @@
-"""Colours of vertices and faces of PLY and glTF files: linear between corners, one on a face."""
+"""Colours of vertices and faces of PLY files: linear between corners, one on a face."""
 
 from __future__ import annotations
 
@@ -16,55 +16,8 @@ from clrt.base.places import At
 from clrt.base.resources import scene_folder
 from clrt.images.file import decode, uncurved
 from clrt.meshfiles.file import open_mesh
-from tests.model_samples import write_glb
+from tests.vertex_color_samples import CORNERS, VIEW, expected, seen, write_ply
 from validation.oracle64 import render64
-
-CORNERS = [(0, 0, 255, 0, 0), (3, 0, 0, 255, 0), (3, 2, 0, 0, 255), (0, 2, 255, 255, 255), (0, 4, 9, 80, 200)]
-FACES = [(0, 1, 2), (0, 2, 3), (3, 2, 4)]
-VIEW = {
-    "camera": {"type": "orthographic", "origin": [1.5, 2, 5], "target": [1.5, 2, 0], "size": 4.2, "width": 21,
-               "height": 21},
-    "ambient": 1.0,
-}  # fmt: skip
-
-
-def write_ply(path: Path, faces: bool = False) -> Path:
-    """Three triangles in the plane z = 0, with a colour at each corner, or on each face."""
-    color = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-    head = f"ply\nformat ascii 1.0\nelement vertex {len(CORNERS)}\n" + "".join(
-        f"property float {axis}\n" for axis in "xyz"
-    )
-    head += "" if faces else color
-    head += f"element face {len(FACES)}\nproperty list uchar int vertex_indices\n" + (color if faces else "")
-    rows = [f"{x} {y} 0" + ("" if faces else f" {r} {g} {b}") for x, y, r, g, b in CORNERS]
-    rows += [f"3 {a} {b} {c}" + (" {} {} {}".format(*CORNERS[a][2:]) if faces else "") for a, b, c in FACES]
-    path.write_text(f"{head}end_header\n" + "\n".join(rows) + "\n")
-    return path
-
-
-def expected(x: np.ndarray, y: np.ndarray, flat: bool = False) -> np.ndarray:
-    """The linear colours at points of the plane; NaN beside the triangles."""
-    places = np.array([corner[:2] for corner in CORNERS], float)
-    colors = decode(np.array([corner[2:] for corner in CORNERS], np.uint8)).astype(float)
-    out = np.full((*x.shape, 3), np.nan)
-    for face in FACES:
-        a, b, c = places[list(face)]
-        sides, way = np.stack([b - a, c - a], axis=1), np.stack([x - a[0], y - a[1]])
-        inner = np.linalg.solve(sides, way.reshape(2, -1))
-        u, v = inner.reshape(2, *x.shape)
-        own = colors[list(face)]
-        shown = own[:1] if flat else np.stack([1 - u - v, u, v], axis=-1) @ own
-        inside = (u > 1e-6) & (v > 1e-6) & (u + v < 1 - 1e-6)
-        out[inside] = np.broadcast_to(shown, out.shape)[inside]
-    return out
-
-
-def seen(scene: clrt.Scene) -> tuple[np.ndarray, np.ndarray]:
-    """The colours of the surface in every pixel, and what they are by the corners."""
-    view = clrt.load_dict({**VIEW, "shapes": []})
-    scene = scene.replace({"camera": view.camera, "lights": [], "ambient": 1.0})
-    image = clrt.render(scene, layers=("albedo", "position"))
-    return np.asarray(image.layers["albedo"]), np.asarray(image.layers["position"])
 
 
 @pytest.mark.parametrize("faces", [False, True])
@@ -260,97 +213,6 @@ def test_the_shell_is_what_its_script_writes() -> None:
     (shell,) = clrt.load(scene_folder() / "shell.ply").shapes
     found = shell.data().vertices  # type: ignore[union-attr]
     np.testing.assert_allclose(found, vertices[triangles.reshape(-1)], atol=1e-6)
-
-
-def write_glb_colors(path: Path, kind: str, plain: bool = False, metallic: float = 0.0) -> Path:
-    """The triangles as three parts of one node, of one material with the base colour (1, 0.5, 0.25).
-
-    `plain`: the last part has no colours.
-    """
-    surface = {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": metallic}
-    linear = decode(np.array([corner[2:] for corner in CORNERS], np.uint8)).astype(float)
-    code = {"u1": 5121, "u2": 5123, "f4": 5126}[kind]
-    most = 1.0 if kind == "f4" else np.iinfo(kind).max
-    colors = np.concatenate([linear * most, np.full((len(linear), 1), 0.3 * most)], axis=1)
-    stored = [
-        np.array([(x, y, 0) for x, y, *_ in CORNERS], "<f4").tobytes(),
-        (colors if kind == "f4" else np.round(colors)).astype(f"<{kind}").tobytes(),
-        np.array(FACES, "<u2").tobytes(),
-    ]
-    stored = [part + bytes(-len(part) % 4) for part in stored]
-    attributes = [{"POSITION": 0} if plain and k == 2 else {"POSITION": 0, "COLOR_0": 1} for k in range(3)]
-    table: dict[str, Any] = {
-        "asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [
-            {"attributes": attributes[k], "indices": 2 + k, "material": 0} for k in range(3)
-        ]}],
-        "materials": [{"pbrMetallicRoughness": surface}],
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"},
-            {"bufferView": 1, "componentType": code, "count": 5, "type": "VEC4", "normalized": True},
-            *({"bufferView": 2, "byteOffset": 6 * k, "componentType": 5123, "count": 3, "type": "SCALAR"}
-              for k in range(3)),
-        ],
-        "bufferViews": [
-            {"buffer": 0, "byteLength": len(part), "byteOffset": sum(map(len, stored[:k]))}
-            for k, part in enumerate(stored)
-        ],
-        "buffers": [{"byteLength": sum(map(len, stored))}],
-    }  # fmt: skip
-    return write_glb(path, table, b"".join(stored))
-
-
-@pytest.mark.parametrize(("kind", "plain"), [("u1", False), ("u2", False), ("f4", True)])
-def test_colors_of_vertices_of_gltf(kind: str, plain: bool, tmp_path: Path) -> None:
-    """As a PLY's, times the base colour; a part without is white beside those that have some."""
-    scene = clrt.load(write_glb_colors(tmp_path / "scan.glb", kind, plain))
-    albedo, position = seen(scene)
-    right = expected(position[..., 0], position[..., 1])
-    known = np.isfinite(right).all(axis=-1)
-    white = known & (position[..., 1] > 2) & plain
-    right[white] = 1.0
-    assert known.sum() > 100 and (not plain or white.sum() > 20)
-    steps = {"u1": 0.5 / 255, "u2": 0.5 / 65535, "f4": 0.0}[kind]
-    diffuse = scene.material_of(scene.shapes[0]).diffuse
-    shown = right * (1, 0.5, 0.25)
-    np.testing.assert_allclose(albedo[known], diffuse * shown[known], atol=steps + 4e-6)
-    scene.save(tmp_path / "scan.toml")
-    small = {"camera.width": 24, "camera.height": 18}
-    again = clrt.load(tmp_path / "scan.toml").replace(small)
-    assert clrt.render(again).hash == clrt.render(scene.replace(small)).hash
-
-
-@pytest.mark.parametrize("metallic", [0.25, 1.0])
-def test_colors_of_vertices_tint_what_is_metal_of_a_material_too(metallic: float, tmp_path: Path) -> None:
-    """They are of the base colour, which of what is metal by a share is that share of its mirror's colour."""
-    scene = clrt.load(write_glb_colors(tmp_path / "scan.glb", "u1", metallic=metallic))
-    table = scene.to_dict()["materials"]["material 0"]
-    image = {"type": "image", "file": "scan.glb", "part": 0, "wrap": "clamp"}
-    assert table["color"] == image | {"tint": [1, 0.5, 0.25]}
-    mirrored = image | {"tint": [metallic, 0.5 * metallic, 0.25 * metallic]}
-    assert table["highlight_color"] == table["reflection_color"] == mirrored
-
-
-def test_gltf_pictures_that_are_not_there(tmp_path: Path) -> None:
-    """The number behind the last picture is that of colours; without any it is none."""
-    path = write_glb_colors(tmp_path / "scan.glb", "u1")
-    image = {"type": "image", "file": "scan.glb"}
-
-    def load(number: int) -> None:
-        material = {"color": {**image, "part": number}}
-        mesh = {"type": "mesh", "file": "scan.glb", "part": 0, "material": material}
-        clrt.render(clrt.load_dict({**VIEW, "shapes": [mesh]}, folder=tmp_path))
-
-    load(0)
-    with pytest.raises(clrt.ClrtError, match=r"there is no images\[1\]"):
-        load(1)
-    path.write_bytes(path.read_bytes().replace(b"COLOR_0", b"COLOR_1"))
-    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"color": {**image, "part": 0}}}
-    with pytest.raises(clrt.ClrtError, match=r"images\[0\] is not there; it has no colours of vertices"):
-        clrt.render(clrt.load_dict({**VIEW, "shapes": [ball]}, folder=tmp_path))
-    path.write_bytes(b"glTF")
-    with pytest.raises(clrt.ClrtError, match=r"scan\.glb"):
-        clrt.render(clrt.load_dict({**VIEW, "shapes": [ball]}, folder=tmp_path))
 
 
 def test_tints_clip_corners_only(tmp_path: Path) -> None:

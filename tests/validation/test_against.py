@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -124,6 +125,19 @@ def test_the_command_says_what_to_mend(tmp_path: Path, capsys: pytest.CaptureFix
     assert by_name["highlight"]["causes"][0]["name"] == "highlights missing"
     xml = report.with_suffix(".xml").read_text()
     assert xml.count("<failure") == 3 and "<skipped" not in xml
+
+
+def test_only_features_that_a_case_was_measured_to_show_are_suspected() -> None:
+    """Of somebody's own scene, which nobody measured, all that it has."""
+    def judged(passed: bool, features: set[str], shows: set[str]) -> Any:
+        case = SimpleNamespace(features=frozenset(features), shows=frozenset(shows))
+        return SimpleNamespace(passed=passed, result=SimpleNamespace(case=case, results={"oracle64": None}))
+
+    right = judged(True, {"sphere", "mirror"}, {"sphere"})
+    assert against.suspects([right, judged(False, {"sphere", "mirror", "sky"}, {"sphere", "mirror"})]) == [
+        ("mirror", 1)
+    ]
+    assert against.suspects([right, judged(False, {"sphere", "sky"}, set())]) == [("sky", 1)]
 
 
 def test_its_own_scene_and_a_right_program(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,117 @@
+"""Files of figures below docs: each has a stamp of the code that it is of, and is told where that is old."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from clrt.base.resources import validation_module
+from tests import report_samples
+from validation.reliability import code, kept
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+@pytest.mark.parametrize("name", kept.FILES)
+def test_the_figures_of_other_pages_are_told_where_they_are_old(name: str) -> None:
+    state = kept.stale(name)
+    if state:
+        warnings.warn(f"docs/{name}: {state}", stacklevel=1)
+    elif name == kept.PROCESSORS:
+        assert any(kind["stamp"]["commit"] for kind in json.loads((DOCS / name).read_text()).values())
+    elif name != kept.TICKS:
+        assert json.loads((DOCS / name).read_text())["stamp"]["commit"]
+
+
+def test_each_file_that_is_stamped_is_watched() -> None:
+    there = {f"performance/{file.name}" for file in (DOCS / "performance").glob("*.json")}
+    assert len(there) > 7 and there <= kept.FILES.keys()
+
+
+def test_figures_of_kinds_of_processors_are_of_this_code_where_one_is(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """No machine has all kinds."""
+    monkeypatch.setattr(code, "commit", lambda: ("abc1234", False))
+    file = tmp_path / kept.PROCESSORS
+    file.parent.mkdir()
+    now = kept.stamp(kept.FILES[kept.PROCESSORS])
+    old = {"one": {"stamp": {**now, "code": "older"}}, "other": {}}
+    both = {**old, "own": {"stamp": now}}
+    for kinds, said in (({}, "without a stamp of its code"), (old, kept.STALE), (both, "")):
+        file.write_text(json.dumps(kinds))
+        assert kept.stale(kept.PROCESSORS, tmp_path) == said
+
+
+def test_what_a_package_does_first_and_what_is_read_beside_are_of_the_code() -> None:
+    proofs = dict(code.files(("validation.proofs",)))
+    assert "aim.cl" in proofs and "validation.scenes" not in proofs
+    assert "validation.oracle_mitsuba" in code.closure(("validation.oracle_mitsuba.hashing",))
+    assert not {"validation", "clrt"} & code.closure(("validation.oracle_mitsuba.hashing",))
+
+
+def test_a_figure_is_as_old_as_its_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    name, modules = "figures.json", ("clrt.version",)
+    monkeypatch.setattr(kept, "FILES", {name: modules})
+    monkeypatch.setattr(code, "commit", lambda: ("abc1234", False))
+    assert kept.stale(name, tmp_path) == "not measured"
+    (tmp_path / name).write_text("{}")
+    assert kept.stale(name, tmp_path) == "without a stamp of its code"
+    stamp = kept.stamp(modules)
+    assert stamp["commit"] == "abc1234" and stamp["processor"] and stamp["device"]
+    (tmp_path / name).write_text(json.dumps({"stamp": stamp}))
+    assert kept.stale(name, tmp_path) == ""
+    (tmp_path / name).write_text(json.dumps({"stamp": {**stamp, "dirty": True}}))
+    assert kept.stale(name, tmp_path) == "measured with changes that no commit holds"
+    changed = tmp_path / "changed.py"
+    changed.write_text("# of tomorrow\n")
+    monkeypatch.setattr(code, "_above", lambda module: ())
+    monkeypatch.setattr(code, "_file", lambda module: changed)
+    code.digest.cache_clear()
+    code._imports.cache_clear()
+    try:
+        (tmp_path / name).write_text(json.dumps({"stamp": stamp}))
+        assert kept.stale(name, tmp_path) == kept.STALE
+    finally:
+        code.digest.cache_clear()
+        code._imports.cache_clear()
+
+
+def test_parts_of_one_run_are_of_one_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """docs/validation.json: runs of different code have no stamp, and count as stale."""
+    spec = importlib.util.spec_from_file_location("make_validation", DOCS / "make_validation.py")
+    assert spec and spec.loader
+    maker = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(maker)
+    monkeypatch.setattr(maker, "PAGE", tmp_path / "validation.md")
+    monkeypatch.setattr(maker, "KEPT", tmp_path / "validation.json")
+    files = validation_module("suite.files")
+    stamp = {"commit": "abc1234", "dirty": False, "code": "one"}
+    for stamps, expected in (([stamp, stamp], stamp), ([stamp, {**stamp, "code": "other"}], {}),
+                             ([stamp, {}], {}),
+                             ([stamp, {**stamp, "dirty": True}], {**stamp, "dirty": True})):  # fmt: skip
+        (tmp_path / "validation.md").write_text(f"{maker.BEGIN}{maker.END}")
+        names = []
+        for number, one in enumerate(stamps):
+            names.append(str(tmp_path / f"{number}.json"))
+            result = replace(report_samples.result(), stamp=one)
+            Path(names[-1]).write_text(json.dumps(files.plain(result), default=str))
+        monkeypatch.setattr(sys, "argv", ["make_validation", *names])
+        maker.main()
+        found = json.loads((tmp_path / "validation.json").read_text())
+        assert found["stamp"] == expected and len(found["runs"]) == 2
+        assert "| oracle |" in (tmp_path / "validation.md").read_text()
+
+
+def test_what_modules_read_beside_them_counts() -> None:
+    for folder, pattern in code.DATA.values():
+        assert list(folder.glob(pattern)), (folder, pattern)
+    names = {name for name, _ in code.files(("clrt.spectra.spectrum", "validation.expected"))}
+    assert {"gold.csv", "observer.csv", "expected_hashes.json"} <= names
+    assert "gold.csv" not in {name for name, _ in code.files(("clrt.base.errors",))}
