@@ -92,7 +92,7 @@ def path(name: str, value: object) -> Path:
         os.fsencode(text)
     except UnicodeError:
         raise ClrtError(fault("", name, value, "a file's name cannot hold half a character")) from None
-    return Path(text)
+    return Path(str.__str__(text))  # an Enum's text, not its name
 
 
 def optional_path(name: str, value: object) -> Path | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from typing import Any, Final
 
 import numpy as np
@@ -130,33 +131,35 @@ def _angle(plugin: Plugin, width: int, height: int) -> Table:
     return {"fov": degrees} | ({"fov_axis": "vertical"} if axis == "y" else {})
 
 
+def _within(plugin: Plugin, tag: str, known: Collection[str], context: Context) -> Plugin | None:
+    """The plugin of this tag within another; ClrtError where its type is none of those known."""
+    element = context.first(plugin, tag)
+    if element is None:
+        return None
+    found = Plugin.of(element)
+    if found.type not in known:
+        raise unknown(element, tag, found.type, [*known])
+    return found
+
+
 def _film(plugin: Plugin, context: Context) -> Table:
     found: Table = {"width": 768, "height": 576}
-    element = context.first(plugin, "film")
-    if element is None:
+    film = _within(plugin, "film", _FILMS, context)
+    if film is None:
         return found
-    film = Plugin.of(element)
-    if film.type not in _FILMS:
-        raise unknown(element, "film", film.type, [*_FILMS])
     film.check(_FILM, context.left_out)
     found = {name: film.whole(name, found[name], 1) for name in found}
-    inner = context.first(film, "rfilter")
-    if inner is None:
+    kind = _within(film, "rfilter", _FILTERS, context)
+    if kind is None:
         return found
-    kind = Plugin.of(inner)
-    if kind.type not in _FILTERS:
-        raise unknown(inner, "rfilter", kind.type, [*_FILTERS])
     kind.check(dict.fromkeys(("radius", "stddev", "b", "c", "lobes"), ""), context.left_out)
     return found if _FILTERS[kind.type] == "box" else found | {"filter": _FILTERS[kind.type]}
 
 
 def _samples(plugin: Plugin, context: Context) -> Table:
-    element = context.first(plugin, "sampler")
-    if element is None:
+    sampler = _within(plugin, "sampler", _SAMPLERS, context)
+    if sampler is None:
         return {}
-    sampler = Plugin.of(element)
-    if sampler.type not in _SAMPLERS:
-        raise unknown(element, "sampler", sampler.type, [*_SAMPLERS])
     sampler.check({"sample_count": "x", "seed": "-", "jitter": "-"}, context.left_out)
     root = math.isqrt(min(sampler.whole("sample_count", 4, 1), MOST_SAMPLES))
     return {"spp": root * root}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,3 +38,12 @@ def test_numpys_numbers_of_all_sizes(kind: Any) -> None:
     assert scene == clrt.load_dict({"shapes": [BALL]})
     moved = scene.replace({"shapes[0].center": 2 * center, "shapes[0].radius": kind(0.5)})
     assert moved.to_dict()["shapes"][0]["center"] == [5, -2, 0.5]
+
+
+def test_a_text_that_is_an_enum_is_its_text(tmp_path: Path) -> None:
+    class Given(str, Enum):
+        SCENE = str(tmp_path / "ball.toml")
+        KIND = "sphere"
+
+    clrt.load_dict({"shapes": [{**BALL, "type": Given.KIND}]}).save(Given.SCENE)
+    assert clrt.load(Given.SCENE) == clrt.load(tmp_path / "ball.toml") == clrt.load_dict({"shapes": [BALL]})

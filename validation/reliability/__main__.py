@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import datetime
 import json
 import os
 import sys
@@ -14,8 +13,6 @@ from typing import Any, Final
 from rich.progress import Progress
 
 from clrt.base.atomic import replacing
-from clrt.device.platforms import choose
-from clrt.version import __version__
 
 from . import code
 from . import kept as pages
@@ -49,16 +46,12 @@ def stands(row: Row, figures: dict[str, dict[str, Any]]) -> str:
 
 def measure(row: Row) -> dict[str, Any]:
     """Run a row, and say with what."""
-    before, (commit, dirty) = row.code, code.commit()
+    stamp = pages.stamp(row.modules)
     with Progress() as bar:
         task = bar.add_task(row.name, total=1.0)
         figure = timed(row, lambda share: bar.update(task, completed=share))
     code.digest.cache_clear()
-    return {
-        **asdict(figure), "date": datetime.date.today().isoformat(), "version": __version__,
-        "commit": commit, "dirty": dirty or row.code != before, "code": before,
-        "device": choose()[0].label,
-    }  # fmt: skip
+    return {**asdict(figure), **stamp, "dirty": stamp["dirty"] or row.code != stamp["code"]}
 
 
 def table(figures: dict[str, dict[str, Any]]) -> str:
@@ -72,6 +65,7 @@ def table(figures: dict[str, dict[str, Any]]) -> str:
             continue
         figure = f"**{found['wrong']:,} of {found['tried']:,}**; {found['detail']}"
         where = f"{found['date']}, {found['commit']}, {found['device'].split(' / ')[0]}"
+        where += f" on {found['processor']}" if "processor" in found else ""
         if found.get("unable"):
             where = f"not run on this processor: {found['unable']}; last: {where}"
         command = f"`python -m validation.reliability --only {row.name}`"
