@@ -25,12 +25,9 @@ def unbounded(scene: FlatScene) -> list[int]:
 
 def quadric(record: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Q, g, J of a record, in float64."""
-    (xx, yy, zz, j), (xy, yz, xz, _) = record["diagonal"].astype(float), record["mixed"].astype(float)
-    return (
-        np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]),
-        record["gradient"][:3].astype(float),
-        float(j),
-    )
+    rows = np.array([record[name] for name in ("axis_x", "axis_y", "axis_z")], float)
+    axes, g, (*form, j) = rows[:, :3], rows[:, 3], record["form"].astype(float)
+    return axes.T @ np.diag(form) @ axes, axes.T @ g, float(j)
 
 
 def value(record: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

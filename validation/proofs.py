@@ -119,12 +119,26 @@ def leaks(prover: Prover, rays: int, progress: Progress | None = None) -> Proof:
     )
 
 
+_LEANING = np.array([0.2, 0.9, 0.4]) / np.sqrt(1.01)
+
+
+def _endless(slope: float, level: float) -> dict[str, Any]:
+    """The quadric r^2 + 2 slope s + level = 0 without an end: s along _LEANING, r the distance from it."""
+    (a, d, f), (_, b, e), (_, _, c) = np.eye(3) - np.outer(_LEANING, _LEANING)
+    return {"type": "quadric", "coefficients": [a, b, c, d, e, f, *(slope * _LEANING), level]}
+
+
 # each about 1 across, at the origin; every one is convex, so that only the way through it may meet it again
 SOLIDS: dict[str, dict[str, Any]] = {
     "sphere": {"type": "sphere", "center": [0, 0, 0], "radius": 1},
     "ellipsoid": {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1, 0.4, 0.7]},
     "cylinder": {"type": "cylinder", "p0": [-0.5, -0.6, 0], "p1": [0.5, 0.6, 0.2], "radius": 0.5},
     "cone": {"type": "cone", "p0": [0, -0.7, 0], "r0": 0.8, "p1": [0.1, 0.8, 0.3], "r1": 0.1},
+    "spire": {"type": "cone", "p0": [0.1, -0.9, 0], "r0": 0.05, "p1": [0.3, 0.9, 0.2], "r1": 0},
+    "flat cone": {"type": "cone", "p0": [0.01, -0.05, 0], "r0": 1, "p1": [0, 0.05, 0], "r1": 0.01},
+    "rod": {"type": "cylinder", "p0": [-0.5, -0.6, 0.1], "p1": [0.5, 0.6, -0.3], "radius": 5e-4},
+    "endless cylinder": _endless(0, -0.25),
+    "endless paraboloid": _endless(-0.2, 0),
     "paraboloid": {
         "type": "paraboloid",
         "apex": [0, -0.8, 0],
@@ -158,15 +172,13 @@ def _way_through(flat: FlatScene, origins: np.ndarray, directions: np.ndarray) -
     if flat.primitives["kind"][0] == layout.KINDS["SPHERE"]:
         o = origins - flat.spheres["center_radius"][0, :3].astype(np.float64)
         return np.asarray(-2 * np.sum(o * directions, -1))
-    q = {
-        name: flat.quadrics[name][0].astype(np.float64)
-        for name in ("center", "diagonal", "mixed", "gradient")
-    }
-    xy, yz, xz = q["mixed"][:3]
-    form = np.diag(q["diagonal"][:3]) + np.array([[0, xy, xz], [xy, 0, yz], [xz, yz, 0]])
-    slope = np.sum(directions * ((origins - q["center"][:3]) @ form + q["gradient"][:3]), -1)
+    record = flat.quadrics[0]
+    rows = np.array([record[name] for name in ("axis_x", "axis_y", "axis_z")], np.float64)
+    axes, g, form = rows[:, :3], rows[:, 3], record["form"][:3].astype(np.float64)
+    o, d = (origins - record["center"][:3].astype(np.float64)) @ axes.T, directions @ axes.T
+    slope = np.sum(d * (form * o + g), -1)
     with np.errstate(divide="ignore"):
-        return np.asarray(-2 * slope / np.sum(directions * (directions @ form), -1))
+        return np.asarray(-2 * slope / np.sum(form * d * d, -1))
 
 
 def self_hits(prover: Prover, rays: int, progress: Progress | None = None) -> Proof:
@@ -203,9 +215,16 @@ def self_hits(prover: Prover, rays: int, progress: Progress | None = None) -> Pr
 
 
 def _aims(keys: dict[str, Any], rng: np.random.Generator, n: int) -> np.ndarray:
-    """Places on a triangle, however thin it is; about the middle of any other solid."""
+    """Places on a triangle or on an axis, however thin or long it is; about the middle of any other solid.
+
+    Not near a cone's apex: where it is thinner than the distance of two coordinates, no point is outside.
+    """
     if "vertices" in keys:
         return np.asarray(rng.dirichlet([1, 1, 1], n) @ np.array(keys["vertices"]))
+    if "p0" in keys:
+        return np.asarray(keys["p0"] + 0.8 * rng.random((n, 1)) * np.subtract(keys["p1"], keys["p0"]))
+    if "coefficients" in keys:
+        return 30 * rng.random((n, 1)) * _LEANING
     return 0.6 * _directions(rng, n)
 
 

@@ -169,14 +169,10 @@ def _check(scene: Scene, sections: dict[str, np.ndarray], boxes: dict[str, Boxes
     far = (np.abs(sections["planes"]["point"]) > LARGEST).any(axis=1)  # a plane's box is endless
     _refuse(scene, sections, "PLANE", far, _too_large(LARGEST))
     quadrics = sections["quadrics"]
-    fields = ("center", "diagonal", "mixed", "gradient", "reach")
-    held = [np.isfinite(quadrics[name]).all(axis=1) for name in fields]
+    axes = ("axis_x", "axis_y", "axis_z")
+    held = [np.isfinite(quadrics[name]).all(axis=1) for name in (*axes, "form")]
     held += [(np.abs(quadrics[name][:, :3]) <= LARGEST).all(axis=1) for name in ("center", "reach")]
-    solid = (
-        (quadrics["diagonal"][:, :3] != 0).any(1)
-        | (quadrics["mixed"] != 0).any(1)
-        | (quadrics["gradient"] != 0).any(1)
-    )
+    solid = (quadrics["form"][:, :3] != 0).any(1) | np.any([quadrics[name][:, 3] for name in axes], axis=0)
     _refuse(scene, sections, "QUADRIC", ~np.all(held, axis=0), _too_large(LARGEST))
     _refuse(scene, sections, "QUADRIC", ~solid, "its form vanishes in float32; make it larger or smaller")
     for kind, section in (("SPHERE", "spheres"), ("DISK", "disks")):

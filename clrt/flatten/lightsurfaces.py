@@ -87,16 +87,18 @@ def _record(light: Any) -> tuple[str, np.ndarray]:
 
 
 def _parallelogram(light: RectangleLight) -> np.ndarray:
-    """The plane n.p = 0 as a quadric without squares, clipped by its coordinates along u and v."""
+    """The plane 2 n.p = 0 as a quadric without squares, clipped by its coordinates along u and v."""
     record = np.zeros(1, layout.dtype("Quadric"))
     one = record[0]
     u, v, n = (np.asarray(way, float) for way in (light.u, light.v, light.normal))
     n /= np.linalg.norm(n)
-    one["center"][:3], one["gradient"][:3] = light.center, n
+    reach = np.abs(u) + np.abs(v)
+    one["center"] = (*light.center, reach[0])
+    one["axis_x"] = (*n, 1.0)
     for name, side, other in (("clip_x", u, v), ("clip_y", v, u)):
         across = np.cross(other, n)
         one[name][:3], one[name][3] = across / (across @ side), -1.0
     one["clip_z"][3] = -np.inf
-    one["clip_high"][:3] = 1.0, 1.0, np.inf
-    one["reach"][:3] = np.abs(u) + np.abs(v)
+    one["clip_high"] = 1.0, 1.0, np.inf, reach[1]
+    one["reach"] = (*reach, reach[2])
     return record

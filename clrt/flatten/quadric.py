@@ -2,7 +2,8 @@
 
 In world space a unit quadric 1000 units from the origin has a median error of 0.09 in `t`; about a centre of
 its own 2e-6. So the centre is chosen here in float64, rounded to float32, and the form is then written about
-exactly that point: nothing is lost but the rounding of the ten coefficients.
+exactly that point, and along its own axes, where what is thin is as thin as it is, wherever it points:
+nothing is lost but the rounding of axes and coefficients.
 
 All quadrics of a scene are treated at once: `n` in the shapes below is their number.
 """
@@ -21,10 +22,11 @@ Corners = Sequence[Sequence[float]]
 
 _INFINITE = np.full(3, np.inf)
 
-# Rounding moves a hit to where |F| is up to this times F's terms, which for a thin cylinder or at a cone's
-# apex is far off the surface. Of 1.6e6 float32 hits on shapes as thin as 1e-4 none was outside its box; 677
-# were without this room.
-_NOISE = 4 * layout.QUADRIC_PAD
+# Rounding moves a hit to where |F| is up to this times `_magnitude`: for a thin cylinder off the surface.
+_NOISE = 2 * layout.QUADRIC_PAD
+_VANISHES = 1e-14  # of the largest: what rounding in float64 leaves of 0
+_NEARLY_FLAT = 0.05  # of a form's curvatures: the centre is at most 20 radii off its apex
+_SWEEPS = 6  # of Jacobi's rotations, which converge quadratically
 
 
 @dataclass(frozen=True)
@@ -129,6 +131,19 @@ class Forms:
         )
 
 
+@dataclass(frozen=True)
+class Own:
+    """F(x) = sum values_i x_i^2 + 2 g.x + j of forms along axes of their own, about their centres.
+
+    axes: (n, 3, 3), unit, as rows, in world space; values, g: (n, 3); j: (n,).
+    """
+
+    axes: np.ndarray
+    values: np.ndarray
+    g: np.ndarray
+    j: np.ndarray
+
+
 def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The quadrics as the device reads them, with their boxes.
 
@@ -160,11 +175,19 @@ def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     center = (origin + center).astype(np.float32).astype(np.float64)
 
     world = stacked.moved(center - origin, inverse)
+    values, axes = _own_axes(world.q)
+    back = np.einsum("nij,nkj->nki", inverse, axes)  # the axes in object space, where forms are exact
+    values = np.einsum("nki,nij,nkj->nk", back, stacked.q, back)
+    values = np.where(np.abs(values) > _VANISHES * np.abs(values).max(1, keepdims=True), values, 0.0)
+    about = Own(axes, values, _settled(_times(axes, world.g), values, world.j), world.j)
     farthest = np.maximum(np.abs(low + origin - center), np.abs(high + origin - center))
-    noise = np.where(bounded, _NOISE * _magnitude(world, farthest), 0.0)
+    along_low, along_high = _boxes(stacked, axes @ linear, np.zeros(len(forms)))
+    shift = _times(axes, center - origin)
+    along = np.maximum(np.abs(along_low - shift), np.abs(along_high - shift))
+    noise = np.where(bounded, _NOISE * _magnitude(about, farthest, along), 0.0)
     low, high = _boxes(stacked, linear, noise)
     low, high = low + origin, high + origin
-    _write(out, center, world, low, high)
+    _write(out, center, about, world, low, high)
     return out, low, high
 
 
@@ -234,41 +257,86 @@ def _clip_boxes(forms: Forms, linear: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def _own_center(forms: Forms) -> np.ndarray:
-    """Where an unbounded quadric is best centred: where its gradient vanishes, as near the origin as can be.
+    """Where an unbounded quadric is best centred: near the origin, and where its gradient vanishes.
 
-    Where it never does (a paraboloid, a plane), as much of it as can vanishes, and the point is moved along
-    the rest to the surface: to the paraboloid's apex.
+    Where it never does (a paraboloid, a plane), or only far off, as of a mirror that is nearly a paraboloid,
+    as much of it as can vanishes near by, and the point is moved along the rest to the surface: to the apex.
+    But a cone is written about its own apex, wherever it is, for rays near it have almost equal roots.
     """
-    center = -_times(np.linalg.pinv(forms.q, rcond=1e-6, hermitian=True), forms.g)
-    rest = forms.g + _times(forms.q, center)
-    value = _dot(center, rest + forms.g) + forms.j
+    center, value, rest = _vanishing(forms, _NEARLY_FLAT)
     steep = np.linalg.norm(rest, axis=1) > 1e-9 * np.linalg.norm(forms.g, axis=1)
     square = np.where(steep, _dot(rest, rest), 1.0)
     step = np.where(steep, -0.5 * value / square, 0.0)[:, None] * rest
     near = np.abs(step).max(1) < 1e6 * (1.0 + np.abs(center).max(1))
-    return center + np.where(near[:, None], step, 0.0)
+    center = center + np.where(near[:, None], step, 0.0)
+    apex, value, _ = _vanishing(forms, 1e-6)
+    terms = np.abs(_dot(apex, _times(forms.q, apex))) + np.abs(2 * _dot(apex, forms.g)) + np.abs(forms.j)
+    cone = np.abs(value) <= 1e-9 * terms
+    return np.where(cone[:, None], apex, center)
 
 
-def _magnitude(forms: Forms, half: np.ndarray) -> np.ndarray:
-    """What rounding errors of F scale with: its terms made positive, at the corner of a box."""
+def _vanishing(forms: Forms, least: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The point nearest the origin at which the gradient vanishes but for the directions in which the form is
+    flatter than `least` of the steepest; the form there, and half its gradient."""
+    center = -_times(np.linalg.pinv(forms.q, rcond=least, hermitian=True), forms.g)
+    rest = forms.g + _times(forms.q, center)
+    return center, _dot(center, rest + forms.g) + forms.j, rest
+
+
+def _own_axes(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (n, 3) and unit eigenvectors (n, 3, 3), as rows, of symmetric matrices (Jacobi's method).
+
+    Not LAPACK's: where eigenvalues are equal its vectors are what rounding makes them, which differs from
+    one processor to the next. Here they turn no further than they have to.
+    """
+    values, axes = q.copy(), np.broadcast_to(np.eye(3), q.shape).copy()
+    for _ in range(_SWEEPS):
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            off, half = values[:, i, j], 0.5 * (values[:, j, j] - values[:, i, i])
+            turns = np.abs(off) > _VANISHES * np.abs(values).max(axis=(1, 2))
+            steep = half + np.copysign(np.sqrt(half * half + off * off), half)
+            tangent = np.where(turns, off, 0.0) / np.where(turns, steep, 1.0)
+            cosine = 1.0 / np.sqrt(1.0 + tangent * tangent)
+            sine = tangent * cosine
+            turn = np.broadcast_to(np.eye(3), q.shape).copy()
+            turn[:, i, i], turn[:, i, j], turn[:, j, i], turn[:, j, j] = cosine, -sine, sine, cosine
+            values, axes = turn @ values @ np.swapaxes(turn, 1, 2), turn @ axes
+    return np.diagonal(values, axis1=1, axis2=2).copy(), axes
+
+
+def _settled(g: np.ndarray, values: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """The linear terms without those that are nothing but rounding."""
+    natural = np.sqrt(np.abs(j) * np.abs(values).max(1)) + np.abs(g).max(1)
+    return np.where(np.abs(g) > _VANISHES * natural[:, None], g, 0.0)
+
+
+def _magnitude(about: Own, half: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """What rounding errors of F scale with on a surface that reaches so far in the world's directions and its
+    own: the kernels' `quadric_magnitude`."""
     with np.errstate(invalid="ignore"):
-        return _dot(half, _times(np.abs(forms.q), half) + 2 * np.abs(forms.g)) + np.abs(forms.j)
+        s, g = np.abs(about.values), np.abs(about.g)
+        sums = _times(np.abs(about.axes), half)
+        return 2 * _dot(s * along + g, sums) + _dot(along, s * along + 2 * g) + np.abs(about.j)
 
 
-def _write(out: np.ndarray, center: np.ndarray, forms: Forms, low: np.ndarray, high: np.ndarray) -> None:
+def _write(
+    out: np.ndarray, center: np.ndarray, about: Own, forms: Forms, low: np.ndarray, high: np.ndarray
+) -> None:
     """Fill the records. Each form is scaled by a power of two (which rounds nothing) to a slope near 1."""
-    largest = np.abs(forms.q).max(axis=(1, 2))
-    slope = np.maximum(np.linalg.norm(forms.g, axis=1), np.sqrt(np.abs(forms.j) * largest))
+    largest = np.abs(about.values).max(axis=1)
+    slope = np.maximum(np.linalg.norm(about.g, axis=1), np.sqrt(np.abs(about.j) * largest))
     slope = np.where(slope > 0, slope, np.where(largest > 0, largest, 1.0))
     scale = np.exp2(-np.round(np.log2(slope)))
-    q = forms.q * scale[:, None, None]
     out["center"][:, :3] = center
-    out["diagonal"][:, :3] = np.diagonal(q, axis1=1, axis2=2)
-    out["diagonal"][:, 3] = forms.j * scale
-    out["mixed"][:, :3] = np.stack([q[:, 0, 1], q[:, 1, 2], q[:, 0, 2]], axis=1)
-    out["gradient"][:, :3] = forms.g * scale[:, None]
+    for i, name in enumerate(("axis_x", "axis_y", "axis_z")):
+        out[name][:, :3] = about.axes[:, i]
+        out[name][:, 3] = about.g[:, i] * scale
+    out["form"][:, :3] = about.values * scale[:, None]
+    out["form"][:, 3] = about.j * scale
     # a clip box is closed: where it touches the surface, as at an apex, rounding must not open a hole
     farthest = np.maximum(np.abs(low - center), np.abs(high - center))
+    for i, name in enumerate(("center", "clip_high", "reach")):
+        out[name][:, 3] = 1.001 * farthest[:, i]
     farthest = np.where(np.isfinite(farthest), farthest, 0.0)
     slack = 16 * 2.0**-24 * _times(np.abs(forms.clip), farthest)
     for i, name in enumerate(("clip_x", "clip_y", "clip_z")):

@@ -52,14 +52,15 @@ RECORDS: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     # `normal`.xyz = outward unit Newell normal, .w = largest |coordinate| of the corners; corners are
     # vertices[first : first + count] of section `vertices`
     "Polygon": (("normal", "float4"), ("first", "int"), ("count", "int"), ("pad0", "int"), ("pad1", "int")),
-    # F(p) = p.Qp + 2 g.p + J about `center` (world axes, float32-exact centre); Q symmetric:
-    # `diagonal` = Qxx Qyy Qzz, .w = J;  `mixed` = Qxy Qyz Qxz;  `gradient` = g.
+    # F(x) = sum s_i x_i^2 + 2 g.x + J about `center` (float32-exact), x_i = axis_i.xyz . (p - center) along
+    # unit axes of its own: axis_i.w = g_i; `form` = s, .w = J.
     # clip coordinate i of a local point p is clip_i.xyz . p, which must lie in [clip_i.w, clip_high[i]]
-    # (-inf, inf without a clip). `reach` = largest |x|, |y|, |z| of the clipped surface's box, 0 if unbounded
+    # (-inf, inf without a clip). `reach` = largest |x|, |y|, |z| of the clipped surface's box, 0 if
+    # unbounded; .w of center, clip_high, reach: how far it reaches from the centre in x, y, z, else inf
     "Quadric": (
-        ("center", "float4"), ("diagonal", "float4"), ("mixed", "float4"), ("gradient", "float4"),
-        ("clip_x", "float4"), ("clip_y", "float4"), ("clip_z", "float4"), ("clip_high", "float4"),
-        ("reach", "float4"),
+        ("center", "float4"), ("axis_x", "float4"), ("axis_y", "float4"), ("axis_z", "float4"),
+        ("form", "float4"), ("clip_x", "float4"), ("clip_y", "float4"), ("clip_z", "float4"),
+        ("clip_high", "float4"), ("reach", "float4"),
     ),
     # Node of the tree: the boxes of WIDE children, plane by plane (low x, high x, low y, high y, low z,
     # high z), and what each box holds: a node (>= 0) or a leaf ~(block * 4 + kind of block). An empty place

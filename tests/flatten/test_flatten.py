@@ -175,7 +175,7 @@ def test_a_sphere_stays_one_under_similarities_only() -> None:
     matrix = Scene(shapes=[turned]).shapes[0].matrix
     np.testing.assert_allclose(scene.spheres["center_radius"][0, :3], (matrix @ [1, 2, 3, 1])[:3], rtol=1e-6)
     assert scene.spheres["center_radius"][0, 3] == 1.0
-    assert scene.quadrics["center"][0].tolist() == [1.0, 4.0, 3.0, 0.0]
+    assert scene.quadrics["center"][0, :3].tolist() == [1.0, 4.0, 3.0]
     assert scene.quadrics["reach"][0, :3] == pytest.approx([1.5, 5.0, 3.5], rel=1e-4)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from clrt import layout
+from clrt.flatten import quadric
 from flatten_samples import (
     SHAPES,
     around,
@@ -41,8 +42,8 @@ def test_the_model_s_paraboloid_is_unbounded_and_centred_at_its_apex() -> None:
     assert hits(record, np.array([0.5, 5.0, 0.25]), np.array([0.0, -1.0, 0.0])) == pytest.approx([4.6875])
     normal = gradient(record, np.array([[0.5, 0.3125, 0.25]]))[0]
     np.testing.assert_allclose(-normal / np.linalg.norm(normal), np.array([-2, 2, -1]) / 3, atol=1e-7)
-    assert unbounded(scene) == [0] and record["reach"].tolist() == [0, 0, 0, 0]
-    assert record["center"].tolist() == [0, 0, 0, 0]
+    assert unbounded(scene) == [0] and record["reach"].tolist() == [0, 0, 0, np.inf]
+    assert record["center"].tolist() == [0, 0, 0, np.inf]
     moved, _ = flat(
         {
             "type": "quadric",
@@ -61,14 +62,14 @@ def test_an_infinite_cylinder_is_centred_where_its_axis_is_nearest() -> None:
     scene, _ = flat({"type": "quadric", "coefficients": [1, 0, 1, 0, 0, 0, -7, 0, 5, 73]})
     assert unbounded(scene) == [0]
     np.testing.assert_allclose(scene.quadrics["center"][0, :3], [7, 0, -5], atol=1e-6)
-    assert scene.quadrics["diagonal"][0].tolist() == [1, 0, 1, -1]
+    assert scene.quadrics["form"][0].tolist() == [1, 0, 1, -1]
 
 
 def test_a_form_keeps_its_sign_and_its_ratios_to_the_bit() -> None:
     """Scaled by a power of two only, so what a scene says in a few digits stays what it is."""
     given = np.array([-0.1, -0.7, -0.3, 0.9], np.float32)
     inverted, _ = flat({"type": "quadric", "coefficients": [-0.1, -0.7, -0.3, 0, 0, 0, 0, 0, 0, 0.9]})
-    ratio = inverted.quadrics["diagonal"][0] / given
+    ratio = inverted.quadrics["form"][0] / given
     assert (ratio == ratio[0]).all() and np.frexp(ratio[0])[0] == 0.5
     assert inverted.finite.tolist() == [0]
     np.testing.assert_allclose(
@@ -150,8 +151,32 @@ def test_a_clip_box_follows_its_quadric() -> None:
 
 
 def test_an_ellipsoid_that_float32_cannot_tell_from_a_cylinder_is_tested_for_every_ray() -> None:
-    needle = {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1e-4, 1, 1e-4]}
+    needle = {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1.5e-6, 1, 1.5e-6]}
     straight, _ = flat(needle)
-    tilted, _ = flat(needle | {"transform": [{"rotate": [[1, 0.3, 0.2], 40.0]}]})
-    assert straight.finite.tolist() == [0] and unbounded(tilted) == [0]
-    assert np.isfinite(tilted.quadrics["diagonal"]).all()
+    turn = {"transform": [{"rotate": [[1, 0.3, 0.2], 40.0]}]}
+    tilted, _ = flat(needle | turn)
+    thicker, _ = flat(needle | turn | {"radii": [1e-4, 1, 1e-4]})
+    assert straight.finite.tolist() == thicker.finite.tolist() == [0] and unbounded(tilted) == [0]
+    assert np.isfinite(tilted.quadrics["form"]).all()
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_axes_of_a_form_are_its_eigenvectors(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    for values in (rng.normal(size=3), [1, 1, 0], [1e-9, 1, 1], [2, 2, 2], [0, 0, 0], [-1, 0, 1e6]):
+        q = turn @ np.diag(values) @ turn.T
+        found, axes = (part[0] for part in quadric._own_axes(q[None]))
+        np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-14)
+        np.testing.assert_allclose(axes.T @ np.diag(found) @ axes, q, atol=1e-13 * np.abs(q).max())
+
+
+def test_axes_of_equal_eigenvalues_do_not_follow_rounding() -> None:
+    """What the last bits of a matrix are differs from one processor's BLAS to the next."""
+    rng = np.random.default_rng(5)
+    axis = rng.normal(size=(500, 3, 1))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    q = np.eye(3) - axis @ np.swapaxes(axis, 1, 2)
+    noise = 1 + 2.0**-52 * rng.integers(-2, 3, q.shape)
+    one, other = (quadric._own_axes(0.5 * (m + np.swapaxes(m, 1, 2)))[1] for m in (q, q * noise))
+    assert (np.abs(one - other).max(axis=(1, 2)) < 1e-12).mean() > 0.99

@@ -41,7 +41,7 @@ def test_numpys_numbers_of_all_sizes(kind: Any) -> None:
 
 
 def test_a_text_that_is_an_enum_is_its_text(tmp_path: Path) -> None:
-    class Given(str, Enum):
+    class Given(str, Enum):  # noqa: UP042  (of a StrEnum str() is its text)
         SCENE = str(tmp_path / "ball.toml")
         KIND = "sphere"
 

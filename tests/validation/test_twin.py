@@ -142,7 +142,7 @@ ULP = "1.0000001f"
 PLANTED = [
     ("generate.cl", "direction = unit3(add(forward, in_view))",
      f"direction = unit3(add(forward, times(in_view, {ULP})))", "spheres", "generate"),
-    ("quadric.clh", "b = dot3(d, w),", f"b = dot3(d, w) * {ULP},", "quadrics", "closest"),
+    ("quadric.clh", "b = dot3(d, slope),", f"b = dot3(d, slope) * {ULP},", "quadrics", "closest"),
     ("triangle.clh", "s.u = e.y / ", f"s.u = {ULP} * e.y / ", "meshes", "surface"),
     ("film.cl", "hit ? away : INFINITY", f"hit ? away * {ULP} : INFINITY", "meshes", "geometry"),
     ("light.cl", "(emission + ambient), mine", f"(emission + ambient) * {ULP}, mine", "spheres", "shade"),

@@ -186,6 +186,11 @@ OPEN: dict[str, Primitive] = {
         "p1": _plus(at, 0.2 * s, -0.8 * s, 0.4 * s),
         "r1": 0.8 * s,
     },
+    "spire": lambda at, s: {
+        "type": "cone", "p0": _plus(at, -0.3 * s, -0.9 * s, 0.2 * s), "r0": 0.08 * s,
+        "p1": _plus(at, 0.3 * s, 0.9 * s, -0.1 * s),
+        "r1": 0.0,
+    },
     "paraboloid": lambda at, s: {
         "type": "paraboloid", "apex": _plus(at, 0, -0.7 * s, 0), "axis": [0.2, 1, 0.5], "focal": 0.15 * s,
         "height": 1.1 * s,

@@ -168,13 +168,21 @@ def polygon_root(corners: list[Array], normal: Array, rays: Rays, frame: Frame) 
     return np.where(inside & (np.abs(t) < np.inf), within, _NO_HIT)
 
 
-def quadric_times(diagonal: Array, mixed: Array, p: Array) -> Array:
-    """Q p of the symmetric matrix with this diagonal and xy, yz, xz."""
-    return vector(
-        diagonal[0] * p[0] + mixed[0] * p[1] + mixed[2] * p[2],
-        mixed[0] * p[0] + diagonal[1] * p[1] + mixed[1] * p[2],
-        mixed[2] * p[0] + mixed[1] * p[1] + diagonal[2] * p[2],
-    )
+def quadric_form(q: Array) -> tuple[list[Array], Array, Array, Array]:
+    """Axes, s, g and J of F(x) = sum s_i x_i^2 + 2 g.x + J, x_i = axis_i . p."""
+    rows = [q[name] for name in ("axis_x", "axis_y", "axis_z")]
+    g = vector(*(row[..., 3] for row in rows))
+    return [xyz(row) for row in rows], xyz(q["form"]), g, q["form"][..., 3]
+
+
+def to_axes(axes: list[Array], v: Array) -> Array:
+    """Coordinates along three axes."""
+    return vector(*(dot(axis, v) for axis in axes))
+
+
+def from_axes(axes: list[Array], v: Array) -> Array:
+    """The vector of these coordinates."""
+    return axes[0] * v[0] + axes[1] * v[1] + axes[2] * v[2]
 
 
 def quadric_clips(q: Array, p: Array) -> Array:
@@ -187,31 +195,39 @@ def quadric_clips(q: Array, p: Array) -> Array:
 
 
 def quadric_roots(q: Array, rays: Rays, front_only: Array) -> tuple[Array, Array]:
-    """Both roots, ascending. Solved about the line's point nearest the centre, or, in the box, the origin."""
-    d = rays.direction
-    diagonal, mixed, gradient = xyz(q["diagonal"]), xyz(q["mixed"]), xyz(q["gradient"])
-    o = rays.origin - xyz(q["center"])
-    half_box = (xyz(q["reach"]) - np.abs(xyz(q["center"]))) * np.float32(1.001)
-    within = (np.abs(o) <= half_box).all(axis=0)
-    shift = np.where(within, np.float32(0), -dot(o, d) / dot(d, d))
-    p = o + d * shift
-    w = quadric_times(diagonal, mixed, p) + gradient
-    a = dot(d, quadric_times(diagonal, mixed, d))
-    b = dot(d, w)
-    c = dot(p, w + gradient) + q["diagonal"][..., 3]
-    discriminant = b * b - a * c
+    """Both roots, ascending. Solved about the line's point nearest the centre, or, in the box, the origin;
+    where b^2 - ac cancels it is taken from the cross product, by Lagrange."""
+    axes, s, g, j = quadric_form(q)
+    whole, way = rays.origin - xyz(q["center"]), rays.direction
+    half_box = vector(*(q[name][..., 3] for name in ("center", "clip_high", "reach")))
+    within = (np.abs(whole) <= half_box).all(axis=0)
+    shift = np.where(within, np.float32(0), -dot(whole, way) / dot(way, way))
+    p = whole + way * shift
+    o, d = to_axes(axes, p), to_axes(axes, way)
+    bent, slope = s * d, s * o + g
+    a, b, c = dot(d, bent), dot(d, slope), dot(o, slope + g) + j
+    n, pairs = cross(o, d), vector(s[1] * s[2], s[2] * s[0], s[0] * s[1])
+    along, square = dot(g, d), b * b
+    direct = square - a * c
+    level, leaning, crossed = a * j, np.float32(2) * dot(n, cross(bent, g)), pairs * (n * n)
+    lagrange = along * along - level + leaning - (crossed[0] + crossed[1] + crossed[2])
+    sizes = along * along + np.abs(level) + np.abs(leaning) + np.abs(crossed[0])
+    terms = sizes + np.abs(crossed[1]) + np.abs(crossed[2])
+    cancels = (np.abs(direct) < np.float32(0.5) * square) & (terms < square)
+    discriminant = np.where(cancels, lagrange, direct)
     root = np.sqrt(discriminant)
-    k = -(b + np.where(b < 0.0, -root, root))
-    r1 = k / a
-    r0 = np.where((k == 0.0) & (c == 0.0), r1, c / k)
-    swapped = (r0 > r1) | np.isnan(r0)
+    rise = np.where(b < 0.0, -root, root)
+    k = -(b + rise)
+    far = k / a
+    near = np.where((k == 0.0) & (c == 0.0), far, c / k)
+    swapped = (near > far) | np.isnan(near)
 
-    def counted(r: Array) -> Array:
-        exits = front_only & (a * r + b > 0.0)
-        hit = (discriminant >= 0.0) & (np.abs(r) < 1e30) & quadric_clips(q, p + d * r) & ~exits
-        return np.where(hit, r + shift, _NO_HIT)
+    def counted(r: Array, rise: Array) -> Array:
+        hit = (discriminant >= 0.0) & (np.abs(r) < 1e30) & quadric_clips(q, p + way * r)
+        return np.where(hit & ~(front_only & (rise > 0.0)), r + shift, _NO_HIT)
 
-    return counted(np.where(swapped, r1, r0)), counted(np.where(swapped, r0, r1))
+    first = counted(np.where(swapped, far, near), np.where(swapped, -rise, rise))
+    return first, counted(np.where(swapped, near, far), np.where(swapped, rise, -rise))
 
 
 def precedes(t: Array, primitive: Array, other_t: Array, other_primitive: Array) -> Array:

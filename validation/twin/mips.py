@@ -9,7 +9,7 @@ import numpy as np
 from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
-from .geometry import quadric_times
+from .geometry import from_axes, quadric_form, to_axes
 from .math import ONE, Array, cross, dot, larger, smaller, xyz
 
 _MAP = layout.MAPPINGS
@@ -94,10 +94,11 @@ def _over_normals(
     bent = by_normal & (how["quadric"] != 0)
     radius = flat.spheres["center_radius"][np.where(by_normal & ~bent, index, 0), 3]
     q = flat.quadrics[np.where(bent, index, 0)]
-    diagonal, mixed = xyz(q["diagonal"]), xyz(q["mixed"])
-    slope = quadric_times(diagonal, mixed, s.point - xyz(q["center"])) + xyz(q["gradient"])
+    axes, form, g, _ = quadric_form(q)
+    slope = form * to_axes(axes, s.point - xyz(q["center"])) + g
     share = ONE / np.sqrt(dot(slope, slope))
     u, v = (
-        np.where(bent, quadric_times(diagonal, mixed, of) * share, of * (ONE / radius)) for of in (of_u, of_v)
+        np.where(bent, from_axes(axes, form * to_axes(axes, of)) * share, of * (ONE / radius))
+        for of in (of_u, of_v)
     )
     return u, v

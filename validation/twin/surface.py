@@ -9,7 +9,18 @@ import numpy as np
 from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
-from .geometry import KINDS, Hits, Rays, frame_of, primitives_of, quadric_times, triangle_hit, triangle_normal
+from .geometry import (
+    KINDS,
+    Hits,
+    Rays,
+    frame_of,
+    from_axes,
+    primitives_of,
+    quadric_form,
+    to_axes,
+    triangle_hit,
+    triangle_normal,
+)
 from .images import place_pictures
 from .math import (
     ONE,
@@ -168,28 +179,33 @@ def _slopes(square: Array) -> Array:
 def _on_quadric(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
     """Two Newton steps onto F = 0 about the centre; the gradient is the normal, or -u without one."""
     q = flat.quadrics[index]
-    diagonal, mixed, g, center = (xyz(q[name]) for name in ("diagonal", "mixed", "gradient", "center"))
-    constant = q["diagonal"][:, 3]
+    center, (axes, form, g, constant) = xyz(q["center"]), quadric_form(q)
+
+    def sloped_at(local: Array) -> tuple[Array, Array, Array]:
+        """Coordinates along the axes, half the slope along them, and the gradient."""
+        x = to_axes(axes, local)
+        slope = form * x + g
+        return x, slope, from_axes(axes, slope) * np.float32(2.0)
 
     local = s.point[:, at] - center
     for _ in range(2):
-        gradient = (quadric_times(diagonal, mixed, local) + g) * 2.0
+        x, half, gradient = sloped_at(local)
         slope = dot(gradient, gradient)
-        value = dot(local, quadric_times(diagonal, mixed, local) + g * 2.0) + constant
+        value = dot(x, half + g) + constant
         with np.errstate(all="ignore"):
             along = value / slope
             moves = _slopes(slope) & (np.abs(along) < np.inf)
             local = np.where(moves, local - gradient * along, local)
     point = center + local
-    gradient = (quadric_times(diagonal, mixed, local) + g) * 2.0
+    x, half, gradient = sloped_at(local)
     square = dot(gradient, gradient)
     length = np.sqrt(square)
     n = gradient * (ONE / length)
     reach = larger(xyz(q["reach"]), np.abs(point))
-    # F with every term made positive: what its rounding error scales with
-    size = np.abs(local)
-    times = quadric_times(np.abs(diagonal), np.abs(mixed), size)
-    magnitude = dot(size, times + np.abs(g) * 2.0) + np.abs(constant)
+    # what F's rounding error scales with: its coordinates are sums, of which each term is rounded
+    sums, far = to_axes([np.abs(axis) for axis in axes], np.abs(local)), np.abs(x)
+    terms = dot(far, np.abs(form) * far + np.abs(g) * np.float32(2.0))
+    magnitude = np.float32(2.0) * dot(np.abs(half), sums) + terms + np.abs(constant)
     offset = _ULP * (magnitude / length + 2.0 * dot(np.abs(n), reach))
 
     sloped = _slopes(square) & (offset < np.inf)
