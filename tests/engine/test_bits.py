@@ -33,7 +33,7 @@ SETTINGS: dict[str, dict[str, int]] = {
     "1 thread": {"threads": 1},
     "2 threads": {"threads": 2},
 }
-# PoCL compiles for each of these anew, which takes a hundred times as long as the picture: a scene is rendered
+# PoCL compiles for each of these anew, which takes a hundred times as long as a picture: a scene is rendered
 # with one of them here, and with all in validation.reliability's row `sameness`.
 COMPILED: list[dict[str, int]] = [
     {"local_size": 64},
