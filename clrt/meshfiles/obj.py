@@ -26,6 +26,17 @@ _ODD: Final = re.compile(
 )
 _GOES_ON: Final = re.compile(rb"\\(?:\r\n?|\n)")
 _COUNTED: Final = (b"v", b"vt", b"vn")
+_UNREAD: Final = {
+    "l": "lines", "p": "points", "curv": "curves", "surf": "free-form surfaces",
+    "fo": "faces of the old kind 'fo'",
+}  # fmt: skip
+_LOST: Final = re.compile(rf"(?:^|\r)[ \t]*+({'|'.join(_UNREAD)})[ \t]".encode(), re.MULTILINE)
+_COLORED: Final = re.compile(rb"(?:^|\r)[ \t]*+v(?:[ \t]++[0-9.eE+-]++){6}[ \t]*+(?:$|\r|#)", re.MULTILINE)
+_FORMS: Final = tuple(
+    re.compile(rb"^f[^\n]*?[ \t][0-9]++" + rest, re.MULTILINE)
+    for rest in (rb"/{0,2}+(?![0-9/])", rb"/[0-9]++/?+(?![0-9/])", rb"//[0-9]", rb"/[0-9]++/[0-9]")
+)
+"""Corners `v`, `v/vt`, `v//vn` and `v/vt/vn` of plain faces."""
 
 
 def plain_obj(data: bytes) -> bytes:
@@ -48,6 +59,32 @@ def plain_obj(data: bytes) -> bytes:
             words[1:] = [_from_start(corner, counts) for corner in words[1:]]
         lines.append(b" ".join(words))
     return b"\n".join(lines) + b"\n"
+
+
+def left_out(data: bytes) -> list[str]:
+    """What of a file's statements is no face, and would be seen."""
+    return sorted({_UNREAD[word.decode()] for word in _LOST.findall(data)})
+
+
+def has_colors(data: bytes) -> bool:
+    """Whether vertices have colours: `v x y z r g b`."""
+    return _COLORED.search(data) is not None
+
+
+def mixed_forms(data: bytes) -> bool:
+    """Whether some corners of faces have numbers (of uv, of normals) that others lack."""
+    return sum(form.search(data) is not None for form in _FORMS) > 1
+
+
+def formed(face: bytes) -> tuple[tuple[bool, bool], bytes]:
+    """Whether all corners of a face have uv, and normals, and the line with no more than all have."""
+    corners = [[*corner.split(b"/"), b"", b""][:3] for corner in face.split()[1:]]
+    uv, normals = (all(corner[kind] for corner in corners) for kind in (1, 2))
+    words = [
+        v + (b"/" + vt if uv else b"/" if normals else b"") + (b"/" + vn if normals else b"")
+        for v, vt, vn in corners
+    ]
+    return (uv, normals), b" ".join([b"f", *words])
 
 
 def _from_start(corner: bytes, counts: dict[bytes, int]) -> bytes:
