@@ -34,6 +34,7 @@ from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
 from clrt.meshfiles.planar import folded
 from clrt.meshfiles.ply import PlyColors, plain_ply, textures
+from clrt.meshfiles.stl import plain_stl
 from clrt.meshfiles.vertex_colors import spread
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
@@ -255,7 +256,7 @@ def _parse(
 def _prepared(data: bytes, suffix: str) -> bytes:
     """The file's data as trimesh understands it.
 
-    All faces are in one group where there are many of them: an OBJ's materials, an STL's solids.
+    All faces are in one group where an OBJ has many materials.
     """
     if suffix == ".obj":
         data = plain_obj(data)
@@ -264,10 +265,7 @@ def _prepared(data: bytes, suffix: str) -> bytes:
         return re.sub(rb"usemtl[^\n]*", b"", data) if data.count(b"usemtl") > _MOST_GROUPS else data
     if suffix == ".ply":
         return plain_ply(data)
-    binary = len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
-    if suffix == ".stl" and not binary and data.lower().count(b"endsolid") > _MOST_GROUPS:
-        return b"solid\n" + re.sub(rb"(?i)(end)?solid[^\n]*", b"", data) + b"\nendsolid"
-    return data
+    return plain_stl(data) if suffix == ".stl" else data
 
 
 def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None = None) -> Part:

@@ -25,12 +25,14 @@ _ODD: Final = re.compile(
     re.MULTILINE,
 )
 _GOES_ON: Final = re.compile(rb"\\(?:\r\n?|\n)")
+_LEAST: Final = {b"v": 3, b"vt": 1, b"vn": 3, b"f": 3}  # words behind them
 _COUNTED: Final = (b"v", b"vt", b"vn")
 _UNREAD: Final = {
     "l": "lines", "p": "points", "curv": "curves", "surf": "free-form surfaces",
     "fo": "faces of the old kind 'fo'",
 }  # fmt: skip
 _LOST: Final = re.compile(rf"(?:^|\r)[ \t]*+({'|'.join(_UNREAD)})[ \t]".encode(), re.MULTILINE)
+_NARROW: Final = re.compile(rb"(?:^|\r)[ \t]*+f(?:[ \t]++[0-9/+-]++){0,2}+[ \t]*+(?:$|\r|#)", re.MULTILINE)
 _COLORED: Final = re.compile(rb"(?:^|\r)[ \t]*+v(?:[ \t]++[0-9.eE+-]++){6}[ \t]*+(?:$|\r|#)", re.MULTILINE)
 _FORMS: Final = tuple(
     re.compile(rb"^f[^\n]*?[ \t][0-9]++" + rest, re.MULTILINE)
@@ -45,6 +47,7 @@ def plain_obj(data: bytes) -> bytes:
     BrokenMesh for a vertex number that is 0, or counts back beyond the start.
     """
     data = data.removeprefix(codecs.BOM_UTF8)
+    _check_end(data)
     if not _ODD.search(data):
         return data
     lines: list[bytes] = []
@@ -61,9 +64,22 @@ def plain_obj(data: bytes) -> bytes:
     return b"\n".join(lines) + b"\n"
 
 
+def _check_end(data: bytes) -> None:
+    """Raise BrokenMesh for a last line without an end that is none: what follows is missing."""
+    words = data[max(data.rfind(b"\n"), data.rfind(b"\r")) + 1 :].partition(b"#")[0].split()
+    least = _LEAST.get(words[0]) if words else None
+    if least is None:
+        return
+    forms = {formed(b"f " + word)[0] for word in words[1:]} if words[0] == b"f" else set()
+    if len(words) - 1 < least or len(forms) > 1 or words[-1].endswith(b"/"):
+        number, line = data.count(b"\n") + 1, show(b" ".join(words).decode("latin-1")[:60])
+        raise BrokenMesh(f"it ends within line {number}, {line}; it may be cut short")
+
+
 def left_out(data: bytes) -> list[str]:
-    """What of a file's statements is no face, and would be seen."""
-    return sorted({_UNREAD[word.decode()] for word in _LOST.findall(data)})
+    """What a file states beside faces that have a surface."""
+    found = sorted({_UNREAD[word.decode()] for word in _LOST.findall(data)})
+    return [*found, *(["faces of fewer than 3 corners"] if _NARROW.search(data) else [])]
 
 
 def has_colors(data: bytes) -> bool:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, partial
 from typing import Any, Final
 
@@ -49,7 +49,9 @@ def plain_ply(data: bytes) -> bytes:
         raise BrokenMesh(f"its header declares {declared.lists} lists; at most {_LISTS} are read")
     if text:
         declared.check_text(len(data))
-        return b"".join(map(_doubled, elements)) + _lines(data[len(head) :], 1 + declared.rows)
+        rest = _lines(data[len(head) :], 1 + declared.rows)
+        declared.check_rows(rest[1:], 1 + head.count(b"\n"))
+        return b"".join(map(_doubled, elements)) + "\n".join(rest).encode("utf-8", "surrogateescape")
     plain = b"".join(elements)
     return data if plain == head else plain + data[len(head) :]
 
@@ -113,12 +115,13 @@ class PlyColors:
 @dataclass
 class _Declared:
     """How many rows, values in them and lists a header declares, as trimesh reads it; of faces the rows and
-    lists, too."""
+    lists, too. Of all elements: name, rows, and of each property whether it is a list."""
 
     rows: int = 0
     values: int = 0
     lists: int = 0
     faces: tuple[int, int] = (0, 0)
+    elements: list[tuple[str, int, list[bool]]] = field(default_factory=list)
 
     @staticmethod
     def of(head: bytes) -> _Declared:
@@ -130,13 +133,34 @@ class _Declared:
                     raise BrokenMesh(f"its header declares {show(count)} of {show(name)}, which is no count")
                 length, lists = int(count), 0
                 found.rows += length
+                found.elements.append((name, length, []))
             elif words and "property" in words[0]:
                 found.values += length
                 found.lists += "list" in "".join(words[1:2])
                 lists += "list" in "".join(words[1:2])
+                for *_, kinds in found.elements[-1:]:
+                    kinds.append("list" in "".join(words[1:2]))
             if name == "face":
                 found.faces = length, lists
         return found
+
+    def check_rows(self, lines: list[str], before: int) -> None:
+        """Raise BrokenMesh where rows of a text, whose `lines` stand after `before` others, are not whole."""
+        left = iter(enumerate(lines, before + 1))
+        for name, count, lists in self.elements:
+            for row in range(count):
+                number, line = next(left, (0, ""))
+                if not number:
+                    text = f"it has {row} of the {count} rows of {show(name)} that it declares"
+                    raise BrokenMesh(f"it ends in line {before + len(lines)}: {text}")
+                words = line.split()
+                try:
+                    least = _needs(words, lists)
+                except (ValueError, OverflowError):
+                    continue  # trimesh refuses what is no number
+                if len(words) < least:
+                    text = f"row {row} of {show(name)} has {len(words)} of its {least} numbers"
+                    raise BrokenMesh(f"line {number}: {text}")
 
     def check_text(self, size: int) -> None:
         """Raise BrokenMesh where a text file of `size` bytes declares what would take too much memory, or
@@ -151,10 +175,17 @@ class _Declared:
             raise BrokenMesh(f"{text}; save it as binary, or leave the others out")
 
 
-def _lines(text: bytes, count: int) -> bytes:
+def _lines(text: bytes, count: int) -> list[str]:
     """The first lines of a text, as trimesh finds them: those after all rows would cost as much as rows."""
-    lines = text.decode("utf-8", "surrogateescape").splitlines()
-    return "\n".join(lines[:count]).encode("utf-8", "surrogateescape")
+    return text.decode("utf-8", "surrogateescape").splitlines()[:count]
+
+
+def _needs(words: list[str], lists: list[bool]) -> int:
+    """How many words a row of such properties has at least; ValueError where a list's length is none."""
+    at = 0
+    for many in lists:
+        at += 1 + (int(float(words[at])) if many and at < len(words) else 0)
+    return at
 
 
 def _head(data: bytes) -> bytes:

@@ -122,6 +122,7 @@ def test_faces_whose_corners_differ_keep_what_all_have() -> None:
     [
         ("l 1 2 3", "lines"), ("p 1", "points"), ("fo 1 2 3", "faces of the old kind 'fo'"),
         ("cstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\nend", "free-form surfaces"), ("\tl 1 2", "lines"),
+        ("f 1 2", "faces of fewer than 3 corners"),
     ],
 )  # fmt: skip
 def test_what_is_no_face_is_named(tmp_path: Path, line: str, says: str) -> None:
