@@ -1,4 +1,5 @@
-"""PLY files as trimesh understands them: it knows colours by the names `red`, `green` and `blue` alone.
+"""PLY files as trimesh understands them: it knows colours by the names `red`, `green` and `blue` alone, and
+uv not by all of theirs.
 
 It keeps the low byte of each, so the numbers of colours are taken from what it read, by their declared type.
 """
@@ -21,6 +22,8 @@ from clrt.meshfiles.outlines import rows_of
 
 _COLORS: Final = (b"red", b"green", b"blue")
 _OTHERS: Final = ((b"diffuse_red", b"diffuse_green", b"diffuse_blue"), (b"r", b"g", b"b"))
+_UV: Final = (b"texture_u", b"texture_v")
+_OTHER_UV: Final = ((b"texture_s", b"texture_t"), (b"u", b"v"), (b"s", b"t"))
 _PROPERTY: Final = re.compile(rb"(?<=\n)(property[ \t]+)(\w+)([ \t]+)(\w+)(?=[ \t]*\r?\n)")
 _ELEMENT: Final = re.compile(rb"(?<=\n)(?=element[ \t])")
 _TEXTURE: Final = re.compile(rb"(?i)\ncomment[ \t]+texturefile[ \t]+([^\r\n]+)")
@@ -35,7 +38,7 @@ _SHARE: Final = 4  # bytes of the file for each
 
 
 def plain_ply(data: bytes) -> bytes:
-    """The file's data with the usual names of colours in its header, where they have others.
+    """The file's data with the usual names of colours and uv in its header, where they have others.
 
     Of a text file they are declared as double: trimesh would drop what is too large for their type.
     """
@@ -212,12 +215,15 @@ def _types(data: bytes) -> dict[str, tuple[str, ...]]:
 
 
 def _named(element: bytes) -> bytes:
-    """An element of the header with the usual names of its colours, unless they stand there, too."""
+    """An element of the header with the usual names of colours and uv, unless they stand there, too."""
     there = {name for *_, name in _PROPERTY.findall(element)}
-    found = next((names for names in _OTHERS if there.issuperset(names)), None)
-    if found is None or not there.isdisjoint(_COLORS):
+    usual: dict[bytes, bytes] = {}
+    for wanted, others in ((_COLORS, _OTHERS), (_UV, _OTHER_UV)):
+        found = next((names for names in others if there.issuperset(names)), None)
+        if found is not None and there.isdisjoint(wanted):
+            usual |= zip(found, wanted, strict=True)
+    if not usual:
         return element
-    usual = dict(zip(found, _COLORS, strict=True))
     return _PROPERTY.sub(lambda match: b"".join(match.groups()[:3]) + usual.get(match[4], match[4]), element)
 
 
