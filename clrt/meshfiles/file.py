@@ -28,7 +28,7 @@ from clrt.meshfiles.embedded import itself_of
 from clrt.meshfiles.gltf import read_gltf
 from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.look import NONE
-from clrt.meshfiles.obj import left_out, mixed_forms, plain_obj
+from clrt.meshfiles.obj import form_of, left_out, mixed_forms, plain_obj
 from clrt.meshfiles.obj_materials import LIBRARY, Materials
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
@@ -135,10 +135,12 @@ def open_mesh(
     apart: those of an OBJ by material, with what those are; colours of vertices where a `picture` has them.
     """
     suffix = path.suffix.lower()
-    if suffix == ".obj" and (lost := left_out(data)):
-        notices.warn(at.source, at.path, f"{path.name}: its {' and '.join(lost)} are left out")
-    if suffix == ".obj" and apart:
-        return _obj_apart(data, path, at, limits)
+    if suffix == ".obj":
+        data = plain_obj(data)
+        if lost := left_out(data):
+            notices.warn(at.source, at.path, f"{path.name}: its {' and '.join(lost)} are left out")
+        if apart:
+            return _obj_apart(data, path, at, limits)
     if suffix not in (".glb", ".gltf"):
         colors = PlyColors.of(data, apart) if suffix == ".ply" else None
         placed = _parse(_prepared(data, suffix), path, at, colors=colors)
@@ -161,7 +163,7 @@ def open_mesh(
 
 def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
     """An OBJ's meshes apart by material, where it has a library of them and not too many."""
-    materials = Materials(plain_obj(data))
+    materials = Materials(data)
     if materials.many or not (materials.names and materials.libraries):
         return _parse(_prepared(data, ".obj"), path, at)
     placed = _parse(materials.lines, path, at, materials)
@@ -242,6 +244,15 @@ def _parse(
         raise BrokenMesh(f"{why} ({type(error).__name__})") from None
     finally:
         log.setLevel(loudness)
+    uv, normals = (form_of(data) if suffix == "obj" else None) or (False, False)
+    parts = [part for part, _ in pairs if part.faces]
+    lacks = [
+        *(["vt"] if uv and not all(part.uv for part in parts) else []),
+        *(["vn"] if normals and not all(part.normals for part in parts) else []),
+    ]
+    if lacks:
+        text = f"its faces name {' and '.join(lacks)} that are not there, and are read without"
+        notices.warn(at.source, at.path, f"{path.name}: {text}")
     for text in outlines.left_over:
         notices.warn(at.source, at.path, f"{path.name}: its {text}")
     kept = [k for k, (part, _) in enumerate(pairs) if part.faces]
@@ -254,12 +265,11 @@ def _parse(
 
 
 def _prepared(data: bytes, suffix: str) -> bytes:
-    """The file's data as trimesh understands it.
+    """The file's data as trimesh understands it; of an OBJ its plain lines.
 
     All faces are in one group where an OBJ has many materials.
     """
     if suffix == ".obj":
-        data = plain_obj(data)
         if mixed_forms(data):
             return Materials(data).lines
         return re.sub(rb"usemtl[^\n]*", b"", data) if data.count(b"usemtl") > _MOST_GROUPS else data

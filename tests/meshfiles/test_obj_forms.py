@@ -139,3 +139,11 @@ def test_colours_of_vertices_beside_a_library_are_named(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{vertices}usemtl a\nf 1 2 3\n")
     with pytest.warns(clrt.ClrtWarning, match="counterpart: the colours of vertices$"):
         clrt.load(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize(("corner", "word"), [("{0}//3", "vn"), ("{0}/2", "vt"), ("{0}/1/3", "vn")])
+def test_numbers_that_are_not_there_are_named(tmp_path: Path, corner: str, word: str) -> None:
+    face = "f " + " ".join(corner.format(k) for k in (1, 2, 3))
+    (tmp_path / "a.obj").write_text(f"{MESH}{face}\n")
+    with pytest.warns(clrt.ClrtWarning, match=f"its faces name {word} that are not there"):
+        clrt.load(tmp_path / "a.obj")
