@@ -136,9 +136,7 @@ def _sized(view: Camera, width: int, height: int) -> Camera:
     """The same view in a picture of another size."""
     if (view.width, view.height) == (width, height):
         return view
-    (x, y), k = view.shift, resized(view, width, height) if view.has_k else None
-    shift = x * width / view.width, y * height / view.height
-    return msgspec.structs.replace(view, width=width, height=height, shift=shift, K=k)
+    return resized(view, width, height)
 
 
 def _k_of(view: Camera) -> np.ndarray:

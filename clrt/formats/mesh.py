@@ -83,11 +83,11 @@ def _materials(look: Look, pieces: Sequence[Piece], path: Path) -> tuple[dict[st
     """
     names = Names()
     tables = {names.new(name): table for name, table in look.materials.items()}
-    taken = {look.called.get(piece.material) for piece in pieces if not _colored(piece)}
+    taken = {look.called.get(piece.used) for piece in pieces if not _colored(piece)}
     called: dict[tuple[Any, ...], str] = {}
     found: list[Any] = []
     for piece in pieces:
-        name = look.called.get(piece.material)
+        name = look.called.get(piece.used)
         key = name, piece.color, piece.colors
         if name is None:
             found.append(_painted(table_of(_PLAIN), None, piece, path) if _colored(piece) else _PLAIN)

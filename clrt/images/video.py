@@ -22,6 +22,9 @@ _CODECS: Final[dict[str, tuple[str, str, dict[str, str]]]] = {
     ".mkv": ("ffv1", "bgr0", {}),
 }
 SUFFIXES: Final = tuple(_CODECS)
+# what H.273 calls them: Rec.709's primaries, sRGB's curve; Rec.709's matrix, and not the full range, of YUV
+_RGB: Final = {"color_primaries": 1, "color_trc": 13}
+_YUV: Final = _RGB | {"colorspace": 1, "color_range": 1}
 
 
 def check_video(path: str | os.PathLike[str], width: int, height: int) -> None:
@@ -59,7 +62,8 @@ def writing(
 ) -> Iterator[Callable[[np.ndarray], None]]:
     """Give a function that takes the next frame, uint8 (height, width, 3) in sRGB; `rate` frames a second.
 
-    The file takes its name when the block ends. `.mkv` is FFV1, which keeps every bit.
+    The file takes its name when the block ends. `.mkv` is FFV1, which keeps every bit. The others say that
+    they are Rec.709 with sRGB's curve: without, players guess by the size, and greens become others.
     """
     check_video(path, width, height)
     av = _av()
@@ -70,9 +74,14 @@ def writing(
                 exact = Fraction(rate).limit_denominator(1001)
                 stream = container.add_stream(codec, rate=exact, options=options)
                 stream.width, stream.height, stream.pix_fmt = width, height, pixels
+                yuv = pixels.startswith("yuv")
+                for name, number in (_YUV if yuv else _RGB).items():
+                    setattr(stream.codec_context, name, number)
 
                 def put(frame: np.ndarray) -> None:
                     picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(frame), format="rgb24")
+                    if yuv:
+                        picture = picture.reformat(format=pixels, dst_colorspace="ITU709")
                     container.mux(stream.encode(picture))
 
                 yield put

@@ -28,12 +28,13 @@ from clrt.meshfiles.embedded import itself_of
 from clrt.meshfiles.gltf import read_gltf
 from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.look import NONE
-from clrt.meshfiles.obj import plain_obj
+from clrt.meshfiles.obj import form_of, left_out, mixed_forms, plain_obj
 from clrt.meshfiles.obj_materials import LIBRARY, Materials
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
 from clrt.meshfiles.planar import folded
 from clrt.meshfiles.ply import PlyColors, plain_ply, textures
+from clrt.meshfiles.stl import plain_stl
 from clrt.meshfiles.vertex_colors import spread
 
 MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
@@ -134,8 +135,12 @@ def open_mesh(
     apart: those of an OBJ by material, with what those are; colours of vertices where a `picture` has them.
     """
     suffix = path.suffix.lower()
-    if suffix == ".obj" and apart:
-        return _obj_apart(data, path, at, limits)
+    if suffix == ".obj":
+        data = plain_obj(data)
+        if lost := left_out(data):
+            notices.warn(at.source, at.path, f"{path.name}: its {' and '.join(lost)} are left out")
+        if apart:
+            return _obj_apart(data, path, at, limits)
     if suffix not in (".glb", ".gltf"):
         colors = PlyColors.of(data, apart) if suffix == ".ply" else None
         placed = _parse(_prepared(data, suffix), path, at, colors=colors)
@@ -158,10 +163,10 @@ def open_mesh(
 
 def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
     """An OBJ's meshes apart by material, where it has a library of them and not too many."""
-    materials = Materials(plain_obj(data))
+    materials = Materials(data)
     if materials.many or not (materials.names and materials.libraries):
         return _parse(_prepared(data, ".obj"), path, at)
-    placed = _parse(materials.lines, path, at, materials.library())
+    placed = _parse(materials.lines, path, at, materials)
 
     def fetch(name: str) -> tuple[Path, Callable[[], bytes]] | None:
         name = name.replace("\\", "/")
@@ -175,11 +180,12 @@ def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:
 
 
 def _parse(
-    data: bytes, path: Path, at: At, library: bytes = b"", colors: PlyColors | None = None
+    data: bytes, path: Path, at: At, apart: Materials | None = None, colors: PlyColors | None = None
 ) -> Placed:
-    """The meshes that trimesh finds in a file that is `_prepared`; `library` is its materials file, `colors`
-    what it declares of them if it is a PLY."""
+    """The meshes that trimesh finds in a file that is `_prepared`; `apart`: what its faces are apart by if it
+    is an OBJ, `colors` what it declares of them if it is a PLY."""
     check_date()
+    library = apart.library() if apart else b""
     try:
         import trimesh
     except ImportError:
@@ -238,34 +244,38 @@ def _parse(
         raise BrokenMesh(f"{why} ({type(error).__name__})") from None
     finally:
         log.setLevel(loudness)
+    uv, normals = (form_of(data) if suffix == "obj" else None) or (False, False)
+    parts = [part for part, _ in pairs if part.faces]
+    lacks = [
+        *(["vt"] if uv and not all(part.uv for part in parts) else []),
+        *(["vn"] if normals and not all(part.normals for part in parts) else []),
+    ]
+    if lacks:
+        text = f"its faces name {' and '.join(lacks)} that are not there, and are read without"
+        notices.warn(at.source, at.path, f"{path.name}: {text}")
     for text in outlines.left_over:
         notices.warn(at.source, at.path, f"{path.name}: its {text}")
     kept = [k for k, (part, _) in enumerate(pairs) if part.faces]
     numbers = np.arange(len(kept))
     matrices = np.array([pairs[k][1] for k in kept], np.float64).reshape(-1, 4, 4)
-    materials = np.array([_material(names[k]) if library else NONE for k in kept], np.int64)
-    return Placed([pairs[k][0] for k in kept], numbers, numbers, matrices, materials=materials)
-
-
-def _material(name: str) -> int:
-    """The number of a material that the library calls `name`."""
-    return int(name[1:]) if re.fullmatch(r"m\d+", name) else NONE
+    materials = np.array([apart.material(names[k]) if apart else NONE for k in kept], np.int64)
+    # of one material, in corners of more than one form: one thing
+    where = np.argmax(materials[:, None] == materials, axis=1) if apart else numbers
+    return Placed([pairs[k][0] for k in kept], numbers, where, matrices, materials=materials)
 
 
 def _prepared(data: bytes, suffix: str) -> bytes:
-    """The file's data as trimesh understands it.
+    """The file's data as trimesh understands it; of an OBJ its plain lines.
 
-    All faces are in one group where there are many of them: an OBJ's materials, an STL's solids.
+    All faces are in one group where an OBJ has many materials.
     """
     if suffix == ".obj":
-        data = plain_obj(data)
+        if mixed_forms(data):
+            return Materials(data).lines
         return re.sub(rb"usemtl[^\n]*", b"", data) if data.count(b"usemtl") > _MOST_GROUPS else data
     if suffix == ".ply":
         return plain_ply(data)
-    binary = len(data) == 84 + 50 * int.from_bytes(data[80:84], "little")
-    if suffix == ".stl" and not binary and data.lower().count(b"endsolid") > _MOST_GROUPS:
-        return b"solid\n" + re.sub(rb"(?i)(end)?solid[^\n]*", b"", data) + b"\nendsolid"
-    return data
+    return plain_stl(data) if suffix == ".stl" else data
 
 
 def _part(mesh: Any, outlines: Outlines, colors: PlyColors | None = None) -> Part:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import binascii
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final
@@ -35,7 +35,7 @@ from clrt.meshfiles.gltf_document import (
 from clrt.meshfiles.gltf_look import Held, look_of
 from clrt.meshfiles.gltf_nodes import matrix_of
 from clrt.meshfiles.gltf_textures import HEAD, Itself, picture_count, textured_in
-from clrt.meshfiles.look import NONE, Look
+from clrt.meshfiles.look import NONE, Look, Used
 from clrt.meshfiles.parts import Arrays, Part, Placed
 
 Fetch = Callable[[str], bytes]
@@ -147,13 +147,15 @@ class _Reader:
             names=self.names,
             look=self._look if says else None,
             colors=picture_count(self.document) if any(part.corners for part in self.parts) else 0,
+            textured=self.textured,
         )
 
-    def _look(self, materials: Mapping[int, bool], center: np.ndarray, radius: float) -> Look:
+    def _look(self, materials: Used, center: np.ndarray, radius: float) -> Look:
         assert self.itself is not None
         itself = replace(self.itself, within=self._first)
         look = look_of(self.document, itself, materials, self.cameras, self.lights, center, radius)
-        if any("normal_map" in look.materials[look.called[k]] for k in self.leaning & look.called.keys()):
+        leaning = [name for (number, _), name in look.called.items() if number in self.leaning]
+        if any("normal_map" in look.materials[name] for name in leaning):
             look.left_out["tangents of normal maps"] = None
         look.left_out.update(self.unseen)
         return look

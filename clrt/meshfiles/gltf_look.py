@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Annotated, Final, Literal
 
 import numpy as np
 from msgspec import Meta
 
 from clrt.base.errors import show
-from clrt.meshfiles.facets import Facets
 from clrt.meshfiles.gltf_document import BrokenMesh, Document, Table, decode, item, unread
 from clrt.meshfiles.gltf_materials import materials_of, spelt
 from clrt.meshfiles.gltf_textures import Itself
-from clrt.meshfiles.look import Look, Names
+from clrt.meshfiles.look import Look, Names, Used
 from clrt.meshfiles.look import Table as SceneTable
 
 _WIDTH, _HEIGHT = 640, 480  # pictures of cameras that say no aspect, and what those of others fit into
@@ -87,15 +86,15 @@ class Held:
 def look_of(
     document: Document,
     itself: Itself,
-    materials: Mapping[int, bool],
+    materials: Used,
     cameras: Sequence[Held],
     lights: Sequence[Held],
     center: np.ndarray,
     radius: float,
 ) -> Look:
     """How the file's author means it to look; `materials` are those that are used: whether with uv."""
-    left_out: dict[str, None] = {}
-    surfaces, called = materials_of(document, itself, materials, left_out)
+    look = materials_of(document, itself, materials)
+    left_out = look.left_out
     known_cameras: tuple[Camera, ...] = ()
     known_lights: tuple[Light, ...] = ()
     if cameras:
@@ -116,9 +115,7 @@ def look_of(
         if spelt(extension) not in left_out:  # of a material it is named already
             left_out[f"the extension {show(extension[:60])}"] = None
     placed = [_light(light, held, radius) for light, held in found]
-    facets = {name: made for name, made in surfaces.items() if isinstance(made, Facets)}
-    tables = {name: made.table() if isinstance(made, Facets) else made for name, made in surfaces.items()}
-    return Look(tables, called, views, placed, left_out, facets)
+    return replace(look, cameras=views, lights=placed)
 
 
 def _camera(camera: Camera, held: Held, distance: float) -> SceneTable:

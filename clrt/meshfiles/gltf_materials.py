@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from typing import Annotated, Any, Final, Literal
 
 import msgspec
@@ -13,7 +12,7 @@ from msgspec import Meta
 from clrt.meshfiles.facets import Facets, Rgb, absorption_of, fresnel_of, shown
 from clrt.meshfiles.gltf_document import Document, Table, decode, item
 from clrt.meshfiles.gltf_textures import Info, Itself, Textures
-from clrt.meshfiles.look import Names, placement_of
+from clrt.meshfiles.look import Look, Names, Used, placement_of, textures_without_uv
 from clrt.meshfiles.look import Table as SceneTable
 
 NotNegative = Annotated[float, Meta(ge=0)]
@@ -82,24 +81,22 @@ _KNOWN: Final[dict[str, Any]] = {
 }
 
 
-def materials_of(
-    document: Document, itself: Itself, numbers: Mapping[int, bool], left_out: dict[str, None]
-) -> tuple[dict[str, SceneTable | Facets], dict[int, str]]:
-    """The materials of some `numbers` by name, and the names by number; what is not read goes to `left_out`.
-
-    `numbers` says of each whether what has it has uv. Materials are not checked that nothing has.
-    """
-    textures = Textures(document, itself, left_out)
-    found: dict[str, SceneTable | Facets] = {}
-    called: dict[int, str] = {}
-    names = Names()
-    if numbers:
+def materials_of(document: Document, itself: Itself, used: Used) -> Look:
+    """The `used` materials, and what of them is not read. Materials are not checked that nothing has."""
+    look, names = Look(), Names()
+    textures = Textures(document, itself, look.left_out)
+    if used:
         rows = decode(document.materials, tuple[msgspec.Raw, ...], "materials")
-        for number, uv in numbers.items():
+        for number, uv in used:
             material = decode(item(rows, number, "materials"), Material, f"materials[{number}]")
-            called[number] = names.new(material.name or f"material {number}")
-            found[called[number]] = _surface(material, number, uv, textures, left_out)
-    return found, called
+            name = material.name or f"material {number}"
+            metal = material.pbrMetallicRoughness
+            pictures = metal.baseColorTexture, material.normalTexture, material.emissiveTexture
+            if not uv and any(picture is not None for picture in pictures):
+                look.left_out[textures_without_uv(name)] = None
+            surface = _surface(material, number, uv, textures, look.left_out)
+            look.add(names, (number, uv), name, surface)
+    return look
 
 
 def _surface(

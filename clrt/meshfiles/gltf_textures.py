@@ -118,10 +118,8 @@ class Textures:
 
     def picture(self, info: Info | None, uv: bool) -> SceneTable | None:
         """A texture as an image of a scene file; None where there is none, or it cannot be shown."""
-        if info is None:
+        if info is None or not uv:
             return None
-        if not uv:
-            return self._without("textures of what has no uv")
         moved = info.extensions.KHR_texture_transform or Transform()
         if (info.texCoord if moved.texCoord is None else moved.texCoord) != 0:
             return self._without("textures of second uv")

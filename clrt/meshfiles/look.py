@@ -2,31 +2,51 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+from clrt.base.errors import show
 from clrt.meshfiles.facets import Facets
 
 NONE: Final = -1
 """In place of a number: no material, nowhere."""
 
 Table = dict[str, Any]
+Used = Collection[tuple[int, bool]]
+"""Materials that shapes have, by the file's own numbers, and whether these shapes have uv: those first."""
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
-    """`materials` by name, `called` the names by the file's own numbers; `cameras` by name, the first first.
+    """`materials` by name, `called` the names by what of `Used` has them; `cameras` by name, the first first.
 
     `facets` has by name what those materials were made of that are surfaces of facets.
     `left_out` is what of the file has no counterpart here, in words, in the order in which it was met.
     """
 
     materials: dict[str, Table] = field(default_factory=dict)
-    called: dict[int, str] = field(default_factory=dict)
+    called: dict[tuple[int, bool], str] = field(default_factory=dict)
     cameras: dict[str, Table] = field(default_factory=dict)
     lights: list[Table] = field(default_factory=list)
     left_out: dict[str, None] = field(default_factory=dict)
     facets: dict[str, Facets] = field(default_factory=dict)
+
+    def add(self, names: Names, used: tuple[int, bool], name: str, surface: Table | Facets) -> None:
+        """A material that the file calls `name`; without uv it is another one where uv make a difference."""
+        table = surface.table() if isinstance(surface, Facets) else surface
+        other = self.called.get((used[0], True))
+        if other is None or self.materials[other] != table:
+            self.called[used] = name = names.new(name)
+            self.materials[name] = table
+            self.facets.update({name: surface} if isinstance(surface, Facets) else {})
+        else:
+            self.called[used] = other
+
+
+def textures_without_uv(material: str) -> str:
+    """What is left out of a material that shows pictures, where what has it has no uv."""
+    return f"textures of {show(material[:60])} where it has no uv"
 
 
 def placement_of(picture: Table) -> Table:

@@ -35,6 +35,11 @@ class Piece:
     color: tuple[float, float, float] | None
     colors: int | None = None
 
+    @property
+    def used(self) -> tuple[int, bool]:
+        """The number of its material, and whether it has uv."""
+        return self.material, self.arrays[3] is not None
+
 
 @dataclass(frozen=True, eq=False)
 class Model:
@@ -67,10 +72,8 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
         pieces = list(_pieces(placed, smooth))
         low = np.min([piece.arrays[0].min(axis=0) for piece in pieces], axis=0)
         high = np.max([piece.arrays[0].max(axis=0) for piece in pieces], axis=0)
-        used: dict[int, bool] = {}
-        for piece in sorted(pieces, key=lambda piece: piece.material):
-            if piece.material != NONE:
-                used[piece.material] = used.get(piece.material, True) and piece.arrays[3] is not None
+        pairs = {piece.used for piece in pieces if piece.material != NONE}
+        used = sorted(pairs, key=lambda pair: (pair[0], not pair[1]))
         look = Look()
         if placed.look is not None:
             look = placed.look(used, (low + high) / 2, float(np.linalg.norm(high - low)) / 2)

@@ -63,10 +63,14 @@ class Phong:
                 files[key] = None if file is None else picture | {"file": file}
         return replace(self, **files)  # type: ignore[arg-type]
 
+    @property
+    def pictured(self) -> bool:
+        """Whether it shows pictures, which need uv."""
+        return any(picture is not None for picture in (self.map_kd, self.map_ke, self.norm))
+
     def table(self, uv: bool) -> Table:
         """The material, as a scene file has it; without pictures where what has it has no uv."""
-        if not uv and (self.map_kd or self.map_ke or self.norm):
-            self.left_out["textures of what has no uv"] = None
+        if not uv and self.pictured:
             return replace(self, map_kd=None, map_ke=None, norm=None).table(True)
         light = (1.0, 1.0, 1.0) if self.map_ke is not None and not any(self.ke) else self.ke
         if self.pr is not None or self.pm is not None:

@@ -25,7 +25,21 @@ _ODD: Final = re.compile(
     re.MULTILINE,
 )
 _GOES_ON: Final = re.compile(rb"\\(?:\r\n?|\n)")
+_LEAST: Final = {b"v": 3, b"vt": 1, b"vn": 3, b"f": 3}  # words behind them
 _COUNTED: Final = (b"v", b"vt", b"vn")
+_UNREAD: Final = {
+    b"l": "lines", b"p": "points", b"curv": "curves", b"surf": "free-form surfaces",
+    b"fo": "faces of the old kind 'fo'",
+}  # fmt: skip
+# of the form of the key a line that is no face of it; a search begins with bytes, which takes far less time
+_OTHERS: Final = {
+    form: re.compile(rb"\nf (?!(?:[ \t]*+" + corner + rb"(?![0-9/]))++[ \t\r]*+(?:\n|\Z))")
+    for form, corner in {
+        (False, False): rb"[0-9]++", (True, False): rb"[0-9]++/[0-9]++", (False, True): rb"[0-9]++//[0-9]++",
+        (True, True): rb"[0-9]++/[0-9]++/[0-9]++",
+    }.items()
+}  # fmt: skip
+_NARROW: Final = re.compile(rb"\nf(?:[ \t]++[^ \t\r\n]++){0,2}+[ \t\r]*+(?:\n|\Z)")
 
 
 def plain_obj(data: bytes) -> bytes:
@@ -34,6 +48,7 @@ def plain_obj(data: bytes) -> bytes:
     BrokenMesh for a vertex number that is 0, or counts back beyond the start.
     """
     data = data.removeprefix(codecs.BOM_UTF8)
+    _check_end(data)
     if not _ODD.search(data):
         return data
     lines: list[bytes] = []
@@ -48,6 +63,60 @@ def plain_obj(data: bytes) -> bytes:
             words[1:] = [_from_start(corner, counts) for corner in words[1:]]
         lines.append(b" ".join(words))
     return b"\n".join(lines) + b"\n"
+
+
+def _check_end(data: bytes) -> None:
+    """Raise BrokenMesh for a last line without an end that is none: what follows is missing."""
+    words = data[max(data.rfind(b"\n"), data.rfind(b"\r")) + 1 :].partition(b"#")[0].split()
+    least = _LEAST.get(words[0]) if words else None
+    if least is None:
+        return
+    forms = {formed(b"f " + word)[0] for word in words[1:]} if words[0] == b"f" else set()
+    if len(words) - 1 < least or len(forms) > 1 or words[-1].endswith(b"/"):
+        number, line = data.count(b"\n") + 1, show(b" ".join(words).decode("latin-1")[:60])
+        raise BrokenMesh(f"it ends within line {number}, {line}; it may be cut short")
+
+
+def left_out(data: bytes) -> list[str]:
+    """What a file of plain lines states beside faces that have a surface."""
+    found = sorted(_UNREAD[word] for word in _UNREAD if _first(data, word) is not None)
+    return [*found, *(["faces of fewer than 3 corners"] if _NARROW.search(data) else [])]
+
+
+def has_colors(data: bytes) -> bool:
+    """Whether vertices have colours, `v x y z r g b`, by the first of them."""
+    return len((_first(data, b"v") or b"").split()) > 6
+
+
+def mixed_forms(data: bytes) -> bool:
+    """Whether some corners of the faces of plain lines have numbers (of uv, of normals) that others lack."""
+    return form_of(data) is None
+
+
+def form_of(data: bytes) -> tuple[bool, bool] | None:
+    """Whether all corners of the faces of plain lines have uv, and normals; None where some have."""
+    face = _first(data, b"f")
+    form = (False, False) if face is None else formed(face)[0]
+    return form if face is None or _OTHERS[form].search(data) is None else None
+
+
+def _first(data: bytes, word: bytes) -> bytes | None:
+    """The first line that a word begins, if any does."""
+    head = word + b" "
+    start = 0 if data.startswith(head) else data.find(b"\n" + head) + 1
+    end = data.find(b"\n", start)
+    return data[start : end if end >= 0 else None] if start or data.startswith(head) else None
+
+
+def formed(face: bytes) -> tuple[tuple[bool, bool], bytes]:
+    """Whether all corners of a face have uv, and normals, and the line with no more than all have."""
+    corners = [[*corner.split(b"/"), b"", b""][:3] for corner in face.split()[1:]]
+    uv, normals = (all(corner[kind] for corner in corners) for kind in (1, 2))
+    words = [
+        v + (b"/" + vt if uv else b"/" if normals else b"") + (b"/" + vn if normals else b"")
+        for v, vt, vn in corners
+    ]
+    return (uv, normals), b" ".join([b"f", *words])
 
 
 def _from_start(corner: bytes, counts: dict[bytes, int]) -> bytes:

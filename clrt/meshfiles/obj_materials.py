@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Final
 
 from clrt.base.errors import show
 from clrt.meshfiles.gltf_textures import Itself
-from clrt.meshfiles.look import Look, Names
+from clrt.meshfiles.look import NONE, Look, Names, Used, textures_without_uv
 from clrt.meshfiles.mtl import Phong, earlier, name_of, read_mtl, text_of
 from clrt.meshfiles.mtl_maps import Beside
+from clrt.meshfiles.obj import formed, has_colors, mixed_forms
 
 LIBRARY: Final = "clrt.mtl"
 """The materials file that is made up, so that trimesh keeps materials apart."""
@@ -22,42 +24,59 @@ Fetch = Callable[[str], tuple[Path, Callable[[], bytes]] | None]
 
 
 class Materials:
-    """The materials of an OBJ by number, and the lines of the file with these numbers for names."""
+    """The materials of an OBJ by number, and the lines of the file, its faces in groups.
+
+    Those of a group have one material and corners of one form: trimesh drops what others lack.
+    """
 
     def __init__(self, data: bytes) -> None:
         """data: with plain lines (`clrt.meshfiles.obj`)."""
         self.libraries: list[str] = []
+        self.colored = has_colors(data)
         numbers: dict[bytes, int] = {}
         head: list[bytes] = [b"mtllib " + LIBRARY.encode()]
-        faces: dict[int | None, list[bytes]] = {None: []}
-        now: int | None = None
+        faces: dict[tuple[int, tuple[bool, bool] | None], list[bytes]] = {}
+        mixed, form, now = mixed_forms(data), None, NONE
         for line in data.splitlines():
             if line.startswith(b"f "):
-                faces[now].append(line)
+                if mixed:
+                    form, line = formed(line)
+                faces.setdefault((now, form), []).append(line)
             elif line.startswith(b"usemtl"):
-                name = name_of(line[6:].split())
-                now = numbers.setdefault(name, len(numbers))
-                faces.setdefault(now, [])
+                now = numbers.setdefault(name_of(line[6:].split()), len(numbers))
             elif line.startswith(b"mtllib"):
                 self.libraries.append(text_of(line[6:].strip()))
             else:
                 head.append(line)
         self.names = list(numbers)
-        for number, lines in faces.items():
-            head += [*([] if number is None else [b"usemtl m%d" % number]), *lines] if lines else []
-        # trimesh takes a time of vertices x materials, and of materials squared
+        # trimesh takes a time of vertices x groups, and of groups squared
         vertices = sum(line.startswith(b"v ") for line in head)
-        self.many = len(numbers) > (_MOST if len(numbers) * vertices <= _COSTLY else _FEW)
+        self.many = len(faces) > (_MOST if len(faces) * vertices <= _COSTLY else _FEW)
+        if self.many:
+            together: dict[tuple[int, tuple[bool, bool] | None], list[bytes]] = {}
+            for (_, form), lines in faces.items():
+                together.setdefault((NONE, form), []).extend(lines)
+            faces = together
+        self.groups = [number for number, _ in faces]
+        """Their materials, or NONE; of all where there are too many."""
+        for group, lines in enumerate(faces.values()):
+            head += [b"usemtl g%d" % group, *lines]
         self.lines = b"\n".join(head) + b"\n"
 
     def library(self) -> bytes:
         """What trimesh is given for `LIBRARY`."""
         # of a single material it keeps no name
-        return "".join(f"newmtl m{number}\nKd 1 1 1\n" for number in range(len(self.names) + 1)).encode()
+        return "".join(f"newmtl g{group}\nKd 1 1 1\n" for group in range(len(self.groups) + 1)).encode()
 
-    def look(self, used: Mapping[int, bool], fetch: Fetch, itself: Itself) -> Look:
-        """The `used` materials (each: with uv) of the libraries that are there; others are left out."""
+    def material(self, name: str) -> int:
+        """The number of the material, or NONE, of the group that `library` calls `name`."""
+        return self.groups[int(name[1:])] if re.fullmatch(r"g\d+", name) else NONE
+
+    def look(self, used: Used, fetch: Fetch, itself: Itself) -> Look:
+        """The `used` materials of the libraries that are there; others are left out."""
         found = Look()
+        if self.colored:
+            found.left_out["the colours of vertices"] = None
         known: dict[bytes, tuple[Phong, Beside]] = {}
         seen: set[Path] = set()  # a library may be named often, and in many ways
         for name in dict.fromkeys(self.libraries):
@@ -74,13 +93,15 @@ class Materials:
                         phong.left_out.update(earlier(called) if called in known else {})
                         known[called] = (phong, place)
         names = Names()  # of other bytes may be the same text
-        for number, uv in used.items():
+        for number, uv in used:
             its_name = self.names[number]
             if its_name in known:
                 phong, its = known[its_name]
-                found.called[number] = text = names.new(text_of(its_name))
-                found.materials[text] = phong.with_pictures(its, itself.shows).table(uv)
+                phong = phong.with_pictures(its, itself.shows)
+                found.add(names, (number, uv), text_of(its_name), phong.table(uv))
                 found.left_out.update(phong.left_out)
+                if phong.pictured and not uv:
+                    found.left_out[textures_without_uv(text_of(its_name))] = None
             elif seen:
                 found.left_out[f"the material {show(text_of(its_name)[:60])}, which its library lacks"] = None
         return found

@@ -6,14 +6,14 @@ their numbers is read.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from clrt.meshfiles.gltf_document import BrokenMesh
-from clrt.meshfiles.look import NONE, Look
+from clrt.meshfiles.look import NONE, Look, Used
 
 Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None]
 """Vertices (n, 3), triangles (m, 3) of vertex numbers, normals (n, 3) or None, uv (n, 2) or None.
@@ -47,9 +47,10 @@ class Placed:
     Place i of p, in the file's order, has the part `which[i]` and the (4, 4) matrix to the world
     `matrices[where[i]]`. `left_out` is what of the file is not read and would change where they stand.
     Its material has the number `materials[i]` (None: no place has one); `names[where[i]]` is what the file
-    calls what stands there. `look` says what the materials of some numbers are (with each: whether all that
-    has it has uv), and what else makes the picture, given the middle and the radius of all that is placed.
-    `colors`: the number of the file's picture that its vertices' colours make.
+    calls what stands there. `look` says what the materials of some numbers are (with each: whether what has
+    it has uv), and what else makes the picture, given the middle and the radius of all that is placed.
+    `colors`: the number of the file's picture that its vertices' colours make. `textured`: whether the
+    material of a number may show pictures.
     """
 
     parts: Sequence[Part]
@@ -59,18 +60,22 @@ class Placed:
     left_out: tuple[str, ...] = ()
     materials: np.ndarray | None = None
     names: Sequence[str] = ()
-    look: Callable[[Mapping[int, bool], np.ndarray, float], Look] | None = None
+    look: Callable[[Used, np.ndarray, float], Look] | None = None
     colors: int = 0
+    textured: Callable[[int], bool] = lambda number: True
 
     @cached_property
     def groups(self) -> list[tuple[int, int, np.ndarray]]:
         """Of each number that a shape may name: where it stands, its material, and its places, ascending.
 
-        What stands at one place and has one material goes together; all of one material does where there
-        would be more than `MOST_GROUPS`, and then stands nowhere: NONE. BrokenMesh for more materials.
+        What stands at one place and has one material goes together, but what lacks the uv for its textures is
+        apart; all of one material does where there would be more than `MOST_GROUPS`, and then stands nowhere:
+        NONE. BrokenMesh for more materials.
         """
         materials = np.full(len(self.which), NONE) if self.materials is None else self.materials
-        pairs = np.stack([self.where, materials], axis=1).astype(np.int64)
+        textured = np.array([m != NONE and self.textured(m) for m in materials.tolist()], bool)
+        bare = textured & ~np.array([part.uv for part in self.parts], bool)[self.which]
+        pairs = np.stack([self.where, materials, bare], axis=1).astype(np.int64)
         found, first, group = np.unique(pairs, axis=0, return_index=True, return_inverse=True)
         if len(found) > MOST_GROUPS:
             pairs[:, 0] = NONE
@@ -80,7 +85,7 @@ class Placed:
         order = np.lexsort((first, -found[:, 0]))  # as in the file: readers walk what stands in it backwards
         sorted_places = np.argsort(group.reshape(-1), kind="stable")
         places = np.split(sorted_places, np.cumsum(np.bincount(group.reshape(-1)))[:-1])
-        return [(*found[number].tolist(), places[number]) for number in order]
+        return [(*found[number, :2].tolist(), places[number]) for number in order]
 
     def only(self, places: np.ndarray) -> Placed:
         """Some of the places."""

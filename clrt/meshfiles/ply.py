@@ -1,4 +1,5 @@
-"""PLY files as trimesh understands them: it knows colours by the names `red`, `green` and `blue` alone.
+"""PLY files as trimesh understands them: it knows colours by the names `red`, `green` and `blue` alone, and
+uv not by all of theirs.
 
 It keeps the low byte of each, so the numbers of colours are taken from what it read, by their declared type.
 """
@@ -7,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, partial
 from typing import Any, Final
 
@@ -21,6 +22,8 @@ from clrt.meshfiles.outlines import rows_of
 
 _COLORS: Final = (b"red", b"green", b"blue")
 _OTHERS: Final = ((b"diffuse_red", b"diffuse_green", b"diffuse_blue"), (b"r", b"g", b"b"))
+_UV: Final = (b"texture_u", b"texture_v")
+_OTHER_UV: Final = ((b"texture_s", b"texture_t"), (b"u", b"v"), (b"s", b"t"))
 _PROPERTY: Final = re.compile(rb"(?<=\n)(property[ \t]+)(\w+)([ \t]+)(\w+)(?=[ \t]*\r?\n)")
 _ELEMENT: Final = re.compile(rb"(?<=\n)(?=element[ \t])")
 _TEXTURE: Final = re.compile(rb"(?i)\ncomment[ \t]+texturefile[ \t]+([^\r\n]+)")
@@ -35,7 +38,7 @@ _SHARE: Final = 4  # bytes of the file for each
 
 
 def plain_ply(data: bytes) -> bytes:
-    """The file's data with the usual names of colours in its header, where they have others.
+    """The file's data with the usual names of colours and uv in its header, where they have others.
 
     Of a text file they are declared as double: trimesh would drop what is too large for their type.
     """
@@ -49,7 +52,9 @@ def plain_ply(data: bytes) -> bytes:
         raise BrokenMesh(f"its header declares {declared.lists} lists; at most {_LISTS} are read")
     if text:
         declared.check_text(len(data))
-        return b"".join(map(_doubled, elements)) + _lines(data[len(head) :], 1 + declared.rows)
+        rest = _lines(data[len(head) :], 1 + declared.rows)
+        declared.check_rows(rest[1:], 1 + head.count(b"\n"))
+        return b"".join(map(_doubled, elements)) + "\n".join(rest).encode("utf-8", "surrogateescape")
     plain = b"".join(elements)
     return data if plain == head else plain + data[len(head) :]
 
@@ -113,12 +118,13 @@ class PlyColors:
 @dataclass
 class _Declared:
     """How many rows, values in them and lists a header declares, as trimesh reads it; of faces the rows and
-    lists, too."""
+    lists, too. Of all elements: name, rows, and of each property whether it is a list."""
 
     rows: int = 0
     values: int = 0
     lists: int = 0
     faces: tuple[int, int] = (0, 0)
+    elements: list[tuple[str, int, list[bool]]] = field(default_factory=list)
 
     @staticmethod
     def of(head: bytes) -> _Declared:
@@ -130,13 +136,34 @@ class _Declared:
                     raise BrokenMesh(f"its header declares {show(count)} of {show(name)}, which is no count")
                 length, lists = int(count), 0
                 found.rows += length
+                found.elements.append((name, length, []))
             elif words and "property" in words[0]:
                 found.values += length
                 found.lists += "list" in "".join(words[1:2])
                 lists += "list" in "".join(words[1:2])
+                for *_, kinds in found.elements[-1:]:
+                    kinds.append("list" in "".join(words[1:2]))
             if name == "face":
                 found.faces = length, lists
         return found
+
+    def check_rows(self, lines: list[str], before: int) -> None:
+        """Raise BrokenMesh where rows of a text, whose `lines` stand after `before` others, are not whole."""
+        left = iter(enumerate(lines, before + 1))
+        for name, count, lists in self.elements:
+            for row in range(count):
+                number, line = next(left, (0, ""))
+                if not number:
+                    text = f"it has {row} of the {count} rows of {show(name)} that it declares"
+                    raise BrokenMesh(f"it ends in line {before + len(lines)}: {text}")
+                words = line.split()
+                try:
+                    least = _needs(words, lists)
+                except (ValueError, OverflowError):
+                    continue  # trimesh refuses what is no number
+                if len(words) < least:
+                    text = f"row {row} of {show(name)} has {len(words)} of its {least} numbers"
+                    raise BrokenMesh(f"line {number}: {text}")
 
     def check_text(self, size: int) -> None:
         """Raise BrokenMesh where a text file of `size` bytes declares what would take too much memory, or
@@ -151,10 +178,17 @@ class _Declared:
             raise BrokenMesh(f"{text}; save it as binary, or leave the others out")
 
 
-def _lines(text: bytes, count: int) -> bytes:
+def _lines(text: bytes, count: int) -> list[str]:
     """The first lines of a text, as trimesh finds them: those after all rows would cost as much as rows."""
-    lines = text.decode("utf-8", "surrogateescape").splitlines()
-    return "\n".join(lines[:count]).encode("utf-8", "surrogateescape")
+    return text.decode("utf-8", "surrogateescape").splitlines()[:count]
+
+
+def _needs(words: list[str], lists: list[bool]) -> int:
+    """How many words a row of such properties has at least; ValueError where a list's length is none."""
+    at = 0
+    for many in lists:
+        at += 1 + (int(float(words[at])) if many and at < len(words) else 0)
+    return at
 
 
 def _head(data: bytes) -> bytes:
@@ -181,12 +215,15 @@ def _types(data: bytes) -> dict[str, tuple[str, ...]]:
 
 
 def _named(element: bytes) -> bytes:
-    """An element of the header with the usual names of its colours, unless they stand there, too."""
+    """An element of the header with the usual names of colours and uv, unless they stand there, too."""
     there = {name for *_, name in _PROPERTY.findall(element)}
-    found = next((names for names in _OTHERS if there.issuperset(names)), None)
-    if found is None or not there.isdisjoint(_COLORS):
+    usual: dict[bytes, bytes] = {}
+    for wanted, others in ((_COLORS, _OTHERS), (_UV, _OTHER_UV)):
+        found = next((names for names in others if there.issuperset(names)), None)
+        if found is not None and there.isdisjoint(wanted):
+            usual |= zip(found, wanted, strict=True)
+    if not usual:
         return element
-    usual = dict(zip(found, _COLORS, strict=True))
     return _PROPERTY.sub(lambda match: b"".join(match.groups()[:3]) + usual.get(match[4], match[4]), element)
 
 

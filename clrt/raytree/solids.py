@@ -46,6 +46,7 @@ def triangles_of(shape: Shape, low: np.ndarray, high: np.ndarray) -> Triangles |
     vertices, faces = make(shape, low, high)
     matrix = shape.matrix
     vertices = vertices @ matrix[:3, :3].T + matrix[:3, 3]
+    faces = faces[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else faces  # the outer side stays so
     return (vertices, faces) if len(faces) and np.isfinite(vertices).all() else None
 
 
@@ -90,7 +91,7 @@ def _paraboloid(shape: Any, low: np.ndarray, high: np.ndarray) -> Triangles:
 
 def _disk(shape: Any, low: np.ndarray, high: np.ndarray) -> Triangles:
     normal = np.asarray(shape.normal) / np.linalg.norm(shape.normal)
-    return _turned(shape.center, normal, np.zeros(2), np.array([0.0, shape.radius]))
+    return _turned(shape.center, normal, np.zeros(2), np.array([shape.radius, 0.0]))
 
 
 def _plane(shape: Any, low: np.ndarray, high: np.ndarray) -> Triangles:

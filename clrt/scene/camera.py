@@ -45,16 +45,17 @@ class Camera(Record, frozen=True, kw_only=True):
 
     Either `origin` and `target` (and `up`, `mirror`), or `pose`: 4 x 4, camera to world, with OpenCV's axes:
     x right, y down, z forward. Either `fov` (and `fov_axis`), or `K`: 3 x 3, in pixels of a picture of
-    `width` x `height`, the first of which reaches from 0 to 1; pictures of other sizes show as much. What
-    is not stated follows from what is, so every camera has `pose`, and every perspective one `K`.
+    `width` x `height`, the first of which reaches from 0 to 1, as `shift` is: pictures of other sizes show
+    the same view. What is not stated follows from what is, so every camera has `pose`, and every
+    perspective one `K`.
 
-    `fov` is in degrees, `size` in world units (of an orthographic view), `shift` in pixels. `spp` is a
-    square number, None where none is stated, which is 1. `jitter` is the seed of the samples' jitter, None
-    for none. `up` is None until a scene holds the camera: then the y axis, or the z axis for a camera that
-    looks along y. `filter` weighs the samples of a pixel, which lie wherever it is not 0: "box" (its own
-    square, evenly), "tent" (1 pixel to each side), "gaussian", "mitchell" (2). `aperture` is the radius of
-    the lens in world units, 0 for a pinhole, which sees all sharp; `focus` how far along the view things are
-    sharp, None for the target's distance.
+    `fov` is in degrees, `size` in world units (of an orthographic view). `spp` is a square number, None
+    where none is stated, which is 1. `jitter` is the seed of the samples' jitter, None for none. `up` is
+    None until a scene holds the camera: then the y axis, or the z axis for a camera that looks along y.
+    `filter` weighs the samples of a pixel, which lie wherever it is not 0: "box" (its own square, evenly),
+    "tent" (1 pixel to each side), "gaussian", "mitchell" (2). `aperture` is the radius of the lens in world
+    units, 0 for a pinhole, which sees all sharp; `focus` how far along the view things are sharp, None for
+    the target's distance.
     """
 
     type: Annotated[
@@ -129,11 +130,12 @@ class Camera(Record, frozen=True, kw_only=True):
 
     def offset(self, width: int, height: int) -> tuple[float, float]:
         """What is added to places in a picture of that size, pixels, so that (0, 0) is in its upper left."""
+        x, y = self.shift[0] * (width / self.width), self.shift[1] * (height / self.height)
         if not self.has_k:
-            return self.shift
+            return x, y
         (_, _, cx), (_, _, cy), _ = self.K  # type: ignore[misc]
         more = (0.5 * self.width - cx) * width / self.width, (0.5 * self.height - cy) * height / self.height
-        return self.shift[0] + more[0], self.shift[1] + more[1]
+        return x + more[0], y + more[1]
 
     def check(self, at: At) -> None:
         if self.has_pose:
@@ -268,9 +270,12 @@ for _name, _follows in (
     setattr(Camera, _name, _followed(_name, _follows))
 
 
-def resized(camera: Camera, width: int, height: int) -> tuple[tuple[float, ...], ...]:
-    """The K of a picture of another size that shows as much."""
-    return rows(np.array(camera.K) * [[width / camera.width], [height / camera.height], [1.0]])
+def resized(camera: Camera, width: int, height: int) -> Camera:
+    """The same view in a picture of another size: `shift` and `K` are in its pixels."""
+    across, down = width / camera.width, height / camera.height
+    k = rows(np.array(camera.K) * [[across], [down], [1.0]]) if camera.has_k else None
+    shift = camera.shift[0] * across, camera.shift[1] * down
+    return msgspec.structs.replace(camera, width=width, height=height, shift=shift, K=k)
 
 
 def _parallel(gaze: np.ndarray, up: Vector) -> bool:

@@ -86,10 +86,10 @@ class Mesh(FiniteShape, frozen=True, kw_only=True, eq=False, dict=True, tag="mes
     """Triangles or n-gons that share vertices.
 
     Either `vertices` (n, 3) and `faces`, with optional vertex `normals` (n, 3) and `uv` (n, 2), places in
-    pictures, or a `file`. Vertex normals
-    make the mesh smooth; `smooth = True` computes them, weighted by area, where they are not given.
-    `smooth` left out (None) follows the file: its normals if it has some, else flat. `part` is the number of
-    one of the file's parts, as a scene made of the file has them as shapes; left out, all are one mesh.
+    pictures, or a `file`. Vertex normals make the mesh smooth; `smooth = True` computes them, weighted by
+    area, where they are not given, False shades flat. `smooth` left out (None) follows what is given or in
+    the file: normals if it has some, else flat. `part` is the number of one of the file's parts, as a scene
+    made of the file has them as shapes; left out, all are one mesh.
     """
 
     vertices: Points | None = None
@@ -212,7 +212,8 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
             raise at.says(f"the key {name!r} is missing; a mesh has vertices and faces, or a file")
     checked = read_arrays(arrays, at)
     mesh = msgspec.structs.replace(mesh, **checked)
-    vertices, faces, normals = checked["vertices"], checked["faces"], checked.get("normals")
+    vertices, faces = checked["vertices"], checked["faces"]
+    normals = None if mesh.smooth is False else checked.get("normals")
     if normals is None and mesh.smooth:
         normals = vertex_normals(vertices, faces if isinstance(faces, np.ndarray) else _fan(faces))
         normals.flags.writeable = False

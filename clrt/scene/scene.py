@@ -265,9 +265,10 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
             if self.camera is None:
                 raise at.key("camera").says(f"there is no camera whose {listed(changes)} could be set")
             camera = read(Camera, table_of(self.camera) | changes, at.key("camera")).upright()
-            if self.camera.has_k:  # of a picture of the size before
-                matrix = resized(self.camera, camera.width, camera.height)
-                camera = read(Camera, table_of(camera) | {"K": matrix}, at.key("camera"))
+            if (camera.width, camera.height) != (self.camera.width, self.camera.height):
+                same = table_of(resized(self.camera, camera.width, camera.height))
+                more = {name: same[name] for name in ("K", "shift") if name in same}
+                camera = read(Camera, table_of(camera) | more, at.key("camera"))
             msgspec.structs.force_setattr(other, "camera", camera)
         return other
 

@@ -13,7 +13,7 @@ import pytest
 import clrt
 from clrt.base.errors import LimitError, SceneError
 from clrt.images.file import write as write_picture
-from clrt.scene.scene import ImageTexture, NormalMap, Placement, Scene
+from clrt.scene.scene import ImageTexture, Mesh, NormalMap, Placement, Scene
 from tests.model_samples import CAMERA, FLOOR, LIGHTS, PICTURE, POINT, WALL, model, shining, write_glb
 
 UV = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
@@ -276,7 +276,7 @@ def test_uv_that_are_left_out(tmp_path: Path, info: dict[str, Any], says: str, k
 def test_what_has_no_uv_has_no_textures(tmp_path: Path) -> None:
     table = textured(BASE)
     del table["meshes"][1]["primitives"][0]["attributes"]["TEXCOORD_0"]
-    with pytest.warns(clrt.ClrtWarning, match="textures of what has no uv"):
+    with pytest.warns(clrt.ClrtWarning, match="textures of 'material 0' where it has no uv"):
         assert not next(iter(load(tmp_path, table).materials.values())).pictures
     transmitting = {"extensions": {
         "KHR_materials_transmission": {"transmissionFactor": 1, "transmissionTexture": {"index": 0}},
@@ -433,3 +433,20 @@ def test_parts_in_scene_files(tmp_path: Path) -> None:
             clrt.load_dict({"shapes": [{**ball, "material": material}]}, folder=tmp_path)
     with pytest.raises(SceneError, match=r"normal_map\.file: 'a\.glb' is not allowed"):
         clrt.load_dict({"shapes": [{**ball, "material": {"normal_map": {"file": "a.glb"}}}]}, folder=tmp_path)
+
+
+@pytest.mark.parametrize("one_mesh", [False, True])
+def test_textures_stay_where_there_are_uv(tmp_path: Path, one_mesh: bool) -> None:
+    table = textured(BASE)
+    bare = {"attributes": {"POSITION": 0}, "material": 0}
+    if one_mesh:
+        table["meshes"][1]["primitives"].append(bare)
+    else:
+        table["meshes"][0]["primitives"] = [bare]
+    with pytest.warns(clrt.ClrtWarning, match=r"counterpart: textures of 'material 0' where it has no uv$"):
+        scene = load(tmp_path, table)
+    meshes = [shape for shape in scene.shapes if isinstance(shape, Mesh)]
+    shown = [(mesh.data().uv is not None, scene.material_of(mesh).pictures) for mesh in meshes]
+    assert sorted(uv for uv, pictures in shown if pictures) == [True]
+    assert [bool(pictures) for uv, pictures in shown if not uv] == [False] * (len(shown) - 1)
+    assert list(scene.materials) == ["material 0", "material 0-2"]

@@ -164,7 +164,7 @@ def test_maps(tmp_path: Path, line: str, key: str, expected: dict[str, Any]) -> 
     assert getattr(material, key) == ImageTexture(file="a b.png", **expected)
     bumps = NormalMap(file="a b.png", placement=Placement())
     assert material.normal_map == (bumps if "illum" not in line else None)
-    with pytest.warns(clrt.ClrtWarning, match="counterpart: textures of what has no uv"):
+    with pytest.warns(clrt.ClrtWarning, match="counterpart: textures of 'm' where it has no uv"):
         plain = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n").materials["m"]
     assert not plain.pictures
 

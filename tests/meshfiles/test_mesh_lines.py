@@ -115,3 +115,18 @@ def test_concave_faces_are_covered_whatever_corner_comes_first(
     whole = (1.0 if outline is DART else 3.0) + 1.0
     assert abs(area - whole) < 1e-6  # sums of a few numbers of up to 53 bits
     assert not recwarn
+
+
+@pytest.mark.parametrize("kind", ["ascii", "binary_little_endian"])
+@pytest.mark.parametrize("names", ["texture_u texture_v", "texture_s texture_t", "u v", "s t"])
+def test_uv_of_a_ply_by_all_their_names(tmp_path: Path, kind: str, names: str) -> None:
+    properties = "".join(f"property float {name}\n" for name in ["x", "y", "z", *names.split()])
+    head = f"ply\nformat {kind} 1.0\nelement vertex 3\n{properties}"
+    head += "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
+    rows = np.array([[0, 0, 0, 0.25, 1], [1, 0, 0, 0, 0.5], [0, 1, 0, 0.75, 0]], "<f4")
+    body = "\n".join(" ".join(map(str, row)) for row in rows) + "\n3 0 1 2\n"
+    data = rows.tobytes() + struct.pack("<B3i", 3, 0, 1, 2)
+    (tmp_path / "a.ply").write_bytes(head.encode() + (body.encode() if kind == "ascii" else data))
+    vertices, faces, _, uv = read_mesh_file(tmp_path / "a.ply", At(path="mesh"), Limits(), False)
+    assert uv is not None and np.array_equal(vertices[faces[0]], rows[:, :3])
+    assert np.array_equal(uv[faces[0]], rows[:, 3:] * [1, -1] + [0, 1])

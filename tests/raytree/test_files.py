@@ -8,6 +8,7 @@ import re
 import warnings
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import tostring
 
 import numpy as np
@@ -180,3 +181,31 @@ def test_a_model_without_trimesh_is_refused_first(
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(clrt.ClrtError, match=r"tree\.glb: needs trimesh; install it with"):
         tree.save(tmp_path / "tree.glb")
+
+
+MIRROR = [[-1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+
+
+@pytest.mark.parametrize("transform", [None, MIRROR])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"type": "sphere", "center": [0, 0, 0], "radius": 1},
+        {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1, 2, 3]},
+        {"type": "box", "min": [-1, -1, -1], "max": [1, 1, 1]},
+        {"type": "cylinder", "p0": [0, -1, 0], "p1": [0, 1, 0], "radius": 1, "caps": True},
+        {"type": "cone", "p0": [0, -1, 0], "p1": [0, 1, 0], "r0": 1, "r1": 0.5, "caps": True},
+        {"type": "disk", "center": [0, 0, 1], "normal": [0, 0, 1], "radius": 1},
+        {"type": "polygon", "points": [[-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]]},
+        {"type": "mesh", "vertices": [[-1, -1, 0], [1, -1, 0], [0, 1, 0], [0, 0, 1]],
+         "faces": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]},
+    ],
+)  # fmt: skip
+def test_outer_sides_stay_outside(shape: dict[str, Any], transform: list[list[float]] | None) -> None:
+    """Mirrored shapes, and all disks, were inside out in a .glb."""
+    placed = shape | ({"transform": transform} if transform else {})
+    (solid,) = clrt.load_dict({"ambient": 1, "shapes": [placed]}).shapes
+    made = triangles_of(solid, np.full(3, -3.0), np.full(3, 3.0))
+    assert made is not None
+    a, b, c = np.moveaxis(made[0][made[1]], 1, 0)
+    assert np.sum(np.cross(b - a, c - a) * a) > 0

@@ -10,6 +10,7 @@ import pytest
 
 import clrt
 from clrt.flatten.flatten import flatten_camera
+from validation.oracle64 import render64
 
 POSE = np.array(
     [[0.8, 0, 0.6, -5.1], [0.36, -0.8, -0.48, 4.08], [0.48, 0.6, -0.64, 5.44], [0, 0, 0, 1]]
@@ -73,6 +74,32 @@ def test_pictures_of_other_sizes_show_as_much() -> None:
     small, half = flatten_camera(camera)[0], flatten_camera(clrt.Camera(**STATED), 80, 90)[0]
     assert all(np.array_equal(small[name], half[name]) for name in small.dtype.names)
     assert half["shift_x"] == np.float32(5) and half["half_width"] == np.float32(80 / 215)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [{"fov": 40}, {"fov": 40, "fov_axis": "vertical"}, {"type": "orthographic", "size": 3}, {"K": K},
+     {"fov": 40, "aperture": 0.1}],
+)  # fmt: skip
+def test_a_shift_is_the_same_part_of_pictures_of_all_sizes(more: dict[str, Any]) -> None:
+    """As pixels of each picture it showed another view; at the camera's own size its bits stay."""
+    view = {"origin": (0, 0, 5), "target": (0, 0, 0), "shift": (48.1, -12.3), **more}
+    scene = clrt.load_dict({"camera": {**view, "width": 160, "height": 120}, "shapes": [BALL]})
+    camera = scene.camera
+    assert camera is not None and (camera.has_k or camera.offset(160, 120) == (48.1, -12.3))
+    small = scene.override(width=40, height=30).camera
+    assert small is not None
+    for record in (flatten_camera(camera, 40, 30), flatten_camera(small)):
+        assert np.allclose(record["shift_x"], camera.offset(160, 120)[0] / 4)
+        assert np.allclose(record["shift_y"], camera.offset(160, 120)[1] / 4)
+    whole, alike = clrt.render(scene, 40, 30, spp=1), clrt.render(scene.override(width=40, height=30), spp=1)
+    assert np.array_equal(whole.pixels, alike.pixels)
+    part = clrt.render(scene, 40, 30, spp=1, crop=(5, 3, 20, 11)).pixels
+    assert np.array_equal(part, whole.pixels[3:14, 5:25])
+    assert np.abs(render64(scene, 40, 30, 1).pixels - whole.pixels).max() < 1e-3
+    fine = clrt.render(scene, 160, 120, spp=1).pixels
+    coarse = fine.reshape(30, 4, 40, 4, 3).mean(axis=(1, 3))
+    assert 0 < whole.pixels.mean() < 1 and np.abs(coarse - whole.pixels).mean() < 0.04
 
 
 @pytest.mark.parametrize("suffix", ["toml", "json"])

@@ -169,6 +169,16 @@ def test_mesh_data() -> None:
         triangles.vertices[0, 0] = 9
 
 
+@pytest.mark.parametrize("smooth", [None, True, False])
+def test_normals_in_place_count_unless_smooth_is_false(smooth: bool | None) -> None:
+    table = {"type": "mesh", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]],
+             "normals": [[0, 0.6, 0.8]] * 3, "smooth": smooth}  # fmt: skip
+    scene = clrt.load_dict({"ambient": 1, "shapes": [{k: v for k, v in table.items() if v is not None}]})
+    (shape,) = scene.shapes
+    assert isinstance(shape, Mesh) and (shape.data().normals is None) == (smooth is False)
+    assert scene == clrt.load_dict(scene.to_dict())
+
+
 def test_smooth_normals_are_weighted_by_area() -> None:
     vertices = [[0, 0, 0], [2, 0, 0], [0, 3, 0], [0, 0, 1]]
     mesh = Scene(shapes=[Mesh(vertices=vertices, faces=[[0, 1, 2], [0, 3, 1]], smooth=True)]).shapes[0]

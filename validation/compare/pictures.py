@@ -211,6 +211,7 @@ def reference_of(
     width, height = scene.camera.width, scene.camera.height
     if shape and abs(shape[1] * height / width - shape[0]) <= 1:
         height, width = shape[:2]
+        scene = scene.override(width=width, height=height)
     return SceneReference(scene, width, height, device, settings)
 
 

@@ -25,12 +25,14 @@ def camera_rays(
     by_width = camera.fov_axis == "horizontal"
     half = camera.size / 2 if camera.type == "orthographic" else np.tan(np.radians(camera.fov) / 2)
     half_width, half_height = (half, half * height / width) if by_width else (half * width / height, half)
-    to_right = (2 * (x + camera.shift[0]) / width - 1) * half_width
-    to_top = (1 - 2 * (y + camera.shift[1]) / height) * half_height
+    x = x + camera.shift[0] * (width / camera.width)
+    y = y + camera.shift[1] * (height / camera.height)
+    to_right = (2 * x / width - 1) * half_width
+    to_top = (1 - 2 * y / height) * half_height
     if camera.has_k:  # the inverse of K, of a picture of the size that it is for
         matrix = np.linalg.inv(np.array(camera.K, float))
-        to_right = matrix[0, 0] * (x + camera.shift[0]) * camera.width / width + matrix[0, 2]
-        to_top = -(matrix[1, 1] * (y + camera.shift[1]) * camera.height / height + matrix[1, 2])
+        to_right = matrix[0, 0] * x * camera.width / width + matrix[0, 2]
+        to_top = -(matrix[1, 1] * y * camera.height / height + matrix[1, 2])
     across, down = to_right[:, None] * right, to_top[:, None] * up
     origin = np.broadcast_to(np.asarray(camera.origin, float), across.shape)
     if camera.aperture > 0:

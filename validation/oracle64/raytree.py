@@ -89,7 +89,7 @@ def tree64(
         notes = _Notes(world, scene)
         depth = scene.max_depth if max_depth is None else max_depth
         job = Job(world, scene, Background(scene, world.palette), depth, notes)
-        pixel, camera = np.array([y * width + x]), _shifted(scene.camera, shift)
+        pixel, camera = np.array([y * width + x]), _shifted(scene.camera, shift, (width, height))
         for sample in range(spp):
             rays = _camera_block(world, camera, (width, height), math.isqrt(spp), sample, pixel)
             radiance(job, rays, 0)

@@ -132,8 +132,8 @@ def render64(
     """
     if scene.camera is None:
         raise ValueError("the scene has no camera")
-    camera = _shifted(scene.camera, shift)
-    width, height = _size(camera, width, height)
+    width, height = _size(scene.camera, width, height)
+    camera = _shifted(scene.camera, shift, (width, height))
     spp = spp or camera.spp
     grid = math.isqrt(spp)
     if grid * grid != spp:
@@ -178,9 +178,10 @@ def _sampled(job: Job, camera: Camera, size: tuple[int, int], grid: int, pixel: 
     return light.reshape(grid * grid, len(pixel), -1)
 
 
-def _shifted(camera: Camera, shift: tuple[float, float]) -> Camera:
-    """The camera with `shift` added to its own."""
-    return msgspec.structs.replace(camera, shift=(camera.shift[0] + shift[0], camera.shift[1] + shift[1]))
+def _shifted(camera: Camera, shift: tuple[float, float], size: tuple[int, int]) -> Camera:
+    """The camera with `shift`, in pixels of a picture of `size`, added to its own."""
+    x, y = shift[0] * (camera.width / size[0]), shift[1] * (camera.height / size[1])
+    return msgspec.structs.replace(camera, shift=(camera.shift[0] + x, camera.shift[1] + y))
 
 
 def edge_mask(
@@ -212,7 +213,7 @@ def edge_mask(
         job = replace(_job(scene, still.shape[1], max_depth), film=Film(0, Palette.of(scene)))
         for x, y in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
             asked = np.flatnonzero(~mask)  # one shift that moves a pixel is enough
-            camera = _shifted(scene.camera, (x * step, y * step))
+            camera = _shifted(scene.camera, (x * step, y * step), size)
             moved = job.world.palette.developed(_sampled(job, camera, size, grid, asked))
             moves = np.abs(moved - still[:, asked])
             if together:

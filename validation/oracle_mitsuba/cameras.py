@@ -36,14 +36,14 @@ def sensor(camera: Camera, width: int, height: int, scale: float, center: Any = 
             plugin["type"] = "thinlens"
             plugin["aperture_radius"], plugin["focus_distance"] = camera.aperture, focus(camera)
         else:
-            plugin["principal_point_offset_x"] = camera.shift[0] / width
-            plugin["principal_point_offset_y"] = camera.shift[1] / height
+            plugin["principal_point_offset_x"] = camera.shift[0] / camera.width
+            plugin["principal_point_offset_y"] = camera.shift[1] / camera.height
         if camera.K is not None:
             plugin.update(_by_k(camera, thin=camera.aperture > 0))
     else:  # the view is 2 units wide under a scale; it has no principal point, so the camera itself is moved
         stretch = (camera.size if camera.fov_axis == "horizontal" else camera.size * width / height) / 2
-        pixel = 2 * stretch / width
-        origin = origin + pixel * (camera.shift[0] * right - camera.shift[1] * up)
+        across, down = np.divide(camera.shift, (camera.width, camera.height))
+        origin = origin + 2 * stretch * (across * right - down * height / width * up)
         origin = origin + (camera.near - near) * forward
     to_world = np.eye(4)
     to_world[:3, 0], to_world[:3, 1] = -stretch * right, stretch * up
@@ -115,7 +115,7 @@ def view(scene: Scene, width: int, height: int, spp: int, size: float, center: A
     if camera.aperture > 0:
         lens = lens_positions(camera, width * height, spp)
         if camera.type == "perspective":
-            positions = positions + np.divide(camera.shift, (width, height))
+            positions = positions + np.divide(camera.shift, (camera.width, camera.height))
             if camera.K is not None:
                 middle = np.array([camera.K[0][2] / camera.width, camera.K[1][2] / camera.height])
                 positions = positions + 0.5 - middle

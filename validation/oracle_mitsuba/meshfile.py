@@ -27,7 +27,7 @@ class Surface:
     colors: Array | None = None  # of vertices (n, 3) or faces (m, 3), linear
 
 
-def given(vertices: Any, faces: Any, normals: Any, smooth: bool, uv: Any = None) -> Surface:
+def given(vertices: Any, faces: Any, normals: Any, smooth: bool | None, uv: Any = None) -> Surface:
     """A mesh whose numbers stand in the scene."""
     points = np.asarray(vertices, float).reshape(-1, 3)
     lengths = {len(face) for face in faces}
@@ -35,7 +35,7 @@ def given(vertices: Any, faces: Any, normals: Any, smooth: bool, uv: Any = None)
     if lengths <= {3}:
         corners = np.asarray(faces, int).reshape(-1, 3)
     places = None if uv is None else np.asarray(uv, float)
-    if normals is not None:
+    if normals is not None and smooth is not False:
         return Surface(points, corners, np.asarray(normals, float), places)
     return Surface(points, corners, area_weighted(points, corners) if smooth else None, places)
 

@@ -54,9 +54,11 @@ def read(source: Source) -> Scene:
         stated = Camera(**{key: frozen(value) for key, value in tables["camera"].items()})
         camera = {name: value for name, value in wanted.items() if value is not None}
         resized = replace(stated, **camera)
-        if stated.K is not None:  # of a picture of the size that the table says
-            scale = np.array([[resized.width / stated.width], [resized.height / stated.height], [1.0]])
-            resized = replace(resized, K=np.array(stated.K, float) * scale)
+        # shift and K are of a picture of the size that the table says
+        scale = np.array([resized.width / stated.width, resized.height / stated.height, 1.0])
+        resized = replace(resized, shift=tuple(scale[:2] * stated.shift))
+        if stated.K is not None:
+            resized = replace(resized, K=np.array(stated.K, float) * scale[:, None])
         tables["camera"] = resized
     scene = Scene(**tables, folder=source.folder)
     return scene if source.max_depth is None else replace(scene, max_depth=source.max_depth)

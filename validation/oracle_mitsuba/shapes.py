@@ -110,7 +110,7 @@ class Mesh(Shape):
     def _data(self) -> meshfile.Surface:
         if self.file is not None:
             return meshfile.read(Path(self.folder or ".") / self.file, self.smooth)
-        return meshfile.given(self.vertices, self.faces, self.normals, bool(self.smooth), self.uv)
+        return meshfile.given(self.vertices, self.faces, self.normals, self.smooth, self.uv)
 
 
 SHAPES: dict[str, type[Shape]] = {
