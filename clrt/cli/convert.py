@@ -28,10 +28,12 @@ def run(options: argparse.Namespace) -> int:
     if Path(options.output).suffix.lower() == ".xml":
         from clrt.base.resources import validation_module
         from clrt.cli.terminal import say
-        from clrt.formats.mitsuba import keep
+        from clrt.formats.mitsuba import with_itself
 
-        changed = validation_module("oracle_mitsuba.xml").write_xml(scene, options.output)
-        keep(scene, Path(options.output))
+        path = Path(options.output)
+        changed = validation_module("oracle_mitsuba.xml").write_xml(
+            scene, path, lambda text: with_itself(scene, path, text)
+        )
         if changed:
             say(f"{options.output}: Mitsuba lacks {changed} things of this scene; the first lines name them")
         return 0
