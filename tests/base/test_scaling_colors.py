@@ -1,4 +1,4 @@
-"""Materials cost time in proportion to their text in an RGB scene, too, whatever curves they name or state."""
+"""Materials cost time in proportion to their text in RGB scenes, too, whatever curves they name or state."""
 
 from __future__ import annotations
 

@@ -129,7 +129,8 @@ def test_a_scene_goes_to_standard_output(
 def test_a_checkpoint_stays_until_the_picture_is_delivered(sink: str, code: int, scene: str) -> None:
     assert main(["render", scene, "-o", "a.exr", "--quiet"]) == 0  # so that the kernels are there
     words = shlex.join([*CLRT, "render", scene, "-o", "-", "--checkpoint", "c.ck"])
-    done = subprocess.run(["bash", "-c", f"set -o pipefail; {words} {sink}"], stderr=subprocess.PIPE, check=False)
+    line = f"set -o pipefail; {words} {sink}"
+    done = subprocess.run(["bash", "-c", line], stderr=subprocess.PIPE, check=False)
     assert done.returncode == code
     assert Path("c.ck").exists() == (sink != "> out.png")
 
