@@ -10,6 +10,9 @@ from typing import Any
 
 WORD, LINE = 200, 2000  # characters of a message's longest word (a name, mostly) and of all of it
 
+has_limit = True
+"""Whether a message may advise --limit: false within a command that does not take it."""
+
 
 class Portable(Exception):
     """An exception that can be copied and pickled, whatever its class asks for when it is made.

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import Final
 
+from clrt.base import errors
 from clrt.base.arguments import whole
 from clrt.base.errors import ClrtError, LimitError, MemoryLimitError, fault, located, show
 from clrt.base.suggest import did_you_mean
@@ -94,7 +95,7 @@ class Limits:
             advice, how = _LOADING[name], f"clrt.load(..., limits=Limits({name}=N))"
         else:
             advice, how = _RENDERING[name], f"Settings(limits=Limits({name}=N))"
-        how = f"or allow more with --limit {name}=N or {how}"
+        how = f"or allow more with {f'--limit {name}=N or ' if errors.has_limit else ''}{how}"
         text = f"{written(value)} is above the limit of {written(most)}; {advice}, {how}"
         kind = MemoryLimitError if name == "device_bytes" else LimitError
         raise kind(located(source, place, f"{name}: {text}"))

@@ -26,6 +26,7 @@ _TINY, _HUGE = 1e-30, 1e30  # well within float32
 _ENTRIES = 1 << 27  # of an array; a view of one number may have as many as there are addresses
 NO_ORDER = "a set has no order; give a list or a tuple"
 _DEEP = 64  # levels of tables and lists in one another that anything here has
+Triple = tuple[float, float, float]
 Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
 
 
@@ -221,6 +222,12 @@ def single_of(number: float) -> float:
 def is_zero(vector: Iterable[float]) -> bool:
     """Whether a vector has no direction once its components are rounded to float32."""
     return not any(c_float(x).value for x in vector)
+
+
+def cross(a: Iterable[float], b: Iterable[float]) -> Triple:
+    """a x b, to the bit as `np.cross`, which takes many times as long for a single one."""
+    (a0, a1, a2), (b0, b1, b2) = a, b
+    return a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
 
 
 def float32(values: Any) -> np.ndarray:

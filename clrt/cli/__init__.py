@@ -14,7 +14,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any, Final, NoReturn
 
-from clrt.base import hush, inputs, interrupts, room
+from clrt.base import errors, hush, inputs, interrupts, room
 from clrt.base.errors import ClrtError, ClrtWarning, exhausted
 from clrt.cli import terminal
 from clrt.cli.terminal import FAULT, say
@@ -37,6 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             options = read(arguments)
             command = options.command
+            errors.has_limit = hasattr(options, "limit")
             room.check_room()
             terminal.tell_more(options.verbose)
             code: int = import_module(f"clrt.cli.{command.replace('-', '_')}").run(options)
@@ -52,6 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         except SystemExit as leaving:  # argparse has said all: help, or what is wrong
             code = leaving.code if isinstance(leaving.code, int) else 0
         finally:
+            errors.has_limit = True
             terminal.tell_more(0)
         out.flush()
         lost = out.failure is not None and not isinstance(out.failure, BrokenPipeError)  # who left saw enough

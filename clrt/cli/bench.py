@@ -78,17 +78,18 @@ def _plan(options: argparse.Namespace) -> Any:
         quick=options.quick,
         embree=options.against is not None,
         isa="avx2" if options.against == "embree-avx2" else "",
-        extra=_scenes(options.scene or ()),
+        extra=_scenes(options.scene or (), dict(options.limit)),
     )
 
 
-def _scenes(names: Sequence[str]) -> dict[str, Scene]:
+def _scenes(names: Sequence[str], limits: dict[str, int]) -> dict[str, Scene]:
     """What --scene names, by what tables call them; ClrtError where one cannot be timed."""
+    from clrt.base.limits import Limits
     from clrt.formats.shipped import load_scene
 
     scenes: dict[str, Scene] = {}
     for name in names:
-        scene, short = load_scene(name), _name(name)
+        scene, short = load_scene(name, Limits(**limits)), _name(name)
         if scene.camera is None:
             raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
         if short in scenes:

@@ -72,7 +72,7 @@ def _compare(pictures: Any, options: argparse.Namespace) -> tuple[Any, Any, Any]
     """
     from clrt.scene.scene import Scene
 
-    picture, reference = read(options.a, options.spp), read(options.b, options.spp)
+    picture, reference = read(options.a, options), read(options.b, options)
     with reporting(options.json) as report:
         report("rendering")
         if isinstance(picture, Scene) and isinstance(reference, Scene):

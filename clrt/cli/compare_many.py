@@ -21,14 +21,14 @@ def run(pictures: Any, options: argparse.Namespace) -> int:
     from clrt.scene.scene import Scene
 
     names = [options.b, *options.more]
-    reference = read(options.a, options.spp)
+    reference = read(options.a, options)
     rendered: dict[tuple[int, ...], Any] = {}  # by size
     results: list[Any] = []
     with reporting(options.json) as report:
         for name in names:
             report(name)
             try:
-                picture, scene, wanted = read(name, options.spp), None, reference
+                picture, scene, wanted = read(name, options), None, reference
                 if isinstance(picture, Scene):
                     raise ClrtError(f"{name}: a scene; of three or more, only the first may be one")
                 if isinstance(reference, Scene):

@@ -12,26 +12,29 @@ from clrt.cli.source import STREAM, read, scene_path
 
 def run(options: argparse.Namespace) -> int:
     """Write the scene of `options.input` to `options.output`. ClrtError leaves the output as it was."""
+    from clrt.base.limits import Limits
     from clrt.formats.native import with_values
 
-    source = scene_path(options.input)
+    source, limits = scene_path(options.input), Limits(**dict(options.limit))
     if options.output == STREAM:
         from clrt.scene.save import encoded
 
-        scene = with_values(read(source), options.set)
+        scene = with_values(read(source, limits), options.set)
         print(encoded(scene, Path("scene.toml")).decode(), end="")
         return 0
     check_replaceable(options.output)
     check_apart({"OUT": options.output}, {"the scene": source})
-    scene = with_values(read(source), options.set)
+    scene = with_values(read(source, limits), options.set)
     check_apart({"OUT": options.output}, {})
     if Path(options.output).suffix.lower() == ".xml":
         from clrt.base.resources import validation_module
         from clrt.cli.terminal import say
-        from clrt.formats.mitsuba import keep
+        from clrt.formats.mitsuba import with_itself
 
-        changed = validation_module("oracle_mitsuba.xml").write_xml(scene, options.output)
-        keep(scene, Path(options.output))
+        path = Path(options.output)
+        changed = validation_module("oracle_mitsuba.xml").write_xml(
+            scene, path, lambda text: with_itself(scene, path, text)
+        )
         if changed:
             say(f"{options.output}: Mitsuba lacks {changed} things of this scene; the first lines name them")
         return 0

@@ -16,6 +16,7 @@ from clrt.cli.terminal import console, marked
 from clrt.judging.verdict import PICTURES
 
 if TYPE_CHECKING:
+    from clrt.base.limits import Limits
     from clrt.scene.scene import Scene
 
 DIGITS = {
@@ -45,25 +46,34 @@ def judge(
     return pictures.compare_pictures(picture, reference, options.mask, scene, report, seconds)
 
 
-def read(name: str, spp: int | None) -> Any:
+def limits_of(options: argparse.Namespace) -> Limits:
+    """Those of --limit."""
+    from clrt.base.limits import Limits
+
+    return Limits(**dict(options.limit))
+
+
+def read(name: str, options: argparse.Namespace) -> Any:
     """Linear pixels of a picture file, else a scene."""
+    limits = limits_of(options)
     if Path(name).suffix.lower() in PICTURES:
         from clrt.images.file import read_samples
 
-        return read_samples(name)
+        return read_samples(name, limits)
     import clrt
 
-    scene = clrt.load(scene_file(name))
+    scene = clrt.load(scene_file(name), limits=limits)
     if scene.camera is None:
         raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
-    return scene.override(spp=spp)
+    return scene.override(spp=options.spp)
 
 
 def scene_reference(pictures: Any, scene: Scene, shape: Any, options: argparse.Namespace) -> Any:
     """The scene to render: in the size of the picture, if that has the camera's aspect to within a pixel."""
     from clrt.device.settings import Settings
 
-    return pictures.reference_of(scene, shape, options.device, Settings(threads=options.threads))
+    settings = Settings(threads=options.threads, limits=limits_of(options))
+    return pictures.reference_of(scene, shape, options.device, settings)
 
 
 @contextmanager

@@ -22,6 +22,7 @@ Row = dict[str, Any]
 _OWN: Final = ("index", "file", "picture", "sha256", "identity", "rays")
 _FIRST: Final = ",".join(_OWN[:2])  # what every manifest begins with
 _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r")  # with these a spreadsheet begins to compute
+_COLUMNS: Final = 256  # a table that is written has all of them in each row
 _SHARE: Final = 0.05  # of the time that saving may take
 
 
@@ -45,18 +46,20 @@ class Manifest:
         if path is not None:
             check_replaceable(path)
             files = [Path(name) for name in names]
-            own = {cell(file.name) for file in files}
-            there = _listed({Path(path).parent, *(file.parent for file in files)})
+            own = {cell(name) for file in files for name in (self._name(file), file.name)}
+            there = self._listed({Path(path).parent, *(file.parent for file in files)})
             for row in _read(path, limits):
                 if row["file"] in own:
                     self._before[row["file"], row["identity"]] = row
-                elif row["file"] in there:
+                elif row["file"] in there or (Path(path).parent / row["file"]).exists():
                     self._others[row["file"]] = row
 
     def keeps(self, index: int, file: Path, identity: str) -> bool:
         """Note a picture that is wanted; whether its file holds it, as the manifest of before says."""
-        row = self.rows[index] = {"index": index, "file": file.name, "identity": identity}
-        old = self._before.get((cell(file.name), identity))
+        names = self._name(file), file.name  # older versions left the folder out
+        row = self.rows[index] = {"index": index, "file": names[0], "identity": identity}
+        found = (self._before.get((cell(name), identity)) for name in names)
+        old = next(filter(None, found), None)
         if old is None or old["sha256"] != _sha256(file):
             return False
         row |= {"picture": old["picture"], "sha256": old["sha256"], "rays": old["rays"]}
@@ -70,6 +73,23 @@ class Manifest:
         if file is not None and (time.monotonic() - self._last) * _SHARE >= self._took:
             self.save()
 
+    def _name(self, file: Path) -> str:
+        """A file as the manifest names it: as seen from its own folder."""
+        if self.path is None:
+            return file.name
+        try:
+            return Path(os.path.relpath(file, Path(self.path).parent)).as_posix()
+        except ValueError:  # of another drive
+            return file.name
+
+    def _listed(self, folders: set[Path]) -> set[str]:
+        """The names of all that is in these folders, as cells have them."""
+        found: set[str] = set()
+        for folder in folders:
+            with suppress(OSError):  # whoever writes there says what is wrong
+                found |= {cell(self._name(folder / name)) for name in os.listdir(folder)}
+        return found
+
     def finished(self) -> list[Row]:
         """What is known of the pictures that there are, by their numbers."""
         return [self.rows[index] for index in sorted(self.rows) if "picture" in self.rows[index]]
@@ -80,7 +100,7 @@ class Manifest:
         if self.path is None or not rows:
             return
         start = time.monotonic()
-        done = {cell(row["file"]) for row in rows}
+        done = {cell(name) for row in rows for name in (row["file"], Path(row["file"]).name)}
         kept = [row for row in self._before.values() if row["file"] not in done]
         kept += self._others.values()
         places = dict.fromkeys(cell(place) for values in self.series for place in values)
@@ -109,15 +129,6 @@ def cell(value: Any) -> Any:
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 
-def _listed(folders: set[Path]) -> set[str]:
-    """The names of all that is in these folders, as cells have them."""
-    found: set[str] = set()
-    for folder in folders:
-        with suppress(OSError):  # whoever writes there says what is wrong
-            found |= {cell(name) for name in os.listdir(folder)}
-    return found
-
-
 def _read(path: str, limits: Limits) -> list[Row]:
     """The rows of pictures with files, of a manifest that is there; none of a damaged one.
 
@@ -136,13 +147,19 @@ def _read(path: str, limits: Limits) -> list[Row]:
 
 
 def _rows(file: TextIO) -> list[Row]:
+    """Short rows cost as much as they hold, however many columns the first line names."""
     try:
+        table = csv.reader(file)
+        names = next(table, [])
+        if len(names) > _COLUMNS or not set(_OWN) <= set(names):
+            return []
+        rows = (dict(zip(names, texts, strict=False)) for texts in table)
         return [
             {name: legible(text) for name, text in row.items() if name in _OWN or (name and text)}
-            for row in csv.DictReader(file)
-            if row["sha256"] and all(isinstance(row[name], str) for name in _OWN)
+            for row in rows
+            if row.get("sha256") and set(_OWN) <= row.keys()
         ]
-    except (ValueError, KeyError, csv.Error):
+    except (ValueError, csv.Error):
         return []
 
 

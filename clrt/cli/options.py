@@ -132,14 +132,14 @@ def parser() -> _Parser:
     _add_device(view)
     view.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
     _add_set(view, _SET)
-    view.add_argument("--limit", type=_limit, action=_Once, default=[], metavar="NAME=N", help=_LIMIT)
+    _add_limit(view)
 
     check = command("check", "Say whether scenes are right, and what is in them, without rendering.")
     check.add_argument("scenes", metavar="SCENE", nargs="+", help=_SCENE)
     check.add_argument("--json", action="store_true", help="print JSON")
     check.add_argument("-q", "--quiet", action="store_true", help="only what is wrong")
     _add_set(check, _SET)
-    check.add_argument("--limit", type=_limit, action=_Once, default=[], metavar="NAME=N", help=_LIMIT)
+    _add_limit(check)
 
     _add_cluster(render)
 
@@ -153,6 +153,7 @@ def parser() -> _Parser:
     text = ".toml, .json, .xml (for Mitsuba), .pov (POV-Ray), .nff, or '-': TOML to standard output"
     convert.add_argument("output", metavar="OUT", help=text)
     _add_set(convert, _SET)
+    _add_limit(convert)
 
     sweep = command("sweep", "Render a scene for every combination of some values, to files or a video.")
     _add_scene(sweep)
@@ -180,6 +181,7 @@ def parser() -> _Parser:
     compare.add_argument("--spp", type=whole, metavar="N", help="samples per pixel of the scene: 1, 4, 9 ...")
     _add_device(compare)
     compare.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
+    _add_limit(compare)
 
     validate = command("validate", "Let independent programs render scenes, and compare; or judge a program.")
     validate.add_argument("scenes", metavar="SCENE", nargs="*", help="only your own scenes, or shipped ones")
@@ -202,6 +204,7 @@ def parser() -> _Parser:
     bench = command("bench", "Time every pass, the tree's builder, and whole pictures.")
     bench.add_argument("--only", type=_names, metavar="A,B", help="kernels, builder, launch, frames ...")
     bench.add_argument("--scene", nargs="+", metavar="SCENE", help="frames of these, not the usual ones")
+    _add_limit(bench)
     bench.add_argument("--quick", action="store_true", help="small scenes: a try, not a measurement")
     bench.add_argument("--rounds", type=whole, default=9, metavar="N", help="how often a case is timed (9)")
     bench.add_argument("--against", choices=("embree", "embree-avx2"), help=_AGAINST)
@@ -312,7 +315,7 @@ def _add_frame(parser: argparse.ArgumentParser, many: bool = False, crop: bool =
     _add_device(parser)
     parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
     _add_set(parser, _SWEPT if many else _SET)
-    parser.add_argument("--limit", type=_limit, action=_Once, default=[], metavar="NAME=N", help=_LIMIT)
+    _add_limit(parser)
 
 
 class _Once(argparse.Action):
@@ -327,6 +330,10 @@ class _Once(argparse.Action):
 
 def _add_set(parser: argparse.ArgumentParser, text: str) -> None:
     parser.add_argument("--set", type=_setting, action=_Once, default=[], metavar="KEY=VALUE", help=text)
+
+
+def _add_limit(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--limit", type=_limit, action=_Once, default=[], metavar="NAME=N", help=_LIMIT)
 
 
 def _adaptive(text: str) -> tuple[str, str]:

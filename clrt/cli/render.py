@@ -79,8 +79,8 @@ def _name_apart(each: list[argparse.Namespace]) -> None:
         check_apart(written, inputs)
 
 
-def _run(options: argparse.Namespace) -> int:
-    """Render `options.scene` to `options.output`."""
+def _run(options: argparse.Namespace, keep: bool = False) -> int:
+    """Render `options.scene` to `options.output`. keep: the checkpoint is still needed after that."""
     if options.output == STREAM:
         return _to_stream(options)
     try:
@@ -97,9 +97,8 @@ def _run(options: argparse.Namespace) -> int:
         if options.stats:
             write_json(options.stats, image.stats, indent=2)
         save_trace()
-        if options.checkpoint:
-            # not before: it is needed if saving fails; what a link leads to, as that was written
-            Path(os.path.realpath(options.checkpoint)).unlink(missing_ok=True)
+        if not keep:
+            _drop_checkpoint(options)
         if not options.quiet:
             print(summary(image, saved, seconds))
             if beside:
@@ -119,12 +118,19 @@ def _to_stream(options: argparse.Namespace) -> int:
         with scratch() as folder:
             file = str(folder / "a.png")
             named = argparse.Namespace(**{**vars(options), "output": file, "quiet": True})
-            code = _run(named)
+            code = _run(named, keep=True)
             data = Path(named.output).read_bytes() if code == 0 else b""
     except KeyboardInterrupt:
         return interrupted(options.checkpoint)
-    terminal.write_bytes(data)
+    if terminal.write_bytes(data) and code == 0:
+        _drop_checkpoint(options)
     return code
+
+
+def _drop_checkpoint(options: argparse.Namespace) -> None:
+    """Not before the picture is where it should be; what a link leads to, as that was written."""
+    if options.checkpoint:
+        Path(os.path.realpath(options.checkpoint)).unlink(missing_ok=True)
 
 
 def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()) -> Image:

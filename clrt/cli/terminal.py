@@ -168,8 +168,8 @@ def _lines() -> Any:
     return Lines
 
 
-def write_bytes(data: bytes) -> None:
-    """Put what is no text on standard output. ClrtError where that fails, but for a reader that left."""
+def write_bytes(data: bytes) -> bool:
+    """Put what is no text on standard output; whether a reader was there. ClrtError where that fails."""
     sys.stdout.flush()
     out = sys.stdout
     inner = out.inner if isinstance(out, Stream) else out
@@ -185,11 +185,13 @@ def write_bytes(data: bytes) -> None:
         if isinstance(out, Stream):
             out.failure = error
             out._drop()
+        return False
     except (OSError, ValueError) as error:
         if isinstance(out, Stream):
             out.failure = OSError(errno.EBADF, str(error))
             out._drop()
         raise ClrtError(f"-: standard output cannot be written: {error}") from None
+    return True
 
 
 def _escaped(text: str) -> str:

@@ -153,12 +153,14 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
 
     Raises `SceneError` with the place of a shape of a kind that a table lacks, or that its transform makes
     one that there is no primitive for, or whose coordinates leave the range of float32, and for a background
-    that cannot be read.
+    that cannot be read, `LimitError` for more lights than the kernels can count.
     """
     ahead = _taken(scene) if known is None else None
     if ahead is not None:
         return ahead
     check_entries(scene)
+    feelers = sum(getattr(light, "samples", 1) for light in scene.lights)  # first: each takes time below
+    ceilings.check("lights", feelers, ceilings.LIGHTS, scene.source)
     bands = bands_of(scene)
     materials = MaterialTable(scene, bands)
     numbers = [materials.number(shape) for shape in scene.shapes]
@@ -333,7 +335,6 @@ def _scene_info(
 def check_ceilings(flat: FlatScene, source: str = "") -> None:
     """Raise LimitError for a scene that the kernels cannot number or count."""
     info = flat.scene[0]
-    ceilings.check("lights", flat.feelers, ceilings.LIGHTS, source)
     ceilings.check("ambient_samples", int(info["ambient_samples"]), ceilings.AMBIENT, source)
     ceilings.check("primitives", int(info["primitives"]), ceilings.PRIMITIVES, source)
     ceilings.check("materials", len(flat.materials), ceilings.MATERIALS, source)

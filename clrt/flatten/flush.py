@@ -8,6 +8,7 @@ glass ends. Points of one surface that lie on the other, where both face one way
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import islice
 from typing import Any, Final
 
 import numpy as np
@@ -23,7 +24,8 @@ from clrt.scene.shapes import Disk, Paraboloid, Plane, Polygon, Quadric, Shape
 Found = tuple[np.ndarray, np.ndarray]
 _MOST_PAIRS: Final = 150  # looked at: this is a hint, and must not take long
 _MOST_BOXES: Final = 1 << 22  # pairs of boxes compared to find them
-_MOST_FACES: Final = 1 << 12  # of a mesh that is looked at
+_MOST_FACES: Final = 1 << 12  # of a mesh, or corners of a polygon, that is looked at
+_MOST_TESTS: Final = 1 << 15  # of these in all the pairs, and of points with triangles about them at once
 _TRIANGLES: Final = 64  # of a mesh, of which there are points
 _WITHIN: Final = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / [[3], [6], [6], [6]]
 _OFFSET: Final = 2e-6  # by which a ray starts behind a surface, of its coordinates; a little more
@@ -36,8 +38,14 @@ def warn_of_flush(scene: Scene, low: np.ndarray, high: np.ndarray, passes: np.nd
 
     low, high: (n, 3) the shapes' boxes; passes: (n,) bool, of which of them it does.
     """
-    for a, b in _pairs(low, high, passes):
+    faces = 0
+    for a, b in islice(_pairs(low, high, passes), _MOST_PAIRS):
         one, other = scene.shapes[a], scene.shapes[b]
+        if max(sizes := (_faces(one), _faces(other))) > _MOST_FACES:
+            continue
+        faces += sum(sizes)
+        if faces > _MOST_TESTS:
+            return
         if _lies_on(one, other, low[b], high[b]) or _lies_on(other, one, low[a], high[a]):
             text = (
                 f"lies with a piece of its surface on shapes[{b}]: a ray that passes one of the two does not "
@@ -49,7 +57,7 @@ def warn_of_flush(scene: Scene, low: np.ndarray, high: np.ndarray, passes: np.nd
 
 def _pairs(low: np.ndarray, high: np.ndarray, passes: np.ndarray) -> Iterator[tuple[int, int]]:
     """Two shapes whose boxes meet, the first of which light passes."""
-    found = looked = 0
+    looked = 0
     for a in np.flatnonzero(passes).tolist():
         looked += len(low)
         if looked > _MOST_BOXES:
@@ -59,9 +67,14 @@ def _pairs(low: np.ndarray, high: np.ndarray, passes: np.ndarray) -> Iterator[tu
         for b in np.flatnonzero(meets).tolist():
             if b > a or (b < a and not passes[b]):
                 yield a, b
-                found += 1
-        if found >= _MOST_PAIRS:
-            return
+
+
+def _faces(shape: Shape) -> int:
+    """How many triangles a shape is looked at as; of one of very many at least that it is too many."""
+    if isinstance(shape, Polygon):
+        return len(shape.points)
+    faces = shape.data().faces if isinstance(shape, Mesh) else ()
+    return len(faces) if len(faces) > _MOST_FACES or isinstance(faces, np.ndarray) else sum(map(len, faces))
 
 
 def _lies_on(surface: Shape, other: Shape, low: np.ndarray, high: np.ndarray) -> bool:
@@ -91,10 +104,8 @@ def _moved(shape: Shape, points: np.ndarray) -> np.ndarray:
 
 
 def _corners(mesh: Mesh) -> np.ndarray:
-    """(n, 3, 3) the corners of its triangles, in the world; none of a large one."""
+    """(n, 3, 3) the corners of its triangles, in the world."""
     data = mesh.data()
-    if mesh.primitives > _MOST_FACES:
-        return np.zeros((0, 3, 3))
     return _moved(mesh, data.vertices.astype(np.float64))[fans(*joined(data.faces))]
 
 
@@ -165,7 +176,11 @@ def _on_triangles(corners: np.ndarray, points: np.ndarray, reach: float) -> Foun
     corners, normals = corners[lengths[:, 0] > 0], normals[lengths[:, 0] > 0]
     normals = normals / lengths[lengths > 0, None]
     away = normals @ points.T - np.einsum("ij,ij->i", normals, corners[:, 0])[:, None]
-    which, at = np.nonzero(np.abs(away) <= reach)
+    near = np.abs(away) <= reach
+    for axis in range(3):  # first, for faces of one plane are near to each point of it
+        low, high = corners[:, :, axis].min(axis=1) - reach, corners[:, :, axis].max(axis=1) + reach
+        near &= (points[:, axis] >= low[:, None]) & (points[:, axis] <= high[:, None])
+    which, at = (found[:_MOST_TESTS] for found in np.nonzero(near))
     normal, within = normals[which], np.ones(len(which), bool)
     for k in range(3):
         start, end = corners[which, k], corners[which, (k + 1) % 3]

@@ -11,6 +11,7 @@ import numpy as np
 
 from clrt import layout
 from clrt.base.errors import SceneError, located
+from clrt.base.records import cross
 from clrt.flatten.geometry import LARGEST
 from clrt.scene.arealights import AreaLight, DiskLight, RectangleLight
 from clrt.scene.scene import Scene
@@ -96,7 +97,7 @@ def _parallelogram(light: RectangleLight) -> np.ndarray:
     one["center"] = (*light.center, reach[0])
     one["axis_x"] = (*n, 1.0)
     for name, side, other in (("clip_x", u, v), ("clip_y", v, u)):
-        across = np.cross(other, n)
+        across = np.array(cross(other, n))
         one[name][:3], one[name][3] = across / (across @ side), -1.0
     one["clip_z"][3] = -np.inf
     one["clip_high"] = 1.0, 1.0, np.inf, reach[1]

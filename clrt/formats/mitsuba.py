@@ -10,7 +10,6 @@ from typing import Any, Final
 import msgspec
 
 from clrt.base import notices
-from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError, LimitError, located
 from clrt.base.files import read_bytes, read_text_bytes, resolve
 from clrt.base.limits import Limits
@@ -71,37 +70,33 @@ def _file_digest(name: str, folder: Path, limits: Limits) -> bytes:
         return b"missing"
 
 
-def keep(scene: Scene, path: Path) -> None:
-    """Put the scene itself into the XML of it that was written to `path`: as JSON, for `load` alone.
+def with_itself(scene: Scene, path: Path, text: str) -> str:
+    """The XML of a scene that is to be written to `path`, with the scene itself in it: as JSON, for `load`.
 
-    Programs pass over processing instructions for others. A file that would not be read back, being too
-    large, stays as it is.
+    Programs pass over processing instructions for others. What would not be read back, being too large,
+    stays as it is.
     """
-    limits, text = scene.limits, path.read_text(encoding="utf-8")
+    limits = scene.limits
     try:
-        words = _itself(scene, path)
         tops, _ = opened(text.encode(), Context(path.parent, path.name, limits))
+        words = _itself(scene, path, tops)
     except ClrtError:
-        return
+        return text
     words = words.replace("?>", "?\\u003e")  # within a text of JSON's the same
     instruction = f"<?{INSTRUCTION} {seal(tops, path.parent, limits)} {words}?>"
-    text = text.removesuffix("</scene>\n") + f"  {instruction}\n</scene>\n"
-    data = text.encode()
-    if len(data) <= limits.text_bytes:
-        with replacing(path) as temporary:
-            temporary.write_bytes(data)
+    longer = text.removesuffix("</scene>\n") + f"  {instruction}\n</scene>\n"
+    return longer if len(longer.encode()) <= limits.text_bytes else text
 
 
-def _itself(scene: Scene, path: Path) -> str:
+def _itself(scene: Scene, path: Path, tops: list[Element]) -> str:
     """The scene as JSON beside `path`, where a picture of the sky may have been copied to."""
-    picture = scene.background_path
-    copied = path.parent / f"{path.stem}_meshes" / (picture.name if picture else "")
-    away = picture is not None and not picture.resolve().is_relative_to(path.parent.resolve())
-    there = away and copied.is_file()  # else it may be of an earlier file
-    plain = msgspec.structs.replace(scene, background=0.0) if there else scene
+    skies = (element for top in tops if top.keys.get("type") == "envmap" for element in top.children)
+    names = [sky.keys["value"] for sky in skies if sky.keys.get("name") == "filename"]
+    copied = scene.background_path and [name for name in names if name.startswith(f"{path.stem}_meshes/")]
+    plain = msgspec.structs.replace(scene, background=0.0) if copied else scene
     table = json.loads(encoded(plain, path.with_suffix(".json")))
-    if there:
-        table["background"] = copied.relative_to(path.parent).as_posix()
+    if copied:
+        table["background"] = copied[0]
     return json.dumps(table, separators=(",", ":"))
 
 

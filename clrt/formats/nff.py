@@ -12,10 +12,14 @@ import numpy as np
 from clrt.base.collector import no_collections
 from clrt.base.errors import SceneError, located
 from clrt.base.limits import Limits
+from clrt.base.records import cross
 from clrt.formats.tokens import Tokens, build
 from clrt.meshfiles.planar import same_turn
 from clrt.scene.scene import Scene
 
+_AXES = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+_LAST = (0.0, 0.0, 0.0, 1.0)  # row of a transform
+_INWARD = (-1.0, -1.0, -1.0, *(0.0,) * 6)  # coefficients of a sphere seen from within, but for its radius
 _RAYS = 513
 """The published ray counts are of 513 x 513 rays through the pixel corners of a 512 x 512 picture."""
 
@@ -153,7 +157,7 @@ class _Reader:
         line = self.tokens.line
         *center, radius = self.tokens.numbers(4, "a sphere: x y z r")
         if radius < 0:  # its inside is the visible side, where our quadric's form is positive
-            form = [-1, -1, -1, 0, 0, 0, 0, 0, 0, radius * radius]
+            form = (*_INWARD, radius * radius)
             self._add(line, type="quadric", coefficients=form, transform=[{"translate": center}])
         else:
             self._add(line, type="sphere", center=center, radius=radius)
@@ -163,7 +167,7 @@ class _Reader:
         *p0, r0 = self.tokens.numbers(4, "a cone's base: x y z r")
         *p1, r1 = self.tokens.numbers(4, "a cone's apex: x y z r")
         if (r0 < 0 or r1 < 0) and r0 <= 0 and r1 <= 0 and p0 != p1:
-            self._add(line, **_inward_cone(np.array(p0), -r0, np.array(p1), -r1))
+            self._add(line, **_inward_cone(p0, -r0, p1, -r1))
         elif r0 == r1:
             self._add(line, type="cylinder", p0=p0, p1=p1, radius=r0)
         else:
@@ -224,18 +228,20 @@ def _joined(shape: dict[str, Any]) -> dict[str, Any]:
     return shape
 
 
-def _inward_cone(p0: np.ndarray, r0: float, p1: np.ndarray, r1: float) -> dict[str, Any]:
+def _inward_cone(p0: list[float], r0: float, p1: list[float], r1: float) -> dict[str, Any]:
     """An open cone or cylinder with its outer side within: -(x^2 + y^2 - (r0 + k z)^2) = 0, 0 <= z <= h."""
-    height = float(np.linalg.norm(p1 - p0))
-    z = (p1 - p0) / height
-    x = np.cross(z, np.eye(3)[np.abs(z).argmin()])
-    x /= np.linalg.norm(x)
-    matrix = np.eye(4)
-    matrix[:3] = np.c_[x, np.cross(z, x), z, p0]
+    along = [end - start for start, end in zip(p0, p1, strict=True)]
+    height = float(np.linalg.norm(along))
+    z = [part / height for part in along]
+    least = min(range(3), key=lambda axis: abs(z[axis]))
+    x = cross(z, _AXES[least])
+    length = float(np.linalg.norm(x))
+    x = x[0] / length, x[1] / length, x[2] / length
+    rows = zip(x, cross(z, x), z, p0, strict=True)
     slope, reach = (r1 - r0) / height, 1.01 * max(r0, r1)
     return {
         "type": "quadric",
-        "coefficients": [-1, -1, slope**2, 0, 0, 0, 0, 0, slope * r0, r0**2],
-        "clip": [[-reach, -reach, 0], [reach, reach, height]],
-        "transform": matrix.tolist(),
+        "coefficients": (-1.0, -1.0, slope**2, 0.0, 0.0, 0.0, 0.0, 0.0, slope * r0, r0**2),
+        "clip": ((-reach, -reach, 0.0), (reach, reach, height)),
+        "transform": (*rows, _LAST),
     }

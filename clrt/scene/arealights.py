@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Meta
 
 from clrt.base.places import At
-from clrt.base.records import Vector, float32, is_zero
+from clrt.base.records import Triple, Vector, cross, float32, is_zero
 from clrt.spectra.colors import Colored, LightColor
 
 MOST_SAMPLES: Final = (1 << 16) - 1  # feelers that a hit can count
@@ -57,16 +57,16 @@ class RectangleLight(AreaLight, frozen=True, kw_only=True, tag="rectangle", tag_
         return 4 * float(np.linalg.norm(self.normal))
 
     @property
-    def normal(self) -> tuple[float, float, float]:
+    def normal(self) -> Triple:
         """Of any length."""
-        return tuple(np.cross(np.asarray(self.u, float), np.asarray(self.v, float)).tolist())
+        return cross(self.u, self.v)
 
     def check(self, at: At) -> None:
         Colored.check(self, at)
         for name in ("u", "v"):
             if is_zero(getattr(self, name)):
                 raise at.key(name).error(getattr(self, name), "a half side must not be zero")
-        if is_zero(np.cross(float32(self.u), float32(self.v))) or not _has_area(self.area):
+        if is_zero(cross(float32(self.u).tolist(), float32(self.v).tolist())) or not _has_area(self.area):
             text = "u and v must not be parallel, nor the area 0 or infinite in float32"
             raise at.key("v").error(self.v, text)
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 import numpy as np
 from msgspec import Meta
 
 from clrt.base.places import At
-from clrt.base.records import Record, Vector, float32, is_zero
+from clrt.base.records import Record, Vector, cross, float32, is_zero
 
 Axis = Literal["x", "y", "z"]
 Row = tuple[float, float, float, float]
@@ -69,12 +70,19 @@ def check(transform: Any, at: At) -> None:
             part.check(at.item(index))
     elif transform and len(transform) != 4:
         raise at.error(transform, "a transform must be 4 rows of 4 numbers or a list of steps")
+    if len(transform) == 1 and transform[0].translate and all(abs(x) < 1e30 for x in transform[0].translate):
+        return  # as millions of shapes may have it
     with np.errstate(over="ignore", invalid="ignore"):
         matrix = float32(matrix_of(transform))
     if matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
         raise at.item(3).error(matrix[3].tolist(), "the last row of a transform must be [0, 0, 0, 1]")
     if not np.isfinite(matrix).all():
         raise at.says("the transform overflows float32; use smaller numbers")
+    linear = matrix[:3, :3].tolist()
+    size = math.hypot(*linear[0], *linear[1], *linear[2])
+    volume = sum(a * b for a, b in zip(linear[0], cross(linear[1], linear[2]), strict=True))
+    if abs(volume) > 1e-5 * size**3:  # the least stretch is volume / size^2 or more
+        return
     stretch = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     if stretch[2] <= 1e-7 * stretch[0]:
         raise at.error(transform, "a transform must not be singular (flatten space)")
@@ -86,10 +94,10 @@ def matrix_of(transform: Any) -> np.ndarray:
         return np.eye(4)
     if not isinstance(transform[0], Step):
         return np.asarray(transform, np.float64)
-    matrix = np.eye(4)
-    for step in transform:
+    matrix: np.ndarray = transform[0].matrix
+    for step in transform[1:]:
         matrix = step.matrix @ matrix
-    return matrix
+    return matrix + 0.0  # of zeros only one kind
 
 
 def is_similarity(matrix: np.ndarray) -> bool:

@@ -7,14 +7,15 @@ parts become 0.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
+from functools import cache, lru_cache, wraps
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from msgspec import structs
 
-from clrt.spectra.colorimetry import RGB_OF_XYZ, cells, matching, xyz_matrix, xyz_of
+from clrt.spectra.colorimetry import RGB_OF_XYZ, cells, matching, observer, xyz_matrix, xyz_of
 from clrt.spectra.curves import (
     VISIBLE,
     Curve,
@@ -29,6 +30,23 @@ from clrt.spectra.spectrum import Points, Spectrum
 from clrt.spectra.tables import columns
 
 Color = float | tuple[float, float, float] | str | Spectrum
+Value = TypeVar("Value")
+Result = TypeVar("Result")
+_KEPT: Final = 256  # values whose colours are remembered
+_SHORT: Final = 16  # points of the longest of them: longer ones take memory, and their files time anyway
+
+
+def _remembered(color: Callable[[Value], Result]) -> Callable[[Value], Result]:
+    """What `color` gives, computed once where many materials say the same; it is not to be written to."""
+    known = lru_cache(_KEPT)(color)
+
+    @wraps(color)
+    def of(value: Value) -> Result:
+        parts = (value, *(getattr(value, name, None) for name in ("samples", "eta", "k")))
+        short = all(len(part) <= _SHORT for part in parts if isinstance(part, tuple))
+        return known(value) if short else color(value)
+
+    return of
 
 
 @dataclass(frozen=True)
@@ -66,12 +84,18 @@ def reflectance(value: Color, bands: Bands | None) -> np.ndarray:
     """(n,) float64 reflectances or tints, at midpoints; (3,) the colour under D65 without bands."""
     if isinstance(value, (int, float, tuple)):
         return _upsampled(value, bands)
-    curve = curve_of(value)
-    if bands is None:
-        white = cells(curve_of("D65"))
-        rgb = _rgb(xyz_of(white * cells(curve)) / xyz_of(white)[1])
-        return np.minimum(rgb, max(1.0, curve.values.max()))  # no channel may give more light than any band
-    return _at_midpoints(value, curve, bands)
+    return _rgb_reflectance(value) if bands is None else _at_midpoints(value, curve_of(value), bands)
+
+
+@_remembered
+def _rgb_reflectance(value: str | Spectrum) -> np.ndarray:
+    return _seen_under_d65(curve_of(value))
+
+
+def _seen_under_d65(curve: Curve) -> np.ndarray:
+    white = _d65()
+    rgb = _rgb(xyz_of(white * cells(curve)) / xyz_of(white)[1])
+    return np.minimum(rgb, max(1.0, curve.values.max()))  # no channel may give more light than any band
 
 
 def light(value: Color, bands: Bands | None) -> np.ndarray:
@@ -83,13 +107,18 @@ def light(value: Color, bands: Bands | None) -> np.ndarray:
     if isinstance(value, (int, float, tuple)):
         return _upsampled(value, bands) * (1.0 if bands is None else _lamp("D65", bands))
     if bands is None:
-        xyz = xyz_of(cells(curve_of(value)))
-        return _rgb(xyz / xyz[1] * _scale(value) if is_lamp(value) and xyz[1] > 0 else xyz)
+        return _rgb_light(value)
     if isinstance(value, str):
         return _lamp(value, bands)
     if is_lamp(value):
         return value.scale * _lamp(structs.replace(value, scale=1.0), bands)
     return curve_of(value).averages(bands.edges)
+
+
+@_remembered
+def _rgb_light(value: str | Spectrum) -> np.ndarray:
+    xyz = xyz_of(cells(curve_of(value)))
+    return _rgb(xyz / xyz[1] * _scale(value) if is_lamp(value) and xyz[1] > 0 else xyz)
 
 
 def curve(value: float | tuple[Any, ...] | Spectrum, bands: Bands | None) -> np.ndarray:
@@ -103,10 +132,23 @@ def curve(value: float | tuple[Any, ...] | Spectrum, bands: Bands | None) -> np.
     if isinstance(value, tuple) and not isinstance(value[0], tuple):
         return _upsampled(value, bands)
     found = curve_of(value) if isinstance(value, Spectrum) else samples(value)
-    if bands is None:
-        weights = upsampling(VISIBLE) * cells(curve_of("D65")) * matching(VISIBLE).sum(axis=0)
-        return weights @ cells(found) / weights.sum(axis=1)
-    return _at_midpoints(value, found, bands)
+    return _means(found) if bands is None else _at_midpoints(value, found, bands)
+
+
+def _means(curve: Curve) -> np.ndarray:
+    weights = _weights()
+    return weights @ cells(curve) / weights.sum(axis=1)
+
+
+@cache
+def _d65() -> np.ndarray:
+    return cells(curve_of("D65"))
+
+
+@cache
+def _weights() -> np.ndarray:
+    """(3, 471): how much each wavelength of VISIBLE counts for red, green and blue."""
+    return upsampling(VISIBLE) * _d65() * observer().sum(axis=0)
 
 
 def conductor(value: Metal, bands: Bands | None) -> tuple[np.ndarray, np.ndarray]:
@@ -115,18 +157,24 @@ def conductor(value: Metal, bands: Bands | None) -> tuple[np.ndarray, np.ndarray
     Without bands (3,): numbers as they are; of curves eta as `curve`, and the k that gives the metal's own
     colour (its reflectance straight on, seen under D65), as the spectral picture shows it.
     """
-    if isinstance(value, str):
-        eta, k = metal(value)
-    else:
-        eta, k = (_as_curve(part) for part in (value.eta, value.k))
-    if bands is not None:
-        return eta.at(bands.midpoints), k.at(bands.midpoints)
+    if bands is None:
+        return _rgb_conductor(value)
+    eta, k = _curves(value)
+    return eta.at(bands.midpoints), k.at(bands.midpoints)
+
+
+def _curves(value: Metal) -> tuple[Curve, Curve]:
+    return metal(value) if isinstance(value, str) else (_as_curve(value.eta), _as_curve(value.k))
+
+
+@_remembered
+def _rgb_conductor(value: Metal) -> tuple[np.ndarray, np.ndarray]:
+    eta, k = _curves(value)
     if len(eta.values) == len(k.values) == 2 and np.ptp(eta.values) == np.ptp(k.values) == 0:
         return np.full(3, eta.values[0]), np.full(3, k.values[0])  # one index for all colours
-    points = tuple(zip(VISIBLE, eta.at(VISIBLE), strict=True))
-    straight = normal_reflectance(eta.at(VISIBLE), k.at(VISIBLE))
-    color = Spectrum(samples=tuple(zip(VISIBLE, straight, strict=True)))
-    n, r = curve(points, None), np.minimum(reflectance(color, None), 0.995)
+    seen = eta.at(VISIBLE)
+    straight = normal_reflectance(seen, k.at(VISIBLE))
+    n, r = _means(Curve(VISIBLE, seen)), np.minimum(_seen_under_d65(Curve(VISIBLE, straight)), 0.995)
     return n, np.sqrt(np.maximum(r * (n + 1) ** 2 - (n - 1) ** 2, 0.0) / (1 - r))
 
 
@@ -161,7 +209,7 @@ def _upsampled(color: float | tuple[float, ...], bands: Bands | None) -> np.ndar
     return np.full(3 if bands is None else bands.n, float(color))
 
 
-@cache
+@lru_cache(_KEPT)
 def _lamp(value: str | Spectrum, bands: Bands) -> np.ndarray:
     """(n,) band averages of a light with Y = 1, and with the XYZ of its full table under the band sums.
 

@@ -6,6 +6,7 @@ ITU-R BT.709, IEC 61966-2-1; Bradford: Lam 1985, as in CIE 160:2004.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -26,6 +27,7 @@ BRADFORD: Final = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367]
 """XYZ to cone responses."""
 THESIS_CURVES: Final = ((610.0, 25.0), (540.0, 30.0), (445.0, 25.0))
 """Centre and standard deviation in nm of the thesis program's curves for red, green, blue."""
+_CELLS: Final = np.append(VISIBLE - 0.5, VISIBLE[-1] + 0.5)
 
 
 def matching(nm: np.ndarray) -> np.ndarray:
@@ -34,14 +36,20 @@ def matching(nm: np.ndarray) -> np.ndarray:
     return np.stack([np.interp(nm, table["nm"], table[axis]) for axis in "xyz"])
 
 
+@cache
+def observer() -> np.ndarray:
+    """(3, 471): the matching functions at VISIBLE; not to be written to."""
+    return matching(VISIBLE)
+
+
 def cells(curve: Curve) -> np.ndarray:
     """(471,) means of a curve over the nanometre about each wavelength of VISIBLE."""
-    return curve.averages(np.append(VISIBLE - 0.5, VISIBLE[-1] + 0.5))
+    return curve.averages(_CELLS)
 
 
 def xyz_of(values: np.ndarray) -> np.ndarray:
     """(3,) XYZ of a spectrum given at VISIBLE."""
-    functions = matching(VISIBLE)
+    functions = observer()
     return functions @ values / functions[1].sum()
 
 

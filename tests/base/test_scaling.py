@@ -221,8 +221,8 @@ def test_the_nearest_of_many_is_found() -> None:
     assert nearest("xyz", ["plane"], cutoff=0.6) is None and nearest("x", []) is None
 
 
-def mitsuba_shapes(kind: str, n: int) -> str:
-    shape = f'<shape type="{kind}"/>'
+def mitsuba_shapes(kind: str, n: int, within: str = "") -> str:
+    shape = f'<shape type="{kind}">{within}</shape>'
     return f'<scene version="3.0.0">{shape * (n // len(shape))}</scene>'
 
 
@@ -237,6 +237,9 @@ HOSTILE: dict[str, tuple[str, Callable[[int], str]]] = {
     "mitsuba disks": ("a.xml", lambda n: mitsuba_shapes("disk", n)),
     "mitsuba rectangles": ("a.xml", lambda n: mitsuba_shapes("rectangle", n)),
     "nff spheres": ("a.nff", lambda n: "s 0 0 0 1\n" * (n // 10)),
+    "nff spheres seen from within": ("a.nff", lambda n: "s 0 0 0 -1\n" * (n // 11)),
+    "nff cylinders seen from within": ("a.nff", lambda n: "c 0 0 0 -1\n0 1 0 0\n" * (n // 19)),
+    "mitsuba lights": ("a.xml", lambda n: mitsuba_shapes("rectangle", n, '<emitter type="area"/>')),
     "thesis spheres": ("a.txt", lambda n: "Sphere\nPoint 0 0 0\nRadius 1\nSurface None\n" * (n // 43)),
 }  # fmt: skip
 
@@ -248,6 +251,11 @@ def test_a_file_costs_no_more_than_its_size_allows(case: str, tmp_path: Path) ->
     file = tmp_path / name
     file.write_text(text(1_500_000))
     bounded("read", file)
+
+
+def test_lights_that_are_too_many_are_not_built(tmp_path: Path) -> None:
+    (tmp_path / "a.xml").write_text(mitsuba_shapes("rectangle", 800_000, '<emitter type="area"/>'))
+    assert "lights: 237 0" in bounded("load", tmp_path / "a.xml").error
 
 
 def spectrum(name: str) -> str:

@@ -125,6 +125,16 @@ def test_a_scene_goes_to_standard_output(
     assert clrt.load("again.toml") == clrt.load(scene).replace({"ambient": 0.25})
 
 
+@pytest.mark.parametrize(("sink", "code"), [("> /dev/full", 2), ("| true", 0), ("> out.png", 0)])
+def test_a_checkpoint_stays_until_the_picture_is_delivered(sink: str, code: int, scene: str) -> None:
+    assert main(["render", scene, "-o", "a.exr", "--quiet"]) == 0  # so that the kernels are there
+    words = shlex.join([*CLRT, "render", scene, "-o", "-", "--checkpoint", "c.ck"])
+    line = f"set -o pipefail; {words} {sink}"
+    done = subprocess.run(["bash", "-c", line], stderr=subprocess.PIPE, check=False)
+    assert done.returncode == code
+    assert Path("c.ck").exists() == (sink != "> out.png")
+
+
 def test_layers_need_files(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert "--layers needs files" in fault(capsys, "render", scene, "-o", "-", "--layers", "depth")
 

@@ -8,6 +8,7 @@ from types import ModuleType, SimpleNamespace
 import pytest
 
 from clrt.base.resources import validation_module
+from clrt.cli import main
 from tests.diagnosis.test_advice import options
 
 ERROR = "sys.stderr.write('clrt: error: x\\n'); sys.exit(2)"
@@ -180,3 +181,27 @@ def test_everything_that_a_seed_draws_can_be_made(commands: ModuleType, tmp_path
         kinds |= set(made.environment) | set(made.limits) | {made.stdout}
     assert kinds >= {"fifo", "folder", "loop", "socket", "world", "spoiled", "n", "f", "v", "full", "closed"}
     assert kinds >= {b"HOME", b"LC_ALL", b"TMPDIR", b"XDG_CACHE_HOME", b"CLRT_DEVICE", b"OCL_ICD_VENDORS"}
+
+
+@pytest.mark.parametrize(
+    "command",
+    ["render {} -o a.png", "check {}", "explain {} 1 1", "hash {}", "view {}", "convert {} a.toml",
+     "compare {} {}", "bench --scene {} --only launch", "sweep {} -o a.png", "turntable {} -o a.png", "validate {}"],
+)  # fmt: skip
+def test_the_advice_about_limits_is_one(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of each command that reads a scene: what it says to type is taken, and helps; or is not said."""
+    monkeypatch.chdir(tmp_path)
+    Path("a.json").write_text('{"x": ' + "[" * 20 + "]" * 20 + "}")
+    words = command.format("a.json", "a.json").split()
+    assert main(words) != 0
+    said = "".join(capsys.readouterr())
+    assert "nesting" in said
+    if words[0] == "validate":
+        assert "--limit" not in said
+        return
+    assert "--limit nesting=N" in said
+    assert main([*words, "--limit", "nesting=30"]) != 0
+    said = "".join(capsys.readouterr())
+    assert "nesting" not in said and "'x'" in said

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,14 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.base.limits import Limits
 from clrt.cli import main
+from clrt.cli.manifest import Manifest
 from clrt.engine.tracer import Tracer
 from clrt.formats.native import value_list
 from clrt.images.file import encode
 from clrt.images.naming import frame_name
+from tests.growth import check_growth
 
 TOML = """
 background = 0.3
@@ -168,6 +172,33 @@ def test_other_series_in_the_folder_stay_known(scene: Path, capsys: pytest.Captu
     assert run(*first) == 0 and before.items() <= times().items() and "02_40.png" not in before
     Path("b0.png").unlink()
     assert run(*first) == 0 and [row["file"] for row in rows()][3:] == ["b1.png"], "what is gone is forgotten"
+
+
+def test_a_folder_for_each_picture(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Pictures of one name in different folders are told apart; rows of older versions lack the folder."""
+    for folder in ("20", "40"):
+        Path("out", folder).mkdir(parents=True)
+    words = ["sweep", "s.toml", "-o", "out/{camera.fov}/f.png", "--set", "camera.fov=20,40", "--manifest"]
+    for manifest in ("out/frames.csv", "20.csv"):
+        assert main([*words, manifest]) == 0
+        capsys.readouterr()
+        assert main([*words, manifest]) == 0 and "2 pictures, 2 " in capsys.readouterr().out
+    assert [row["file"] for row in rows("out/frames.csv")] == ["20/f.png", "40/f.png"]
+    text = Path("20.csv").read_text().replace("out/20/", "").replace("out/40/", "")
+    Path("20.csv").write_text(text)
+    assert main([*words, "20.csv"]) == 0 and "2 pictures, 2 " in capsys.readouterr().out
+    assert [row["file"] for row in rows("20.csv")] == ["out/20/f.png", "out/40/f.png"]
+
+
+def test_a_manifest_of_many_columns_is_read_in_linear_time(scene: Path) -> None:
+    def make(n: int) -> Callable[[], object]:
+        names = ["index", "file", *(f"c{k}" for k in range(n)), "picture", "sha256", "identity", "rays"]
+        Path(f"{n}.csv").write_text(",".join(names) + "\n" + "1,a\n" * n)
+        return lambda: Manifest(f"{n}.csv", ["a.png"], [], Limits())
+
+    check_growth(make, 3000)
+    Path("m.csv").write_text(",".join(["index", "file", "picture", "sha256", "identity", "rays"]) + "\n0,a\n")
+    assert Manifest("m.csv", ["a"], [], Limits())._before == {}
 
 
 def test_nearly_equal_exposures_are_not_the_same(scene: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ import pytest
 import clrt
 from clrt.base.resources import shipped_scenes
 from clrt.flatten.flatten import flatten
+from clrt.flatten.flush import warn_of_flush
 from clrt.formats.shipped import load_scene
+from tests.growth import LEAST, seconds
 
 Table = dict[str, Any]
 GLASS: Table = {"fresnel": True, "diffuse": 0, "ior": 1.5}
@@ -113,3 +116,41 @@ def test_many_shapes_cost_little() -> None:
     shapes = [{"type": "sphere", "center": place, "radius": 0.3, "material": "glass"} for place in places]
     scene = clrt.load_dict({"materials": {"glass": GLASS}, "shapes": shapes})
     assert told(scene) == []
+
+
+def comb(x: float, teeth: int = 30) -> Table:
+    """Many small triangles in one plane, apart from those of another `x`, though the boxes of all meet."""
+    corners = np.array([[0, 0, 0], [0.2, 0, 0], [0, 0.2, 0]])
+    places = [[x + i, j, 0] for i in range(teeth) for j in range(teeth)]
+    vertices = (np.array(places)[:, None] + corners).reshape(-1, 3)
+    return {"type": "mesh", "vertices": vertices, "faces": np.arange(len(vertices)).reshape(-1, 3)}
+
+
+def spheres(n: int) -> list[Table]:
+    places = np.random.default_rng(1).uniform(-5, 5, (n, 3)).tolist()
+    return [{"type": "sphere", "center": [0, 0, 0], "radius": 20, "material": GLASS},
+            *({"type": "sphere", "center": place, "radius": 0.01} for place in places)]  # fmt: skip
+
+
+ANGLES = np.linspace(0, 2 * np.pi, 1000, endpoint=False)
+CIRCLE = np.column_stack([np.cos(ANGLES), 0.5 + 0 * ANGLES, np.sin(ANGLES)]).tolist()
+CROWDS: dict[str, tuple[Callable[[int], list[Table]], int]] = {
+    "within one of glass": (spheres, 1000),
+    "meshes in one plane": (lambda n: [{**comb(0), "material": GLASS}, *[comb(0.5)] * n], 20),
+    "polygons": (lambda n: [box(), *[{**POLYGON, "points": CIRCLE}] * n], 160),
+}
+
+
+@pytest.mark.parametrize("name", CROWDS)
+def test_the_hint_is_bounded(name: str) -> None:
+    """Not in proportion to the scene: what it looks at, and what that takes, have an end."""
+    make, n = CROWDS[name]
+
+    def took(count: int) -> float:
+        scene = clrt.load_dict({"shapes": make(count)})
+        extents = flatten(scene).extents
+        assert extents is not None
+        passes = np.arange(len(scene.shapes)) == 0
+        return seconds(lambda: warn_of_flush(scene, extents.low, extents.high, passes))
+
+    assert took(4 * n) < 2 * max(took(n), LEAST)

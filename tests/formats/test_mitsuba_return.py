@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import errno
+import json
+import re
 import shutil
 import warnings
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +15,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.base import atomic
 from clrt.base.errors import ClrtError
 from clrt.base.limits import Limits
 from clrt.base.resources import shipped_scenes, validation_module
@@ -41,8 +46,8 @@ CLEAN: dict[str, Any] = {
 
 def written(scene: clrt.Scene, path: Path) -> clrt.Scene:
     """The scene as it comes back."""
-    validation_module("oracle_mitsuba.xml").write_xml(scene, path)
-    mitsuba.keep(scene, path)
+    keep = partial(mitsuba.with_itself, scene, path)
+    validation_module("oracle_mitsuba.xml").write_xml(scene, path, keep)
     return clrt.load(path)
 
 
@@ -216,11 +221,51 @@ def test_what_is_too_much_is_not_kept(tmp_path: Path) -> None:
     validation_module("oracle_mitsuba.xml").write_xml(scene, file)
     text = file.read_text()
     for most in (len(text) + 50, len(text) - 1):
-        mitsuba.keep(clrt.load_dict(CLEAN, limits=Limits(text_bytes=most)), file)
-        assert file.read_text() == text
+        short = clrt.load_dict(CLEAN, limits=Limits(text_bytes=most))
+        assert mitsuba.with_itself(short, file, text) == text
     deep = clrt.load_dict(CLEAN, limits=Limits(nesting=2))
-    mitsuba.keep(deep, file)
-    assert file.read_text() == text
+    assert mitsuba.with_itself(deep, file, text) == text
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*.*")}
+
+
+@pytest.mark.parametrize("fails", range(4))
+def test_a_conversion_that_fails_leaves_all_as_it_was(
+    fails: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whichever file cannot be written; the one after has other meshes, and only these."""
+    for number in (1, 2):
+        table = {**CLEAN, "shapes": [{"type": "cone", "p0": [0, 0, 0], "p1": [0, k, 0], "r0": 1, "r1": 0.5}
+                                     for k in (number, number + 2, number + 4)]}  # fmt: skip
+        (tmp_path / f"{number}.json").write_text(json.dumps(table))
+    real, out = atomic._sync, tmp_path / "out" / "a.xml"
+    calls: list[bool] = []
+
+    def full(path: Path) -> None:
+        calls.append(path.is_file())
+        if sum(calls) > fails:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        real(path)
+
+    out.parent.mkdir()
+    monkeypatch.setattr(atomic, "_sync", full)
+    assert main(["convert", str(tmp_path / "1.json"), str(out)]) == 2
+    assert [*out.parent.iterdir()] == []
+    monkeypatch.setattr(atomic, "_sync", real)
+    assert main(["convert", str(tmp_path / "1.json"), str(out)]) == 0
+    before = files(out.parent)
+    calls.clear()
+    monkeypatch.setattr(atomic, "_sync", full)
+    assert main(["convert", str(tmp_path / "2.json"), str(out)]) == 2
+    assert files(out.parent) == before
+    monkeypatch.setattr(atomic, "_sync", real)
+    assert main(["convert", str(tmp_path / "2.json"), str(out)]) == 0
+    after = files(out.parent)
+    assert len(after) == len(before) and clrt.load(out).to_dict()["shapes"][0]["p1"] == [0, 2, 0]
+    names = set(re.findall(r"a_meshes/[^\"]*", out.read_text().partition("<?clrt")[0]))
+    assert names == after.keys() - {"a.xml"}
 
 
 def test_convert_both_ways(tmp_path: Path) -> None:
@@ -252,7 +297,8 @@ def test_a_file_that_two_shapes_name(tmp_path: Path) -> None:
     scene = clrt.load_dict({"camera": camera, "ambient": 1, "shapes": both}, folder=tmp_path)
     path = tmp_path / "a.xml"
     assert written(scene, path).to_dict() == scene.to_dict()
-    path.write_text(path.read_text().replace("shape_1_1.ply", "shape_0_0.ply"))
+    first, second = sorted(re.findall(r"a_meshes/shape_\d_\d-\w+\.ply", path.read_text()))
+    path.write_text(path.read_text().replace(second, first))
     with pytest.warns(clrt.ClrtWarning):
         again = clrt.load(path)
-    assert [shape.file for shape in again.shapes] == ["a_meshes/shape_0_0.ply"] * 2
+    assert [shape.file for shape in again.shapes] == [first] * 2

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
 import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from xml.sax.saxutils import quoteattr
@@ -12,6 +16,7 @@ import numpy as np
 
 from clrt.base.atomic import check_replaceable, replacing, write_text
 from clrt.base.errors import ClrtError, located
+from clrt.base.inputs import identity, noted
 from clrt.base.install import install_extra
 from clrt.scene.scene import Checker, Scene
 
@@ -87,8 +92,12 @@ def to_xml(scene: Scene, meshes: str = "meshes") -> str:
     return _document(scene, meshes, None)[0]
 
 
-def write_xml(scene: Scene, path: str | os.PathLike[str]) -> int:
+def write_xml(scene: Scene, path: str | os.PathLike[str], finish: Callable[[str], str] = str) -> int:
     """Write the XML to `path`, and the meshes into a folder beside it, named after it.
+
+    The scene is the old one or the new one as a whole: names of meshes hold a digest of what is in them, and
+    those of the old XML go once the new one is in its place. finish: what the XML becomes, where the meshes
+    lie already.
 
     Returns how many notes on what is not exact the file starts with. ClrtError where a file cannot be
     written, or a package that makes meshes is missing.
@@ -102,21 +111,64 @@ def write_xml(scene: Scene, path: str | os.PathLike[str]) -> int:
         needs = f"{path}: its meshes need {error.name}; install it with: {install_extra('validation')}"
         raise ClrtError(needs) from None
     check_replaceable(path)
-    if meshes:
-        try:
-            (path.parent / folder).mkdir(exist_ok=True)
-        except OSError as error:
-            raise ClrtError(f"{path.parent / folder}: cannot be made: {error.strerror}") from None
-    for name in meshes:  # all before the first is written
-        check_replaceable(path.parent / name)
-    for name, mesh in meshes.items():
-        with replacing(path.parent / name) as temporary:
-            if isinstance(mesh, Path):
-                shutil.copyfile(mesh, temporary)
-            else:
-                temporary.write_bytes(ply(mesh))
-    write_text(path, text)
+    before = _own_files(path, folder)
+    with _files_beside(path.parent, folder, meshes):
+        write_text(path, finish(text))
+    for file in (path.parent / name for name in before - meshes.keys()):
+        if identity(file) not in noted():  # this scene reads it, or another that is converted here
+            with suppress(OSError):
+                file.unlink()
     return text.count("<!--")
+
+
+def _own_files(path: Path, folder: str) -> set[str]:
+    """The files of an XML that is replaced which `write_xml` made for it."""
+    try:
+        old = path.read_text("utf-8")
+    except (OSError, ValueError):
+        return set()
+    return set(re.findall(rf'value="({re.escape(folder)}/[^"/]*-[0-9a-f]{{16}}\.\w+)"', old))
+
+
+@contextmanager
+def _files_beside(parent: Path, folder: str, meshes: Mapping[str, Plugin | Path]) -> Iterator[None]:
+    """Write what is not there yet; remove it, and the folder, where the block fails."""
+    made, new = [], bool(meshes) and not (parent / folder).exists()
+    try:
+        if new:
+            try:
+                (parent / folder).mkdir()
+            except OSError as error:
+                raise ClrtError(f"{parent / folder}: cannot be made: {error.strerror}") from None
+        for name, mesh in meshes.items():
+            file = parent / name
+            if not file.exists():
+                made.append(file)
+            elif _digest(file) in name:
+                continue
+            _write(mesh, file)
+        yield
+    except BaseException:
+        for path in made:
+            with suppress(OSError):
+                path.unlink()
+        if new:
+            with suppress(OSError):
+                (parent / folder).rmdir()
+        raise
+
+
+def _write(mesh: Plugin | Path, path: Path) -> None:
+    with replacing(path) as temporary:
+        if isinstance(mesh, Path):
+            shutil.copyfile(mesh, temporary)
+        else:
+            temporary.write_bytes(ply(mesh))
+
+
+def _digest(mesh: Plugin | Path) -> str:
+    data = mesh.read_bytes() if isinstance(mesh, Path) else ply(mesh)
+    return hashlib.sha256(data).hexdigest()[:16]
 
 
 def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict[str, Plugin | Path]]:
@@ -129,15 +181,16 @@ def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict
     found: dict[str, Plugin | Path] = {}
     for key, plugin in plain.items():
         if isinstance(plugin, dict) and plugin["type"] == "mesh":
-            name = f"{meshes}/{key}.ply"
+            name = f"{meshes}/{key}.ply" if folder is None else f"{meshes}/{key}-{_digest(plugin)}.ply"
             found[name] = plugin
             inner = {part: plugin[part] for part in ("bsdf", "emitter") if part in plugin}
             plain[key] = {"type": "ply", "filename": name, **inner}
         elif isinstance(plugin, dict) and "filename" in plugin and folder is not None:
             name = os.path.relpath(os.path.realpath(plugin["filename"]), os.path.realpath(folder))
             if name.startswith(".."):
-                name = f"{meshes}/{Path(name).name}"
-                found[name] = Path(plugin["filename"])
+                picture = Path(plugin["filename"])
+                name = f"{meshes}/{picture.stem}-{_digest(picture)}{picture.suffix}"
+                found[name] = picture
             plain[key] = {**plugin, "filename": name}
     lines = [f'<scene version="{VERSION}">']
     lines += [f"  <!-- {note.replace('--', '- -')} -->" for note in notes]
