@@ -65,8 +65,12 @@ def _parts(scene: Scene, shape: Shape, eyes: np.ndarray, middles: np.ndarray) ->
 def _is_closed(mesh: Mesh) -> bool:
     """Whether every edge of a mesh's faces has one that runs the other way: by number of vertices."""
     faces = mesh.data().faces
-    if sum(map(len, faces)) > _MOST_ANGLES:
+    counts = np.fromiter(map(len, faces), np.int64, len(faces))
+    if counts.sum() > _MOST_ANGLES:
         return False
-    edges = np.concatenate([np.stack([face, np.roll(face, -1)], axis=1) for face in faces])
+    corners, ends = np.concatenate(faces).astype(np.int64), np.cumsum(counts)
+    following = np.arange(1, len(corners) + 1)
+    following[ends - 1] = ends - counts
+    edges = np.stack([corners, corners[following]], axis=1)
     forth, back = np.sort(edges @ [1 << 32, 1]), np.sort(edges @ [1, 1 << 32])
     return bool((forth == back).all())
