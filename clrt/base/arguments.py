@@ -10,7 +10,7 @@ import operator
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -26,7 +26,8 @@ T = TypeVar("T")
 def public(function: Callable[P, T]) -> Callable[P, T]:
     """An entry point of the package: where memory, files or threads run out in it, a LimitError says so.
 
-    Numbers that overflow there do so in silence, as on the device: numpy has no words for the user.
+    Numbers that overflow there do so in silence, as on the device: numpy has no words for the user. What a
+    function of the caller's raises stays what it is.
     """
 
     @wraps(function)
@@ -37,11 +38,12 @@ def public(function: Callable[P, T]) -> Callable[P, T]:
                 return function(*arguments, **named)
         except (MemoryError, OSError, RuntimeError) as error:
             spent = exhausted(error)
-            if not spent:
+            if not spent or ending.is_callers(error):
                 raise
+            cause = error.with_traceback(None)  # which would hold what the failed call held
         finally:
             ending.leave()
-        raise LimitError(spent)  # here, where what the failed call held is free again
+        raise LimitError(spent) from cause
 
     return entered
 
@@ -138,10 +140,12 @@ def optional_instance(name: str, value: object, kind: type[T]) -> T:
 
 
 def function(name: str, value: object) -> Any:
-    """`value`, which must be None or something that can be called."""
-    if value is not None and not callable(value):
+    """`value`, a function of the caller's, to be called within a public call; None stays None."""
+    if value is None:
+        return None
+    if not callable(value):
         raise ClrtError(fault("", name, value, "it must be a function, or None"))
-    return value
+    return partial(ending.call_back, value)
 
 
 def device(name: str, value: object) -> int | str | None:
