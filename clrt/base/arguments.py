@@ -117,7 +117,8 @@ def names(name: str, value: object) -> tuple[str, ...]:
     if not many or not all(isinstance(one, str) for one in value):  # type: ignore[attr-defined]
         example = f"[{value!r}]" if isinstance(value, str) and len(value) < 30 else "['depth']"
         raise ClrtError(fault("", name, value, f"it must be a list of names, such as {example}"))
-    return tuple(value)  # type: ignore[arg-type]
+    unordered = isinstance(value, (set, frozenset))  # in another order in each process
+    return tuple(sorted(value)) if unordered else tuple(value)  # type: ignore[arg-type]
 
 
 def mapping(name: str, value: object) -> Mapping[str, Any]:
