@@ -136,8 +136,8 @@ def compare(
     for pixels in (picture, judged):
         pixels.flags.writeable = False
     return Verdict(
-        found.verdict, found.passed, FrozenDict(found.metrics), found.gates, found.causes, found.notes, picture, judged,
-        (_name(a, "picture"), _name(b, "reference")),
+        found.verdict, found.passed, FrozenDict(found.metrics), found.gates, found.causes, found.notes,
+        picture, judged, (_name(a, "picture"), _name(b, "reference")),
     )  # fmt: skip
 
 
@@ -170,7 +170,7 @@ def _picture_or_scene(name: str, given: Any) -> Any:
 
 @public
 def as_pixels(name: str, given: Any) -> np.ndarray:
-    """Linear float32 (height, width, 3) of what `compare` takes for a picture; an array's own is a copy."""
+    """Linear float32 (height, width, 3) of what `compare` takes for a picture; of an array's a copy."""
     if isinstance(given, Image):
         return given.pixels
     if isinstance(given, (str, os.PathLike)):
