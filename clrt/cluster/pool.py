@@ -10,7 +10,7 @@ from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from typing import Any, Final
 
 from clrt.base import ending
-from clrt.base.errors import ClrtError, LimitError, exhausted, one_line, show
+from clrt.base.errors import ClrtError, LimitError, exhausted, fault, one_line, show
 from clrt.cluster.orders import Worker
 from clrt.cluster.worker import work
 from clrt.version import __version__
@@ -145,6 +145,9 @@ class DaskPool(Pool):
 
 def pool_of(executor: object) -> Pool:
     """An executor, or a Client of distributed, as a pool. ClrtError for anything else."""
+    if getattr(executor, "asynchronous", False) is True:
+        right = "it must be one that answers within a call: Client(...) without asynchronous=True"
+        raise ClrtError(fault("", "executor", executor, right))
     if hasattr(executor, "get_executor"):
         executor = executor.get_executor()
     if type(executor).__module__.startswith("distributed."):
