@@ -10,7 +10,10 @@ import operator
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from decimal import Decimal
 from functools import partial, wraps
+from numbers import Real
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -117,8 +120,9 @@ def names(name: str, value: object) -> tuple[str, ...]:
     if not many or not all(isinstance(one, str) for one in value):  # type: ignore[attr-defined]
         example = f"[{value!r}]" if isinstance(value, str) and len(value) < 30 else "['depth']"
         raise ClrtError(fault("", name, value, f"it must be a list of names, such as {example}"))
-    unordered = isinstance(value, (set, frozenset))  # in another order in each process
-    return tuple(sorted(value)) if unordered else tuple(value)  # type: ignore[arg-type]
+    if isinstance(value, (set, frozenset)):  # in another order in each process
+        return tuple(sorted(value))
+    return tuple(value)  # type: ignore[arg-type]
 
 
 def mapping(name: str, value: object) -> Mapping[str, Any]:
@@ -167,10 +171,17 @@ def real_numbers(name: str, value: object, form: str) -> np.ndarray:
         found = np.asarray(value)
     except (TypeError, ValueError, OverflowError):  # rows of different lengths
         raise ClrtError(fault("", name, value, right)) from None
+    if found.dtype == object and all(map(_is_real, found.flat)):  # fractions, large ones
+        with suppress(OverflowError):  # a whole number beyond all floats
+            found = found.astype(np.float64)
     if found.dtype.kind not in "iuf":
         raise ClrtError(fault("", name, value, right))
     unmasked(name, value)
     return found
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, (Real, Decimal, np.integer, np.floating)) and not isinstance(value, bool)
 
 
 def unmasked(name: str, value: object) -> None:

@@ -13,6 +13,7 @@ from queue import SimpleQueue
 from typing import Any, Final
 
 from clrt.base import ending
+from clrt.base.elsewhere import own_stack
 
 _Job = tuple[Callable[[], Any], list[Any], list[BaseException], Any]
 _jobs: Final[SimpleQueue[_Job]] = SimpleQueue()
@@ -27,7 +28,8 @@ def done(action: Callable[[], Any]) -> Any:
     ended.acquire()
     if not _started:
         try:
-            _thread.start_new_thread(_work, ())
+            with own_stack():
+                _thread.start_new_thread(_work, ())
         except RuntimeError:  # there is no room for one, or the interpreter ends: Ctrl-C has to wait
             return action()
         _started.append(os.getpid())  # after it: two threads do no harm
