@@ -10,7 +10,10 @@ import operator
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
+from contextlib import suppress
+from decimal import Decimal
+from functools import partial, wraps
+from numbers import Real
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -26,7 +29,8 @@ T = TypeVar("T")
 def public(function: Callable[P, T]) -> Callable[P, T]:
     """An entry point of the package: where memory, files or threads run out in it, a LimitError says so.
 
-    Numbers that overflow there do so in silence, as on the device: numpy has no words for the user.
+    Numbers that overflow there do so in silence, as on the device: numpy has no words for the user. What a
+    function of the caller's raises stays what it is.
     """
 
     @wraps(function)
@@ -37,11 +41,12 @@ def public(function: Callable[P, T]) -> Callable[P, T]:
                 return function(*arguments, **named)
         except (MemoryError, OSError, RuntimeError) as error:
             spent = exhausted(error)
-            if not spent:
+            if not spent or ending.is_callers(error):
                 raise
+            cause = error.with_traceback(None)  # which would hold what the failed call held
         finally:
             ending.leave()
-        raise LimitError(spent)  # here, where what the failed call held is free again
+        raise LimitError(spent) from cause
 
     return entered
 
@@ -115,6 +120,8 @@ def names(name: str, value: object) -> tuple[str, ...]:
     if not many or not all(isinstance(one, str) for one in value):  # type: ignore[attr-defined]
         example = f"[{value!r}]" if isinstance(value, str) and len(value) < 30 else "['depth']"
         raise ClrtError(fault("", name, value, f"it must be a list of names, such as {example}"))
+    if isinstance(value, (set, frozenset)):  # in another order in each process
+        return tuple(sorted(value))
     return tuple(value)  # type: ignore[arg-type]
 
 
@@ -138,10 +145,12 @@ def optional_instance(name: str, value: object, kind: type[T]) -> T:
 
 
 def function(name: str, value: object) -> Any:
-    """`value`, which must be None or something that can be called."""
-    if value is not None and not callable(value):
+    """`value`, a function of the caller's, to be called within a public call; None stays None."""
+    if value is None:
+        return None
+    if not callable(value):
         raise ClrtError(fault("", name, value, "it must be a function, or None"))
-    return value
+    return partial(ending.call_back, value)
 
 
 def device(name: str, value: object) -> int | str | None:
@@ -162,10 +171,17 @@ def real_numbers(name: str, value: object, form: str) -> np.ndarray:
         found = np.asarray(value)
     except (TypeError, ValueError, OverflowError):  # rows of different lengths
         raise ClrtError(fault("", name, value, right)) from None
+    if found.dtype == object and all(map(_is_real, found.flat)):  # fractions, large ones
+        with suppress(OverflowError):  # a whole number beyond all floats
+            found = found.astype(np.float64)
     if found.dtype.kind not in "iuf":
         raise ClrtError(fault("", name, value, right))
     unmasked(name, value)
     return found
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, (Real, Decimal, np.integer, np.floating)) and not isinstance(value, bool)
 
 
 def unmasked(name: str, value: object) -> None:

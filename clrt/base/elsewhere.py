@@ -57,7 +57,8 @@ def apart(folder: Path, action: Callable[[], Any]) -> Any:
 
     thread = threading.Thread(target=work, name="clrt-apart", daemon=True)
     try:
-        thread.start()
+        with own_stack():
+            thread.start()
     except RuntimeError:  # there is no room for another thread
         return action()
     try:
@@ -67,6 +68,17 @@ def apart(folder: Path, action: Callable[[], Any]) -> Any:
     if failure:
         raise failure[0]
     return answer[0]
+
+
+@contextmanager
+def own_stack() -> Iterator[None]:
+    """Threads that begin meanwhile have the system's stack, whatever the program wants for its own: compilers
+    of drivers need more than the least that Python allows."""
+    before = threading.stack_size(0)
+    try:
+        yield
+    finally:
+        threading.stack_size(before)
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from ctypes import c_float
 from functools import cache, partial
 from itertools import chain
+from numbers import Rational
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -186,7 +187,9 @@ def plain(data: object, cls: type, at: At) -> dict[str, Any]:
     try:
         found: dict[str, Any]
         found = msgspec.to_builtins(dict(data) if isinstance(data, Mapping) else data, enc_hook=_from_numpy)
-    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+    except RecursionError:
+        raise at.says("it holds itself, or its tables and lists lie too deep in each other") from None
+    except (TypeError, ValueError, OverflowError) as error:
         raise at.says(str(error)) from None
     if isinstance(data, Record):  # None is what nobody stated
         found = {name: value for name, value in found.items() if value is not None}
@@ -259,4 +262,6 @@ def _from_numpy(value: object) -> object:
         return dict(value)
     if isinstance(value, Unstated):
         return int(value)
+    if isinstance(value, Rational):
+        return float(value)
     raise TypeError(f"an object of class {type(value).__name__} cannot be part of a scene")

@@ -18,6 +18,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, Final
 
 from clrt import layout
+from clrt.base import ending
 from clrt.base.errors import ClrtError
 from clrt.base.resources import validation_module
 from clrt.base.scratch import scratch
@@ -142,7 +143,8 @@ def answers(pool: Pool, calls: Mapping[str, Call], told: Told) -> Generator[tupl
                 under_way[future] = name, order
                 future.add_done_callback(done.put)
             try:
-                future = done.get(timeout=1.0)
+                with ending.outside():  # nobody knows how long
+                    future = done.get(timeout=1.0)
             except Empty:
                 pool.check()
                 continue

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from clrt.base import ending
 from clrt.base.errors import ClrtError
 from clrt.cluster.orders import Answer, Lacking, Order, Refusal, Worker, sealed
 from clrt.cluster.parcels import LARGE, Parcel
@@ -93,7 +94,8 @@ class Farm:
                         return
                     continue
                 try:
-                    future = self._done.get(timeout=1.0)
+                    with ending.outside():  # nobody knows how long
+                        future = self._done.get(timeout=1.0)
                 except Empty:
                     self.pool.check()
                     continue

@@ -7,6 +7,8 @@ from collections import Counter, deque
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, closing
+from copy import deepcopy
+from dataclasses import fields
 from itertools import count
 from typing import Any, Final
 
@@ -15,10 +17,12 @@ import numpy as np
 from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError
+from clrt.base.places import At, known_keys
 from clrt.cluster.farm import Farm, Task
 from clrt.cluster.orders import Answer
 from clrt.cluster.parcels import Parcel, packed
 from clrt.cluster.pool import pool_of
+from clrt.device import foreign
 from clrt.device.settings import Settings
 from clrt.engine.checkpoint import Checkpoint
 from clrt.engine.coverage import manifests
@@ -94,20 +98,24 @@ def sweep(
 
     Gives (values, Image) one after the other, the last place changing fastest. Places are those of
     `Scene.replace`, and `"camera"` takes whole cameras. picture: as for `Tracer.render` (`width`, `spp`,
-    `layers`, ...). All values are looked at before the first picture: SceneError names the place of one that
-    is wrong. One Tracer does all, so that what does not change is done once; or the workers of `executor`,
-    as for `render`, several pictures at a time.
+    `layers`, ...). All is looked at before the first picture: SceneError names the place of a value that is
+    wrong, ClrtError another argument. One Tracer does all, so that what does not change is done once; or the
+    workers of `executor`, as for `render`, several pictures at a time.
     """
     base = as_scene(scene, arguments.optional_instance("settings", settings, Settings).limits)
     found = checked(base, changes)
-    if executor is None:
-        return _here(Tracer(base, device, settings), base, found, picture)
-    if picture.get("checkpoint") is not None:
+    if picture.pop("checkpoint", None) is not None:
         raise ClrtError("checkpoint: it keeps one picture; a sweep has many")
-    picture = {name: value for name, value in picture.items() if name != "checkpoint"}
     progress = arguments.function("progress", picture.pop("progress", None))
-    remote = Remote(executor, device, settings)
-    return _there(remote, base, found, Request(**picture), progress)
+    known_keys(picture, [*(field.name for field in fields(Request)), "progress"], At("sweep"))
+    asked, first = Request(**picture), edited(base, next(combinations(found)))
+    if executor is not None:
+        remote = Remote(executor, device, settings)
+        remote.plan(first, asked)
+        return _there(remote, base, found, asked, progress)
+    tracer = Tracer(first, device, settings)
+    asked.job(first, tracer.flat, tracer.settings)
+    return _here(tracer, base, found, picture | {"progress": progress})
 
 
 def _here(
@@ -116,7 +124,7 @@ def _here(
     with tracer:
         for values in combinations(changes):
             tracer.update(edited(base, values))
-            yield values, tracer.render(**picture)
+            yield deepcopy(values), tracer.render(**picture)
 
 
 def _there(
@@ -130,7 +138,7 @@ def _there(
     sheets = (Sheet(*remote.plan(edited(base, values), asked), progress) for values in many)
     with closing(remote.sheets(sheets, len(many))) as done:
         for values, sheet in zip(many, done, strict=True):
-            yield values, sheet.image()
+            yield deepcopy(values), sheet.image()
 
 
 Plan = tuple[Scene, Parcel, Job, tuple[int, int], tuple[int, int, int, int]]
@@ -188,6 +196,8 @@ class Sheet:
     def image(self) -> Image:
         """The picture, of which all has come."""
         device, kernels = (", ".join(sorted(names)) for names in (self._devices, self._kernels))
+        if not kernels:  # a checkpoint held all of it, made by the same ones
+            device, kernels = "none: it was kept", foreign.source_hash(self.job.flat.ray_format)
         told = metadata(kernels, device, self.job.settings, self.job.flat)
         told |= manifests(self.scene, self.job.layers)
         made = stats(self.counts, self._local_size, dict(self._seconds), device)

@@ -9,7 +9,8 @@ from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from typing import Any, Final
 
-from clrt.base.errors import ClrtError, one_line, show
+from clrt.base import ending
+from clrt.base.errors import ClrtError, LimitError, exhausted, fault, one_line, show
 from clrt.cluster.orders import Worker
 from clrt.cluster.worker import work
 from clrt.version import __version__
@@ -35,9 +36,12 @@ class Pool:
     def submit(self, order: Any, to: Worker | None = None, do: Callable[[Any], Any] = work) -> Future[Any]:
         """Hand in an order, if possible to that worker. do: what the worker calls with it."""
         try:
-            return self.executor.submit(do, order)
+            future: Future[Any] = ending.call_back(self.executor.submit, do, order)
+            return future
         except RuntimeError as error:  # it was shut down, or is broken
-            raise ClrtError(f"executor: {error or type(error).__name__}; give one that is running") from None
+            if exhausted(error):
+                raise LimitError(exhausted(error)) from error
+            raise ClrtError(f"executor: {error or type(error).__name__}; give one that is running") from error
 
     def check(self) -> None:
         """ClrtError where nothing will come any more. Asked each second in which nothing comes."""
@@ -141,6 +145,9 @@ class DaskPool(Pool):
 
 def pool_of(executor: object) -> Pool:
     """An executor, or a Client of distributed, as a pool. ClrtError for anything else."""
+    if getattr(executor, "asynchronous", False) is True:
+        right = "it must be one that answers within a call: Client(...) without asynchronous=True"
+        raise ClrtError(fault("", "executor", executor, right))
     if hasattr(executor, "get_executor"):
         executor = executor.get_executor()
     if type(executor).__module__.startswith("distributed."):

@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from clrt.base import handlers, interrupts
-from clrt.base.elsewhere import relative, within
+from clrt.base.elsewhere import own_stack, relative, within
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
 from clrt.device import kernelcache, trial, vendors
@@ -73,7 +73,8 @@ def _beside(action: Callable[[], None]) -> Iterator[None]:
 
     thread = threading.Thread(target=surely, name="clrt-ahead", daemon=True)
     try:
-        thread.start()
+        with own_stack():
+            thread.start()
     except RuntimeError:  # there is no room for another thread
         yield
         return

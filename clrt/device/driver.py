@@ -176,6 +176,7 @@ class Driver:
         For work that is given up half-way, so that nobody will wait for it: it goes on reading a scene's
         buffers, whose memory the next scene gets. Does not wait.
         """
+        check_process()
 
         def enqueue() -> None:
             marks = [cl.enqueue_marker(track.queue) for track in self.tracks]
@@ -194,10 +195,13 @@ class Driver:
     def timed(self) -> Iterator[dict[str, float]]:
         """Seconds by kernel of what is launched within, on all tracks; they are there once it is left.
 
-        What is launched elsewhere leaves nothing behind, however often.
+        What is launched elsewhere leaves nothing behind, however often, and within another such block (a
+        picture's `progress` renders one) none of its times.
         """
         seconds: dict[str, float] = {}
         self._timers += 1
+        before, self._spans = self._spans, []
+        launched = [track.take_launches() for track in self.tracks]
         try:
             yield seconds
             for track in self.tracks:
@@ -205,9 +209,9 @@ class Driver:
             seconds |= seconds_by_name(self._spans)
         finally:
             self._timers -= 1
-            self._spans.clear()
-            for track in self.tracks:
-                track.forget()
+            self._spans = before
+            for track, launches in zip(self.tracks, launched, strict=True):
+                track.forget(launches)
 
     def wait(self, action: Callable[[], Any], what: str) -> None:
         """Do something that returns when the device is done; Ctrl-C ends the wait at once.

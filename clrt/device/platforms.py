@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import re
 import shutil
@@ -61,6 +62,8 @@ def _platforms(beside: bool = True) -> list[cl.Platform]:
             found, error = [], f" ({refused})"
         if not _process:
             _process.append(os.getpid())
+            if hasattr(os, "register_at_fork"):
+                os.register_at_fork(after_in_child=_leave_out_drivers)
         if beside and _intel_wanted() and all(platform.name.strip() != intel.PLATFORM for platform in found):
             found = [*found, *intel.platforms()]
     if not found:
@@ -73,6 +76,13 @@ def _platforms(beside: bool = True) -> list[cl.Platform]:
             "or give a part of one of these names"
         )
     return chosen
+
+
+def _leave_out_drivers() -> None:
+    """End a forked process before drivers end themselves in it: they would wait for threads it has not."""
+    libc = ctypes.CDLL(None)
+    if hasattr(libc, "on_exit"):  # not where the C library is another than GNU's
+        libc.on_exit(ctypes.cast(libc._exit, ctypes.c_void_p), None)
 
 
 def _intel_wanted() -> bool:
@@ -109,9 +119,14 @@ def devices() -> list[DeviceInfo]:
     return [info for info, _ in listed()]
 
 
+def is_forked() -> bool:
+    """Whether this process was forked after OpenCL was used."""
+    return bool(_process) and _process[0] != os.getpid()
+
+
 def check_process() -> None:
     """DeviceError in a process that was forked after OpenCL was used: drivers wait there for ever."""
-    if _process and _process[0] != os.getpid():
+    if is_forked():
         raise DeviceError(
             "this process was forked from one that had used OpenCL, which drivers do not survive; start it "
             "afresh: multiprocessing.get_context('spawn'), or ProcessPoolExecutor(mp_context=...) with it"

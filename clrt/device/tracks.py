@@ -71,9 +71,14 @@ class Track:
         if timed:
             self._events.append((name, event))
 
-    def forget(self) -> None:
-        """Nobody will take the times of the launches until now."""
-        self._events.clear()
+    def take_launches(self) -> list[tuple[str, cl.Event]]:
+        """The launches until now whose times nobody has taken; from now on there are none."""
+        launches, self._events = self._events, []
+        return launches
+
+    def forget(self, launches: list[tuple[str, cl.Event]]) -> None:
+        """Nobody will take the times of the launches until now, but those of `launches`."""
+        self._events = launches
 
     def send(self, target: Any, array: np.ndarray) -> cl.Event:
         """Copy an array, which must not change until it is there, to a buffer; does not wait."""

@@ -7,11 +7,13 @@ leaves it taken for ever. Here each step that others depend on is one of C, whic
 from __future__ import annotations
 
 import _thread
-import atexit
 import os
 from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any, Final
+
+from clrt.base import ending
+from clrt.base.elsewhere import own_stack
 
 _Job = tuple[Callable[[], Any], list[Any], list[BaseException], Any]
 _jobs: Final[SimpleQueue[_Job]] = SimpleQueue()
@@ -25,7 +27,11 @@ def done(action: Callable[[], Any]) -> Any:
     ended = _thread.allocate_lock()
     ended.acquire()
     if not _started:
-        _thread.start_new_thread(_work, ())
+        try:
+            with own_stack():
+                _thread.start_new_thread(_work, ())
+        except RuntimeError:  # there is no room for one, or the interpreter ends: Ctrl-C has to wait
+            return action()
         _started.append(os.getpid())  # after it: two threads do no harm
     _jobs.put((action, answer, failure, ended))
     ended.acquire()
@@ -45,7 +51,7 @@ def _work() -> None:
         del action, answer, failure, ended  # what was waited for may be given up
 
 
-@atexit.register
+@ending.at_last
 def _finish() -> None:
     """The interpreter must not end while a thread is in a driver."""
     if os.getpid() in _started:

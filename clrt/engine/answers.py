@@ -63,6 +63,7 @@ class Hits(_Fields):
         return made
 
 
+@dataclass(frozen=True, repr=False, eq=False)
 class Crossings(_Fields):
     """All that n rays cross, ray after ray and along each ray; the rays of a leading shape in their order.
 

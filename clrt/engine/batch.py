@@ -79,7 +79,7 @@ class Batch:
 
     def _bound(self, name: str, value: object) -> np.ndarray:
         """A bound of the rays, of which there may be more for it."""
-        bound = real_numbers(name, value, f"() or {self.shape}")
+        bound = real_numbers(name, value, f"() or {self.shape}" if self.shape else "()")
         try:
             self.shape = np.broadcast_shapes(bound.shape, self.shape)
         except (ValueError, RuntimeError):

@@ -206,7 +206,7 @@ class Job:
             "refinements": str(self.refinements),
             "crop": " ".join(map(str, window)),
             "max_depth": str(self.max_depth),
-            "layers": ",".join(self.layers),
+            "layers": ",".join(sorted(self.layers)),
             "scene": self.flat.hash,
             "camera": hashlib.sha256(self.camera.tobytes()).hexdigest(),
             "kernels": foreign.source_hash(self.flat.ray_format),

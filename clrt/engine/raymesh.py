@@ -138,7 +138,7 @@ class _Faces:
         self.center = (low + high) / 2
         self.radius = float(np.linalg.norm(high - low)) / 2
         shapes = [{"type": "mesh", "vertices": vertices - self.center, "faces": faces}] if len(faces) else []
-        self.tracer = Tracer(load_dict({"shapes": shapes}), device, settings)
+        self.tracer = Tracer(load_dict({"shapes": shapes}, limits=settings.limits), device, settings)
 
     def first(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
         out = np.full(len(origins), -1, np.int64)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
 from itertools import product
 from typing import Any, Final
 
@@ -29,7 +30,7 @@ def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
         if not isinstance(values, (list, tuple, range)) or not values:
             right = "it must be a list of values, such as [20, 30]"
             raise ClrtError(fault("", f"changes[{place!r}]", values, right))
-        found[place] = values
+        found[place] = deepcopy(values)  # the caller's may change before the last picture
     pictures = math.prod(map(len, found.values()))
     if pictures > PICTURES:
         raise ClrtError(f"changes: {pictures} pictures are too many; one sweep has at most {PICTURES}")

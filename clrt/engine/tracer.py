@@ -8,15 +8,16 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from copy import copy
 from functools import wraps
-from typing import Any, NoReturn, TypeVar
+from pathlib import Path
+from typing import Any, Final, NoReturn, TypeVar
 
 import numpy as np
 
-from clrt.base import arguments, display
+from clrt.base import arguments, display, ending
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError
 from clrt.device.device import Device
-from clrt.device.platforms import check_process
+from clrt.device.platforms import check_process, is_forked
 from clrt.device.settings import Settings
 from clrt.engine import passes, queries, tree
 from clrt.engine.answers import Crossings, Hits, check_fields
@@ -49,15 +50,31 @@ Progress = Callable[[int, int, int], None]
 Method = TypeVar("Method", bound=Callable[..., Any])
 
 
+_IN_USE: Final = (
+    "this Tracer is in use by the call that is interrupted; a signal handler cannot use the Tracer that it "
+    "interrupts: give it one of its own"
+)
+
+
 def _one_at_a_time(method: Method) -> Method:
-    """Let threads wait for each other; a process that was forked learns why it cannot go on."""
+    """Let threads wait for each other; a process that was forked learns why it cannot go on.
+
+    Whoever comes again in the same thread comes from a signal's handler, or the like, and finds a launch that
+    is half made: that is refused. `Tracer._tell` lets `progress` come again.
+    """
 
     @wraps(method)
     def locked(self: Tracer, *arguments: Any, **named: Any) -> Any:
         check_process()  # first: a lock that was held when the process was forked stays held
-        with self._lock:
-            self._check_open()
-            return method(self, *arguments, **named)
+        with ending.outside(), self._lock, ending.inside():
+            if self._busy:
+                raise ClrtError(_IN_USE)
+            try:
+                self._busy = True
+                self._check_open()
+                return method(self, *arguments, **named)
+            finally:
+                self._busy = False
 
     return locked  # type: ignore[return-value]
 
@@ -87,7 +104,7 @@ class Tracer:
         self._settings = device.settings if isinstance(device, Device) else settings
         self._scene = as_scene(scene, self._settings.limits)
         self._lock = threading.RLock()
-        self._closed = False
+        self._busy = self._closed = False
         self._check_size(self._scene)
         self.flat = flatten(self._scene)
         check_ceilings(self.flat, self._scene.source)
@@ -147,14 +164,21 @@ class Tracer:
         self._scene = scene
         return cost
 
+    @public
     def close(self) -> None:
-        """Free what it holds on the device; it cannot be used after that. To close it twice does no harm."""
-        with self._lock:
-            if not self._closed:
-                self._closed = True
-                del self._world
-                for track in self.device.driver.tracks:
-                    track.pool.free_held()
+        """Free what it holds on the device; it cannot be used after that. To close it twice does no harm.
+
+        In a forked process that frees nothing: all of it is its parent's.
+        """
+        if not (self._closed or is_forked()):
+            self._close()
+
+    @_one_at_a_time
+    def _close(self) -> None:
+        self._closed = True
+        del self._world
+        for track in self.device.driver.tracks:
+            track.pool.free_held()
 
     def __enter__(self) -> Tracer:
         return self
@@ -175,12 +199,7 @@ class Tracer:
     @_one_at_a_time
     def _preview(self, width: int) -> Image:
         """A picture of one sample a pixel, also of a scene whose `adaptive` goes with others."""
-        scene = self._scene
-        self._scene = previewed(scene, 1)
-        try:
-            return self.render(width, spp=1)
-        finally:
-            self._scene = scene
+        return self._render(previewed(self._scene, 1), Request(width, spp=1))
 
     def _repr_html_(self) -> str:
         """What notebooks show: a small picture, what is in the scene, and where it is computed."""
@@ -224,10 +243,14 @@ class Tracer:
         and ClrtError for arguments of another kind or range.
         """
         progress = arguments.function("progress", progress)
-        if checkpoint is not None:
-            checkpoint = arguments.path("checkpoint", checkpoint)
+        kept = None if checkpoint is None else arguments.path("checkpoint", checkpoint)
         asked = Request(width, height, spp, max_depth, layers, crop, camera)
-        scene, flat, device, world = self.scene, self.flat, self.device, self.world
+        return self._render(self._scene, asked, progress, kept)
+
+    def _render(
+        self, scene: Scene, asked: Request, progress: Progress | None = None, checkpoint: Path | None = None
+    ) -> Image:
+        flat, device, world = self.flat, self.device, self.world
         task, full, window = asked.job(scene, flat, self.settings)
         samples = task.piece_samples
         picture = Picture(window, full[0], task.layers, flat.bands)
@@ -249,12 +272,20 @@ class Tracer:
                 local_size = tile.local_size
                 done += len(pixels)
                 if progress:
-                    progress(done, total, counts.traced)
+                    self._tell(progress, done, total, counts.traced)
         label = device.info.label
         told = metadata(device.kernels.hash, label, device.settings, flat)
         told |= manifests(scene, task.layers)
         made = stats(counts, local_size, seconds, label)
         return Image(*picture.whole(), made, told, wavelengths(scene))
+
+    def _tell(self, progress: Progress, *told: int) -> None:
+        """Call the caller's function, which may use this Tracer."""
+        try:
+            self._busy = False
+            progress(*told)
+        finally:
+            self._busy = True
 
     @public
     @_one_at_a_time

@@ -91,7 +91,7 @@ class Image:
         object.__setattr__(self, "wavelengths", wavelengths)
         frozen = {"layers": layers, "stats": self.stats, "metadata": self.metadata}  # fmt: skip
         for name, table in frozen.items():
-            object.__setattr__(self, name, FrozenDict(table))
+            object.__setattr__(self, name, _frozen(table))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """As it was made: arrays that are copied or unpickled by themselves can be written to."""
@@ -311,6 +311,13 @@ def pixel_hash(pixels: np.ndarray) -> str:
     digest = hashlib.sha256(np.asarray(pixels.shape, "<i4").tobytes())
     digest.update(np.ascontiguousarray(pixels, "<f4").data)
     return digest.hexdigest()
+
+
+def _frozen(value: Any) -> Any:
+    """Tables, and those in them, as copies that stay as they are; lists as copies."""
+    if isinstance(value, Mapping):
+        return FrozenDict({name: _frozen(one) for name, one in value.items()})
+    return [_frozen(one) for one in value] if isinstance(value, list) else value
 
 
 def _array(name: str, value: object) -> np.ndarray:

@@ -67,13 +67,19 @@ class SamePicture:
             pytest.fail(f"{stem}: the picture has pixels that are NaN or infinite")
         folder = Path(self._node.path).parent / FOLDER / Path(self._node.path).stem
         kept = next((folder / (stem + kind) for kind in _KINDS if (folder / (stem + kind)).exists()), None)
-        verdict = None if kept is None else clrt.compare(pixels, kept, gates, mask=mask)
+        updating = self._config.getoption("--update-pictures")
+        try:
+            verdict = None if kept is None else clrt.compare(pixels, kept, gates, mask=mask)
+        except clrt.ClrtError:  # it is damaged, perhaps
+            if not updating:
+                raise
+            verdict = None
         report = self._report(stem)
         if verdict and verdict.passed:
             with suppress(OSError):  # no folder of reports can be there
                 report.unlink()  # of an older run
             return verdict
-        if self._config.getoption("--update-pictures"):
+        if updating:
             new = self._keep(pixels, folder / stem)
             if kept is not None and kept != new:
                 kept.unlink()
@@ -84,11 +90,15 @@ class SamePicture:
             found = self._keep(pixels, report.with_suffix(""))
             pytest.fail(f"there is no reference picture {folder / stem}.exr; look at {found}, and keep it "
                         "with --update-pictures")  # fmt: skip
+        unsearched = ""
         if scene is not None:
-            causes = clrt.compare(pixels, scene, mask=mask).causes
-            verdict = replace(verdict, causes=causes or verdict.causes)
+            try:
+                causes = clrt.compare(pixels, scene, mask=mask).causes
+                verdict = replace(verdict, causes=causes or verdict.causes)
+            except clrt.ClrtError as error:
+                unsearched = f"no cause was looked for in scene=: {error}\n"
         verdict.save_report(report)
-        pytest.fail(f"not the picture {kept}: {verdict}\nreport: {report}\n"
+        pytest.fail(f"not the picture {kept}: {verdict}\n{unsearched}report: {report}\n"
                     "if it is right as it is now: --update-pictures")  # fmt: skip
 
     def _stem(self, name: str) -> str:

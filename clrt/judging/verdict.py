@@ -18,6 +18,7 @@ from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.atomic import check_replaceable
 from clrt.base.errors import ClrtError, fault
+from clrt.base.frozen import FrozenDict
 from clrt.base.install import install_extra
 from clrt.base.resources import validation_module
 from clrt.formats.shipped import as_scene
@@ -37,7 +38,7 @@ class Verdict:
     `clrt compare` prints them. gates: what was asked of them, each with `name`, `value`, `limit`, `passed`,
     `better` ("low" or "high"). causes: the likeliest first, each with `name`, `text`, `left` (share of the
     error that is left when it is undone) and `proven`; () where the pictures agree or nothing helps.
-    picture, reference: what was compared, linear float32 (height, width, 3).
+    picture, reference: what was compared, linear float32 (height, width, 3), read-only.
     """
 
     verdict: str
@@ -132,9 +133,11 @@ def compare(
             scene = pictures.reference_of(judged, picture.shape[:2], device)
             judged = scene.render()
         found = pictures.compare_pictures(picture, judged, mask, scene, None, seconds, wanted)
+    for pixels in (picture, judged):
+        pixels.flags.writeable = False
     return Verdict(
-        found.verdict, found.passed, found.metrics, found.gates, found.causes, found.notes, picture, judged,
-        (_name(a, "picture"), _name(b, "reference")),
+        found.verdict, found.passed, FrozenDict(found.metrics), found.gates, found.causes, found.notes,
+        picture, judged, (_name(a, "picture"), _name(b, "reference")),
     )  # fmt: skip
 
 
@@ -167,7 +170,7 @@ def _picture_or_scene(name: str, given: Any) -> Any:
 
 @public
 def as_pixels(name: str, given: Any) -> np.ndarray:
-    """Linear float32 (height, width, 3) of what `compare` takes for a picture."""
+    """Linear float32 (height, width, 3) of what `compare` takes for a picture; of an array's a copy."""
     if isinstance(given, Image):
         return given.pixels
     if isinstance(given, (str, os.PathLike)):
@@ -193,4 +196,4 @@ def as_pixels(name: str, given: Any) -> np.ndarray:
             raise ClrtError(f"{name}: {array.dtype} is not allowed; sRGB values are uint8 or uint16")
         return decode(array)
     with np.errstate(over="ignore"):  # what is beyond float32 is infinite, and never the same
-        return np.ascontiguousarray(array, np.float32)
+        return array.astype(np.float32, order="C")

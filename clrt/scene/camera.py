@@ -96,6 +96,16 @@ class Camera(Record, frozen=True, kw_only=True):
             if isinstance(given, np.ndarray) and given.ndim == 2 and given.size <= _ENTRIES:
                 _SLOTS[name].__set__(self, tuple(map(tuple, given.tolist())))
 
+    def __eq__(self, other: object) -> bool:
+        """Equal numbers make equal cameras, whatever holds them: tuples, lists or arrays."""
+        return _values(self) == _values(other) if isinstance(other, Camera) else NotImplemented
+
+    def __ne__(self, other: object) -> bool:  # the base class has one of its own
+        return not self == other
+
+    def __hash__(self) -> int:
+        return hash(_values(self))
+
     def stated(self, field: str) -> Any:
         """A field's value as it was stated; of others what follows from these is an attribute, too."""
         return _SLOTS[field].__get__(self) if field in _SLOTS else getattr(self, field)
@@ -205,6 +215,16 @@ class Camera(Record, frozen=True, kw_only=True):
 
 
 _PLACE: Final = ("origin", "target", "up", "mirror")
+def _values(camera: Camera) -> Any:
+    return _as_tuples([camera.stated(name) for name in Camera.__struct_fields__])
+
+
+def _as_tuples(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    return tuple(map(_as_tuples, value)) if isinstance(value, (list, tuple)) else value
+
+
 _INSTEAD: Final = {
     "pose": _PLACE, "K": ("fov", "fov_axis"), "fov": ("K",), "fov_axis": ("K",),
     **dict.fromkeys(_PLACE, ("pose",)),

@@ -99,15 +99,23 @@ def _changed(old: Any, steps: Sequence[Step], value: Any, at: At) -> Any:
     if isinstance(old, (tuple, list, np.ndarray)) and isinstance(step, int):
         if step >= len(old):
             raise at.says(_absent(old, step))
-        new = old.copy() if isinstance(old, np.ndarray) else list(old)
-        try:
-            new[step] = _changed(old[step], rest, value, at.item(step))
-        except (TypeError, ValueError, OverflowError):  # numpy puts no such thing into the array
-            raise at.item(step).error(value, f"it must be like {show(old[step])}") from None
+        before = old[step].tolist() if isinstance(old, np.ndarray) else old[step]
+        part = _changed(before, rest, value, at.item(step))
+        new = old.copy() if isinstance(old, np.ndarray) and _is_like(part, before) else [*old]
+        new[step] = part
         return new
     if old is None:
         raise at.says(f"there is none whose {show(str(step))} could be set; give it whole")
     raise at.says(f"{show(old)} has no part {show(str(step))}")
+
+
+def _is_like(part: Any, before: Any) -> bool:
+    """Whether numpy puts this in another's place as it is: it makes of most things what they are not."""
+    if isinstance(before, list):
+        same = isinstance(part, (list, tuple)) and len(part) == len(before)
+        return same and all(map(_is_like, part, before))
+    whole = type(part) is int and -(1 << 31) <= part < 1 << 31
+    return whole or (isinstance(before, float) and type(part) is float)
 
 
 def fields_of(record: Record) -> dict[str, Any]:
@@ -127,7 +135,9 @@ def kept(old: Record | Mapping[str, Any] | None, kind: type[Record], said: Itera
 
 def _named(shapes: Sequence[Any], name: str, at: At) -> int:
     """The number of the one shape of that name."""
-    names = [getattr(shape, "name", None) for shape in shapes]
+    names = [
+        shape.get("name") if isinstance(shape, Mapping) else getattr(shape, "name", None) for shape in shapes
+    ]
     found = [number for number, other in enumerate(names) if other == name]
     if len(found) != 1:
         known = [*_texts(names)]

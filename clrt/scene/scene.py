@@ -259,8 +259,8 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         at = At(self.source)
         other = copy.copy(self)
         if max_depth is not None:
-            read(_Settings, {"max_depth": max_depth}, at)
-            msgspec.structs.force_setattr(other, "max_depth", max_depth)
+            depth = read(_Settings, {"max_depth": max_depth}, at).max_depth
+            msgspec.structs.force_setattr(other, "max_depth", depth)
         if changes:
             if self.camera is None:
                 raise at.key("camera").says(f"there is no camera whose {listed(changes)} could be set")

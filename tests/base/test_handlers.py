@@ -1,8 +1,9 @@
-"""The process keeps its handlers of Ctrl-C, whatever drivers and their compilers do."""
+"""The process keeps its handlers of signals, whatever drivers and their compilers do."""
 
 from __future__ import annotations
 
 import ctypes
+import faulthandler
 import signal
 import subprocess
 import sys
@@ -18,13 +19,13 @@ pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGHUP"), reason="Windows h
 
 LOOK = """
 import ctypes, signal
-NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGUSR2", "SIGXCPU", "SIGXFSZ")
+NUMBERS = sorted(signal.valid_signals() - {signal.SIGKILL, signal.SIGSTOP, signal.SIGFPE})
 def handler(number):
     action = ctypes.create_string_buffer(1024)
     assert ctypes.CDLL(None).sigaction(number, None, action) == 0
     return action.raw[:8]
 def handled():
-    return [handler(getattr(signal, name)) for name in NAMES]
+    return [handler(number) for number in NUMBERS]
 """
 
 
@@ -56,7 +57,7 @@ def test_what_a_library_puts_there_is_gone_after_the_block(handler: int) -> None
 def test_a_handler_that_no_python_installed_is_kept_too(handler: int) -> None:
     ctypes.CDLL(None).signal(int(signal.SIGINT), ctypes.c_void_p(1))
     with pytest.raises(KeyError), handlers.kept():
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        ctypes.CDLL(None).signal(int(signal.SIGINT), ctypes.c_void_p(0))
         raise KeyError
     assert address() == 1
 
@@ -79,6 +80,51 @@ def test_of_blocks_in_two_threads_the_first_one_knows(handler: int) -> None:
         thread.join()
         assert address() == handler
     assert address() == handler
+
+
+@pytest.mark.parametrize("late", [False, True])
+@pytest.mark.parametrize("wanted", [signal.SIG_DFL, signal.SIG_IGN, lambda number, frame: None])
+def test_what_the_program_installs_meanwhile_stays(wanted: object, late: bool) -> None:
+    """Also where the library takes the signal only then."""
+    taken = ctypes.cast(ctypes.CDLL(None).getpid, ctypes.c_void_p)  # any function that is not Python's
+    before = signal.signal(signal.SIGUSR1, signal.SIG_IGN if wanted == signal.SIG_DFL else signal.SIG_DFL)
+    try:
+        with handlers.kept():
+            for step in (late, not late):
+                if step:
+                    signal.signal(signal.SIGUSR1, wanted)  # type: ignore[arg-type]
+                else:
+                    ctypes.CDLL(None).signal(int(signal.SIGUSR1), taken)
+        action = handlers._function(handlers._action(signal.SIGUSR1))
+        assert action == wanted if wanted in handlers._SET_HERE else handlers._is_pythons(action)
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+
+
+def test_a_fault_handler_that_the_program_registers_meanwhile_stays() -> None:
+    """It is Python's, and none that `signal` knows of."""
+    try:
+        with handlers.kept():
+            faulthandler.register(signal.SIGUSR1)
+            action = handlers._action(signal.SIGUSR1)[:8]
+        assert handlers._action(signal.SIGUSR1)[:8] == action
+    finally:
+        faulthandler.unregister(signal.SIGUSR1)
+
+
+def test_every_handler_of_the_program_is_called_after_a_picture() -> None:
+    code = """
+import os, clrt
+called = []
+HARMLESS = [number for number in NUMBERS if number != signal.SIGCHLD]
+for number in HARMLESS:
+    signal.signal(number, lambda number, frame: called.append(number))
+clrt.render("gallery", width=8)
+for number in HARMLESS:
+    os.kill(os.getpid(), number)
+print(sorted(called) == HARMLESS)
+"""
+    assert said(code) == "True"
 
 
 def test_a_picture_leaves_the_handlers_as_they_were() -> None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import inspect
 import sys
 import warnings
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -298,11 +300,47 @@ def test_a_thread_that_cannot_be_started_is_want_of_memory(monkeypatch: pytest.M
 
     monkeypatch.setattr("clrt.engine.tracer.flatten", none)
     words = "can't start new thread"
-    with pytest.raises(clrt.LimitError, match="no more processes or threads can be started"):
+    with pytest.raises(clrt.LimitError, match="no more processes or threads can be started") as caught:
         clrt.render(clrt.Scene())
+    assert isinstance(caught.value.__cause__, RuntimeError)
     words = "a fault of clrt's own"
     with pytest.raises(RuntimeError, match=words):
         clrt.render(clrt.Scene())
+
+
+@pytest.mark.parametrize(
+    "error", [OSError(errno.EAGAIN, "full"), RuntimeError("can't start new thread"), MemoryError("mine")]
+)
+def test_what_progress_raises_is_the_callers(error: Exception) -> None:
+    def progress(*_: int) -> None:
+        raise error
+
+    for use in (clrt.render, lambda *given, **named: [*clrt.sweep(given[0], {"ambient": [0.1]}, **named)]):
+        with pytest.raises(type(error)) as caught:
+            use("bubble", width=8, progress=progress)
+        assert caught.value is error
+    with ThreadPoolExecutor(1) as executor, pytest.raises(type(error)) as caught:
+        clrt.render("bubble", width=8, progress=progress, executor=executor)
+    assert caught.value is error
+
+
+class Full(ThreadPoolExecutor):
+    def submit(self, *_: object, **named: object) -> Any:
+        raise self.error  # type: ignore[attr-defined]
+
+
+def test_what_an_executor_raises_is_told() -> None:
+    with Full(1) as executor:
+        executor.error = OSError(errno.EAGAIN, "full")
+        with pytest.raises(OSError) as raised:
+            clrt.render("bubble", width=8, executor=executor)
+        assert raised.value is executor.error
+        for text, kind in ("can't start new thread", clrt.LimitError), ("shut down", clrt.ClrtError):
+            executor.error = RuntimeError(text)
+            with pytest.raises(kind) as caught:
+                clrt.render("bubble", width=8, executor=executor)
+            assert type(caught.value) is kind
+            assert caught.value.__cause__ is executor.error
 
 
 def _short(value: object) -> str:

@@ -229,6 +229,16 @@ def test_a_checkpoint_goes_on_there_and_here(mesh: clrt.Scene, tmp_path: Path) -
             assert again.hash == right.hash and again.stats["rays"] == right.stats["rays"]
 
 
+def test_a_picture_that_a_checkpoint_holds_all_of_says_what_made_it(mesh: clrt.Scene, tmp_path: Path) -> None:
+    file = tmp_path / "whole"
+    first = clrt.render(mesh, checkpoint=file, executor=Here(), **SIZE)
+    again = clrt.render(mesh, checkpoint=file, executor=Here(), **SIZE)
+    assert again.hash == first.hash and again.metadata["device"] == again.stats["device"] != ""
+    for name in ("kernel_hash", "scene_hash", "settings", "version"):
+        assert again.metadata[name] == first.metadata[name] != ""
+
+
+
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 

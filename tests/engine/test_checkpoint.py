@@ -244,3 +244,20 @@ def test_a_disk_that_is_full_leaves_the_old_checkpoint(scene: Path) -> None:
         tracer.render(width=90, checkpoint=path)
     assert path.read_bytes() == before
     assert sorted(file.name for file in scene.parent.iterdir()) == ["a.checkpoint", "ball.toml"]
+
+
+def test_the_order_of_layers_makes_no_other_render(scene: Path, tmp_path: Path) -> None:
+    """A set has another one in each process."""
+    path = tmp_path / "a.checkpoint"
+    small = clrt.Tracer(clrt.load(scene), settings=clrt.Settings(tile=700))
+    orders = [LAYERS, LAYERS[::-1], set(LAYERS), frozenset(LAYERS)]
+    assert len({small.identity(width=60, layers=layers) for layers in orders}) == 1
+    whole = small.render(width=60, layers=LAYERS)
+    broken_off(small, path, 2, width=60, layers=LAYERS)
+    for layers in orders[1:]:
+        image = small.render(width=60, layers=layers, checkpoint=path)
+        assert image.hash == whole.hash
+        assert {name: layer.tobytes() for name, layer in image.layers.items()} == {
+            name: layer.tobytes() for name, layer in whole.layers.items()
+        }
+    assert [*image.layers] == sorted(LAYERS)

@@ -166,3 +166,10 @@ def test_inside_is_told_from_outside_for_every_point():
     assert found.tolist()[0] and found.tolist()[2:] == [False, False]
     assert RayMeshIntersector(trimesh.Trimesh()).contains_points(points[:3]).tolist() == [False] * 3
     assert ray.contains_points(np.zeros((0, 3))).shape == (0,)
+
+
+def test_limits_of_the_settings_hold() -> None:
+    settings = clrt.Settings(limits=clrt.Limits(primitives=3))
+    asked = clrt.RayMeshIntersector(trimesh.creation.box(), settings=settings)
+    with pytest.raises(clrt.LimitError, match="primitives"):
+        asked.intersects_any([[0, 0, 9]], [[0, 0, -1]])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -61,6 +63,37 @@ def test_every_combination_is_the_picture_of_a_single_render(scene: clrt.Scene) 
 def test_wrong_values_are_told_before_the_first_picture(changes: Any, says: str, scene: clrt.Scene) -> None:
     with pytest.raises(clrt.ClrtError, match=says):
         clrt.sweep(scene, changes)
+
+
+@pytest.mark.parametrize(
+    ("picture", "says"),
+    [
+        ({"width": "a"}, "width: 'a' is not allowed"),
+        ({"widht": 8}, "sweep: unknown key 'widht'; did you mean 'width'?"),
+        ({"layers": ["dept"]}, "layers: 'dept' is not a layer"),
+        ({"progress": 3}, "progress: 3 is not allowed"),
+        ({"checkpoint": "a.npz"}, "checkpoint: it keeps one picture; a sweep has many"),
+    ],
+)
+@pytest.mark.parametrize("executor", [None, ThreadPoolExecutor(1)], ids=["here", "executor"])
+def test_wrong_pictures_are_told_before_the_first(
+    picture: dict[str, Any], says: str, executor: Any, scene: clrt.Scene
+) -> None:
+    with pytest.raises(clrt.ClrtError, match=re.escape(says)):
+        clrt.sweep(scene, {"camera.fov": [20, 30]}, executor=executor, **picture)
+
+
+def test_what_a_sweep_gives_is_not_what_it_was_given(scene: clrt.Scene) -> None:
+    places: list[list[float]] = [[0, 2, 5], [1, 2, 5]]
+    fovs = [30, 40]
+    found = []
+    for values, image in clrt.sweep(scene, {"camera.origin": places, "camera.fov": fovs}, width=8):
+        found.append(image.hash)
+        values["camera.origin"][0] = 7
+        places[1][0] = fovs[1] = 9
+    assert len(set(found)) == 4
+    expected = scene.replace({"camera.origin": [1, 2, 5], "camera.fov": 40})
+    assert found[-1] == clrt.render(expected, width=8).hash
 
 
 def test_a_turntable_goes_once_around_the_target(scene: clrt.Scene) -> None:

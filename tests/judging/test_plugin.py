@@ -173,6 +173,24 @@ def test_a_scene_names_the_cause(project: Path, run: Run) -> None:
     assert code == 1 and "cause: light 2 of 2 (direction 1, -1.5, -1) missing" in said, said
 
 
+def test_a_damaged_picture_can_be_replaced(project: Path, run: Run) -> None:
+    kept = project / "pictures" / "test_toy" / "test_a_ball.exr"
+    before = kept.read_bytes()
+    kept.write_bytes(b"no picture")
+    assert run("-k", "test_a_ball")[0] == 1 and kept.read_bytes() == b"no picture"
+    assert run("-k", "test_a_ball", "--update-pictures")[0] == 0
+    assert kept.read_bytes() != b"no picture" and len(kept.read_bytes()) == len(before)
+
+
+def test_a_wrong_scene_does_not_hide_the_verdict(project: Path, run: Run) -> None:
+    (project / "test_toy.py").write_text(
+        "from toy import ball\ndef test_a_ball(same_picture): same_picture(ball()[::-1], scene='none.toml')\n"
+    )
+    code, said = run()
+    assert code == 1 and re.search(r"not the picture \S+test_a_ball.exr: different", said), said
+    assert "no cause was looked for in scene=: none.toml" in said and len(reports(project)) == 1
+
+
 def test_nothing_heavy_is_imported_at_start() -> None:
     code = "import sys, clrt.judging.plugin; print(*sorted({name.split('.')[0] for name in sys.modules}))"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True,

@@ -42,6 +42,18 @@ def test_every_form_of_a_picture_is_the_same_picture(files: dict[str, Any], b: s
     assert clrt.compare(files["list"], files[b]).verdict in ("identical", "equal")
 
 
+def test_what_a_verdict_says_stays(files: dict[str, Any]) -> None:
+    given = samples.picture().astype(np.float32)
+    verdict = clrt.compare(given, files["image"])
+    before = verdict.picture.tobytes()
+    given[:] = 0
+    assert verdict.picture.tobytes() == before
+    with pytest.raises(ValueError, match="read-only"):
+        verdict.reference[0] = 0
+    with pytest.raises(clrt.ClrtError, match="stays as it is"):
+        verdict.figures["SSIM"] = 1  # type: ignore[index]
+
+
 def encoded_alike(a: str, b: str) -> bool:
     return {a, b} <= {"bytes", "png"}
 

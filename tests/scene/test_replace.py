@@ -90,6 +90,16 @@ CHANGES: dict[str, tuple[dict[str, Any], Any]] = {
     ),
     "one corner": ({"shapes[2].vertices[1]": [2, 0, 0]},
                    lambda t: t["shapes"][2].update(vertices=[[0, 0, 0], [2, 0, 0], [0, 1, 0]])),
+    "two of one by its name": ({"shapes.ball.radius": 2, "shapes.ball.center": [0, 1, 0]},
+                               lambda t: t["shapes"][0].update(radius=2, center=[0, 1, 0])),
+    "by its new name": ({"shapes.ball.name": "moon", "shapes.moon.radius": 2},
+                        lambda t: t["shapes"][0].update(name="moon", radius=2)),
+    "four corners for three": (
+        {"shapes[2].vertices": [*np.eye(3).tolist(), [1, 1, -1]], "shapes[2].faces": [[0, 1, 2]],
+         "shapes[2].faces[0]": [0, 1, 3, 2], "shapes[2].smooth": True},
+        lambda t: t["shapes"][2].update(
+            vertices=[*np.eye(3).tolist(), [1, 1, -1]], faces=[[0, 1, 3, 2]], smooth=True),
+    ),
     "transform": (
         {"shapes[0].transform": [{"scale": 2}]}, lambda t: t["shapes"][0].update(transform=[{"scale": 2}])
     ),
@@ -123,6 +133,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "number": ({"shapes[9].radius": 3}, "shapes: there is no number 9; there are 4, numbered from 0"),
     "material": ({"materials.galss.ior": 1}, "materials: there is no 'galss'; did you mean 'glass'?"),
     "name": ({"shapes.bell.radius": 1}, "no shape has the name 'bell'; did you mean 'ball'?"),
+    "two of one name": ({"shapes[1].name": "ball", "shapes.ball.radius": 2},
+                        "shapes: 2 shapes have that name; say which by its number"),
     "value": ({"camera.fov": 300}, "camera.fov: 300 is not allowed; fov must be an angle"),
     "kind": ({"shapes[0].center": "here"}, "shapes[0].center: 'here' is not allowed"),
     "nan": ({"shapes[0].center[0]": float("nan")}, "shapes[0].center[0]: nan"),
@@ -154,6 +166,36 @@ def test_what_is_wrong_names_the_place(name: str, scene: clrt.Scene) -> None:
         scene.replace(changes)
     message = str(caught.value)
     assert text in message and message.startswith("base.toml: ") and "\n" not in message, message
+
+
+@pytest.mark.parametrize("value", [1.5, "1", True, None, [1], 7, [1, 2], ["1", 2, 0], [True, 0, 0], -1])
+@pytest.mark.parametrize("place", ["vertices[0]", "vertices[0][1]", "faces[0]", "faces[0][1]"])
+def test_a_part_of_an_array_is_what_it_is_in_a_file(place: str, value: Any, scene: clrt.Scene) -> None:
+    """numpy casts what is put into an array without a word."""
+    table = clrt.load_dict(BASE).to_dict()
+    name, *steps = place.replace("]", "").split("[")
+    rows = table["shapes"][2][name]
+    for step in steps[:-1]:
+        rows = rows[int(step)]
+    rows[int(steps[-1])] = value
+    assert _outcome(lambda: scene.replace({f"shapes.sail.{place}": value})) == _outcome(
+        lambda: clrt.load_dict(table, source="base.toml")
+    )
+
+
+def _outcome(make: Any) -> Any:
+    try:
+        return make()
+    except clrt.SceneError as error:
+        return str(error)
+
+
+def test_numbers_of_numpy_are_as_pythons(scene: clrt.Scene, tmp_path: Path) -> None:
+    given = {"width": 8, "height": 6, "spp": 4, "max_depth": 2}
+    other = scene.override(**{name: np.int64(value) for name, value in given.items()})
+    assert other == scene.override(**given)
+    other.save(tmp_path / "scene.json")
+    assert clrt.load(tmp_path / "scene.json") == other
 
 
 @pytest.mark.parametrize("changes", [None, 3, {3: 4}, [("camera.fov", 3)]])
