@@ -82,7 +82,8 @@ def _one_at_a_time(method: Method) -> Method:
 class Tracer:
     """A scene compiled to a device: reusable for pictures and ray queries.
 
-    Threads may share it: one at a time is served. A forked process may not: it gets a DeviceError.
+    Threads may share it: one at a time is served. A forked process may not: it gets a DeviceError; nor may a
+    signal's handler that interrupts it: a ClrtError. `progress` may.
 
     scene: a Scene, a dict as `clrt.load_dict` takes it, or a file or shipped scene's name as `clrt.load`
     takes it. device: a number from `clrt.devices()`, a part of "platform version / name", or None
