@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -144,5 +145,5 @@ def _words(row: dict[str, Any]) -> list[str]:
     if not own:
         why = "more was changed than the fault, or the wrong place was mended"
         lines.append(f"scenes/{one.scene}.toml is right, so {why}")
-    where = f"{scene} {column} {row_number}"
+    where = f"{shlex.quote(str(Path(row['folder'], scene)))} {column} {row_number}"
     return [*lines, f"most at column {column}, row {row_number}: clrt explain {where}"]

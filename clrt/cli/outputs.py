@@ -17,6 +17,7 @@ from clrt.base.inputs import Name, identity, noted
 _WRITES: Final = {
     "--stats": ("JSON", "stats.json"),
     "--trace": ("JSON", "trace.json"),
+    "--junit": ("XML", "results.xml"),
     "--json": ("JSON", "bench.json"),
     "--manifest": ("a table in CSV", "frames.csv"),
     "--checkpoint": ("what is finished in a format of its own", "picture.checkpoint"),

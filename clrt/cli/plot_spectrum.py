@@ -29,6 +29,8 @@ def run(options: argparse.Namespace) -> int:
     stem = re.sub(r"[^\w.-]+", "_", name).strip("_") or "spectrum"
     if options.bands is not None:
         options.bands = whole("--bands", options.bands, 1, Limits().bands)
+    if options.output == "-":
+        raise ClrtError("-o -: a plot goes to a file; give its name")
     path = Path(options.output or f"{stem}.png")
     check_replaceable(options.output or path)
     from clrt.images.plotting import save  # with matplotlib: only where something is drawn

@@ -10,6 +10,7 @@ from typing import Any
 
 from clrt.base.errors import ClrtError, legible
 from clrt.base.resources import validation_module
+from clrt.cli.outputs import check_apart
 from clrt.cli.terminal import say
 
 
@@ -21,6 +22,7 @@ def run(options: argparse.Namespace) -> int:
     selftest = validation_module("selftest")
     names = _names(selftest.names(options.quick), options.only)
     if options.junit:
+        check_apart({"--junit": options.junit}, {})
         check_replaceable(options.junit)
     if options.bundle:
         validation_module("conformance.bundle").check_folder(Path(options.bundle))

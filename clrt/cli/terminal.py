@@ -131,7 +131,7 @@ def console(stderr: bool = False, **options: Any) -> Console:
 
     stream: Any = sys.stderr if stderr else sys.stdout
     file: Any = stream.raw() if isinstance(stream, Stream) else stream
-    return Printable(file=file, stderr=stderr, **options)
+    return Printable(file=file, stderr=stderr, emoji=False, **options)
 
 
 def marked(text: str) -> str:

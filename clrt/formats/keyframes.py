@@ -101,7 +101,7 @@ def _times(table: Mapping[str, Any], keys: list[Any], at: At) -> tuple[float, ..
     times: list[float] = []
     for place, time in entries:
         if isinstance(time, bool) or not isinstance(time, (int, float)) or not abs(time) <= 1e9:
-            raise place.error(time, "it must be a number of seconds")
+            raise place.error(time, "it must be a number of seconds, from -1e9 to 1e9")
         if times and not float(time) > times[-1]:
             raise place.error(time, f"times must grow; the one before is {show(times[-1])}")
         times.append(float(time))

@@ -20,6 +20,7 @@ from clrt.scene.scene import Scene
 _AXES = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 _LAST = (0.0, 0.0, 0.0, 1.0)  # row of a transform
 _INWARD = (-1.0, -1.0, -1.0, *(0.0,) * 6)  # coefficients of a sphere seen from within, but for its radius
+_LARGEST = 1e15  # radius of what is seen from within: its square stands in the scene
 _RAYS = 513
 """The published ray counts are of 513 x 513 rays through the pixel corners of a 512 x 512 picture."""
 
@@ -156,6 +157,7 @@ class _Reader:
     def _sphere(self) -> None:
         line = self.tokens.line
         *center, radius = self.tokens.numbers(4, "a sphere: x y z r")
+        self._check_inward(radius)
         if radius < 0:  # its inside is the visible side, where our quadric's form is positive
             form = (*_INWARD, radius * radius)
             self._add(line, type="quadric", coefficients=form, transform=[{"translate": center}])
@@ -166,12 +168,17 @@ class _Reader:
         line = self.tokens.line
         *p0, r0 = self.tokens.numbers(4, "a cone's base: x y z r")
         *p1, r1 = self.tokens.numbers(4, "a cone's apex: x y z r")
+        self._check_inward(min(r0, r1))
         if (r0 < 0 or r1 < 0) and r0 <= 0 and r1 <= 0 and p0 != p1:
             self._add(line, **_inward_cone(p0, -r0, p1, -r1))
         elif r0 == r1:
             self._add(line, type="cylinder", p0=p0, p1=p1, radius=r0)
         else:
             self._add(line, type="cone", p0=p0, r0=r0, p1=p1, r1=r1)
+
+    def _check_inward(self, radius: float) -> None:
+        if radius < -_LARGEST:
+            raise self.tokens.error(f"{radius:g} is not allowed; a radius must be from {-_LARGEST:g} on")
 
     def _polygon(self) -> None:
         line, count = self._corners()

@@ -6,6 +6,7 @@ What measures and explains is the validation package, which is reached when it i
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,7 +18,7 @@ import numpy as np
 from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.atomic import check_replaceable
-from clrt.base.errors import ClrtError, fault
+from clrt.base.errors import ClrtError, exhausted, fault
 from clrt.base.frozen import FrozenDict
 from clrt.base.install import install_extra
 from clrt.base.resources import validation_module
@@ -149,6 +150,11 @@ def needing_extra(what: str) -> Iterator[None]:
     except ModuleNotFoundError as error:
         needs = f"{what} needs the package {error.name}"
         raise ClrtError(f"{needs}; install what it needs with: {install_extra('validation')}") from None
+    except ImportError as error:  # scikit-image has nothing to import where Python drops docstrings (-OO)
+        if exhausted(error):
+            raise
+        why = "; leave out python -OO (PYTHONOPTIMIZE=2)" if sys.flags.optimize > 1 else ""
+        raise ClrtError(f"{what} needs a package that cannot be imported: {error}{why}") from None
 
 
 def _name(given: Any, otherwise: str) -> str:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
+import numpy as np
 import pytest
 
+import clrt
 from clrt.base.resources import validation_module
 from clrt.cli import main
+from clrt.cli.terminal import console
 from tests.diagnosis.test_advice import options
 
 ERROR = "sys.stderr.write('clrt: error: x\\n'); sys.exit(2)"
@@ -186,7 +191,8 @@ def test_everything_that_a_seed_draws_can_be_made(commands: ModuleType, tmp_path
 @pytest.mark.parametrize(
     "command",
     ["render {} -o a.png", "check {}", "explain {} 1 1", "hash {}", "view {}", "convert {} a.toml",
-     "compare {} {}", "bench --scene {} --only launch", "sweep {} -o a.png", "turntable {} -o a.png", "validate {}"],
+     "compare {} {}", "bench --scene {} --only launch", "sweep {} -o a.png", "turntable {} -o a.png",
+     "validate {}"],
 )  # fmt: skip
 def test_the_advice_about_limits_is_one(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -205,3 +211,40 @@ def test_the_advice_about_limits_is_one(
     assert main([*words, "--limit", "nesting=30"]) != 0
     said = "".join(capsys.readouterr())
     assert "nesting" not in said and "'x'" in said
+
+
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        ("selftest --junit s.toml", "--junit writes XML; give it a name such as results.xml"),
+        ("plot-spectrum D65 -o -", "a plot goes to a file"),
+        ("check s.nff", "line 1: -1e+200 is not allowed; a radius must be from -1e+15 on"),
+        ("sweep s.toml --keyframes k.toml -o a.mkv", "it must be a number of seconds, from -1e9 to 1e9"),
+    ],
+)
+def test_what_is_wrong_is_said_in_one_line(
+    command: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    Path("s.toml").write_text("camera = {origin = [0, 0, 5], target = [0, 0, 0]}\n")
+    Path("s.nff").write_text("s 0 0 0 -1e200\n")
+    Path("k.toml").write_text("".join(f"[[keyframes]]\ntime = {t}\n" for t in (0, 1, 2e9)))
+    assert main(command.split()) != 0
+    said = capsys.readouterr().err
+    assert says in said and said.count("\n") == 1 and not Path("-").exists()
+
+
+def test_a_name_is_no_emoji(capsys: pytest.CaptureFixture[str]) -> None:
+    console().print(":heart:.png")
+    assert capsys.readouterr().out == ":heart:.png\n"
+
+
+def test_python_without_docstrings_is_told(tmp_path: Path) -> None:
+    for size in (10, 20):
+        clrt.Image(np.full((size, size, 3), 0.5, np.float32)).save(tmp_path / f"{size}.png")
+    files = [str(tmp_path / f"{size}.png") for size in (10, 20)]
+    words = [sys.executable, "-OO", "-m", "clrt", "compare", *files]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert "Traceback" not in done.stderr and done.stderr.count("\n") <= 1, done.stderr
+    assert done.returncode != 2 or "leave out python -OO" in done.stderr

@@ -196,7 +196,7 @@ def test_a_manifest_of_many_columns_is_read_in_linear_time(scene: Path) -> None:
         Path(f"{n}.csv").write_text(",".join(names) + "\n" + "1,a\n" * n)
         return lambda: Manifest(f"{n}.csv", ["a.png"], [], Limits())
 
-    check_growth(make, 3000)
+    check_growth(make, 1500)
     Path("m.csv").write_text(",".join(["index", "file", "picture", "sha256", "identity", "rays"]) + "\n0,a\n")
     assert Manifest("m.csv", ["a"], [], Limits())._before == {}
 

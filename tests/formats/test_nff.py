@@ -164,6 +164,7 @@ def test_nff_runs_of_polygons_become_one_mesh_a_material(tmp_path: Path) -> None
         ("p 2.5\n", ["a.nff: line 1: 2.5", "whole number"]),
         ("p 3\n0 0 0\n1 1 1\n2 2 2\n", ["a.nff: line 1: shapes[0].points", "on a line"]),
         ("c 0 0 0 1 0 0 0 1\n", ["a.nff: line 1: shapes[0].p1"]),
+        ("\nc 0 0 0 -1 0 0 1 -1e200\n", ["a.nff: line 2: -1e+200 is not allowed; a radius"]),
         ("c 0 0 0 -1 0 0 0 -1\n", ["a.nff: line 1: shapes[0]"]),
         ("c 0 0 0 -1 0 0 1 1\n", ["a.nff: line 1: shapes[0].r0", "-1"]),
         (VIEW.replace("angle 40", "angle 180"), ["a.nff: line", "angle 180"]),
