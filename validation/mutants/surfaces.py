@@ -160,10 +160,6 @@ _SURFACES: Final = (
     Mutant("quadrics upright", "kernels/quadric.clh",
            "to_axes(SPREAD(q.axis_x), SPREAD(q.axis_y), SPREAD(q.axis_z), v)", "v",
            ("opaque quadric",), GEOMETRY),
-    Mutant("pointed cones leave their box", "clrt/flatten/quadric.py", "1.001 * farthest[:, i]",
-           "0.0 * farthest[:, i]",
-           ("opaque spire",), DIFFUSE),
-
     Mutant("a quadric's second root lost", "kernels/quadric.clh",
            "select(none, r1 + shift, hit1)", "none",
            ("inside ellipsoid",),
