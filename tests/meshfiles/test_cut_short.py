@@ -72,3 +72,8 @@ def test_facets_that_are_not_whole_are_refused(tmp_path: Path, old: str, new: st
 def test_solids_may_be_called_anything(tmp_path: Path, name: str, count: int) -> None:
     text = "".join(SOLID.format(name, k) for k in range(count))
     assert faces(tmp_path, ".stl", text) == faces(tmp_path, ".stl", "; exported\n" + text.upper()) == count
+
+
+def test_a_row_that_counts_in_words_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="a.ply"):
+        faces(tmp_path, ".ply", PLY.replace("\n3 1 2 3 7\n", "\nthree 1 2 3 7\n"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -47,3 +48,15 @@ def test_a_text_that_is_an_enum_is_its_text(tmp_path: Path) -> None:
 
     clrt.load_dict({"shapes": [{**BALL, "type": Given.KIND}]}).save(Given.SCENE)
     assert clrt.load(Given.SCENE) == clrt.load(tmp_path / "ball.toml") == clrt.load_dict({"shapes": [BALL]})
+
+
+def test_cameras_of_arrays_and_of_lists_are_equal() -> None:
+    one = clrt.Camera(origin=np.array([0.0, 0, 5]), target=np.zeros(3))  # type: ignore[arg-type]
+    other = clrt.Camera(origin=[0, 0, 5], target=[0, 0, 0])  # type: ignore[arg-type]
+    assert one == other and hash(one) == hash(other)
+    assert one != clrt.Camera(origin=(0, 0, 6), target=(0, 0, 0)) and one != "camera"
+
+
+def test_fractions_are_numbers() -> None:
+    half = clrt.load_dict({"shapes": [{**BALL, "radius": Fraction(1, 2)}]})
+    assert half == clrt.load_dict({"shapes": [{**BALL, "radius": 0.5}]})
