@@ -75,5 +75,5 @@ def test_solids_may_be_called_anything(tmp_path: Path, name: str, count: int) ->
 
 
 def test_a_row_that_counts_in_words_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="a.ply"):
+    with pytest.raises(SceneError, match=r"a\.ply"):
         faces(tmp_path, ".ply", PLY.replace("\n3 1 2 3 7\n", "\nthree 1 2 3 7\n"))
