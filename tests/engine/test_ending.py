@@ -144,7 +144,7 @@ def leave(*told):
 """
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows has no forks")
 def test_a_fork_within_progress_ends_as_it_says() -> None:
     code = """
 told = lambda *numbers: print(child(leave), flush=True)
@@ -153,7 +153,7 @@ tracer.render(progress=told)
     assert ended(SCENE + FORKS + code)[:2] == (0, "7")
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="Windows has no forks")
 def test_a_forked_process_may_close_the_tracer_that_another_thread_was_using() -> None:
     code = """
 threading.Thread(target=spin, daemon=True).start()

@@ -77,3 +77,9 @@ def test_solids_may_be_called_anything(tmp_path: Path, name: str, count: int) ->
 def test_a_row_that_counts_in_words_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"a\.ply"):
         faces(tmp_path, ".ply", PLY.replace("\n3 1 2 3 7\n", "\nthree 1 2 3 7\n"))
+
+
+@pytest.mark.parametrize("text", ["", "\n", "; nothing\n", "endloop\n"])
+def test_a_text_without_a_solid_is_no_stl(tmp_path: Path, text: str) -> None:
+    with pytest.raises(SceneError, match=r"a\.stl"):
+        faces(tmp_path, ".stl", text)
