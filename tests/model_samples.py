@@ -10,6 +10,9 @@ from typing import Any
 
 import numpy as np
 
+import clrt
+from clrt.scene.scene import Mesh, Scene
+
 FLOOR = ((-4.0, 0.0, 4.0), (4.0, 0.0, 4.0), (0.0, 0.0, -4.0))
 WALL = ((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 2.0, 0.0))
 YELLOW = [1, 0.75, 0.25, 1]
@@ -72,3 +75,72 @@ def write_glb(path: Path, table: dict[str, Any], data: bytes | None = None) -> P
     body = b"".join(struct.pack("<I4s", len(part), kind) + part for kind, part in chunks)
     path.write_bytes(b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body)
     return path
+
+
+PLASTIC = {
+    "name": "plastic",
+    "pbrMetallicRoughness": {
+        "baseColorFactor": [0.8, 0.1, 0.05, 0.3], "metallicFactor": 0.0, "roughnessFactor": 0.4,
+    },
+}  # fmt: skip
+GLASS = {
+    "name": "glass",
+    "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0},
+    "extensions": {
+        "KHR_materials_transmission": {"transmissionFactor": 1},
+        "KHR_materials_ior": {"ior": 1.4},
+        "KHR_materials_volume": {
+            "thicknessFactor": 1, "attenuationColor": [0.5, 1, 0], "attenuationDistance": 2,
+        },
+    },
+}  # fmt: skip
+
+
+def corners(scene: Scene) -> list[list[list[float]]]:
+    """The vertices of all meshes."""
+    return [shape.data().vertices.tolist() for shape in scene.shapes if isinstance(shape, Mesh)]
+
+
+def lobe(roughness: float) -> dict[str, float]:
+    alpha = max(roughness**2, 0.05)
+    return {"specular": 0.25 / alpha**2, "shininess": max(1.0, 0.5 / alpha**2 - 0.5)}
+
+
+def metal_rough(base: list[float], metallic: float, roughness: float, **more: Any) -> dict[str, Any]:
+    return {
+        "pbrMetallicRoughness": {
+            "baseColorFactor": [*base, 1], "metallicFactor": metallic, "roughnessFactor": roughness,
+        }, **more,
+    }  # fmt: skip
+
+
+UV = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
+DATA = f"data:image/png;base64,{base64.b64encode(PICTURE).decode()}"
+BASE = {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}}
+
+
+def textured(
+    material: dict[str, Any], images: tuple[dict[str, Any], ...] = ({"bufferView": 1},), **more: Any
+) -> dict[str, Any]:
+    """A model of one material whose wall has uv; texture i shows image i."""
+    table = model([material])
+    table["meshes"][1]["primitives"][0]["attributes"]["TEXCOORD_0"] = 2
+    table["accessors"].append(
+        {"bufferView": 0, "byteOffset": 72, "componentType": 5126, "count": 3, "type": "VEC2"}
+    )
+    table["buffers"][0]["byteLength"] = 96 + len(PICTURE)
+    table["bufferViews"] = [
+        {"buffer": 0, "byteLength": 96}, {"buffer": 0, "byteOffset": 96, "byteLength": len(PICTURE)},
+    ]  # fmt: skip
+    return {
+        **table, "images": list(images), "textures": [{"source": k} for k in range(len(images))], **more,
+    }  # fmt: skip
+
+
+def write(path: Path, table: dict[str, Any]) -> Path:
+    corners = np.array([FLOOR, WALL], "<f4").tobytes() + np.array(UV, "<f4").tobytes()
+    return write_glb(path, table, corners + PICTURE)
+
+
+def load(tmp_path: Path, table: dict[str, Any], **options: Any) -> Scene:
+    return clrt.load(write(tmp_path / "a.glb", table), **options)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import warnings
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
@@ -14,148 +13,26 @@ import pytest
 import clrt
 from clrt.base.errors import LimitError, SceneError
 from clrt.cli import main
-from clrt.scene.scene import Material, Mesh, Scene
+from clrt.scene.scene import Material, Mesh
 from clrt.scene.textures import ImageTexture
 from tests.model_samples import (
     CAMERA,
     FLOOR,
+    GLASS,
     METAL,
+    PLASTIC,
     POINT,
     SPOT,
     SUN,
     WALL,
     YELLOW,
+    corners,
+    lobe,
+    metal_rough,
     model,
     shining,
     write_glb,
 )
-
-PLASTIC = {
-    "name": "plastic",
-    "pbrMetallicRoughness": {
-        "baseColorFactor": [0.8, 0.1, 0.05, 0.3], "metallicFactor": 0.0, "roughnessFactor": 0.4,
-    },
-}  # fmt: skip
-GLASS = {
-    "name": "glass",
-    "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0},
-    "extensions": {
-        "KHR_materials_transmission": {"transmissionFactor": 1},
-        "KHR_materials_ior": {"ior": 1.4},
-        "KHR_materials_volume": {
-            "thicknessFactor": 1, "attenuationColor": [0.5, 1, 0], "attenuationDistance": 2,
-        },
-    },
-}  # fmt: skip
-
-
-def material(tmp_path: Path, table: dict[str, Any]) -> dict[str, Any]:
-    """What a material of a file becomes, as a scene file has it."""
-    scene = clrt.load(write_glb(tmp_path / "a.glb", model([table])))
-    (found,) = scene.to_dict()["materials"].values()
-    return dict(found)
-
-
-def corners(scene: Scene) -> list[list[list[float]]]:
-    """The vertices of all meshes."""
-    return [shape.data().vertices.tolist() for shape in scene.shapes if isinstance(shape, Mesh)]
-
-
-def lobe(roughness: float) -> dict[str, float]:
-    alpha = max(roughness**2, 0.05)
-    return {"specular": 0.25 / alpha**2, "shininess": max(1.0, 0.5 / alpha**2 - 0.5)}
-
-
-def metal_rough(base: list[float], metallic: float, roughness: float, **more: Any) -> dict[str, Any]:
-    return {
-        "pbrMetallicRoughness": {
-            "baseColorFactor": [*base, 1], "metallicFactor": metallic, "roughnessFactor": roughness,
-        }, **more,
-    }  # fmt: skip
-
-
-F0 = 0.04
-ABSORPTION = [math.log(2) / 2, 0.0, math.log(1e6) / 2]
-HALF_GLASS = {"KHR_materials_transmission": {"transmissionFactor": 0.5}}
-
-
-@pytest.mark.parametrize(
-    ("table", "expected"),
-    [
-        (metal_rough([0.8, 0.1, 0.05], 0, 0.4), {
-            "color": [0.8, 0.1, 0.05], "diffuse": 0.96, "fresnel": "schlick", "reflection": 1.0,
-            "highlight_color": [F0] * 3, "reflection_color": [F0] * 3, "roughness": 0.4, **lobe(0.4),
-        }),
-        (metal_rough([0.5, 0.5, 0.5], 0, 0.5), {
-            "color": [0.5] * 3, "diffuse": 0.96, "fresnel": "schlick",
-            "highlight_color": [F0] * 3, **lobe(0.5),
-        }),
-        (metal_rough([1, 0.75, 0.25], 1, 0), {
-            "color": [1, 0.75, 0.25], "diffuse": 0.0, "fresnel": "schlick", "reflection": 1.0,
-            "highlight_color": [1, 0.75, 0.25], "reflection_color": [1, 0.75, 0.25], **lobe(0),
-        }),
-        (metal_rough([0.5, 0.5, 0.5], 0.5, 1), {
-            "color": [0.5] * 3, "diffuse": 0.48, "fresnel": "schlick", "reflection": 1.0, "roughness": 1.0,
-            "highlight_color": [0.27] * 3, "reflection_color": [0.27] * 3, "specular": 0.25, "shininess": 1.0,
-        }),
-        (GLASS, {
-            "color": [1.0] * 3, "diffuse": 0.0, "fresnel": True, "ior": 1.4, "reflection": 1.0,
-            "transmission": 1.0, "transmission_color": [1.0] * 3, "specular": 1.0,
-            "shininess": lobe(0)["shininess"], "absorption": ABSORPTION,
-        }),
-        (metal_rough([1, 0, 0], 0.5, 0, extensions=HALF_GLASS), {
-            "color": [1, 0, 0], "diffuse": 0.36, "fresnel": True, "reflection": 0.25, "transmission": 0.25,
-            "transmission_color": [1, 0, 0], "thin": True,
-            "specular": 0.25, "shininess": lobe(0)["shininess"],
-        }),
-        (metal_rough([1, 1, 1], 0, 0, extensions={
-            "KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.0},
-            "KHR_materials_volume": {"thicknessFactor": 0.1},
-         }), {
-            "color": [1.0] * 3, "diffuse": 0.0, "fresnel": True, "ior": 1.0, "reflection": 1.0,
-            "transmission": 1.0, "transmission_color": [1.0] * 3, "shininess": lobe(0)["shininess"],
-        }),
-        ({**PLASTIC, "alphaMode": "BLEND"}, {
-            "color": [0.8, 0.1, 0.05], "diffuse": 0.3 * 0.96, "transmission": 0.7, "thin": True,
-            "fresnel": "schlick", "highlight_color": [F0] * 3,
-            "specular": 0.3 * lobe(0.4)["specular"], "shininess": lobe(0.4)["shininess"],
-        }),
-        ({**PLASTIC, "alphaMode": "MASK"}, {
-            "color": [0.8, 0.1, 0.05], "diffuse": 0.0, "transmission": 1.0, "thin": True,
-            "fresnel": "schlick", "highlight_color": [F0] * 3, "shininess": lobe(0.4)["shininess"],
-        }),
-        ({**PLASTIC, "alphaMode": "MASK", "alphaCutoff": 0.3}, {
-            "color": [0.8, 0.1, 0.05], "diffuse": 0.96, "fresnel": "schlick", "reflection": 1.0,
-            "highlight_color": [F0] * 3, "reflection_color": [F0] * 3, "roughness": 0.4, **lobe(0.4),
-        }),
-        (metal_rough([0.25, 0.5, 1], 0, 1, extensions={"KHR_materials_unlit": {}}), {
-            "color": 0.0, "diffuse": 0.0, "emission": [0.25, 0.5, 1.0],
-        }),
-        (metal_rough([0, 0, 0], 0, 1, emissiveFactor=[1, 0.5, 0], extensions={
-            "KHR_materials_emissive_strength": {"emissiveStrength": 3},
-            "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 0.5, 100]},
-         }), {
-            "color": [0.0] * 3, "diffuse": 0.5, "fresnel": "schlick", "specular": 0.25, "shininess": 1.0,
-            "highlight_color": [0.02, 0.01, 0.5], "emission": [3.0, 1.5, 0.0],
-        }),
-    ],
-)  # fmt: skip
-def test_what_a_material_becomes(tmp_path: Path, table: dict[str, Any], expected: dict[str, Any]) -> None:
-    found = material(tmp_path, table)
-    kept = clrt.load_dict({"materials": {"m": expected}}).to_dict()["materials"]["m"]  # without defaults
-    assert found.keys() == kept.keys()
-    for name, value in kept.items():
-        right = value if isinstance(value, (str, bool)) else pytest.approx(value, rel=1e-12)
-        assert found[name] == right, name
-
-
-def test_no_such_material_is_said_to_make_light(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
-    """Of the light that falls on it head-on a surface returns no more, whatever its numbers."""
-    tables = [metal_rough([1, 1, 1], m / 4, r / 8) for m in range(5) for r in range(9)]
-    tables += [metal_rough([1, 1, 1], m, 0.3, extensions=HALF_GLASS) for m in (0, 0.5)]
-    tables += [PLASTIC | {"alphaMode": mode, "alphaCutoff": 0.5} for mode in ("BLEND", "MASK")]
-    clrt.load(write_glb(tmp_path / "a.glb", model(tables)))
-    assert [str(warning.message) for warning in recwarn if "make" in str(warning.message)] == []
 
 
 def test_what_a_file_lacks_is_added(tmp_path: Path) -> None:
@@ -174,119 +51,6 @@ def test_a_model_without_looks_is_the_scene_it_was(tmp_path: Path) -> None:
     scene = clrt.load(write_glb(tmp_path / "a.glb", model([])))
     (mesh,) = scene.shapes
     assert isinstance(mesh, Mesh) and mesh.part is None and mesh.file == "a.glb"
-
-
-def test_one_warning_names_all_that_has_no_counterpart(
-    tmp_path: Path, recwarn: pytest.WarningsRecorder
-) -> None:
-    rough = {**GLASS, "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0.5}}
-    coats: dict[str, Any] = {"KHR_materials_clearcoat": {}, "FOO_\x1bbar": {}}
-    other = {"extensions": coats, "occlusionTexture": {"index": 0}}
-    table = model(
-        [rough, other], (shining(0, skin=0),), ({**POINT, "range": 5},),
-        textures=[{}],
-    )  # fmt: skip
-    table["nodes"][1]["skin"] = 0
-    table["meshes"][1]["primitives"][0]["attributes"]["COLOR_0"] = 1
-    clrt.load(write_glb(tmp_path / "a.glb", table))
-    (said,) = [str(warning.message) for warning in recwarn]
-    assert said == (
-        "a.glb: left out, since there is no counterpart: the roughness of glass, clearcoat, FOO bar, "
-        "occlusion, the range of lights, skins"
-    )
-
-
-def animated(table: dict[str, Any]) -> None:
-    table["animations"] = [{"channels": [], "samplers": []}]
-
-
-def staged_twice(table: dict[str, Any]) -> None:
-    table["scenes"].append({"nodes": [0]})
-
-
-def beside(mode: int) -> Any:
-    """Another primitive, at the node of the first."""
-
-    def change(table: dict[str, Any]) -> None:
-        table["meshes"][0]["primitives"].append({"attributes": {"POSITION": 0}, "mode": mode})
-
-    return change
-
-
-@pytest.mark.parametrize("materials", [[], [METAL]])
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        (animated, "animations"), (staged_twice, "further scenes"), (beside(0), "points"),
-        (beside(1), "lines"), (beside(2), "lines"), (beside(3), "lines"),
-        (beside(9), "primitives of unknown modes"),
-    ],
-)  # fmt: skip
-def test_what_is_no_surface_of_the_scene_is_named(
-    tmp_path: Path, change: Any, says: str, materials: list[Any], recwarn: pytest.WarningsRecorder
-) -> None:
-    """Also where a file says nothing of how it looks; what is shown is what was."""
-    table = model(materials)
-    before = clrt.load(write_glb(tmp_path / "a.glb", table))
-    change(table)
-    scene = clrt.load(write_glb(tmp_path / "a.glb", table))
-    (said,) = [str(one.message) for one in recwarn]
-    assert said == f"a.glb: left out, since there is no counterpart: {says}"
-    assert corners(scene) == corners(before)
-    recwarn.clear()
-    table["animations"], table["scenes"] = [], table["scenes"][:1]
-    table["meshes"][0]["primitives"][1:] = []
-    assert clrt.load(write_glb(tmp_path / "a.glb", table)) == before and not recwarn
-
-
-def test_all_that_is_no_surface_is_named_in_one_warning(
-    tmp_path: Path, recwarn: pytest.WarningsRecorder
-) -> None:
-    table = model([{"occlusionTexture": {"index": 0}}], (shining(0),), ({**POINT, "range": 5},))
-    table["nodes"][1]["skin"] = 0
-    for change in (animated, staged_twice, beside(1), beside(0), beside(3)):
-        change(table)
-    table["meshes"].append({"primitives": [{"attributes": {"POSITION": 0}, "mode": 9}]})  # nothing shows it
-    clrt.load(write_glb(tmp_path / "a.glb", table))
-    (said,) = [str(one.message) for one in recwarn]
-    left = "occlusion, the range of lights, further scenes, animations, lines, points, skins"
-    assert said == f"a.glb: left out, since there is no counterpart: {left}"
-
-
-def test_extensions_that_nothing_reads_are_named(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
-    """Listed or not, of materials or of others, of a file that says nothing else of how it looks."""
-    known = ["KHR_texture_transform", "KHR_materials_sheen", "EXT_texture_webp", "KHR_lights_punctual"]
-    table = model([], extensionsUsed=[*known, "FOO_bar", "FOO_bar", "odd name\x1b"])
-    table["nodes"][0]["extensions"] = {"MSFT_lod": {"ids": []}, "KHR_node_visibility": {"visible": True}}
-    table["scenes"][0]["extensions"] = {"EXT_lights_image_based": {"light": 0}}
-    table["extensions"] = {"FB_other": {}}
-    clrt.load(write_glb(tmp_path / "a.glb", table))
-    others = "'EXT_lights_image_based', the extension 'MSFT_lod', the extension 'FB_other'"
-    left = f"the extension 'FOO_bar', the extension 'odd name\\x1b', the extension {others}"
-    assert [str(one.message) for one in recwarn] == [
-        f"a.glb: left out, since there is no counterpart: {left}"
-    ]
-    recwarn.clear()
-    clrt.load(write_glb(tmp_path / "a.glb", model([{"extensions": {"FOO_bar": {}}}])))
-    assert [str(one.message) for one in recwarn] == [
-        "a.glb: left out, since there is no counterpart: FOO bar"
-    ]
-
-
-def test_hidden_nodes_and_what_is_below_them_are_not_shown(tmp_path: Path) -> None:
-    hidden = {"KHR_node_visibility": {"visible": False}}
-    lamp = {**hidden, "KHR_lights_punctual": {"light": 0}}
-    nodes = (
-        {"extensions": hidden, "children": [4, 5, 6]}, {"extensions": lamp}, {"mesh": 0}, shining(0),
-        {"camera": 0, "translation": [0, 1, 6]},
-    )  # fmt: skip
-    table = model([METAL], nodes, (POINT,), cameras=[CAMERA], extensionsRequired=["KHR_node_visibility"])
-    table["nodes"][1]["extensions"] = hidden
-    table["scenes"][0]["nodes"] = [0, 1, 2, 3]
-    scene = clrt.load(write_glb(tmp_path / "a.glb", table))
-    assert [shape.name for shape in scene.shapes] == ["floor"]
-    assert scene.camera is not None and scene.camera.origin == (0.0, 1.0, 6.0)
-    assert len(scene.lights) == 1 and scene.ambient == 0.2  # as where there is none
 
 
 HAND = f"""
