@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import resource
 import subprocess
@@ -269,6 +270,9 @@ def test_memory_is_that_of_one_input() -> None:
         ({"render": {"bytes": 0, "seconds": 3}, "status": "refused"}, "slow"),
         ({"render": {"bytes": 200 << 20, "seconds": 0}, "status": "refused"}, "large"),
         ({"render": {"bytes": 0, "seconds": 3}, "status": "refused", "text": "work: 9 is above"}, "refused"),
+        ({"render": {"bytes": 0, "seconds": 3}, "status": "refused", "traced": True}, "refused"),
+        ({"render": {"bytes": 0, "seconds": 5}, "status": "refused", "traced": True}, "slow"),
+        ({"read": {"bytes": 0, "seconds": 3}, "status": "refused", "traced": True}, "slow"),
         ({"status": "foreign", "read": {"bytes": 0, "seconds": 9}}, "foreign"),
     ],
 )
@@ -279,6 +283,26 @@ def test_gates(
     nothing = {"bytes": 0, "seconds": 0}
     answer = {"status": "rendered", "text": "", "size": 0, "pixels": 0, "read": nothing, "render": nothing}
     assert gates.judged({**answer, **cost}) == status
+
+
+@pytest.mark.parametrize(("spheres", "status", "traced"), [(2, "rendered", False), (40, "refused", True)])
+def test_what_rays_meet_is_told_from_what_a_file_says(
+    tmp_path: Path, device: str | None, spheres: int, status: str, traced: bool
+) -> None:
+    """A scene that is refused only where a ray enters its ninth medium was rendered until then."""
+    glass = {"type": "sphere", "material": {"transmission": 0.9, "ior": 1.1}}
+    balls = [{**glass, "center": [0, 0, 0], "radius": 1 - 0.01 * index} for index in range(spheres)]
+    camera = {"origin": [0, 0, 4], "target": [0, 0, 0], "width": 4, "height": 4}
+    scene = tmp_path / "scene.json"
+    scene.write_text(json.dumps({"camera": camera, "ambient": 1.0, "max_depth": 40, "shapes": balls}))
+    answer = validation_module("hostile.worker").attempt(scene, device)
+    assert (answer["status"], answer["traced"]) == (status, traced), answer["text"]
+
+
+def test_a_file_that_is_refused_was_not_traced(tmp_path: Path, device: str | None) -> None:
+    (tmp_path / "scene.json").write_text('{"max_depth": -1}')
+    answer = validation_module("hostile.worker").attempt(tmp_path / "scene.json", device)
+    assert (answer["status"], answer["traced"]) == ("refused", False)
 
 
 def test_the_inputs_of_a_seed_are_always_the_same(hostile: ModuleType, tmp_path: Path) -> None:

@@ -52,9 +52,11 @@ def judged(answer: dict[str, Any]) -> str:
     room = size * MEMORY_PER_BYTE + pixels * MEMORY_PER_PIXEL + triangles * MEMORY_PER_TRIANGLE
     render_seconds = seconds + triangles * RENDER_SECONDS_PER_TRIANGLE
     render_room = room + triangles * RENDER_MEMORY_PER_TRIANGLE
-    # what the worker's own limit of rays ends was read whole, and refused for no fault of the input; what a
-    # tree takes of the device's memory is known when it is built, but for what no tree can do without
-    if status == "rendered" or any(limit in answer["text"] for limit in ("work: ", "device_bytes: ")):
+    # what the worker's own limit of rays ends was read whole, and refused for no fault of the input; what
+    # rays meet (too many media in one another) is known when they are traced, what a tree takes of the
+    # device's memory when it is built, but for what no tree can do without
+    late = answer.get("traced") or any(limit in answer["text"] for limit in ("work: ", "device_bytes: "))
+    if status == "rendered" or late:
         times = read["seconds"] / (SECONDS + seconds), render["seconds"] / (RENDER_SECONDS + render_seconds)
         large = read["bytes"] > MEMORY + room or render["bytes"] > RENDER_MEMORY + render_room
     else:

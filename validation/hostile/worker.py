@@ -18,11 +18,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import asdict
 from pathlib import Path
+from traceback import walk_tb
 from typing import Any, Final
 
 import clrt
 from clrt.device import kernelcache
 from clrt.device.opencl import cl
+from clrt.engine import wavefront
 from clrt.scene.mesh import Mesh
 
 from . import finite, seeds, xmlfiles
@@ -40,10 +42,11 @@ _RAW: Final = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u
 def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None) -> dict[str, Any]:
     """What becomes of a scene file: {"status": "rendered" | "refused" | "foreign" | "not finite", "text"}.
 
-    "read" and "render" are what reading it (with its pictures and meshes) and rendering it cost, with the
-    tripwire: the film hides a NaN.
+    "traced" says that it was refused for what rays met, so was rendered until then. "read" and "render" are
+    what reading it (with its pictures and meshes) and rendering it cost, with the tripwire: the film hides a
+    NaN.
     """
-    read, render, triangles, meshes = Cost(), Cost(), 0, 0
+    read, render, triangles, meshes, traced = Cost(), Cost(), 0, 0, False
     try:
         with measured() as read:
             scene = _read(path)
@@ -56,9 +59,12 @@ def attempt(path: Path, device: int | str | None, checkpoint: Path | None = None
         text = str(error)
         fine = text and len(text) < 2000 and not _RAW.search(text)
         said = {"status": "refused" if fine else "foreign", "text": text[:2000]}
+        frames = (frame for frame, _ in walk_tb(error.__traceback__))
+        traced = any(frame.f_globals.get("__name__") == wavefront.__name__ for frame in frames)
     except Exception:  # what must not happen: told, so that it can be mended
         said = {"status": "foreign", "text": traceback.format_exc()[-3000:]}
-    return {**said, "triangles": triangles, "meshes": meshes, "read": asdict(read), "render": asdict(render)}
+    costs = {"read": asdict(read), "render": asdict(render)}
+    return {**said, "triangles": triangles, "meshes": meshes, "traced": traced, **costs}
 
 
 def _read(path: Path) -> clrt.Scene:
