@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import cycle
+from itertools import cycle, repeat
 from typing import Any, Final
 
 import numpy as np
@@ -29,6 +29,9 @@ from .types import Case, Comparison, OracleImage
 # of a camera and that of its target, which tilts it
 _SIGNS: Final = ((1, 1, 1), (-1, 1, -1), (1, -1, -1), (-1, -1, 1))
 PICTURES: Final = len(_SIGNS[0])
+# where these explain too little: a surface seen at a grazing angle is moved by one picture in ten twice as
+# far as by the worst of the first three. In all others each number's way is drawn by itself
+MANY: Final = 16
 _COUNTED: Final = ("fine", "coarse", "masked", "rays", "layers")  # shares of pixels
 # fields that are the worst of several figures -> how the names of these begin and end
 _WORST_OF: Final = {"rays": ("", ": within 1e-4"), "layers": ("layer ", "")}
@@ -54,7 +57,12 @@ class Excuses:
     @cached_property
     def noise(self) -> Noise:
         """What float32 moves the picture by, at the least."""
-        return measured(self.scene, self.reference, self.edges, self.case.spp)
+        return measured(self.scene, self.reference, self.edges, self.case.spp, PICTURES)
+
+    @cached_property
+    def rare(self) -> Noise:
+        """The same of so many pictures that what few of them show is among it."""
+        return measured(self.scene, self.reference, self.edges, self.case.spp, MANY)
 
     def judged(
         self, judge: Callable[[np.ndarray | None, Limits], Comparison], oracle: str
@@ -67,13 +75,17 @@ class Excuses:
         found = judge(self.edges, limit)
         if found.passed or self.case.is_test:
             return found
-        return judge(self.edges, widened(limit, self.noise, times_of(self.case, oracle)))
+        times = times_of(self.case, oracle)
+        found = judge(self.edges, widened(limit, self.noise, times))
+        return found if found.passed else judge(self.edges, widened(limit, self.rare, times))
 
 
 def moved(scene: Scene, picture: int) -> Scene:
-    """The scene with each of those numbers one step of float32 away, for a picture from 0 to PICTURES - 1."""
-    draw = np.random.default_rng(0)  # who is moved alike in all pictures is so by chance
-    signs = (draw.choice((-1.0, 1.0)) * row[picture] for row in cycle(_SIGNS))
+    """The scene with each of those numbers one step of float32 away, for a picture from 0 to MANY - 1."""
+    few = picture < PICTURES
+    draw = np.random.default_rng(0 if few else picture)  # who is moved alike in all pictures is so by chance
+    rows = (row[picture] for row in cycle(_SIGNS)) if few else repeat(1)
+    signs = (draw.choice((-1.0, 1.0)) * row for row in rows)
     table = scene.to_dict()
     for key in ("shapes", "lights", "materials", "camera"):
         if key in table:
@@ -93,11 +105,11 @@ def _moved(value: Any, signs: Iterator[float]) -> Any:
     return value
 
 
-def measured(scene: Scene, reference: OracleImage, edges: np.ndarray, spp: int) -> Noise:
-    """The noise of a scene whose float64 picture and edges (h, w) are those."""
+def measured(scene: Scene, reference: OracleImage, edges: np.ndarray, spp: int, pictures: int) -> Noise:
+    """The noise of a scene whose float64 picture and edges (h, w) are those, by so many moved ones."""
     every = Limits(None, None, None, None, None)
-    pictures = (picture64(moved(scene, picture)) for picture in range(PICTURES))
-    found = [compare(picture, reference, edges, spp, every) for picture in pictures]
+    away = (picture64(moved(scene, picture)) for picture in range(pictures))
+    found = [compare(picture, reference, edges, spp, every) for picture in away]
     inside = int(np.count_nonzero(edges))
     pixels = {field: max(inside if field == "masked" else edges.size - inside, 1) for field in _COUNTED}
     figures: dict[str, float] = {}

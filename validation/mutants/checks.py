@@ -161,8 +161,24 @@ def overflow() -> None:
     assert pixels.max() == np.float32(1e30) and pixels.min() == 0.5, "the brightest"
 
 
+def refits() -> None:
+    """Spheres that move: their tree, of three levels, is refitted each time, and pictures are those of a new
+    one. Each time to where none was, for what a fault reads may be memory that holds the boxes of before."""
+    draw = np.random.default_rng(0)
+    places = draw.uniform(-1, 1, (4000, 3)) - [2, 0, 0]
+    tracer = None
+    for _ in range(6):
+        shapes = [{"type": "sphere", "center": list(place), "radius": 0.03} for place in places]
+        now = {**_SCENE, "camera": {**_SCENE["camera"], "spp": 1}, "shapes": shapes}
+        tracer = tracer or clrt.Tracer(now)
+        assert tracer.update(now) in ("refit", "nothing"), "worn at once"
+        assert tracer.render().hash == clrt.render(now).hash, "bits of a new tree"
+        places = places + np.array([0.7, 0, 0]) + draw.uniform(-0.01, 0.01, places.shape)
+
+
 CHECKS: Final[dict[str, Callable[[], None]]] = {"adaptive": adaptive, "names as numbers": names_as_numbers,
-                                                "mattes": mattes, "overflow": overflow, "alpha": alpha}
+                                                "mattes": mattes, "overflow": overflow, "alpha": alpha,
+                                                "refits": refits}  # fmt: skip
 
 
 def failed(root: Path, name: str) -> str:
