@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import warnings
 from typing import TYPE_CHECKING, Any
 
@@ -40,8 +41,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _checked(name: str, options: argparse.Namespace, limits: Any) -> dict[str, Any]:
-    """All that a render would refuse before it asks for a device: the scene, and its geometry."""
+    """All that a render would refuse before it asks for a device: the scene, its geometry, its picture."""
     from clrt.flatten.flatten import check_ceilings, flatten, flatten_camera
+    from clrt.flatten.work import check_limits, depth_of
     from clrt.formats.native import with_values
 
     row: dict[str, Any] = {"scene": name, "error": None, "warnings": []}
@@ -52,10 +54,14 @@ def _checked(name: str, options: argparse.Namespace, limits: Any) -> dict[str, A
             flat = flatten(scene)
             check_ceilings(flat, scene.source)
             if scene.camera is not None:
-                flatten_camera(scene.camera)
+                view = flatten_camera(scene.camera)[0]
+                samples = max(int(view["grid"]) ** 2, 0 if scene.adaptive is None else scene.adaptive.spp)
+                pixels = int(view["width"]) * int(view["height"])
+                check_limits(flat, limits, pixels, samples, depth_of(scene, None, limits))
             row |= _contents(scene, flat.bands)
         except ClrtError as error:
-            row["error"] = str(error)
+            said, file = str(error), os.path.basename(name)
+            row["error"] = said if file in said else f"{file}: {said}"
     row["warnings"] = [str(warning.message) for warning in told if issubclass(warning.category, ClrtWarning)]
     return row
 

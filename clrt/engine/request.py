@@ -7,20 +7,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from clrt import layout
 from clrt.base import arguments, notices
 from clrt.base.errors import SceneError
 from clrt.base.layers import check_layers
-from clrt.base.limits import Branching, Limits
 from clrt.base.places import At
 from clrt.device.settings import Settings
 from clrt.engine.coverage import mattes
 from clrt.engine.job import Job
 from clrt.engine.picture import check_crop, picture_bytes
 from clrt.flatten.flatten import FlatScene, flatten_camera
-from clrt.layout import ceilings
+from clrt.flatten.work import check_limits, depth_of
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene, read_camera
 
@@ -73,33 +70,3 @@ def camera_of(scene: Scene, given: Camera | Mapping[str, Any] | None) -> Camera:
     if camera is None:
         raise SceneError(f"{scene.source or 'scene'}: camera: missing; a picture needs a [camera]")
     return camera
-
-
-def depth_of(scene: Scene, given: int | None, limits: Limits) -> int:
-    """The number of bounces that is given, else the scene's; LimitError beyond what may be."""
-    depth = arguments.whole("max_depth", scene.max_depth if given is None else given)
-    limits.check("depth", depth)
-    ceilings.check_depth(depth)
-    return depth
-
-
-def check_limits(flat: FlatScene, limits: Limits, pixels: int, samples: int, depth: int) -> None:
-    """Raise LimitError for a picture of more pixels, samples a pixel or work than may be."""
-    limits.check("pixels", pixels)
-    limits.check("samples", samples)
-    ceilings.check_picture(pixels, samples)
-    parts = -(-flat.bands // flat.group) if flat.group and depth else 1  # rays that dispersion makes of one
-    alone = int(flat.scene["unbounded"][0] + flat.scene["surfaces"][0])
-    limits.check_work(pixels * samples * parts, flat.feelers, _branching(flat, depth), alone)
-
-
-def _branching(flat: FlatScene, depth: int) -> Branching:
-    info, materials = flat.scene[0], flat.materials
-    doubling = bool(np.any((materials["kr"] > 0) & (materials["kt"] > 0)))
-    if info["spd"]:  # counts every reflection, whatever its weight
-        return Branching(depth, bool(np.any(materials["kt"] > 0)))
-    tint = np.maximum(materials["mirror"].max(axis=1), materials["fresnel"] == layout.FRESNEL["SCHLICK"])
-    # total internal reflection takes both shares
-    share = materials["kr"] * tint + materials["kt"] * materials["tint"].max(axis=1)
-    least, ambient = float(info["min_weight"]), int(info["ambient_samples"])
-    return Branching(depth, doubling, float(share.max()), least, ambient)

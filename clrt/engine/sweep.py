@@ -12,7 +12,7 @@ import numpy as np
 
 from clrt.base import arguments
 from clrt.base.errors import ClrtError, fault
-from clrt.engine.request import depth_of
+from clrt.flatten.work import depth_of
 from clrt.scene.adaptive import check_samples
 from clrt.scene.scene import Scene, edited
 

@@ -30,12 +30,13 @@ from clrt.engine.picture import Picture
 from clrt.engine.provenance import metadata, stats, wavelengths
 from clrt.engine.queues import picture_tile, tile_rays
 from clrt.engine.rayinput import LIGHT_BYTES, ray_chunks
-from clrt.engine.request import Request, camera_of, check_limits, depth_of
+from clrt.engine.request import Request, camera_of
 from clrt.engine.shown import shown
 from clrt.engine.tiles import tiles
 from clrt.engine.wavefront import RayCounts
 from clrt.engine.world import World
 from clrt.flatten.flatten import check_ceilings, flatten, flatten_camera
+from clrt.flatten.work import check_limits, depth_of
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.layout import ceilings

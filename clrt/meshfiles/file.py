@@ -259,8 +259,8 @@ def _parse(
     numbers = np.arange(len(kept))
     matrices = np.array([pairs[k][1] for k in kept], np.float64).reshape(-1, 4, 4)
     materials = np.array([apart.material(names[k]) if apart else NONE for k in kept], np.int64)
-    # of one material, in corners of more than one form: one thing
-    where = np.argmax(materials[:, None] == materials, axis=1) if apart else numbers
+    _, first, same = np.unique(materials, return_index=True, return_inverse=True)
+    where = first[same] if apart else numbers  # of one material, in corners of more than one form: one thing
     return Placed([pairs[k][0] for k in kept], numbers, where, matrices, materials=materials)
 
 

@@ -226,6 +226,28 @@ def test_check_finds_what_flattening_would(scene: str, capsys: pytest.CaptureFix
     assert main(["check", scene, "--set", "camera.spp=4"]) == 0
 
 
+@pytest.mark.parametrize(
+    ("change", "limit", "says"),
+    [
+        ("max_depth=65", "", "depth: 65 is above the limit of 64"),
+        ("max_depth=3", "depth=2", "depth: 3 is above the limit of 2"),
+        ("camera.width=9", "pixels=71", "pixels: 72 is above the limit of 71"),
+        ("camera.spp=16", "samples=15", "samples: 16 is above the limit of 15"),
+        ("max_depth=0", "work=63", "work: 64 is above the limit of 63"),
+    ],
+)
+def test_check_refuses_what_render_refuses(
+    scene: str, capsys: pytest.CaptureFixture[str], change: str, limit: str, says: str
+) -> None:
+    said = ["--set", change, *(["--limit", limit] if limit else [])]
+    assert main(["check", scene, *said]) == 1
+    checked = capsys.readouterr().err
+    assert main(["render", scene, "-o", "x.exr", *said]) == 2
+    assert f"error: ball.toml: {says}" in checked and says in capsys.readouterr().err
+    name, _, most = (limit or "depth=64").partition("=")
+    assert main(["check", scene, "--set", change, "--limit", f"{name}={int(most) + 1}"]) == 0
+
+
 # --- words
 
 

@@ -133,6 +133,14 @@ def test_what_is_no_face_is_named(tmp_path: Path, line: str, says: str) -> None:
             clrt.load(tmp_path / "a.obj")
 
 
+@pytest.mark.parametrize("faces", ["", "l 1 2\n", "f 1 2\n", "f 1/1 2/1\nf 3//1 4//1\n"])
+def test_materials_of_no_faces(tmp_path: Path, faces: str) -> None:
+    (tmp_path / "a.mtl").write_text(LIBRARY)
+    (tmp_path / "a.obj").write_text(f"mtllib a.mtl\n{MESH}usemtl a\n{faces}")
+    with pytest.raises(clrt.ClrtError, match=r"^a\.obj: it has no faces$"):
+        clrt.load(tmp_path / "a.obj")
+
+
 def test_colours_of_vertices_beside_a_library_are_named(tmp_path: Path) -> None:
     (tmp_path / "a.mtl").write_text(LIBRARY)
     vertices = "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\n"
