@@ -42,8 +42,10 @@ def run(options: argparse.Namespace) -> int:
 
 def _checked(name: str, options: argparse.Namespace, limits: Any) -> dict[str, Any]:
     """All that a render would refuse before it asks for a device: the scene, its geometry, its picture."""
-    from clrt.flatten.flatten import check_ceilings, flatten, flatten_camera
-    from clrt.flatten.work import check_limits, depth_of
+    from clrt.device.settings import Settings
+    from clrt.engine.request import Request
+    from clrt.engine.tree import least_bytes
+    from clrt.flatten.flatten import check_ceilings, flatten
     from clrt.formats.native import with_values
 
     row: dict[str, Any] = {"scene": name, "error": None, "warnings": []}
@@ -51,13 +53,11 @@ def _checked(name: str, options: argparse.Namespace, limits: Any) -> dict[str, A
         warnings.simplefilter("always", ClrtWarning)
         try:
             scene = with_values(read(scene_path(name), limits), options.set)
+            limits.check("device_bytes", least_bytes(scene), scene.source, "shapes")
             flat = flatten(scene)
             check_ceilings(flat, scene.source)
             if scene.camera is not None:
-                view = flatten_camera(scene.camera)[0]
-                samples = max(int(view["grid"]) ** 2, 0 if scene.adaptive is None else scene.adaptive.spp)
-                pixels = int(view["width"]) * int(view["height"])
-                check_limits(flat, limits, pixels, samples, depth_of(scene, None, limits))
+                Request().job(scene, flat, Settings(limits=limits))
             row |= _contents(scene, flat.bands)
         except ClrtError as error:
             said, file = str(error), os.path.basename(name)

@@ -234,6 +234,7 @@ def test_check_finds_what_flattening_would(scene: str, capsys: pytest.CaptureFix
         ("camera.width=9", "pixels=71", "pixels: 72 is above the limit of 71"),
         ("camera.spp=16", "samples=15", "samples: 16 is above the limit of 15"),
         ("max_depth=0", "work=63", "work: 64 is above the limit of 63"),
+        ("camera.width=1", "host_bytes=127", "host_bytes: 128 is above the limit of 127"),
     ],
 )
 def test_check_refuses_what_render_refuses(
