@@ -16,7 +16,7 @@ from clrt.base.resources import shipped_scenes, validation_module
 from clrt.cli import main
 from clrt.device.info import DeviceInfo
 from validation.reliability import __main__ as page
-from validation.reliability import code, drivers, intel, kept, rows, sameness
+from validation.reliability import beginnings, code, drivers, intel, kept, rows, sameness
 from validation.reliability.figures import Figure
 from validation.reliability.rows import ROWS, Row
 
@@ -160,7 +160,7 @@ def test_a_figure_is_of_the_commit_and_the_code_before_it_was_measured(
     file.write_text("x = 1")
     monkeypatch.setattr(code, "commit", lambda: state[-1])
     monkeypatch.setattr(code, "closure", lambda modules, apart: {"module"})
-    monkeypatch.setattr(code, "_file", lambda module: file)
+    monkeypatch.setattr(code, "module_file", lambda module: file)
     code.digest.cache_clear()
 
     def run(change: bool) -> dict[str, Any]:
@@ -194,6 +194,27 @@ def test_a_row_depends_on_what_it_runs() -> None:
     assert "clrt.cli.render" in found["interrupts"] and "clrt.cli.render" not in found["leaks"]
     assert "validation.oracle64.batch" in found["accuracy"] and "validation.twin.math" in found["twin"]
     assert len({row.code for row in ROWS}) == len(ROWS) - 1, "leaks and self-hits are of one module"
+
+
+REACHING = [*beginnings.COMMANDS, ("hash", "cabinet", "--width", "8")]
+
+
+@pytest.mark.parametrize("words", REACHING, ids=lambda words: "-".join(words[:2]))
+def test_a_command_reaches_what_it_imports(words: tuple[str, ...], tmp_path: Path) -> None:
+    """What a command has imported when it ends is among what its figures hold for: nothing is found by a name
+    that its files do not state."""
+    told = (
+        "import atexit, sys; sys.argv[0] = 'clrt'; from clrt.cli import program; "
+        "atexit.register(lambda: print('modules', *sys.modules)); program()"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", told, *words], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    (line,) = (line for line in done.stdout.splitlines() if line.startswith("modules "))
+    files = {name: code.module_file(name) for name in line.split() if name.startswith("clrt.")}
+    imported = {name for name, file in files.items() if file and not code.holds_words(file)}
+    assert "clrt.cli.options" in imported
+    assert not imported - code.closure(code.program(words[0]))
 
 
 def test_hostile_inputs_that_failed_are_kept_before_the_run_ends(

@@ -17,7 +17,7 @@ import clrt
 from clrt.device import kernelcache
 
 from .figures import Figure, Tell, listed
-from .scene import write_scene
+from .scene import write_alone
 
 TOGETHER: Final = 24
 
@@ -28,7 +28,7 @@ def run(count: int, tell: Tell, together: int = TOGETHER) -> Figure:
     found: list[str] = []
     rounds, longest = -(-count // together), 0.0
     with tempfile.TemporaryDirectory(prefix="clrt-cold-") as name:
-        scene = write_scene(Path(name))
+        scene = write_alone(Path(name))
         expected = clrt.render(clrt.load(scene)).hash
         for number in range(rounds):
             with tempfile.TemporaryDirectory(prefix="clrt-cold-") as cache:
