@@ -36,8 +36,6 @@ PARTS = {
     "clrt.scene.summary": "clrt.scene.scene",
     "clrt.spectra.colorimetry": "clrt.spectra.bands",
 }
-# The public names of `clrt`, each imported when it is first asked for, stand above all rooms.
-ABOVE = ("clrt", "clrt.__main__")
 # Where the command line and the diagnosis reach what is above them, within a function: it may be missing.
 VALIDATION = {
     "clrt/base/resources.py", "clrt/cli/compare.py", "clrt/cli/convert.py", "clrt/cli/selftest.py",
@@ -66,6 +64,8 @@ def imported(path: Path, known: dict[str, Path]) -> Iterator[tuple[str, bool]]:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     guarded = typing_only(tree)
     for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            raise AssertionError(f"{path}: imports within clrt are written out: {ast.unparse(node)}")
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "clrt":
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"
@@ -147,6 +147,13 @@ def round_about(root: Path) -> list[str]:
 def test_every_file_is_in_a_room() -> None:
     apart = {name for name in modules(ROOT) if room(name) not in ROOMS}
     assert apart == {"clrt", "clrt.__main__", "clrt.version"}
+    assert [name for name in ROOMS if not list((ROOT / "tests" / name).glob("test_*.py"))] == []
+
+
+def test_a_relative_import_is_seen(tmp_path: Path) -> None:
+    (tmp_path / "odd.py").write_text("from ..scene.scene import Scene\n")
+    with pytest.raises(AssertionError, match="written out"):
+        list(imported(tmp_path / "odd.py", {}))
 
 
 def test_imports_go_down() -> None:

@@ -29,18 +29,19 @@ from validation.ours import Shares
 from validation.twin.compare import Lockstep
 
 ROOT = Path(__file__).parents[2]
+MODULES = ("clrt.engine.passes", "clrt.engine.immersion", "clrt.engine.wavefront")
+HELPERS = {"arranged", "spawned_kinds"}  # of the passes themselves and of the bench
 # Who may launch a pass of the loop. `film.py` makes layers of single terms of generation 0, `apart.py` takes
-# a pixel's light apart; the others ask about rays that nothing follows. What is not named here has one
-# caller: the loop or the job around it.
+# a pixel's light apart, `figures.py` shows its text; the others ask about rays that nothing follows.
 CALLERS = {
     "generate": {"clrt/engine/job.py": 1, "clrt/engine/tracer.py": 1},
-    "adopt": {
-        "clrt/engine/job.py": 1, "validation/proofs.py": 1,
-    },
+    "adopt": {"clrt/engine/job.py": 1, "validation/proofs.py": 1},
     "shade": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1, "clrt/engine/apart.py": 2},
     "feelers": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1, "clrt/engine/apart.py": 1},
     "illuminate": {"clrt/engine/wavefront.py": 1, "clrt/engine/film.py": 1, "clrt/engine/apart.py": 1},
     "gather": {"clrt/engine/film.py": 2},
+    "weigh_samples": {"clrt/engine/job.py": 1},
+    "develop": {"clrt/engine/film.py": 1},
     "spawn": {"clrt/engine/wavefront.py": 1},
     "closest": {
         "clrt/engine/job.py": 1, "clrt/engine/wavefront.py": 1,
@@ -48,39 +49,64 @@ CALLERS = {
     },
     "geometry": {"clrt/engine/job.py": 1},
     "immerse": {"clrt/engine/job.py": 2},
-    "trace": {"clrt/engine/job.py": 1},
+    "trace": {"clrt/engine/job.py": 1, "docs/site/figures.py": 1},
 }  # fmt: skip
 
-MODULES = ("clrt.engine.passes", "clrt.engine.immersion", "clrt.engine.wavefront")
+
+def public(module: str) -> set[str]:
+    """Functions that a module offers."""
+    tree = ast.parse((ROOT / f"{module.replace('.', '/')}.py").read_text())
+    named = (node.name for node in tree.body if isinstance(node, ast.FunctionDef))
+    return {name for name in named if not name.startswith("_")}
 
 
-def calls(file: Path) -> list[str]:
-    """The names of the passes, of `immerse` and of the loop that a file calls, one for each place."""
-    found, nodes = [], list(ast.walk(ast.parse(file.read_text())))
-    imported = {
-        alias.asname or alias.name: alias.name
-        for node in nodes
-        if isinstance(node, ast.ImportFrom) and node.module in MODULES
-        for alias in node.names
-    }
+def calls(source: str) -> list[str]:
+    """The names of the passes, of `immerse` and of the loop that a program names, one for each place, by
+    whatever name and way they were imported."""
+    nodes, meant = list(ast.walk(ast.parse(source))), {}  # what a name of the program stands for
     for node in nodes:
-        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "passes":
-            found.append(node.attr)
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id in imported:
-            found.append(imported[node.id])
-    return found
+        if isinstance(node, ast.ImportFrom):
+            meant |= {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
+        elif isinstance(node, ast.Import):
+            meant |= {alias.asname: alias.name for alias in node.names if alias.asname}
+
+    def full(node: ast.AST) -> str:
+        if isinstance(node, ast.Attribute):
+            return f"{full(node.value)}.{node.attr}"
+        return meant.get(node.id, node.id) if isinstance(node, ast.Name) else ""
+
+    found = (full(node).rpartition(".") for node in nodes if isinstance(node, ast.Attribute | ast.Name))
+    return [name for module, _, name in found if module in MODULES]
 
 
 def test_the_loop_stands_once() -> None:
-    found: dict[str, dict[str, int]] = {name: {} for name in CALLERS}
-    for folder in ("clrt", "validation"):
+    """Each pass is named in these places and in no others; a pass that is not among them would be found."""
+    offered = set().union(*map(public, MODULES))
+    assert offered - HELPERS == CALLERS.keys()
+    found: dict[str, dict[str, int]] = {}
+    for folder in ("clrt", "validation", "docs"):
         for file in sorted((ROOT / folder).rglob("*.py")):
-            for name in calls(file):
-                if name in found:
-                    callers = found[name]
-                    place = file.relative_to(ROOT).as_posix()
-                    callers[place] = callers.get(place, 0) + 1
+            place = file.relative_to(ROOT).as_posix()
+            for name in offered.intersection(named := calls(file.read_text())) - HELPERS:
+                found.setdefault(name, {})[place] = named.count(name)
     assert found == CALLERS
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "from clrt.engine import passes\npasses.shade(1)",
+        "from clrt.engine import passes as p\np.shade(1)",
+        "import clrt.engine.passes\nclrt.engine.passes.shade(1)",
+        "import clrt.engine.passes as p\ndo = p.shade",
+        "from clrt.engine.passes import shade\nshade(1)",
+        "from clrt.engine.passes import shade as s\nwith s(1): pass",
+        "import clrt.engine\nclrt.engine.passes.shade(1)",
+    ],
+)
+def test_no_way_of_import_hides_a_second_loop(source: str) -> None:
+    assert calls(source) == ["shade"]
+    assert calls(source.replace("passes", "others")) == []
 
 
 @pytest.mark.parametrize("observer", [Tripwire, Lockstep, Recorder, Shares, Watcher])

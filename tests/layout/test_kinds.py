@@ -13,7 +13,7 @@ import pytest
 import clrt
 from clrt import layout
 from clrt.base import layers
-from clrt.base.resources import validation_module
+from clrt.base.resources import kernel_folder, validation_module
 from clrt.flatten import entries
 from clrt.flatten import materials as flatten_materials
 from clrt.flatten.flatten import flatten
@@ -31,6 +31,15 @@ def test_every_kind_has_a_section_of_records():
     assert len(set(layout.SECTIONS.values())) == len(layout.KINDS)
     assert list(layout.KINDS.values()) == list(range(len(layout.KINDS)))
     assert all(layout.WORLD[section] in layout.RECORDS for section in layout.SECTIONS.values())
+
+
+def test_kernels_that_name_kinds_are_those_that_the_page_lists():
+    page = (DOCS / "adding-a-primitive.md").read_text(encoding="utf-8")
+    names = re.compile(rf"\b({'|'.join(layout.SECTIONS)})\b")
+    files = ((file.name, re.sub("//.*", "", file.read_text())) for file in kernel_folder().glob("*.cl*"))
+    found = {name for name, code in files if names.search(code)}
+    assert found == {"primitives.clh", "surface.cl", "crossings.clh", "shaft.clh"}
+    assert all(f"`kernels/{name}`" in page for name in found)
 
 
 @pytest.mark.parametrize("table", [*entries.TABLES, "oracle64", "oracle64 pictures"])
