@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -76,6 +77,30 @@ def test_the_measurement_of_faults_sees_a_leak_and_a_foreign_error(
 def test_killed_at_random() -> None:
     found = kills.run(6, quietly)
     assert found.wrong == 0 and found.tried == 6, found
+
+
+DEAF = """
+import signal, sys
+left = int(sys.argv[1])
+def heard(*_):
+    global left
+    left -= 1
+    if not left:
+        sys.exit()
+signal.signal(signal.SIGINT, heard)
+print("saved", flush=True)
+while True:
+    signal.pause()
+"""
+
+
+@pytest.mark.parametrize(("deaf", "took"), [(1, 1), (2, 2), (99, 0)])
+def test_a_signal_that_is_lost_is_sent_again(
+    deaf: int, took: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(kills, "_SAVER", (sys.executable, "-c", DEAF, str(deaf)))
+    monkeypatch.setattr(kills, "_PATIENCE", 0.3)
+    assert kills._round(tmp_path, signal.SIGINT, 0.0) == took
 
 
 def test_the_measurement_of_kills_sees_half_a_file(tmp_path: Path) -> None:

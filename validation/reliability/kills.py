@@ -2,7 +2,8 @@
 
 A process saves two pictures in turn to the same .exr and .png, a checkpoint, and statistics, as fast as it
 can. After a random time it is killed (SIGKILL) or interrupted (SIGINT); then each file must be one of the two
-whole ones. What SIGKILL may leave besides is the temporary file that was being written.
+whole ones. What SIGKILL may leave besides is the temporary file that was being written. Python drops a
+KeyboardInterrupt that is raised while it takes an object apart: then SIGINT is sent again, as a user would.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +33,8 @@ from clrt.images.image import Image
 from .figures import Figure, Tell, listed
 
 _LONGEST = 0.08  # seconds until the signal: some ten rounds of saving
+_PATIENCE, _TIMES = 5.0, 4  # seconds until it is sent again, and how often
+_SAVER = (sys.executable, "-m", __name__)
 _HEIGHT, _WIDTH = 120, 160
 _TASK = {"scene": "none", "max_depth": "0", "spp": "1", "refinements": "0"}
 _RANGES = {"image": (0.0, 1e30)}
@@ -49,14 +53,16 @@ def run(count: int, tell: Tell) -> Figure:
     whole = pictures()
     sent: Counter[str] = Counter()
     found: list[str] = []
+    again = 0
     with tempfile.TemporaryDirectory(prefix="clrt-kills-") as name:
         folder = Path(name)
         for number in range(count):
             chance = random.Random(number)
             how = chance.choice((signal.SIGKILL, signal.SIGINT))
             sent[how.name] += 1
-            _round(folder, how, chance.uniform(0, _LONGEST))
-            wrong = torn(folder, whole)
+            took = _round(folder, how, chance.uniform(0, _LONGEST))
+            again += took > 1
+            wrong = torn(folder, whole) + ([] if took else ["it does not end"])
             for file in folder.glob(".clrt-*"):
                 file.unlink()
                 wrong += [f"{file.name} is left"] if how == signal.SIGINT else []
@@ -64,18 +70,24 @@ def run(count: int, tell: Tell) -> Figure:
                 found.append(f"round {number}, {how.name}: {', '.join(wrong)}")
             tell((number + 1) / count)
     detail = " and ".join(f"{number} times {how}" for how, number in sorted(sent.items()))
-    detail += " while .exr, .png, .json and checkpoint are written"
+    detail += f" while .exr, .png, .json and checkpoint are written; {again} had to be sent again"
     return Figure(count, len(found), detail + listed(found), time.perf_counter() - start)
 
 
-def _round(folder: Path, sent: signal.Signals, seconds: float) -> None:
-    """Start a process that saves, and end it so many seconds after its first round."""
-    command = [sys.executable, "-m", __name__, str(folder)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+def _round(folder: Path, sent: signal.Signals, seconds: float) -> int:
+    """Start a process that saves, and end it so many seconds after its first round; signals that this took, 0
+    where none ended it."""
+    with subprocess.Popen([*_SAVER, str(folder)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
         assert process.stdout
         process.stdout.readline()
         time.sleep(seconds)
-        process.send_signal(sent)
+        for number in range(1, _TIMES + 1):
+            process.send_signal(sent)
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(_PATIENCE)
+                return number
+        process.kill()
+        return 0
 
 
 def save_for_ever(folder: Path) -> None:
