@@ -77,7 +77,9 @@ def run(count: int, tell: Tell) -> Figure:
 def _round(folder: Path, sent: signal.Signals, seconds: float) -> int:
     """Start a process that saves, and end it so many seconds after its first round; signals that this took, 0
     where none ended it."""
-    with subprocess.Popen([*_SAVER, str(folder)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as process:
+    with subprocess.Popen(
+        [*_SAVER, str(folder)], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    ) as process:
         assert process.stdout
         process.stdout.readline()
         time.sleep(seconds)
