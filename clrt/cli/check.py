@@ -14,6 +14,7 @@ from clrt.cli.source import read, scene_path
 from clrt.cli.terminal import say
 
 if TYPE_CHECKING:
+    from clrt.flatten.flatten import FlatScene
     from clrt.scene.scene import Scene
 
 WRONG = 1  # exit code
@@ -57,13 +58,20 @@ def _checked(name: str, options: argparse.Namespace, limits: Any) -> dict[str, A
             flat = flatten(scene)
             check_ceilings(flat, scene.source)
             if scene.camera is not None:
-                Request().job(scene, flat, Settings(limits=limits))
+                job, *_ = Request().job(scene, flat, Settings(limits=limits))
+                _look_around(flat, job.camera)
             row |= _contents(scene, flat.bands)
         except ClrtError as error:
             said, file = str(error), os.path.basename(name)
             row["error"] = said if file in said else f"{file}: {said}"
     row["warnings"] = [str(warning.message) for warning in told if issubclass(warning.category, ClrtWarning)]
     return row
+
+
+def _look_around(flat: FlatScene, camera: Any) -> None:
+    """LimitError where the rays of a pinhole start within more media than fit."""
+    if flat.media is not None and not any(camera[name][0] for name in ("orthographic", "near", "aperture")):
+        flat.media.lists(camera["origin"][:, :3])
 
 
 def _contents(scene: Scene, bands: int) -> dict[str, Any]:

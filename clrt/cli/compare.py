@@ -130,6 +130,8 @@ def _table(result: Any) -> Any:
 
 
 def _left(cause: Any) -> str:
+    if cause.left >= 1:
+        return "Undoing it alone makes the error no smaller."
     if not cause.certain:
         return f"{100 * cause.left:.2g} % of the error is elsewhere"
     return f"Undoing it leaves {100 * cause.left:.2g} % of the error."

@@ -77,6 +77,15 @@ def test_what_nothing_explains(folder: Path, capsys: Printed):
     assert code == 1 and "no usual mistake explains it; with the scene as B, lights" in out
 
 
+def test_what_helps_nothing_is_not_said_to_leave_more_than_all(folder: Path, capsys: Printed):
+    """Noise in another size: that the sizes differ is worth a line, undoing it changes nothing."""
+    noise = np.random.default_rng(1).random((20, 20, 3)).astype(np.float32)
+    clrt.Image(noise).save(folder / "small.png")
+    code, out = compare(folder, capsys, "small.png", "right.png")
+    assert code == 1 and "possible cause: another size" in out
+    assert "Undoing it alone makes the error no smaller." in out and "e+02" not in out
+
+
 def test_samples_of_the_scene_can_be_chosen(folder: Path, capsys: Printed):
     clrt.render(samples.scene(), spp=4).save(folder / "smooth.exr")
     assert compare(folder, capsys, "smooth.exr", "scene.toml", "--spp", "4", "--threads", "1")[0] == 0

@@ -71,3 +71,15 @@ def test_names_steer_no_terminal(scene: str, capsys: pytest.CaptureFixture[str])
     assert main(["explain", scene, "4", "4", "--width", "9", "--height", "9"]) == 0
     said = capsys.readouterr().out
     assert "\x1b" not in said and "\u202e" not in said
+
+
+def test_a_pixel_of_too_many_feelers_is_refused(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each feeler is kept with what it meets: 20,000 samples and 100 ambient rays took all memory."""
+    lamp = {"type": "rectangle", "center": [0, 3, 0], "u": [1, 0, 0], "v": [0, 0, 1], "two_sided": True}
+    floors = [{"type": "plane", "point": [0, y, 0], "normal": [0, -y, 0]} for y in (-1, 9)]
+    camera = {"origin": [0, 2, 5], "target": [0, 0, 0], "width": 16, "height": 12}
+    lit = {"max_depth": 1, "ambient": 0.3, "ambient_samples": 100, "camera": camera, "shapes": floors}
+    Path("lit.json").write_text(json.dumps({**lit, "lights": [{**lamp, "samples": 20000}]}))
+    said = fault(capsys, "explain", "lit.json", "8", "8")
+    assert "the pixel sends 1860000 shadow feelers; at most 100000 are shown; lower samples of lights" in said
+    assert main(["explain", "lit.json", "8", "8", "--set", "lights[0].samples=4", "-q"]) == 0

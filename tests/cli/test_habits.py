@@ -249,6 +249,21 @@ def test_check_refuses_what_render_refuses(
     assert main(["check", scene, "--set", change, "--limit", f"{name}={int(most) + 1}"]) == 0
 
 
+def test_check_looks_where_the_camera_is(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Within nine balls of glass; a lens or a near plane starts rays elsewhere, which only a render finds."""
+    glass = {f"glass{k}": {"diffuse": 0, "transmission": 0.9, "ior": 1.1 + k / 100} for k in range(9)}
+    ball = {"type": "sphere", "center": [0, 0, 0]}
+    balls = [{**ball, "radius": k + 1, "material": f"glass{k}"} for k in range(9)]
+    nested = {"camera": {"origin": [0, 0, 0.05], "target": [0, 0, -1]}, "materials": glass, "shapes": balls}
+    Path("nested.json").write_text(json.dumps(nested))
+    says = "nested.json: shapes: rays enter more than 8 media that lie in one another"
+    assert main(["check", "nested.json"]) == 1 and says in capsys.readouterr().err
+    assert main(["render", "nested.json", "-o", "x.png", "--width", "8"]) == 2
+    assert says in capsys.readouterr().err
+    assert main(["check", "nested.json", "--set", "camera.origin=[0, 0, 1.5]"]) == 0
+    assert main(["check", "nested.json", "--set", "camera.near=0.5"]) == 0
+
+
 # --- words
 
 
