@@ -12,9 +12,12 @@ with layers, save. Then the run is repeated, and in each repetition another call
 from __future__ import annotations
 
 import gc
+import multiprocessing
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 from unittest import mock
@@ -29,6 +32,8 @@ from .figures import Figure, Tell, listed
 from .injection import injected
 from .scene import write_scene
 
+PROCESSES: Final = 2
+PIECE: Final = 50  # calls a process: a driver keeps some 20 MB of each context that it has opened
 _RIGHT: Final[dict[str, tuple[type[ClrtError], ...]]] = {
     "driver": (DeviceError,),
     "build": (DeviceError,),
@@ -47,22 +52,47 @@ def run(count: int, tell: Tell) -> Figure:
     start = time.perf_counter()
     outcomes: Counter[str] = Counter()
     found: list[str] = []
+    with multiprocessing.get_context("spawn").Pool(PROCESSES, maxtasksperchild=1) as pool:
+        calls = pool.apply(_calls)
+        chosen = range(0, len(calls), max(1, len(calls) // count))
+        pieces = [chosen[first : first + PIECE] for first in range(0, len(chosen), PIECE)]
+        for ended, wrong in pool.imap_unordered(_let_fail, pieces):
+            outcomes += ended
+            found += [f"call {call} ({', '.join(calls[call])}): {text}" for call, text in wrong]
+            tell(outcomes.total() / len(chosen))
+    ended_in = f"{outcomes['error']} of {len(calls)} calls ended in an error"
+    detail = f"{ended_in}, {outcomes['picture']} in the picture"
+    return Figure(len(chosen), len(found), detail + listed(sorted(found)), time.perf_counter() - start)
+
+
+@contextmanager
+def _prepared() -> Iterator[tuple[Path, Path, str]]:
+    """The scene, the picture's file and its hash. Compiles, so that all later runs make the same calls."""
     with tempfile.TemporaryDirectory(prefix="clrt-faults-") as name:
         scene, out = write_scene(Path(name)), Path(name) / "out.exr"
-        expected = whole_run(scene, out).hash  # compiles, so that all later runs make the same calls
+        yield scene, out, whole_run(scene, out).hash
+
+
+def _calls() -> list[tuple[str, str]]:
+    """The calls that a whole run makes: which, and whose fault it is where they fail."""
+    with _prepared() as (scene, out, _):
         _forget()
         with injected() as plan:
             whole_run(scene, out)
-        chosen = range(0, len(plan.calls), max(1, len(plan.calls) // count))
-        for call in chosen:
+    return plan.calls
+
+
+def _let_fail(calls: Sequence[int]) -> tuple[Counter[str], list[tuple[int, str]]]:
+    """How the runs ended in which one of these calls failed, and after which of them what was wrong."""
+    outcomes: Counter[str] = Counter()
+    found = []
+    with _prepared() as (scene, out, expected):
+        for call in calls:
             wrong, ended = one(scene, out, call, expected)
             outcomes[ended] += 1
             if wrong:
-                found.append(f"call {call} ({', '.join(plan.calls[call])}): {wrong}")
-            tell((call + 1) / len(plan.calls))
-    ended_in = f"{outcomes['error']} of {len(plan.calls)} calls ended in an error"
-    detail = f"{ended_in}, {outcomes['picture']} in the picture"
-    return Figure(len(chosen), len(found), detail + listed(found), time.perf_counter() - start)
+                found.append((call, wrong))
+    return outcomes, found
 
 
 def one(scene: Path, out: Path, call: int, expected: str) -> tuple[str, str]:
