@@ -48,6 +48,7 @@ from validation.reliability import kept as figures
 DRIVERS = ("PoCL 3.1", "PoCL 3.0", "Intel")  # those of them that work here are compared
 NARROW = "Intel"  # the driver that can be told to do without AVX-512
 NARROWED = {"CL_CONFIG_CPU_TARGET_ARCH": "core-avx2"}
+CLUSTER = DOCS / "cluster.json"  # of docs/make_cluster.py
 CALLS = ("queries", "live")  # groups of the bench that have pages of their own
 FEW = 3  # rounds of what is only compared with itself, against nine
 
@@ -272,7 +273,7 @@ def write(kept: Path, page: Path) -> None:
     scaling.chart(grown, kept / "scaling.svg")
     parts = {
         "machine": tables.machine_line(made),
-        "aims": aims(made, grown, povray, asked, narrow, turns),
+        "aims": aims(made, grown, povray, asked, narrow, turns, json.loads(CLUSTER.read_text())),
         "against": tables.against(made),
         "trees": tables.trees(made),
         "passes": tables.passes(made),

@@ -38,7 +38,8 @@ def found(name: str) -> Any:
 
 def test_the_page_s_aims_follow_from_the_kept_times(pages: dict[str, ModuleType]) -> None:
     made, asked, narrow = (report.load(KEPT / f"{name}.json") for name in ("bench", "queries", "bench_avx2"))
-    said = pages["aims"].aims(made, found("scaling"), found("povray"), asked, narrow, found("turns"))
+    cluster = json.loads((DOCS / "cluster.json").read_text())
+    said = pages["aims"].aims(made, found("scaling"), found("povray"), asked, narrow, found("turns"), cluster)
     assert said in (DOCS / "performance.md").read_text("utf-8")
     for scene in ("terrain", "lumps", "flake"):
         for queue in pages["aims"].RAYS:
@@ -64,7 +65,35 @@ def test_turns_are_told_by_case_and_all_in_all(pages: dict[str, ModuleType]) -> 
     rows = [row[1:] for row in pages["aims"]._in_turns(told)]
     assert rows == [(">= 1.45", "2.00", "met"), ("<= 0.75", "2.00", "missed"), (">= 0.95", "0.50", "missed"),
                     (">= 1.00", "1.00", "met")]  # fmt: skip
-    assert not [*pages["aims"]._in_turns(None)]
+
+
+def test_an_aim_without_a_value_is_on_the_page_as_not_measured(pages: dict[str, ModuleType]) -> None:
+    """As many rows as where all is measured."""
+    aims, grown = pages["aims"], {"series": {"pixels of 1M triangles": [{"peak_bytes": 2**30}]}}
+    assert aims._aim("a", ">=", (1.1, 1.15), []) == ("a", ">= 1.10 / 1.15", "", "not measured")
+    nothing = report.Report({}, [])
+    said = aims.aims(nothing, grown, {"scenes": {}}, nothing, None, None, {})
+    rows = [line.split(" | ") for line in said.splitlines()[2:]]
+    held = [row[-1] for row in rows if row[-1] != "not measured |"]
+    assert held == ["missed |", "met |"], "a tree that nobody has built, and memory"
+    made, asked, narrow = (report.load(KEPT / f"{name}.json") for name in ("bench", "queries", "bench_avx2"))
+    times = {name: {"wall": 1.0} for name in ("process", "local:1", "local:2")}
+    turns = {"other": "abc1234", "cases": {pages["tables"].MBS: {"ours": [4.0], "other": [2.0]}}}
+    cluster = {"walls": {"rounds": [times]}}
+    whole = aims.aims(made, found("scaling"), found("povray"), asked, narrow, turns, cluster)
+    assert len(whole.splitlines()) == len(said.splitlines()) == 51
+    unmeasured = [line for line in whole.splitlines() if "| not measured |" in line]
+    assert [line.split(",")[0] for line in unmeasured] == ["| sphereflake"], "of which these turns have none"
+
+
+def test_a_cluster_s_aims_are_of_its_wall_times(pages: dict[str, ModuleType]) -> None:
+    def one(process: float, single: float, both: float) -> dict[str, Any]:
+        return {"process": {"wall": process}, "local:1": {"wall": single}, "local:2": {"wall": both}}
+
+    rounds = [one(1.0, 1.125, 0.625), one(1.0, 1.125, 0.75), one(1.0, 1.25, 0.625)]
+    rows = [row[1:] for row in pages["aims"]._cluster({"walls": {"rounds": rounds}})]
+    assert rows == [(">= 1.70", "1.80", "met"), ("<= 10 %", "12 %", "missed")]
+    assert {row[3] for row in pages["aims"]._cluster({"rounds": []})} == {"not measured"}
 
 
 def test_a_turn_is_of_the_checkout_that_is_asked(
