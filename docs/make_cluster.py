@@ -175,6 +175,7 @@ def faults(told: dict[str, Any]) -> list[str]:
         for what, name in (("kill", "killed"), ("pause", "paused")):
             for kind, shown in kinds.items():
                 rows = [row for row in run["rounds"] if (row["what"], row["kind"]) == (what, kind)]
+                rows = [row for row in rows if row.get("pieces", 1)]  # whose worker had something to do
                 if rows:
                     same, took = sum(row["same"] for row in rows), spread(row["seconds"] for row in rows)
                     title = f"{run['workers']}, {name}, {shown}"

@@ -268,6 +268,7 @@ def test_runs_with_other_numbers_of_workers_stand_beside_each_other() -> None:
         return {"workers": workers, "rounds": [{**row, "twice": count} for count in twice]}
 
     runs = made.joined([run(2, 5), run(4, 0)], [run(1, None), run(2, 1, 2)])
+    runs[0]["rounds"] += [{**runs[0]["rounds"][0], "pieces": 0}, {**runs[0]["rounds"][0], "what": ""}]
     assert made.faults({"faults": runs})[3:] == [
         "| 1, killed, a picture | 1 | 1 | nobody else | 2.0 s |",
         "| 2, killed, a picture | 2 | 2 | 3 | 2.0 s |",
