@@ -93,6 +93,7 @@ def test_a_worker_may_end_or_hang(what: Any, workers: Any, scene: clrt.Scene, ri
     assert image.hash == right.hash and image.stats["generations"] == right.stats["generations"]
     assert after.answers == 16
     left = {worker for worker in after.workers if worker.pid in pids(executor)}
+    assert left & after.orders.keys(), "one of the two was left alone"
     for worker in left & after.orders.keys():
         assert after.orders[worker] - before.orders.get(worker, 0) == after.workers[worker]
 
