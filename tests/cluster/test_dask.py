@@ -23,7 +23,19 @@ import clrt
 from clrt.cli import main
 from clrt.cluster import connect, pictures, pool
 from clrt.cluster.connect import connected
-from tests.cluster.endurance import CASES, disturbed, kill, orders, pause, pids, settle, twice, validated
+from tests.cluster.endurance import (
+    CASES,
+    Fault,
+    disturbed,
+    kill,
+    orders,
+    pause,
+    pids,
+    settle,
+    twice,
+    validated,
+    wrong,
+)
 
 psutil = pytest.importorskip("psutil", reason="needs the optional dependency clrt[cluster]")
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -113,6 +125,64 @@ def test_a_worker_may_end_while_it_validates(workers: Any) -> None:
     assert twice(executor, {alone: before[alone]}, victim, {}) is None
     assert {row[0] for row in found} == set(CASES[:2])
     assert found == validated(executor, 9, kill, 0, CASES[:2])[0]
+
+
+def test_the_long_run_disturbs_a_worker_that_has_work(workers: Any, scene: clrt.Scene) -> None:
+    """Or nobody, if there is none any more."""
+    executor, settings = workers
+    settle(executor, 2)
+    before = orders(executor)
+    late = Fault(executor, before, "kill", 60.0)
+    with late.coming():
+        calm(executor, settings, scene)
+    assert late.victim == late.pieces == 0
+    assert {*pids(executor)} == {pid for pid, _ in before.values()}
+    before = orders(executor)
+    begin = Fault(executor, before, "kill", 0.0)
+    with begin.coming():
+        _, told = calm(executor, settings, scene)
+    assert begin.pieces > 0 and begin.victim in {pid for pid, _ in before.values()}
+    settle(executor, 2)
+    assert begin.victim not in pids(executor)
+    row = {"same": True, "twice": twice(executor, before, begin.victim, told.workers)}
+    bad = [{"same": False, "twice": 0}, {"same": True, "twice": 1}]
+    assert wrong([row, {"same": True, "twice": None}, *bad]) == bad
+
+
+@pytest.mark.xfail(
+    raises=TimeoutError, strict=True,
+    reason="dask keeps a task that was for one worker (as arrays are sent) where no worker is left: for ever",
+)  # fmt: skip
+def test_the_only_worker_may_end_while_it_is_sent_arrays(
+    mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There is none for a moment, and then one of another address."""
+    submit, check, killed = pool.DaskPool.submit, pool.DaskPool.check, list[float]()
+
+    def submitted(self: Any, order: Any, to: Any = None, **more: Any) -> Any:
+        if to is not None and not killed:
+            kill(to.pid)
+            while self.client.run_on_scheduler(lambda dask_scheduler: to.address in dask_scheduler.workers):
+                time.sleep(0.01)
+            killed.append(time.monotonic())
+        return submit(self, order, to, **more)
+
+    def checked(self: Any) -> None:
+        check(self)
+        if killed and time.monotonic() - killed[0] > 20:
+            raise TimeoutError("nothing comes any more")
+
+    monkeypatch.setattr(pool.DaskPool, "submit", submitted)
+    monkeypatch.setattr(pool.DaskPool, "check", checked)
+    with connected("local:1", clrt.Settings()) as (executor, settings):
+        image = clrt.render(mesh, executor=executor, settings=settings, **SIZE)
+    assert killed and image.hash == clrt.render(mesh, **SIZE).hash
+
+
+def test_workers_are_spawned(workers: Any) -> None:
+    """OpenCL's threads do not survive a fork."""
+    for pid in pids(workers[0]):
+        assert "from multiprocessing.spawn import spawn_main" in " ".join(psutil.Process(pid).cmdline())
 
 
 def test_the_page_s_code_runs(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
