@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import multiprocessing
 import pickle
 import shutil
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -327,6 +328,47 @@ def test_a_scene_with_media_needs_none_of_its_files_elsewhere(tmp_path: Path) ->
     assert flat.media is not None and there.media is not None
     found = flat.media.lists(points)
     assert len(np.unique(found[:, 0])) == 3 and np.array_equal(there.media.lists(points), found)
+
+
+class Elsewhere(ProcessPoolExecutor):
+    """A process that sees none of some files: they are gone before it gets its first order."""
+
+    def __init__(self, files: list[Path]) -> None:
+        super().__init__(1, multiprocessing.get_context("spawn"))
+        self.files = files
+
+    def submit(self, *arguments: Any, **more: Any) -> Any:
+        while self.files:
+            self.files.pop().unlink()
+        return super().submit(*arguments, **more)
+
+
+def test_a_picture_needs_none_of_its_files_elsewhere(tmp_path: Path) -> None:
+    """Meshes from files, a picture on one of them and on a floor; a worker that has none of these."""
+    for name in ("wood.png", "gem.obj"):
+        shutil.copy(SCENES / name, tmp_path)
+    corners = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+    (tmp_path / "tile.obj").write_text(f"{corners}f 1/1 4/4 3/3 2/2\n")
+    wood = {"color": {"type": "image", "file": "wood.png"}, "diffuse": 0.8}
+    table = {
+        "camera": {"origin": [0, 2, 5], "target": [0, 0, 0]},
+        "lights": [{"type": "point", "position": [3, 5, 4]}],
+        "background": [0.2, 0.3, 0.4],
+        "shapes": [
+            {"type": "mesh", "file": "gem.obj", "material": {"diffuse": 0.5, "reflection": 0.4}},
+            {"type": "mesh", "file": "tile.obj", "transform": [{"translate": [2, 0, 0]}], "material": wood},
+            {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": wood},
+        ],
+    }
+    scene = clrt.load_dict(table, folder=tmp_path, source="a.toml")
+    right = clrt.render(scene, **SIZE)
+    for shape in (1, 2):
+        gray = clrt.render(scene.replace({f"shapes[{shape}].material": {"diffuse": 0.8}}), **SIZE)
+        assert gray.hash != right.hash, "the wood is seen"
+    with Elsewhere([*tmp_path.iterdir()]) as executor:
+        image = clrt.render(scene, executor=executor, **SIZE)
+    assert [*tmp_path.iterdir()] == []
+    same(image, right)
 
 
 def test_samples_of_the_picture_s_own_go_with_what_is_adaptive() -> None:
