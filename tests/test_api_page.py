@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import inspect
 import re
+import shlex
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.cli import main
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE = (DOCS / "api.md").read_text()
@@ -81,6 +84,29 @@ def test_the_code_about_many_pictures_runs(capsys: pytest.CaptureFixture[str]):
     (block,) = re.findall(r"```python\n(.*?)```", (DOCS / "sweeps.md").read_text("utf-8"), re.DOTALL)
     exec(block, {})
     assert capsys.readouterr().out.count("'materials.glass.ior': 1.5") == 2
+
+
+def test_the_commands_about_many_pictures_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """The page's lines with smaller and fewer pictures, along the path that it shows."""
+    text = (DOCS / "sweeps.md").read_text("utf-8")
+    (toml,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
+    block = text.split("## On the command line\n\n")[1].split("\n\n")[0]
+    lines = [shlex.split(line) for line in block.splitlines()]
+    assert [line[1] for line in lines] == ["-p", "sweep", "turntable", "sweep"]
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "path.toml").write_text(toml)
+    (tmp_path / lines[0][2]).mkdir()
+    for _, *words in lines[1:]:
+        film = words[-1].endswith(".mp4")
+        if film and not importlib.util.find_spec("av"):
+            continue
+        words += ["--width", "16", "--height", "10", "--quiet"]
+        words += ["--frames", "4"] if film else []
+        assert main(words) == 0
+    names = {file.name for file in (tmp_path / "out").iterdir()}
+    assert len([name for name in names if name.endswith(".png")]) == 10 and "000_20.png" in names
+    if importlib.util.find_spec("av"):
+        assert {"spin.mp4", "flight.mp4"} <= {file.name for file in tmp_path.iterdir()}
 
 
 def test_the_code_about_scenes_as_objects_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
