@@ -31,6 +31,7 @@ FILES: Final[dict[str, tuple[str, ...]]] = {
     PROCESSORS: ("clrt.bench.suite",),
     "performance/scaling.json": ("clrt.bench.scaling",),
     "performance/queries.json": ("clrt.bench.suite",),
+    "performance/large.json": ("clrt.bench.scenes", *code.program("render")),
     "performance/povray.json": ("clrt.bench.frames",),
     "performance/thesis.json": code.program("render"),
     "performance/turns.json": ("clrt.bench.suite", *code.program("render", "bench")),
