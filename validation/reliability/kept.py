@@ -90,11 +90,11 @@ def _lacking(name: str, held: dict[str, Any]) -> str:
         told = {run["workers"]: run["rounds"] for run in held["faults"]}
         for count in WORKERS:
             rows = told.get(count, [])
-            if other := sum(not row["same"] for row in rows):
+            if other := sum(not row.get("same") for row in rows):
                 return f"{other} rounds with {count} workers gave other bits"
-            if again := sum(row["twice"] or 0 for row in rows):  # None of one worker alone
+            if again := sum(row.get("twice") or 0 for row in rows):  # None of one worker alone
                 return f"{again} tasks were done twice with {count} workers"
-            hit = [row["what"] for row in rows if row["pieces"]]  # a worker that had something to do
+            hit = [row["what"] for row in rows if row.get("pieces")]  # a worker that had something to do
             if any(hit.count(what) < least for what, least in DISTURBED.items()):
                 return f"too few kills or pauses with {count} workers"
     return ""
