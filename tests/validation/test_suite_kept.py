@@ -232,7 +232,8 @@ def test_of_somebody_elses_program_nothing_is_kept() -> None:
 def test_what_the_code_of_a_case_reaches_is_named() -> None:
     """`clrt` is left out, since it only offers the names of its rooms: so nobody may use these."""
     reached = code.closure(["validation.suite.worker", "validation.deletion_run"], code.STATED)
-    bare = {name for name in reached if re.search(r"^\s*import clrt$", code.module_file(name).read_text(), re.M)}
+    texts = {name: code.module_file(name).read_text() for name in reached}
+    bare = {name for name, text in texts.items() if re.search(r"^\s*import clrt$", text, re.M)}
     assert bare == {"validation.mutants.checks"}, "of its faults nothing is left out: they have no cases"
     assert not reached & set(code.STATED) and "validation.oracle_mitsuba.worker" in reached
 
