@@ -150,7 +150,7 @@ def test_the_long_run_disturbs_a_worker_that_has_work(workers: Any, scene: clrt.
 
 
 @pytest.mark.xfail(
-    raises=TimeoutError, strict=True,
+    raises=TimeoutError, strict=False,  # another worker may come before the arrays are sent
     reason="dask keeps a task that was for one worker (as arrays are sent) where no worker is left: for ever",
 )  # fmt: skip
 def test_the_only_worker_may_end_while_it_is_sent_arrays(
