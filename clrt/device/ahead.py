@@ -14,6 +14,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from clrt.base import handlers, interrupts
+from clrt.base.collector import beginning
 from clrt.base.elsewhere import own_stack, relative, within
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
@@ -33,13 +34,15 @@ def loading() -> Iterator[None]:
     first (`clrt.device.trial`).
     """
     if not interrupts.running() or relative(*vendors.PLACES) or trial.circumstances():
-        yield
+        with beginning():
+            yield
         return
     with suppress(ClrtError, OSError):
         kernelcache.prepare()  # PoCL looks at its folder once, now
-    import_module("clrt.device.opencl")  # a loader in pyopencl's wheels ends a process that has not
-    with within(PACKAGE), _beside(_load):
-        yield
+    with beginning():
+        import_module("clrt.device.opencl")  # a loader in pyopencl's wheels ends a process that has not
+        with within(PACKAGE), _beside(_load):
+            yield
 
 
 def _load() -> None:
@@ -59,7 +62,7 @@ def building(driver: Driver, ray_format: layout.RayFormat) -> Iterator[None]:
         if driver.is_compiled(kernels.source):
             _ = kernels.program
 
-    with _beside(build):
+    with beginning(), _beside(build):
         yield
 
 
