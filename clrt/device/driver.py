@@ -243,7 +243,7 @@ class Kernels:
         self._driver, self.ray_format, self.source = driver, ray_format, source
         self.launched: set[tuple[str, int, bool]] = set()  # name, size of work-groups, is the grid small
         self.groups: dict[str, int] = {}  # work-items of a kernel's work-group
-        self._kernels: dict[str, cl.Kernel] = {}
+        self._kernels: dict[str, kernelpool.Kernel] = {}
         self._kept = kernelpool.Kept()
         self._checked: set[tuple[str, CodeType, int]] = set()  # kernels, and lines of code that launch them
 
@@ -285,7 +285,7 @@ class Kernels:
     def program(self) -> cl.Program:
         return self._driver.build(self.source)
 
-    def kernel(self, name: str, arguments: tuple[Any, ...]) -> cl.Kernel:
+    def kernel(self, name: str, arguments: tuple[Any, ...]) -> kernelpool.Kernel:
         """A kernel object for arguments of these types, looked up once: a lookup costs more than a launch."""
         if name not in self._kernels:
             kernel = self._driver.guard(
@@ -294,5 +294,5 @@ class Kernels:
             self._kernels[name] = kernel
             most = cl.kernel_work_group_info.WORK_GROUP_SIZE
             wanted = self._driver.settings.local_size or _GROUP
-            self.groups[name] = min(wanted, kernel.get_work_group_info(most, self._driver.device))
+            self.groups[name] = min(wanted, kernel.made.get_work_group_info(most, self._driver.device))
         return self._kernels[name]
