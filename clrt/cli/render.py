@@ -185,13 +185,14 @@ def _ahead(scene: Scene, device: str | None, settings: Settings) -> Any:
     from clrt.device.ahead import building
     from clrt.device.driver import Driver
     from clrt.flatten.flatten import flatten_ahead
+    from clrt.images.file import load_writers
 
     flat = flatten_ahead(scene)
     with suppress(ClrtError, MemoryError):
         driver = Driver(device, settings, None)
         with building(driver, flat.ray_format):
-            for name in ("clrt.cluster.pictures", "OpenImageIO"):
-                import_module(name)
+            import_module("clrt.cluster.pictures")
+            load_writers()
         return import_module("clrt.device.device").Device(driver, ray_format=flat.ray_format)
     return device
 
