@@ -27,6 +27,7 @@ from clrt.layout import RayFormat
 HEAVY = "numpy|pyopencl|OpenImageIO|msgspec|rich|concurrent"
 UNASKED = (  # by a render to a .png from a file of a scene, without a terminal
     "numpy.ma|difflib|rich|trimesh|scipy|matplotlib|mitsuba|dask|distributed|http|asyncio|unittest"
+    "|clrt.meshfiles.file|clrt.formats.mesh|clrt.formats.mitsuba|clrt.formats.nff|clrt.raytree|clrt.engine.explain"
     "|multiprocessing|clrt.view|clrt.diagnosis|clrt.bench|clrt.judging|clrt.exercises|validation"
 )
 SCENE = """
