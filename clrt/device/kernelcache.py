@@ -22,11 +22,11 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from filelock import FileLock, Timeout
 from platformdirs import user_cache_dir
 
 from clrt.base import notices
 from clrt.base.errors import DeviceError
+from clrt.base.locks import FileLock, Timeout
 from clrt.base.resources import kernel_folder, kernel_text
 from clrt.base.scratch import placed
 
