@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Final
 
-_PAUSE: Final = 0.05  # seconds between two looks whether it is free
+_PAUSE: Final = 0.02  # seconds between two looks whether it is free
 
 if sys.platform == "win32":
     from filelock import FileLock, Timeout

@@ -185,13 +185,14 @@ def _ahead(scene: Scene, device: str | None, settings: Settings, output: str) ->
     """
     from clrt.device.ahead import building
     from clrt.device.driver import Driver
+    from clrt.engine.needed import needed
     from clrt.flatten.flatten import flatten_ahead
     from clrt.images.file import load_colours
 
     flat = flatten_ahead(scene)
     with suppress(ClrtError, MemoryError):
         driver = Driver(device, settings, None)
-        with building(driver, flat.ray_format):
+        with building(driver, flat.ray_format, needed(flat)):
             import_module("clrt.cluster.pictures")
             if not _holds_layers(output):
                 load_colours()

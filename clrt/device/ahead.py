@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -54,13 +54,19 @@ def _load() -> None:
 
 
 @contextmanager
-def building(driver: Driver, ray_format: layout.RayFormat) -> Iterator[None]:
-    """Let a program that was compiled before be read back while the block is run."""
+def building(driver: Driver, ray_format: layout.RayFormat, needed: Mapping[str, bool]) -> Iterator[None]:
+    """Let a program that was compiled before be read back while the block is run.
+
+    Where it was not, a process beside this one will compile some of the kernels that are `needed`
+    (`clrt.device.beside`), once there is the program.
+    """
 
     def build() -> None:
         kernels = driver.kernels(ray_format)
         if driver.is_compiled(kernels.source):
             _ = kernels.program
+        else:
+            kernels.needed = needed
 
     with beginning(), _beside(build):
         yield

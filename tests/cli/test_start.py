@@ -110,10 +110,10 @@ def test_drivers_load_in_a_folder_of_ours_while_the_block_runs(
 
 def test_only_what_was_compiled_is_read_back(monkeypatch: pytest.MonkeyPatch) -> None:
     driver, built = Driver(None, Settings(), None), []
-    monkeypatch.setattr(driver, "build", built.append)
+    monkeypatch.setattr(driver, "build", lambda source, anew: built.append(source))
     for known in False, True:
         monkeypatch.setattr(driver, "is_compiled", lambda source, known=known: known)
-        with ahead.building(driver, RayFormat(bands=5)):
+        with ahead.building(driver, RayFormat(bands=5), {}):
             pass
         assert len(built) == known
 
