@@ -27,22 +27,22 @@ from clrt.device import kernelcache, trial
 
 if TYPE_CHECKING:
     from clrt import layout
-    from clrt.device.driver import Driver
+    from clrt.device.settings import Settings
 
 _SETTINGS: Final = ("threads", "lanes", "local_size")  # of which kernels depend
 
 
-def start(driver: Driver, ray_format: layout.RayFormat, needed: Mapping[str, bool]) -> None:
+def start(label: str, settings: Settings, ray_format: layout.RayFormat, needed: Mapping[str, bool]) -> None:
     """Start one for kernels, in the order in which they will be launched, where there is a core for it.
 
-    needed: whether their work-items take packets.
+    label: of the device. needed: whether their work-items take packets.
     """
-    settings = {name: getattr(driver.settings, name) for name in _SETTINGS}
-    if not (needed and interrupts.running() and sys.executable and _cores() > 1 and settings["threads"] != 1):
+    if not (needed and interrupts.running() and sys.executable and _cores() > 1 and settings.threads != 1):
         return
-    if driver.foreign or trial.circumstances():  # a loop without end, or a driver that may break
+    if trial.circumstances():  # the driver may break
         return
-    asked = {"device": driver.info.label, "settings": settings, "rays": asdict(ray_format), "needed": needed}
+    told = {name: getattr(settings, name) for name in _SETTINGS}
+    asked = {"device": label, "settings": told, "rays": asdict(ray_format), "needed": needed}
     paths = os.pathsep.join(part for part in (str(PACKAGE.parent), os.environ.get("PYTHONPATH")) if part)
     apart: dict[str, Any] = {"start_new_session": True}
     if sys.platform == "win32":

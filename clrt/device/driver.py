@@ -289,8 +289,11 @@ class Kernels:
 
     @cached_property
     def program(self) -> cl.Program:
-        anew = partial(beside.start, self._driver, self.ray_format, self.needed)
-        return self._driver.build(self.source, anew)
+        driver = self._driver
+        anew = partial(beside.start, driver.info.label, driver.settings, self.ray_format, self.needed)
+        # foreign ones may never end; other drivers compile all kernels with the program
+        helped = driver.foreign is None and pocl_version(driver.info)
+        return driver.build(self.source, anew if helped else None)
 
     def kernel(self, name: str, arguments: tuple[Any, ...]) -> kernelpool.Kernel:
         """A kernel object for arguments of these types, looked up once: a lookup costs more than a launch."""

@@ -14,7 +14,6 @@ import clrt
 from clrt.base import interrupts
 from clrt.device import beside, compiler, kernelcache
 from clrt.device.device import Device
-from clrt.device.driver import Driver
 from clrt.device.settings import Settings
 from clrt.engine.needed import needed
 from clrt.flatten.flatten import flatten
@@ -57,7 +56,7 @@ def test_what_is_compiled_ahead_a_picture_launches(name: str, monkeypatch: pytes
 
 
 def test_only_a_command_with_two_cores_starts_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    driver, started = Driver(None, Settings(), None), []
+    started: list[object] = []
 
     def refuse(*given: object, **named: object) -> None:
         started.append(given)
@@ -70,17 +69,13 @@ def test_only_a_command_with_two_cores_starts_one(monkeypatch: pytest.MonkeyPatc
         started.clear()
         monkeypatch.setattr(interrupts, "running", lambda: running)
         monkeypatch.setattr(beside, "_cores", lambda: cores)
-        monkeypatch.setattr(driver, "settings", settings or Settings())
-        beside.start(driver, RayFormat(), more)
+        beside.start("PoCL", settings or Settings(), RayFormat(), more)
         return bool(started)
 
     assert starts(generate=True)
     assert not starts() and not starts(running=False, generate=True) and not starts(cores=1, generate=True)
     assert not starts(settings=Settings(threads=1), generate=True)
     monkeypatch.setattr(beside.trial, "circumstances", lambda: ["POCL_DEBUG=all"])
-    assert not starts(generate=True)
-    monkeypatch.setattr(beside.trial, "circumstances", list)
-    monkeypatch.setattr(driver, "foreign", Path("kernels"))
     assert not starts(generate=True)
 
 
