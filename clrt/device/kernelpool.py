@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import weakref
 from collections import defaultdict
+from collections.abc import Callable
+from operator import itemgetter
 from typing import Any, Final
 
 import numpy as np
@@ -22,14 +24,32 @@ class Kernel:
 
     def __init__(self, made: cl.Kernel, numbers: tuple[bool, ...]) -> None:
         self.made = made
-        self._numbers = [place for place, is_number in enumerate(numbers) if is_number]
-        self._others = [place for place, is_number in enumerate(numbers) if not is_number]
+        places = range(len(numbers))
+        self._numbers = _Places([place for place in places if numbers[place]])
+        self._others = _Places([place for place in places if not numbers[place]])
 
     def set_args(self, arguments: tuple[Any, ...]) -> None:
         """Numbers by their bytes: asked for any argument, pyopencl tries what else each may be, for 10 us."""
         made: Any = self.made  # of its stubs these are no part
-        made._set_arg_multi(tuple([x for place in self._others for x in (place, arguments[place])]))
-        made._set_arg_buf_multi(tuple([x for place in self._numbers for x in (place, arguments[place])]))
+        made._set_arg_multi(self._others.numbered(arguments))
+        made._set_arg_buf_multi(self._numbers.numbered(arguments))
+
+
+class _Places:
+    """Some places among arguments."""
+
+    def __init__(self, places: list[int]) -> None:
+        self._pairs: list[Any] = [x for place in places for x in (place, None)]
+        several = len(places) > 1  # of one, itemgetter gives what is there, and no tuple
+        self._pick: Callable[[Any], Any] = (
+            itemgetter(*places) if several else lambda arguments: [arguments[place] for place in places]
+        )
+
+    def numbered(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        """The arguments there, each after its place; in a quarter of the time of a loop."""
+        pairs = self._pairs.copy()
+        pairs[1::2] = self._pick(arguments)
+        return tuple(pairs)
 
 
 Key = tuple[cl.Program, str, tuple[bool, ...]]
