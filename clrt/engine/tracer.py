@@ -350,7 +350,8 @@ class Tracer:
         """All rays of one pixel, x to the right and y down from 0, and what each brings to it: a `RayTree`.
 
         The other arguments are as for `render`. Raises what it does, ClrtError for a pixel outside of the
-        picture, and LimitError for a pixel of more than 50 000 rays, or a scene of more than 1000 lights.
+        picture, and LimitError for a pixel of more than 50 000 rays or 100 000 shadow feelers, or a scene of
+        more than 1000 lights.
         """
         from clrt.engine.explain import explain
 
