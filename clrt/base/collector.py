@@ -6,6 +6,8 @@ import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from clrt.base import interrupts
+
 
 @contextmanager
 def no_collections(paused: bool = True) -> Iterator[None]:
@@ -18,3 +20,15 @@ def no_collections(paused: bool = True) -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
+
+
+@contextmanager
+def beginning() -> Iterator[None]:
+    """No collections while a command imports what it needs, and none of what it then has: it all stays.
+
+    In a program of another what is made until now is none of our business.
+    """
+    with no_collections(interrupts.running()):
+        yield
+        if interrupts.running():
+            gc.freeze()

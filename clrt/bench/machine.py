@@ -42,7 +42,11 @@ def processor_name() -> str:
     return f"{name.group(1) if name else platform.machine()} {widest}".strip()
 
 
-_FAMILIES: Final = {("AuthenticAMD", 25): "Zen 3 or 4", ("AuthenticAMD", 26): "Zen 5"}
+# by maker, family, and whether there is AVX-512, for two generations share a family
+_FAMILIES: Final = {
+    ("AuthenticAMD", 25, False): "Zen 3", ("AuthenticAMD", 25, True): "Zen 4",
+    ("AuthenticAMD", 26, True): "Zen 5",
+}  # fmt: skip
 
 
 def processor_kind() -> str:
@@ -54,7 +58,7 @@ def processor_kind() -> str:
     maker, family = (re.search(rf"{name}\s*: (\S+)", text) for name in ("vendor_id", "cpu family"))
     if not maker or not family:
         return platform.machine()
-    known = _FAMILIES.get((maker.group(1), int(family.group(1))), "")
+    known = _FAMILIES.get((maker.group(1), int(family.group(1)), " avx512f" in text), "")
     return f"{maker.group(1)} {family.group(1)}" + (f" ({known})" if known else "")
 
 

@@ -14,7 +14,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import Any, Final, NoReturn
 
-from clrt.base import errors, hush, inputs, interrupts, room
+from clrt.base import collector, errors, hush, inputs, interrupts, room
 from clrt.base.errors import ClrtError, ClrtWarning, exhausted
 from clrt.cli import terminal
 from clrt.cli.terminal import FAULT, say
@@ -33,14 +33,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         interrupts.saved.clear()
         try:
             interrupts.catching()
-            from clrt.cli.options import read
+            with collector.beginning():
+                from clrt.cli.options import read
 
-            options = read(arguments)
-            command = options.command
+                options = read(arguments)
+                command = options.command
             errors.has_limit = hasattr(options, "limit")
             room.check_room()
             terminal.tell_more(options.verbose)
-            code: int = import_module(f"clrt.cli.{command.replace('-', '_')}").run(options)
+            with collector.beginning():
+                run = import_module(f"clrt.cli.{command.replace('-', '_')}").run
+            code: int = run(options)
         except ClrtError as error:
             code = say(f"error: {error}", FAULT)
         except (MemoryError, OSError, RuntimeError, ImportError) as error:

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import argparse
 import sys
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
-from clrt.base.errors import ClrtError, LimitError
+from clrt.base.errors import ClrtError
 from clrt.cli.outputs import check_apart
 from clrt.cli.source import read, scene_path
 from clrt.cli.terminal import console, marked
 
 if TYPE_CHECKING:
-    from clrt.engine.tracer import Tracer
     from clrt.raytree.tree import Ray, RayTree
 
-Size = tuple[int | None, int | None, int | None, int | None]  # width, height, spp, max_depth
 _ENDLESS: Final = 1 << 16
-_MOST_FEELERS: Final = 100_000  # a tree of so many takes a gigabyte as a page, and says nothing to a reader
 
 
 def run(options: argparse.Namespace) -> int:
@@ -38,9 +34,8 @@ def run(options: argparse.Namespace) -> int:
     scene = with_values(read(file, limits), options.set)
     check_apart(outputs, {})
     settings = clrt.Settings(threads=options.threads, limits=limits)
-    picture: Size = options.width, options.height, options.spp, options.max_depth
+    picture = options.width, options.height, options.spp, options.max_depth
     with clrt.Tracer(scene, options.device, settings) as tracer:
-        _check_feelers(tracer, (options.x, options.y), picture)
         tree = tracer.explain(options.x, options.y, *picture)
     for name in options.output:
         tree.save(name)
@@ -55,17 +50,6 @@ def run(options: argparse.Namespace) -> int:
 
         print(f"{', '.join(options.output)}: {title(tree)}; {summary(tree)}")
     return 0
-
-
-def _check_feelers(tracer: Tracer, place: tuple[int, int], picture: Size) -> None:
-    """LimitError where a pixel sends more feelers than can be shown: counted by rendering it alone."""
-    count = 0
-    with suppress(ClrtError):  # what is wrong with the pixel is told by who explains it
-        count = int(tracer.render(*picture, crop=(*place, 1, 1)).stats["rays"]["feelers"])
-    if count > _MOST_FEELERS:
-        most = f"at most {_MOST_FEELERS} are shown"
-        advice = "lower samples of lights, ambient_samples, spp or max_depth"
-        raise LimitError(f"explain: the pixel sends {count} shadow feelers; {most}; {advice}")
 
 
 def shown(tree: RayTree, least: float) -> Any:

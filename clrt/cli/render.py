@@ -150,7 +150,8 @@ def render(file: Path, options: argparse.Namespace, layers: tuple[str, ...] = ()
     settings = clrt.Settings(threads=options.threads, limits=limits, check=getattr(options, "check", False))
     quiet = getattr(options, "quiet", False)
     with cluster(options, settings) as (workers, settings), progress(stem(file), quiet) as report:
-        opened = options.device if workers else _ahead(scene, options.device, settings)
+        output = getattr(options, "output", "")
+        opened = options.device if workers else _ahead(scene, options.device, settings, output)
         return clrt.render(
             scene,
             width=options.width,
@@ -176,7 +177,7 @@ def _read(file: Path, options: argparse.Namespace) -> Scene:
     return known or with_values(read(file, Limits(**dict(options.limit))), options.set)
 
 
-def _ahead(scene: Scene, device: str | None, settings: Settings) -> Any:
+def _ahead(scene: Scene, device: str | None, settings: Settings, output: str) -> Any:
     """The device, opened for a scene; what renders and saves is imported while it reads its kernels.
 
     `device` itself where it cannot be opened: the render does it again, and tells what is wrong. Errors of
@@ -184,14 +185,17 @@ def _ahead(scene: Scene, device: str | None, settings: Settings) -> Any:
     """
     from clrt.device.ahead import building
     from clrt.device.driver import Driver
+    from clrt.engine.needed import needed
     from clrt.flatten.flatten import flatten_ahead
+    from clrt.images.file import load_colours
 
     flat = flatten_ahead(scene)
     with suppress(ClrtError, MemoryError):
         driver = Driver(device, settings, None)
-        with building(driver, flat.ray_format):
-            for name in ("clrt.cluster.pictures", "OpenImageIO"):
-                import_module(name)
+        with building(driver, flat.ray_format, needed(flat)):
+            import_module("clrt.cluster.pictures")
+            if not _holds_layers(output):
+                load_colours()
         return import_module("clrt.device.device").Device(driver, ray_format=flat.ray_format)
     return device
 

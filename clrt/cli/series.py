@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from clrt.base.errors import ClrtError
 from clrt.cli import interrupted
@@ -21,10 +21,6 @@ if TYPE_CHECKING:
 Values = dict[str, Any]
 Series = Callable[["Scene", argparse.Namespace], tuple["Scene", list[Values]]]
 """From a scene and the options: the scene that all pictures start from, and what changes for each."""
-_PLACES: Final = {
-    "width": "camera.width", "height": "camera.height", "spp": "camera.spp", "max_depth": "max_depth",
-}  # fmt: skip
-"""Options that stand in the place of something in the scene."""
 
 
 def render_series(options: argparse.Namespace, file: Path, values_of: Series) -> int:
@@ -42,12 +38,13 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     from clrt.cli.manifest import Manifest
     from clrt.cli.outputs import check_apart
     from clrt.cli.progress import progress
+    from clrt.engine.sweep import check_once
     from clrt.images.naming import frame_name
     from clrt.images.video import SUFFIXES
 
     limits = clrt.Limits(**dict(options.limit))
     scene, series = values_of(read(file, limits), options)
-    check_once(options, series)
+    check_once({place for values in series for place in values}, vars(options), _said)
     film = Path(options.output).suffix.lower() in SUFFIXES
     names = [options.output] if film else [frame_name(options.output, i, v) for i, v in enumerate(series)]
     if len(set(names)) < (1 if film else len(series)):
@@ -128,12 +125,9 @@ def _to_video(frames: Frames, options: argparse.Namespace, known: Manifest) -> N
             known.note(index, image.hash, None, image.stats["traced"])
 
 
-def check_once(options: argparse.Namespace, series: list[Values]) -> None:
-    """ClrtError where an option is in the place of values that change from picture to picture."""
-    for name, place in _PLACES.items():
-        if getattr(options, name) is not None and any(place in values for values in series):
-            said = f"--{name.replace('_', '-')}: all pictures would have {getattr(options, name)}"
-            raise ClrtError(f"{said}, whatever --set {place} says; give one of the two")
+def _said(name: str, place: str) -> tuple[str, str]:
+    """An option, and the values for a place in the scene."""
+    return f"--{name.replace('_', '-')}", f"--set {place}"
 
 
 def check_fps(fps: float) -> None:

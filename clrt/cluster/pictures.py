@@ -31,7 +31,7 @@ from clrt.engine.picture import Picture
 from clrt.engine.provenance import metadata, stats, wavelengths
 from clrt.engine.queues import tile_rays
 from clrt.engine.request import Request
-from clrt.engine.sweep import Values, checked, combinations
+from clrt.engine.sweep import Values, check_once, checked, combinations
 from clrt.engine.tiles import tiles
 from clrt.engine.tracer import ON_DEVICE, Progress, Tracer
 from clrt.engine.wavefront import RayCounts
@@ -99,8 +99,9 @@ def sweep(
     Gives (values, Image) one after the other, the last place changing fastest. Places are those of
     `Scene.replace`, and `"camera"` takes whole cameras. picture: as for `Tracer.render` (`width`, `spp`,
     `layers`, ...). All is looked at before the first picture: SceneError names the place of a value that is
-    wrong, ClrtError another argument. One Tracer does all, so that what does not change is done once; or the
-    workers of `executor`, as for `render`, several pictures at a time.
+    wrong, ClrtError another argument, and one that would go before values of the same thing. One Tracer does
+    all, so that what does not change is done once; or the workers of `executor`, as for `render`, several
+    pictures at a time.
     """
     base = as_scene(scene, arguments.optional_instance("settings", settings, Settings).limits)
     found = checked(base, changes)
@@ -108,6 +109,7 @@ def sweep(
         raise ClrtError("checkpoint: it keeps one picture; a sweep has many")
     progress = arguments.function("progress", picture.pop("progress", None))
     known_keys(picture, [*(field.name for field in fields(Request)), "progress"], At("sweep"))
+    check_once(found, picture, lambda name, place: (name, f"changes[{place!r}]"))
     asked, first = Request(**picture), edited(base, next(combinations(found)))
     if executor is not None:
         remote = Remote(executor, device, settings)

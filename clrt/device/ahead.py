@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import ctypes
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 from clrt.base import handlers, interrupts
+from clrt.base.collector import beginning
 from clrt.base.elsewhere import own_stack, relative, within
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
@@ -33,13 +34,15 @@ def loading() -> Iterator[None]:
     first (`clrt.device.trial`).
     """
     if not interrupts.running() or relative(*vendors.PLACES) or trial.circumstances():
-        yield
+        with beginning():
+            yield
         return
     with suppress(ClrtError, OSError):
         kernelcache.prepare()  # PoCL looks at its folder once, now
-    import_module("clrt.device.opencl")  # a loader in pyopencl's wheels ends a process that has not
-    with within(PACKAGE), _beside(_load):
-        yield
+    with beginning():
+        import_module("clrt.device.opencl")  # a loader in pyopencl's wheels ends a process that has not
+        with within(PACKAGE), _beside(_load):
+            yield
 
 
 def _load() -> None:
@@ -51,15 +54,21 @@ def _load() -> None:
 
 
 @contextmanager
-def building(driver: Driver, ray_format: layout.RayFormat) -> Iterator[None]:
-    """Let a program that was compiled before be read back while the block is run."""
+def building(driver: Driver, ray_format: layout.RayFormat, needed: Mapping[str, bool]) -> Iterator[None]:
+    """Let a program that was compiled before be read back while the block is run.
+
+    Where it was not, a process beside this one will compile some of the kernels that are `needed`
+    (`clrt.device.beside`), once there is the program.
+    """
 
     def build() -> None:
         kernels = driver.kernels(ray_format)
         if driver.is_compiled(kernels.source):
             _ = kernels.program
+        else:
+            kernels.needed = needed
 
-    with _beside(build):
+    with beginning(), _beside(build):
         yield
 
 

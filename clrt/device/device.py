@@ -94,8 +94,8 @@ class Device:
         total = -(-items // local) * local
 
         def enqueue() -> cl.Event:
-            kernel.set_args(*arguments)
-            return cl.enqueue_nd_range_kernel(self.queue, kernel, (total,), (local,))
+            kernel.set_args(arguments)
+            return cl.enqueue_nd_range_kernel(self.queue, kernel.made, (total,), (local,))
 
         recorder = self.driver.recorder
         before = now() if recorder else 0

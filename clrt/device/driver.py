@@ -11,9 +11,9 @@ import hashlib
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache, cached_property
+from functools import cache, cached_property, partial
 from pathlib import Path
 from types import CodeType
 from typing import Any, Final
@@ -22,7 +22,7 @@ from clrt import layout
 from clrt.base.errors import DeviceError
 from clrt.base.log import log
 from clrt.base.resources import kernel_folder, kernel_text
-from clrt.device import binaries, foreign, intel, kernelcache, kernelpool, waiter
+from clrt.device import beside, binaries, foreign, intel, kernelcache, kernelpool, waiter
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, choose, command, pocl_version, starting
 from clrt.device.settings import Settings
@@ -113,16 +113,21 @@ class Driver:
             self._kernels[ray_format] = Kernels(self, ray_format, source)
         return self._kernels[ray_format]
 
-    def build(self, source: str) -> cl.Program:
-        """Compile a program as the kernels are compiled. DeviceError with the driver's log."""
+    def build(self, source: str, anew: Callable[[], None] | None = None) -> cl.Program:
+        """Compile a program as the kernels are compiled. DeviceError with the driver's log.
+
+        anew: called where nobody has compiled it before.
+        """
         begin = time.perf_counter()
-        built = self._build(source)
+        built = self._build(source, anew)
         log.info("program of %d characters ready in %.2f s", len(source), time.perf_counter() - begin)
         return built
 
-    def _build(self, source: str) -> cl.Program:
+    def _build(self, source: str, anew: Callable[[], None] | None) -> cl.Program:
         check_process()
-        with kernelcache.compiling(self._program_name(source)):
+        with kernelcache.compiling(self._program_name(source)) as known:
+            if anew and not known:
+                anew()
             given = self.given(source)
             try:
                 return _program(self.context, given)
@@ -243,7 +248,8 @@ class Kernels:
         self._driver, self.ray_format, self.source = driver, ray_format, source
         self.launched: set[tuple[str, int, bool]] = set()  # name, size of work-groups, is the grid small
         self.groups: dict[str, int] = {}  # work-items of a kernel's work-group
-        self._kernels: dict[str, cl.Kernel] = {}
+        self.needed: Mapping[str, bool] = {}  # those that are known to be needed (`clrt.device.beside`)
+        self._kernels: dict[str, kernelpool.Kernel] = {}
         self._kept = kernelpool.Kept()
         self._checked: set[tuple[str, CodeType, int]] = set()  # kernels, and lines of code that launch them
 
@@ -283,9 +289,13 @@ class Kernels:
 
     @cached_property
     def program(self) -> cl.Program:
-        return self._driver.build(self.source)
+        driver = self._driver
+        anew = partial(beside.start, driver.info.label, driver.settings, self.ray_format, self.needed)
+        # foreign ones may never end; other drivers compile all kernels with the program
+        helped = driver.foreign is None and pocl_version(driver.info)
+        return driver.build(self.source, anew if helped else None)
 
-    def kernel(self, name: str, arguments: tuple[Any, ...]) -> cl.Kernel:
+    def kernel(self, name: str, arguments: tuple[Any, ...]) -> kernelpool.Kernel:
         """A kernel object for arguments of these types, looked up once: a lookup costs more than a launch."""
         if name not in self._kernels:
             kernel = self._driver.guard(
@@ -294,5 +304,5 @@ class Kernels:
             self._kernels[name] = kernel
             most = cl.kernel_work_group_info.WORK_GROUP_SIZE
             wanted = self._driver.settings.local_size or _GROUP
-            self.groups[name] = min(wanted, kernel.get_work_group_info(most, self._driver.device))
+            self.groups[name] = min(wanted, kernel.made.get_work_group_info(most, self._driver.device))
         return self._kernels[name]

@@ -1,9 +1,9 @@
-"""The folder of compiled kernels, PoCL's and clrt's own: private, undamaged, each program by one at a time.
+"""The folder of compiled kernels, PoCL's and clrt's own: private, undamaged, each compiled by one at a time.
 
 Measured with PoCL 3.0 and 3.1: where the folder cannot be written to, the driver shows no device; where the
 disk is full, or a file in there is cut short or overwritten, it ends the process (SIGABRT, SIGBUS); and
 24 processes that compile the same kernels at once take 175 s on 2 cores, and 44 s where one does it for all.
-Kernels of different programs are compiled side by side: a file has its name when it is whole.
+Programs and kernels are compiled side by side, each by one process: a file has its name when it is whole.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from filelock import FileLock, Timeout
 from platformdirs import user_cache_dir
 
 from clrt.base import notices
 from clrt.base.errors import DeviceError
+from clrt.base.locks import FileLock, Timeout
 from clrt.base.resources import kernel_folder, kernel_text
 from clrt.base.scratch import placed
 
@@ -35,7 +35,9 @@ ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes a
 PATIENCE: Final = 60.0  # seconds that a process waits for another one that compiles
 _KEPT: Final = 30 * 24 * 3600  # seconds that kernels of other versions are kept after their last use
 _own: list[Path] = []  # the folder that `prepare` chose, not the user
+helpers: set[int] = set()  # processes that compile for this one (`clrt.device.beside`)
 _hurry: list[bool] = []  # holds something once waiting was in vain
+_COMPILING: Final = "compiling kernels"
 _SOON: Final = 0.5  # seconds of waiting that nobody need be told of
 watchers: list[Callable[[str], None]] = []  # each is told what a user waits for now, and "" when it is over
 
@@ -176,13 +178,13 @@ def whole(file: Path) -> bool:
 def lock(wait: bool = True, name: str = "clrt") -> Iterator[bool]:
     """Hold the folder alone; False where that was not to be had, without `wait` at once.
 
-    name: of the lock; another one holds one program, not the folder.
+    name: of the lock; another one holds one program or kernel, not the folder.
 
     The lock of a process that died is free; one that is stuck is passed by. Without locks (some network
     drives), or after PATIENCE seconds once, everybody goes on without.
     """
     file = Path(os.environ[VARIABLE]) / f"{name}.lock"
-    held, holder = FileLock(file), file.with_name(f"{name}.lock.holder")
+    held, holder = FileLock(file), Path(f"{file}.holder")
     got = False
     with suppress(OSError):
         if not stat.S_ISREG(file.lstat().st_mode):  # it would keep everybody from it, and damage in its place
@@ -205,7 +207,7 @@ def _acquired(held: FileLock, patience: float, holder: Path) -> bool:
     except Timeout:
         if not patience:
             return False
-    with waiting(f"waiting for {_holder(holder)}, which compiles kernels"):
+    with waiting(_reason(holder)):
         try:
             held.acquire(timeout=max(patience - _SOON, 0.0))
             return True
@@ -242,12 +244,21 @@ def contents(file: Path, most: int = 1 << 20) -> bytes:
         return opened.read(most)
 
 
-def _holder(holder: Path) -> str:
+def _reason(holder: Path) -> str:
+    """What goes on while a lock is waited for."""
+    number = _holder(holder)
+    if number in helpers:
+        return _COMPILING
+    return f"waiting for {f'process {number}' if number else 'another process'}, which compiles kernels"
+
+
+def _holder(holder: Path) -> int:
+    """The number of the process that holds a lock; 0 where that is not known."""
     with suppress(OSError):
         text = contents(holder, 20).decode(errors="replace").strip()
-        if text.isdecimal():
-            return f"process {text}"
-    return "another process"
+        if text.isascii() and text.isdecimal():
+            return int(text)
+    return 0
 
 
 def was_compiled(what: str) -> bool:
@@ -264,19 +275,20 @@ def compiling(program: str, *sizes: object) -> Iterator[bool]:
     """Around a build, or a launch for which the driver may compile first: whether that has been done before.
 
     The first process does it alone, so that the others find it in the folder. sizes: of a launch, with its
-    kernel's name. One process at a time compiles something of a program.
+    kernel's name.
     """
     what = "-".join(map(str, (program, *sizes)))
     done = _mark(what)
     if done.exists():
         yield True
         return
-    with lock(name=program):
+    with suppress(OSError):  # only time is lost
+        done.parent.mkdir(exist_ok=True)
+    with lock(name=f"{done.parent.name}/{what}"):
         known = done.exists()
-        with nullcontext() if known else waiting("compiling kernels"):
+        with nullcontext() if known else waiting(_COMPILING):
             yield known
-        with suppress(OSError):  # only time is lost
-            done.parent.mkdir(exist_ok=True)
+        with suppress(OSError):
             done.touch()
 
 

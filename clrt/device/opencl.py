@@ -10,8 +10,31 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from clrt.base import interrupts
 
 _VARIABLE = "PYOPENCL_NO_CACHE"  # read once, when pyopencl is imported
+
+
+@contextmanager
+def _without_attrs() -> Iterator[None]:
+    """Let pytools do without attrs, where that is not loaded yet: it takes 10 ms, for keys of those caches.
+
+    In a program of another pytools may be asked for such keys.
+    """
+    modules: dict[str, Any] = sys.modules
+    hidden = interrupts.running() and "attrs" not in modules
+    if hidden:
+        modules["attrs"] = None  # what is imported as this is not there
+    try:
+        yield
+    finally:
+        if hidden:
+            del modules["attrs"]
+
 
 if "pyopencl" in sys.modules:
     import pyopencl as cl
@@ -21,7 +44,8 @@ else:
     _given = os.environ.get(_VARIABLE)
     os.environ[_VARIABLE] = "1"
     try:
-        import pyopencl as cl
+        with _without_attrs():
+            import pyopencl as cl
     finally:
         if _given is None:
             del os.environ[_VARIABLE]

@@ -6,11 +6,13 @@ By the same passes as the picture's, run again with one term, or in the same wor
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 
 from clrt import layout
+from clrt.base.errors import LimitError
 from clrt.device.device import Device
 from clrt.engine import passes
 from clrt.engine.batch import Batch
@@ -19,6 +21,7 @@ from clrt.engine.queues import Queue, QueueHits
 from clrt.engine.world import World
 from clrt.raytree.tree import Crossing
 
+MOST_FEELERS: Final = 100_000  # of a pixel: each is kept with what it meets, in kilobytes
 _DIRECT: Final = layout.TERMS["TERM_DIFFUSE"] | layout.TERMS["TERM_HIGHLIGHT"]
 
 
@@ -35,6 +38,17 @@ class LitBy:
     feelers: dict[str, np.ndarray] | None
     met: list[tuple[Crossing, ...]]
 
+    def of(self, ray: int) -> list[int]:
+        """The numbers of a ray's feelers."""
+        return self._owned.get(ray, [])
+
+    @cached_property
+    def _owned(self) -> dict[int, list[int]]:
+        owned: dict[int, list[int]] = {}
+        for number, owner in enumerate([] if self.feelers is None else self.feelers["owner"].tolist()):
+            owned.setdefault(owner, []).append(number)
+        return owned
+
 
 def by_term(device: Device, world: World, queue: Queue, hits: QueueHits, last: bool, name: str) -> np.ndarray:
     """What a term that needs no feeler brings, weighted: (bands, n) float32. Rays that miss have none."""
@@ -43,9 +57,12 @@ def by_term(device: Device, world: World, queue: Queue, hits: QueueHits, last: b
 
 
 def by_light(
-    device: Device, alone: World, number: int, queue: Queue, hits: QueueHits, last: bool
+    device: Device, alone: World, number: int, queue: Queue, hits: QueueHits, last: bool, before: int
 ) -> LitBy:
-    """What the light of this number brings, in a world where it is alone."""
+    """What the light of this number brings, in a world where it is alone.
+
+    before: feelers of the pixel so far. LimitError where there are more than MOST_FEELERS with these.
+    """
     found = []
     feelers = None
     for term in (layout.TERMS["TERM_DIFFUSE"], layout.TERMS["TERM_HIGHLIGHT"], _DIRECT):
@@ -55,6 +72,9 @@ def by_light(
         found.append(lit.decoded(queue)["local"])
     assert feelers is not None
     diffuse, highlight, brings = found
+    if before + feelers.n > MOST_FEELERS:
+        advice = "lower samples of lights, ambient_samples, spp or max_depth"
+        raise LimitError(f"explain: the pixel sends more than {MOST_FEELERS} shadow feelers; {advice}")
     if not feelers.n:
         return LitBy(diffuse, highlight, brings, None, [])
     words = feelers.decoded(queue)

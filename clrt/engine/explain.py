@@ -137,8 +137,8 @@ def _media(seen: Seen, i: int, hit: Hit | None, flat: FlatScene) -> tuple[tuple[
 
 
 def _light(number: int, lit: LitBy, i: int, bands: slice) -> LightShare:
-    words = lit.feelers or {"owner": np.zeros(0)}
-    feelers = tuple(_feeler(lit, words, k, bands) for k in np.flatnonzero(words["owner"] == i).tolist())
+    words = lit.feelers or {}
+    feelers = tuple(_feeler(lit, words, k, bands) for k in lit.of(i))
     return LightShare(
         number, feelers, *(_numbers(values[bands, i]) for values in (lit.diffuse, lit.highlight, lit.brings))
     )

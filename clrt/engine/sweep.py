@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from itertools import product
 from typing import Any, Final
@@ -18,6 +18,10 @@ from clrt.scene.scene import Scene, edited
 
 Values = dict[str, Any]
 PICTURES: Final = 100_000  # of a sweep: all values are looked at before the first
+_INSTEAD: Final = {
+    "width": "camera.width", "height": "camera.height", "spp": "camera.spp", "max_depth": "max_depth",
+    "camera": "camera",
+}  # fmt: skip
 FEW: Final = 500  # up to so many pictures all are looked at, and not only each value
 
 
@@ -41,6 +45,21 @@ def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
         check_samples(one)
         depth_of(one, None, one.limits)
     return found
+
+
+def check_once(
+    places: Iterable[str], given: Mapping[str, Any], said: Callable[[str, str], tuple[str, str]]
+) -> None:
+    """ClrtError where what is given for all pictures goes before values of these places.
+
+    said: how the user has written an argument, and values for a place.
+    """
+    for name, instead in _INSTEAD.items():
+        place = next((place for place in places if f"{place}.".startswith(f"{instead}.")), None)
+        if place is not None and given.get(name) is not None:
+            argument, values = said(name, place)
+            text = f"{argument}: it would hold for all pictures, whatever {values} says; give one of the two"
+            raise ClrtError(text)
 
 
 def combinations(changes: Mapping[str, Sequence[Any]]) -> Iterator[Values]:

@@ -9,7 +9,7 @@ from contextlib import nullcontext
 from copy import copy
 from functools import wraps
 from pathlib import Path
-from typing import Any, Final, NoReturn, TypeVar
+from typing import TYPE_CHECKING, Any, Final, NoReturn, TypeVar
 
 import numpy as np
 
@@ -24,14 +24,12 @@ from clrt.engine.answers import Crossings, Hits, check_fields
 from clrt.engine.batch import Batch
 from clrt.engine.checkpoint import Checkpoint
 from clrt.engine.coverage import manifests
-from clrt.engine.explain import explain
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture
 from clrt.engine.provenance import metadata, stats, wavelengths
 from clrt.engine.queues import picture_tile, tile_rays
 from clrt.engine.rayinput import LIGHT_BYTES, ray_chunks
 from clrt.engine.request import Request, camera_of
-from clrt.engine.shown import shown
 from clrt.engine.tiles import tiles
 from clrt.engine.wavefront import RayCounts
 from clrt.engine.world import World
@@ -40,9 +38,11 @@ from clrt.flatten.work import check_limits, depth_of
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.layout import ceilings
-from clrt.raytree.tree import RayTree
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Document, Scene, previewed
+
+if TYPE_CHECKING:
+    from clrt.raytree.tree import RayTree
 
 # fields of a scene that say nothing of what is on the device
 _ASIDE = ("version", "camera", "max_depth", "adaptive")
@@ -205,6 +205,8 @@ class Tracer:
 
     def _repr_html_(self) -> str:
         """What notebooks show: a small picture, what is in the scene, and where it is computed."""
+        from clrt.engine.shown import shown
+
         return shown(self)
 
     def _repr_mimebundle_(self, include: Any = None, exclude: Any = None) -> dict[str, Any]:
@@ -348,8 +350,11 @@ class Tracer:
         """All rays of one pixel, x to the right and y down from 0, and what each brings to it: a `RayTree`.
 
         The other arguments are as for `render`. Raises what it does, ClrtError for a pixel outside of the
-        picture, and LimitError for a pixel of more than 50 000 rays, or a scene of more than 1000 lights.
+        picture, and LimitError for a pixel of more than 50 000 rays or 100 000 shadow feelers, or a scene of
+        more than 1000 lights.
         """
+        from clrt.engine.explain import explain
+
         asked = Request(width, height, spp, max_depth, (), None, camera)
         task, full, _ = asked.job(self.scene, self.flat, self.settings)
         place = arguments.whole("x", x, 0, full[0] - 1), arguments.whole("y", y, 0, full[1] - 1)

@@ -53,7 +53,7 @@ class Watcher:
     def __init__(self, device: Device, world: World, depth: int) -> None:
         self._device, self._world, self._depth = device, world, depth
         self._alone = [world.lit_by(device, number) for number in range(len(world.flat.lights))]
-        self._count = 0
+        self._count = self._feelers = 0
         self.generations: list[list[Seen]] = []
         self.weights: list[float] = []  # of the samples, where there is a filter
 
@@ -96,9 +96,10 @@ class Watcher:
         where = self._device, self._world, seen.queue, seen.met, seen.generation == self._depth
         seen.emission, seen.ambient = by_term(*where, "emission"), by_term(*where, "ambient")
         if (spawn & layout.SPAWN["SPAWN_FEELERS"]).any():
-            seen.lights = [
-                by_light(where[0], alone, number, *where[2:]) for number, alone in enumerate(self._alone)
-            ]
+            for number, alone in enumerate(self._alone):
+                lit = by_light(where[0], alone, number, *where[2:], self._feelers)
+                self._feelers += len(lit.met)
+                seen.lights.append(lit)
 
 
 def parents_of(child: Queue, before: list[Seen], ambient_samples: int) -> list[tuple[int, int]]:

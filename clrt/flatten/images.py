@@ -13,7 +13,6 @@ from clrt.base.files import version
 from clrt.base.places import At
 from clrt.images.levels import halved, level_sizes
 from clrt.images.texture import Role, finished, read_plain, texture_bytes
-from clrt.meshfiles.pictures import PictureFiles
 from clrt.scene.scene import ImageTexture, Material, NormalMap, Placement, Scene
 from clrt.scene.textures import picture_path
 from clrt.spectra.bands import Bands, reflectance
@@ -124,6 +123,8 @@ def _with_levels(textures: np.ndarray, levels: list[bool]) -> np.ndarray:
 
 def _read(sources: tuple[Source, ...], levels: tuple[bool, ...], scene: Scene) -> Pictures:
     """The pictures, whose sizes are checked together before one is read."""
+    from clrt.meshfiles.pictures import PictureFiles  # knows all files of models; most scenes have none
+
     limits, files = scene.limits, PictureFiles(scene.limits)
     alike: dict[tuple[Any, ...], list[int]] = {}  # what differs in its tint alone is read once
     for number, (path, role, encoding, part, _) in enumerate(sources):

@@ -5,9 +5,10 @@ from __future__ import annotations
 import inspect
 import os
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from types import NoneType
-from typing import Any
+from typing import Any, Final
 
 from clrt.base import arguments
 from clrt.base.errors import SceneError, fault, located, show
@@ -16,28 +17,28 @@ from clrt.base.limits import Limits
 from clrt.base.notices import bounded
 from clrt.base.places import listed
 from clrt.base.suggest import did_you_mean
-from clrt.formats import mesh, mitsuba, native, nff, thesis
-from clrt.meshfiles.file import MESH_SUFFIXES
+from clrt.meshfiles import SUFFIXES
 from clrt.scene.scene import Scene, read_scene
 
-LOADERS: dict[str, Callable[..., Scene]] = {
-    ".toml": native.load,
-    ".json": native.load,
-    ".nff": nff.load,
-    ".txt": thesis.load,
-    ".xml": mitsuba.load,
-    **dict.fromkeys(MESH_SUFFIXES, mesh.load),
+READERS: Final = {
+    ".toml": "native",
+    ".json": "native",
+    ".nff": "nff",
+    ".txt": "thesis",
+    ".xml": "mitsuba",
+    **dict.fromkeys(SUFFIXES, "mesh"),
 }
-"""By suffix: functions of (path, limits, **options)."""
+"""By suffix: the module whose `load` is a function of (path, limits, **options); imported when needed."""
 
 
 def load_file(path: Path, limits: Limits, **options: Any) -> Scene:
     """The scene in a file, read as its suffix says. Raises `SceneError` and `LimitError`."""
-    loader = LOADERS.get(path.suffix.lower())
-    if loader is None:
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
         what = "this is a folder" if os.path.isdir(path) else f"the suffix {show(path.suffix)} is not known"
-        text = f"{what}; scenes are {listed(LOADERS)} files"
+        text = f"{what}; scenes are {listed(READERS)} files"
         raise SceneError(located(str(path), "", text))
+    loader: Callable[..., Scene] = import_module(f"clrt.formats.{reader}").load
     known = [name for name in inspect.signature(loader).parameters if name not in ("path", "limits")]
     for name, value in options.items():
         if name not in known:

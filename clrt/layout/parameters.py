@@ -10,8 +10,9 @@ import numpy as np
 
 from clrt import layout
 
-_MACRO: Final = re.compile(r"^#define (\w+_PARAMETERS) ((?:.*\\\n)*.*)$", re.MULTILINE)
-_KERNEL: Final = re.compile(r"^__kernel void (\w+)\(([^)]*)\)", re.MULTILINE)
+# with \n in place of ^, which is looked for letter by letter, they take a tenth
+_MACRO: Final = re.compile(r"\n#define (\w+_PARAMETERS) ((?:.*\\\n)*.*)")
+_KERNEL: Final = re.compile(r"\n__kernel void (\w+)\(([^)]*)\)")
 _NUMBERS: Final = {"float": np.float32, "int": np.int32, "uint": np.uint32}
 _ELEMENTS: Final = {"float32": "float", "int32": "int", "uint32": "uint", "uint64": "ulong", "uint8": "uchar"}
 Kind = Any  # of an argument: the type of a number, or the name of the type of a buffer's elements
@@ -55,6 +56,7 @@ def used(source: str, kernel: str) -> frozenset[int]:
     return frozenset(number for number, (name, _) in enumerate(signatures(source)[kernel]) if name in names)
 
 
+@cache  # groups are in many kernels
 def _parameter(text: str) -> tuple[str, Kind]:
     *words, name = re.findall(r"\w+", text)
     kind = next(word for word in words if word not in ("__global", "const"))

@@ -1,1 +1,5 @@
-"""Mesh files of other programs: OBJ, PLY, STL and glTF."""
+"""Mesh files of other programs: OBJ, PLY, STL and glTF. What reads them is imported when there is one."""
+
+from typing import Final
+
+SUFFIXES: Final = (".obj", ".ply", ".glb", ".gltf", ".stl")

@@ -24,6 +24,7 @@ from clrt.base.install import pip_install
 from clrt.base.limits import Limits
 from clrt.base.places import At, PlacedError
 from clrt.base.room import check_date
+from clrt.meshfiles import SUFFIXES
 from clrt.meshfiles.embedded import itself_of
 from clrt.meshfiles.gltf import read_gltf
 from clrt.meshfiles.gltf_document import BrokenMesh
@@ -37,7 +38,6 @@ from clrt.meshfiles.ply import PlyColors, plain_ply, textures
 from clrt.meshfiles.stl import plain_stl
 from clrt.meshfiles.vertex_colors import spread
 
-MESH_SUFFIXES = (".obj", ".ply", ".glb", ".gltf", ".stl")
 _MOST_GROUPS = 64  # for which trimesh's time, groups x vertices or groups squared, is of no account
 # \s: each empty line anew
 _MATERIALS = re.compile(rb'(?:^|\r|^\xef\xbb\xbf)[ \t]*usemtl\b|"materials"\s*:', re.MULTILINE)
@@ -92,8 +92,8 @@ def read_mesh_file(
 
 def mesh_bytes(path: Path, at: At, limits: Limits) -> bytes:
     """What is in a file whose suffix is a mesh file's."""
-    if path.suffix.lower() not in MESH_SUFFIXES:
-        raise at.error(path.name, f"a mesh file must end in one of {', '.join(MESH_SUFFIXES)}")
+    if path.suffix.lower() not in SUFFIXES:
+        raise at.error(path.name, f"a mesh file must end in one of {', '.join(SUFFIXES)}")
     return read_bytes(path, limits)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import numpy as np
@@ -18,11 +18,12 @@ from clrt.base.limits import Limits
 from clrt.base.notices import warn
 from clrt.base.places import At, known_keys
 from clrt.base.records import read
-from clrt.meshfiles.file import read_mesh_file
-from clrt.meshfiles.outlines import Outlines
-from clrt.meshfiles.parts import Arrays, Placed, vertex_normals
 from clrt.scene.mesh_arrays import FEW, check_flat, read_arrays
 from clrt.scene.shapes import FiniteShape
+
+if TYPE_CHECKING:  # most scenes have no file of a mesh, and need not wait for what reads one
+    from clrt.meshfiles.outlines import Outlines
+    from clrt.meshfiles.parts import Arrays, Placed
 
 Points = Annotated[
     np.ndarray,
@@ -201,6 +202,8 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
             return mesh
         sizes = others.vertices, others.primitives
         times = max(others.named[key], 1)
+        from clrt.meshfiles.file import read_mesh_file
+
         found = read_mesh_file(path, place, limits, mesh.smooth, *sizes, mesh.part, others.opened, times)
         _keep(mesh, path, found, place)
         others.files[key] = path, mesh.__dict__["_data"]
@@ -215,6 +218,8 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
     vertices, faces = checked["vertices"], checked["faces"]
     normals = None if mesh.smooth is False else checked.get("normals")
     if normals is None and mesh.smooth:
+        from clrt.meshfiles.parts import vertex_normals
+
         normals = vertex_normals(vertices, faces if isinstance(faces, np.ndarray) else _fan(faces))
         normals.flags.writeable = False
     if normals is None:
@@ -231,6 +236,8 @@ def _without_concave(vertices: np.ndarray, faces: tuple[np.ndarray, ...], at: At
 
     What shows a picture is made of fans, so these would reach beyond the face.
     """
+    from clrt.meshfiles.outlines import Outlines
+
     outlines = Outlines()
     if len(faces) <= FEW:
         found = [outlines.few(vertices, face) for face in faces]

@@ -27,6 +27,7 @@ from clrt.layout import RayFormat
 HEAVY = "numpy|pyopencl|OpenImageIO|msgspec|rich|concurrent"
 UNASKED = (  # by a render to a .png from a file of a scene, without a terminal
     "numpy.ma|difflib|rich|trimesh|scipy|matplotlib|mitsuba|dask|distributed|http|asyncio|unittest"
+    "|clrt.meshfiles.file|clrt.formats.mesh|clrt.formats.mitsuba|clrt.formats.nff|clrt.raytree|clrt.engine.explain"
     "|multiprocessing|clrt.view|clrt.diagnosis|clrt.bench|clrt.judging|clrt.exercises|validation"
 )
 SCENE = """
@@ -109,10 +110,10 @@ def test_drivers_load_in_a_folder_of_ours_while_the_block_runs(
 
 def test_only_what_was_compiled_is_read_back(monkeypatch: pytest.MonkeyPatch) -> None:
     driver, built = Driver(None, Settings(), None), []
-    monkeypatch.setattr(driver, "build", built.append)
+    monkeypatch.setattr(driver, "build", lambda source, anew: built.append(source))
     for known in False, True:
         monkeypatch.setattr(driver, "is_compiled", lambda source, known=known: known)
-        with ahead.building(driver, RayFormat(bands=5)):
+        with ahead.building(driver, RayFormat(bands=5), {}):
             pass
         assert len(built) == known
 

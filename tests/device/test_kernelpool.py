@@ -31,7 +31,7 @@ def test_one_picture_after_the_other_compiles_no_more_python() -> None:
     for _ in range(20):
         assert clrt.render(scene).hash == first
         gc.collect()
-    assert len(linecache.cache) - before < 20, "a picture takes 16 kernels, two pieces of code each"
+    assert len(linecache.cache) - before < 20, "a picture takes 16 kernels, each a piece of code"
 
 
 def test_tracers_that_live_at_once_share_no_kernel_object() -> None:

@@ -9,10 +9,10 @@ import signal
 import subprocess
 import sys
 import threading
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-import filelock
 import numpy as np
 import pytest
 
@@ -191,14 +191,17 @@ def test_a_stuck_process_is_passed_by(tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(kernelcache, "PATIENCE", 0.3)
     monkeypatch.setattr(kernelcache, "_hurry", [])
     patience: list[float] = []
-    acquire = filelock.FileLock.acquire
+    acquire = kernelcache.FileLock.acquire
 
-    def acquired(self: filelock.BaseFileLock, timeout: float) -> object:
+    def acquired(self: kernelcache.FileLock, timeout: float) -> None:
         patience.append(timeout)
-        return acquire(self, timeout)
+        acquire(self, timeout)
 
-    with filelock.FileLock(tmp_path / "clrt.lock"):
-        monkeypatch.setattr(filelock.FileLock, "acquire", acquired)
+    held = kernelcache.FileLock(tmp_path / "clrt.lock")
+    held.acquire(0)
+    with ExitStack() as stack:
+        stack.callback(held.release)
+        monkeypatch.setattr(kernelcache.FileLock, "acquire", acquired)
         for _ in range(3):
             with kernelcache.lock() as alone:
                 assert not alone

@@ -83,6 +83,23 @@ def test_wrong_pictures_are_told_before_the_first(
         clrt.sweep(scene, {"camera.fov": [20, 30]}, executor=executor, **picture)
 
 
+@pytest.mark.parametrize(
+    ("place", "values", "given"),
+    [
+        ("max_depth", [0, 1], {"max_depth": 2}),
+        ("camera.width", [8, 9], {"width": 8}),
+        ("camera.spp", [1, 4], {"spp": 4}),
+        ("camera.fov", [20, 30], {"camera": {"origin": [0, 2, 5], "target": [0, 0, 0]}}),
+    ],
+)
+def test_an_argument_in_the_place_of_values_is_refused(
+    place: str, values: list[Any], given: dict[str, Any], scene: clrt.Scene
+) -> None:
+    said = f"{next(iter(given))}: it would hold for all pictures, whatever changes['{place}'] says"
+    with pytest.raises(clrt.ClrtError, match=re.escape(said)):
+        clrt.sweep(scene, {place: values}, **given)
+
+
 def test_what_a_sweep_gives_is_not_what_it_was_given(scene: clrt.Scene) -> None:
     places: list[list[float]] = [[0, 2, 5], [1, 2, 5]]
     fovs = [30, 40]

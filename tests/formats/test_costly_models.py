@@ -158,5 +158,5 @@ def test_a_model_is_read_once_however_it_is_named(tmp_path: Path, monkeypatch: p
     write(tmp_path, [{}, {}], [])
     monkeypatch.chdir(tmp_path)
     opened: list[object] = []
-    monkeypatch.setattr("clrt.scene.mesh.read_mesh_file", lambda *given: opened.append(given))
+    monkeypatch.setattr("clrt.meshfiles.file.read_mesh_file", lambda *given: opened.append(given))
     assert len(clrt.load("a.gltf").shapes) == 2 and not opened
