@@ -83,6 +83,8 @@ class DaskPool(Pool):
         # dask names neither an executor's client nor its keywords in public
         self.client, self._submitting = executor._client, executor
         self._workers, self._asked = 1, 0.0
+        self._bound: dict[Future[Any], str] = {}  # orders for one worker, by its address
+        self._stranded: set[Future[Any]] = set()
         self._heard = self._peopled = time.monotonic()
 
     @property
@@ -94,8 +96,9 @@ class DaskPool(Pool):
     def submit(self, order: Any, to: Worker | None = None, do: Callable[[Any], Any] = work) -> Future[Any]:
         # never `pure`: dask would answer an order that comes again with what it said before
         where: dict[str, Any] = {"pure": False}
-        if to is not None and to.address:
-            where |= {"workers": [to.address], "allow_other_workers": True}  # it may be gone by then
+        address = to.address if to is not None else ""
+        if address:
+            where |= {"workers": [address], "allow_other_workers": True}  # it may be gone by then
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # of large orders: a scene is sent once a worker
             try:
@@ -106,7 +109,16 @@ class DaskPool(Pool):
         # given back as soon as its answer has come: dask would do again what it believes to be wanted still,
         # where the worker ends on which it was
         future.add_done_callback(lambda _: held.release())
+        if address:
+            self._bound[future] = address
+            future.add_done_callback(lambda done: self._bound.pop(done, None))
         return future
+
+    def outcome(self, future: Future[Any]) -> Any:
+        if future in self._stranded:
+            self._stranded.discard(future)
+            return None
+        return super().outcome(future)
 
     def heard(self) -> None:
         self._heard = self._peopled = time.monotonic()
@@ -115,7 +127,7 @@ class DaskPool(Pool):
         now = time.monotonic()
         if self.client.status != "running":
             raise self._gone("the connection is closed")
-        if now - self._heard > min(_PING, _WORKERS) or not self._workers:
+        if now - self._heard > min(_PING, _WORKERS) or not self._workers or self._bound:
             self._ask()
             self._heard = now
         if not self._workers and now - self._peopled > _WORKERS:
@@ -133,6 +145,12 @@ class DaskPool(Pool):
         self._workers, self._asked = len(found), time.monotonic()
         if found:
             self._peopled = self._asked
+        # An order whose worker ends while there is no other waits in dask for ever, whoever comes after that.
+        for future, address in list(self._bound.items()):
+            if address not in found:
+                self._stranded.add(future)
+                if not future.cancel():  # its answer has come
+                    self._stranded.discard(future)
 
     @property
     def _name(self) -> str:

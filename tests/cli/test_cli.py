@@ -59,7 +59,7 @@ def test_every_option_reaches_the_render(scene: Path, monkeypatch: pytest.Monkey
         return clrt.Image(layer, {"direct": layer}, {"traced": 7, "device": "fake", "rays": {"camera": 7}})
 
     monkeypatch.setattr(clrt, "render", render)
-    monkeypatch.setattr("clrt.cli.render._ahead", lambda scene, device, settings: device)  # not opened
+    monkeypatch.setattr("clrt.cli.render._ahead", lambda scene, device, *_: device)  # not opened
     out, stats = scene.with_name("a.exr"), scene.with_name("a.json")
     size = ["--width", "40", "--height", "30", "--crop", "1", "2", "4", "3", "--spp", "9", "--max-depth", "6"]
     where = ["--device", "PoCL", "--threads", "1", "--layers", "direct, depth", "--stats", str(stats)]

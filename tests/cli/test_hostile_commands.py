@@ -86,12 +86,14 @@ def test_what_ends_badly_is_noticed(
 
 
 @pytest.mark.parametrize(("variable", "noticed"), [(b"POCL_WORK_GROUP_METHOD", False), (b"LANG", True)])
-def test_a_driver_answers_its_own_variables(process: ModuleType, variable: bytes, noticed: bool) -> None:
+def test_a_driver_answers_its_own_variables(
+    process: ModuleType, tmp_path: Path, variable: bytes, noticed: bool
+) -> None:
     ended = process.Ended(0, b"", b"Unknown work group generation method.\n", 0.0, 0)
     command = SimpleNamespace(
         arguments=[b"check"], environment={variable: b"x"}, stdout="pipe", stderr="pipe", outputs=[]
     )
-    found = process.judged(command, ended, {}, Path("/nowhere"))
+    found = process.judged(command, ended, {}, tmp_path / "nowhere")
     assert any("not ours" in fault for fault in found) == noticed
 
 

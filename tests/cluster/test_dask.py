@@ -149,12 +149,6 @@ def test_the_long_run_disturbs_a_worker_that_has_work(workers: Any, scene: clrt.
     assert wrong([row, {"same": True, "twice": None}, *bad]) == bad
 
 
-# A known fault (docs/cluster.md), to be mended in DaskPool.submit; not strict, since another worker may come
-# before the arrays are sent, and then all is well. Whatever else than this wait goes wrong fails the test.
-@pytest.mark.xfail(
-    raises=TimeoutError, strict=False,
-    reason="dask keeps a task that was for one worker (as arrays are sent) where no worker is left: for ever",
-)  # fmt: skip
 def test_the_only_worker_may_end_while_it_is_sent_arrays(
     mesh: clrt.Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -171,7 +165,7 @@ def test_the_only_worker_may_end_while_it_is_sent_arrays(
 
     def checked(self: Any) -> None:
         check(self)
-        if killed and time.monotonic() - killed[0] > 20:
+        if killed and time.monotonic() - killed[0] > 60:
             raise TimeoutError("nothing comes any more")
 
     monkeypatch.setattr(pool.DaskPool, "submit", submitted)
