@@ -20,11 +20,9 @@ FOLDER = Path(__file__).resolve().parent
 sys.path.insert(0, str(FOLDER.parent))
 
 from validation.reliability import kept  # noqa: E402
-from validation.reliability.program import program  # noqa: E402
 
 SIZES = (10**6, 3 * 10**6, 10**7)
 PAGE, KEPT = FOLDER / "live-scenes.md", "performance/large.json"
-MODULES = ("clrt.bench.scenes", *program("render"))
 BEGIN, END = "<!-- large -->", "<!-- end large -->"
 
 WRITE = """\
@@ -67,8 +65,8 @@ with clrt.Tracer(scene, settings=clrt.Settings(threads=1)) as tracer:
 def taken(size: int, folder: str) -> dict[str, Any]:
     """Processor seconds to load a terrain of about so many triangles and for a Tracer of it, and the peak of
     memory, with a picture of 256 x 256."""
-    for words in (WRITE, TAKE):
-        command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(FOLDER.parent)!r})\n{words}"]
+    for program in (WRITE, TAKE):
+        command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(FOLDER.parent)!r})\n{program}"]
         done = subprocess.run([*command, str(size)], cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode:
             raise RuntimeError(done.stderr)
@@ -89,7 +87,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 
 def main() -> None:
     """Measure, and write file and page."""
-    sizes, stamp = [int(word) for word in sys.argv[1:]], kept.stamp(MODULES)
+    sizes, stamp = [int(word) for word in sys.argv[1:]], kept.stamp(kept.FILES[KEPT])
     rows = []
     for size in sizes or SIZES:
         with tempfile.TemporaryDirectory() as folder:

@@ -49,6 +49,24 @@ def test_figures_of_kinds_of_processors_are_of_this_code_where_one_is(
         assert kept.stale(kept.PROCESSORS, tmp_path) == said
 
 
+def test_what_a_cluster_s_rounds_do_not_prove() -> None:
+    """They are of workers that had something to do, gave the right bits, and did nothing twice."""
+    row = {"same": True, "twice": 0, "pieces": 2}
+    rows = [{**row, "what": what} for what, least in kept.DISTURBED.items() for _ in range(least)]
+
+    def said(*of_two: dict[str, object], rest: slice = slice(None)) -> str:
+        runs = {1: [{**one, "twice": None} for one in rows], 2: [*rows[rest], *of_two], 4: rows}
+        faults = [{"workers": count, "rounds": found} for count, found in runs.items()]
+        return kept._lacking(kept.CLUSTER, {"faults": faults})
+
+    assert said() == said({**row, "what": "", "pieces": 0}) == ""
+    few = "too few kills or pauses with 2 workers"
+    assert said(rest=slice(1, None)) == said({**rows[0], "pieces": 0}, rest=slice(1, None)) == few
+    assert said({**rows[0], "same": False}) == "1 rounds with 2 workers gave other bits"
+    assert said({**rows[0], "twice": 2}) == "2 tasks were done twice with 2 workers"
+    assert kept._lacking(kept.CLUSTER, {"faults": []}) == "too few kills or pauses with 1 workers"
+
+
 def test_what_a_package_does_first_and_what_is_read_beside_are_of_the_code() -> None:
     proofs = dict(code.files(("validation.proofs",)))
     assert "aim.cl" in proofs and "validation.scenes" not in proofs
@@ -72,7 +90,7 @@ def test_a_figure_is_as_old_as_its_code(monkeypatch: pytest.MonkeyPatch, tmp_pat
     changed = tmp_path / "changed.py"
     changed.write_text("# of tomorrow\n")
     monkeypatch.setattr(code, "_above", lambda module: ())
-    monkeypatch.setattr(code, "_file", lambda module: changed)
+    monkeypatch.setattr(code, "module_file", lambda module: changed)
     code.digest.cache_clear()
     code._imports.cache_clear()
     try:

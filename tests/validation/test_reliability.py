@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import json
 import re
 import subprocess
@@ -16,11 +15,9 @@ import pytest
 from clrt.base.resources import shipped_scenes, validation_module
 from clrt.cli import main
 from clrt.device.info import DeviceInfo
-from validation.independence import is_words
 from validation.reliability import __main__ as page
 from validation.reliability import beginnings, code, drivers, intel, kept, rows, sameness
 from validation.reliability.figures import Figure
-from validation.reliability.program import program
 from validation.reliability.rows import ROWS, Row
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -163,7 +160,7 @@ def test_a_figure_is_of_the_commit_and_the_code_before_it_was_measured(
     file.write_text("x = 1")
     monkeypatch.setattr(code, "commit", lambda: state[-1])
     monkeypatch.setattr(code, "closure", lambda modules, apart: {"module"})
-    monkeypatch.setattr(code, "_file", lambda module: file)
+    monkeypatch.setattr(code, "module_file", lambda module: file)
     code.digest.cache_clear()
 
     def run(change: bool) -> dict[str, Any]:
@@ -214,10 +211,10 @@ def test_a_command_reaches_what_it_imports(words: tuple[str, ...], tmp_path: Pat
         [sys.executable, "-c", told, *words], cwd=tmp_path, capture_output=True, text=True, check=True
     )
     (line,) = (line for line in done.stdout.splitlines() if line.startswith("modules "))
-    files = {name: code._file(name) for name in line.split() if name.startswith("clrt.")}
-    imported = {name for name, file in files.items() if file and not is_words(ast.parse(file.read_bytes()))}
+    files = {name: code.module_file(name) for name in line.split() if name.startswith("clrt.")}
+    imported = {name for name, file in files.items() if file and not code.holds_words(file)}
     assert "clrt.cli.options" in imported
-    assert not imported - code.closure(program(words[0]))
+    assert not imported - code.closure(code.program(words[0]))
 
 
 def test_hostile_inputs_that_failed_are_kept_before_the_run_ends(

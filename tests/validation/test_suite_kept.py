@@ -123,11 +123,11 @@ def test_a_change_of_code_or_input_is_another_key(monkeypatch: pytest.MonkeyPatc
 @contextmanager
 def planted(module: str, folder: Path) -> Iterator[None]:
     """A module's file with a line more."""
-    real = code._file
+    real = code.module_file
     changed = folder / f"{module}.py"
     changed.write_bytes(real(module).read_bytes() + b"\n# more\n")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(code, "_file", lambda name: changed if name == module else real(name))
+        patch.setattr(code, "module_file", lambda name: changed if name == module else real(name))
         yield
 
 
@@ -232,7 +232,8 @@ def test_of_somebody_elses_program_nothing_is_kept() -> None:
 def test_what_the_code_of_a_case_reaches_is_named() -> None:
     """`clrt` is left out, since it only offers the names of its rooms: so nobody may use these."""
     reached = code.closure(["validation.suite.worker", "validation.deletion_run"], code.STATED)
-    bare = {name for name in reached if re.search(r"^\s*import clrt$", code._file(name).read_text(), re.M)}
+    texts = {name: code.module_file(name).read_text() for name in reached}
+    bare = {name for name, text in texts.items() if re.search(r"^\s*import clrt$", text, re.M)}
     assert bare == {"validation.mutants.checks"}, "of its faults nothing is left out: they have no cases"
     assert not reached & set(code.STATED) and "validation.oracle_mitsuba.worker" in reached
 
@@ -272,7 +273,9 @@ def test_a_cluster_is_disturbed_with_each_number_of_workers(tmp_path: Path) -> N
     stamp = {"code": code.digest(pages.FILES[pages.CLUSTER]), "dirty": False}
 
     def run(workers: int, kills: int = 50) -> dict[str, Any]:
-        return {"workers": workers, "rounds": [{"what": "kill"}] * kills + [{"what": "pause"}] * 20}
+        right = {"same": True, "twice": 0, "pieces": 1}
+        rounds = [{"what": "kill", **right}] * kills + [{"what": "pause", **right}] * 20
+        return {"workers": workers, "rounds": rounds}
 
     for runs, state in (([run(1), run(2), run(4)], ""), ([run(1), run(4)], "with 2 workers"),
                         ([run(1), run(2), run(4, 49)], "with 4 workers")):  # fmt: skip

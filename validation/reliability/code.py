@@ -16,10 +16,8 @@ from ..independence import is_words
 
 VALIDATION: Final = Path(__file__).resolve().parents[1]
 ROOT: Final = VALIDATION.parent
-PROGRAM: Final = tuple(f"clrt.{path.stem}" for path in sorted(PACKAGE.glob("*.py"))) + tuple(
-    f"clrt.cli.{path.stem}" for path in sorted((PACKAGE / "cli").glob("*.py"))
-)
-"""All modules of the program `clrt`, which imports each command's when it is asked for it."""
+COMMANDS: Final = tuple(sorted(path.stem for path in (PACKAGE / "cli").glob("[!_]*.py")))
+"""Modules of the program `clrt`, which imports a command's own when it is asked for it."""
 STATED: Final = (
     *(f"validation.scenes.{path.stem}" for path in sorted((VALIDATION / "scenes").glob("[!_]*.py"))),
     *(f"validation.mutants.{name}" for name in ("audit", "engine", "extent", "host", "kernels", "spectral",
@@ -40,6 +38,14 @@ DATA: Final = {
 """What modules of a package, or of that name, read beside them."""
 
 
+def program(*commands: str) -> tuple[str, ...]:
+    """Modules of `clrt COMMAND` for these commands, by the names of their modules; without any, for all."""
+    unknown = {*commands} - {*COMMANDS}
+    assert not unknown, f"no command: {', '.join(unknown)}"
+    ours = (f"clrt.cli.{name}" for name in commands or COMMANDS)
+    return "clrt.__main__", "clrt.base.display", "clrt.cli.options", *ours  # `clrt` imports the second
+
+
 @cache
 def digest(modules: tuple[str, ...], apart: tuple[str, ...] = ()) -> str:
     """SHA-256 of these modules, of what they import from here, kernels and, if used, scenes and other DATA.
@@ -54,7 +60,7 @@ def digest(modules: tuple[str, ...], apart: tuple[str, ...] = ()) -> str:
 
 def files(modules: tuple[str, ...], apart: tuple[str, ...] = ()) -> list[tuple[str, Path]]:
     """Names and files of what `digest` is of. apart: modules that are left out, and with them all scenes."""
-    found = {module: file for module in closure(modules, apart) if (file := _file(module))}
+    found = {module: file for module in closure(modules, apart) if (file := module_file(module))}
     data = [*kernel_folder().iterdir()]
     for package, (folder, pattern) in DATA.items():
         if any(module == package or module.startswith(f"{package}.") for module in found):
@@ -76,7 +82,7 @@ def closure(modules: Iterable[str], apart: Collection[str] = ()) -> set[str]:
     waiting = list(modules)
     while waiting:
         module = waiting.pop()
-        if module not in found and module not in apart and _file(module):
+        if module not in found and module not in apart and module_file(module):
             found.add(module)
             waiting += [*_imports(module), *_above(module)]
     return found
@@ -88,13 +94,18 @@ def _above(module: str) -> tuple[str, ...]:
     `clrt`, which offers names of all rooms and imports those that somebody asks for."""
     parts = module.split(".")
     names = [".".join(parts[:k]) for k in range(1, len(parts))]
-    files = {name: file for name in names if name != "clrt" and (file := _file(name))}
-    return tuple(name for name, file in files.items() if not is_words(ast.parse(file.read_bytes())))
+    files = {name: file for name in names if name != "clrt" and (file := module_file(name))}
+    return tuple(name for name, file in files.items() if not holds_words(file))
+
+
+def holds_words(file: Path) -> bool:
+    """Whether a module has nothing but a docstring."""
+    return is_words(ast.parse(file.read_bytes()))
 
 
 @cache
 def _imports(module: str) -> tuple[str, ...]:
-    file = _file(module)
+    file = module_file(module)
     assert file
     package = module if file.name == "__init__.py" else module.rpartition(".")[0]
     return tuple(_named(ast.parse(file.read_bytes()), package))
@@ -114,8 +125,8 @@ def _named(tree: ast.Module, package: str) -> Iterator[str]:
                 yield f"{base}.{alias.name}"
 
 
-def _file(module: str) -> Path | None:
-    """The file of a module of this repository."""
+def module_file(module: str) -> Path | None:
+    """The file of a module of this repository; None of others."""
     package, *parts = module.split(".")
     if package not in ("clrt", "validation"):
         return None

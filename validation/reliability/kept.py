@@ -31,9 +31,10 @@ FILES: Final[dict[str, tuple[str, ...]]] = {
     PROCESSORS: ("clrt.bench.suite",),
     "performance/scaling.json": ("clrt.bench.scaling",),
     "performance/queries.json": ("clrt.bench.suite",),
+    "performance/large.json": ("clrt.bench.scenes", *code.program("render")),
     "performance/povray.json": ("clrt.bench.frames",),
-    "performance/thesis.json": code.PROGRAM,
-    "performance/turns.json": ("clrt.bench.suite", *code.PROGRAM),
+    "performance/thesis.json": code.program("render"),
+    "performance/turns.json": ("clrt.bench.suite", *code.program("render", "bench")),
     CLUSTER: ("clrt.cluster.pictures", "clrt.cluster.connect", "clrt.cluster.calls"),
     "validation.json": ("validation.suite.run",),
     "mutants.json": ("validation.mutants.generated_run",),
@@ -86,9 +87,15 @@ def _lacking(name: str, held: dict[str, Any]) -> str:
             return f"{survived} faults survived"
         return "" if len(rows) >= FAULTS else f"of {len(rows)} faults, not {FAULTS}"
     if name == CLUSTER:
-        told = {run["workers"]: [row["what"] for row in run["rounds"]] for run in held["faults"]}
+        told = {run["workers"]: run["rounds"] for run in held["faults"]}
         for count in WORKERS:
-            if any(told.get(count, []).count(what) < least for what, least in DISTURBED.items()):
+            rows = told.get(count, [])
+            if other := sum(not row.get("same") for row in rows):
+                return f"{other} rounds with {count} workers gave other bits"
+            if again := sum(row.get("twice") or 0 for row in rows):  # None of one worker alone
+                return f"{again} tasks were done twice with {count} workers"
+            hit = [row["what"] for row in rows if row.get("pieces")]  # a worker that had something to do
+            if any(hit.count(what) < least for what, least in DISTURBED.items()):
                 return f"too few kills or pauses with {count} workers"
     return ""
 

@@ -15,7 +15,6 @@ from ..hostile import run as hostile
 from ..twin import check as twin_check
 from . import accuracy, beginnings, code, coldstarts, drivers, faults, intel, interrupts, kills, sameness
 from .figures import Figure, Tell
-from .program import program
 
 
 def _always() -> str:
@@ -89,7 +88,7 @@ ROWS: Final = (
     Row("hostile", "hostile inputs, command lines and surroundings that end in anything but a picture or one "
         f"`ClrtError`, or, until read or refused, take above {gates.SECONDS:g} s + 1 s a MB or "
         f"{gates.MEMORY >> 20} MiB + {gates.MEMORY_PER_BYTE} bytes a byte of file", 200_000, "inputs",
-        _hostile, ("validation.hostile.run", "validation.hostile.worker", *program())),
+        _hostile, ("validation.hostile.run", "validation.hostile.worker", *code.program())),
     Row("accuracy", "hits outside the error band of an analytic float64 oracle", 10**8, "rays", _accuracy,
         _here("accuracy")),
     Row("twin", "bits that differ from the float32 reference in numpy", 10**7, "rays", _twin,
@@ -101,7 +100,7 @@ ROWS: Final = (
     Row("sameness", "pictures that differ between tiles, work-groups, lanes, threads, processes and drivers",
         48, "configurations of every scene", sameness.run, _here("sameness")),
     Row("intel", "checks of `clrt selftest`, 31 small pictures among them, that fail on Intel's runtime", 20,
-        "checks", intel.run, (*_here("intel"), "validation.selftest", *program("selftest")),
+        "checks", intel.run, (*_here("intel"), "validation.selftest", *code.program("selftest")),
         intel.unable),
     Row("faults", "calls of the driver or the disk that, failing once, give a wrong error, leave a buffer or "
         "a file, or spoil the next render", 500, "calls", faults.run, _here("faults")),
@@ -109,13 +108,13 @@ ROWS: Final = (
         1000, "kills", kills.run, _here("kills")),
     Row("interrupts", f"renders that Ctrl-C does not end within {interrupts.SOON:g} s, with exit code 130, "
          "one line and no file", 100, "renders", interrupts.run,
-         (*_here("interrupts"), *program("render"))),
+         (*_here("interrupts"), *code.program("render"))),
     Row("beginnings", "commands that Ctrl-C, at a random time after clrt's first line, ends in anything but "
         "exit code 130, one line and no file", 2000, "commands", beginnings.run,
-        (*_here("beginnings"), *program(*(words[0] for words in beginnings.COMMANDS)))),
+        (*_here("beginnings"), *code.program(*(words[0] for words in beginnings.COMMANDS)))),
     Row("coldstarts", f"processes that fail where {coldstarts.TOGETHER} start at once on a cold kernel cache",
         100 * coldstarts.TOGETHER, "processes", coldstarts.run,
-        (*_here("coldstarts"), *program("hash"))),
+        (*_here("coldstarts"), *code.program("hash"))),
     Row("drivers", "scenes that PoCL 3.0 renders faster than PoCL 3.1", 4, "scenes", drivers.run,
         _here("drivers"), drivers.unable),
 )  # fmt: skip
