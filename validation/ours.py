@@ -41,7 +41,7 @@ class Shares:
     def __call__(self, stage: Stage) -> None:
         if isinstance(stage.wrote, Weights):
             self._weights = stage.wrote
-        if stage.name == "illuminate" and isinstance(stage.wrote, Shaded):
+        if stage.name == "illuminate" and isinstance(stage.wrote, Shaded) and not stage.term:
             key = ray_key(stage.generation, stage.kind)
             film = self._films.setdefault(key, Film(self._device, self._pixels, (), self._weights))
             film.add(stage.queue, stage.wrote, stage.generation)

@@ -79,6 +79,8 @@ class Recorder:
     def __call__(self, stage: Stage) -> None:
         launched = self._device.launched.copy()
         self._device.launched.clear()
+        if stage.term:
+            return
         name = "primary" if stage.generation == 0 else CLASSES[stage.kind]
         if stage.generation > 1:
             if stage.name != "spawn" or stage.kind != REFLECTION:
@@ -122,7 +124,7 @@ def record(scene: Scene, width: int, wanted: int | str | None, settings: Setting
     assert scene.camera is not None
     job = Job(flat, 2, flatten_camera(scene.camera, width, width, 1), settings=settings)
     recorder = Recorder(device, world)
-    for pixels in tiles(width, width, (0, 0, width, width), settings.tile or tile_rays(flat.ray_format)):
+    for pixels in tiles(width, width, (0, 0, width, width), tile_rays(flat.ray_format, settings)):
         complete(job.trace(device, world, pixels, (recorder,)))
         device.finish()
     return Recording(device, world, recorder.launches, recorder.rays, recorder.world_buffers)

@@ -38,7 +38,6 @@ from clrt.engine.wavefront import RayCounts
 from clrt.flatten.flatten import FlatScene, check_ceilings, flatten
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
-from clrt.layout import ceilings
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Scene, edited
 
@@ -268,7 +267,7 @@ class Remote:
     def _size(self, sheet: Sheet, most: int) -> int:
         """Pixels of a piece: few pieces cost least, many leave no worker idle at the end."""
         samples = sheet.job.piece_samples
-        tile = min(self.settings.tile or tile_rays(sheet.job.flat.ray_format), ceilings.RAYS)
+        tile = tile_rays(sheet.job.flat.ray_format, self.settings)
         pieces = -(-_PIECES * self.farm.pool.workers // most)
         even = -(-sheet.total * samples // pieces)
         # of two tiles one keeps many cores busy while the host looks at the other; to one core it is the same

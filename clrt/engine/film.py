@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from clrt.device.device import Device
 from clrt.device.tracks import Answer
 from clrt.engine import passes
 from clrt.engine.queues import Queue, QueueHits, Shaded, Weights
+from clrt.engine.stage import Observer, tell
 from clrt.engine.world import World
 
 Kind = TypeVar("Kind", Paths, Term)
@@ -45,14 +46,20 @@ class Film:
                 value = mask if source.value is None else source.value
                 passes.gather(self.device, queue, shaded, self.sums, plane, self.pixels, mask, value)
 
-    def add_terms(self, world: World, queue: Queue, hits: QueueHits, last: bool) -> None:
+    def add_terms(
+        self, world: World, queue: Queue, hits: QueueHits, last: bool, observers: Sequence[Observer] = ()
+    ) -> None:
         """For layers of one term of generation 0: the passes of local light again, with that term only."""
         for plane, source in self._sources(Term):
-            term = layout.TERMS[source.name]
+            term, name = layout.TERMS[source.name], self.planes[plane]
             shaded = passes.shade(self.device, world, queue, hits, last, term)
+            tell(observers, "shade", 0, queue, shaded, name)
             feelers = passes.feelers(self.device, world, queue, hits, shaded)
+            tell(observers, "feelers", 0, queue, feelers, name)
             passes.illuminate(self.device, world, queue, hits, shaded, feelers, term)
+            tell(observers, "illuminate", 0, queue, shaded, name)
             passes.gather(self.device, queue, shaded, self.sums, plane, self.pixels)
+            tell(observers, "gather", 0, queue, self, name)
 
     def _sources(self, kind: type[Kind]) -> Iterator[tuple[int, Kind]]:
         """Of each plane that has such a source, the number and the source."""

@@ -90,7 +90,7 @@ class Job:
     @property
     def tile_rays(self) -> int:
         """Rays that are traced at once: the setting, or what suits the scene's number of bands."""
-        return min(self.settings.tile or tile_rays(self.flat.ray_format), ceilings.RAYS)
+        return tile_rays(self.flat.ray_format, self.settings)
 
     def even(self, grid: int, layers: tuple[str, ...] = ()) -> Job:
         """The same picture with this grid for all pixels."""

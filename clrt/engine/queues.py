@@ -11,7 +11,9 @@ import numpy as np
 
 from clrt import layout
 from clrt.device.device import Device
+from clrt.device.settings import Settings
 from clrt.device.tracks import Answer
+from clrt.layout import ceilings
 
 CAMERA: Final = "camera"
 REFLECTION: Final = "reflection"
@@ -229,11 +231,14 @@ def _fields(ray_format: layout.RayFormat) -> int:
     return len(layout.RAY_FIELDS) + ray_format.surface_fields + 2 * ray_format.values + media
 
 
-def tile_rays(ray_format: layout.RayFormat) -> int:
-    """Rays of generation 0 to trace at a time: in RGB 131 072, with more bands half the bytes of these.
+def tile_rays(ray_format: layout.RayFormat, settings: Settings) -> int:
+    """Rays of generation 0 to trace at a time: the setting, or 131 072 in RGB.
 
-    More of them would pass by the caches, fewer would wait for the host, whose part is small with many bands.
+    With more bands half the bytes of these. More of them would pass by the caches, fewer would wait for the
+    host, whose part is small with many bands.
     """
+    if settings.tile:
+        return min(settings.tile, ceilings.RAYS)
     number = 1 << 17 if ray_format.bands <= layout.BANDS else 1 << 16
     return number * (_fields(layout.RayFormat()) + _WORDS) // (_fields(ray_format) + _WORDS)
 

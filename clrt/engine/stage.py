@@ -18,13 +18,14 @@ class Stage:
     name: of the pass: "generate" or "adopt", with a filter "weigh_samples", "closest", "shade", "feelers",
     "illuminate", "gather", "spawn", and once for a tile "geometry", "resolve", "develop". wrote: what it made
     or changed on the device (a Queue, Weights, QueueHits, Shaded, Feelers, Film), or arrays; who changes it
-    in turn changes the picture.
+    in turn changes the picture. term: of local light, where a layer has the pass for that one alone.
     """
 
     name: str
     generation: int
     queue: Queue
     wrote: Any
+    term: str = ""
 
     @property
     def kind(self) -> str:
@@ -42,7 +43,9 @@ class Stage:
 Observer = Callable[[Stage], None]
 
 
-def tell(observers: Sequence[Observer], name: str, generation: int, queue: Queue, wrote: Any) -> None:
+def tell(
+    observers: Sequence[Observer], name: str, generation: int, queue: Queue, wrote: Any, term: str = ""
+) -> None:
     """Hand each of the observers the record of a pass that has just been launched."""
     for observe in observers:
-        observe(Stage(name, generation, queue, wrote))
+        observe(Stage(name, generation, queue, wrote, term))

@@ -37,7 +37,6 @@ from clrt.flatten.flatten import check_ceilings, flatten, flatten_camera
 from clrt.flatten.work import check_limits, depth_of
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
-from clrt.layout import ceilings
 from clrt.scene.camera import Camera
 from clrt.scene.scene import Document, Scene, previewed
 
@@ -219,7 +218,7 @@ class Tracer:
     @property
     def tile(self) -> int:
         """Rays that are traced at once: the setting, or what suits the scene's number of bands."""
-        return min(self.settings.tile or tile_rays(self.flat.ray_format), ceilings.RAYS)
+        return tile_rays(self.flat.ray_format, self.settings)
 
     @public
     @_one_at_a_time

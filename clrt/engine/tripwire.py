@@ -74,10 +74,10 @@ class Tripwire:
         place = int(stage.queue.words(stage.queue.pixel_of)[ray[item]])
         number, width = int(self._pixels[place]), self._width
         where = f"pixel ({number % width}, {number // width})" if width else f"ray {number}"
-        made = stage.wrote is stage.queue
+        made, layer = stage.wrote is stage.queue, f" of the layer {stage.term}" if stage.term else ""
         raise NotFinite(
-            f"check: {what} is {float(values[wrong[:, item], item][0])} after the pass {name}, at {where}, "
-            f"generation {stage.generation}, {stage.kind} ray, "
+            f"check: {what}{layer} is {float(values[wrong[:, item], item][0])} after the pass {name}, "
+            f"at {where}, generation {stage.generation}, {stage.kind} ray, "
             + (self._left(stage, place) if made else self._shape(stage, int(ray[item])))
         )
 

@@ -58,6 +58,8 @@ class Watcher:
         self.weights: list[float] = []  # of the samples, where there is a filter
 
     def __call__(self, stage: Stage) -> None:
+        if stage.term:
+            return
         if stage.name in ("generate", "spawn"):
             self._begin(stage)
             return

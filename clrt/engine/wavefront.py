@@ -102,7 +102,7 @@ def trace(
     """
     counts = RayCounts()
     divisible = queue.n > max(1, int(queue.pixels.samples))  # there are more pixels, or rays, than one
-    film.add_terms(world, queue, hits, last=max_depth == 0)
+    film.add_terms(world, queue, hits, last=max_depth == 0, observers=observers)
     queues = [(queue, hits)]
     for generation in range(max_depth + 1):
         parents: list[tuple[Queue, QueueHits, Shaded]] = []

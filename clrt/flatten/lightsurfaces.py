@@ -13,7 +13,7 @@ from clrt import layout
 from clrt.base.errors import SceneError, located
 from clrt.base.records import cross
 from clrt.flatten.geometry import LARGEST
-from clrt.scene.arealights import AreaLight, DiskLight, RectangleLight
+from clrt.scene.arealights import AreaLight, DiskLight, RectangleLight, SphereLight
 from clrt.scene.scene import Scene
 
 SECTIONS: Final = ("spheres", "disks", "quadrics")  # of such surfaces
@@ -77,14 +77,19 @@ def _reach(light: Any) -> float:
 
 
 def _record(light: Any) -> tuple[str, np.ndarray]:
-    if isinstance(light, RectangleLight):
-        return "QUADRIC", _parallelogram(light)
-    kind = "DISK" if isinstance(light, DiskLight) else "SPHERE"
-    record = np.zeros(1, layout.dtype("Disk" if kind == "DISK" else "Sphere"))
-    record["center_radius"][0] = (*light.center, light.radius)
-    if kind == "DISK":
-        record["normal"][0, :3] = np.asarray(light.normal, float) / np.linalg.norm(light.normal)
-    return kind, record
+    match light:
+        case RectangleLight():
+            return "QUADRIC", _parallelogram(light)
+        case DiskLight():
+            disk = np.zeros(1, layout.dtype("Disk"))
+            disk["center_radius"][0] = (*light.center, light.radius)
+            disk["normal"][0, :3] = np.asarray(light.normal, float) / np.linalg.norm(light.normal)
+            return "DISK", disk
+        case SphereLight():
+            sphere = np.zeros(1, layout.dtype("Sphere"))
+            sphere["center_radius"][0] = (*light.center, light.radius)
+            return "SPHERE", sphere
+    raise AssertionError(f"no surface for {type(light).__name__}")
 
 
 def _parallelogram(light: RectangleLight) -> np.ndarray:

@@ -70,11 +70,11 @@ def spoiling(name: str, what: Callable[[Any, Any], None], call: int = 0) -> Obse
     return spoiled
 
 
-def render(tracer: clrt.Tracer, *observers: Observer) -> Tile:
+def render(tracer: clrt.Tracer, *observers: Observer, layers: tuple[str, ...] = ()) -> Tile:
     """The picture of the scene in one tile, with observers before the tripwire."""
     assert tracer.scene.camera is not None
     camera = flatten_camera(tracer.scene.camera)
-    job = Job(tracer.flat, tracer.scene.max_depth, camera, ("shape",), tracer.settings)
+    job = Job(tracer.flat, tracer.scene.max_depth, camera, ("shape", *layers), tracer.settings)
     return complete(job.trace(tracer.device, tracer.world, one_tile(tracer), observers))
 
 
@@ -167,6 +167,23 @@ def test_feelers_are_traced_to_their_ray(tracer: clrt.Tracer) -> None:
     where = rf"at pixel \({x}, {y}\), .*, which meets shapes\[0\]"
     with pytest.raises(clrt.ClrtError, match=f"check: feeler is nan after the pass feelers, {where}"):
         render(tracer, spoiling("feelers", first_of_row))
+
+
+@pytest.mark.parametrize(
+    ("name", "call", "says"),
+    [
+        ("shade", 0, "local light of the layer ambient is nan after the pass shade"),
+        ("illuminate", 1, "direct light of the layer diffuse is nan after the pass illuminate"),
+        ("illuminate", 2, "direct light is nan after the pass illuminate"),
+    ],
+)
+def test_a_term_of_which_there_is_a_layer(tracer: clrt.Tracer, name: str, call: int, says: str) -> None:
+    """Nothing of it is in the picture."""
+    row, (x, y) = first_row(tracer, shape=1)
+    wrong = spoiling(name, lambda device, made: spoil(device, made.local, row, 2, 3, np.nan), call)
+    where = rf"{says}, at pixel \({x}, {y}\), generation 0, camera ray, which meets shapes\[1\] \(prim"
+    with pytest.raises(clrt.ClrtError, match=where):
+        render(tracer, wrong, layers=("ambient", "diffuse"))
 
 
 def test_the_film_and_callers_rays(tracer: clrt.Tracer) -> None:

@@ -36,7 +36,7 @@ AMBIENT, EMISSION, DIFFUSE, HIGHLIGHT = (f"{CAMERA}, {term}" for term in ("ambie
                                                                           "highlight"))
 REFLECTION, TRANSMISSION, GATHERED = (f"generation 1, {kind}" for kind in ("reflection", "transmission",
                                                                            "ambient"))
-REFLECTION_2, TRANSMISSION_2 = "generation 2, reflection", "generation 2, transmission"
+TRANSMISSION_2 = "generation 2, transmission"
 
 _GENERATE: Final = (
     Mutant("half a pixel to the left", "kernels/filter.clh", "floatP sub_x = (floatP)(0.5f)",

@@ -12,7 +12,7 @@ import numpy as np
 from .vectors import Array, Words, dot
 
 ROUTE, GATHERED, GATHERED_FIRST, FLAGS = 3, 4, 8, 15
-DIRECT, REFLECTION, TRANSMISSION, AMBIENT = 0, 1, 2, 3  # routes; also the numbers of a ray's children
+REFLECTION, TRANSMISSION, AMBIENT = 1, 2, 3  # routes; also the numbers of a ray's children
 
 
 def word(x: Any) -> Words:

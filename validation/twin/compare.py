@@ -195,7 +195,7 @@ def twin_stages(seen: stage.Stage) -> Iterator[Stage]:
         values = {key: np.ascontiguousarray(array.transpose(0, 2, 1)) for key, array in values.items()}
     if name in ("gather", "resolve", "develop", "geometry"):
         place = np.arange(next(iter(values.values())).shape[-1], dtype=np.uint32)
-    yield Stage(name, *at, values, place)
+    yield Stage(name, *at, values, place, seen.term)
 
 
 class _Differs(Exception):
@@ -203,19 +203,19 @@ class _Differs(Exception):
         self.difference = difference
 
 
-def _key(stage: Stage) -> tuple[str, int, str]:
-    return stage.name, stage.generation, stage.kind
+def _key(stage: Stage) -> tuple[str, int, str, str]:
+    return stage.name, stage.generation, stage.kind, stage.term
 
 
 def _without_rays(stage: Stage, twins: bool) -> Difference:
     """A stage that only the twin has, or only the device."""
     n = ("0", str(len(stage.pixel_of)))
-    return Difference(*_key(stage), -1, -1, "rays", *(n if twins else n[::-1]), 1)
+    return Difference(stage.name, stage.generation, stage.kind, -1, -1, "rays", *(n if twins else n[::-1]), 1)
 
 
 def first_difference(ours: Stage, theirs: Stage) -> Difference | None:
     """Of the device's stage and the twin's. Any NaN equals any other."""
-    where = _key(ours)
+    where = ours.name, ours.generation, ours.kind
     if len(ours.pixel_of) != len(theirs.pixel_of):
         return Difference(*where, -1, -1, "rays", str(len(ours.pixel_of)), str(len(theirs.pixel_of)), 1)
     found: list[tuple[int, str, tuple[int, ...]]] = []  # ray, value, component

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,6 +42,7 @@ class Stage:
     kind: str
     values: dict[str, Array]
     pixel_of: Array  # place of each ray's pixel
+    term: str = ""  # of local light, of which alone it is
 
 
 def spawned(
@@ -142,20 +143,16 @@ def generations(
     if film.weights is not None:
         yield stage("weigh_samples", 0, queue, {"weights": film.weights.ravel()})
     met = [(yield from _met(flat, queue, 0, max_depth))]
-    _add_terms(flat, met[0][0], max_depth == 0, film)
+    yield from _terms(flat, met[0][0], max_depth == 0, film)
     for generation in range(max_depth + 1):
         for at, found in met:
-            local = carried(flat, found.local, at.queue.band)
-            yield stage("shade", generation, at.queue, {"spawn": found.spawn, "local": local})
+            yield _shade(flat, generation, at.queue, found)
         for at, found in met:
             queue = at.queue
             shadows = feelers(flat, queue, found)
-            values = feeler_values(flat, queue, shadows)
-            yield stage("feelers", generation, queue, values, queue.pixel_of[shadows.ray])
-            lights = {"local": carried(flat, arriving(found, shadows), queue.band)}
-            yield stage("illuminate", generation, queue, lights)
+            yield from _lights(flat, generation, queue, found, shadows)
             film.add(queue, found, shadows, generation)
-            yield stage("gather", generation, queue, {"sums": film.sums}, np.arange(film.sums.shape[-1]))
+            yield _gather(generation, queue, film)
             _count(counts, generation, rays_counted(queue, found, shadows))
         parents, met = [(at.queue, found) for at, found in met], []
         for kind, narrow in kinds_of(flat.group):
@@ -178,11 +175,34 @@ def _met(
     return at, found
 
 
-def _add_terms(flat: FlatScene, at: Crossed, last: bool, film: Film) -> None:
+def _terms(flat: FlatScene, at: Crossed, last: bool, film: Film) -> Iterator[Stage]:
     for name in film.planes:
         if name in TERMS:
             found = shade(flat, at, last, TERMS[name])
-            film.add_term(name, at.queue, found, feelers(flat, at.queue, found, TERMS[name]))
+            shadows = feelers(flat, at.queue, found, TERMS[name])
+            yield replace(_shade(flat, 0, at.queue, found), term=name)
+            for lit in _lights(flat, 0, at.queue, found, shadows):
+                yield replace(lit, term=name)
+            film.add_term(name, at.queue, found, shadows)
+            yield replace(_gather(0, at.queue, film), term=name)
+
+
+def _shade(flat: FlatScene, generation: int, queue: Queue, found: Shaded) -> Stage:
+    local = carried(flat, found.local, queue.band)
+    return stage("shade", generation, queue, {"spawn": found.spawn, "local": local})
+
+
+def _lights(
+    flat: FlatScene, generation: int, queue: Queue, found: Shaded, shadows: Feelers
+) -> Iterator[Stage]:
+    values = feeler_values(flat, queue, shadows)
+    yield stage("feelers", generation, queue, values, queue.pixel_of[shadows.ray])
+    lights = {"local": carried(flat, arriving(found, shadows), queue.band)}
+    yield stage("illuminate", generation, queue, lights)
+
+
+def _gather(generation: int, queue: Queue, film: Film) -> Stage:
+    return stage("gather", generation, queue, {"sums": film.sums}, np.arange(film.sums.shape[-1]))
 
 
 def _count(counts: list[Counter[str]], generation: int, row: dict[str, int]) -> None:
