@@ -19,13 +19,15 @@ _SUFFIX: Final = 16
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+def replacing(path: str | os.PathLike[str], told: bool = True) -> Iterator[Path]:
     """Give a new, empty file beside `path` to write to; it takes the place of `path` when the block ends.
 
     The new file has the suffix of `path` and the permissions of what it replaces, is forced to the disk
     before the replacement, and is removed when the block fails or is interrupted. ClrtError when `path` can
     be no file's name (one that ends in a slash is a folder's), is not a regular file's, is a file that the
     command has read, or its folder is missing or cannot be written to.
+
+    told: whether an interrupted command says that it is saved.
     """
     target = _target(path)
     suffix = target.suffix if len(target.suffix) <= _SUFFIX else ""  # a name of 255 bytes may be all suffix
@@ -45,7 +47,8 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
             with suppress(OSError):  # of a drive without permissions
                 os.chmod(temporary, old)
         os.replace(temporary, target)
-        note_saved(target)
+        if told:
+            note_saved(target)
         if os.name == "posix":
             _sync(target.parent)
     except OSError as error:

@@ -30,6 +30,9 @@ temporaries: set[Path] = set()
 folders: set[str] = set()
 """Folders of such files, to be removed with all that is in them."""
 
+helpers: set[int] = set()
+"""Processes that write there for this one, to be ended before."""
+
 saved: list[Path] = []
 """The files that were written last, to be told after an interrupt."""
 
@@ -40,6 +43,7 @@ errors_to = 2
 """The descriptor that leads to standard error."""
 
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
+_KILL = 9  # on Windows, too, where it has no name
 _MOST = 8  # that are told
 _AGAIN = 0.01  # seconds until a signal that came within an import is looked at again
 _PATIENCE = 2.0  # seconds that an import may go on after a signal
@@ -112,7 +116,12 @@ def word() -> str:
 
 
 def sweep() -> None:
-    """Remove the files that are being written, and the folders of those that nobody keeps."""
+    """End the helpers; remove files that are being written, and the folders of those that nobody keeps."""
+    for number in tuple(helpers):  # never of another process: nobody has waited for the end of these
+        try:  # noqa: SIM105
+            os.kill(number, _KILL)
+        except OSError:  # it has ended
+            pass
     for folder in tuple(folders):  # `tempfile`, which made it, has imported what removes it
         sys.modules["shutil"].rmtree(folder, ignore_errors=True)
     for path in tuple(temporaries):

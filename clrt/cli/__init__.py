@@ -19,7 +19,7 @@ from clrt.base.errors import ClrtError, ClrtWarning, exhausted
 from clrt.cli import terminal
 from clrt.cli.terminal import FAULT, say
 
-_SAVE: Final = ("render", "convert", "plot-spectrum")
+_SAVE: Final = ("render", "convert", "explain", "plot-spectrum", "sweep", "turntable")
 """Commands that have done what they should once their file is saved, whatever becomes of the terminal."""
 
 
@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             terminal.tell_more(0)
         out.flush()
         lost = out.failure is not None and not isinstance(out.failure, BrokenPipeError)  # who left saw enough
-        if lost and code == 0 and (command not in _SAVE or options.output == "-"):
+        if lost and code == 0 and (command not in _SAVE or options.output in ("-", [])):
             assert out.failure is not None
             reason = out.failure.strerror or out.failure
             return say(f"error: the answer cannot be written to standard output: {reason}", FAULT)

@@ -44,7 +44,11 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
 
     limits = clrt.Limits(**dict(options.limit))
     scene, series = values_of(read(file, limits), options)
-    check_once({place for values in series for place in values}, vars(options), _said)
+    changes: dict[str, list[Any]] = {}
+    for values in series:
+        for place, value in values.items():
+            changes.setdefault(place, []).append(value)
+    check_once(scene, changes, vars(options), _said)
     film = Path(options.output).suffix.lower() in SUFFIXES
     names = [options.output] if film else [frame_name(options.output, i, v) for i, v in enumerate(series)]
     if len(set(names)) < (1 if film else len(series)):

@@ -108,7 +108,7 @@ def sweep(
         raise ClrtError("checkpoint: it keeps one picture; a sweep has many")
     progress = arguments.function("progress", picture.pop("progress", None))
     known_keys(picture, [*(field.name for field in fields(Request)), "progress"], At("sweep"))
-    check_once(found, picture, lambda name, place: (name, f"changes[{place!r}]"))
+    check_once(base, found, picture, lambda name, place: (name, f"changes[{place!r}]"))
     asked, first = Request(**picture), edited(base, next(combinations(found)))
     if executor is not None:
         remote = Remote(executor, device, settings)

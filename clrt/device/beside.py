@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from clrt.base import interrupts
 from clrt.base.resources import PACKAGE
-from clrt.device import kernelcache, trial
+from clrt.device import trial
 
 if TYPE_CHECKING:
     from clrt import layout
@@ -53,7 +53,7 @@ def start(label: str, settings: Settings, ray_format: layout.RayFormat, needed: 
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": paths}, **apart,
         )  # fmt: skip
-        kernelcache.helpers.add(process.pid)
+        interrupts.helpers.add(process.pid)
         atexit.register(_end, process)
         assert process.stdin
         process.stdin.write(json.dumps(asked).encode() + b"\n")
@@ -63,6 +63,7 @@ def start(label: str, settings: Settings, ray_format: layout.RayFormat, needed: 
 def _end(process: subprocess.Popen[bytes]) -> None:
     """End it before the folder of kernels is, which may be a temporary one."""
     process.kill()
+    interrupts.helpers.discard(process.pid)
     process.wait()
 
 

@@ -72,7 +72,7 @@ def _write(file: Path, name: bytes, program: cl.Program) -> None:
         binary: bytes = program.get_info(cl.program_info.BINARIES)[0]  # type: ignore[index]
         if binary:
             file.parent.mkdir(mode=0o700, exist_ok=True)
-            with replacing(file) as temporary:
+            with replacing(file, told=False) as temporary:
                 temporary.write_bytes(_head(name, binary) + binary)
 
 

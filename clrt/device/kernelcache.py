@@ -24,7 +24,7 @@ from typing import Final
 
 from platformdirs import user_cache_dir
 
-from clrt.base import notices
+from clrt.base import interrupts, notices
 from clrt.base.errors import DeviceError
 from clrt.base.locks import FileLock, Timeout
 from clrt.base.resources import kernel_folder, kernel_text
@@ -35,7 +35,6 @@ ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes a
 PATIENCE: Final = 60.0  # seconds that a process waits for another one that compiles
 _KEPT: Final = 30 * 24 * 3600  # seconds that kernels of other versions are kept after their last use
 _own: list[Path] = []  # the folder that `prepare` chose, not the user
-helpers: set[int] = set()  # processes that compile for this one (`clrt.device.beside`)
 _hurry: list[bool] = []  # holds something once waiting was in vain
 _COMPILING: Final = "compiling kernels"
 _SOON: Final = 0.5  # seconds of waiting that nobody need be told of
@@ -67,6 +66,7 @@ def prepare() -> Path:
     fault = problem(folder)
     if fault:
         folder = Path(placed(tempfile.mkdtemp, prefix="clrt-kernels-"))
+        interrupts.folders.add(str(folder))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         notices.warn("", "", f"kernels are compiled anew in each run: {fault}")
         worse = problem(folder)
@@ -247,7 +247,7 @@ def contents(file: Path, most: int = 1 << 20) -> bytes:
 def _reason(holder: Path) -> str:
     """What goes on while a lock is waited for."""
     number = _holder(holder)
-    if number in helpers:
+    if number in interrupts.helpers:
         return _COMPILING
     return f"waiting for {f'process {number}' if number else 'another process'}, which compiles kernels"
 

@@ -34,13 +34,18 @@ _DAY: Final = 24 * 3600
 _MOMENT: Final = 600
 LISTING: Final = "listing"  # a trial of the drivers' start alone
 # limit of a process -> option of `ulimit` and its unit, what is plenty, what is the least. With 0.6 GB of
-# addresses or 14 files PoCL 3.1 ends the process, with 0.8 GB some of its builds fail.
+# addresses or 14 files PoCL 3.1 ends the process, with 0.8 GB some of its builds fail; its largest file, a
+# program, takes 2.4 MB, and where that is cut short it ends the process.
 _LIMITS: Final = {
     "RLIMIT_AS": ("-v", 1 << 10, 4 << 30, 1 << 30),
     "RLIMIT_DATA": ("-d", 1 << 10, 4 << 30, 0),
     "RLIMIT_NOFILE": ("-n", 1, 64, 24),
     "RLIMIT_STACK": ("-s", 1 << 10, 1 << 20, 0),
+    "RLIMIT_FSIZE": ("-f", 1 << 10, 64 << 20, 4 << 20),
 }
+# what ends a trial from without, and says nothing of the driver: signals that others send, a disk
+_FROM_WITHOUT: Final = ("(exit code -9", "(exit code -15", "No space left", "File too large")
+_unkept: Final[dict[Path, str]] = {}  # verdicts of this process alone
 _UNKNOWN_PROCESSOR: Final = "unknown target CPU"
 _ENDS: Final = "it ends the process"
 _HANGS: Final = "a kernel of one line is not done"
@@ -110,13 +115,17 @@ def kept_verdict(key: str, label: str, tried: Callable[[], str]) -> str:
 def _verdict(key: str, label: str, tried: Callable[[], str], anew: bool) -> tuple[str, bool]:
     """The verdict that is kept under a key, or that of a new trial."""
     file = _file(key)
-    known = None if anew else _kept(file)
+    known = None if anew else _unkept.get(file, _kept(file))
     if known is not None:
         return known, False
     fault = tried()
+    _unkept.pop(file, None)
+    if any(sign in fault for sign in _FROM_WITHOUT):
+        _unkept[file] = fault
+        return fault, True
     with suppress(OSError, ClrtError):  # it is tried again next time
         file.parent.mkdir(mode=0o700, exist_ok=True)
-        with replacing(file) as temporary:
+        with replacing(file, told=False) as temporary:
             temporary.write_text(json.dumps({"device": label, "fault": fault}), encoding="utf-8")
     return fault, True
 

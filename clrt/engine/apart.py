@@ -16,13 +16,32 @@ from clrt.base.errors import LimitError
 from clrt.device.device import Device
 from clrt.engine import passes
 from clrt.engine.batch import Batch
-from clrt.engine.queries import all_hits
+from clrt.engine.queries import all_hits, count_hits
 from clrt.engine.queues import Queue, QueueHits
 from clrt.engine.world import World
 from clrt.raytree.tree import Crossing
 
-MOST_FEELERS: Final = 100_000  # of a pixel: each is kept with what it meets, in kilobytes
+MOST_FEELERS: Final = 100_000  # of a pixel: a tree of more says nothing to a reader
+MOST_NUMBERS: Final = 10_000_000  # that a pixel's tree may keep: of 40 bytes each, as measured
+_OF_A_FEELER, _OF_A_CROSSING = 20, 4  # numbers, beside those by band
 _DIRECT: Final = layout.TERMS["TERM_DIFFUSE"] | layout.TERMS["TERM_HIGHLIGHT"]
+
+
+@dataclass
+class Kept:
+    """What a pixel's tree keeps so far."""
+
+    feelers: int = 0
+    numbers: int = 0
+
+    def check(self, more: int) -> None:
+        """So many numbers come; LimitError beyond MOST_NUMBERS, or with more than MOST_FEELERS."""
+        self.numbers += more
+        what = f"more than {MOST_FEELERS} shadow feelers" if self.feelers > MOST_FEELERS else (
+            f"rays, lights and surfaces between them of more than {MOST_NUMBERS} numbers")  # fmt: skip
+        if self.feelers > MOST_FEELERS or self.numbers > MOST_NUMBERS:
+            advice = "lower samples of lights, ambient_samples, spp or max_depth"
+            raise LimitError(f"explain: the pixel has {what}; {advice}")
 
 
 @dataclass(frozen=True)
@@ -57,12 +76,9 @@ def by_term(device: Device, world: World, queue: Queue, hits: QueueHits, last: b
 
 
 def by_light(
-    device: Device, alone: World, number: int, queue: Queue, hits: QueueHits, last: bool, before: int
+    device: Device, alone: World, number: int, queue: Queue, hits: QueueHits, last: bool, kept: Kept
 ) -> LitBy:
-    """What the light of this number brings, in a world where it is alone.
-
-    before: feelers of the pixel so far. LimitError where there are more than MOST_FEELERS with these.
-    """
+    """What the light of this number brings, in a world where it is alone. LimitError as of `Kept`."""
     found = []
     feelers = None
     for term in (layout.TERMS["TERM_DIFFUSE"], layout.TERMS["TERM_HIGHLIGHT"], _DIRECT):
@@ -72,23 +88,23 @@ def by_light(
         found.append(lit.decoded(queue)["local"])
     assert feelers is not None
     diffuse, highlight, brings = found
-    if before + feelers.n > MOST_FEELERS:
-        advice = "lower samples of lights, ambient_samples, spp or max_depth"
-        raise LimitError(f"explain: the pixel sends more than {MOST_FEELERS} shadow feelers; {advice}")
+    kept.feelers += feelers.n
+    kept.check(feelers.n * (_OF_A_FEELER + len(diffuse)))
     if not feelers.n:
         return LitBy(diffuse, highlight, brings, None, [])
     words = feelers.decoded(queue)
-    return LitBy(diffuse, highlight, brings, words, _met(device, alone, number, words))
+    return LitBy(diffuse, highlight, brings, words, _met(device, alone, number, words, kept))
 
 
 def _met(
-    device: Device, world: World, light: int, feelers: dict[str, np.ndarray]
+    device: Device, world: World, light: int, feelers: dict[str, np.ndarray], kept: Kept
 ) -> list[tuple[Crossing, ...]]:
     """What stands in each feeler's way: all that light comes through, up to what blocks it.
 
     Where shadows are opaque, the first surface does. The light's own surface is in nobody's way.
     """
     batch = Batch(feelers["origin"].T, feelers["direction"].T, 0.0, feelers["t_max"])
+    kept.check(_OF_A_CROSSING * int(count_hits(device, world, batch).sum(dtype=np.int64)))
     crossed = all_hits(device, world, batch, ("t", "primitive", "shape"))
     materials, opaque = world.flat.primitives["material"], world.flat.materials["kt"] == 0
     found = []

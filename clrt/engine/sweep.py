@@ -14,13 +14,15 @@ from clrt.base import arguments
 from clrt.base.errors import ClrtError, fault
 from clrt.flatten.work import depth_of
 from clrt.scene.adaptive import check_samples
+from clrt.scene.edit import places
 from clrt.scene.scene import Scene, edited
 
 Values = dict[str, Any]
 PICTURES: Final = 100_000  # of a sweep: all values are looked at before the first
+# argument for all pictures -> the place whose values it goes before
 _INSTEAD: Final = {
-    "width": "camera.width", "height": "camera.height", "spp": "camera.spp", "max_depth": "max_depth",
-    "camera": "camera",
+    "width": ("camera", "width"), "height": ("camera", "height"), "spp": ("camera", "spp"),
+    "max_depth": ("max_depth",), "camera": ("camera",),
 }  # fmt: skip
 FEW: Final = 500  # up to so many pictures all are looked at, and not only each value
 
@@ -34,7 +36,12 @@ def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
         if not isinstance(values, (list, tuple, range)) or not values:
             right = "it must be a list of values, such as [20, 30]"
             raise ClrtError(fault("", f"changes[{place!r}]", values, right))
-        found[place] = deepcopy(values)  # the caller's may change before the last picture
+        try:
+            found[place] = deepcopy(values)  # the caller's may change before the last picture
+        except Exception as error:  # whatever their classes raise
+            right = f"it must be a list of values that can be copied ({type(error).__name__}: {error})"
+            raise ClrtError(fault("", f"changes[{place!r}]", values, right)) from None
+    _check_apart(scene, found)
     pictures = math.prod(map(len, found.values()))
     if pictures > PICTURES:
         raise ClrtError(f"changes: {pictures} pictures are too many; one sweep has at most {PICTURES}")
@@ -47,19 +54,43 @@ def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
     return found
 
 
+def _check_apart(scene: Scene, changes: Iterable[str]) -> None:
+    """ClrtError where a place holds one before it, of whose values nothing would be left."""
+    within: dict[tuple[str | int, ...], str] = {}  # places so far, by their steps and all of their beginnings
+    for place, steps in places(scene, changes).items():
+        if steps in within:
+            told = f"it stands in the place of changes[{within[steps]!r}], too; give one, or it first"
+            raise ClrtError(f"changes[{place!r}]: {told}")
+        within |= {steps[: k + 1]: place for k in range(len(steps))}
+
+
 def check_once(
-    places: Iterable[str], given: Mapping[str, Any], said: Callable[[str, str], tuple[str, str]]
+    scene: Scene,
+    changes: Mapping[str, Sequence[Any]],
+    given: Mapping[str, Any],
+    said: Callable[[str, str], tuple[str, str]],
 ) -> None:
     """ClrtError where what is given for all pictures goes before values of these places.
 
     said: how the user has written an argument, and values for a place.
     """
-    for name, instead in _INSTEAD.items():
-        place = next((place for place in places if f"{place}.".startswith(f"{instead}.")), None)
-        if place is not None and given.get(name) is not None:
-            argument, values = said(name, place)
-            text = f"{argument}: it would hold for all pictures, whatever {values} says; give one of the two"
-            raise ClrtError(text)
+    for place, steps in places(scene, changes).items():
+        for name, instead in _INSTEAD.items():
+            if given.get(name) is not None and _says(steps, changes[place], instead):
+                argument, values = said(name, place)
+                text = f"it would hold for all pictures, whatever {values} says; give one of the two"
+                raise ClrtError(f"{argument}: {text}")
+
+
+def _says(steps: tuple[str | int, ...], values: Sequence[Any], instead: tuple[str, ...]) -> bool:
+    """Whether values for a place say various things of what is at `instead`."""
+    if steps[: len(instead)] == instead:
+        return True
+    if steps != instead[:-1]:
+        return False
+    key = instead[-1]
+    first, *others = (v.get(key) if isinstance(v, Mapping) else getattr(v, key, None) for v in values)
+    return any(other != first for other in others)
 
 
 def combinations(changes: Mapping[str, Sequence[Any]]) -> Iterator[Values]:

@@ -10,12 +10,13 @@ import numpy as np
 from clrt import layout
 from clrt.base.errors import LimitError
 from clrt.device.device import Device
-from clrt.engine.apart import LitBy, by_light, by_term
+from clrt.engine.apart import Kept, LitBy, by_light, by_term
 from clrt.engine.queues import AMBIENT, REFLECTION, TRANSMISSION, Queue, QueueHits
 from clrt.engine.stage import Stage
 from clrt.engine.world import World
 
 MOST_RAYS: Final = 50_000  # of a pixel: a tree of more says nothing to a reader
+_OF_A_RAY, _OF_A_SHARE = 40, 10  # numbers of a ray, and of what a light brings to it, beside those by band
 
 _SPAWNS: Final = {
     REFLECTION: layout.SPAWN["SPAWN_REFLECTION"],
@@ -53,7 +54,7 @@ class Watcher:
     def __init__(self, device: Device, world: World, depth: int) -> None:
         self._device, self._world, self._depth = device, world, depth
         self._alone = [world.lit_by(device, number) for number in range(len(world.flat.lights))]
-        self._count = self._feelers = 0
+        self._count, self._kept = 0, Kept()
         self.generations: list[list[Seen]] = []
         self.weights: list[float] = []  # of the samples, where there is a filter
 
@@ -96,12 +97,13 @@ class Watcher:
     def _take_apart(self, seen: Seen, spawn: np.ndarray) -> None:
         assert seen.met is not None
         where = self._device, self._world, seen.queue, seen.met, seen.generation == self._depth
+        bands = len(seen.local)
+        self._kept.check(seen.queue.n * (_OF_A_RAY + 8 * bands))
         seen.emission, seen.ambient = by_term(*where, "emission"), by_term(*where, "ambient")
         if (spawn & layout.SPAWN["SPAWN_FEELERS"]).any():
+            self._kept.check(seen.queue.n * len(self._alone) * (_OF_A_SHARE + 3 * bands))
             for number, alone in enumerate(self._alone):
-                lit = by_light(where[0], alone, number, *where[2:], self._feelers)
-                self._feelers += len(lit.met)
-                seen.lights.append(lit)
+                seen.lights.append(by_light(where[0], alone, number, *where[2:], self._kept))
 
 
 def parents_of(child: Queue, before: list[Seen], ambient_samples: int) -> list[tuple[int, int]]:

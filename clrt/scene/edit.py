@@ -31,7 +31,7 @@ class Draft:
         self.touched: dict[str, set[Step]] = {}
         for path, value in changes.items():
             at = At(scene.source)
-            (top, *rest) = _steps(path, at)
+            (top, *rest) = steps_of(path, at)
             known_keys({top: None}, fields, at)
             old = self.values.get(str(top), getattr(scene, str(top)))
             if old is None and top == "adaptive":  # of whose keys none has to be stated
@@ -68,7 +68,18 @@ class Draft:
             self.touched.setdefault(top, set()).add(number)
 
 
-def _steps(path: str, at: At) -> list[Step]:
+def places(scene: Any, paths: Iterable[str]) -> dict[str, tuple[Step, ...]]:
+    """The steps of each path, the same however a place is written: a shape's name is its number."""
+    found: dict[str, tuple[Step, ...]] = {}
+    for path in paths:
+        top, *rest = steps_of(path, At(scene.source))
+        if top == "shapes" and rest and isinstance(rest[0], str):
+            rest[0] = _named(scene.shapes, rest[0], At(scene.source).key("shapes"))
+        found[path] = (top, *rest)
+    return found
+
+
+def steps_of(path: str, at: At) -> list[Step]:
     """The keys and numbers of a path; the first is a key."""
     steps: list[Step] = []
     position = 0

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import ast
 import os
+import signal
+import subprocess
+import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +19,7 @@ from clrt.base import interrupts
 from clrt.base.atomic import write_text
 from clrt.base.scratch import scratch
 from clrt.cli import main
+from clrt.device import kernelcache, trial
 
 
 def test_nothing_is_left_whatever_ends_the_block() -> None:
@@ -36,6 +41,44 @@ def test_what_goes_with_the_block_is_not_told_as_saved(
         write_text(folder / "a.txt", "")
         write_text(tmp_path / "b.txt", "")
     assert interrupts.saved == [tmp_path / "b.txt"]
+
+
+def test_what_clrt_keeps_for_itself_is_not_told_as_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(interrupts, "saved", [])
+    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    assert trial.kept_verdict("key", "device", lambda: "") == "" and [*tmp_path.rglob("*.json")]
+    assert not interrupts.saved
+
+
+def test_who_writes_into_a_folder_is_ended_before_it_goes() -> None:
+    with scratch() as folder:
+        place = f"pathlib.Path({str(folder)!r}, 'd', 'e')"
+        code = f"import pathlib\nwhile True: {place}.mkdir(parents=True, exist_ok=True)"
+        writer = subprocess.Popen([sys.executable, "-c", code])
+        while not (folder / "d").exists():
+            pass
+        interrupts.helpers.add(writer.pid)
+        interrupts.sweep()
+        interrupts.helpers.discard(writer.pid)
+        assert writer.wait(5) == -9 and not folder.exists()
+
+
+def test_a_private_folder_of_kernels_goes_with_an_interrupted_command(tmp_path: Path) -> None:
+    """Also where it is ended while kernels are compiled, by this process and by one beside it."""
+    words = [sys.executable, "-m", "clrt", "render", "showcase", "--width", "8", "-o"]
+    words += [str(tmp_path / "a.png")]
+    variables = {**os.environ, "HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null/x", "TMPDIR": str(tmp_path)}
+    variables.pop(kernelcache.VARIABLE, None)
+    command = subprocess.Popen(words, env=variables, stderr=subprocess.PIPE)
+    while not [*tmp_path.glob("clrt-kernels-*/*/*/*")]:
+        assert command.poll() is None
+        time.sleep(0.01)
+    command.send_signal(signal.SIGINT)
+    said = command.communicate()[1].decode().splitlines()
+    assert (command.returncode, said[-1]) == (130, "clrt: interrupted; nothing was saved")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_folders_of_any_depth_are_removed() -> None:

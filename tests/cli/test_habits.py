@@ -103,6 +103,15 @@ def test_a_full_standard_output_is_said(scene: str, command: str, tmp_path: Path
     assert done.returncode == 2 and done.stderr.count(b"\n") == 1 and b"standard output" in done.stderr
 
 
+@pytest.mark.parametrize("more", [["-o", "a.html"], []])
+def test_what_is_saved_counts_as_done(scene: str, more: list[str], tmp_path: Path) -> None:
+    with open("/dev/full", "wb") as full:
+        words = [*CLRT, "explain", scene, "1", "1", *more]
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, cwd=tmp_path, check=False)
+    assert done.returncode == (0 if more else 2)
+    assert (tmp_path / "a.html").exists() == bool(more)
+
+
 def test_a_closed_standard_output_is_said(scene: str, tmp_path: Path) -> None:
     done = subprocess.run(f"{shlex.join([*CLRT, 'render', scene, '-o', '-'])} >&-", shell=True,
                           stderr=subprocess.PIPE, cwd=tmp_path, check=False)  # fmt: skip

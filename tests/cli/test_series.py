@@ -184,6 +184,8 @@ def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
         (["--set", "camera.spp=1,4", "--spp", "4"], "--spp: it would hold for all pictures"),
         (["--set", "max_depth=0,1", "--max-depth", "2"], "--max-depth: it would hold for all"),
         (["--set", "camera.height=8,9", "--height", "9"], "give one of the two"),
+        (["--set", 'camera."width"=15,16', "--width", "9"], "--width: it would hold for all pictures"),
+        (["--set", "camera.fov=20,30", "--set", 'camera."fov"=25'], "it stands in the place of"),
         (["--frames", "3"], "--frames: is of --keyframes; --set has a count of its own"),
         (["--keyframes", "no.toml"], "no.toml: "),
         (["--set", "camera.fov=20", "-o", "s.toml"], "s.toml: is the scene"),

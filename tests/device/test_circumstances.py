@@ -71,7 +71,7 @@ def test_a_driver_that_a_variable_breaks_is_an_error_that_names_it(tmp_path: Pat
     assert (done.returncode, own_lines(done)) == (0, [])
 
 
-@pytest.mark.parametrize("limit", ["-v 100000", "-v 600000", "-d 200000", "-n 6", "-n 14"])
+@pytest.mark.parametrize("limit", ["-v 100000", "-v 600000", "-d 200000", "-n 6", "-n 14", "-f 400"])
 def test_limits_in_which_no_driver_works_are_an_error(tmp_path: Path, limit: str) -> None:
     done = command(tmp_path, "render", "scene.json", "-o", "a.png", limit=limit)
     assert one_line(done) and f"ulimit {limit}: " in done.stderr, done.stderr
@@ -114,6 +114,23 @@ def test_what_is_kept_of_a_driver_depends_on_the_circumstances(
     assert not trial.verdict(INFO)[1]
     monkeypatch.setattr(trial, "process_limit", lambda name: 1 << 30)
     assert trial.verdict(INFO)[1] and "ulimit -v 1048576" in trial.circumstances()
+
+
+def test_what_ends_a_trial_from_without_is_not_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Somebody's SIGKILL, a full disk: this process asks no more, the next one does."""
+    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    for said in ("(exit code -9)", "(exit code -15)", "(exit code 1: LLVM ERROR: File too large)"):
+        fault = f"it ends the process {said}"
+        monkeypatch.setattr(trial, "_unkept", {})
+        monkeypatch.setattr(trial, "_tried", lambda info, fault=fault: fault)
+        assert [trial.verdict(INFO), trial.verdict(INFO)] == [(fault, True), (fault, False)]
+        assert not [*tmp_path.rglob("*.json")] and not trial.is_known_good(INFO)
+        monkeypatch.setattr(trial, "_unkept", {})
+        assert trial.verdict(INFO)[1]
+    monkeypatch.setattr(trial, "_tried", lambda info: "")
+    assert [trial.verdict(INFO, anew=True), trial.verdict(INFO)] == [("", True), ("", False)]
 
 
 def test_what_is_kept_of_all_drivers_is_that_of_the_drivers_here(

@@ -316,7 +316,33 @@ def test_what_cannot_be_explained_is_said(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("clrt.engine.watcher.MOST_RAYS", 10)
     with pytest.raises(clrt.LimitError, match=r"more than 10 rays; lower max_depth"):
         tracer.explain(32, 20, width=64)
+    monkeypatch.undo()
     monkeypatch.setattr("clrt.engine.explain.MOST_LIGHTS", 0)
     with pytest.raises(clrt.LimitError, match=r"lights; at most 0"):
         tracer.explain(32, 20, width=64)
     assert tracer.render(width=16).hash == clrt.render("ambient", width=16).hash
+
+
+@pytest.mark.parametrize(
+    ("lights", "spp", "panes"), [(1, 1, 400), (400, 1, 0), (1, 400, 0)], ids=["panes", "lights", "samples"]
+)
+def test_what_is_kept_of_a_pixel_is_bounded(
+    monkeypatch: pytest.MonkeyPatch, lights: int, spp: int, panes: int
+) -> None:
+    """By all that it is made of: products of what each is small."""
+    scene = {
+        "max_depth": 0, "shadow": "tinted", "materials": {"clear": {"transmission": 0.9}, "wall": {}},
+        "camera": {"origin": [0, 0, -5], "target": [0, 0, -9], "width": 3, "height": 3},
+        "lights": [{"type": "point", "position": [0, 0, 5]}] + [
+            {"type": "point", "position": [0, k, -50]} for k in range(1, lights)],
+        "shapes": [{"type": "plane", "point": [0, 0, -9], "normal": [0, 0, 1], "material": "wall"}],
+    }  # fmt: skip
+    scene["shapes"] += [  # type: ignore[operator]
+        {"type": "polygon", "points": [[x, y, -k / 200] for x, y in ((-9, -9), (9, -9), (9, 9), (-9, 9))],
+         "material": "clear"} for k in range(panes)
+    ]  # fmt: skip
+    tracer = clrt.Tracer(scene)
+    assert tracer.explain(1, 1, spp=spp).rays
+    monkeypatch.setattr("clrt.engine.apart.MOST_NUMBERS", 1500)
+    with pytest.raises(clrt.LimitError, match=r"of more than 1500 numbers; lower samples of lights"):
+        tracer.explain(1, 1, spp=spp)

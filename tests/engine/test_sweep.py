@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
@@ -28,6 +29,7 @@ SCENE: dict[str, Any] = {
          "material": {"color": {"type": "checker", "colors": [0.1, 0.9], "size": 0.5}}},
     ],
 }  # fmt: skip
+EYE: dict[str, Any] = {"origin": [0, 2, 5], "target": [0, 0, 0]}
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +91,10 @@ def test_wrong_pictures_are_told_before_the_first(
         ("max_depth", [0, 1], {"max_depth": 2}),
         ("camera.width", [8, 9], {"width": 8}),
         ("camera.spp", [1, 4], {"spp": 4}),
+        ('camera."width"', [8, 9], {"width": 8}),
+        ('"max_depth"', [0, 1], {"max_depth": 2}),
+        ("camera", [{**EYE, "spp": 1}, {**EYE, "spp": 4}], {"spp": 4}),
+        ("camera", [EYE, {**EYE, "width": 9}], {"width": 8}),
         ("camera.fov", [20, 30], {"camera": {"origin": [0, 2, 5], "target": [0, 0, 0]}}),
     ],
 )
@@ -98,6 +104,46 @@ def test_an_argument_in_the_place_of_values_is_refused(
     said = f"{next(iter(given))}: it would hold for all pictures, whatever changes['{place}'] says"
     with pytest.raises(clrt.ClrtError, match=re.escape(said)):
         clrt.sweep(scene, {place: values}, **given)
+
+
+def test_cameras_alike_in_what_an_argument_says(scene: clrt.Scene) -> None:
+    cameras = [{**EYE, "width": 9}, {**EYE, "width": 9, "origin": [1, 2, 5]}]
+    assert [image.pixels.shape[1] for _, image in clrt.sweep(scene, {"camera": cameras}, width=4)] == [4, 4]
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("camera.fov", 'camera."fov"'), ("camera.fov", "camera"),
+        ("shapes[0].radius", 'shapes."ball".radius'),
+        ('shapes."ball".center[0]', "shapes[0].center"), ("max_depth", '"max_depth"'),
+    ],
+)  # fmt: skip
+def test_values_of_which_nothing_would_be_left(first: str, second: str, scene: clrt.Scene) -> None:
+    scene = scene.replace({"shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "name": "ball"}]})
+    values: dict[str, list[Any]] = {
+        "camera": [EYE], "max_depth": [1], "camera.fov": [20], "shapes[0].radius": [1],
+        'shapes."ball".center[0]': [1], "shapes[0].center": [[0, 0, 0]],
+    }  # fmt: skip
+    changes = {place: values.get(place, [1]) for place in (first, second)}
+    says = f"changes[{second!r}]: it stands in the place of changes[{first!r}], too"
+    with pytest.raises(clrt.ClrtError, match=re.escape(says)):
+        clrt.sweep(scene, changes)
+
+
+def test_a_part_after_the_whole_is_fine(scene: clrt.Scene) -> None:
+    fovs = [20, 30]
+    found = clrt.sweep(scene, {"camera": [EYE], "camera.fov": fovs}, width=8)
+    assert [values["camera.fov"] for values, _ in found] == fovs
+
+
+def test_values_that_cannot_be_copied_are_one_error(scene: clrt.Scene) -> None:
+    deep: list[Any] = []
+    for _ in range(3000):
+        deep = [deep]
+    for value in ((fov for fov in [20]), deep, threading.Lock()):
+        with pytest.raises(clrt.ClrtError, match=r"^changes\['camera.fov'\]: .*that can be copied"):
+            clrt.sweep(scene, {"camera.fov": [value]})
 
 
 def test_what_a_sweep_gives_is_not_what_it_was_given(scene: clrt.Scene) -> None:
