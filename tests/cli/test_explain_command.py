@@ -81,5 +81,5 @@ def test_a_pixel_of_too_many_feelers_is_refused(scene: str, capsys: pytest.Captu
     lit = {"max_depth": 1, "ambient": 0.3, "ambient_samples": 100, "camera": camera, "shapes": floors}
     Path("lit.json").write_text(json.dumps({**lit, "lights": [{**lamp, "samples": 20000}]}))
     said = fault(capsys, "explain", "lit.json", "8", "8")
-    assert "explain: the pixel sends more than 100000 shadow feelers; lower samples of lights" in said
+    assert "explain: the pixel has more than 100000 shadow feelers; lower samples of lights" in said
     assert main(["explain", "lit.json", "8", "8", "--set", "lights[0].samples=4", "-q"]) == 0
