@@ -8,6 +8,7 @@ import subprocess
 import sys
 import zlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import OpenImageIO as oiio
@@ -16,7 +17,7 @@ import pytest
 import clrt
 from clrt.base.errors import LimitError, SceneError
 from clrt.base.limits import Limits
-from clrt.images.file import own_colours
+from clrt.images.file import load_colours, own_colours
 from clrt.images.image import read_image
 from tests.cost import bounded
 
@@ -176,3 +177,18 @@ def test_a_table_of_colours_that_the_environment_names_is_not_read(
     assert done.stdout.strip() == named["OCIO"], done.stderr
     one, other = (clrt.read_image(tmp_path / name) for name in ("a.png", "b.png"))
     assert one[0, 0, 0] == 1 and other[0, 0, 0] < 1
+
+
+@pytest.mark.parametrize(("table", "asked"), [(None, 1), ("/nowhere", 0)])
+def test_a_table_of_somebodys_own_is_not_read_beside_a_driver(
+    monkeypatch: pytest.MonkeyPatch, table: str | None, asked: int
+) -> None:
+    calls: list[str] = []
+    config = SimpleNamespace(getColorSpaceNames=lambda: calls.append("asked"))
+    kinds = SimpleNamespace(ColorConfig=SimpleNamespace(default_colorconfig=lambda: config))
+    monkeypatch.setattr("clrt.images.file.oiio", kinds)
+    monkeypatch.delenv("OCIO", raising=False)
+    if table is not None:
+        monkeypatch.setenv("OCIO", table)
+    load_colours()
+    assert len(calls) == asked
