@@ -208,7 +208,7 @@ def processes(scene: Path, rounds: int, drivers: list[str]) -> dict[str, Any]:
     for driver in drivers:
         found["drivers"][driver] = {"wall": [], "cpu": []}
     with host.empty_caches() as environment, tempfile.TemporaryDirectory() as folder:
-        size = ["--width", "2000", "--height", "2500", "-o", f"{folder}/out.png", "--quiet"]
+        size = ["--width", "2000", "--height", "2500", "--spp", "1", "-o", f"{folder}/out.png", "--quiet"]
         for turn in range(rounds + 1):
             for driver, times in found["drivers"].items():
                 start = time.perf_counter()
