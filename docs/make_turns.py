@@ -66,7 +66,8 @@ if __name__ == "__main__":
             "other": subprocess.check_output(asked, text=True).strip()}  # fmt: skip
     renders = {tables.SHOWCASE: ["showcase", *["--width=64" for _ in options.quick]]}
     if options.thesis:
-        renders[tables.MBS] = [str(Path(options.thesis).resolve()), "--width=2000", "--height=2500", "--spp=1"]
+        size = "--width=2000", "--height=2500", "--spp=1"  # of more by itself one of the two knows alone
+        renders[tables.MBS] = [str(Path(options.thesis).resolve()), *size]
     cases: dict[str, dict[str, list[float]]] = {}
     with host.empty_caches() as first, host.empty_caches() as second:
         both = {"ours": (DOCS.parent, first), "other": (options.other.resolve(), second)}
