@@ -63,7 +63,7 @@ def test_queries_stand_beside_their_kernels(there: bool, monkeypatch: pytest.Mon
 
 
 class FromC:
-    """What the benchmark needs of a yardstick; its call for 16 coherent rays is the best one."""
+    """What the benchmark needs of a yardstick; its call for 16 coherent rays is the quickest."""
 
     def __init__(self, build: SimpleNamespace, mode: str) -> None:
         self.build, self.mode, self.open = build, mode, True
@@ -100,7 +100,9 @@ def test_embree_s_own_calls_stand_beside_the_many_rays(monkeypatch: pytest.Monke
         assert set(yardstick.asked) == {(*call, kind) for call in embree.CALLS for kind in (False, True)}
     calls = {m.name: m for m in found if not m.queue}
     for name in (queries.NEAREST, queries.BLOCKED):
-        best = {m.queue: m.median for m in found if m.name == name}["Embree robust 16 coherent, 4.4"]
+        times = {m.queue: m.median for m in found if m.name == name and "robust" in m.queue}
+        assert len(times) == len(embree.CALLS) and "Embree robust 16 coherent, 4.4" in times
+        best = min(times.values())  # not surely that of 16: whoever else runs may delay any of them
         assert queries.ratio(found, calls[name], "Embree robust") == best / calls[name].median
     for name in (queries.ALL, f"{queries.NEAREST}, 1000 rays"):  # Embree gives less, or is not asked
         assert queries.ratio(found, calls[name], "Embree robust") is None
