@@ -79,7 +79,7 @@ reliability: $(VENV)/test-ready
 release: $(VENV)/test-ready
 	@$(MAKE) --no-print-directory lint
 	@$(BIN)/python -m validation.reliability --check
-	@CLRT_EDITS=120 $(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
+	@CLRT_EDITS=120 CLRT_FAULTS=all $(MAKE) --no-print-directory test TESTS= JOBS='$(JOBS)'
 	@$(USE_DRIVER); CLRT_EXERCISES=all $(BIN)/python -m pytest -q -m debian_pocl tests/exercises
 	@CLRT_DEVICE="PoCL 3.1" $(BIN)/python -m pytest $(JOBS) -m "not oclgrind and not browser" $(DRIVERS)
 	@mkdir -p out
