@@ -60,7 +60,7 @@ NAMED = {
 }
 ALL = os.environ.get("CLRT_FAULTS") == "all"
 DRAWN = [*NAMED] if ALL else random.Random(rotation.seed()).sample([*NAMED], 8)
-"""Eight of them, others after a change of the code: each is a search for causes. `make release` judges all."""
+"""Eight of them, others after a change of the code: each takes a search. `make release` judges all."""
 
 
 def judge(command: str, case: str = "", **options: Any) -> Any:
