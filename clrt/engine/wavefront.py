@@ -146,8 +146,8 @@ def _refused(world: World, what: int) -> LimitError:
     if world.flat.media is not None and what == layout.OVERFLOW["MANY_MEDIA"]:
         return too_deep(world.flat.media.source)
     return LimitError(
-        f"shadow: a feeler crosses more than {layout.PANES:,} surfaces that let light through; use fewer of them "
-        'in a row, or shadow = "opaque"'
+        f"shadow: a feeler crosses more than {layout.PANES:,} surfaces that let light through; use fewer "
+        'of them in a row, or shadow = "opaque"'
     )
 
 

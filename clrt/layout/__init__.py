@@ -312,8 +312,8 @@ SPAWN: Final = {
     "SPAWN_GROUPS": 127 << 21,
     "SPAWN_LOCAL": 1 << 28,  # there is local light: not all bands are 0
 }
-# Why a picture is refused while it is traced; 0 where it is not
-OVERFLOW: Final = {"MANY_MEDIA": 1, "MANY_PANES": 2}  # a ray is in more than MEDIA; a feeler crosses more than PANES
+# Why a picture is refused while it is traced: a ray is in more than MEDIA, a feeler crosses more than PANES
+OVERFLOW: Final = {"MANY_MEDIA": 1, "MANY_PANES": 2}
 # What of a feeler is known: 0 where something blocks the light
 SEEN: Final = {
     "CLEAR": 1,  # nothing is in its way

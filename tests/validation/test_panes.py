@@ -32,25 +32,32 @@ MATERIALS = {
 }
 
 
-@pytest.mark.parametrize(("count", "kind"), [(4000, "disk"), (5000, "disk"), (30_000, "disk"), (2400, "sphere")])
+@pytest.mark.filterwarnings("ignore:.*transmits but encloses nothing")
+@pytest.mark.parametrize(
+    ("count", "kind"), [(4000, "disk"), (5000, "disk"), (30_000, "disk"), (2000, "sphere"), (2400, "sphere")]
+)
 def test_a_feeler_that_crosses_too_many_is_refused(count: int, kind: str) -> None:
     """Or finds its way through, and costs little either way: each is looked for among all at its place."""
     shape = {"type": kind, "center": [0, 3, 0], "radius": 1, "material": "glass0"}
+    shape |= {"normal": [0, 1, 0]} if kind == "disk" else {}
     floor = {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}
-    with clrt.Tracer(clrt.load_dict({
+    few = clrt.load_dict({
         "camera": {"origin": [0, 1, -5], "target": [0, 0, 0], "width": 12, "height": 9}, "max_depth": 0,
         "shadow": "tinted", "materials": MATERIALS, "lights": [{"type": "point", "position": [0, 9, 0]}],
-        "shapes": [floor, *[shape | ({"normal": [0, 1, 0]} if kind == "disk" else {})] * count],
-    })) as tracer:  # fmt: skip
+        "shapes": [floor, shape],
+    })  # fmt: skip
+    with clrt.Tracer(few) as tracer:
+        right = tracer.render().hash  # kernels are compiled
+        tracer.update(few.replace({"shapes": [floor, *[shape] * count]}))
         begin = time.process_time()
         if count * (2 if kind == "sphere" else 1) < layout.PANES:
             tracer.render()
         else:
-            for _ in range(2):  # nothing of the first is left
-                with pytest.raises(clrt.LimitError, match="a feeler crosses more than 4,096 surfaces"):
-                    tracer.render()
-            assert tracer.render(max_depth=0, crop=(0, 0, 1, 1)).pixels.size == 3  # of the sky: no feeler
+            with pytest.raises(clrt.LimitError, match="a feeler crosses more than 4,096 surfaces"):
+                tracer.render()
         assert time.process_time() - begin < 4
+        tracer.update(few)
+        assert tracer.render().hash == right  # nothing of it is left
 
 
 @pytest.mark.parametrize("shapes", [SHEETS, TRIANGLES, BALLS], ids=["polygons", "triangles", "spheres"])
