@@ -50,7 +50,8 @@ def test_a_tree_is_sent_and_copied_however_deep(tree: RayTree, again: Any) -> No
     mirror = {"type": "plane", "material": {"diffuse": 0, "reflection": 1}}
     hall = {"camera": {"origin": [0, 0, 1], "target": [0, 0, 0], "width": 1, "height": 1},
             "shapes": [mirror | {"point": [0, 0, z], "normal": [0, 0, -z]} for z in (-2, 2)]}  # fmt: skip
-    deep = clrt.Tracer(hall).explain(0, 0, max_depth=2000)
+    settings = clrt.Settings(limits=clrt.Limits(depth=2000))
+    deep = clrt.Tracer(hall, settings=settings).explain(0, 0, max_depth=2000)
     assert len(deep.rays) == 2001
     for whole in (tree, deep):
         found = again(whole)
