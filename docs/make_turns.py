@@ -66,7 +66,7 @@ if __name__ == "__main__":
             "other": subprocess.check_output(asked, text=True).strip()}  # fmt: skip
     renders = {tables.SHOWCASE: ["showcase", *["--width=64" for _ in options.quick]]}
     if options.thesis:
-        size = "--width=2000", "--height=2500", "--spp=1"  # of more by itself one of the two knows alone
+        size = "--width=2000", "--height=2500", "--spp=1"  # a .png has 4 otherwise, and 1 in old states
         renders[tables.MBS] = [str(Path(options.thesis).resolve()), *size]
     cases: dict[str, dict[str, list[float]]] = {}
     with host.empty_caches() as first, host.empty_caches() as second:
