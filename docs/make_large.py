@@ -74,6 +74,11 @@ def taken(size: int, folder: str) -> dict[str, Any]:
     return found
 
 
+def in_proportion(few: dict[str, Any], many: dict[str, Any]) -> bool:
+    """Whether loading and the Tracer take no more than in proportion to the triangles."""
+    return all(many[part] * few["triangles"] <= few[part] * many["triangles"] for part in ("load", "tracer"))
+
+
 def table(rows: list[dict[str, Any]]) -> str:
     """Of the page."""
     lines = ["| triangles | loaded | new `Tracer` | of the first | memory at most, with a picture |"]

