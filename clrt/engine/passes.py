@@ -153,7 +153,7 @@ def feelers(device: Device, world: World, queue: Queue, hits: QueueHits, shaded:
         kernels.launch_chunks("feelers", queue.n, *world.arguments, *groups)
         arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
         if world.tinted:
-            kernels.launch_packets("occluded_tinted", n, *arguments, found.filter, found.own)
+            kernels.launch_packets("occluded_tinted", n, *arguments, found.filter, found.own, world.overflow)
         else:
             sequence = arranged(device, found.rays, n) if queue.kind in _SCATTERED else None
             device.launch_packets("occluded", n, *arguments, sequence, found.own)

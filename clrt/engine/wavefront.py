@@ -9,6 +9,8 @@ from typing import Final
 
 import numpy as np
 
+from clrt import layout
+from clrt.base.errors import LimitError
 from clrt.device.device import Device
 from clrt.engine import passes
 from clrt.engine.film import Film
@@ -130,13 +132,23 @@ def trace(
                 tell(observers, "closest", generation + 1, *queues[-1])
         if not queues:
             break
-    if world.flat.media is not None:
+    if world.flat.media is not None or world.tinted:
         overflow = device.ask(world.overflow, np.empty(1, np.uint32))
         yield overflow
-        if overflow.wait()[0]:
+        if what := int(overflow.wait()[0]):
             world.clear_overflow(device)
-            raise too_deep(world.flat.media.source)
+            raise _refused(world, what)
     return counts
+
+
+def _refused(world: World, what: int) -> LimitError:
+    """The error for a value of layout.OVERFLOW."""
+    if world.flat.media is not None and what == layout.OVERFLOW["MANY_MEDIA"]:
+        return too_deep(world.flat.media.source)
+    return LimitError(
+        f"shadow: a feeler crosses more than {layout.PANES:,} surfaces that let light through; use fewer "
+        'of them in a row, or shadow = "opaque"'
+    )
 
 
 def _check_size(

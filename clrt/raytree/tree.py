@@ -6,7 +6,7 @@ import json
 import os
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -148,6 +148,11 @@ class RayTree:
     rays: tuple[Ray, ...] = field(repr=False)
     weights: Numbers = field(default=(), repr=False)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copied and sent without children: they may be deeper in one another than Python can follow."""
+        values = {part.name: getattr(self, part.name) for part in fields(self)}
+        return _grown, (values | {"rays": tuple(replace(ray, children=()) for ray in self.rays)},)
+
     @property
     def roots(self) -> tuple[Ray, ...]:
         """The rays of generation 0, one a sample."""
@@ -232,7 +237,8 @@ class RayTree:
         """
         from clrt.raytree.files import write
 
-        return write(self, arguments.path("path", path))
+        arguments.path("path", path)
+        return write(self, path)
 
     def to_glb(self, path: str | os.PathLike[str]) -> Path:
         """`save`, for a path that ends in .glb."""
@@ -243,3 +249,14 @@ class RayTree:
         from clrt.raytree.page import fragment
 
         return fragment(self)
+
+
+def _grown(values: dict[str, Any]) -> RayTree:
+    """A tree from its fields, of rays that lack their children."""
+    rays = list(values["rays"])
+    children: dict[int, list[Ray]] = {}
+    for ray in reversed(rays):  # children stand behind their parents
+        rays[ray.number] = replace(ray, children=tuple(reversed(children.pop(ray.number, []))))
+        if ray.parent is not None:
+            children.setdefault(ray.parent, []).append(rays[ray.number])
+    return RayTree(**values | {"rays": tuple(rays)})

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import json
+import pickle
 import re
 import warnings
 from html.parser import HTMLParser
@@ -39,6 +41,30 @@ def evil_tree() -> RayTree:
 @pytest.fixture(scope="module")
 def tree() -> RayTree:
     return clrt.Tracer("bubble").explain(70, 50, width=160, spp=4)
+
+
+@pytest.mark.parametrize("again", [lambda tree: pickle.loads(pickle.dumps(tree)), copy.deepcopy, copy.copy],
+                         ids=["pickled", "deeply copied", "copied"])  # fmt: skip
+def test_a_tree_is_sent_and_copied_however_deep(tree: RayTree, again: Any) -> None:
+    """Two mirrors face each other: each ray is in the one before."""
+    mirror = {"type": "plane", "material": {"diffuse": 0, "reflection": 1}}
+    hall = {"camera": {"origin": [0, 0, 1], "target": [0, 0, 0], "width": 1, "height": 1},
+            "shapes": [mirror | {"point": [0, 0, z], "normal": [0, 0, -z]} for z in (-2, 2)]}  # fmt: skip
+    settings = clrt.Settings(limits=clrt.Limits(depth=2000))
+    deep = clrt.Tracer(hall, settings=settings).explain(0, 0, max_depth=2000)
+    assert len(deep.rays) == 2001
+    for whole in (tree, deep):
+        found = again(whole)
+        assert found.to_json() == whole.to_json() and [ray.number for ray in found.walk()] == [
+            ray.number for ray in whole.walk()
+        ]
+
+
+@pytest.mark.parametrize("name", ["a.html/", "a.json/"])
+def test_a_folder_s_name_is_no_file_s(tree: RayTree, tmp_path: Path, name: str) -> None:
+    with pytest.raises(clrt.ClrtError, match="is the name of a folder"):
+        tree.save(f"{tmp_path}/{name}")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_json_holds_every_bit(tree: RayTree, tmp_path: Path) -> None:

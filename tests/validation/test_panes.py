@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any
 
 import pytest
 
 import clrt
+from clrt import layout
 from clrt.device.device import Device
 from clrt.flatten.flatten import flatten
 from validation.twin.compare import compare_picture
@@ -28,6 +30,34 @@ MATERIALS = {
     f"glass{k}": {"transmission": 0.97, "transmission_color": [1, 0.97 + k / 300, 0.99], "diffuse": 0}
     for k in range(7)
 }
+
+
+@pytest.mark.filterwarnings("ignore:.*transmits but encloses nothing")
+@pytest.mark.parametrize(
+    ("count", "kind"), [(4000, "disk"), (5000, "disk"), (30_000, "disk"), (2000, "sphere"), (2400, "sphere")]
+)
+def test_a_feeler_that_crosses_too_many_is_refused(count: int, kind: str) -> None:
+    """Or finds its way through, and costs little either way: each is looked for among all at its place."""
+    shape = {"type": kind, "center": [0, 3, 0], "radius": 1, "material": "glass0"}
+    shape |= {"normal": [0, 1, 0]} if kind == "disk" else {}
+    floor = {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}
+    few = clrt.load_dict({
+        "camera": {"origin": [0, 1, -5], "target": [0, 0, 0], "width": 12, "height": 9}, "max_depth": 0,
+        "shadow": "tinted", "materials": MATERIALS, "lights": [{"type": "point", "position": [0, 9, 0]}],
+        "shapes": [floor, shape],
+    })  # fmt: skip
+    with clrt.Tracer(few) as tracer:
+        right = tracer.render().hash  # kernels are compiled
+        tracer.update(few.replace({"shapes": [floor, *[shape] * count]}))
+        begin = time.process_time()
+        if count * (2 if kind == "sphere" else 1) < layout.PANES:
+            tracer.render()
+        else:
+            with pytest.raises(clrt.LimitError, match="a feeler crosses more than 4,096 surfaces"):
+                tracer.render()
+        assert time.process_time() - begin < 4
+        tracer.update(few)
+        assert tracer.render().hash == right  # nothing of it is left
 
 
 @pytest.mark.parametrize("shapes", [SHEETS, TRIANGLES, BALLS], ids=["polygons", "triangles", "spheres"])
