@@ -34,6 +34,9 @@ VARIABLE: Final = "POCL_CACHE_DIR"
 ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes about 4 MB
 PATIENCE: Final = 60.0  # seconds that a process waits for another one that compiles
 _KEPT: Final = 30 * 24 * 3600  # seconds that kernels of other versions are kept after their last use
+_LEFT: Final = 24 * 3600  # seconds after which nobody needs a temporary file any more
+_LEFT_OVERS: Final = ("tempfile_", "looking-")
+_LOOKED: Final = "looked"  # its time is when the last look for damage began
 _own: list[Path] = []  # the folder that `prepare` chose, not the user
 _hurry: list[bool] = []  # holds something once waiting was in vain
 _COMPILING: Final = "compiling kernels"
@@ -134,18 +137,72 @@ def shared_with(folder: Path) -> str:
 
 
 def remove_damaged(folder: Path) -> list[Path]:
-    """Remove programs that hold a damaged file, to be compiled again; give their folders."""
+    """Remove programs that hold a damaged file, to be compiled again; give their folders.
+
+    Of thousands of kernels only those that were written to since the last look are opened: that was most of a
+    start. Times are those of the folder's own file system. What the driver leaves behind goes, too.
+    """
+    looked, last, now = folder / _LOOKED, 0, ""
+    with suppress(OSError):
+        status = looked.lstat()
+        last = status.st_mtime_ns if stat.S_ISREG(status.st_mode) else 0
+    with suppress(OSError):  # only time is lost
+        handle, now = tempfile.mkstemp(dir=folder, prefix=_LEFT_OVERS[1])
+        # the clock was put back; or the machine was started since, perhaps after it lost files with its power
+        if not time.time_ns() - time.monotonic_ns() < last <= os.fstat(handle).st_mtime_ns:
+            last = 0
+        os.close(handle)
     programs = {
-        program
-        for pattern in ("*/*/program.bc", "*/*/*/*/*.so")
-        for file in folder.glob(pattern)
-        if not whole(file)
-        for program in [folder.joinpath(*file.relative_to(folder).parts[:2])]
+        folder.joinpath(*Path(file.path).relative_to(folder).parts[:2])
+        for file in _compiled(folder)
+        if _changed(file) >= last and not whole(Path(file.path))
     }
     for program in programs:
         shutil.rmtree(program, ignore_errors=True)
         shutil.rmtree(folder / "launched", ignore_errors=True)
+    try:
+        os.replace(now, looked)
+    except OSError:  # a folder in its place: all is looked at each time
+        with suppress(OSError):
+            os.unlink(now)
+    _remove_left_overs(folder)
     return sorted(programs)
+
+
+def _entries(folder: str | Path) -> list[os.DirEntry[str]]:
+    try:
+        with os.scandir(folder) as entries:
+            return list(entries)
+    except OSError:
+        return []  # removed meanwhile
+
+
+def _compiled(folder: str | Path, depth: int = 0) -> Iterator[os.DirEntry[str]]:
+    """PoCL's programs (*/*/program.bc) and kernels (*/*/*/*/*.so)."""
+    for entry in _entries(folder):
+        if (depth == 2 and entry.name == "program.bc") or (depth == 4 and entry.name.endswith(".so")):
+            yield entry
+        elif depth < 4 and entry.name != "launched" and entry.is_dir():
+            yield from _compiled(entry.path, depth + 1)
+
+
+def _changed(file: os.DirEntry[str]) -> int:
+    """When a file was last written to or put there, in nanoseconds."""
+    try:
+        status = file.stat(follow_symlinks=False)
+        return max(status.st_mtime_ns, status.st_ctime_ns)
+    except OSError:
+        return 0  # removed meanwhile
+
+
+def _remove_left_overs(folder: Path) -> None:
+    """Remove empty temporary files: PoCL leaves one for each build, a process that is killed here its own."""
+    for entry in _entries(folder):
+        with suppress(OSError):
+            if entry.name.startswith(_LEFT_OVERS) and entry.is_file(follow_symlinks=False):
+                status = entry.stat(follow_symlinks=False)
+                if not status.st_size and status.st_mtime < time.time() - _LEFT:
+                    os.unlink(entry.path)
 
 
 def whole(file: Path) -> bool:
