@@ -25,12 +25,12 @@ from clrt.base.limits import Limits
 from clrt.base.places import At, PlacedError
 from clrt.base.room import check_date
 from clrt.meshfiles import SUFFIXES
+from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.embedded import itself_of
-from clrt.meshfiles.gltf import read_gltf
-from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.gltf.reader import read_gltf
 from clrt.meshfiles.look import NONE
-from clrt.meshfiles.obj import form_of, left_out, mixed_forms, plain_obj
-from clrt.meshfiles.obj_materials import LIBRARY, Materials
+from clrt.meshfiles.obj.lines import form_of, left_out, mixed_forms, plain_obj
+from clrt.meshfiles.obj.materials import LIBRARY, Materials
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
 from clrt.meshfiles.planar import folded

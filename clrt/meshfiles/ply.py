@@ -17,7 +17,7 @@ import numpy as np
 from clrt.base.errors import show
 from clrt.base.limits import written
 from clrt.images.file import decode, uncurved
-from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.outlines import rows_of
 
 _COLORS: Final = (b"red", b"green", b"blue")
