@@ -20,6 +20,7 @@ REFLECTION: Final = "reflection"
 TRANSMISSION: Final = "transmission"
 AMBIENT: Final = "ambient"
 _WORDS: Final = 2 + 3 + 1 + 4  # of a ray: pixel and path; hit and code; spawn; places in four streams
+_MANY_GROUPS: Final = 8  # of bands that dispersion bends apart
 
 
 class _Parameters:
@@ -234,12 +235,14 @@ def _fields(ray_format: layout.RayFormat) -> int:
 def tile_rays(ray_format: layout.RayFormat, settings: Settings) -> int:
     """Rays of generation 0 to trace at a time: the setting, or 131 072 in RGB.
 
-    With more bands half the bytes of these. More of them would pass by the caches, fewer would wait for the
-    host, whose part is small with many bands.
+    With more bands as many bytes, or half of them where a ray may be split into many narrow ones. Fewer rays
+    would wait for the host, whose part of a tile is the same however many it has; more would pass by the
+    caches.
     """
     if settings.tile:
         return min(settings.tile, ceilings.RAYS)
-    number = 1 << 17 if ray_format.bands <= layout.BANDS else 1 << 16
+    many = 0 < _MANY_GROUPS * ray_format.group < ray_format.bands
+    number = 1 << 16 if many else 1 << 17
     return number * (_fields(layout.RayFormat()) + _WORDS) // (_fields(ray_format) + _WORDS)
 
 
