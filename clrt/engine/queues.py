@@ -59,6 +59,7 @@ class Queue(_Parameters):
     weight: Any  # blocks of layout.RayFormat.values
     media: Any  # blocks of layout.MEDIA numbers of materials, where rays carry them
     device: Device  # whose kernels know what these rays carry
+    overflow: Any  # one of layout.OVERFLOW once these rays, or others of their piece, met too much; 0 before
     pixels: Pixels = _UNKNOWN
 
     _fields = attrgetter(*layout.CHILD)
@@ -265,9 +266,16 @@ def feeler_bytes(
     return block_bytes(n, fields, lanes) + 4 * n * (2 + surfaces)  # owner, seen, own
 
 
-def new_queue(device: Device, kind: str, n: int) -> Queue:
-    """Memory for rays of what the device's kernels know rays to carry."""
+def new_queue(device: Device, kind: str, n: int, overflow: Any = None) -> Queue:
+    """Memory for rays of what the device's kernels know rays to carry.
+
+    overflow: what the rays share that they come of; None: they are the first of a piece. Others may be traced
+    at the same time, for a picture of their own.
+    """
     lanes = device.settings.lanes
+    if overflow is None:
+        overflow = device.buffer(4, "uint")
+        device.fill(overflow, 4)
     media = device.buffer(block_bytes(n, device.media, lanes), "int") if device.media else None
     return Queue(
         kind,
@@ -278,4 +286,5 @@ def new_queue(device: Device, kind: str, n: int) -> Queue:
         device.buffer(block_bytes(n, device.ray_format.values, lanes), "float"),
         media,
         device,
+        overflow,
     )

@@ -102,7 +102,7 @@ def trace(
     `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated, and before
     dispersion makes more rays of several pixels than caches are good for. `observers` are told of each pass.
     """
-    counts = RayCounts()
+    counts, first = RayCounts(), queue
     divisible = queue.n > max(1, int(queue.pixels.samples))  # there are more pixels, or rays, than one
     film.add_terms(world, queue, hits, last=max_depth == 0, observers=observers)
     queues = [(queue, hits)]
@@ -133,10 +133,9 @@ def trace(
         if not queues:
             break
     if world.flat.media is not None or world.tinted:
-        overflow = device.ask(world.overflow, np.empty(1, np.uint32))
+        overflow = device.ask(first.overflow, np.empty(1, np.uint32))
         yield overflow
         if what := int(overflow.wait()[0]):
-            world.clear_overflow(device)
             raise _refused(world, what)
     return counts
 
