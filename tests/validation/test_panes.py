@@ -60,17 +60,26 @@ def test_a_feeler_that_crosses_too_many_is_refused(count: int, kind: str) -> Non
         assert tracer.render().hash == right  # nothing of it is left
 
 
-FLOOR = {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}
-PANE = {"type": "disk", "center": [0, 8.5, 0], "radius": 0.02, "normal": [0, 1, 0], "material": "glass0"}
+GREY = {"color": 0.5, "diffuse": 0.5, "reflection": 0.5}
 
 
-def paned(count: int, **keys: Any) -> clrt.Scene:
-    """A light above so many panes of glass at one place, and an opaque one behind them."""
-    stop = {**PANE, "center": [0, 8.6, 0], "material": {"color": 0}}
+def paned(count: int, radius: float, **keys: Any) -> clrt.Scene:
+    """A light above so many panes of glass at one place, with an opaque one behind them; walls that are
+    mirrors, so that tiles get there at different times."""
+    clear = {"diffuse": 0, "transmission": 1, "thin": True}
+    pane = {"type": "disk", "center": [0, 8.5, 0], "radius": radius, "normal": [0, 1, 0], "material": clear}
+    stop = {**pane, "center": [0, 8.6, 0], "material": {"color": 0}}
+    walls = [[[-9, y, z], [9, y, z], [9, top, back], [-9, top, back]]
+             for y, z, top, back in ((2.5, -9, 2.5, -6), (0.05, -5.5, 0.9, -5.5))]  # fmt: skip
     return clrt.load_dict({
-        "camera": {"origin": [0, 1, -5], "target": [0, 1, 0], "width": 48, "height": 36, "fov": 60},
-        "max_depth": 2, "shadow": "tinted", "materials": MATERIALS, "lights": [{"type": "point", "position": [0, 9, 0]}],
-        "shapes": [FLOOR, *[PANE] * count, stop], **keys,
+        "camera": {"origin": [0, 1, -5], "target": [0, 1, 0], "width": 64, "height": 48, "fov": 60},
+        "max_depth": 4, "shadow": "tinted", "materials": MATERIALS,
+        "lights": [{"type": "point", "position": [0, 9, 0]}],
+        "shapes": [
+            {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": GREY},
+            *[pane] * count, stop,
+            *({"type": "polygon", "points": points, "material": GREY} for points in walls),
+        ], **keys,
     })  # fmt: skip
 
 
@@ -78,23 +87,31 @@ def paned(count: int, **keys: Any) -> clrt.Scene:
 def test_what_is_refused_of_a_picture_is_refused_of_no_other() -> None:
     """One within `progress`, the next one, and the one around it: each is known by itself."""
     sky = {"origin": [0, 1, -5], "target": [0, 5, -9], "width": 4, "height": 4}
-    with clrt.Tracer(paned(4300), settings=clrt.Settings(tile=48 * 9)) as tracer:
-        right, shown = tracer.render(camera=sky).hash, []
+    with clrt.Tracer(paned(4300, 0.02), settings=clrt.Settings(tile=64 * 9)) as tracer:
+        right = tracer.render(camera=sky).hash
+        shown = []
+
+        def show(*_: Any) -> None:
+            try:
+                shown.append(tracer.render(camera=sky).hash)
+            except clrt.LimitError as error:
+                shown.append(error)
+
         for _ in range(3):
             with pytest.raises(clrt.LimitError, match="a feeler crosses more than 4,096 surfaces"):
-                tracer.render(progress=lambda *_: shown.append(tracer.render(camera=sky).hash))
+                tracer.render(progress=show)
             assert tracer.render(camera=sky).hash == right
         assert set(shown) == {right}
 
 
 @pytest.mark.filterwarnings("ignore:.*transmits but encloses nothing")
 def test_after_an_explanation_that_is_refused_pictures_are_right() -> None:
-    few = paned(0)
+    few = paned(0, 1)
     with clrt.Tracer(few) as tracer:
         right = tracer.render().hash
-        tracer.update(paned(4300, ambient=0.5, ambient_samples=60_000))
-        with pytest.raises(clrt.LimitError):
-            tracer.explain(24, 30)
+        tracer.update(paned(5000, 3, ambient=0.5, ambient_samples=60_000))
+        with pytest.raises(clrt.LimitError, match="has more than"):
+            tracer.explain(32, 47)
         tracer.update(few)
         assert tracer.render().hash == right
 
