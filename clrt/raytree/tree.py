@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import os
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -123,6 +123,10 @@ class Ray:
     parent: int | None
     children: tuple[Ray, ...] = field(default=(), repr=False)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copied and sent with its children side by side: Python cannot go as deep as they may be."""
+        return _ray, (_rows([self]),)
+
 
 @dataclass(frozen=True, eq=False)
 class RayTree:
@@ -149,9 +153,9 @@ class RayTree:
     weights: Numbers = field(default=(), repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copied and sent without children: they may be deeper in one another than Python can follow."""
-        values = {part.name: getattr(self, part.name) for part in fields(self)}
-        return _grown, (values | {"rays": tuple(replace(ray, children=()) for ray in self.rays)},)
+        """Copied and sent with all rays side by side, as one by itself is."""
+        values = _values(self) | {"rays": ()}
+        return _tree, (values, _rows(self.rays), len(self.rays))
 
     @property
     def roots(self) -> tuple[Ray, ...]:
@@ -251,12 +255,31 @@ class RayTree:
         return fragment(self)
 
 
-def _grown(values: dict[str, Any]) -> RayTree:
-    """A tree from its fields, of rays that lack their children."""
-    rays = list(values["rays"])
-    children: dict[int, list[Ray]] = {}
-    for ray in reversed(rays):  # children stand behind their parents
-        rays[ray.number] = replace(ray, children=tuple(reversed(children.pop(ray.number, []))))
-        if ray.parent is not None:
-            children.setdefault(ray.parent, []).append(rays[ray.number])
-    return RayTree(**values | {"rays": tuple(rays)})
+def _values(record: Ray | RayTree) -> dict[str, Any]:
+    return {part.name: getattr(record, part.name) for part in fields(record)}
+
+
+def _rows(rays: Sequence[Ray]) -> list[dict[str, Any]]:
+    """The fields of rays, then of all below them; for children their places among these rows."""
+    found = list(rays)
+    places = {id(ray): place for place, ray in enumerate(found)}
+    for ray in found:
+        for child in ray.children:
+            if places.setdefault(id(child), len(found)) == len(found):
+                found.append(child)
+    return [_values(ray) | {"children": [places[id(child)] for child in ray.children]} for ray in found]
+
+
+def _rays(rows: list[dict[str, Any]]) -> tuple[Ray, ...]:
+    rays = tuple(Ray(**row | {"children": ()}) for row in rows)
+    for ray, row in zip(rays, rows, strict=True):  # nobody has seen them yet
+        object.__setattr__(ray, "children", tuple(rays[place] for place in row["children"]))
+    return rays
+
+
+def _ray(rows: list[dict[str, Any]]) -> Ray:
+    return _rays(rows)[0]
+
+
+def _tree(values: dict[str, Any], rows: list[dict[str, Any]], count: int) -> RayTree:
+    return RayTree(**values | {"rays": _rays(rows)[:count]})

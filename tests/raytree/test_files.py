@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import io
 import json
 import pickle
@@ -20,7 +21,7 @@ import clrt
 from clrt.raytree.drawing import VIEWS, drawing
 from clrt.raytree.page import page
 from clrt.raytree.solids import triangles_of
-from clrt.raytree.tree import RayTree
+from clrt.raytree.tree import Ray, RayTree
 from tests.random_scenes import random_scene
 
 EVIL = "<script>alert(1)</script>\x1b[31m\u202e&\"'"
@@ -58,6 +59,20 @@ def test_a_tree_is_sent_and_copied_however_deep(tree: RayTree, again: Any) -> No
         assert found.to_json() == whole.to_json() and [ray.number for ray in found.walk()] == [
             ray.number for ray in whole.walk()
         ]
+        assert shape(again(whole.rays[1])) == shape(whole.rays[1]), "a ray by itself"
+        for some in (whole.rays[1:3], whole.rays[::-1]):
+            part = again(dataclasses.replace(whole, rays=some))
+            assert [*map(shape, part.rays)] == [*map(shape, some)]
+            among = [[child in rays for child in rays[0].children] for rays in (part.rays, some)]
+            assert among[0] == among[1], "what is a ray of both is one ray"
+
+
+def shape(ray: Ray) -> list[tuple[int, int | None, int]]:
+    """A ray and all below it: their numbers, parents and numbers of children."""
+    found = [ray]
+    for one in found:
+        found += one.children
+    return [(one.number, one.parent, len(one.children)) for one in found]
 
 
 @pytest.mark.parametrize("name", ["a.html/", "a.json/"])
