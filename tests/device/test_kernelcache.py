@@ -82,7 +82,8 @@ def test_only_what_is_new_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPa
     programs = sorted(file.relative_to(tmp_path).parts[0] for file in damaged)
     found = kernelcache.remove_damaged(tmp_path)
     assert [program.parent.name for program in found] == programs
-    assert set(damaged) <= set(opened) and {file.relative_to(tmp_path).parts[0] for file in opened} == set(programs)
+    assert set(damaged) <= set(opened)
+    assert {file.relative_to(tmp_path).parts[0] for file in opened} == set(programs)
     assert not any(program.exists() for program in found)
 
 
