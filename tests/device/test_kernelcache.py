@@ -129,6 +129,20 @@ def test_what_is_not_the_drivers_stays(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
+def test_a_folder_s_name_may_be_relative(tmp_path: Path) -> None:
+    """PoCL shows no device where it is "."."""
+
+    def devices(**more: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-P", "-m", "clrt", "devices"]
+        run = {"cwd": tmp_path, "capture_output": True, "text": True, "check": False}
+        return subprocess.run(command, env={**os.environ, **more}, **run)
+
+    done = devices(POCL_CACHE_DIR=".")
+    assert done.returncode == 0 and "(CPU, " in done.stdout, done
+    done = devices(POCL_DEVICES="none", CLRT_DRIVER="pocl")
+    assert done.returncode == 2 and "no OpenCL device" in done.stderr and "unset POCL_DEVICES" in done.stderr
+
+
 def test_a_folder_of_processes_that_is_linked_stops_nobody(tmp_path: Path) -> None:
     (tmp_path / "AA").symlink_to("/proc")
     (tmp_path / "AB").mkdir()
