@@ -1,4 +1,4 @@
-"""All kernels are one program: a macro that two files define would change the code of whichever comes later."""
+"""All kernels are one program: a macro of two files would change the code of whichever comes later."""
 
 from __future__ import annotations
 
