@@ -215,8 +215,9 @@ def _parse(
     outlines, suffix = Outlines(), path.suffix[1:].lower()
 
     def load(data: bytes) -> tuple[list[tuple[Part, Any]], list[str]]:
+        text = io.BytesIO(_in_utf8(data, suffix))
         scene = trimesh.load_scene(
-            io.BytesIO(_in_utf8(data, suffix)), suffix, resolver=Nothing(), process=False, skip_materials=not library
+            text, suffix, resolver=Nothing(), process=False, skip_materials=not library
         )
         placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
         found = [(scene.geometry[name], matrix) for matrix, name in placed]
