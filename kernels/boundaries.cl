@@ -5,7 +5,7 @@
 // Nearly all rays are in no medium or in one, and stop at the first surface: those lanes are done together
 // (`settled`). The others go one after the other.
 //
-// `overflow` becomes 1 where a list would have needed more places; the host then refuses the picture.
+// `overflow` becomes MANY_MEDIA where a list would have needed more places; the host then refuses the picture.
 #include "intersect.clh"
 #include "surfaces.clh"
 #include "media.clh"
@@ -51,7 +51,7 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
             moved = true;
         }
         if (!fits) {  // the picture is refused: what else lies on the way, thousands perhaps, need not be found
-            *overflow = 1;
+            *overflow = MANY_MEDIA;
             break;
         }
         before = top_of(world, list);

@@ -70,7 +70,7 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
 }
 
 __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,
-                              __global float *filter, __global const int *own)
+                              __global float *filter, __global const int *own, __global uint *overflow)
 {
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
@@ -86,7 +86,8 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
         for (uint left = lanes_of(hits.primitive >= 0); left; left = without_first(left)) {
             const int lane = first_lane(left);
             const Hit hit = {t[lane], primitive[lane]};
-            cross_surfaces(world, load_ray(rays, first + lane), hit, first + lane, own_of(own, first + lane), seen, filter);
+            cross_surfaces(world, load_ray(rays, first + lane), hit, first + lane, own_of(own, first + lane), seen, filter,
+                           overflow);
         }
         return;
     }
@@ -95,6 +96,6 @@ __kernel void occluded_tinted(WORLD_PARAMETERS, __global const float *rays, uint
         const Ray ray = load_ray(rays, i);
         const int passed = own_of(own, i);
         const Hit hit = nearest_hit(world, ray, 0.0f, BEFORE_ALL, false, passed);
-        cross_surfaces(world, ray, hit, i, passed, seen, filter);
+        cross_surfaces(world, ray, hit, i, passed, seen, filter, overflow);
     }
 }

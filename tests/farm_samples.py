@@ -43,3 +43,14 @@ def done(executor: Executor, scene: clrt.Scene, **size: Any) -> tuple[clrt.Image
     remote = pictures.Remote(executor, None, None)
     (sheet,) = remote.sheets(iter([pictures.Sheet(*remote.plan(scene, Request(**size)))]), 1)
     return sheet.image(), remote.farm.report
+
+
+def same(one: clrt.Image, other: clrt.Image) -> None:
+    assert one.hash == other.hash and one.wavelengths == other.wavelengths
+    assert one.layers.keys() == other.layers.keys()
+    for name, layer in one.layers.items():
+        assert layer.dtype == other.layers[name].dtype and layer.tobytes() == other.layers[name].tobytes()
+    for key in ("rays", "generations", "traced", "device", "local_size"):
+        assert one.stats[key] == other.stats[key], key
+    assert one.stats["seconds"].keys() >= {"closest", "gather"} <= other.stats["seconds"].keys()
+    assert one.metadata == other.metadata

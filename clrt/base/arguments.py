@@ -15,7 +15,7 @@ from decimal import Decimal
 from functools import partial, wraps
 from numbers import Real
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, Final, ParamSpec, TypeVar
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from clrt.base.errors import ClrtError, LimitError, exhausted, fault
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+
+_NO_LISTS: Final = (str, bytes, bytearray, memoryview)  # sequences, some of which cannot be gone through
 
 
 def public(function: Callable[P, T]) -> Callable[P, T]:
@@ -116,7 +119,7 @@ def names(name: str, value: object) -> tuple[str, ...]:
     """`value` as a tuple of texts: a sequence or a set of them, or "all", but no other text by itself."""
     if isinstance(value, str) and value == "all":
         return ("all",)
-    many = isinstance(value, (Sequence, set, frozenset)) and not isinstance(value, (str, bytes, bytearray))
+    many = isinstance(value, (Sequence, set, frozenset)) and not isinstance(value, _NO_LISTS)
     if not many or not all(isinstance(one, str) for one in value):  # type: ignore[attr-defined]
         example = f"[{value!r}]" if isinstance(value, str) and len(value) < 30 else "['depth']"
         raise ClrtError(fault("", name, value, f"it must be a list of names, such as {example}"))

@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     if Path(options.output).suffix.lower() == ".xml":
         from clrt.base.resources import validation_module
         from clrt.cli.terminal import say
-        from clrt.formats.mitsuba import with_itself
+        from clrt.formats.mitsuba.scene import with_itself
 
         path = Path(options.output)
         changed = validation_module("oracle_mitsuba.xml").write_xml(
@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
         validation_module("oracle_povray.scene").write_pov(scene, options.output)
         return 0
     if Path(options.output).suffix.lower() == ".nff":
-        from clrt.formats.nff_writer import write_nff
+        from clrt.formats.nff.writer import write_nff
 
         write_nff(scene, options.output)
         return 0

@@ -18,6 +18,8 @@ def run(options: argparse.Namespace) -> int:
     from clrt.device.trial import broken, verdict
 
     found = devices()
+    if not found and not options.json:
+        choose()  # says why, and what mends it
     faults = {info.index: verdict(info)[0] for info in found}
     none = all(faults.values()) and not os.environ.get("CLRT_DEVICE")
     default = -1 if none else choose()[0].index

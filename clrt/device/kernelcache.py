@@ -11,6 +11,7 @@ from __future__ import annotations
 import atexit
 import hashlib
 import os
+import re
 import shutil
 import stat
 import struct
@@ -34,6 +35,11 @@ VARIABLE: Final = "POCL_CACHE_DIR"
 ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes about 4 MB
 PATIENCE: Final = 60.0  # seconds that a process waits for another one that compiles
 _KEPT: Final = 30 * 24 * 3600  # seconds that kernels of other versions are kept after their last use
+_LEFT: Final = 24 * 3600  # seconds after which nobody needs a temporary file any more
+_LEFT_OVER: Final = re.compile(r"tempfile_\w{6}|looking-\w{8}")
+_LETTERS, _DIGEST = re.compile("[A-P]{2}"), re.compile("[A-P]{30,}")  # PoCL's two folders around a program
+_MARK: Final = re.compile(r"(program-)?[0-9a-f]{16}(-\w+)*")
+_LOOKED: Final = "looked"  # its time is when the last look for damage began
 _own: list[Path] = []  # the folder that `prepare` chose, not the user
 _hurry: list[bool] = []  # holds something once waiting was in vain
 _COMPILING: Final = "compiling kernels"
@@ -49,7 +55,7 @@ def given() -> bool:
 def usual_folder() -> Path:
     """Where kernels of this version are kept: what POCL_CACHE_DIR says, else in the user's cache folder."""
     if given():
-        return Path(os.environ[VARIABLE])
+        return Path(os.environ[VARIABLE]).absolute()  # of "." PoCL makes a place where it finds no device
     digest = hashlib.sha256()
     for file in sorted(kernel_folder().glob("*.cl*")):
         digest.update(f"{file.name} {kernel_text(file)}".encode())
@@ -134,18 +140,89 @@ def shared_with(folder: Path) -> str:
 
 
 def remove_damaged(folder: Path) -> list[Path]:
-    """Remove programs that hold a damaged file, to be compiled again; give their folders."""
-    programs = {
-        program
-        for pattern in ("*/*/program.bc", "*/*/*/*/*.so")
-        for file in folder.glob(pattern)
-        if not whole(file)
-        for program in [folder.joinpath(*file.relative_to(folder).parts[:2])]
-    }
-    for program in programs:
+    """Remove programs that hold a damaged file, to be compiled again; give their folders.
+
+    Only what has PoCL's names is touched, and no link is followed: the folder may hold what is not ours. Of
+    thousands of kernels only those are opened that were written, or put there, since the last look: that was
+    most of a start. Times are those of the folder's own file system. What the driver leaves behind goes, too.
+    """
+    looked, last, now = folder / _LOOKED, 0, ""
+    with suppress(OSError):
+        status = looked.lstat()
+        last = status.st_mtime_ns if stat.S_ISREG(status.st_mode) else 0
+    with suppress(OSError):  # only time is lost
+        handle, now = tempfile.mkstemp(dir=folder, prefix="looking-")
+        # the clock was put back; or the machine was started since, perhaps after it lost files with its power
+        if not time.time_ns() - time.monotonic_ns() < last <= os.fstat(handle).st_mtime_ns:
+            last = 0
+        os.close(handle)
+    damaged = [program for program, changed in _programs(folder) if _is_damaged(program, changed, last)]
+    for program in damaged:
+        if program.is_symlink():
+            program.unlink(missing_ok=True)
         shutil.rmtree(program, ignore_errors=True)
-        shutil.rmtree(folder / "launched", ignore_errors=True)
-    return sorted(programs)
+    if damaged:
+        _forget_launches(folder)
+    try:
+        os.replace(now, looked)
+    except OSError:  # a folder in its place: all is looked at each time
+        with suppress(OSError):
+            os.unlink(now)
+    _remove_left_overs(folder)
+    return sorted(damaged)
+
+
+def _entries(folder: str | Path) -> Iterator[tuple[os.DirEntry[str], os.stat_result, int]]:
+    """What is in a folder, each with what is known of it and not of what it links to, and when it was last
+    written to or put there, in nanoseconds."""
+    with suppress(OSError), os.scandir(folder) as entries:  # removed meanwhile
+        for entry in entries:
+            with suppress(OSError):
+                status = entry.stat(follow_symlinks=False)
+                yield entry, status, max(status.st_mtime_ns, status.st_ctime_ns)
+
+
+def _programs(folder: Path) -> Iterator[tuple[Path, int]]:
+    """Where PoCL keeps a program each, and when that was last written to, or put there."""
+    for letters, status, put in _entries(folder):
+        if _LETTERS.fullmatch(letters.name) and stat.S_ISDIR(status.st_mode):
+            for program, _, changed in _entries(letters.path):
+                if _DIGEST.fullmatch(program.name):
+                    yield Path(program.path), max(put, changed)
+
+
+def _is_damaged(program: str | Path, put: int, last: int) -> bool:
+    """Whether what a program's folder holds of programs and kernels, written or put there at `last` or later,
+    is not whole. A link is not: nobody knows when what it links to changes."""
+    if os.path.islink(program):
+        return True
+    for entry, status, changed in _entries(program):
+        changed = max(put, changed)
+        compiled = entry.name.endswith((".bc", ".so"))
+        if stat.S_ISDIR(status.st_mode) and not compiled:
+            if _is_damaged(entry.path, changed, last):
+                return True
+        elif changed >= last and (compiled or stat.S_ISLNK(status.st_mode)) and not whole(Path(entry.path)):
+            return True
+    return False
+
+
+def _forget_launches(folder: Path) -> None:
+    """Let all be compiled by one process at a time again (`compiling`)."""
+    for mark, status, _ in _entries(folder / "launched"):
+        if _MARK.fullmatch(mark.name) and stat.S_ISREG(status.st_mode) and not status.st_size:
+            with suppress(OSError):
+                os.unlink(mark.path)
+
+
+def _remove_left_overs(folder: Path) -> None:
+    """Remove empty temporary files: PoCL leaves one for each build, a process that is killed here its own."""
+    old = time.time_ns() - _LEFT * 10**9
+    for file, status, _ in _entries(folder):
+        if _LEFT_OVER.fullmatch(file.name) and stat.S_ISREG(status.st_mode) and not status.st_size:
+            with suppress(OSError):
+                if status.st_mtime_ns < old:
+                    os.unlink(file.path)
 
 
 def whole(file: Path) -> bool:

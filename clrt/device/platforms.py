@@ -9,6 +9,7 @@ import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -134,7 +135,13 @@ def check_process() -> None:
 
 
 def pocl_version(info: DeviceInfo) -> tuple[int, ...]:
-    match = re.search(r"PoCL (\d+)\.(\d+)", info.version)
+    """(3, 1) for PoCL 3.1; () for other drivers."""
+    return _pocl_version(info.version)
+
+
+@cache  # asked for after each launch
+def _pocl_version(version: str) -> tuple[int, ...]:
+    match = re.search(r"PoCL (\d+)\.(\d+)", version)
     return tuple(int(part) for part in match.groups()) if match else ()
 
 

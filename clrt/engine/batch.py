@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
@@ -65,14 +66,14 @@ class Batch:
     def __init__(self, origins: object, directions: object, t_min: object, t_max: object) -> None:
         o, d = _vectors("origins", origins), _vectors("directions", directions)
         try:
-            self.shape: tuple[int, ...] = np.broadcast_shapes(o.shape[:-1], d.shape[:-1])
+            self.shape = _together(o.shape[:-1], d.shape[:-1])
         except (ValueError, RuntimeError):  # shapes that differ; more than 32 dimensions together
             raise ClrtError(
                 f"origins and directions: shapes {o.shape} and {d.shape} do not go together; "
                 "there must be one for each ray, or one for all"
             ) from None
         bounds = [self._bound(*given) for given in (("t_min", t_min), ("t_max", t_max))]
-        self.n = int(np.prod(self.shape, dtype=np.int64))
+        self.n = math.prod(self.shape)
         self._arrays = [_Given(array, self.shape, self.n) for array in (o, d)]
         self._bounds = [_Given(array[..., None], self.shape, self.n) for array in bounds]
         self.width = self._width()
@@ -81,7 +82,7 @@ class Batch:
         """A bound of the rays, of which there may be more for it."""
         bound = real_numbers(name, value, f"() or {self.shape}" if self.shape else "()")
         try:
-            self.shape = np.broadcast_shapes(bound.shape, self.shape)
+            self.shape = _together(bound.shape, self.shape)
         except (ValueError, RuntimeError):
             text = f"shape {bound.shape} is neither a number nor {self.shape}, as the rays are"
             raise ClrtError(f"{name}: {text}") from None
@@ -169,6 +170,11 @@ class _Given:
             return np.ascontiguousarray(self._rows[numbers], np.float32)
         places = np.unravel_index(numbers, self._rows.shape[:-1])
         return np.ascontiguousarray(self._rows[places], np.float32)
+
+
+def _together(one: tuple[int, ...], other: tuple[int, ...]) -> tuple[int, ...]:
+    """Two shapes, broadcast; of one ray, numpy takes a tenth of the whole call to see that they are alike."""
+    return other if one in ((), other) else np.broadcast_shapes(one, other)
 
 
 def _vectors(name: str, value: object) -> np.ndarray:

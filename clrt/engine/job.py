@@ -189,8 +189,6 @@ class Job:
             if not whole:
                 with suppress(DeviceError):  # why it is given up is what counts
                     device.driver.barrier()
-                    world.clear_overflow(device)
-                    device.driver.barrier()
 
     def identity(self, window: tuple[int, int, int, int]) -> dict[str, str]:
         """What decides a picture's window (x, y, width, height) and its counts, as texts by name: the kernels

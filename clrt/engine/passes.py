@@ -96,7 +96,7 @@ def closest(device: Device, world: World, queue: Queue, crossing: bool = True) -
     cones = device.for_queue(queue.narrow and device.ray_format.mips)
     cones.launch_packets("surface", n, *arguments)
     if crossing and world.flat.media is not None:
-        device.for_queue(queue.narrow).launch_packets("cross_boundaries", n, *arguments, world.overflow)
+        device.for_queue(queue.narrow).launch_packets("cross_boundaries", n, *arguments, queue.overflow)
     return hits
 
 
@@ -153,7 +153,8 @@ def feelers(device: Device, world: World, queue: Queue, hits: QueueHits, shaded:
         kernels.launch_chunks("feelers", queue.n, *world.arguments, *groups)
         arguments = (*world.arguments, found.rays, np.uint32(n), found.seen)
         if world.tinted:
-            kernels.launch_packets("occluded_tinted", n, *arguments, found.filter, found.own)
+            through = found.filter, found.own, queue.overflow
+            kernels.launch_packets("occluded_tinted", n, *arguments, *through)
         else:
             sequence = arranged(device, found.rays, n) if queue.kind in _SCATTERED else None
             device.launch_packets("occluded", n, *arguments, sequence, found.own)
@@ -236,7 +237,7 @@ def spawn(
         return None
     firsts = [_first_places(device, world, queue, shaded, stream) for _, stream, queue, _, shaded in sources]
     total = sum(shaded.totals[stream] for _, stream, _, _, shaded in sources)
-    child = new_queue(device.for_queue(narrow), kind, total)
+    child = new_queue(device.for_queue(narrow), kind, total, parents[0][0].overflow)
     for i, (kernel, stream, queue, hits, shaded) in enumerate(sources):
         slots = firsts[i] if len(sources) == 1 else _first_places(device, world, queue, shaded, stream)
         for j, (_, other_stream, other, _, other_lit) in enumerate(sources):

@@ -20,6 +20,7 @@ REFLECTION: Final = "reflection"
 TRANSMISSION: Final = "transmission"
 AMBIENT: Final = "ambient"
 _WORDS: Final = 2 + 3 + 1 + 4  # of a ray: pixel and path; hit and code; spawn; places in four streams
+_MANY_GROUPS: Final = 8  # of bands that dispersion bends apart
 
 
 class _Parameters:
@@ -58,6 +59,7 @@ class Queue(_Parameters):
     weight: Any  # blocks of layout.RayFormat.values
     media: Any  # blocks of layout.MEDIA numbers of materials, where rays carry them
     device: Device  # whose kernels know what these rays carry
+    overflow: Any  # one of layout.OVERFLOW once these rays, or others of their piece, met too much; 0 before
     pixels: Pixels = _UNKNOWN
 
     _fields = attrgetter(*layout.CHILD)
@@ -234,12 +236,14 @@ def _fields(ray_format: layout.RayFormat) -> int:
 def tile_rays(ray_format: layout.RayFormat, settings: Settings) -> int:
     """Rays of generation 0 to trace at a time: the setting, or 131 072 in RGB.
 
-    With more bands half the bytes of these. More of them would pass by the caches, fewer would wait for the
-    host, whose part is small with many bands.
+    With more bands as many bytes, or half of them where a ray may be split into many narrow ones. Fewer rays
+    would wait for the host, whose part of a tile is the same however many it has; more would pass by the
+    caches.
     """
     if settings.tile:
         return min(settings.tile, ceilings.RAYS)
-    number = 1 << 17 if ray_format.bands <= layout.BANDS else 1 << 16
+    many = 0 < _MANY_GROUPS * ray_format.group < ray_format.bands
+    number = 1 << 16 if many else 1 << 17
     return number * (_fields(layout.RayFormat()) + _WORDS) // (_fields(ray_format) + _WORDS)
 
 
@@ -262,9 +266,16 @@ def feeler_bytes(
     return block_bytes(n, fields, lanes) + 4 * n * (2 + surfaces)  # owner, seen, own
 
 
-def new_queue(device: Device, kind: str, n: int) -> Queue:
-    """Memory for rays of what the device's kernels know rays to carry."""
+def new_queue(device: Device, kind: str, n: int, overflow: Any = None) -> Queue:
+    """Memory for rays of what the device's kernels know rays to carry.
+
+    overflow: what the rays share that they come of; None: they are the first of a piece. Others may be traced
+    at the same time, for a picture of their own.
+    """
     lanes = device.settings.lanes
+    if overflow is None:
+        overflow = device.buffer(4, "uint")
+        device.fill(overflow, 4)
     media = device.buffer(block_bytes(n, device.media, lanes), "int") if device.media else None
     return Queue(
         kind,
@@ -275,4 +286,5 @@ def new_queue(device: Device, kind: str, n: int) -> Queue:
         device.buffer(block_bytes(n, device.ray_format.values, lanes), "float"),
         media,
         device,
+        overflow,
     )

@@ -9,6 +9,8 @@ from typing import Final
 
 import numpy as np
 
+from clrt import layout
+from clrt.base.errors import LimitError
 from clrt.device.device import Device
 from clrt.engine import passes
 from clrt.engine.film import Film
@@ -100,7 +102,7 @@ def trace(
     `budget` bounds the bytes of queues alive at a time: TooLarge before more is allocated, and before
     dispersion makes more rays of several pixels than caches are good for. `observers` are told of each pass.
     """
-    counts = RayCounts()
+    counts, first = RayCounts(), queue
     divisible = queue.n > max(1, int(queue.pixels.samples))  # there are more pixels, or rays, than one
     film.add_terms(world, queue, hits, last=max_depth == 0, observers=observers)
     queues = [(queue, hits)]
@@ -130,13 +132,22 @@ def trace(
                 tell(observers, "closest", generation + 1, *queues[-1])
         if not queues:
             break
-    if world.flat.media is not None:
-        overflow = device.ask(world.overflow, np.empty(1, np.uint32))
+    if world.flat.media is not None or world.tinted:
+        overflow = device.ask(first.overflow, np.empty(1, np.uint32))
         yield overflow
-        if overflow.wait()[0]:
-            world.clear_overflow(device)
-            raise too_deep(world.flat.media.source)
+        if what := int(overflow.wait()[0]):
+            raise _refused(world, what)
     return counts
+
+
+def _refused(world: World, what: int) -> LimitError:
+    """The error for a value of layout.OVERFLOW."""
+    if world.flat.media is not None and what == layout.OVERFLOW["MANY_MEDIA"]:
+        return too_deep(world.flat.media.source)
+    return LimitError(
+        f"shadow: a feeler crosses more than {layout.PANES:,} surfaces that let light through; use fewer "
+        'of them in a row, or shadow = "opaque"'
+    )
 
 
 def _check_size(

@@ -36,7 +36,6 @@ class World:
     def __init__(self, device: Device, flat: FlatScene) -> None:
         if device.ray_format != flat.ray_format:
             raise ValueError(f"kernels for {device.ray_format}; the scene has {flat.ray_format}")
-        self.overflow = device.upload(np.zeros(1, np.uint32))  # 1 once a list of media was too short
         buffers: dict[str, Any] = {
             name: device.upload(getattr(flat, name), kind=kind) for name, kind in _tables(flat).items()
         }
@@ -66,10 +65,6 @@ class World:
             return "nothing"
         self._take(device, flat, buffers)
         return cost
-
-    def clear_overflow(self, device: Device) -> None:
-        """Let it not be known that a list of media was too short."""
-        device.fill(self.overflow, 4)
 
     def _refitted(self, device: Device, flat: FlatScene, buffers: dict[str, Any]) -> dict[str, Any] | None:
         """The tree's sections for primitives that only moved; None where it must be built."""

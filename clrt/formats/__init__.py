@@ -23,9 +23,9 @@ from clrt.scene.scene import Scene, read_scene
 READERS: Final = {
     ".toml": "native",
     ".json": "native",
-    ".nff": "nff",
+    ".nff": "nff.reader",
     ".txt": "thesis",
-    ".xml": "mitsuba",
+    ".xml": "mitsuba.scene",
     **dict.fromkeys(SUFFIXES, "mesh"),
 }
 """By suffix: the module whose `load` is a function of (path, limits, **options); imported when needed."""

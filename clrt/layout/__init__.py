@@ -27,6 +27,7 @@ BANDS: Final = 3  # bands of light a ray carries in RGB mode; a compile-time con
 # Places in a ray's list of media, oldest first, -1 where empty; a compile-time constant of the kernels, 0 for
 # scenes that need no lists
 MEDIA: Final = 8
+PANES: Final = 4096  # surfaces that a tinted feeler goes through; to find n at one place takes n^2 / 32 tests
 
 # field of the record Material -> of the scene's
 COEFFICIENTS: Final = {
@@ -311,6 +312,8 @@ SPAWN: Final = {
     "SPAWN_GROUPS": 127 << 21,
     "SPAWN_LOCAL": 1 << 28,  # there is local light: not all bands are 0
 }
+# Why a picture is refused while it is traced: a ray is in more than MEDIA, a feeler crosses more than PANES
+OVERFLOW: Final = {"MANY_MEDIA": 1, "MANY_PANES": 2}
 # What of a feeler is known: 0 where something blocks the light
 SEEN: Final = {
     "CLEAR": 1,  # nothing is in its way

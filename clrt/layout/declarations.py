@@ -25,6 +25,7 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
         "GROUP": ray_format.group,
         "NARROW": int(ray_format.narrow),
         "MEDIA": ray_format.media,
+        "MOST_PANES": layout.PANES,
         "LANES": lanes,
         "PACKET": packet,
         "WIDE": layout.WIDE,
@@ -40,7 +41,7 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
     constants |= layout.KINDS | layout.BLOCKS | layout.FALLOFF | layout.FRESNEL | layout.CHECKER
     constants |= layout.MAPPINGS | layout.WRAP
     constants |= {f"PICTURED_{name.upper()}": number for number, name in enumerate(layout.PICTURES)}
-    constants |= layout.SURFACE | layout.PATH | layout.SPAWN | layout.SEEN | layout.TERMS
+    constants |= layout.SURFACE | layout.PATH | layout.SPAWN | layout.SEEN | layout.TERMS | layout.OVERFLOW
     lights = layout.LIGHT_KINDS | layout.EXTENDED_KINDS
     constants |= {f"LIGHT_{kind}": number for kind, number in lights.items()}
     constants |= {f"FILTER_{name}": number for name, number in layout.FILTERS.items()}

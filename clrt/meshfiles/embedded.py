@@ -18,9 +18,9 @@ from clrt.base.limits import Limits
 from clrt.base.places import At
 from clrt.base.scratch import scratch
 from clrt.images.file import read_samples
-from clrt.meshfiles.gltf import pictures_in
-from clrt.meshfiles.gltf_document import BrokenMesh
-from clrt.meshfiles.gltf_textures import HEAD, Itself, readable
+from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.gltf.stored import pictures_in
+from clrt.meshfiles.gltf.textures import HEAD, Itself, readable
 
 
 class Models:

@@ -25,16 +25,17 @@ from clrt.base.limits import Limits
 from clrt.base.places import At, PlacedError
 from clrt.base.room import check_date
 from clrt.meshfiles import SUFFIXES
+from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.embedded import itself_of
-from clrt.meshfiles.gltf import read_gltf
-from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.gltf.reader import read_gltf
 from clrt.meshfiles.look import NONE
-from clrt.meshfiles.obj import form_of, left_out, mixed_forms, plain_obj
-from clrt.meshfiles.obj_materials import LIBRARY, Materials
+from clrt.meshfiles.obj.lines import form_of, left_out, mixed_forms, plain_obj
+from clrt.meshfiles.obj.materials import LIBRARY, Materials
+from clrt.meshfiles.obj.mtl import text_of
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
 from clrt.meshfiles.planar import folded
-from clrt.meshfiles.ply import PlyColors, plain_ply, textures
+from clrt.meshfiles.ply import PlyColors, header, plain_ply, textures
 from clrt.meshfiles.stl import plain_stl
 from clrt.meshfiles.vertex_colors import spread
 
@@ -214,8 +215,9 @@ def _parse(
     outlines, suffix = Outlines(), path.suffix[1:].lower()
 
     def load(data: bytes) -> tuple[list[tuple[Part, Any]], list[str]]:
+        text = io.BytesIO(_in_utf8(data, suffix))
         scene = trimesh.load_scene(
-            io.BytesIO(data), suffix, resolver=Nothing(), process=False, skip_materials=not library
+            text, suffix, resolver=Nothing(), process=False, skip_materials=not library
         )
         placed = [scene.graph[node] for node in scene.graph.nodes_geometry]
         found = [(scene.geometry[name], matrix) for matrix, name in placed]
@@ -240,6 +242,8 @@ def _parse(
         raise
     except Exception as error:  # a broken file can fail anywhere inside a parser
         # the parser's own words help where it raises on purpose; elsewhere it stumbled over what is broken
+        if isinstance(error, (ImportError, UnicodeDecodeError)):  # a package that guesses is not asked
+            raise BrokenMesh("it is no text in UTF-8 where it must be") from None
         why = str(error) if isinstance(error, ValueError) and str(error) else "its contents are broken"
         raise BrokenMesh(f"{why} ({type(error).__name__})") from None
     finally:
@@ -262,6 +266,17 @@ def _parse(
     _, first, same = np.unique(materials, return_index=True, return_inverse=True)
     where = first[same] if apart else numbers  # of one material, in corners of more than one form: one thing
     return Placed([pairs[k][0] for k in kept], numbers, where, matrices, materials=materials)
+
+
+def _in_utf8(data: bytes, suffix: str) -> bytes:
+    """The data with its text in UTF-8; what is none is Latin-1, as old programs wrote it.
+
+    trimesh would ask a package that guesses, where there is one.
+    """
+    if suffix not in ("obj", "ply") or data.isascii():
+        return data
+    text = len(data) if suffix == "obj" else len(header(data))
+    return text_of(data[:text]).encode() + data[text:]
 
 
 def _prepared(data: bytes, suffix: str) -> bytes:

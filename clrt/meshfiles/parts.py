@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.look import NONE, Look, Used
 
 Arrays = tuple[np.ndarray, np.ndarray, np.ndarray | None, np.ndarray | None]

@@ -17,7 +17,7 @@ import numpy as np
 from clrt.base.errors import show
 from clrt.base.limits import written
 from clrt.images.file import decode, uncurved
-from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.outlines import rows_of
 
 _COLORS: Final = (b"red", b"green", b"blue")
@@ -42,7 +42,7 @@ def plain_ply(data: bytes) -> bytes:
 
     Of a text file they are declared as double: trimesh would drop what is too large for their type.
     """
-    head = _head(data)
+    head = header(data)
     if not head:
         raise BrokenMesh(f"its header does not end within {_HEADER} bytes")
     elements = map(_named, _ELEMENT.split(head))
@@ -66,7 +66,7 @@ def has_colors(data: bytes) -> bool:
 
 def textures(data: bytes) -> list[str]:
     """The pictures that a header names in a comment, as MeshLab writes them; they are not read."""
-    return [name.decode("utf-8", "replace").strip() for name in _TEXTURE.findall(_head(data))]
+    return [name.decode("utf-8", "replace").strip() for name in _TEXTURE.findall(header(data))]
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ def _needs(words: list[str], lists: list[bool]) -> int:
     return at
 
 
-def _head(data: bytes) -> bytes:
+def header(data: bytes) -> bytes:
     """The header up to its last line, which trimesh knows by a word; empty where it does not end."""
     found = data.find(_END, 0, _HEADER)
     while found >= 0:
@@ -206,7 +206,7 @@ def _head(data: bytes) -> bytes:
 def _types(data: bytes) -> dict[str, tuple[str, ...]]:
     """The declared types of red, green and blue of each element that has all three."""
     found = {}
-    for element in map(_named, _ELEMENT.split(_head(data))):
+    for element in map(_named, _ELEMENT.split(header(data))):
         kinds = {name: kind.decode() for _, kind, _, name in _PROPERTY.findall(element)}
         called = b"".join(element.split(None, 2)[1:2]).decode("latin-1")
         if called in _COLORED and kinds.keys() >= {*_COLORS}:

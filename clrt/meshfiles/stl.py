@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Final
 
 from clrt.base.errors import show
-from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.broken import BrokenMesh
 
 _MOST: Final = 64  # solids that are kept apart: trimesh's time grows with their square
 _ENDS: Final = {b"facet": b"endfacet", b"solid": b"endsolid"}

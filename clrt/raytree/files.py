@@ -30,7 +30,7 @@ def check(path: str | os.PathLike[str]) -> str:
     return suffix
 
 
-def write(tree: RayTree, path: Path) -> Path:
+def write(tree: RayTree, path: str | os.PathLike[str]) -> Path:
     """Write it; return where."""
     suffix = check(path)
     if suffix == ".json":
@@ -45,4 +45,4 @@ def write(tree: RayTree, path: Path) -> Path:
         made = glb(tree)
         with replacing(path) as temporary:
             temporary.write_bytes(made)
-    return path
+    return Path(path)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import os
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -123,6 +123,10 @@ class Ray:
     parent: int | None
     children: tuple[Ray, ...] = field(default=(), repr=False)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copied and sent with its children side by side: Python cannot go as deep as they may be."""
+        return _ray, (_rows([self]),)
+
 
 @dataclass(frozen=True, eq=False)
 class RayTree:
@@ -147,6 +151,11 @@ class RayTree:
     value: np.ndarray
     rays: tuple[Ray, ...] = field(repr=False)
     weights: Numbers = field(default=(), repr=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copied and sent with all rays side by side, as one by itself is."""
+        values = _values(self) | {"rays": ()}
+        return _tree, (values, _rows(self.rays), len(self.rays))
 
     @property
     def roots(self) -> tuple[Ray, ...]:
@@ -232,7 +241,8 @@ class RayTree:
         """
         from clrt.raytree.files import write
 
-        return write(self, arguments.path("path", path))
+        arguments.path("path", path)
+        return write(self, path)
 
     def to_glb(self, path: str | os.PathLike[str]) -> Path:
         """`save`, for a path that ends in .glb."""
@@ -243,3 +253,33 @@ class RayTree:
         from clrt.raytree.page import fragment
 
         return fragment(self)
+
+
+def _values(record: Ray | RayTree) -> dict[str, Any]:
+    return {part.name: getattr(record, part.name) for part in fields(record)}
+
+
+def _rows(rays: Sequence[Ray]) -> list[dict[str, Any]]:
+    """The fields of rays, then of all below them; for children their places among these rows."""
+    found = list(rays)
+    places = {id(ray): place for place, ray in enumerate(found)}
+    for ray in found:
+        for child in ray.children:
+            if places.setdefault(id(child), len(found)) == len(found):
+                found.append(child)
+    return [_values(ray) | {"children": [places[id(child)] for child in ray.children]} for ray in found]
+
+
+def _rays(rows: list[dict[str, Any]]) -> tuple[Ray, ...]:
+    rays = tuple(Ray(**row | {"children": ()}) for row in rows)
+    for ray, row in zip(rays, rows, strict=True):  # nobody has seen them yet
+        object.__setattr__(ray, "children", tuple(rays[place] for place in row["children"]))
+    return rays
+
+
+def _ray(rows: list[dict[str, Any]]) -> Ray:
+    return _rays(rows)[0]
+
+
+def _tree(values: dict[str, Any], rows: list[dict[str, Any]], count: int) -> RayTree:
+    return RayTree(**values | {"rays": _rays(rows)[:count]})

@@ -87,7 +87,9 @@ def _faces(value: object, vertices: int, at: At, own: bool) -> np.ndarray | tupl
             )
         flat, lengths = value.reshape(-1), np.full(len(value), value.shape[1])
     else:
-        if isinstance(value, (Sequence, np.ndarray)) and not isinstance(value, str):
+        if isinstance(value, np.ndarray):  # of objects
+            value = list(value) if value.ndim else value
+        if isinstance(value, Sequence) and not isinstance(value, (str, memoryview)):
             value = [face.tolist() if isinstance(face, np.ndarray) else face for face in value]
         rows = _rows(value, list[list[int]], at, "faces must be 3 or more vertex numbers each")
         lengths = np.fromiter(map(len, rows), np.int64, len(rows))

@@ -188,6 +188,8 @@ class Session:
         if what not in ("png", "exr"):
             raise ClrtError(f"what: {show(what)} is not allowed; it must be 'scene', 'png' or 'exr'")
         exposure = arguments.number("exposure", body.get("exposure", 0.0))
+        if not -100 <= exposure <= 100:
+            raise ClrtError(f"exposure: {exposure} is not allowed; use a number from -100 to 100 stops")
         try:
             image, layer = self._render(body, gone)
         except Superseded:

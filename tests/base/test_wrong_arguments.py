@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 import errno
 import inspect
+import json
 import sys
 import warnings
-from collections.abc import Callable
+from collections import UserList, deque
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -15,6 +18,7 @@ import numpy as np
 import pytest
 
 import clrt
+from tests.scene_samples import every_kind
 
 SCENE = {
     "camera": {"origin": [0, 1, 4], "target": [0, 0, 0], "width": 8, "height": 6},
@@ -46,7 +50,10 @@ EVERYTHING: list[Any] = [
     np.zeros((1, 2)),
     np.zeros((1, 3), "datetime64[s]"), np.zeros((1, 3), bool), [[HUGE, 0, 0]], [[1, 2, 3], [4, 5]],
     [["a"] * 3], ONE, lambda: None, len, int, range(3), clrt, clrt.Limits(), clrt.Settings(),
-    NotImplemented, ..., memoryview(b"abc"), iter([]), (n for n in ()), Exception("x"),
+    NotImplemented, ..., memoryview(b"abc"), iter([]), (n for n in ()), Exception("x"), bytearray(b"abc"),
+    np.array(None), np.array({}), memoryview(np.eye(3)), memoryview(np.array([[0, 1, 2]])),
+    np.zeros((2, 3), ">f4"),
+    np.zeros(2, [("x", "f4")]), np.zeros((1,) * 40), UserList([1, 2, 3]), deque([1, 2, 3]), map(str, ()),
 ]  # fmt: skip
 
 
@@ -179,6 +186,40 @@ def test_wrong_arguments_are_errors_of_clrt(
                     if fault:
                         found.append(f"{name}: {parameter} = {type(value).__name__} {_short(value)}: {fault}")
     assert not found, f"{len(found)} of {tried}:\n" + "\n".join(found)
+    assert tried > 5000
+
+
+def places(table: Any, *above: str | int) -> Iterator[tuple[str | int, ...]]:
+    """Where in a table of dicts and lists a value stands, from the whole down."""
+    keys = table if isinstance(table, dict) else range(min(len(table), 2)) if isinstance(table, list) else ()
+    for key in keys:
+        yield (*above, key)
+        yield from places(table[key], *above, key)
+
+
+def test_wrong_values_are_errors_of_clrt_wherever_they_stand(tmp_path: Path) -> None:
+    every_kind().save(tmp_path / "all.json")
+    table = json.loads((tmp_path / "all.json").read_text())
+    shapes = {shape["type"]: number for number, shape in enumerate(table["shapes"])}
+    table["shapes"] = [table["shapes"][number] for number in shapes.values()]
+    found, tried = [], 0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.simplefilter("ignore", clrt.ClrtWarning)
+        for number in range(len(table["shapes"])):
+            one = {**table, "shapes": [table["shapes"][number]]}
+            for place in places(one if number == 0 else {"shapes": one["shapes"]}):
+                for value in EVERYTHING:
+                    changed = copy.deepcopy(one)
+                    inner: Any = changed
+                    for key in place[:-1]:
+                        inner = inner[key]
+                    inner[place[-1]] = value
+                    tried += 1
+                    fault = attempt(clrt.load_dict, {"data": changed, "folder": tmp_path})
+                    if fault:
+                        found.append(f"{place} = {type(value).__name__} {_short(value)}: {fault}")
+    assert not found, f"{len(found)} of {tried}:\n" + "\n".join(found[:99])
     assert tried > 5000
 
 

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
-import json
-import multiprocessing
-import pickle
-import shutil
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,26 +13,14 @@ import pytest
 
 import clrt
 from clrt.base.places import At, PlacedError
-from clrt.cluster import parcels, pictures, worker
+from clrt.cluster import pictures, worker
 from clrt.cluster.orders import Answer, Lacking, Order
 from clrt.device import foreign
-from clrt.flatten.flatten import flatten
 from clrt.scene.scene import edited
-from tests.farm_samples import SIZE, Here, done
+from tests.farm_samples import SIZE, Here, done, same
 
 SCENES = Path(__file__).parents[2] / "scenes"
 pytestmark = pytest.mark.usefixtures("fresh")
-
-
-def same(one: clrt.Image, other: clrt.Image) -> None:
-    assert one.hash == other.hash and one.wavelengths == other.wavelengths
-    assert one.layers.keys() == other.layers.keys()
-    for name, layer in one.layers.items():
-        assert layer.dtype == other.layers[name].dtype and layer.tobytes() == other.layers[name].tobytes()
-    for key in ("rays", "generations", "traced", "device", "local_size"):
-        assert one.stats[key] == other.stats[key], key
-    assert one.stats["seconds"].keys() >= {"closest", "gather"} <= other.stats["seconds"].keys()
-    assert one.metadata == other.metadata
 
 
 @pytest.mark.parametrize("name", ["bubble", "rainbow"])
@@ -241,134 +224,6 @@ def test_a_picture_that_a_checkpoint_holds_all_of_says_what_made_it(mesh: clrt.S
     flat = clrt.Tracer(mesh).flat  # a driver may take narrower packets
     assert again.metadata["kernel_hash"] == foreign.source_hash(flat.ray_format)
 
-
-
-DOCS = Path(__file__).resolve().parents[2] / "docs"
-
-
-def make_cluster() -> Any:
-    """The script as a module."""
-    spec = importlib.util.spec_from_file_location("make_cluster", DOCS / "make_cluster.py")
-    assert spec and spec.loader
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
-
-
-def test_the_page_s_tables_follow_from_its_raw_values() -> None:
-    made = make_cluster()
-    tables = made.tables(json.loads((DOCS / "cluster.json").read_text("utf-8")))
-    assert f"{made.MARK}\n{tables}\n{made.MARK}" in (DOCS / "cluster.md").read_text("utf-8")
-
-
-def test_runs_with_other_numbers_of_workers_stand_beside_each_other() -> None:
-    made = make_cluster()
-    row = {"what": "kill", "kind": "picture", "same": True, "seconds": 2.0}
-
-    def run(workers: int, *twice: int | None) -> dict[str, Any]:
-        return {"workers": workers, "rounds": [{**row, "twice": count} for count in twice]}
-
-    runs = made.joined([run(2, 5), run(4, 0)], [run(1, None), run(2, 1, 2)])
-    runs[0]["rounds"] += [{**runs[0]["rounds"][0], "pieces": 0}, {**runs[0]["rounds"][0], "what": ""}]
-    assert made.faults({"faults": runs})[3:] == [
-        "| 1, killed, a picture | 1 | 1 | nobody else | 2.0 s |",
-        "| 2, killed, a picture | 2 | 2 | 3 | 2.0 s |",
-        "| 4, killed, a picture | 1 | 1 | 0 | 2.0 s |",
-    ]
-    assert made.twice([row]) == "not counted"  # as in older runs, of validation
-    stamp = {"code": "one", "dirty": False}
-    assert made.common([stamp, stamp]) == stamp and made.common([stamp, {**stamp, "dirty": True}])["dirty"]
-    assert made.common([stamp, {}]) == made.common([stamp, {**stamp, "code": "other"}]) == {}
-
-
-def test_wall_times_are_held_against_what_was_wanted() -> None:
-    def one(process: float, single: float, both: float) -> dict[str, Any]:
-        return {"process": {"wall": process}, "local:1": {"wall": single}, "local:2": {"wall": both}}
-
-    rounds = [one(1.0, 1.125, 0.625), one(1.0, 1.125, 0.75), one(1.0, 1.25, 0.625)]
-    assert make_cluster().ratios({"pinned": True, "rounds": rounds})[3:] == [
-        "| two workers, as fast as one | 1.7 times | 1.80 (1.50 to 2.00) | yes |",
-        "| `local:1` over one process | at most 1.10 | 1.12 (1.12 to 1.25) | no |",
-    ]
-
-
-def test_a_task_s_cost_is_that_of_its_own_round() -> None:
-    """The first round compiles, so its orders are others than those that are measured."""
-    one = {"workers": [6.0], "client": 0.3, "orders": [0.3] * 20}
-    told = {"rounds": [{"local:1": one}] * 3, "first": {"local:1": {"setups": [0.4], "orders": [9.0] * 60}}}
-    assert make_cluster().costs(told) == (6.0, 0.3, 20, 0.4)
-
-
-def test_a_scene_forgets_identities_on_its_way(mesh: clrt.Scene) -> None:
-    """What is kept by the identity of an array means another one in another process."""
-    flat = flatten(mesh)
-    right = flat.hash
-    copied = pickle.loads(pickle.dumps(flat))
-    assert not {"hash", "digests"} & vars(copied).keys() and copied.hash == right
-    parcel = parcels.packed(flat)
-    assert len(parcel.recipe) < parcels.LARGE < sum(array.nbytes for array in parcel.arrays.values())
-    assert parcels.unpacked(right, parcel.recipe, parcel.arrays).hash == right
-
-
-def test_a_scene_with_media_needs_none_of_its_files_elsewhere(tmp_path: Path) -> None:
-    """Where rays start within glass is found by the shapes: as they were read here, whatever lies there."""
-    shutil.copy(SCENES / "wood.png", tmp_path)
-    shutil.copy(SCENES / "gem.obj", tmp_path)
-    glass = {"fresnel": True, "diffuse": 0.0, "absorption": 0.1}
-    wood = {"color": {"type": "image", "file": "wood.png"}}
-    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {**glass, "priority": 1}}
-    gem = {"type": "mesh", "file": "gem.obj", "transform": [{"scale": 1.5}], "material": glass}
-    floor = {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": wood}
-    flat = flatten(clrt.load_dict({"shapes": [ball, gem, floor]}, folder=tmp_path, source="a.toml"))
-    parcel = parcels.packed(flat)
-    for file in tmp_path.iterdir():
-        file.unlink()
-    there = parcels.unpacked(parcel.scene, parcel.recipe, parcel.arrays)
-    points = np.random.default_rng(1).normal(size=(500, 3))
-    assert flat.media is not None and there.media is not None
-    found = flat.media.lists(points)
-    assert len(np.unique(found[:, 0])) == 3 and np.array_equal(there.media.lists(points), found)
-
-
-class Elsewhere(ProcessPoolExecutor):
-    """A process that sees none of some files: they are gone before it gets its first order."""
-
-    def __init__(self, files: list[Path]) -> None:
-        super().__init__(1, multiprocessing.get_context("spawn"))
-        self.files = files
-
-    def submit(self, *arguments: Any, **more: Any) -> Any:
-        while self.files:
-            self.files.pop().unlink()
-        return super().submit(*arguments, **more)
-
-
-def test_a_picture_needs_none_of_its_files_elsewhere(tmp_path: Path) -> None:
-    """Meshes from files, a picture on one of them and on a floor; a worker that has none of these."""
-    for name in ("wood.png", "gem.obj"):
-        shutil.copy(SCENES / name, tmp_path)
-    corners = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
-    (tmp_path / "tile.obj").write_text(f"{corners}f 1/1 4/4 3/3 2/2\n")
-    wood = {"color": {"type": "image", "file": "wood.png"}, "diffuse": 0.8}
-    table = {
-        "camera": {"origin": [0, 2, 5], "target": [0, 0, 0]},
-        "lights": [{"type": "point", "position": [3, 5, 4]}],
-        "background": [0.2, 0.3, 0.4],
-        "shapes": [
-            {"type": "mesh", "file": "gem.obj", "material": {"diffuse": 0.5, "reflection": 0.4}},
-            {"type": "mesh", "file": "tile.obj", "transform": [{"translate": [2, 0, 0]}], "material": wood},
-            {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": wood},
-        ],
-    }
-    scene = clrt.load_dict(table, folder=tmp_path, source="a.toml")
-    right = clrt.render(scene, **SIZE)
-    for shape in (1, 2):
-        gray = clrt.render(scene.replace({f"shapes[{shape}].material": {"diffuse": 0.8}}), **SIZE)
-        assert gray.hash != right.hash, "the wood is seen"
-    with Elsewhere([*tmp_path.iterdir()]) as executor:
-        image = clrt.render(scene, executor=executor, **SIZE)
-    assert [*tmp_path.iterdir()] == []
-    same(image, right)
 
 
 def test_samples_of_the_picture_s_own_go_with_what_is_adaptive() -> None:

@@ -48,6 +48,149 @@ def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path) -> None:
     assert "is not yours alone" in kernelcache.problem(tmp_path / "link")
 
 
+def laid_out(folder: Path, count: int) -> list[Path]:
+    """Files as PoCL keeps them, of so many programs with a kernel each; all are whole."""
+    head = (b"\x7fELF\x02" + bytes(35) + struct.pack("<Q10xHH", 64, 0, 0)).ljust(64, b"\0")
+    bitcode = b"BC\xc0\xde" + struct.pack("<III", 0, 1, 0)
+    files = []
+    for number in range(count):
+        program = folder / f"A{'ABCDEFGHIJKLMNOP'[number % 16]}" / ("ABCDEFGHIJKLMNOP"[number // 16] * 37)
+        for file, data in {"twice/16-1-1/twice.so": head, "program.bc": bitcode}.items():
+            files.append(program / file)
+            files[-1].parent.mkdir(parents=True, exist_ok=True)
+            files[-1].write_bytes(data)
+    return files
+
+
+def test_only_what_is_new_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    files, opened, whole = laid_out(tmp_path, 20), [], kernelcache.whole
+
+    def looked_at(file: Path) -> bool:
+        opened.append(file)
+        return whole(file)
+
+    monkeypatch.setattr(kernelcache, "whole", looked_at)
+    time.sleep(0.02)  # longer than a tick of a file system's clock
+    assert kernelcache.remove_damaged(tmp_path) == [] and sorted(opened) == sorted(files)
+    opened.clear()
+    assert kernelcache.remove_damaged(tmp_path) == [] and opened == []
+    damaged = [files[4], files[11]]  # in place, and by another file in its place with the time of long ago
+    damaged[0].write_bytes(b"")
+    (tmp_path / "other").write_bytes(b"BC")
+    os.utime(tmp_path / "other", (1, 1))
+    (tmp_path / "other").replace(damaged[1])
+    programs = sorted(file.relative_to(tmp_path).parts[0] for file in damaged)
+    found = kernelcache.remove_damaged(tmp_path)
+    assert [program.parent.name for program in found] == programs
+    assert set(damaged) <= set(opened)
+    assert {file.relative_to(tmp_path).parts[0] for file in opened} == set(programs)
+    assert not any(program.exists() for program in found)
+
+
+def test_a_program_that_is_put_there_is_opened(tmp_path: Path) -> None:
+    """Though its files are as old as they were elsewhere: that moves them says nothing to their own times."""
+    laid_out(tmp_path / "cache", 2)
+    (old, damaged), kept = sorted((tmp_path / "cache").iterdir()), tmp_path / "kept"
+    damaged.rename(kept)
+    for file in kept.rglob("*.so"):
+        file.write_bytes(b"")
+    time.sleep(0.02)
+    assert kernelcache.remove_damaged(tmp_path / "cache") == []
+    time.sleep(0.02)
+    kept.rename(damaged)
+    assert [program.parent for program in kernelcache.remove_damaged(tmp_path / "cache")] == [damaged]
+    assert old.exists()
+
+
+def test_what_is_not_the_drivers_stays(tmp_path: Path) -> None:
+    """The folder may be one that holds all kinds of things: whoever set POCL_CACHE_DIR chose it."""
+    cache, elsewhere = tmp_path / "cache", tmp_path / "elsewhere"
+    laid_out(cache, 2), laid_out(elsewhere, 2)
+    digest = "A" * 37
+    for folder in ("project/build", f"AB/{digest}x", f"project/{digest}", "ABC/build", "launched/AA"):
+        place = cache / folder / "lib/x86"
+        place.mkdir(parents=True)
+        (place / "libfoo.so").symlink_to("libfoo.so.1")
+        (place / "libc.so").write_text("GROUP ( /lib/libc.so.6 )")
+        (cache / folder / "program.bc").write_text("not of LLVM")
+        (cache / folder / "thesis.txt").write_text("mine")
+    (cache / "launched" / "rocket.txt").write_text("mine")
+    (cache / "launched" / "rocket").touch()
+    (cache / "AP").symlink_to(elsewhere)
+    (cache / "AA" / ("B" * 37)).symlink_to(elsewhere / "AA" / digest)  # a program of the driver: unlinked
+    (elsewhere / "AA" / digest / "program.bc").write_bytes(b"")
+    mark = cache / "launched" / "005af56b4a3230b5-arrange-1-True"
+    mark.touch()
+    before = set(tmp_path.rglob("*"))
+    assert kernelcache.remove_damaged(cache) == [cache / "AA" / ("B" * 37)]
+    gone = before - set(tmp_path.rglob("*"))
+    assert {path.relative_to(cache) for path in gone if path.parent.parent != elsewhere} == {
+        Path("AA", "B" * 37), Path("launched", mark.name)
+    }  # fmt: skip
+
+
+def test_a_folder_s_name_may_be_relative(tmp_path: Path) -> None:
+    """PoCL shows no device where it is "."."""
+
+    def devices(**more: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-P", "-m", "clrt", "devices"]
+        run = {"cwd": tmp_path, "capture_output": True, "text": True, "check": False}
+        return subprocess.run(command, env={**os.environ, **more}, **run)
+
+    done = devices(POCL_CACHE_DIR=".")
+    assert done.returncode == 0 and "(CPU, " in done.stdout, done
+    done = devices(POCL_DEVICES="none", CLRT_DRIVER="pocl")
+    assert done.returncode == 2 and "no OpenCL device" in done.stderr and "unset POCL_DEVICES" in done.stderr
+
+
+def test_a_folder_of_processes_that_is_linked_stops_nobody(tmp_path: Path) -> None:
+    (tmp_path / "AA").symlink_to("/proc")
+    (tmp_path / "AB").mkdir()
+    (tmp_path / "AB" / ("A" * 37)).symlink_to("/proc")
+    assert len(kernelcache.remove_damaged(tmp_path)) == 1
+
+
+def test_after_a_start_of_the_machine_all_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file may be lost with its power though it was whole when it was looked at, and keep its time."""
+    laid_out(tmp_path, 3)
+    time.sleep(0.02)
+    kernelcache.remove_damaged(tmp_path)
+    monkeypatch.setattr(kernelcache, "whole", lambda file: False)
+    assert kernelcache.remove_damaged(tmp_path) == []
+    monkeypatch.setattr(time, "monotonic_ns", lambda: 0)
+    assert len(kernelcache.remove_damaged(tmp_path)) == 3
+
+
+@pytest.mark.parametrize("planted", ["folder", "pipe", "link", "time to come"])
+def test_what_lies_where_the_last_look_is_noted_stops_nobody(tmp_path: Path, planted: str) -> None:
+    files, looked = laid_out(tmp_path, 3), tmp_path / "looked"
+    if planted == "folder":
+        (looked / "full").mkdir(parents=True)
+    elif planted == "pipe" and hasattr(os, "mkfifo"):
+        os.mkfifo(looked)
+    elif planted == "link":
+        looked.symlink_to(tmp_path / "nowhere")
+    else:
+        looked.touch()
+        os.utime(looked, (2e10, 2e10))
+        files[1].write_bytes(b"")
+        assert len(kernelcache.remove_damaged(tmp_path)) == 1
+    assert kernelcache.remove_damaged(tmp_path) == []
+    files[-1].write_bytes(b"")
+    assert len(kernelcache.remove_damaged(tmp_path)) == 1
+    assert not list(tmp_path.glob("looking-*"))
+
+
+def test_what_the_driver_leaves_behind_goes_when_it_is_old(tmp_path: Path) -> None:
+    stay = {"tempfile_fulful", "tempfile_newnew", "other_oldold", "tempfile_mine.txt"}
+    for name in (*stay, "tempfile_oldold", "looking-oldoldol"):
+        (tmp_path / name).write_bytes(b"x" if name == "tempfile_fulful" else b"")
+        if name != "tempfile_newnew":
+            os.utime(tmp_path / name, (1, 1))
+    kernelcache.remove_damaged(tmp_path)
+    assert {file.name for file in tmp_path.iterdir()} == stay | {"looked"}
+
+
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows has no numbers of users")
 def test_a_folder_of_somebody_else_is_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Seen by another user, for only root can give files away."""

@@ -20,7 +20,7 @@ from clrt.base.errors import ClrtError
 from clrt.base.limits import Limits
 from clrt.base.resources import shipped_scenes, validation_module
 from clrt.cli import main
-from clrt.formats import mitsuba
+from clrt.formats.mitsuba import scene as mitsuba
 from clrt.scene.scene import Mesh
 from tests.random_scenes import random_scene
 

@@ -159,10 +159,10 @@ def test_roughness_and_metal_are_the_means_of_their_texture(tmp_path: Path) -> N
 def test_a_picture_of_many_textures_is_looked_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from clrt.meshfiles import gltf
+    from clrt.meshfiles.gltf import stored
 
     looked: list[str] = []
-    monkeypatch.setattr(gltf, "_head_of", lambda uri: looked.append(uri) or PICTURE[:8])
+    monkeypatch.setattr(stored, "_head_of", lambda uri: looked.append(uri) or PICTURE[:8])
     many = textured(BASE, ({"uri": DATA},), textures=[{"source": 0}] * 9)
     for index in range(1, 9):
         info = {"pbrMetallicRoughness": {"baseColorTexture": {"index": index}}}

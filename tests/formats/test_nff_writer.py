@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 import clrt
 from clrt.cli import main
-from clrt.formats.nff_writer import to_nff
+from clrt.formats.nff.writer import to_nff
 from clrt.scene.scene import Scene
 from tests.growth import check_growth
 from tests.second_readers import nff

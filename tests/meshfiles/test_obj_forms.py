@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.meshfiles.obj import formed, mixed_forms
+from clrt.meshfiles.obj.lines import formed, mixed_forms
 from clrt.scene.scene import ImageTexture, Material, Mesh
 from tests.model_samples import PICTURE
 

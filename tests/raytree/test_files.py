@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 import io
 import json
+import pickle
 import re
 import warnings
 from html.parser import HTMLParser
@@ -18,7 +21,7 @@ import clrt
 from clrt.raytree.drawing import VIEWS, drawing
 from clrt.raytree.page import page
 from clrt.raytree.solids import triangles_of
-from clrt.raytree.tree import RayTree
+from clrt.raytree.tree import Ray, RayTree
 from tests.random_scenes import random_scene
 
 EVIL = "<script>alert(1)</script>\x1b[31m\u202e&\"'"
@@ -39,6 +42,44 @@ def evil_tree() -> RayTree:
 @pytest.fixture(scope="module")
 def tree() -> RayTree:
     return clrt.Tracer("bubble").explain(70, 50, width=160, spp=4)
+
+
+@pytest.mark.parametrize("again", [lambda tree: pickle.loads(pickle.dumps(tree)), copy.deepcopy, copy.copy],
+                         ids=["pickled", "deeply copied", "copied"])  # fmt: skip
+def test_a_tree_is_sent_and_copied_however_deep(tree: RayTree, again: Any) -> None:
+    """Two mirrors face each other: each ray is in the one before."""
+    mirror = {"type": "plane", "material": {"diffuse": 0, "reflection": 1}}
+    hall = {"camera": {"origin": [0, 0, 1], "target": [0, 0, 0], "width": 1, "height": 1},
+            "shapes": [mirror | {"point": [0, 0, z], "normal": [0, 0, -z]} for z in (-2, 2)]}  # fmt: skip
+    settings = clrt.Settings(limits=clrt.Limits(depth=2000))
+    deep = clrt.Tracer(hall, settings=settings).explain(0, 0, max_depth=2000)
+    assert len(deep.rays) == 2001
+    for whole in (tree, deep):
+        found = again(whole)
+        assert found.to_json() == whole.to_json() and [ray.number for ray in found.walk()] == [
+            ray.number for ray in whole.walk()
+        ]
+        assert shape(again(whole.rays[1])) == shape(whole.rays[1]), "a ray by itself"
+        for some in (whole.rays[1:3], whole.rays[::-1]):
+            part = again(dataclasses.replace(whole, rays=some))
+            assert [*map(shape, part.rays)] == [*map(shape, some)]
+            among = [[child in rays for child in rays[0].children] for rays in (part.rays, some)]
+            assert among[0] == among[1], "what is a ray of both is one ray"
+
+
+def shape(ray: Ray) -> list[tuple[int, int | None, int]]:
+    """A ray and all below it: their numbers, parents and numbers of children."""
+    found = [ray]
+    for one in found:
+        found += one.children
+    return [(one.number, one.parent, len(one.children)) for one in found]
+
+
+@pytest.mark.parametrize("name", ["a.html/", "a.json/"])
+def test_a_folder_s_name_is_no_file_s(tree: RayTree, tmp_path: Path, name: str) -> None:
+    with pytest.raises(clrt.ClrtError, match="is the name of a folder"):
+        tree.save(f"{tmp_path}/{name}")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_json_holds_every_bit(tree: RayTree, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from clrt.base.limits import Limits
 from clrt.base.resources import validation_module
 from clrt.images.file import read_samples
 from clrt.images.jpeg import MOST_SCANS
-from clrt.meshfiles.mtl import read_mtl
+from clrt.meshfiles.obj.mtl import read_mtl
 from tests.cost import bounded
 from tests.growth import seconds
 

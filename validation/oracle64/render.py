@@ -213,6 +213,8 @@ def edge_mask(
         job = replace(_job(scene, still.shape[1], max_depth), film=Film(0, Palette.of(scene)))
         for x, y in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
             asked = np.flatnonzero(~mask)  # one shift that moves a pixel is enough
+            if not len(asked):
+                break
             camera = _shifted(scene.camera, (x * step, y * step), size)
             moved = job.world.palette.developed(_sampled(job, camera, size, grid, asked))
             moves = np.abs(moved - still[:, asked])

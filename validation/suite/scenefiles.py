@@ -17,7 +17,7 @@ from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
 from clrt.base.scratch import scratch
 from clrt.formats import load_file
-from clrt.formats.nff_writer import write_nff
+from clrt.formats.nff.writer import write_nff
 from clrt.scene.scene import Scene
 
 FORMATS: Final = (".toml", ".json", ".xml", ".pov", ".nff")

@@ -15,11 +15,11 @@ from clrt.base.files import read_bytes, read_text_bytes, resolve
 from clrt.base.limits import Limits
 from clrt.base.places import At, listed
 from clrt.formats import native
-from clrt.formats.mitsuba_bsdfs import Materials
-from clrt.formats.mitsuba_file import Context, opened
-from clrt.formats.mitsuba_shapes import Shapes
-from clrt.formats.mitsuba_values import Plugin
-from clrt.formats.mitsuba_views import camera, depth, emitter
+from clrt.formats.mitsuba.bsdfs import Materials
+from clrt.formats.mitsuba.file import Context, opened
+from clrt.formats.mitsuba.shapes import Shapes
+from clrt.formats.mitsuba.values import Plugin
+from clrt.formats.mitsuba.views import camera, depth, emitter
 from clrt.formats.xml_tree import Element
 from clrt.scene.save import encoded
 from clrt.scene.scene import Scene, read_scene

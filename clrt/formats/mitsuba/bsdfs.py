@@ -10,8 +10,8 @@ from typing import Any, Final
 import numpy as np
 
 from clrt.base.errors import fault, show
-from clrt.formats.mitsuba_file import Context
-from clrt.formats.mitsuba_values import Plugin
+from clrt.formats.mitsuba.file import Context
+from clrt.formats.mitsuba.values import Plugin
 from clrt.formats.xml_tree import Element, unknown
 from clrt.meshfiles.facets import Facets, Rgb, fresnel_of
 from clrt.meshfiles.look import placement_of

@@ -8,9 +8,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt.formats.mitsuba_bsdfs import Materials, mean
-from clrt.formats.mitsuba_checkers import checker_of
-from clrt.formats.mitsuba_values import UNIT, Array, Plugin, rows
+from clrt.formats.mitsuba.bsdfs import Materials, mean
+from clrt.formats.mitsuba.checkers import checker_of
+from clrt.formats.mitsuba.values import UNIT, Array, Plugin, rows
 from clrt.formats.xml_tree import Element, unknown
 from clrt.meshfiles.look import Names, placement_of
 from clrt.scene.transforms import is_similarity

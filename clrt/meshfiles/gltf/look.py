@@ -11,9 +11,10 @@ import numpy as np
 from msgspec import Meta
 
 from clrt.base.errors import show
-from clrt.meshfiles.gltf_document import BrokenMesh, Document, Table, decode, item, unread
-from clrt.meshfiles.gltf_materials import materials_of, spelt
-from clrt.meshfiles.gltf_textures import Itself
+from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.gltf.document import Document, Table, decode, item, unread
+from clrt.meshfiles.gltf.materials import materials_of, spelt
+from clrt.meshfiles.gltf.textures import Itself
 from clrt.meshfiles.look import Look, Names, Used
 from clrt.meshfiles.look import Table as SceneTable
 

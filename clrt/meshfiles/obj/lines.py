@@ -13,7 +13,7 @@ import re
 from typing import Final
 
 from clrt.base.errors import show
-from clrt.meshfiles.gltf_document import BrokenMesh
+from clrt.meshfiles.broken import BrokenMesh
 
 _ODD: Final = re.compile(
     rb"^[ \t]++[a-z]"  # indented

@@ -1,4 +1,4 @@
-"""A scene in Eric Haines' Neutral File Format, as `nff` reads it back; what that cannot say is refused."""
+"""A scene in Eric Haines' Neutral File Format, as `reader` reads it back; what that cannot say is refused."""
 
 from __future__ import annotations
 

@@ -9,11 +9,11 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from clrt.base.errors import show
-from clrt.meshfiles.gltf_textures import Itself
+from clrt.meshfiles.gltf.textures import Itself
 from clrt.meshfiles.look import NONE, Look, Names, Used, textures_without_uv
-from clrt.meshfiles.mtl import Phong, earlier, name_of, read_mtl, text_of
-from clrt.meshfiles.mtl_maps import Beside
-from clrt.meshfiles.obj import formed, has_colors, mixed_forms
+from clrt.meshfiles.obj.lines import formed, has_colors, mixed_forms
+from clrt.meshfiles.obj.maps import Beside
+from clrt.meshfiles.obj.mtl import Phong, earlier, name_of, read_mtl, text_of
 
 LIBRARY: Final = "clrt.mtl"
 """The materials file that is made up, so that trimesh keeps materials apart."""
@@ -30,7 +30,7 @@ class Materials:
     """
 
     def __init__(self, data: bytes) -> None:
-        """data: with plain lines (`clrt.meshfiles.obj`)."""
+        """data: with plain lines (`clrt.meshfiles.obj.lines`)."""
         self.libraries: list[str] = []
         self.colored = has_colors(data)
         numbers: dict[bytes, int] = {}

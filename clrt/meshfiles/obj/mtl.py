@@ -10,10 +10,10 @@ from typing import Final
 
 from clrt.base.errors import show
 from clrt.images.file import KINDS
+from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.facets import Facets, Rgb, shown
-from clrt.meshfiles.gltf_document import BrokenMesh
 from clrt.meshfiles.look import Table
-from clrt.meshfiles.mtl_maps import Beside, finite, normals_of, texture
+from clrt.meshfiles.obj.maps import Beside, finite, normals_of, texture
 
 _MIRRORS: Final = (3, 5, 8)  # models of illumination with reflections
 _GLASSES: Final = (4, 6, 7, 9)

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from clrt.images.file import reader_of
-from clrt.meshfiles.gltf_document import Count, Document, Image, Table, decode, item
+from clrt.meshfiles.gltf.document import Count, Document, Image, Table, decode, item
 from clrt.meshfiles.look import Table as SceneTable
 
 _WRAPS: Final = {33071: "clamp", 33648: "mirror", 10497: "repeat"}

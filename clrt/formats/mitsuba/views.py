@@ -9,8 +9,8 @@ from typing import Any, Final
 import numpy as np
 
 from clrt.base.errors import fault
-from clrt.formats.mitsuba_file import Context
-from clrt.formats.mitsuba_values import Array, Plugin, looks, times
+from clrt.formats.mitsuba.file import Context
+from clrt.formats.mitsuba.values import Array, Plugin, looks, times
 from clrt.formats.xml_tree import Element, unknown
 from clrt.scene.pinhole import ahead
 

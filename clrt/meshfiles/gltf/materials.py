@@ -10,8 +10,8 @@ import msgspec
 from msgspec import Meta
 
 from clrt.meshfiles.facets import Facets, Rgb, absorption_of, fresnel_of, shown
-from clrt.meshfiles.gltf_document import Document, Table, decode, item
-from clrt.meshfiles.gltf_textures import Info, Itself, Textures
+from clrt.meshfiles.gltf.document import Document, Table, decode, item
+from clrt.meshfiles.gltf.textures import Info, Itself, Textures
 from clrt.meshfiles.look import Look, Names, Used, placement_of, textures_without_uv
 from clrt.meshfiles.look import Table as SceneTable
 

@@ -12,7 +12,7 @@ from clrt.base.errors import located, show
 from clrt.base.files import read_text_bytes, resolve
 from clrt.base.limits import Limits, written
 from clrt.base.places import At
-from clrt.formats.mitsuba_values import OBJECTS, Plugin
+from clrt.formats.mitsuba.values import OBJECTS, Plugin
 from clrt.formats.xml_tree import MOST, Element, filled, parse, unknown
 
 _NOWHERE: Final = ("default", "include", "alias", "path")

@@ -16,6 +16,7 @@ import msgspec
 from msgspec import Meta
 
 from clrt.base.unique import unique
+from clrt.meshfiles.broken import BrokenMesh
 
 Count = Annotated[int, Meta(ge=0, le=1 << 53)]
 Component = Literal[5120, 5121, 5122, 5123, 5125, 5126]
@@ -41,10 +42,6 @@ _EXTENSION: Final = re.compile(r"[A-Z][A-Z0-9]*_[A-Za-z]")  # as they are called
 
 
 _DATA: Final = re.compile(rb'"data:[^"\\]*+"(?=\s*+[],}])')  # values, not keys
-
-
-class BrokenMesh(ValueError):
-    """A mesh file that cannot be read; its text says why, for people."""
 
 
 class Table(msgspec.Struct, frozen=True, gc=False):

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt.formats.mitsuba_values import Array, Plugin
+from clrt.formats.mitsuba.values import Array, Plugin
 
 Table = dict[str, Any]
 _CORNERS: Final = np.array([[-1.0, -1, 0, 1], [1, -1, 0, 1], [1, 1, 0, 1]])

@@ -6,45 +6,34 @@ accessor are then a view of the file's bytes.
 
 from __future__ import annotations
 
-import base64
-import binascii
-import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final
-from urllib.parse import unquote_to_bytes
 
 import numpy as np
 
-from clrt.meshfiles.gltf_document import (
-    Accessor,
+from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.gltf.document import (
     Attributes,
-    BrokenMesh,
     Document,
-    Image,
     Node,
     Primitive,
     SceneNodes,
     animated,
-    decode,
     item,
     parse,
     unread,
 )
-from clrt.meshfiles.gltf_look import Held, look_of
-from clrt.meshfiles.gltf_nodes import matrix_of
-from clrt.meshfiles.gltf_textures import HEAD, Itself, picture_count, textured_in
+from clrt.meshfiles.gltf.look import Held, look_of
+from clrt.meshfiles.gltf.nodes import matrix_of
+from clrt.meshfiles.gltf.stored import Fetch, Stored
+from clrt.meshfiles.gltf.textures import Itself, picture_count, textured_in
 from clrt.meshfiles.look import NONE, Look, Used
 from clrt.meshfiles.parts import Arrays, Part, Placed
 
-Fetch = Callable[[str], bytes]
-
-_TYPES: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 _TRIANGLES, _STRIP, _FAN = 4, 5, 6
 _BARE: Final = {0: "points", 1: "lines", 2: "lines", 3: "lines"}
-_LETTERS: Final = 64  # of an address that hold `HEAD` bytes, however they are written
 
 
 def read_gltf(
@@ -62,43 +51,6 @@ def read_gltf(
     return _Reader(document, chunk, fetch, itself, colors).placed(check)
 
 
-def pictures_in(data: bytes, binary: bool) -> tuple[int, Callable[[int], bytes]]:
-    """How many pictures a .gltf, or a .glb, names; and what gives the bytes of one that is within it.
-
-    That raises BrokenMesh where it is not.
-    """
-    document, chunk = parse(data, binary)
-    images = decode(document.images, tuple[Image, ...], "images")
-    buffers: dict[int, memoryview] = {}
-
-    def picture(number: int) -> bytes:
-        where, image = f"images[{number}]", item(images, number, "images")
-        if image.uri is not None:
-            return bytes(_data_of(image.uri, partial(_refuse, where), where))
-        return bytes(_viewed(document, chunk, buffers, image, where))
-
-    return len(images), picture
-
-
-def _refuse(where: str, name: str) -> bytes:
-    raise BrokenMesh(f"{where} is not within the file; name its own file")
-
-
-def _viewed(
-    document: Document, chunk: memoryview | None, buffers: dict[int, memoryview], image: Image, where: str
-) -> memoryview:
-    """The bytes, not copied, of a picture in a view of a buffer; BrokenMesh if it is not within the file."""
-    if image.bufferView is None:
-        raise BrokenMesh(f"{where} has no data")
-    view = item(document.bufferViews, image.bufferView, "bufferViews")
-    reader = _Reader(document, chunk, partial(_refuse, where))
-    reader.buffers = buffers
-    whole = reader._buffer(view.buffer)
-    if view.byteOffset + view.byteLength > len(whole):
-        raise BrokenMesh(f"{where} reaches beyond the {len(whole)} bytes of its buffer")
-    return whole[view.byteOffset : view.byteOffset + view.byteLength]
-
-
 @dataclass(eq=False)
 class _Reader:
     document: Document
@@ -108,7 +60,7 @@ class _Reader:
     colors: bool = False
 
     def __post_init__(self) -> None:
-        self.buffers: dict[int, memoryview] = {}
+        self.stored = Stored(self.document, self.chunk, self.fetch)
         self.numbers: dict[tuple[Any, ...], int | None] = {}  # what a primitive shows -> number of its part
         self.parts: list[Part] = []
         self.left_out: dict[str, None] = {}  # in the order in which it was met
@@ -152,22 +104,13 @@ class _Reader:
 
     def _look(self, materials: Used, center: np.ndarray, radius: float) -> Look:
         assert self.itself is not None
-        itself = replace(self.itself, within=self._first)
+        itself = replace(self.itself, within=self.stored.first)
         look = look_of(self.document, itself, materials, self.cameras, self.lights, center, radius)
         leaning = [name for (number, _), name in look.called.items() if number in self.leaning]
         if any("normal_map" in look.materials[name] for name in leaning):
             look.left_out["tangents of normal maps"] = None
         look.left_out.update(self.unseen)
         return look
-
-    def _first(self, image: Image, number: int) -> bytes:
-        """The first bytes of a picture within the file; none where there is none, as who shows it says."""
-        if image.uri is not None:
-            return _head_of(image.uri)
-        try:
-            return bytes(_viewed(self.document, self.chunk, self.buffers, image, f"images[{number}]")[:HEAD])
-        except BrokenMesh:
-            return b""
 
     def _nodes(self) -> tuple[np.ndarray, list[int]]:
         """Matrices to the world (n, 4, 4) of the scene's nodes that have a mesh, and the meshes' numbers."""
@@ -244,16 +187,16 @@ class _Reader:
     def _part(self, attributes: Attributes, indices: int | None, mode: int, plain: bool) -> Part:
         """A part; of one that shows no picture (`plain`) the colours of vertices are one."""
         assert attributes.POSITION is not None
-        vertices = self._accessor(attributes.POSITION, "VEC3").count
-        corners = vertices if indices is None else self._accessor(indices, "SCALAR").count
+        vertices = self.stored.accessor(attributes.POSITION, "VEC3").count
+        corners = vertices if indices is None else self.stored.accessor(indices, "SCALAR").count
         if mode == _TRIANGLES and corners % 3:
             raise BrokenMesh(f"a primitive has {corners} corners, which make no triangles")
         faces = corners // 3 if mode == _TRIANGLES else max(corners - 2, 0)
         normals = attributes.NORMAL
-        if normals is not None and self._accessor(normals, "VEC3").count != vertices:
+        if normals is not None and self.stored.accessor(normals, "VEC3").count != vertices:
             raise BrokenMesh(f"accessors[{normals}] has not one normal for each of {vertices} vertices")
         uv = attributes.TEXCOORD_0
-        if uv is not None and self._accessor(uv, "VEC2").count != vertices:
+        if uv is not None and self.stored.accessor(uv, "VEC2").count != vertices:
             raise BrokenMesh(f"accessors[{uv}] has not one uv for each of {vertices} vertices")
         read = partial(self._arrays, attributes, indices, mode)
         colors = attributes.COLOR_0
@@ -275,7 +218,7 @@ class _Reader:
 
     def _colors(self, number: int) -> np.ndarray:
         """The colours (n, 3) of vertices, which are linear; alpha is not read, but named if there is some."""
-        colors, alpha = np.split(self._fractions(number), [3], axis=1)
+        colors, alpha = np.split(self.stored.fractions(number), [3], axis=1)
         if (alpha < 1).any():
             self.unseen["alpha of vertices' colours"] = None
         if not np.isfinite(colors).all():
@@ -284,115 +227,21 @@ class _Reader:
 
     def _arrays(self, attributes: Attributes, indices: int | None, mode: int) -> Arrays:
         assert attributes.POSITION is not None
-        vertices = self._numbers(attributes.POSITION)
+        vertices = self.stored.numbers(attributes.POSITION)
         if indices is None:
             corners = np.arange(len(vertices))
         else:
-            if self._accessor(indices, "SCALAR").componentType not in (5121, 5123, 5125):
+            if self.stored.accessor(indices, "SCALAR").componentType not in (5121, 5123, 5125):
                 raise BrokenMesh(f"accessors[{indices}] must hold whole numbers to be indices")
-            corners = self._plain(indices).reshape(-1).astype(np.int64)
+            corners = self.stored.plain(indices).reshape(-1).astype(np.int64)
             if corners.max() >= len(vertices):
                 raise BrokenMesh(f"a face names vertex {corners.max()} of a part that has {len(vertices)}")
-        normals = None if attributes.NORMAL is None else self._numbers(attributes.NORMAL)
+        normals = None if attributes.NORMAL is None else self.stored.numbers(attributes.NORMAL)
         # a file with quantization says what is scaled; in others uv of whole numbers can be parts alone
         quantized = "KHR_mesh_quantization" in self.document.extensionsRequired
-        read = self._numbers if quantized else self._fractions
+        read = self.stored.numbers if quantized else self.stored.fractions
         uv = None if attributes.TEXCOORD_0 is None else read(attributes.TEXCOORD_0)
         return vertices, _triangles(corners, mode), normals, uv
-
-    def _accessor(self, number: int, kind: str) -> Accessor:
-        accessor = item(self.document.accessors, number, "accessors")
-        if accessor.type != kind:
-            raise BrokenMesh(f"accessors[{number}] is of type {accessor.type}; {kind} is needed here")
-        return accessor
-
-    def _numbers(self, number: int) -> np.ndarray:
-        """The numbers of an accessor as float64, whole ones scaled where the file says so."""
-        plain, normalized = self._plain(number), self.document.accessors[number].normalized
-        if plain.dtype.kind == "f" or not normalized:
-            return plain.astype(np.float64)
-        return _scaled(plain)
-
-    def _fractions(self, number: int) -> np.ndarray:
-        """The numbers of an accessor as float64 where whole ones are always parts of the largest."""
-        plain = self._plain(number)
-        return plain.astype(np.float64) if plain.dtype.kind == "f" else _scaled(plain)
-
-    def _plain(self, number: int) -> np.ndarray:
-        """The (count, width) numbers of an accessor as they are stored."""
-        accessor = self.document.accessors[number]
-        where = f"accessors[{number}]"
-        kind, width = np.dtype(_TYPES[accessor.componentType]), _WIDTHS[accessor.type]
-        if accessor.bufferView is None and accessor.sparse is None:
-            raise BrokenMesh(f"{where} has no bufferView, so no numbers")
-        if accessor.bufferView is None:
-            plain = np.zeros((accessor.count, width), kind)
-        else:
-            plain = self._stored(accessor.bufferView, accessor.byteOffset, accessor.count, width, kind, where)
-        if accessor.sparse is not None:
-            other, count = accessor.sparse, accessor.sparse.count
-            at, values = other.indices, other.values
-            whole = np.dtype(_TYPES[at.componentType])
-            places = self._stored(at.bufferView, at.byteOffset, count, 1, whole, where)
-            if count and not 0 <= places.min() <= places.max() < accessor.count:
-                raise BrokenMesh(f"{where} replaces numbers that it does not have")
-            plain = plain.copy()
-            stored = self._stored(values.bufferView, values.byteOffset, count, width, kind, where)
-            plain[places[:, 0].astype(np.int64)] = stored
-        return plain
-
-    def _stored(
-        self, view: int, offset: int, count: int, width: int, kind: np.dtype, where: str
-    ) -> np.ndarray:
-        """A view (count, width) of a buffer; BrokenMesh where it would reach beyond."""
-        found = item(self.document.bufferViews, view, "bufferViews")
-        data = self._buffer(found.buffer)
-        size = width * kind.itemsize
-        stride = size if found.byteStride is None else found.byteStride
-        end = offset + (stride * (count - 1) + size if count else 0)
-        if found.byteOffset + found.byteLength > len(data) or end > found.byteLength:
-            raise BrokenMesh(f"{where} reaches beyond the {len(data)} bytes of its buffer, or of its view")
-        if stride < size:
-            raise BrokenMesh(f"bufferViews[{view}].byteStride is {stride}; what {where} holds takes {size}")
-        return np.ndarray((count, width), kind, data, found.byteOffset + offset, (stride, kind.itemsize))
-
-    def _buffer(self, number: int) -> memoryview:
-        if number not in self.buffers:
-            uri = item(self.document.buffers, number, "buffers").uri
-            if uri is None:
-                if number or self.chunk is None:
-                    raise BrokenMesh(f"buffers[{number}] has no data")
-                self.buffers[number] = self.chunk
-            else:
-                self.buffers[number] = memoryview(_data_of(uri, self.fetch, f"buffers[{number}]"))
-        return self.buffers[number]
-
-
-def _data_of(uri: str, fetch: Fetch, where: str) -> bytes:
-    """What an address holds: data of its own, or a file."""
-    if uri[:5].lower() != "data:":
-        return fetch(uri)
-    kind, _, text = uri.partition(",")
-    try:
-        return base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
-    except (binascii.Error, ValueError):
-        raise BrokenMesh(f"{where} is not in base64") from None
-
-
-def _head_of(uri: str) -> bytes:
-    """The first bytes of an address that holds data of its own, of which no more than these are decoded."""
-    start = uri.find(",") + 1 or len(uri)
-    text = uri[start : start + _LETTERS]
-    if not uri[:start].endswith(";base64,"):
-        return unquote_to_bytes(text)[:HEAD]
-    letters = re.sub(r"[^A-Za-z0-9+/]", "", text)  # there may be line breaks
-    return base64.b64decode(letters[: len(letters) // 4 * 4])[:HEAD]
-
-
-def _scaled(plain: np.ndarray) -> np.ndarray:
-    """Whole numbers as parts of the largest."""
-    return np.maximum(plain / np.iinfo(plain.dtype).max, -1.0)
-
 
 def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:
     """The triangles (m, 3) of corners in a row, one side out."""

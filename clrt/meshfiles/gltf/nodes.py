@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from clrt.meshfiles.gltf_document import BrokenMesh, Node
+from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.gltf.document import Node
 
 
 def matrix_of(node: Node, above: np.ndarray) -> np.ndarray:
