@@ -28,7 +28,8 @@ def test_the_recipe_needs_what_the_wheel_needs() -> None:
     run = text.split("  run:\n")[1].split("\ntests:")[0]
     listed = dict(re.findall(r"- ([\w-]+) >=([\d.]+)", run))
     assert listed.pop("python") == PROJECT["requires-python"].removeprefix(">=")
-    needed = dict(re.fullmatch(r"([\w-]+)>=([\d.]+)(?:; .+)?", line).groups() for line in PROJECT["dependencies"])  # type: ignore[union-attr]
+    form = r"([\w-]+)>=([\d.]+)(?:; .+)?"
+    needed = dict(re.fullmatch(form, line).groups() for line in PROJECT["dependencies"])  # type: ignore[union-attr]
     assert listed == {CONDA_NAMES.get(name, name): version for name, version in needed.items()}
     for command in re.findall(r"- (clrt .+)", text.split("\ntests:")[1]):
         from clrt.cli.options import parser

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import math
 import os
 import time
 from collections.abc import Iterable, Sequence
@@ -38,6 +39,7 @@ class Manifest:
         self, path: str | None, names: Iterable[str], series: Sequence[dict[str, Any]], limits: Limits
     ) -> None:
         self.path, self.series = path, series
+        self._most = limits.image_bytes
         self.rows: dict[int, Row] = {}
         self.kept = 0  # pictures that were there
         self._before: dict[tuple[str, str], Row] = {}
@@ -55,12 +57,15 @@ class Manifest:
                     self._others[row["file"]] = row
 
     def keeps(self, index: int, file: Path, identity: str) -> bool:
-        """Note a picture that is wanted; whether its file holds it, as the manifest of before says."""
+        """Note a picture that is wanted; whether its file holds it, as the manifest of before says.
+
+        A file beyond the limit of pictures is not looked through: its picture is made anew.
+        """
         names = self._name(file), file.name  # older versions left the folder out
         row = self.rows[index] = {"index": index, "file": names[0], "identity": identity}
         found = (self._before.get((cell(name), identity)) for name in names)
         old = next(filter(None, found), None)
-        if old is None or old["sha256"] != _sha256(file):
+        if old is None or old["sha256"] != _sha256(file, self._most):
             return False
         row |= {"picture": old["picture"], "sha256": old["sha256"], "rays": old["rays"]}
         self.kept += 1
@@ -163,8 +168,11 @@ def _rows(file: TextIO) -> list[Row]:
         return []
 
 
-def _sha256(path: Path) -> str:
+def _sha256(path: Path, most: float = math.inf) -> str:
+    """Of a file; "" of what cannot be read, or has more bytes than `most`."""
     try:
+        if path.stat().st_size > most:
+            return ""
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:

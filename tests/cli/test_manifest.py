@@ -101,6 +101,19 @@ def test_a_manifest_of_many_columns_is_read_in_linear_time(scene: Path) -> None:
     assert Manifest("m.csv", ["a"], [], Limits())._before == {}
 
 
+def test_a_file_of_any_size_at_a_frame_s_name_is_not_looked_through(scene: Path) -> None:
+    """Its picture is made anew, as where any other file lies there; one within the limit is kept."""
+    words = ("--set", "camera.fov=20,40")
+    assert run(*words) == 0
+    kept, large = (row["file"] for row in rows())
+    whole = Path(large).read_bytes()
+    with Path(large).open("r+b") as file:
+        file.truncate(1 << 40)  # without taking any room: hours to read
+    before = times()[kept]
+    assert run(*words) == 0
+    assert Path(large).read_bytes() == whole and times()[kept] == before
+
+
 def test_a_manifest_replaces_only_manifests(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for theirs in (b"frame,take\n1,7\n", b"\xff\xfe\x00", b"index;file\n"):
         Path("frames.csv").write_bytes(theirs)
