@@ -94,9 +94,10 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
             const int to = min(from + together, RAY_BANDS);
             const Bounce bounce = bounce_at(world, s, material, from, u, facets);
             for (int b = from; b < to; b++) most = larger(weight[b] * reflects(s, material, bounce, b), most);
-            transmitted = passes_on(world, s, material, bounce, weight, from, to);
+            const intP goes = passes_on(world, s, material, bounce, weight, from, to);
+            transmitted |= goes;
             total_internal |= bounce.total_internal;
-            groups += transmitted & SPAWN_GROUP;
+            groups += goes & SPAWN_GROUP;
         }
         const intP reflected = mine & (world.scene->spd ? (intP)(-1) : worth_tracing(world, most));
         if (!last) {
@@ -107,13 +108,14 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
         for (int from = 0; from < RAY_BANDS; from += together) {
             const int to = min(from + together, RAY_BANDS);
             const Bounce bounce = bounce_at(world, s, material, from, u, facets);
-            transmitted = mine & passes_on(world, s, material, bounce, weight, from, to);
+            const intP goes = passes_on(world, s, material, bounce, weight, from, to);
+            const intP goes_on = mine & select(transmitted, goes, dispersing);
             for (int b = from; b < to; b++) {
                 const floatP instead = in_band(world.scene->depth_color, s, b);
                 const floatP back = weight[b] * reflects(s, material, bounce, b) * instead;
                 const floatP on = weight[b] * transmits(s, material, bounce, b) * instead;
                 value[b] = select(value[b], value[b] + back, reflected);
-                value[b] = select(value[b], value[b] + on, transmitted);
+                value[b] = select(value[b], value[b] + on, goes_on);
             }
         }
     }

@@ -13,8 +13,11 @@ import clrt
 Table = dict[str, Any]
 
 
-def random_scene(seed: int, shapes: int = 25) -> clrt.Scene:
-    """A scene without a camera: shapes of all kinds within some 3 units, any materials, 0 to 4 lights."""
+def random_scene(seed: int, shapes: int = 25, spectral: bool = False) -> clrt.Scene:
+    """A scene without a camera: shapes of all kinds within some 3 units, any materials, 0 to 4 lights.
+
+    spectral: in bands, with media that disperse, absorb and outrank each other.
+    """
     generator = np.random.default_rng(seed)
     table = {
         "max_depth": 3, "ambient": _color(generator), "background": _color(generator),
@@ -27,6 +30,10 @@ def random_scene(seed: int, shapes: int = 25) -> clrt.Scene:
         "lights": [_light(generator) for _ in range(generator.integers(0, 5))],
         "shapes": [_shape(generator) for _ in range(shapes)],
     }  # fmt: skip
+    if spectral:
+        table["spectrum"] = {"bands": int(generator.integers(2, 13)), "group": int(generator.integers(1, 5))}
+        for shape in table["shapes"]:
+            shape["material"] |= _medium(generator)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", clrt.ClrtWarning)  # chance makes open glass and more
         return clrt.load_dict(table)
@@ -63,6 +70,19 @@ def _material(generator: np.random.Generator) -> Table:
         table["reflection"] = some[5]
     if some[6] < 0.6:
         table["transmission"] = some[6]
+    return table
+
+
+def _medium(generator: np.random.Generator) -> Table:
+    some = generator.random(4)
+    table: Table = {"priority": int(generator.integers(-1, 3))}
+    if some[0] < 0.5:
+        table["ior"] = str(generator.choice(["BK7", "SF10", "SF11", "silica"]))
+    if some[1] < 0.5:
+        start = 380 + 300 * some[2]
+        table["transmission_color"] = {"band": [start, start + 90]}
+    if some[3] < 0.5:
+        table["absorption"] = _color(generator)
     return table
 
 

@@ -145,6 +145,19 @@ def legible(value: Any) -> Any:
     return [legible(item) for item in value] if isinstance(value, (list, tuple)) else value
 
 
+def in_line(text: str) -> str:
+    """`legible`, in one line: a name of a file may hold line breaks."""
+    return legible(text).replace("\n", "\\n").replace("\r", "\\r")
+
+
+def decimal(word: str) -> float:
+    """A number in a text, as all programs read it. ValueError for others, and for what Python alone takes:
+    `1_0`, and digits of other scripts."""
+    if "_" in word or not word.isascii():
+        raise ValueError(f"{show(word)} is not a number")
+    return float(word)
+
+
 def show(value: object, width: int = 60) -> str:
     """`value` as a message shows it: its repr in one line of at most `width` characters."""
     try:

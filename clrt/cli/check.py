@@ -8,7 +8,7 @@ import os
 import warnings
 from typing import TYPE_CHECKING, Any
 
-from clrt.base.errors import ClrtError, ClrtWarning, legible
+from clrt.base.errors import ClrtError, ClrtWarning, in_line, legible
 from clrt.base.records import Unstated
 from clrt.cli.source import read, scene_path
 from clrt.cli.terminal import say
@@ -37,7 +37,7 @@ def run(options: argparse.Namespace) -> int:
             if row["error"]:
                 say(f"error: {row['error']}")
             elif not options.quiet:
-                print(f"{row['scene']}: {_words(row)}")
+                print(f"{in_line(row['scene'])}: {_words(row)}")
     return WRONG if any(row["error"] for row in found) else 0
 
 

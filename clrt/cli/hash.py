@@ -6,7 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
-from clrt.base.errors import ClrtError, legible
+from clrt.base.errors import ClrtError, in_line, legible
 from clrt.cli.source import scene_path
 
 
@@ -25,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps(legible({"hash": value, "scene": options.scene})))
     else:
-        print(f"{value}  {options.scene}")
+        print(f"{value}  {in_line(options.scene)}")
     return 0
 
 

@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, TextIO
 
@@ -49,12 +50,19 @@ class Manifest:
             check_replaceable(path)
             files = [Path(name) for name in names]
             own = {cell(name) for file in files for name in (self._name(file), file.name)}
-            there = self._listed({Path(path).parent, *(file.parent for file in files)})
+            parent = os.path.dirname(path)
+            listed = self._listed({Path(path).parent, *(file.parent for file in files)})
+
+            @cache
+            def there(name: str) -> bool:
+                return name in listed or os.path.exists(os.path.join(parent, name))
+
             for row in _read(path, limits):
-                if row["file"] in own:
-                    self._before[row["file"], row["identity"]] = row
-                elif row["file"] in there or (Path(path).parent / row["file"]).exists():
-                    self._others[row["file"]] = row
+                name = row["file"]
+                if name in own:
+                    self._before[name, row["identity"]] = row
+                elif there(name):
+                    self._others[name] = row
 
     def keeps(self, index: int, file: Path, identity: str) -> bool:
         """Note a picture that is wanted; whether its file holds it, as the manifest of before says.
@@ -154,15 +162,16 @@ def _read(path: str, limits: Limits) -> list[Row]:
 def _rows(file: TextIO) -> list[Row]:
     """Short rows cost as much as they hold, however many columns the first line names."""
     try:
-        table = csv.reader(file)
+        table = csv.reader(map(legible, file))
         names = next(table, [])
-        if len(names) > _COLUMNS or not set(_OWN) <= set(names):
+        needed = set(_OWN)
+        if len(names) > _COLUMNS or not needed <= set(names):
             return []
         rows = (dict(zip(names, texts, strict=False)) for texts in table)
         return [
-            {name: legible(text) for name, text in row.items() if name in _OWN or (name and text)}
+            {name: text for name, text in row.items() if name in _OWN or (name and text)}
             for row in rows
-            if row.get("sha256") and set(_OWN) <= row.keys()
+            if row.get("file") and row.get("sha256") and row.keys() >= needed
         ]
     except (ValueError, csv.Error):
         return []

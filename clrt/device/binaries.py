@@ -9,7 +9,6 @@ What does not fit, is cut short or is refused by the driver is compiled again an
 from __future__ import annotations
 
 import hashlib
-import os
 import warnings
 from contextlib import suppress
 from functools import partial
@@ -50,7 +49,7 @@ def _place(device: cl.Device, source: str, options: list[str]) -> tuple[Path, by
         *map("=".join, added().items()), source,
     )  # fmt: skip
     name = hashlib.sha256("\0".join(parts).encode()).hexdigest()
-    return Path(os.environ[kernelcache.VARIABLE]) / "binaries" / name[:32], name.encode()
+    return kernelcache.ours("binaries", name[:32]), name.encode()
 
 
 def _read(file: Path, name: bytes) -> bytes:
@@ -71,7 +70,7 @@ def _write(file: Path, name: bytes, program: cl.Program) -> None:
     with suppress(OSError, ClrtError, cl.Error):  # only time is lost
         binary: bytes = program.get_info(cl.program_info.BINARIES)[0]  # type: ignore[index]
         if binary:
-            file.parent.mkdir(mode=0o700, exist_ok=True)
+            kernelcache.make(file.parent)
             with replacing(file, told=False) as temporary:
                 temporary.write_bytes(_head(name, binary) + binary)
 

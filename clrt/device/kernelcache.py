@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import atexit
 import hashlib
+import math
 import os
 import re
 import shutil
@@ -26,19 +27,22 @@ from typing import Final
 from platformdirs import user_cache_dir
 
 from clrt.base import interrupts, notices
-from clrt.base.errors import DeviceError
+from clrt.base.errors import DeviceError, show
 from clrt.base.locks import FileLock, Timeout
 from clrt.base.resources import kernel_folder, kernel_text
 from clrt.base.scratch import placed
 
 VARIABLE: Final = "POCL_CACHE_DIR"
+LONGEST: Final = 700  # bytes of its name: of a file in it PoCL holds 1,024, and ends the process beyond
 ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes about 4 MB
 PATIENCE: Final = 60.0  # seconds that a process waits for another one that compiles
 _KEPT: Final = 30 * 24 * 3600  # seconds that kernels of other versions are kept after their last use
 _LEFT: Final = 24 * 3600  # seconds after which nobody needs a temporary file any more
 _LEFT_OVER: Final = re.compile(r"tempfile_\w{6}|looking-\w{8}")
 _LETTERS, _DIGEST = re.compile("[A-P]{2}"), re.compile("[A-P]{30,}")  # PoCL's two folders around a program
-_MARK: Final = re.compile(r"(program-)?[0-9a-f]{16}(-\w+)*")
+_DEEPEST: Final = 2  # folders of a kernel and of its work-group's size, within that of a program
+_OURS: Final = ".clrt"  # beside the driver's files, by itself: the folder may hold all kinds of things
+_LAUNCHED: Final = "launched"  # what has been compiled, by name
 _LOOKED: Final = "looked"  # its time is when the last look for damage began
 _own: list[Path] = []  # the folder that `prepare` chose, not the user
 _hurry: list[bool] = []  # holds something once waiting was in vain
@@ -91,8 +95,14 @@ def prepare() -> Path:
 
 def problem(folder: Path) -> str:
     """Why PoCL cannot keep kernels in a folder, and what mends it; '' where it can. Makes the folder."""
+    size = len(os.fsencode(folder))
+    if size > LONGEST:
+        return (
+            f"the name of the kernel cache, {show(str(folder))}, has {size} bytes, "
+            f"and the driver takes {LONGEST}; set {VARIABLE} to a shorter one"
+        )
     try:
-        _make(folder)
+        make(folder)
         intruder = shared_with(folder)
         if intruder:
             return (
@@ -112,11 +122,16 @@ def problem(folder: Path) -> str:
     return ""
 
 
-def _make(folder: Path) -> None:
-    """Make a folder and those above it, for nobody else to write to."""
-    if not folder.is_dir():
-        _make(folder.parent)
-        folder.mkdir(mode=0o700, exist_ok=True)
+def ours(*names: str) -> Path:
+    """What of clrt's own is kept beside the driver's files; `make` makes its folder."""
+    return Path(os.environ[VARIABLE], _OURS, *names)
+
+
+def make(folder: Path) -> None:
+    """Make a folder and those above it, for nobody else to write to. OSError."""
+    missing = [place for place in (folder, *folder.parents) if not place.is_dir()]
+    for place in reversed(missing):
+        place.mkdir(mode=0o700, exist_ok=True)
 
 
 def shared_with(folder: Path) -> str:
@@ -146,12 +161,14 @@ def remove_damaged(folder: Path) -> list[Path]:
     thousands of kernels only those are opened that were written, or put there, since the last look: that was
     most of a start. Times are those of the folder's own file system. What the driver leaves behind goes, too.
     """
-    looked, last, now = folder / _LOOKED, 0, ""
+    own, last, now = folder / _OURS, 0, ""
+    looked = own / _LOOKED
     with suppress(OSError):
         status = looked.lstat()
         last = status.st_mtime_ns if stat.S_ISREG(status.st_mode) else 0
     with suppress(OSError):  # only time is lost
-        handle, now = tempfile.mkstemp(dir=folder, prefix="looking-")
+        make(own)
+        handle, now = tempfile.mkstemp(dir=own, prefix="looking-")
         # the clock was put back; or the machine was started since, perhaps after it lost files with its power
         if not time.time_ns() - time.monotonic_ns() < last <= os.fstat(handle).st_mtime_ns:
             last = 0
@@ -160,19 +177,48 @@ def remove_damaged(folder: Path) -> list[Path]:
     for program in damaged:
         if program.is_symlink():
             program.unlink(missing_ok=True)
-        shutil.rmtree(program, ignore_errors=True)
+        _remove(program)
     if damaged:
-        _forget_launches(folder)
+        _forget_launches(own / _LAUNCHED)
     try:
         os.replace(now, looked)
     except OSError:  # a folder in its place: all is looked at each time
         with suppress(OSError):
             os.unlink(now)
-    _remove_left_overs(folder)
+    for place in (folder, own):
+        _remove_left_overs(place)
     return sorted(damaged)
 
 
-def _entries(folder: str | Path) -> Iterator[tuple[os.DirEntry[str], os.stat_result, int]]:
+def _remove(folder: Path) -> None:
+    """Remove a folder, as far as that is possible."""
+    with suppress(RecursionError):  # deeper than Python goes: nothing of a driver's
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def regular_files(folder: Path) -> Iterator[int]:
+    """The size of each file in a folder and those within it, however deep; links are not followed."""
+    for _, status, _ in _within(folder):
+        if stat.S_ISREG(status.st_mode):
+            yield status.st_size
+
+
+_Entry = tuple[os.DirEntry[str], os.stat_result, int]
+
+
+def _within(folder: str | Path, put: int = 0, deepest: float = math.inf) -> Iterator[_Entry]:
+    """`_entries` of a folder that was put there at a time, and of those within it."""
+    folders = [(os.fspath(folder), put, 0)]
+    while folders:
+        place, put, depth = folders.pop()
+        for entry, status, changed in _entries(place):
+            changed = max(put, changed)
+            yield entry, status, changed
+            if stat.S_ISDIR(status.st_mode) and depth < deepest:
+                folders.append((entry.path, changed, depth + 1))
+
+
+def _entries(folder: str | Path) -> Iterator[_Entry]:
     """What is in a folder, each with what is known of it and not of what it links to, and when it was last
     written to or put there, in nanoseconds."""
     with suppress(OSError), os.scandir(folder) as entries:  # removed meanwhile
@@ -191,26 +237,23 @@ def _programs(folder: Path) -> Iterator[tuple[Path, int]]:
                     yield Path(program.path), max(put, changed)
 
 
-def _is_damaged(program: str | Path, put: int, last: int) -> bool:
+def _is_damaged(program: Path, put: int, last: int) -> bool:
     """Whether what a program's folder holds of programs and kernels, written or put there at `last` or later,
     is not whole. A link is not: nobody knows when what it links to changes."""
-    if os.path.islink(program):
+    if program.is_symlink():
         return True
-    for entry, status, changed in _entries(program):
-        changed = max(put, changed)
+    for entry, status, changed in _within(program, put, _DEEPEST):
         compiled = entry.name.endswith((".bc", ".so"))
-        if stat.S_ISDIR(status.st_mode) and not compiled:
-            if _is_damaged(entry.path, changed, last):
-                return True
-        elif changed >= last and (compiled or stat.S_ISLNK(status.st_mode)) and not whole(Path(entry.path)):
+        # a link may be to a folder
+        if changed >= last and (compiled or stat.S_ISLNK(status.st_mode)) and not whole(Path(entry.path)):
             return True
     return False
 
 
-def _forget_launches(folder: Path) -> None:
-    """Let all be compiled by one process at a time again (`compiling`)."""
-    for mark, status, _ in _entries(folder / "launched"):
-        if _MARK.fullmatch(mark.name) and stat.S_ISREG(status.st_mode) and not status.st_size:
+def _forget_launches(launched: Path) -> None:
+    """Let all be compiled by one process at a time again (`compiling`); locks stay, for others hold them."""
+    for mark, _, _ in _entries(launched):
+        if not mark.name.endswith((".lock", ".holder")):
             with suppress(OSError):
                 os.unlink(mark.path)
 
@@ -260,12 +303,13 @@ def lock(wait: bool = True, name: str = "clrt") -> Iterator[bool]:
     The lock of a process that died is free; one that is stuck is passed by. Without locks (some network
     drives), or after PATIENCE seconds once, everybody goes on without.
     """
-    file = Path(os.environ[VARIABLE]) / f"{name}.lock"
+    file = ours(f"{name}.lock")
     held, holder = FileLock(file), Path(f"{file}.holder")
     got = False
     with suppress(OSError):
+        make(file.parent)
         if not stat.S_ISREG(file.lstat().st_mode):  # it would keep everybody from it, and damage in its place
-            shutil.rmtree(file) if file.is_dir() and not file.is_symlink() else file.unlink()
+            _remove(file) if file.is_dir() and not file.is_symlink() else file.unlink()
     # where there are no locks, everybody goes on without: as promised above
     with suppress(OSError, NotImplementedError):
         got = _acquired(held, PATIENCE if wait and not _hurry else 0.0, holder)
@@ -344,7 +388,7 @@ def was_compiled(what: str) -> bool:
 
 
 def _mark(what: str) -> Path:
-    return Path(os.environ[VARIABLE]) / "launched" / what
+    return ours(_LAUNCHED, what)
 
 
 @contextmanager
@@ -359,9 +403,7 @@ def compiling(program: str, *sizes: object) -> Iterator[bool]:
     if done.exists():
         yield True
         return
-    with suppress(OSError):  # only time is lost
-        done.parent.mkdir(exist_ok=True)
-    with lock(name=f"{done.parent.name}/{what}"):
+    with lock(name=f"{_LAUNCHED}/{what}"):
         known = done.exists()
         with nullcontext() if known else waiting(_COMPILING):
             yield known
@@ -375,6 +417,6 @@ def _forget_others(folder: Path) -> None:
         os.utime(folder)
         for other in folder.parent.iterdir():
             if other != folder and other.stat().st_mtime < time.time() - _KEPT:
-                shutil.rmtree(other, ignore_errors=True)
+                _remove(other)
     except OSError:
         pass

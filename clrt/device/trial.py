@@ -124,7 +124,7 @@ def _verdict(key: str, label: str, tried: Callable[[], str], anew: bool) -> tupl
         _unkept[file] = fault
         return fault, True
     with suppress(OSError, ClrtError):  # it is tried again next time
-        file.parent.mkdir(mode=0o700, exist_ok=True)
+        kernelcache.make(file.parent)
         with replacing(file, told=False) as temporary:
             temporary.write_text(json.dumps({"device": label, "fault": fault}), encoding="utf-8")
     return fault, True
@@ -157,7 +157,7 @@ def plain(text: str) -> str:
 def _file(key: str) -> Path:
     parts = "\0".join((key, signature(), repr(added()), *circumstances()))
     name = hashlib.sha256(os.fsencode(parts)).hexdigest()[:32]
-    return Path(os.environ[kernelcache.VARIABLE]) / "verdicts" / f"{name}.json"
+    return kernelcache.ours("verdicts", f"{name}.json")
 
 
 def _tried(info: DeviceInfo) -> str:

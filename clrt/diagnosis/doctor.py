@@ -183,7 +183,7 @@ def _cache() -> Iterator[Finding]:
         return
     # all versions' kernels, which stand side by side in clrt's own folder
     top = folder if kernelcache.given() else folder.parent
-    sizes = [file.stat().st_size for file in top.rglob("*") if file.is_file()]
+    sizes = [*kernelcache.regular_files(top)]
     text = f"{folder}{said}: {sum(sizes) / 1e6:.1f} MB in {len(sizes)} files"
     yield Finding("kernel cache", "fine", text)
 

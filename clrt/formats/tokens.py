@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from clrt.base.errors import SceneError, located, show
+from clrt.base.errors import SceneError, decimal, located, show
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
 from clrt.scene.scene import Scene, read_scene
@@ -64,7 +64,7 @@ class Tokens:
     def number(self, wanted: str) -> float:
         word = self.word(f"{wanted} (a number)")
         try:
-            value = float(word.replace("_", "?"))  # Python reads 1_0 as 10, other programs do not
+            value = decimal(word)
         except ValueError:
             value = math.nan
         if not math.isfinite(value):

@@ -124,8 +124,9 @@ class Ray:
     children: tuple[Ray, ...] = field(default=(), repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Copied and sent with its children side by side: Python cannot go as deep as they may be."""
-        return _ray, (_rows([self]),)
+        """Copied and sent as one of its sample's, which stand side by side: Python cannot go as deep as they
+        may be, and what is sent of many of them is sent once."""
+        return _member, self.__dict__.get(_KIN) or (_Kin([self]), 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,10 +153,11 @@ class RayTree:
     rays: tuple[Ray, ...] = field(repr=False)
     weights: Numbers = field(default=(), repr=False)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Copied and sent with all rays side by side, as one by itself is."""
-        values = _values(self) | {"rays": ()}
-        return _tree, (values, _rows(self.rays), len(self.rays))
+    def __post_init__(self) -> None:
+        kin: dict[int, _Kin] = {}
+        for ray in self.rays:
+            if _KIN not in ray.__dict__:
+                kin.setdefault(ray.sample, _Kin([])).take(ray)
 
     @property
     def roots(self) -> tuple[Ray, ...]:
@@ -270,16 +272,31 @@ def _rows(rays: Sequence[Ray]) -> list[dict[str, Any]]:
     return [_values(ray) | {"children": [places[id(child)] for child in ray.children]} for ray in found]
 
 
-def _rays(rows: list[dict[str, Any]]) -> tuple[Ray, ...]:
-    rays = tuple(Ray(**row | {"children": ()}) for row in rows)
-    for ray, row in zip(rays, rows, strict=True):  # nobody has seen them yet
-        object.__setattr__(ray, "children", tuple(rays[place] for place in row["children"]))
-    return rays
+class _Kin:
+    """Rays that are copied and sent together."""
+
+    def __init__(self, rays: list[Ray]) -> None:
+        self.rays = rays
+
+    def take(self, ray: Ray) -> None:
+        object.__setattr__(ray, _KIN, (self, len(self.rays)))
+        self.rays.append(ray)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _kin, (_rows(self.rays),)
 
 
-def _ray(rows: list[dict[str, Any]]) -> Ray:
-    return _rays(rows)[0]
+_KIN: Final = "_kin"  # of a ray: its _Kin, and its place there
 
 
-def _tree(values: dict[str, Any], rows: list[dict[str, Any]], count: int) -> RayTree:
-    return RayTree(**values | {"rays": _rays(rows)[:count]})
+def _kin(rows: list[dict[str, Any]]) -> _Kin:
+    kin = _Kin([])
+    for row in rows:
+        kin.take(Ray(**row | {"children": ()}))
+    for ray, row in zip(kin.rays, rows, strict=True):  # nobody has seen them yet
+        object.__setattr__(ray, "children", tuple(kin.rays[place] for place in row["children"]))
+    return kin
+
+
+def _member(kin: _Kin, place: int) -> Ray:
+    return kin.rays[place]

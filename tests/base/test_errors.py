@@ -9,14 +9,18 @@ import multiprocessing
 import pickle
 import pkgutil
 from collections.abc import Iterator
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pytest
 
 import clrt
+from clrt.base.errors import decimal
 from clrt.base.places import At, PlacedError
 from clrt.base.resources import validation_module
+from clrt.formats.tokens import Tokens
+from clrt.meshfiles.obj.maps import finite
 
 ARGUMENTS: dict[str, tuple[Any, ...]] = {
     "PlacedError": (At("a.toml", "shapes").item(3), "is wrong", "radius"),
@@ -70,6 +74,20 @@ def test_every_exception_can_be_pickled_and_copied(kind: type[BaseException]) ->
     if isinstance(error, clrt.ClrtError):
         other = error.reworded("in\nother words")
         assert type(other) is kind and str(other) == "in other words" and vars(other) == vars(error)
+
+
+def test_numbers_as_all_programs_read_them(tmp_path: Path) -> None:
+    def tokens(text: str) -> Tokens:
+        (tmp_path / "a.nff").write_text(text, encoding="utf-8")
+        return Tokens(tmp_path / "a.nff", clrt.Limits())
+
+    assert [decimal(word) for word in ("1", "-0.5e3", ".5", "+7.")] == [1, -500, 0.5, 7]
+    for word in ("1_0", "0.0_5", "\u0663", "\uff11", "x", ""):
+        with pytest.raises(ValueError, match=r"number|could not convert"):
+            decimal(word)
+    for read in (finite, lambda word: tokens(word).number("a width")):
+        with pytest.raises((ValueError, clrt.SceneError), match="number"):
+            read("\u0663")
 
 
 def test_an_error_in_a_pool_reaches_the_caller() -> None:

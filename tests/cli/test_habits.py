@@ -317,6 +317,15 @@ def test_a_hash_is_json_where_asked(scene: str, capsys: pytest.CaptureFixture[st
     assert json.loads(capsys.readouterr().out) == {"hash": clrt.render(scene).hash, "scene": scene}
 
 
+def test_a_name_of_two_lines_is_told_in_one(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Who reads the hashes of many scenes would take the second for another's."""
+    odd = "a\n0123  b\r.toml"
+    Path(odd).write_text(Path(scene).read_text())
+    for command in ("hash", "check"):
+        assert main([command, odd]) == 0
+        assert r"a\n0123  b\r.toml" in capsys.readouterr().out.splitlines()[0]
+
+
 def test_short_options_are_the_long_ones(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["render", scene, "-q", "-o", "a.png"]) == 0
     assert capsys.readouterr().out == "" and Path("a.png").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -97,7 +98,15 @@ def test_a_manifest_of_many_columns_is_read_in_linear_time(scene: Path) -> None:
         return lambda: Manifest(f"{n}.csv", ["a.png"], [], Limits())
 
     check_growth(make, 1500)
-    Path("m.csv").write_text(",".join(["index", "file", "picture", "sha256", "identity", "rays"]) + "\n0,a\n")
+    names = ",".join(["index", "file", "picture", "sha256", "identity", "rays"]) + "\n"
+    asked: list[str] = []
+    exists = os.path.exists
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os.path, "exists", lambda path: asked.append(path) or exists(path))
+        Path("m.csv").write_text(names + "0,d/a,,x,,\n,,,x,,\n" * 1000)
+        Manifest("m.csv", ["a"], [], Limits())
+    assert asked == ["d/a"], "a system call for each name, not for each row"
+    Path("m.csv").write_text(names + "0,a\n")
     assert Manifest("m.csv", ["a"], [], Limits())._before == {}
 
 

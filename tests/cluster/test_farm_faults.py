@@ -67,7 +67,7 @@ def test_a_worker_that_fails_the_self_test_is_refused(
             for _ in range(2):
                 with pytest.raises(clrt.DeviceError, match=r"^worker .*: fails the self-test: spheres: 1"):
                     done(Here(), mesh, **SIZE)
-            for file in (tmp_path / "verdicts").iterdir():
+            for file in (tmp_path / ".clrt" / "verdicts").iterdir():
                 file.unlink()
         else:
             done(Here(), mesh, **SIZE)

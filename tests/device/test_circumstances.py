@@ -168,7 +168,7 @@ def test_a_bad_moment_is_forgotten_soon(
     monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
     monkeypatch.setattr(trial, "_tried", lambda info: fault)
     trial.verdict(INFO)
-    (file,) = (tmp_path / "verdicts").iterdir()
+    (file,) = (tmp_path / ".clrt" / "verdicts").iterdir()
     old = time.time() - 1000
     os.utime(file, (old, old))
     monkeypatch.setattr(trial, "_tried", lambda info: "")

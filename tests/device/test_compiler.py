@@ -109,5 +109,5 @@ from clrt.cli import program; program()
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split()[0] == clrt.render(clrt.load_dict(SCENES["plain"])).hash
-    holders = {file.read_text() for file in (cache / "launched").glob("*.holder")}
+    holders = {file.read_text() for file in (cache / ".clrt" / "launched").glob("*.holder")}
     assert len(holders) == (2 if fate == "works" else len(holders))

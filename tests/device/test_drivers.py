@@ -162,7 +162,7 @@ def test_a_verdict_is_kept_by_driver_and_processor_and_a_bad_one_for_a_day(
     monkeypatch.setattr(trial, "signature", lambda: "another processor")
     assert trial.verdict(info)[1]
     file = trial._file(f"{info.label}\0{info.driver}")
-    assert file in (tmp_path / "verdicts").iterdir()
+    assert file in (tmp_path / ".clrt" / "verdicts").iterdir()
     faults["label"] = ""
     os.utime(file, (0, 0))
     assert trial.verdict(info) == ("", True)  # it was mended meanwhile

@@ -102,31 +102,58 @@ def test_a_program_that_is_put_there_is_opened(tmp_path: Path) -> None:
     assert old.exists()
 
 
-def test_what_is_not_the_drivers_stays(tmp_path: Path) -> None:
+def test_what_is_not_the_drivers_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The folder may be one that holds all kinds of things: whoever set POCL_CACHE_DIR chose it."""
     cache, elsewhere = tmp_path / "cache", tmp_path / "elsewhere"
     laid_out(cache, 2), laid_out(elsewhere, 2)
     digest = "A" * 37
-    for folder in ("project/build", f"AB/{digest}x", f"project/{digest}", "ABC/build", "launched/AA"):
+    for folder in ("project/build", f"AB/{digest}x", f"project/{digest}", "ABC/build", f"AC/{digest}/a/b/c"):
         place = cache / folder / "lib/x86"
         place.mkdir(parents=True)
         (place / "libfoo.so").symlink_to("libfoo.so.1")
         (place / "libc.so").write_text("GROUP ( /lib/libc.so.6 )")
         (cache / folder / "program.bc").write_text("not of LLVM")
         (cache / folder / "thesis.txt").write_text("mine")
-    (cache / "launched" / "rocket.txt").write_text("mine")
-    (cache / "launched" / "rocket").touch()
+    (cache / "launched" / "clrt.lock").mkdir(parents=True)
+    for mine in "looked", "launched/clrt.lock/notes", "looking-oldoldol":
+        (cache / mine).write_text("mine")
     (cache / "AP").symlink_to(elsewhere)
     (cache / "AA" / ("B" * 37)).symlink_to(elsewhere / "AA" / digest)  # a program of the driver: unlinked
     (elsewhere / "AA" / digest / "program.bc").write_bytes(b"")
-    mark = cache / "launched" / "005af56b4a3230b5-arrange-1-True"
-    mark.touch()
+    monkeypatch.setenv(kernelcache.VARIABLE, str(cache))
+    with kernelcache.compiling("005af56b4a3230b5", "arrange", 1, True):
+        mark = kernelcache.ours("launched", "005af56b4a3230b5-arrange-1-True")
+    assert mark.exists()
     before = set(tmp_path.rglob("*"))
     assert kernelcache.remove_damaged(cache) == [cache / "AA" / ("B" * 37)]
     gone = before - set(tmp_path.rglob("*"))
     assert {path.relative_to(cache) for path in gone if path.parent.parent != elsewhere} == {
-        Path("AA", "B" * 37), Path("launched", mark.name)
+        Path("AA", "B" * 37), mark.relative_to(cache)
     }  # fmt: skip
+    assert {file.read_text() for file in cache.rglob("*") if file.name in ("looked", "notes")} == {"mine", ""}
+
+
+def test_folders_may_be_deeper_than_python_goes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a program's folder, damaged or not, and in place of a lock: what cannot be removed stays."""
+    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    files, here = laid_out(tmp_path, 2), Path.cwd()
+    whole, damaged = files[0].parent, files[-1].parent
+    assert whole != damaged
+    lock = kernelcache.ours("clrt.lock")
+    for place in (whole, damaged, lock):
+        place.mkdir(parents=True, exist_ok=True)
+        os.chdir(place)
+        try:
+            for _ in range(sys.getrecursionlimit() + 100):
+                os.mkdir("d")
+                os.chdir("d")
+        finally:
+            os.chdir(here)
+    files[-1].write_bytes(b"")
+    with kernelcache.lock():
+        assert len(kernelcache.remove_damaged(tmp_path)) == 1
+    assert len([*kernelcache.regular_files(tmp_path)]) >= len(files) - 1
+    subprocess.run(["rm", "-r", *map(str, tmp_path.iterdir())], check=True)  # pytest cannot
 
 
 def test_a_folder_s_name_may_be_relative(tmp_path: Path) -> None:
@@ -163,7 +190,8 @@ def test_after_a_start_of_the_machine_all_is_opened(tmp_path: Path, monkeypatch:
 
 @pytest.mark.parametrize("planted", ["folder", "pipe", "link", "time to come"])
 def test_what_lies_where_the_last_look_is_noted_stops_nobody(tmp_path: Path, planted: str) -> None:
-    files, looked = laid_out(tmp_path, 3), tmp_path / "looked"
+    files, looked = laid_out(tmp_path, 3), tmp_path / ".clrt" / "looked"
+    looked.parent.mkdir()
     if planted == "folder":
         (looked / "full").mkdir(parents=True)
     elif planted == "pipe" and hasattr(os, "mkfifo"):
@@ -178,17 +206,39 @@ def test_what_lies_where_the_last_look_is_noted_stops_nobody(tmp_path: Path, pla
     assert kernelcache.remove_damaged(tmp_path) == []
     files[-1].write_bytes(b"")
     assert len(kernelcache.remove_damaged(tmp_path)) == 1
-    assert not list(tmp_path.glob("looking-*"))
+    assert not list(looked.parent.glob("looking-*"))
+
+
+@pytest.mark.parametrize("folders", [1200, 300])
+def test_the_cache_s_name_may_be_of_any_length_and_depth(tmp_path: Path, folders: int) -> None:
+    """The driver ends the process where a file's name in it has more than 1,024 bytes."""
+    place = tmp_path.joinpath(*["d"] * folders)
+    found = kernelcache.problem(place)
+    size = len(str(place))
+    assert (f"has {size} bytes, and the driver takes {kernelcache.LONGEST}; set POCL" in found) == (
+        size > kernelcache.LONGEST
+    )
+    assert place.is_dir() == (found == "") and len(found) < 300
+    longest = tmp_path / ("n" * (kernelcache.LONGEST // 3))
+    longest = longest / longest.name
+    longest /= "n" * (kernelcache.LONGEST - len(str(longest)) - 1)
+    assert len(str(longest)) == kernelcache.LONGEST
+    command = [sys.executable, "-P", "-m", "clrt", "hash", "room", "--width", "4"]
+    variables = {**os.environ, "POCL_CACHE_DIR": str(longest)}
+    done = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
+    assert done.stderr == "" and any(longest.rglob("*.so"))
 
 
 def test_what_the_driver_leaves_behind_goes_when_it_is_old(tmp_path: Path) -> None:
     stay = {"tempfile_fulful", "tempfile_newnew", "other_oldold", "tempfile_mine.txt"}
-    for name in (*stay, "tempfile_oldold", "looking-oldoldol"):
+    (tmp_path / ".clrt").mkdir()
+    for name in (*stay, "tempfile_oldold", ".clrt/looking-oldoldol"):
         (tmp_path / name).write_bytes(b"x" if name == "tempfile_fulful" else b"")
         if name != "tempfile_newnew":
             os.utime(tmp_path / name, (1, 1))
     kernelcache.remove_damaged(tmp_path)
-    assert {file.name for file in tmp_path.iterdir()} == stay | {"looked"}
+    assert {file.name for file in tmp_path.iterdir()} == stay | {".clrt"}
+    assert [file.name for file in (tmp_path / ".clrt").iterdir()] == ["looked"]
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows has no numbers of users")
@@ -326,7 +376,7 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     kernelcache.prepare()
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr(driver_module, "_KEEPS_PROGRAMS", ())
-    return tmp_path / "binaries"
+    return kernelcache.ours("binaries")
 
 
 def build(source: str = SOURCE, threads: int | None = None) -> tuple[list[str], list[str]]:
@@ -387,6 +437,7 @@ def test_a_binary_that_the_driver_refuses_is_compiled_again(kept: Path) -> None:
 
 
 def test_a_full_disk_costs_time_only(kept: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kept.parent.mkdir()
     kept.write_text("a file where the folder should be")
     assert build() == (["compiling kernels"], ["twice"])
 
@@ -421,14 +472,15 @@ def test_what_is_no_file_is_damage_and_nobody_waits_for_it(
         with pytest.raises(OSError, match=r"regular|symbolic"):
             kernelcache.contents(tmp_path / name)
     monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
-    make(tmp_path / "clrt.lock.holder")
-    make(tmp_path / "clrt.lock")  # held by nobody, it would keep all from removing damage
+    kernelcache.make(kernelcache.ours())
+    make(kernelcache.ours("clrt.lock.holder"))
+    make(kernelcache.ours("clrt.lock"))  # held by nobody, it would keep all from removing damage
     with kernelcache.lock() as got:
-        assert got and kernelcache._holder(tmp_path / "clrt.lock.holder") == 0
+        assert got and kernelcache._holder(kernelcache.ours("clrt.lock.holder")) == 0
     monkeypatch.setattr(trial, "_tried", lambda info: "")
     info = platforms.DeviceInfo(0, "name", "platform", "1.0", "CPU", 2, 1 << 30, "7")
     trial.verdict(info)
-    (verdict,) = (tmp_path / "verdicts").iterdir()
+    (verdict,) = kernelcache.ours("verdicts").iterdir()
     verdict.unlink()
     make(verdict)
     assert trial.verdict(info) == ("", True)

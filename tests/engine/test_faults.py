@@ -197,7 +197,8 @@ def test_a_stuck_process_is_passed_by(tmp_path: Path, monkeypatch: pytest.Monkey
         patience.append(timeout)
         acquire(self, timeout)
 
-    held = kernelcache.FileLock(tmp_path / "clrt.lock")
+    kernelcache.make(kernelcache.ours())
+    held = kernelcache.FileLock(kernelcache.ours("clrt.lock"))
     held.acquire(0)
     with ExitStack() as stack:
         stack.callback(held.release)

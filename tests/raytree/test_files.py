@@ -65,6 +65,9 @@ def test_a_tree_is_sent_and_copied_however_deep(tree: RayTree, again: Any) -> No
             assert [*map(shape, part.rays)] == [*map(shape, some)]
             among = [[child in rays for child in rays[0].children] for rays in (part.rays, some)]
             assert among[0] == among[1], "what is a ray of both is one ray"
+        both, ray = pickle.loads(pickle.dumps((whole, whole.rays[3])))
+        assert ray is both.rays[3]
+        assert len(pickle.dumps(whole.rays)) <= len(pickle.dumps(whole)), "each ray is sent once"
 
 
 def shape(ray: Ray) -> list[tuple[int, int | None, int]]:

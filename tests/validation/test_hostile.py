@@ -205,7 +205,7 @@ def render(*a, **k):
     with kernelcache.compiling("planted"):
         end = time.process_time() + 1.5
         while time.process_time() < end: pass
-    (folder / "launched" / "planted").unlink()  # else it is known the next time
+    (folder / ".clrt" / "launched" / "planted").unlink()  # else it is known the next time
     return whole(*a, **k)
 clrt.render = render
 """

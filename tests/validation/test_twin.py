@@ -48,9 +48,9 @@ def test_all_passes_of_a_picture_and_of_difficult_rays(name: str, device: Device
     assert rays >= RAYS_PER_SCENE
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(14))
 def test_random_scenes(seed: int, device: Device) -> None:
-    flat = flatten(random_scene(seed))
+    flat = flatten(random_scene(seed, spectral=seed >= 12))
     flat = with_sky(flat) if seed % 4 == 0 else flat
     origins, directions, t_max = difficult_rays(1500, seed)
     scale = np.float32(10.0 ** (seed % 3 - 1))

@@ -86,7 +86,8 @@ STREAMS: Final = ("pipe", "pipe", "pipe", "closed", "full", "broken", "unread", 
 
 FOLDERS: Final = (
     b"/proc", b"/proc/nothing", b"", b".", b"relative", b"file", b"file/below", b"loop", b"\xff\xfe",
-    b"new\nline", b"\x1b[31m", b"a" * 300, b"world", b"spoiled",
+    b"new\nline", b"\x1b[31m", b"a" * 300, (b"c" * 199 + b"/") * 5, b"b/" * 600, b"d/" * 2100,
+    b"world", b"spoiled",
 )  # fmt: skip
 """What a variable may say instead of a folder; the last ones exist, and hold what others put there."""
 

@@ -70,6 +70,11 @@ _DISPERSION: Final = (
     Mutant("the index at a group's start", "clrt/flatten/materials.py",
            "(bands.edges[first] + bands.edges[np.minimum(first + group, bands.n)]) / 2", "bands.edges[first]",
            ("dispersion in groups",)),
+    Mutant("the last group says whether all are transmitted", "kernels/light.cl", "transmitted |= goes;",
+           "transmitted = goes;", ("dispersion beside none",)),
+    Mutant("in the last generation each group says it for itself", "kernels/light.cl",
+           "mine & select(transmitted, goes, dispersing)", "mine & goes",
+           ("dispersion beside none at the last",)),
 )  # fmt: skip
 
 _COLOURS: Final = (

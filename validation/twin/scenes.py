@@ -18,7 +18,7 @@ from clrt.scene.scene import Scene
 
 from .media_scenes import media, media_within
 from .mip_scenes import at_levels
-from .spectral_scenes import dispersion, dispersion_within, metals
+from .spectral_scenes import dispersion, dispersion_beside, dispersion_within, metals
 from .variants import numbers, with_sky
 
 Table = dict[str, Any]
@@ -312,6 +312,7 @@ _SCENES = {
     "pictures at levels": lambda: at_levels(_pictures()),
     "levels dispersed": lambda: at_levels(_pictures_dispersed()),
     "metals": metals, "dispersion": dispersion, "dispersion from within": dispersion_within,
+    "dispersion beside none": dispersion_beside,
 }  # fmt: skip
 
 

@@ -61,6 +61,22 @@ def dispersion() -> Table:
     }  # fmt: skip
 
 
+def dispersion_beside() -> Table:
+    """A packet meets one material from within dispersive glass and from outside: the last group of bands,
+    which the material keeps, speaks for the former alone."""
+    blue = {"diffuse": 0, "transmission": 0.8, "transmission_color": {"band": [380, 500]}, "ior": 1.3}
+    return {
+        "spectrum": {"bands": 8, "group": 3}, "lights": _LIGHTS, "ambient": 0.2, "background": 0.8,
+        "depth_color": [0.3, 0.9, 0.2], "min_weight": 0.01, "max_depth": 4, "ambient_samples": 2,
+        "camera": {"origin": [0, 0, 4], "target": [0, 0, 0], "width": 24, "height": 18},
+        "shapes": [
+            _FLOOR,
+            {"type": "box", "min": [-2, -2, -1], "max": [0.05, 2, 1.2], "material": {**_BENT, "ior": "SF10"}},
+            {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {**blue, "priority": 1}},
+        ],
+    }  # fmt: skip
+
+
 def dispersion_within() -> Table:
     """The camera in dispersive water: glass, an air bubble and a metal in it, of several priorities."""
     return {

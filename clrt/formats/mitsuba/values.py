@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt.base import notices
-from clrt.base.errors import fault, show
+from clrt.base.errors import decimal, fault, show
 from clrt.formats.xml_tree import Element, unknown
 
 Rgb = tuple[float, float, float]
@@ -125,10 +125,10 @@ def snake(name: str) -> str:
 
 def _number(element: Element, text: str) -> float:
     try:
-        value = float(text)
+        value = decimal(text)
     except ValueError:
         value = math.nan
-    if not math.isfinite(value) or "_" in text:
+    if not math.isfinite(value):
         raise element.says(fault("", element.name, text, "it must be a number"))
     return value
 

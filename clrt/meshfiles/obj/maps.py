@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
+from clrt.base.errors import decimal
 from clrt.meshfiles.look import Table, placement_of
 
 Beside = Callable[[str], str | None]
@@ -68,7 +69,7 @@ def normals_of(picture: Table) -> Table:
 
 def finite(word: str) -> float:
     """A number; ValueError for what is none, or not finite."""
-    value = float(word)
+    value = decimal(word)
     if not math.isfinite(value):
         raise ValueError(word)
     return value
