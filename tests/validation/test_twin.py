@@ -153,6 +153,8 @@ PLANTED = [
     ("ambient.cl", "slot[i] + k;", "slot[i] + samples - 1 - k;", "ambient samples", "gather_ambient"),
     ("light_point.clh", "1.0f / distance)", f"1.0f / distance * {ULP})", "spheres", "feelers"),
     ("film.cl", "sum[band + b] += ", f"sum[band + b] += {ULP} * ", "spheres", "gather"),
+    ("light.cl", "transmitted |= goes", "transmitted = goes", "dispersion beside none", "shade"),
+    ("light.cl", "select(transmitted, goes, dispersing)", "goes", "dispersion beside none", "shade"),
 ]
 
 
@@ -161,7 +163,7 @@ def patched(tmp_path: Path) -> Path:
     return Path(shutil.copytree(kernel_folder(), tmp_path / "kernels"))
 
 
-@pytest.mark.parametrize("fault", PLANTED, ids=[row[-1] for row in PLANTED])
+@pytest.mark.parametrize("fault", PLANTED, ids=[f"{row[-1]} {row[-2]}" for row in PLANTED])
 def test_a_planted_fault_is_named(fault: tuple[str, ...], patched: Path, hasty: None) -> None:
     file, text, faulty, scene, name = fault
     source = (patched / file).read_text()

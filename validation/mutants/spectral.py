@@ -72,9 +72,6 @@ _DISPERSION: Final = (
            ("dispersion in groups",)),
     Mutant("the last group says whether all are transmitted", "kernels/light.cl", "transmitted |= goes;",
            "transmitted = goes;", ("dispersion beside none",)),
-    Mutant("in the last generation each group says it for itself", "kernels/light.cl",
-           "mine & select(transmitted, goes, dispersing)", "mine & goes",
-           ("dispersion beside none at the last",)),
 )  # fmt: skip
 
 _COLOURS: Final = (

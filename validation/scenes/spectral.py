@@ -123,8 +123,6 @@ def _dispersion() -> dict[str, Table]:
     # a packet meets the ball from within the block, where each group goes its way, and from outside
     block = {"type": "box", "min": [-2.6, -2.2, -1.9], "max": [0, 2.2, 2.4], "material": flint}
     blue = {"diffuse": 0.0, "transmission": 0.9, "transmission_color": {"band": [380, 500]}, "ior": 1.2}
-    beside: Table = {**room([block, with_material(_BALL, {**blue, "priority": 1})]), "lights": LIGHTS[:1],
-                     "spectrum": {"bands": 7, "group": 3}}
     return {
         "dispersion": _pair(glass, **deep),
         "dispersion, constant coefficients": _pair(constant, **deep),
@@ -141,9 +139,8 @@ def _dispersion() -> dict[str, Table]:
                                                         {**flint, "priority": 1}),
              {"type": "sphere", "center": [-0.9, 0.2, 0.5], "radius": 0.5, "material": bubble}],
             spectrum={"bands": _BAND_COUNT}, **deep),
-        "dispersion beside none": {**beside, "max_depth": 3},
-        "dispersion beside none at the last": {**beside, "max_depth": 0, "min_weight": 0.3,
-                                               "depth_color": [0.7, 0.6, 0.5]},
+        "dispersion beside none": room([block, with_material(_BALL, {**blue, "priority": 1})],
+                                       spectrum={"bands": 7, "group": 3}, **deep),
         "camera in dispersive glass": room([with_material({**_BALL, "center": [0, 0, 8.3]}, flint)],
                                            spectrum={"bands": _BAND_COUNT}, **deep),
         "dispersive glass in RGB": _pair(glass, bands=None, **deep),

@@ -64,10 +64,10 @@ def dispersion() -> Table:
 def dispersion_beside() -> Table:
     """A packet meets one material from within dispersive glass and from outside: the last group of bands,
     which the material keeps, speaks for the former alone."""
-    blue = {"diffuse": 0, "transmission": 0.8, "transmission_color": {"band": [380, 500]}, "ior": 1.3}
+    blue = {"diffuse": 0, "transmission": 0.8, "transmission_color": {"gaussian": [450, 60]}, "ior": 1.3}
     return {
         "spectrum": {"bands": 8, "group": 3}, "lights": _LIGHTS, "ambient": 0.2, "background": 0.8,
-        "depth_color": [0.3, 0.9, 0.2], "min_weight": 0.01, "max_depth": 4, "ambient_samples": 2,
+        "depth_color": [0.3, 0.9, 0.2], "min_weight": 0.05, "max_depth": 2, "ambient_samples": 2,
         "camera": {"origin": [0, 0, 4], "target": [0, 0, 0], "width": 24, "height": 18},
         "shapes": [
             _FLOOR,
