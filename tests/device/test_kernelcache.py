@@ -7,7 +7,7 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -120,10 +120,17 @@ def test_what_is_not_the_drivers_stays(tmp_path: Path, monkeypatch: pytest.Monke
     assert {file.read_text() for file in cache.rglob("*") if file.name in ("looked", "notes")} == {"mine", ""}
 
 
-def test_folders_may_be_deeper_than_python_goes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def deep(tmp_path: Path) -> Iterator[Path]:
+    """A folder that is emptied however the test ends: pytest, this run's or a later one's, cannot."""
+    yield tmp_path
+    subprocess.run(["rm", "-rf", *map(str, tmp_path.iterdir())], check=True)
+
+
+def test_folders_may_be_deeper_than_python_goes(deep: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a program's folder, damaged or not, and in place of a lock: what cannot be removed stays."""
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
-    files, here = laid_out(tmp_path, 2), Path.cwd()
+    monkeypatch.setenv(kernelcache.VARIABLE, str(deep))
+    files, here = laid_out(deep, 2), Path.cwd()
     whole, damaged = files[0].parent, files[-1].parent
     assert whole != damaged
     lock = kernelcache.ours("clrt.lock")
@@ -138,9 +145,8 @@ def test_folders_may_be_deeper_than_python_goes(tmp_path: Path, monkeypatch: pyt
             os.chdir(here)
     files[-1].write_bytes(b"")
     with kernelcache.lock():
-        assert len(kernelcache.remove_damaged(tmp_path)) == 1
-    assert len([*kernelcache.regular_files(tmp_path)]) >= len(files) - 1
-    subprocess.run(["rm", "-r", *map(str, tmp_path.iterdir())], check=True)  # pytest cannot
+        assert len(kernelcache.remove_damaged(deep)) == 1
+    assert len([*kernelcache.regular_files(deep)]) >= len(files) - 1
 
 
 def test_a_folder_s_name_may_be_relative(tmp_path: Path) -> None:
@@ -197,16 +203,16 @@ def test_what_lies_where_the_last_look_is_noted_stops_nobody(tmp_path: Path, pla
 
 
 @pytest.mark.parametrize("folders", [1200, 300])
-def test_the_cache_s_name_may_be_of_any_length_and_depth(tmp_path: Path, folders: int) -> None:
+def test_the_cache_s_name_may_be_of_any_length_and_depth(deep: Path, folders: int) -> None:
     """The driver ends the process where a file's name in it has more than 1,024 bytes."""
-    place = tmp_path.joinpath(*["d"] * folders)
+    place = deep.joinpath(*["d"] * folders)
     found = kernelcache.problem(place)
     size = len(str(place))
     assert (f"has {size} bytes, and the driver takes {kernelcache.LONGEST}; set POCL" in found) == (
         size > kernelcache.LONGEST
     )
     assert place.is_dir() == (found == "") and len(found) < 300
-    longest = tmp_path / ("n" * (kernelcache.LONGEST // 3))
+    longest = deep / ("n" * (kernelcache.LONGEST // 3))
     longest = longest / longest.name
     longest /= "n" * (kernelcache.LONGEST - len(str(longest)) - 1)
     assert len(str(longest)) == kernelcache.LONGEST

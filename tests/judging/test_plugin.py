@@ -41,10 +41,11 @@ def run(project: Path, tmp_path: Path) -> Run:
     lines = "".join(f"{name} = {target}\n" for name, target in points.items())
     (info / "entry_points.txt").write_text(f"[pytest11]\n{lines}")
     path = os.pathsep.join([str(ROOT), str(info.parent)])
+    apart = ["--basetemp", str(tmp_path / "inner")]  # what other runs left behind is not removed by this one
 
     def ran(*options: str) -> tuple[int, str]:
         found = subprocess.run(
-            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *options],
+            [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", *apart, *options],
             cwd=project, text=True, capture_output=True, timeout=300, check=False,
             env={**os.environ, "PYTHONPATH": path, "PYTHONDONTWRITEBYTECODE": "1"},
         )  # fmt: skip
