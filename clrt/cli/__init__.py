@@ -70,6 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def program() -> NoReturn:
     """`main` as a process. After Ctrl-C it ends at once: Python would wait for what the device still does."""
     os.environ["PYTHONSAFEPATH"] = "1"  # processes that are started import nothing from the current folder
+    # numpy's threads wait for work by turning: 0.1 s of a start; and what is multiplied here is small
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     interrupts.install()
     terminal.hold_closed()
     hush.take()

@@ -53,6 +53,8 @@ _own_colours = False  # whether OpenImageIO has its own table of colour spaces
 _unfinished: list[oiio.ImageOutput] = []
 _HEAD = 1 << 16  # bytes of a JPEG beside its pixels, and more
 BLOCK = 1 << 20  # bytes read at a time, where 64 rows have fewer
+_PART = 1 << 15  # values encoded at a time: larger arrays come from the system, cleared, each time
+_STRAIGHT = 0.0031308  # below that the curve of sRGB is a line
 ROWS = 64  # encoded and written at a time: copies of a whole large picture would dwarf the picture
 
 
@@ -101,21 +103,29 @@ def encode(pixels: np.ndarray, exposure: float = 0.0, bits: int = 8) -> np.ndarr
     `exposure` is in stops: 1 doubles the light. NaN becomes 0. Curve: IEC 61966-2-1.
     """
     encoded = np.empty(pixels.shape, np.uint8 if bits == 8 else np.uint16)
-    top = (1 << bits) - 1
+    top, flat, found = (1 << bits) - 1, pixels.reshape(-1), encoded.reshape(-1)
 
-    def encode_rows(row: int) -> None:
-        linear = pixels[row : row + ROWS].astype(np.float64) * 2.0**exposure
-        linear = np.fmin(np.fmax(linear, 0.0), 1.0)  # unlike clip, these drop a NaN
-        curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-        encoded[row : row + ROWS] = np.floor(top * curve + 0.5)
+    def encode_part(start: int) -> None:
+        part = slice(start, start + _PART)
+        linear = flat[part].astype(np.float64)
+        linear *= 2.0**exposure
+        np.fmin(np.fmax(linear, 0.0, out=linear), 1.0, out=linear)  # unlike clip, these drop a NaN
+        curve = np.fmax(linear, _STRAIGHT)  # what is less is on the straight part; 0 is slow to raise
+        np.power(curve, 1 / 2.4, out=curve)
+        curve *= 1.055
+        curve -= 0.055
+        curve = np.where(linear <= _STRAIGHT, 12.92 * linear, curve)
+        curve *= top
+        curve += 0.5
+        found[part] = curve  # truncated: floor, as it is positive
 
-    rows = range(0, len(pixels), ROWS)
+    parts = range(0, flat.size, _PART)
     try:
         with ThreadPoolExecutor(min(os.cpu_count() or 1, 4)) as threads:  # numpy lets them work together
-            list(threads.map(encode_rows, rows))
+            list(threads.map(encode_part, parts))
     except RuntimeError:  # there is no room for another thread
-        for row in rows:
-            encode_rows(row)
+        for start in parts:
+            encode_part(start)
     return encoded
 
 

@@ -25,6 +25,7 @@ WHITE: Final = (0.3127, 0.3290)
 """Chromaticity of Rec.709's white, D65."""
 BRADFORD: Final = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 """XYZ to cone responses."""
+_PART = 1 << 13  # pixels finished at a time: larger arrays come from the system, cleared, each time
 THESIS_CURVES: Final = ((610.0, 25.0), (540.0, 30.0), (445.0, 25.0))
 """Centre and standard deviation in nm of the thesis program's curves for red, green, blue."""
 _CELLS: Final = np.append(VISIBLE - 0.5, VISIBLE[-1] + 0.5)
@@ -110,15 +111,26 @@ def thesis_finish(values: np.ndarray) -> np.ndarray:
     The program shows (x, y, z) / max(x, y, z) * integral as it is, without a gamma. So that an 8-bit picture
     shows these numbers, too, they are taken for sRGB-encoded and decoded; beyond 1 the curve goes on.
     """
-    rows = np.ascontiguousarray(np.moveaxis(values, -1, 0), np.float64)  # numpy is slow along axes of three
-    top = np.maximum(np.maximum(rows[0], rows[1]), rows[2])
-    shown = rows[:3] / np.where(top > 0, top, 1.0) * rows[3]
-    linear = np.where(shown <= 0.04045, shown / 12.92, ((np.maximum(shown, 0) + 0.055) / 1.055) ** 2.4)
-    return np.moveaxis(linear, 0, -1)
+    linear = np.empty((*values.shape[:-1], 3))
+    flat, found = values.reshape(-1, 4), linear.reshape(-1, 3)
+    for start in range(0, len(flat), _PART):
+        part = slice(start, start + _PART)
+        rows = np.array(flat[part].T, np.float64, order="C")  # numpy is slow along axes of three
+        top = np.maximum(np.maximum(rows[0], rows[1]), rows[2])
+        shown = rows[:3]
+        shown /= np.where(top > 0, top, 1.0)
+        shown *= rows[3]
+        curve = np.maximum(shown, 0.04045)  # what is less is on the straight part
+        curve += 0.055
+        curve /= 1.055
+        np.power(curve, 2.4, out=curve)
+        found[part] = np.where(shown <= 0.04045, shown / 12.92, curve).T
+    return linear
 
 
 def finished(values: np.ndarray) -> np.ndarray:
     """Linear colours (..., 3) float32 of what a response gives, which is RGB or the thesis program's own."""
     if values.shape[-1] == 3:
         return values
-    return np.minimum(thesis_finish(values), layout.BRIGHTEST).astype(np.float32)
+    linear = thesis_finish(values)
+    return np.minimum(linear, layout.BRIGHTEST, out=linear).astype(np.float32)

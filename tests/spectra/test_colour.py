@@ -268,6 +268,9 @@ def test_thesis_colours(name: str, shown: tuple[int, int, int]) -> None:
 
 
 def test_thesis_black_is_black_and_colours_keep_their_ratio() -> None:
+    one = np.array([0.02, 0.01, 0.0, 1.0])
+    thesis_finish(one)
+    assert one.tolist() == [0.02, 0.01, 0.0, 1.0], "what is given stays as it is"
     assert thesis_finish(np.zeros((2, 4))).tolist() == [[0, 0, 0]] * 2
     assert encode(thesis_finish(np.array([[[0.02, 0.01, 0.0, 1.0]]])).astype(np.float32)).tolist() == [
         [[255, 128, 0]]
