@@ -242,7 +242,7 @@ def _same_shapes(scene: Scene, other: Scene) -> bool:
 
 def _same_fans(scene: Scene, other: Scene) -> bool:
     """Whether two scenes of the same shapes make triangles of the same meshes."""
-    if scene.materials is other.materials:
+    if scene.materials is other.materials and scene.shapes is other.shapes:
         return True
     return pictured_meshes(scene) == pictured_meshes(other)
 

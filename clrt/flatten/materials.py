@@ -40,7 +40,8 @@ class MaterialTable:
         self._by_identity: dict[
             tuple[int, str], int
         ] = {}  # the scene keeps its materials alive, so an id lasts
-        self._by_value: dict[tuple[bytes, bytes], int] = {}  # records Material and Pictured
+        # records Material and Pictured, and what makes a medium of its own
+        self._by_value: dict[tuple[bytes, bytes, Material | None], int] = {}
         self._textures = TextureTable(scene)
         self._plain = self._textures.record(Material()).tobytes()
         black = Material(color=0.0, diffuse=0.0)
@@ -58,7 +59,8 @@ class MaterialTable:
             one_sided = self._scene.one_sided == "opaque" and material.kt == 0
             record = _material(material, checker, one_sided, self._bands, self._group).tobytes()
             pictured = self._textures.record(material).tobytes() if material.pictures else self._plain
-            self._by_identity[key] = self._by_value.setdefault((record, pictured), len(self._by_value))
+            medium = material if material.kt > 0 and not material.thin else None
+            self._by_identity[key] = self._by_value.setdefault((record, pictured, medium), len(self._by_value))
         return self._by_identity[key]
 
     def glowing(self, source: AreaLight) -> int:
@@ -66,18 +68,16 @@ class MaterialTable:
         record = self._black.copy()
         record["emission"] = light(source.radiance, self._bands)
         record["light"] = 2 if source.two_sided else 1
-        return self._by_value.setdefault((record.tobytes(), self._plain), len(self._by_value))
+        return self._by_value.setdefault((record.tobytes(), self._plain, None), len(self._by_value))
 
     def records(self) -> np.ndarray:
         """All of them in the order of their numbers, dtype Material."""
-        records = b"".join(record for record, _ in self._by_value)
+        records = b"".join(record for record, _, _ in self._by_value)
         out = np.frombuffer(records, layout.dtype("Material", _count(self._bands))).copy()
-        plain = out.copy()  # a checker is laid out by shape, but makes no other medium
-        plain["checker"], plain["checker_size"] = 0, 0
-        pictured = [pictures for _, pictures in self._by_value]
-        first: dict[tuple[bytes, bytes], int] = {}
-        for number in np.flatnonzero((out["kt"] > 0) & (out["thin"] == 0)):
-            out["medium"][number] = first.setdefault((plain[number].tobytes(), pictured[number]), int(number))
+        first: dict[Material, int] = {}  # not by records: a checker is laid out by shape
+        for number, (_, _, medium) in enumerate(self._by_value):
+            if medium is not None and out["kt"][number] > 0:
+                out["medium"][number] = first.setdefault(medium, number)
         return out
 
     def pictures(
@@ -87,7 +87,7 @@ class MaterialTable:
 
         `known` is not read again. Raises as `clrt.read_image`, LimitError where they are too large together.
         """
-        records = b"".join(pictures for _, pictures in self._by_value)
+        records = b"".join(pictures for _, pictures, _ in self._by_value)
         pictured = np.frombuffer(records, layout.dtype("Pictured")).copy()
         if not shows_pictures(pictured).any():
             return None

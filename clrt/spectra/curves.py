@@ -115,7 +115,9 @@ def _unscaled(spectrum: Spectrum) -> Curve:
     if spectrum.gaussian is not None:
         center, deviation = spectrum.gaussian
         z = np.linspace(-6, 6, 2401)
-        return Curve(center + deviation * z, np.exp(-(z**2) / 2))
+        bell = np.exp(-(z**2) / 2)
+        bell[[0, -1]] = 0.0  # a curve goes on as it ends
+        return Curve(center + deviation * z, bell)
     if spectrum.line is not None:
         return _box(spectrum.line - 0.5, spectrum.line + 0.5) * LINE_POWER
     assert spectrum.band is not None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -118,6 +119,22 @@ def test_a_scene_that_cannot_be_held_leaves_the_one_before(scene: clrt.Scene) ->
         assert tracer.scene is scene and tracer.render().hash == before
     with pytest.raises(clrt.ClrtError, match=r"call tracer\.update"):
         tracer.scene = scene  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_faces_of_four_corners_may_get_a_picture(way: int, tmp_path: Path) -> None:
+    """They are triangles then, and polygons else, though vertices and places are the same."""
+    clrt.Image(np.linspace(0, 1, 48, dtype=np.float32).reshape(4, 4, 3)).save(tmp_path / "tile.png")
+    pictured = {"color": {"type": "image", "file": "tile.png"}}
+    corners = [[x, y, 0] for y in (-1, 1) for x in (-1, 1)]
+    square = [[0, 0], [1, 0], [0, 1], [1, 1]]
+    quad = {"type": "mesh", "vertices": corners, "faces": [[0, 1, 3, 2]], "uv": square}
+    ball = {"type": "sphere", "center": [0, 0, -2], "radius": 1.5, "material": pictured}
+    plain = clrt.load_dict({**BASE, "shapes": [quad, ball]}, folder=tmp_path)
+    scene, then = (plain, plain.replace({"shapes[0].material": pictured}))[::way]
+    with clrt.Tracer(scene) as tracer, clrt.Tracer(then) as fresh:
+        tracer.update(then)
+        assert tracer.identity() == fresh.identity() and tracer.render().hash == fresh.render().hash
 
 
 def test_an_update_within_a_picture_leaves_that_picture_whole() -> None:

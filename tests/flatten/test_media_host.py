@@ -163,6 +163,33 @@ def test_a_checker_makes_no_other_medium() -> None:
     assert len(flat.materials) == 2 and flat.materials["medium"].tolist() == [0, 0]
 
 
+@pytest.mark.parametrize("other", [{"divisions": 8}, {"size": 2.0}, {"colors": [0.1, 0.9]}])
+def test_checkers_that_differ_are_media_that_differ(other: dict[str, Any]) -> None:
+    """Also by what their shapes do not look at: equal materials are one medium, and only these."""
+    checkers = [{"type": "checker"}, {"type": "checker", **other}]
+    shapes = [{"type": "sphere", "center": [0, 0, 0], "radius": r, "material": {**GLASS, "color": checker}}
+              for r, checker in zip((1, 0.5), checkers, strict=True)]  # fmt: skip
+    flat = flatten(load_dict({"shapes": shapes}))
+    assert flat.materials["medium"].tolist() == [0, 1]
+
+
+def test_media_are_as_many_as_different_materials_let_light_in() -> None:
+    rng = np.random.default_rng(31)
+    choices: dict[str, list[Any]] = {
+        "color": [0.5, [0.5, 0.5, 0.5], {"type": "checker"}, {"type": "checker", "divisions": 4}],
+        "shininess": [10, 20], "ior": [1.3, "water"], "priority": [0, 1], "transmission": [0.0, 0.5],
+    }  # fmt: skip
+    for _ in range(50):
+        drawn = [{key: some[rng.integers(len(some))] for key, some in choices.items()} for _ in range(12)]
+        shapes = [sphere(3 * i, 1, **material) for i, material in enumerate(drawn)]
+        scene = load_dict({"shapes": shapes})
+        used = [scene.material_of(shape) for shape in scene.shapes]
+        media = flatten(scene).materials["medium"][flatten(scene).primitives["material"]]
+        pairs = {pair for pair in zip(media.tolist(), used, strict=True) if pair[0] >= 0}
+        clear = {material for material in used if material.kt > 0}
+        assert len(pairs) == len(clear) == len({number for number, _ in pairs})
+
+
 APART = [sphere(-3, 1, ior="water"), sphere(0, 1), cube(2, 3)]
 FLOOR = {"type": "plane", "point": [0, -1.1, 0], "normal": [0, 1, 0]}
 COAT = {"fresnel": True, "transmission": 0}

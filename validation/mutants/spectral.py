@@ -16,6 +16,9 @@ _MEDIA: Final = (
            ("ice in water in a glass",)),
     Mutant("all boundaries seen", "kernels/boundaries.cl", "if (before != after) break;", "break;",
            ("hidden media",)),
+    Mutant("media told apart by their index alone", "clrt/flatten/materials.py",
+           "first.setdefault(medium, number)", "first.setdefault((medium.ior, medium.priority), number)",
+           ("media that differ by their pattern",)),
     Mutant("media not left in hidden boundaries", "kernels/boundaries.cl", "        list = next;\n", "",
            ("water in a glass", "absorption by pieces", "hidden media")),
     Mutant("a medium not listed is not there", "kernels/boundaries.cl",
@@ -72,6 +75,10 @@ _DISPERSION: Final = (
            ("dispersion in groups",)),
     Mutant("the last group says whether all are transmitted", "kernels/light.cl", "transmitted |= goes;",
            "transmitted = goes;", ("dispersion beside none",)),
+    Mutant("a coat has one index for all bands", "kernels/bounce.cl",
+           "bands_together(disperses(world, s, material) & mine)",
+           "bands_together(disperses(world, s, material) & mine & (material->kt > 0.0f ? -1 : 0))",
+           ("dispersive coat",)),
 )  # fmt: skip
 
 _COLOURS: Final = (

@@ -43,9 +43,12 @@ class _Passed:
 
 
 def bounce(world: World, rays: Rays, spot: Spot) -> Bounce:
-    """Reflected and transmitted rays of hits; a ray of all bands splits at an index that is a curve."""
+    """Reflected and transmitted rays of hits; a ray of all bands splits at an index that is a curve.
+
+    Where nothing is transmitted, it is reflected as a whole, of each band what that band's group says.
+    """
     eta_i, eta_t, curved = indices(world, spot)
-    splits = curved & (rays.group < 0) & (world.surfaces.kt[spot.shape] > 0)
+    splits = curved & (rays.group < 0)
     facet = facets(rays, spot, world.surfaces.alpha[spot.shape])
     reflects, total = np.zeros_like(rays.weight), np.zeros(len(rays), bool)
     transmitted: list[Spawned] = []

@@ -28,6 +28,7 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "the medium entered last", room(_overlapping(0, 0)), set()
     yield "constant media", room(_overlapping(0, 1, _CONSTANT)), set()
     yield "hidden media", room(_hidden()), {HIDDEN}
+    yield "media that differ by their pattern", room(_checkered()), set()
     yield "bubbles in glass", room(_bubbles()), set()
     yield "things in water", _aquarium(), {WITHIN}
     yield "ambient rays in water", _aquarium(ambient_samples=2, max_depth=2, lights=LIGHTS[:1]), {WITHIN}
@@ -43,6 +44,14 @@ def _ball(radius: float, material: Table, x: float = 0.0, y: float = 0.0, z: flo
 
 def _box(low: list[float], high: list[float], material: Table, **more: Any) -> Table:
     return {"type": "box", "min": low, "max": high, "material": material, **more}
+
+
+def _checkered() -> list[Table]:
+    """A ball in a ball that differs in the size of its squares alone: it is no part of that."""
+    more = {**_CONSTANT, "diffuse": 0.4, "transmission": 0.5}
+    pattern = {"type": "checker", "colors": [0.9, 0.2]}
+    outer, inner = ({**more, "color": {**pattern, "divisions": divisions}} for divisions in (16, 6))
+    return [_ball(1.9, outer), _ball(1.0, inner, 0.2)]
 
 
 def _absorbing() -> list[Table]:

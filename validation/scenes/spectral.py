@@ -141,6 +141,8 @@ def _dispersion() -> dict[str, Table]:
             spectrum={"bands": _BAND_COUNT}, **deep),
         "dispersion beside none": room([block, with_material(_BALL, {**blue, "priority": 1})],
                                        spectrum={"bands": 7, "group": 3}, **deep),
+        "dispersive coat": _pair({**constant, "transmission": 0.0, "fresnel": True}, _MATTE,
+                                 spectrum={"bands": 7, "group": 3}, **deep),
         "camera in dispersive glass": room([with_material({**_BALL, "center": [0, 0, 8.3]}, flint)],
                                            spectrum={"bands": _BAND_COUNT}, **deep),
         "dispersive glass in RGB": _pair(glass, bands=None, **deep),
