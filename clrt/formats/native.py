@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import json
 import re
 from collections.abc import Callable, Iterable
@@ -21,6 +20,7 @@ from clrt.base.places import At, PlacedError
 from clrt.base.unique import unique
 from clrt.formats import toml_scan
 from clrt.formats.lines import json_line, toml_key, toml_line
+from clrt.meshfiles.mark import unmarked
 from clrt.scene.scene import Scene, edited, read_scene
 
 T = TypeVar("T")
@@ -50,7 +50,7 @@ def load_stream(stream: BinaryIO, source: str, limits: Limits) -> Scene:
     """
     data = stream.read(limits.text_bytes + 1)
     limits.check("text_bytes", len(data), source)
-    toml = not data.removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"{")
+    toml = not unmarked(data).lstrip().startswith(b"{")
     with bounded(source):
         return _read(lambda: data, toml, source, limits, partial(_scene, Path(), source, limits))
 
@@ -130,8 +130,9 @@ def _value(text: str, limits: Limits, source: str) -> Any:
 
 
 def _text(data: bytes, source: str) -> str:
+    data = unmarked(data)
     try:
-        return data.decode("utf-8-sig")
+        return data.decode("utf-8")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise SceneError(located(source, "", f"line {line} is not UTF-8 text")) from None

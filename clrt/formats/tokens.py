@@ -12,6 +12,7 @@ from typing import Any
 from clrt.base.errors import SceneError, decimal, located, show
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
+from clrt.meshfiles.mark import unmarked
 from clrt.scene.scene import Scene, read_scene
 
 
@@ -20,9 +21,9 @@ class Tokens:
 
     def __init__(self, path: Path, limits: Limits) -> None:
         self.source = path.name
-        data = io.BytesIO(read_text_bytes(path, limits))
+        data = io.BytesIO(unmarked(read_text_bytes(path, limits)))
         # line by line: all words at once would take 60 bytes and more for each byte of the file
-        self._text = enumerate(io.TextIOWrapper(data, "utf-8-sig", "replace"), 1)
+        self._text = enumerate(io.TextIOWrapper(data, "utf-8", "replace"), 1)
         self._words: list[str] = []  # of the line `_number`
         self._next = self._number = 0
         self.line = 1

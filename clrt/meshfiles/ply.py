@@ -18,6 +18,7 @@ from clrt.base.errors import show
 from clrt.base.limits import written
 from clrt.images.file import decode, uncurved
 from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.mark import unmarked
 from clrt.meshfiles.outlines import rows_of
 
 _COLORS: Final = (b"red", b"green", b"blue")
@@ -42,6 +43,7 @@ def plain_ply(data: bytes) -> bytes:
 
     Of a text file they are declared as double: trimesh would drop what is too large for their type.
     """
+    data = unmarked(data)
     head = header(data)
     if not head:
         raise BrokenMesh(f"its header does not end within {_HEADER} bytes")

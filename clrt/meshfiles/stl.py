@@ -9,6 +9,7 @@ from typing import Final
 
 from clrt.base.errors import show
 from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.mark import unmarked
 
 _MOST: Final = 64  # solids that are kept apart: trimesh's time grows with their square
 _ENDS: Final = {b"facet": b"endfacet", b"solid": b"endsolid"}
@@ -21,6 +22,7 @@ def plain_stl(data: bytes) -> bytes:
     """
     if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little") or b"\0" in data:
         return data
+    data = unmarked(data)
     solids: list[list[bytes]] = []
     open_at: dict[bytes, int] = {}  # where what has not ended began
     corners = number = 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import json
 import os
 from collections.abc import Iterator
@@ -70,12 +71,16 @@ def _moved(scene: Scene, path: Path) -> dict[str, Any]:
 
 
 def _seen_from(new: Path, old: Path, name: str, at: At) -> str:
-    """The name of a file of folder `old` as seen from `new`; SceneError where it does not lie there."""
-    file = (old / name).resolve()
-    if not file.is_relative_to(new):
-        text = f"{name!r} is not in {new}; copy the image there, or save the scene in {old}"
-        raise at.says(text)
-    return file.relative_to(new).as_posix()
+    """The name of a file of folder `old` as seen from `new`; SceneError where not even a copy is there."""
+    file, there = (old / name).resolve(), (new / name).resolve()
+    if file.is_relative_to(new):
+        return file.relative_to(new).as_posix()
+    if not (there.is_relative_to(new) and there.exists()):
+        raise at.says(f"{name!r} is not in {new}; copy the image there, or save the scene in {old}")
+    if there.is_file() and file.is_file() and filecmp.cmp(file, there, shallow=False):
+        return name
+    text = f"{name!r} in {new} is another file than the one in {old}"
+    raise at.says(f"{text}; copy the image over it, rename one, or save the scene in {old}")
 
 
 def _materials(table: dict[str, Any], at: At) -> Iterator[tuple[At, dict[str, Any]]]:

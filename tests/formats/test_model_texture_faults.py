@@ -87,7 +87,7 @@ def test_a_picture_by_its_first_bytes_that_is_broken_is_refused(tmp_path: Path) 
     (tmp_path / "x.webp").write_bytes(PICTURE[:40])
     (tmp_path / "empty.png").write_bytes(b"")
     for image in ({"uri": "x.webp"}, {"uri": DATA[:62]}, {"uri": "empty.png"}, {"uri": "data:image/png"}):
-        with pytest.raises(SceneError, match=r"x\.webp: |empty\.png: |images\[0\]: "):
+        with pytest.raises(SceneError, match=r"x\.webp: |empty\.png: |images\[0\](: |\.uri begins)"):
             flatten(load(tmp_path, textured(BASE, (image,))))
 
 
@@ -136,7 +136,10 @@ def test_tangents_are_named_where_a_normal_map_would_lean_by_them(
     [
         ({"bufferView": 9}, r"a\.glb: there is no bufferViews\[9\]"),
         ({}, r"a\.glb: images\[0\] has no data"),
-        ({"uri": "data:;base64,A"}, r"a\.glb: images\[0\] is not in base64"),
+        ({"uri": "data:;base64,A"}, r"a\.glb: images\[0\] is not in base64: it has 1 letters"),
+        ({"uri": DATA[:40] + "!!!!" + DATA[40:]}, r"images\[0\] is not in base64: letter 19 is '!'"),
+        ({"uri": DATA.replace("base64", "bas64")}, r"images\[0\]\.uri begins with 'data:image/png;bas64,'"),
+        ({"uri": "data:image/png,%8"}, r"images\[0\]\.uri has '%8'"),
         ({"uri": DATA[:62]}, r"a\.glb: images\[0\]"),
     ],
 )

@@ -162,7 +162,7 @@ def test_a_picture_of_many_textures_is_looked_at_once(
     from clrt.meshfiles.gltf import stored
 
     looked: list[str] = []
-    monkeypatch.setattr(stored, "_head_of", lambda uri: looked.append(uri) or PICTURE[:8])
+    monkeypatch.setattr(stored, "head_of", lambda uri, count: looked.append(uri) or PICTURE[:8])
     many = textured(BASE, ({"uri": DATA},), textures=[{"source": 0}] * 9)
     for index in range(1, 9):
         info = {"pbrMetallicRoughness": {"baseColorTexture": {"index": index}}}

@@ -222,6 +222,7 @@ def test_colours_of_vertices_multiply_the_base_colour(tmp_path: Path) -> None:
         mesh["primitives"][0]["attributes"]["COLOR_0"] = 2
     table["accessors"].append({"bufferView": 1, "componentType": 5121, "count": 3, "type": "VEC4"})
     table["bufferViews"].append({"buffer": 0, "byteOffset": 72, "byteLength": 12})
+    table["buffers"] = [{"byteLength": 84}]
     colors = np.array([(255, 0, 51, 9), (0, 0, 51, 9), (0, 255, 51, 9)], np.uint8)
     corners = np.array([FLOOR, WALL], "<f4").tobytes() + colors.tobytes()
     with pytest.warns(clrt.ClrtWarning, match="alpha of vertices' colours"):

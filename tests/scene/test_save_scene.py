@@ -54,6 +54,28 @@ def test_saving_away_from_the_background_image_is_an_error(tmp_path: Path) -> No
     assert list((tmp_path / "out").iterdir()) == []
 
 
+@pytest.mark.parametrize("place", ["background", "material"])
+def test_beside_a_copy_of_its_image_a_scene_may_be_saved(tmp_path: Path, place: str) -> None:
+    for folder in ("in", "out"):
+        (tmp_path / folder).mkdir()
+    clrt.Image(np.full((4, 8, 3), 0.5, np.float32)).save(tmp_path / "in" / "sky.png")
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
+    material = {"material": {"color": {"type": "image", "file": "sky.png"}}}
+    table = {"background": "sky.png"} if place == "background" else {"shapes": [ball | material]}
+    scene, copy = clrt.load_dict(table, folder=tmp_path / "in"), tmp_path / "out" / "sky.png"
+    for other in (b"other", b""):
+        copy.write_bytes(other)
+        with pytest.raises(clrt.SceneError, match=r"'sky.png' in .*out is another file than the one in "):
+            scene.save(tmp_path / "out" / "a.toml")
+    copy.write_bytes((tmp_path / "in" / "sky.png").read_bytes())
+    scene.save(tmp_path / "out" / "a.toml")
+    assert clrt.load(tmp_path / "out" / "a.toml").to_dict() == scene.to_dict()
+    copy.unlink()
+    copy.mkdir()
+    with pytest.raises(clrt.SceneError, match="is another file"):
+        scene.save(tmp_path / "out" / "a.toml")
+
+
 def test_an_interrupted_save_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "a.json"
     Scene().save(path)

@@ -14,9 +14,9 @@ from clrt.base.limits import Limits, written
 from clrt.base.places import At
 from clrt.formats.mitsuba.values import OBJECTS, Plugin
 from clrt.formats.xml_tree import MOST, Element, filled, parse, unknown
+from clrt.meshfiles.mark import unmarked
 
 _NOWHERE: Final = ("default", "include", "alias", "path")
-_BOM: Final = b"\xef\xbb\xbf"
 _AGAIN: Final = 1 << 18  # points of curves that are taken more than once: 250 bytes each
 
 
@@ -119,7 +119,7 @@ def _curves(value: Any) -> Iterator[list[Any]]:
 
 def opened(data: bytes, context: Context) -> tuple[list[Element], dict[str, str]]:
     """The objects at the top of a file, includes among them, and its processing instructions."""
-    root, notes = parse(data.removeprefix(_BOM), context.limits, context.source)
+    root, notes = parse(unmarked(data), context.limits, context.source)
     if root.tag != "scene":
         raise root.says(f"a Mitsuba file holds a <scene>, not <{root.tag}>")
     if not re.fullmatch(r"[0-9]+(\.[0-9]+){2}", root.keys.get("version", "3.0.0")):
@@ -175,7 +175,7 @@ def _included(element: Element, context: Context, size: int) -> tuple[Element, i
     data = read_text_bytes(path, context.limits)
     size += len(data)
     context.limits.check("text_bytes", size, located(context.source, "", path.name))
-    root, _ = parse(data.removeprefix(_BOM), context.limits, path.name)
+    root, _ = parse(unmarked(data), context.limits, path.name)
     if root.tag == "scene":
         return root, size
     above = Element("scene", {}, root.line, root.source)

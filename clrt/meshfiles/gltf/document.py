@@ -17,6 +17,7 @@ from msgspec import Meta
 
 from clrt.base.unique import unique
 from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.mark import unmarked
 
 Count = Annotated[int, Meta(ge=0, le=1 << 53)]
 Component = Literal[5120, 5121, 5122, 5123, 5125, 5126]
@@ -83,6 +84,7 @@ class View(Table, frozen=True, gc=False):
 
 
 class Buffer(Table, frozen=True, gc=False):
+    byteLength: Count | None = None
     uri: str | None = None
 
 
@@ -157,6 +159,10 @@ class Image(Table, frozen=True, gc=False):
     bufferView: Count | None = None
     mimeType: str = ""
 
+    def __post_init__(self) -> None:
+        if self.uri is not None and self.bufferView is not None:
+            raise ValueError("an image has a uri or a bufferView, not both")
+
 
 class Asset(Table, frozen=True, gc=False):
     version: str | float = "2.0"
@@ -186,8 +192,7 @@ class Document(Table, frozen=True, gc=False):
 def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
     """The document in a .gltf, or, if `binary`, in a .glb with its binary chunk (None without)."""
     text, chunk = _chunks(data) if binary else (memoryview(data), None)
-    if bytes(text[:3]) == b"\xef\xbb\xbf":  # a byte order mark
-        text = text[3:]
+    text = unmarked(text)
     try:
         document = msgspec.json.decode(text, type=Document)
         met = _check_keys(text)

@@ -8,13 +8,17 @@ from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.gltf.document import Node
 
 
-def matrix_of(node: Node, above: np.ndarray) -> np.ndarray:
-    """The node's matrix to the world, given that of the node above it."""
+def matrix_of(node: Node, number: int, above: np.ndarray) -> np.ndarray:
+    """The matrix to the world of the node of a number, given that of the node above it."""
+    parts = [name for name in ("translation", "rotation", "scale") if getattr(node, name) is not None]
     if node.matrix is not None:
+        if parts:
+            text = f"nodes[{number}] has a matrix and {' and '.join(parts)}"
+            raise BrokenMesh(f"{text}; one or the other places it, leave one out")
         if node.matrix[3::4] != (0.0, 0.0, 0.0, 1.0):
-            raise BrokenMesh("the last row of a node's matrix must be 0, 0, 0, 1")
-        above = above @ np.array(node.matrix).reshape(4, 4).T
-    if node.translation is None and node.rotation is None and node.scale is None:
+            raise BrokenMesh(f"the last row of nodes[{number}].matrix must be 0, 0, 0, 1")
+        return above @ np.array(node.matrix).reshape(4, 4).T
+    if not parts:
         return above
     own = np.eye(4)
     own[:3, :3] = _rotation(node.rotation or (0.0, 0.0, 0.0, 1.0)) * (node.scale or (1.0, 1.0, 1.0))

@@ -127,7 +127,7 @@ class _Reader:
             if seen[number]:
                 raise BrokenMesh(f"nodes[{number}] is below two nodes, or below itself")
             seen[number] = 1
-            matrix = matrix_of(node, above)
+            matrix = matrix_of(node, number, above)
             visible = seen_above and (node.extensions is None or node.extensions.KHR_node_visibility.visible)
             left += [(child, matrix, visible) for child in node.children]
             self._hold(number, node, matrix, visible)
@@ -137,7 +137,16 @@ class _Reader:
                 meshes.append(node.mesh)
                 self.names.append(node.name or item(self.document.meshes, node.mesh, "meshes").name)
                 self._note(node, node.mesh)
+        self._check_above(seen)
         return np.array(matrices).reshape(-1, 4, 4), meshes
+
+    def _check_above(self, seen: bytearray) -> None:
+        """Raise BrokenMesh where a node is seen that a node which is not would move."""
+        for number, node in enumerate(self.document.nodes):
+            for child in () if seen[number] else node.children:
+                if child < len(seen) and seen[child]:
+                    text = f"nodes[{child}] is in the scene, but stands below nodes[{number}], which is not"
+                    raise BrokenMesh(text)
 
     def _scene(self) -> SceneNodes:
         """The scene that is shown: the one that the file names, or its first."""
@@ -231,9 +240,7 @@ class _Reader:
         if indices is None:
             corners = np.arange(len(vertices))
         else:
-            if self.stored.accessor(indices, "SCALAR").componentType not in (5121, 5123, 5125):
-                raise BrokenMesh(f"accessors[{indices}] must hold whole numbers to be indices")
-            corners = self.stored.plain(indices).reshape(-1).astype(np.int64)
+            corners = self.stored.indices(indices)
             if corners.max() >= len(vertices):
                 raise BrokenMesh(f"a face names vertex {corners.max()} of a part that has {len(vertices)}")
         normals = None if attributes.NORMAL is None else self.stored.numbers(attributes.NORMAL)
@@ -242,6 +249,7 @@ class _Reader:
         read = self.stored.numbers if quantized else self.stored.fractions
         uv = None if attributes.TEXCOORD_0 is None else read(attributes.TEXCOORD_0)
         return vertices, _triangles(corners, mode), normals, uv
+
 
 def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:
     """The triangles (m, 3) of corners in a row, one side out."""

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import base64
-import binascii
-import re
 from collections.abc import Callable
 from functools import partial
 from typing import Final
-from urllib.parse import unquote_to_bytes
 
 import numpy as np
 
 from clrt.meshfiles.broken import BrokenMesh
-from clrt.meshfiles.gltf.document import Accessor, Document, Image, decode, item, parse
+from clrt.meshfiles.gltf.datauri import BUFFERS, data_of, head_of, is_data
+from clrt.meshfiles.gltf.document import Accessor, Buffer, Document, Image, Sparse, decode, item, parse
 from clrt.meshfiles.gltf.textures import HEAD
 
 Fetch = Callable[[str], bytes]
 
 _TYPES: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-_LETTERS: Final = 64  # of an address that hold `HEAD` bytes, however they are written
+_INDICES: Final = (5121, 5123, 5125)  # whole numbers without a sign
 
 
 class Stored:
@@ -60,16 +57,41 @@ class Stored:
         else:
             plain = self._stored(accessor.bufferView, accessor.byteOffset, accessor.count, width, kind, where)
         if accessor.sparse is not None:
-            other, count = accessor.sparse, accessor.sparse.count
-            at, values = other.indices, other.values
-            whole = np.dtype(_TYPES[at.componentType])
-            places = self._stored(at.bufferView, at.byteOffset, count, 1, whole, where)
-            if count and not 0 <= places.min() <= places.max() < accessor.count:
-                raise BrokenMesh(f"{where} replaces numbers that it does not have")
+            values = accessor.sparse.values
+            places = self._places(accessor.sparse, accessor.count, where)
             plain = plain.copy()
-            stored = self._stored(values.bufferView, values.byteOffset, count, width, kind, where)
-            plain[places[:, 0].astype(np.int64)] = stored
+            plain[places] = self._stored(
+                values.bufferView, values.byteOffset, len(places), width, kind, where
+            )
         return plain
+
+    def indices(self, number: int) -> np.ndarray:
+        """The indices (n,) in an accessor, as int64. The largest of their type is none: the specification,
+        3.7.2.1. Some programs begin a new strip there, others leave its triangle out."""
+        where, kind = f"accessors[{number}]", self.accessor(number, "SCALAR").componentType
+        if kind not in _INDICES:
+            raise BrokenMesh(f"{where} must hold whole numbers to be indices")
+        found = self.plain(number).reshape(-1)
+        most = np.iinfo(_TYPES[kind]).max
+        if (found == most).any():
+            raise BrokenMesh(f"{where} has the index {most}; of its componentType {most - 1} is the largest")
+        return found.astype(np.int64)
+
+    def _places(self, sparse: Sparse, most: int, where: str) -> np.ndarray:
+        """Which of an accessor's `most` numbers are replaced, (n,) int64; none of them twice."""
+        at, kind = sparse.indices, sparse.indices.componentType
+        if kind not in _INDICES:
+            text = f"{where}.sparse.indices.componentType is {kind}"
+            raise BrokenMesh(f"{text}; it must be one of {', '.join(map(str, _INDICES))}")
+        stored = self._stored(at.bufferView, at.byteOffset, sparse.count, 1, np.dtype(_TYPES[kind]), where)
+        places = stored[:, 0].astype(np.int64)
+        if len(places) and places.max() >= most:
+            raise BrokenMesh(f"{where} replaces numbers that it does not have")
+        if (np.diff(places) <= 0).any():
+            row = int(np.argmax(np.diff(places) <= 0))
+            text = f"{where}.sparse.indices has {places[row + 1]} after {places[row]}"
+            raise BrokenMesh(f"{text}; each must be larger than the one before")
+        return places
 
     def _stored(
         self, view: int, offset: int, count: int, width: int, kind: np.dtype, where: str
@@ -89,7 +111,7 @@ class Stored:
     def first(self, image: Image, number: int) -> bytes:
         """The first bytes of a picture within the file; none where there is none, as who shows it says."""
         if image.uri is not None:
-            return _head_of(image.uri)
+            return head_of(image.uri, HEAD)
         try:
             return bytes(self.viewed(image, f"images[{number}]")[:HEAD])
         except BrokenMesh:
@@ -106,15 +128,25 @@ class Stored:
         return whole[view.byteOffset : view.byteOffset + view.byteLength]
 
     def _buffer(self, number: int, fetch: Fetch) -> memoryview:
+        """The bytes that a buffer declares; BrokenMesh where there are fewer. More may follow them."""
         if number not in self._buffers:
-            uri = item(self.document.buffers, number, "buffers").uri
-            if uri is None:
-                if number or self.chunk is None:
-                    raise BrokenMesh(f"buffers[{number}] has no data")
-                self._buffers[number] = self.chunk
-            else:
-                self._buffers[number] = memoryview(_data_of(uri, fetch, f"buffers[{number}]"))
+            buffer, where = item(self.document.buffers, number, "buffers"), f"buffers[{number}]"
+            data = self._contents(number, buffer, fetch, where)
+            declared = len(data) if buffer.byteLength is None else buffer.byteLength
+            if declared > len(data):
+                text = f"{where}.byteLength is {declared}, and it has {len(data)} bytes"
+                raise BrokenMesh(f"{text}; it may be cut short")
+            self._buffers[number] = data[:declared]
         return self._buffers[number]
+
+    def _contents(self, number: int, buffer: Buffer, fetch: Fetch, where: str) -> memoryview:
+        if buffer.uri is not None:
+            uri = buffer.uri
+            return memoryview(data_of(uri, where, BUFFERS) if is_data(uri) else fetch(uri))
+        if number or self.chunk is None:
+            raise BrokenMesh(f"{where} has no data")
+        return self.chunk
+
 
 def pictures_in(data: bytes, binary: bool) -> tuple[int, Callable[[int], bytes]]:
     """How many pictures a .gltf, or a .glb, names; and what gives the bytes of one that is within it.
@@ -128,7 +160,7 @@ def pictures_in(data: bytes, binary: bool) -> tuple[int, Callable[[int], bytes]]
     def picture(number: int) -> bytes:
         where, image = f"images[{number}]", item(images, number, "images")
         if image.uri is not None:
-            return bytes(_data_of(image.uri, partial(_refuse, where), where))
+            return data_of(image.uri, where) if is_data(image.uri) else _refuse(where, image.uri)
         return bytes(stored.viewed(image, where))
 
     return len(images), picture
@@ -136,27 +168,6 @@ def pictures_in(data: bytes, binary: bool) -> tuple[int, Callable[[int], bytes]]
 
 def _refuse(where: str, name: str) -> bytes:
     raise BrokenMesh(f"{where} is not within the file; name its own file")
-
-
-def _data_of(uri: str, fetch: Fetch, where: str) -> bytes:
-    """What an address holds: data of its own, or a file."""
-    if uri[:5].lower() != "data:":
-        return fetch(uri)
-    kind, _, text = uri.partition(",")
-    try:
-        return base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
-    except (binascii.Error, ValueError):
-        raise BrokenMesh(f"{where} is not in base64") from None
-
-
-def _head_of(uri: str) -> bytes:
-    """The first bytes of an address that holds data of its own, of which no more than these are decoded."""
-    start = uri.find(",") + 1 or len(uri)
-    text = uri[start : start + _LETTERS]
-    if not uri[:start].endswith(";base64,"):
-        return unquote_to_bytes(text)[:HEAD]
-    letters = re.sub(r"[^A-Za-z0-9+/]", "", text)  # there may be line breaks
-    return base64.b64decode(letters[: len(letters) // 4 * 4])[:HEAD]
 
 
 def _scaled(plain: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 
 from clrt.images.file import reader_of
+from clrt.meshfiles.gltf.datauri import is_data
 from clrt.meshfiles.gltf.document import Count, Document, Image, Table, decode, item
 from clrt.meshfiles.look import Table as SceneTable
 
@@ -156,7 +157,7 @@ class Textures:
         image = Image() if source is None else item(self._images, source, "images")
         if source is None or image.mimeType not in _READ:
             return self._without(_NEITHER)
-        if image.uri is None or image.uri[:5].lower() == "data:":
+        if image.uri is None or is_data(image.uri):
             if source not in self._readable:
                 self._readable[source] = readable(self._itself.within(image, source))
             found = {"file": self._itself.name, "part": source}

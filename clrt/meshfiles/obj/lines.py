@@ -8,12 +8,12 @@ order mark, and what of a face stands behind a line's end.
 
 from __future__ import annotations
 
-import codecs
 import re
 from typing import Final
 
 from clrt.base.errors import show
 from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.mark import unmarked
 
 _ODD: Final = re.compile(
     rb"^[ \t]++[a-z]"  # indented
@@ -47,7 +47,7 @@ def plain_obj(data: bytes) -> bytes:
 
     BrokenMesh for a vertex number that is 0, or counts back beyond the start.
     """
-    data = data.removeprefix(codecs.BOM_UTF8)
+    data = unmarked(data)
     _check_end(data)
     if not _ODD.search(data):
         return data

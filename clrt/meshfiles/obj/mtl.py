@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,6 +12,7 @@ from clrt.images.file import KINDS
 from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.facets import Facets, Rgb, shown
 from clrt.meshfiles.look import Table
+from clrt.meshfiles.mark import unmarked
 from clrt.meshfiles.obj.maps import Beside, finite, normals_of, texture
 
 _MIRRORS: Final = (3, 5, 8)  # models of illumination with reflections
@@ -126,7 +126,7 @@ def read_mtl(data: bytes, name: str) -> dict[bytes, Phong]:
     found: dict[bytes, Phong] = {}
     current: bytes | None = None
     # lines and words of bytes: a text has far more characters that end a line, or are space
-    for number, line in enumerate(data.removeprefix(codecs.BOM_UTF8).splitlines(), 1):
+    for number, line in enumerate(unmarked(data).splitlines(), 1):
         words = line.partition(b"#")[0].split()
         key = text_of(words[0]).lower() if words else ""
         if key == "newmtl":
