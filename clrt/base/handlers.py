@@ -10,6 +10,7 @@ given back stays. SIGFPE is left to drivers: PoCL lives through divisions by zer
 from __future__ import annotations
 
 import ctypes
+import os
 import signal
 import sys
 import threading
@@ -30,6 +31,16 @@ _blocks = 0  # that are in `kept` now
 _before: dict[int, _Handled] = {}  # how signals were handled when the first of them began
 
 
+def _forget_threads() -> None:
+    """In a forked child: another thread may have held the lock, and no block of another ends there."""
+    global _lock, _blocks
+    _lock, _blocks = threading.RLock(), 0
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_threads)
+
+
 @contextmanager
 def kept() -> Iterator[None]:
     """After the block signals are handled as before it, also by what no Python has installed.
@@ -46,7 +57,7 @@ def kept() -> Iterator[None]:
         yield
     finally:
         with _lock:
-            _blocks -= 1
+            _blocks = max(0, _blocks - 1)  # it may have begun before a fork
             for number, action in _actions():
                 if _is_taken(number, action):
                     _give_back(number)

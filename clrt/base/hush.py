@@ -17,9 +17,9 @@ from typing import Final
 from clrt.base import interrupts
 
 _DEBUG: Final = "POCL_DEBUG"  # whoever sets it wants to read what the driver writes
-_lock = threading.Lock()
+_lock = threading.RLock()  # a handler of the program's own may read a picture
 _own: list[int] = []  # the descriptor that leads where standard error did
-_within: list[None] = []  # one for each block that is being run, in any thread
+_within: list[int] = []  # the thread of each block that is being run
 
 
 def take() -> None:
@@ -55,17 +55,17 @@ def for_good() -> None:
 
 def _enter() -> None:
     with _lock:
-        _within.append(None)
-        if _own and len(_within) == 1:
+        if _own and not _within:
             nowhere = _nowhere()
             if nowhere >= 0:
                 os.dup2(nowhere, 2)
                 os.close(nowhere)
+        _within.append(threading.get_ident())  # not before: what interrupts this has a block of its own
 
 
 def _leave() -> None:
     with _lock:
-        _within.pop()
+        _within.remove(threading.get_ident())
         if _own and not _within:
             os.dup2(_own[0], 2)
 
@@ -75,3 +75,18 @@ def _nowhere() -> int:
         return os.open(os.devnull, os.O_WRONLY)
     except OSError:  # no descriptor is left
         return -1
+
+
+def _keep_this_thread() -> None:
+    """In a process that was forked the others are not there: they leave no block, and no lock."""
+    global _lock
+    _lock = threading.RLock()
+    thread = threading.get_ident()
+    others = len(_within) - _within.count(thread)
+    _within[:] = [thread] * _within.count(thread)
+    if _own and others and not _within:
+        os.dup2(_own[0], 2)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_keep_this_thread)

@@ -60,7 +60,8 @@ class MaterialTable:
             record = _material(material, checker, one_sided, self._bands, self._group).tobytes()
             pictured = self._textures.record(material).tobytes() if material.pictures else self._plain
             medium = material if material.kt > 0 and not material.thin else None
-            self._by_identity[key] = self._by_value.setdefault((record, pictured, medium), len(self._by_value))
+            value = record, pictured, medium
+            self._by_identity[key] = self._by_value.setdefault(value, len(self._by_value))
         return self._by_identity[key]
 
     def glowing(self, source: AreaLight) -> int:

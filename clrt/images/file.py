@@ -27,7 +27,15 @@ from clrt.base.files import opened
 from clrt.base.hush import hushed
 from clrt.base.limits import Limits
 from clrt.base.room import process_limit
-from clrt.images.header import Window, check_meaning, check_samples, find_picture, foreign_colours
+from clrt.images.bmp import check_bmp
+from clrt.images.header import (
+    Window,
+    check_meaning,
+    check_samples,
+    check_stored,
+    find_picture,
+    foreign_colours,
+)
 from clrt.images.jpeg import check_jpeg
 
 if TYPE_CHECKING:
@@ -244,6 +252,8 @@ def read_samples(
         channels, window = _checked(source, file, name, limits)
         spec = source.spec()
         check_samples(spec, range(*channels), name)
+        if source.format_name() == "tiff":
+            check_stored(spec, file, source.current_subimage(), name)
         integer = spec.format.basetype in (oiio.UINT8, oiio.UINT16)
         linear = window.picture()
         for row, samples in row_blocks(source, spec, channels):
@@ -328,6 +338,8 @@ def open_picture(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple
             raise SceneError(f"{path}: not an {KINDS} picture")
         if reader == "jpeg":
             check_jpeg(file, os.fspath(path))
+        elif reader == "bmp":
+            check_bmp(file, os.fspath(path))
         keep_alpha_apart = oiio.ImageSpec()
         keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
         source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)

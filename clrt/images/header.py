@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final
 import numpy as np
 
 from clrt.base.errors import SceneError, show
+from clrt.images.tiff import MEANING, SAMPLES_A_PIXEL, first_values
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -32,6 +33,11 @@ _REDUCED: Final = 1  # bit of TIFF's NewSubfileType: a smaller copy of another p
 _PHOTOMETRIC: Final = "tiff:PhotometricInterpretation"
 _WHITE_IS_ZERO: Final = 0
 _KNOWN: Final = (1, 2, 3, 5, 6)  # grey, RGB, palette, CMYK, YCbCr: the library makes RGB of them
+_PALETTE: Final = 3
+_PALETTE_BITS: Final = (1, 2, 4, 8)
+_BITS: Final = {  # of a TIFF's samples, by their type as the library gives them
+    "uint8": (1, 2, 4, 8), "uint16": (10, 12, 14, 16), "half": (16,), "float": (32,), "double": (64,),
+}  # fmt: skip
 _REC709: Final = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
 _NEAR: Final = 0.03  # of a chromaticity: Radiance's own primaries, with the white E, are as near
 _SRGB: Final = re.compile(r"(?i)srgb_rec709|srgb(_tx|_texture)?$|g22_rec709|gamma2\.2")  # 2.2: sRGB to 0.01
@@ -42,6 +48,7 @@ _AXES: Final = re.compile(rb"([+-][XY])[ \t]+\d+[ \t]+([+-][XY])")
 # what a row and a step within it lead along, from orientation 1 on; the Y of Radiance points up
 _WAYS: Final = (b"-Y+X", b"-Y-X", b"+Y-X", b"+Y+X", b"+X-Y", b"-X-Y", b"-X+Y", b"+X+Y")
 _HEAD: Final = 1 << 16  # bytes in which a Radiance header ends
+_HEAD_ENDS: Final = re.compile(rb"\r?\n\r?\n")
 
 
 def find_picture(source: Any, name: str) -> tuple[int, int]:
@@ -75,6 +82,9 @@ def find_picture(source: Any, name: str) -> tuple[int, int]:
     names = source.spec().channelnames
     channels = _colour_channels(names)
     if not range(*channels):
+        if reader != "openexr":  # the names are the library's own
+            told = f"its {len(names)} channels are neither R, G and B nor a grey one with its alpha"
+            raise SceneError(f"{name}: {told}; save it as RGB")
         told = show(", ".join(names[:9]))
         raise SceneError(f"{name}: its channels are {told}; R, G and B are read, or a grey one alone")
     return channels
@@ -105,6 +115,25 @@ def check_samples(spec: oiio.ImageSpec, channels: Iterable[int], name: str) -> N
         if kind.basetype not in (oiio.UINT8, oiio.UINT16, oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
             which = f" in channel {show(spec.channelnames[channel])}" if spec.channelformats else ""
             raise SceneError(f"{name}: samples of type {kind}{which}; 8 or 16 bits or floats are read")
+
+
+def check_stored(spec: oiio.ImageSpec, file: BinaryIO, page: int, name: str) -> None:
+    """Raise SceneError for samples of a TIFF that the library is not known to unpack rightly."""
+    bits = spec.get_int_attribute("tiff:BitsPerSample") or spec.get_int_attribute("oiio:BitsPerSample")
+    said = first_values(file, page, name)
+    if said.get(MEANING) == _PALETTE:
+        if spec.nchannels != 3:  # the samples themselves are read
+            raise SceneError(f"{name}: its palette is missing or short; save it as RGB")
+        if bits not in _PALETTE_BITS:
+            raise SceneError(f"{name}: numbers of {bits} bits in its palette; 1, 2, 4 or 8 bits are read")
+        if (each := said.get(SAMPLES_A_PIXEL, 1)) != 1:
+            raise SceneError(f"{name}: {each} samples a pixel beside a palette; one alone is read")
+    elif bits not in _BITS[str(spec.format)]:
+        right = "1, 2, 4, 8, 10, 12, 14 or 16 bits or floats of 16, 32 or 64 are read"
+        raise SceneError(f"{name}: samples of {bits} bits as {spec.format}; {right}")
+    apart = spec.nchannels > 1 and _text(spec, "planarconfig") == "separate"
+    if bits == 64 and spec.tile_width and not apart:
+        raise SceneError(f"{name}: tiles of floats of 64 bits; strips of them are read, or floats of 32 bits")
 
 
 @dataclass(frozen=True)
@@ -178,19 +207,25 @@ def foreign_colours(spec: oiio.ImageSpec, file: BinaryIO) -> str:
 
 def _orientation(file: BinaryIO) -> int:
     """The way up of a Radiance file, as EXIF numbers it."""
-    file.seek(0)
-    axes = _AXES.match(file.read(_HEAD).partition(b"\n\n")[2])
+    axes = _AXES.match(_radiance_head(file)[1])
     return 1 if axes is None else _WAYS.index(axes[1] + axes[2]) + 1
 
 
 def _radiance(file: BinaryIO) -> list[tuple[str, bytes]]:
     """Lines of a Radiance file's header that change its numbers."""
-    file.seek(0)
-    head = file.read(_HEAD).partition(b"\n\n")[0]
+    head, _ = _radiance_head(file)
     if not head.startswith(b"#?"):
         return []
     found = [(match[1].decode(), match[2]) for match in _RADIANCE.finditer(head)]
     return [(key, value) for key, value in found if not _plain(key, value)]
+
+
+def _radiance_head(file: BinaryIO) -> tuple[bytes, bytes]:
+    """The lines of a Radiance file's header, and what follows the empty one; lines may end as on Windows."""
+    file.seek(0)
+    begins = file.read(_HEAD)
+    head, *rest = _HEAD_ENDS.split(begins, maxsplit=1)
+    return head, rest[0] if rest else b""
 
 
 def _plain(key: str, value: bytes) -> bool:

@@ -177,6 +177,30 @@ print(handled() != before or not any("PoCL" in device.label for device in clrt.d
     assert said(code) == "True"
 
 
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="no processes are forked")
+def test_a_forked_child_waits_for_no_thread_that_it_has_not() -> None:
+    code = """
+import os, signal, threading
+from clrt.base import handlers
+inside, done = threading.Event(), threading.Event()
+def other():
+    with handlers.kept(), handlers._lock:
+        inside.set()
+        done.wait(60)
+threading.Thread(target=other).start()
+inside.wait(60)
+child = os.fork()
+if not child:
+    signal.alarm(20)  # where it waits for the lock
+    with handlers.kept():
+        assert handlers._blocks == 1
+    os._exit(handlers._blocks)
+assert os.waitpid(child, 0)[1] == 0
+done.set()
+"""
+    subprocess.run([sys.executable, "-W", "ignore", "-c", code], check=True)
+
+
 def test_where_there_is_no_sigaction_nothing_is_done(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(handlers, "_sigaction", lambda: None)
     assert handlers._numbers.__wrapped__() == ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -82,3 +83,63 @@ def test_a_spoiled_png_is_one_line(tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
     assert done.stderr.startswith("clrt: error: ") and done.stderr.isascii()
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="no such signal")
+def test_a_signal_handler_may_be_hushed_where_it_interrupts_that() -> None:
+    code = """
+import os, signal
+from clrt.base import hush
+def handler(*_):
+    hush.os.dup2 = real
+    with hush.hushed():
+        os.write(2, b"within ")
+signal.signal(signal.SIGUSR1, handler)
+real = os.dup2
+def interrupted(*given):
+    signal.raise_signal(signal.SIGUSR1)
+    real(*given)
+hush.take()
+signal.alarm(20)  # where it waits for itself
+for _ in range(2):
+    hush.os.dup2 = interrupted
+    with hush.hushed():
+        os.write(2, b"block ")
+        hush.os.dup2 = interrupted
+    os.write(2, b"after ")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "after after ")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked")
+def test_a_forked_child_has_neither_lock_nor_blocks_of_other_threads() -> None:
+    code = """
+import os, sys, signal, threading
+from clrt.base import hush
+hush.take()
+inside, done = threading.Event(), threading.Event()
+def other():
+    with hush.hushed(), hush._lock:
+        inside.set()
+        done.wait(60)
+thread = threading.Thread(target=other)
+thread.start()
+inside.wait(60)
+for outer in (False, True):
+    if outer:
+        done.set()
+        thread.join()
+        hush._enter()
+    child = os.fork()
+    if not child:
+        signal.alarm(20)  # where it waits for the lock
+        with hush.hushed():
+            os.write(2, b"within ")
+        os.write(2, b"after ")
+        os._exit(0)
+    assert os.waitpid(child, 0)[1] == 0
+"""
+    program = [sys.executable, "-W", "ignore", "-c", code]
+    done = subprocess.run(program, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "after ")

@@ -78,13 +78,13 @@ def png(path: Path, kind: bytes, content: bytes) -> Path:
     return path
 
 
-def hdr(path: Path, axes: str, head: str = "") -> np.ndarray:
+def hdr(path: Path, axes: str, head: str = "", ends: str = "\n") -> np.ndarray:
     """Write rows of bytes after the resolution `axes`; what they are as linear numbers (rows, columns, 3)."""
     rows, columns = (int(word) for word in axes.split()[1::2])
     mantissas = np.random.default_rng(7).integers(128, 256, (rows, columns, 3))
     samples = np.dstack([mantissas, np.full((rows, columns, 1), 128)]).astype(np.uint8)
     text = f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n{head}\n{axes}\n"
-    path.write_bytes(text.encode() + samples.tobytes())
+    path.write_bytes(text.replace("\n", ends).encode() + samples.tobytes())
     return mantissas / 256
 
 
@@ -112,10 +112,13 @@ def test_pictures_are_turned_as_they_say(tmp_path: Path, orientation: int) -> No
 @pytest.mark.parametrize("rows", [-1, 1])
 @pytest.mark.parametrize("columns", [-1, 1])
 @pytest.mark.parametrize("first", ["X", "Y"])
-def test_radiance_files_are_turned_as_they_say(tmp_path: Path, rows: int, columns: int, first: str) -> None:
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+def test_radiance_files_are_turned_as_they_say(
+    tmp_path: Path, rows: int, columns: int, first: str, ends: str
+) -> None:
     second = "Y" if first == "X" else "X"
     axes = f"{'+-'[rows < 0]}{first} 6 {'+-'[columns < 0]}{second} 8"
-    stored = hdr(tmp_path / "a.hdr", axes)
+    stored = hdr(tmp_path / "a.hdr", axes, ends=ends)
     upright = stored if first == "Y" else stored.swapaxes(0, 1)
     x, y = (columns, rows) if first == "Y" else (rows, columns)
     assert np.allclose(read_image(tmp_path / "a.hdr"), upright[:: -y, ::x], atol=0.01)
@@ -280,7 +283,7 @@ def test_lines_of_a_radiance_header_that_change_its_numbers_are_told_of(tmp_path
     hdr(tmp_path / "a.hdr", "-Y 6 +X 8", same + "PRIMARIES=0 0 0 0 0 0 0 0\n# EXPOSURE=2\n")
     read_image(tmp_path / "a.hdr")
     for line in ("EXPOSURE=4", "COLORCORR=2 1 1", "PRIMARIES=.7 .3 .2 .7 .1 .1 .33 .33", "EXPOSURE=x"):
-        hdr(tmp_path / "a.hdr", "-Y 6 +X 8", line + "\n")
+        hdr(tmp_path / "a.hdr", "-Y 6 +X 8", line + "\n", "\r\n" if "X" in line else "\n")
         with pytest.warns(ClrtWarning, match=f"its header says '{line}', of which no account is taken"):
             read_image(tmp_path / "a.hdr")
 
