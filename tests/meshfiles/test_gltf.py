@@ -154,6 +154,12 @@ def test_nodes_move_turn_scale_and_mirror(tmp_path: Path) -> None:
     np.testing.assert_allclose(turned, [[0, 0, 1]] * 6, atol=1e-15)
 
 
+def test_a_rotation_of_zeros_turns_nothing_and_what_no_scene_shows_moves_nothing(tmp_path: Path) -> None:
+    nodes = [{"mesh": 0, "rotation": [0, 0, 0, 0]}, {"children": [2], "scale": [9, 9, 9]}, {"mesh": 0}]
+    table = document(nodes=nodes, scenes=[{"nodes": [0]}, {"nodes": [1]}], scene=0)
+    assert read(write(tmp_path, table))[0].tolist() == np.array(TRIANGLE).tolist()
+
+
 def test_colours_warn_once_for_all_shapes_of_a_file(tmp_path: Path) -> None:
     table = document(meshes=[{"primitives": [{"attributes": {"POSITION": 0, "COLOR_0": 0}}]}])
     shapes = [{"type": "mesh", "file": write(tmp_path, table).name}] * 300
