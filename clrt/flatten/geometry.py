@@ -76,9 +76,10 @@ def geometry(collected: Collected, scene: Scene) -> dict[str, np.ndarray]:
     sections["triangles"], boxes["TRIANGLE"] = _triangles(collected)
     sections["normals"] = concatenated(collected.corner_normals, np.zeros((0, 4), np.float32))
     sections["polygons"], sections["vertices"], boxes["POLYGON"] = _polygons(collected)
-    sections["quadrics"], boxes["QUADRIC"] = _quadrics(collected)
+    sections["quadrics"], boxes["QUADRIC"], thin = _quadrics(collected)
     _check_kinds(collected, sections, boxes)
     _check(scene, sections, boxes)
+    _refuse(scene, sections, "QUADRIC", thin, _THIN)
     _gather(sections, boxes)
     _warn_of_smallness(scene, sections)
     return sections
@@ -152,9 +153,15 @@ def _polygons(collected: Collected) -> tuple[np.ndarray, np.ndarray, Boxes]:
     return out, vertices, padded(low, high, layout.PAD, 2 * off)
 
 
-def _quadrics(collected: Collected) -> tuple[np.ndarray, Boxes]:
-    out, low, high = flatten_quadric.records(collected.forms)
-    return out, padded(low, high, layout.QUADRIC_PAD)
+def _quadrics(collected: Collected) -> tuple[np.ndarray, Boxes, np.ndarray]:
+    out, low, high, thin = flatten_quadric.records(collected.forms)
+    return out, padded(low, high, layout.QUADRIC_PAD), thin
+
+
+_THIN: Final = (
+    "it is less than 1e-7 of its length thick, which is lost in rounding; make it thicker, or use a disk, a "
+    "polygon or a cylinder"
+)
 
 
 def _too_large(largest: float) -> str:

@@ -25,6 +25,7 @@ _INFINITE = np.full(3, np.inf)
 # Rounding moves a hit to where |F| is up to this times `_magnitude`: for a thin cylinder off the surface.
 _NOISE = 2 * layout.QUADRIC_PAD
 _VANISHES = 1e-14  # of the largest: what rounding in float64 leaves of 0
+_COUNTS = 1e-7  # of a form's other terms on its surface: what is less than that float32 does not show
 _NEARLY_FLAT = 0.05  # of a form's curvatures: the centre is at most 20 radii off its apex
 _SWEEPS = 6  # of Jacobi's rotations, which converge quadratically
 
@@ -35,6 +36,7 @@ class Form:
 
     Coordinate i of `clip @ d` must lie in [low[i], high[i]]. `profile` is set (not NaN) for a surface of
     revolution: unit axis, s0, s1, alpha, beta, gamma of r^2 = alpha s^2 + beta s + gamma, s0 <= s <= s1.
+    Along `curved` axes of its own it bends, if only a little: there Q is not 0 but for rounding.
     """
 
     matrix: np.ndarray  # world from object, (4, 4)
@@ -42,6 +44,7 @@ class Form:
     q: np.ndarray
     g: np.ndarray
     j: float
+    curved: int
     clip: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
     low: np.ndarray = field(default_factory=lambda: -_INFINITE)
     high: np.ndarray = field(default_factory=lambda: _INFINITE)
@@ -50,14 +53,16 @@ class Form:
 
 def ellipsoid(matrix: np.ndarray, center: Sequence[float], radii: Sequence[float]) -> Form:
     """The ellipsoid with semi-axes `radii` along the object's axes."""
-    return Form(matrix, np.array(center, np.float64), np.diag(1.0 / np.square(radii)), np.zeros(3), -1.0)
+    return Form(matrix, np.array(center, np.float64), np.diag(1.0 / np.square(radii)), np.zeros(3), -1.0, 3)
 
 
 def general(matrix: np.ndarray, coefficients: Sequence[float], clip: Corners | None = None) -> Form:
     """Ax^2 + By^2 + Cz^2 + 2Dxy + 2Eyz + 2Fxz + 2Gx + 2Hy + 2Iz + J = 0; `clip`: two corners of a box."""
     a, b, c, d, e, f, *linear, j = coefficients
     q = np.array([[a, d, f], [d, b, e], [f, e, c]], np.float64)
-    form = Form(matrix, np.zeros(3), q, np.array(linear, np.float64), float(j))
+    bends = np.abs(np.linalg.eigvalsh(q) if d or e or f else np.diagonal(q))
+    curved = int((bends > (_VANISHES * bends.max() if d or e or f else 0.0)).sum())
+    form = Form(matrix, np.zeros(3), q, np.array(linear, np.float64), float(j), curved)
     if clip is None:
         return form
     low, high = np.array(clip, np.float64)
@@ -95,6 +100,7 @@ def _revolution(matrix: np.ndarray, origin: np.ndarray, axis: np.ndarray, profil
         q=np.eye(3) - (1.0 + alpha) * np.outer(axis, axis),
         g=-0.5 * beta * axis,
         j=-gamma,
+        curved=3 if alpha else 2,
         clip=np.array([axis, np.zeros(3), np.zeros(3)]),
         low=np.array([s0, -np.inf, -np.inf]),
         high=np.array([s1, np.inf, np.inf]),
@@ -144,15 +150,17 @@ class Own:
     j: np.ndarray
 
 
-def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The quadrics as the device reads them, with their boxes.
+def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """The quadrics as the device reads them, with their boxes, and which of them are too thin for that.
 
     Returns records (dtype Quadric, (n,)) and float64 boxes low, high (n, 3) without the usual padding but
     with room for the rounding of the form; infinite where the surface is unbounded or float32 cannot tell.
+    Of those that are too thin, (n,), a curvature is lost in rounding: the record is of a plate or rod that
+    never ends.
     """
     out = np.zeros(len(forms), layout.dtype("Quadric"))
     if not forms:
-        return out, np.zeros((0, 3)), np.zeros((0, 3))
+        return out, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, bool)
     stacked = Forms(
         *(np.stack([getattr(form, name) for form in forms]) for name in Forms.__dataclass_fields__)
     )
@@ -178,17 +186,29 @@ def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     values, axes = _own_axes(world.q)
     back = np.einsum("nij,nkj->nki", inverse, axes)  # the axes in object space, where forms are exact
     values = np.einsum("nki,nij,nkj->nk", back, stacked.q, back)
+    all_values = values
     values = np.where(np.abs(values) > _VANISHES * np.abs(values).max(1, keepdims=True), values, 0.0)
     about = Own(axes, values, _settled(_times(axes, world.g), values, world.j), world.j)
     farthest = np.maximum(np.abs(low + origin - center), np.abs(high + origin - center))
     along_low, along_high = _boxes(stacked, axes @ linear, np.zeros(len(forms)))
     shift = _times(axes, center - origin)
     along = np.maximum(np.abs(along_low - shift), np.abs(along_high - shift))
+    fewer = (values != 0).sum(1) < np.array([form.curved for form in forms])
+    thin = fewer & _bends_unseen(all_values, values == 0, along, world.j)
     noise = np.where(bounded, _NOISE * _magnitude(about, farthest, along), 0.0)
     low, high = _boxes(stacked, linear, noise)
     low, high = low + origin, high + origin
     _write(out, center, about, world, low, high)
-    return out, low, high
+    return out, low, high, thin
+
+
+def _bends_unseen(values: np.ndarray, lost: np.ndarray, along: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """Whether curvatures that are `lost` count on a surface that reaches so far along its own axes, (n,)."""
+    endless = np.isinf(along)
+    terms = np.abs(values) * np.square(np.where(endless, 0.0, along))
+    others = terms.max(1)  # where they are more than J they cancel
+    others = np.where(j == 0, others, np.minimum(others, np.abs(j)))
+    return np.any(lost & (endless | (terms > _COUNTS * others[:, None])), axis=1)
 
 
 def _boxes(forms: Forms, linear: np.ndarray, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

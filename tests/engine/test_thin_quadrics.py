@@ -114,3 +114,50 @@ def test_mirrors_of_telescopes_are_where_they_are(conic: float, radius: float) -
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     t = clrt.Tracer(scene).intersect((points - 5 * ways) @ turn.T, ways @ turn.T).t
     assert np.abs(t - 5).max() < 16 * U * 5
+
+
+def flat(kind: str, thin: float) -> dict[str, Any]:
+    """A body that reaches 1 to 2 about the origin and is so thin that nothing of it is beyond that."""
+    turned = {"transform": [{"rotate": [[1, 2, 0.5], 50.0]}]}
+    return {
+        "plate": {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1, 1, thin], **turned},
+        "rod": {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1, thin, thin], **turned},
+        "ribbon": {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1, thin, 1e-3]},
+        "pressed ball": {"type": "sphere", "center": [0, 0, 0], "radius": 1,
+                         "transform": [{"scale": [1, 1, thin]}, {"rotate": [[1, 2, 0.5], 50.0]}]},
+        "hat": {"type": "cone", "p0": [0, 0, 0], "r0": 1, "p1": [0, 0, thin], "r1": 0, "caps": False},
+        "stump": {"type": "cone", "p0": [0, 0, 0], "r0": 1, "p1": [0, 0, thin], "r1": 0.5, "caps": False},
+        "form": {"type": "quadric", "coefficients": [1, 1, thin**-2, 0, 0, 0, 0, 0, 0, -1]},
+        "long form": {"type": "quadric", "coefficients": [thin**2, 0, 1, 0, 0, 0, 0, 0, 0, -(thin**2)],
+                      "clip": [[-5, -1, -1], [5, 1, 1]]},
+    }[kind]  # fmt: skip
+
+
+@pytest.mark.parametrize("thin", [1e-3, 1e-5, 3e-7, 1e-7, 3e-8, 1e-9, 1e-15, 1e-30])
+@pytest.mark.parametrize(
+    "kind", ["plate", "rod", "ribbon", "pressed ball", "hat", "stump", "form", "long form"]
+)
+def test_what_is_too_thin_is_refused_and_all_else_ends_where_it_should(kind: str, thin: float) -> None:
+    """In place of a plate or a rod without an end."""
+    try:
+        tracer = clrt.Tracer(clrt.load_dict({"shapes": [flat(kind, thin)]}))
+    except clrt.SceneError as error:
+        assert thin < 2e-7
+        assert any(text in str(error) for text in ("which is lost in rounding", "singular", "float32"))
+        return
+    rng = np.random.default_rng(9)
+    aims = rng.normal(size=(4000, 3))
+    aims *= rng.uniform(2.1, 40, (4000, 1)) / np.linalg.norm(aims, axis=1, keepdims=True)
+    ways = rng.normal(size=(4000, 3))
+    nearest = np.linalg.norm(np.cross(ways, aims), axis=1) / np.linalg.norm(ways, axis=1)
+    far = nearest > 2.1
+    assert far.sum() > 2000
+    with tracer:
+        assert not np.isfinite(tracer.intersect((aims - 5 * ways)[far], ways[far]).t).any()
+
+
+def test_a_cone_that_is_nearly_a_cylinder_is_not_too_thin() -> None:
+    for more in (0.0, 1e-15, 1e-9, 1e-6):
+        keys = {"type": "cone", "p0": [0, 0, 0], "r0": 1, "p1": [0, 0, 3], "r1": 1 + more}
+        with clrt.Tracer(clrt.load_dict({"shapes": [keys]})) as tracer:
+            assert tracer.intersect([5, 0, 1.5], [-1, 0, 0]).t == pytest.approx(4, abs=1e-5)
