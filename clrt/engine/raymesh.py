@@ -39,7 +39,7 @@ class RayMeshIntersector:
     def __init__(
         self, geometry: Any, device: int | str | None = None, settings: Settings | None = None
     ) -> None:
-        if not all(hasattr(geometry, name) for name in ("vertices", "faces", "bounds", "triangles")):
+        if not {"vertices", "faces", "bounds", "triangles"} <= {*dir(geometry)}:
             raise ClrtError(f"geometry: {show(geometry)} is not allowed; it must be a trimesh.Trimesh")
         self.mesh = geometry
         self._device = arguments.device("device", device)
@@ -107,7 +107,7 @@ class RayMeshIntersector:
         ray each way says another thing, a third decides.
         """
         given = arguments.vectors("points", points, np.float64)
-        low, high = np.asarray(self.mesh.bounds if len(self.mesh.faces) else np.full((2, 3), np.nan))
+        low, high = self._faces.bounds
         found = ((given >= low) & (given <= high)).all(axis=1)
         (left,) = np.nonzero(found)
         odd = [self._faces.odd(given[left], way) for way in (np.array(_WAYS[0]), -np.array(_WAYS[0]))]
@@ -134,7 +134,9 @@ class _Faces:
     def __init__(self, mesh: Any, version: int, device: int | str | None, settings: Settings) -> None:
         self.version = version
         vertices, faces = np.asarray(mesh.vertices, np.float64), np.asarray(mesh.faces)
-        low, high = (mesh.bounds if len(faces) else np.zeros((2, 3))).astype(np.float64)
+        there = len(faces) and 0 <= faces.min() <= faces.max() < len(vertices)  # if not, `load_dict` says so
+        self.bounds = np.asarray(mesh.bounds if there else np.full((2, 3), np.nan), np.float64)
+        low, high = self.bounds if there else np.zeros((2, 3))
         self.center = (low + high) / 2
         self.radius = float(np.linalg.norm(high - low)) / 2
         shapes = [{"type": "mesh", "vertices": vertices - self.center, "faces": faces}] if len(faces) else []

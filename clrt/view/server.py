@@ -46,6 +46,7 @@ class Server(ThreadingHTTPServer):
     """Listens at once; `serve_forever` answers. port: 0 for a free one; ClrtError where it cannot be had."""
 
     daemon_threads = True
+    request_queue_size = 128  # that connect at once; of more each waits a second or more
 
     def __init__(self, session: Session, port: int = 0) -> None:
         self.session = session
@@ -208,7 +209,8 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _body(self) -> bytes | None:
         """What was sent along; None where it was refused."""
-        length, wrong = self.headers.get("Content-Length", ""), 0
+        lengths = self.headers.get_all("Content-Length", [])
+        length, wrong = lengths[0] if len(lengths) == 1 else "", 0
         if not (length.isascii() and length.isdecimal()) or "Transfer-Encoding" in self.headers:
             wrong = 411
         elif len(length) > 9 or int(length) > _BODY:

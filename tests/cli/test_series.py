@@ -226,3 +226,16 @@ def test_values_in_names_lead_nowhere_else() -> None:
 )  # fmt: skip
 def test_lists_of_values(text: str, values: list[Any]) -> None:
     assert value_list(text, clrt.Limits(), "x") == values
+
+
+def test_a_range_of_whole_numbers_is_of_whole_numbers() -> None:
+    assert all(type(value) is int for value in value_list("-2:+6:5", clrt.Limits(), "x"))
+    assert all(type(value) is float for value in value_list("0:1:3", clrt.Limits(), "x"))
+    scene = clrt.load_dict({"max_depth": 1}).replace({"max_depth": value_list("0:3:2", clrt.Limits(), "")[1]})
+    assert scene.max_depth == 3
+
+
+@pytest.mark.parametrize("text", ["1:2:-1", "30:inf:3", "1:2:1.5", "1::3"])
+def test_what_is_no_range_is_said(text: str) -> None:
+    with pytest.raises(clrt.ClrtError, match="is no range; FIRST:LAST:COUNT are two numbers"):
+        value_list(text, clrt.Limits(), "--set camera.fov")

@@ -168,6 +168,15 @@ def test_inside_is_told_from_outside_for_every_point():
     assert ray.contains_points(np.zeros((0, 3))).shape == (0,)
 
 
+@pytest.mark.parametrize("face", [[0, 1, 7], [0, 1, -1]])
+def test_faces_of_vertices_that_are_not_there_are_an_error(face: list[int]) -> None:
+    mesh = trimesh.Trimesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [face], process=False)
+    with pytest.raises(clrt.ClrtError, match=r"faces"):
+        clrt.RayMeshIntersector(mesh).intersects_any([[0, 0, 9]], [[0, 0, -1]])
+    with pytest.raises(clrt.ClrtError, match=r"faces"):
+        clrt.RayMeshIntersector(mesh).contains_points([[0, 0, 9]])
+
+
 def test_limits_of_the_settings_hold() -> None:
     settings = clrt.Settings(limits=clrt.Limits(primitives=3))
     asked = clrt.RayMeshIntersector(trimesh.creation.box(), settings=settings)

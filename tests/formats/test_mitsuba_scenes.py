@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -89,9 +90,8 @@ def test_cameras(tmp_path: Path) -> None:
     film = f'<film type="hdrfilm">{size}</film>'
     fov = '<float name="fov" value="50"/>'
     plain = camera(film)
-    assert (
-        plain.origin == (0, 0, 0) and plain.target == (0, 0, 1) and plain.spp == 1 and plain.filter == "box"
-    )
+    assert (plain.origin, plain.target, plain.spp) == ((0, 0, 0), (0, 0, 1), 1)
+    assert plain.filter == camera("").filter == "gaussian"
     across = 2 * math.degrees(math.atan(math.hypot(36, 24) / 100 * 300 / 500))
     assert plain.fov == pytest.approx(across, rel=1e-12)  # 50 mm along the diagonal
     assert camera('<string name="focal_length" value="28mm"/>').fov > 60
@@ -103,10 +103,36 @@ def test_cameras(tmp_path: Path) -> None:
     assert camera('<transform name="to_world"><scale x="-1"/></transform>').mirror
     flat = camera('<transform name="to_world"><scale value="3"/></transform>', "orthographic")
     assert flat.type == "orthographic" and flat.size == 6
-    assert camera("", "thinlens").aperture == 0
+    lens = camera("", "thinlens")
+    assert lens.aperture == 0 and lens.focus == 10000
+    assert camera('<float name="far_clip" value="7"/>', "thinlens").focus == 7
+    assert camera('<float name="focus_distance" value="2"/>', "thinlens").focus == 2
     many = camera('<sampler type="multijitter"><integer name="sample_count" value="1024"/></sampler>')
     assert many.spp == 16
     assert camera('<film type="hdrfilm"><rfilter type="box"/></film>').filter == "box"
+
+
+@pytest.mark.parametrize(
+    ("body", "named"),
+    [
+        ('<integrator type="path"><boolean name="hide_emitters" value="{}"/></integrator>',
+         "emitters are hidden"),
+        ('<bsdf type="plastic" id="a"><boolean name="nonlinear" value="{}"/></bsdf>'
+         '<shape type="sphere"><ref id="a"/></shape>', "nonlinear of plastic"),
+    ],
+)  # fmt: skip
+def test_what_is_asked_for_and_has_no_counterpart_is_named(tmp_path: Path, body: str, named: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, body.format("false"))
+    with pytest.warns(clrt.ClrtWarning, match=named):
+        read(tmp_path, body.format("true"))
+
+
+def test_a_film_of_grey_is_named(tmp_path: Path) -> None:
+    film = '<film type="hdrfilm"><string name="pixel_format" value="luminance"/></film>'
+    with pytest.warns(clrt.ClrtWarning, match="pixel format 'luminance'"):
+        read(tmp_path, f'<sensor type="perspective">{film}</sensor>')
 
 
 def test_materials(tmp_path: Path) -> None:

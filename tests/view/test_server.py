@@ -188,3 +188,13 @@ def test_want_of_threads_and_descriptors_is_waited_out(
         assert 1 <= len(asked) <= 10, "it asked again and again"
         assert request(server, "GET", f"/{server.token}/", Origin=None)[0] == 200
     assert capsys.readouterr().err == ""
+
+
+def test_two_lengths_of_a_body_are_refused(server: Server) -> None:
+    lines = [
+        f"POST /{server.token}/open HTTP/1.1", f"Host: {server.authority}", f"Origin: {server.origin}",
+        "Content-Type: application/json", "Connection: close", "Content-Length: 2", "Content-Length: 20", "", "{}",
+    ]  # fmt: skip
+    with socket.create_connection(("127.0.0.1", server.server_port)) as connection:
+        connection.sendall("\r\n".join(lines).encode())
+        assert connection.makefile("rb").read().startswith(b"HTTP/1.1 411 ")

@@ -33,7 +33,7 @@ _ALPHA: Final = {"alpha": "alpha", "alpha_u": "", "alpha_v": "", "distribution":
 _DIELECTRIC: Final = {"int_ior": "ior", "ext_ior": "ior", "specular_reflectance": "tint",
                       "specular_transmittance": "tint"}  # fmt: skip
 _CONDUCTOR: Final = {"material": "conductor", "eta": "", "k": "", "specular_reflectance": "tint"}
-_PLASTIC: Final = {"diffuse_reflectance": "color", "int_ior": "ior", "ext_ior": "ior", "nonlinear": "-",
+_PLASTIC: Final = {"diffuse_reflectance": "color", "int_ior": "ior", "ext_ior": "ior", "nonlinear": "x",
                    "specular_reflectance": ""}  # fmt: skip
 _PRINCIPLED: Final = dict.fromkeys(
     ("base_color", "roughness", "metallic", "spec_trans", "eta", "specular"), "x"
@@ -246,6 +246,8 @@ def _dielectric(plugin: Plugin, materials: Materials) -> Table:
 def _plastic(plugin: Plugin, materials: Materials) -> Table:
     rough = plugin.type == "roughplastic"
     plugin.check(_PLASTIC | (_ALPHA if rough else {}), materials.context.left_out)
+    if plugin.flag("nonlinear", False):
+        materials.context.left_out[f"nonlinear of {plugin.type}"] = None
     roughness = math.sqrt(_alpha_of(plugin, materials)) if rough else 0.0
     index = ior(plugin, "int_ior", "polypropylene")
     color = materials.color(plugin, "diffuse_reflectance", 0.5)

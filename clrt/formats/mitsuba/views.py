@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from clrt.base.errors import fault
+from clrt.base.errors import fault, show
 from clrt.formats.mitsuba.file import Context
 from clrt.formats.mitsuba.values import Array, Plugin, looks, times
 from clrt.formats.xml_tree import Element, unknown
@@ -21,8 +21,9 @@ _FILTERS: Final = {
     "box": "box", "tent": "tent", "gaussian": "gaussian", "mitchell": "mitchell", "catmullrom": "mitchell",
     "lanczos": "mitchell",
 }  # fmt: skip
+_FILTER: Final = "gaussian"  # of a film that says nothing
 _SAMPLERS: Final = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
-_ANY: Final = dict.fromkeys(("samples_per_pass", "block_size", "timeout", "hide_emitters"), "-")
+_ANY: Final = dict.fromkeys(("samples_per_pass", "block_size", "timeout"), "-") | {"hide_emitters": "x"}
 _PATHS: Final = _ANY | {"max_depth": "x", "rr_depth": "-"}
 _INTEGRATORS: Final[dict[str, dict[str, str] | None]] = {
     "path": _PATHS, "volpath": _PATHS, "volpathmis": _PATHS, "ptracer": _PATHS, "prb": _PATHS,
@@ -45,10 +46,8 @@ _FILMS: Final = ("hdrfilm", "ldrfilm", "specfilm")
 _FILM: Final = {"width": "x", "height": "x"} | dict.fromkeys(
     ("crop_width", "crop_height", "crop_offset_x", "crop_offset_y", "sample_border"), ""
 ) | dict.fromkeys(
-    ("pixel_format", "component_format", "file_format", "banner", "gamma", "high_quality_edges",
-     "compensate"),
-    "-",
-)  # fmt: skip
+    ("component_format", "file_format", "banner", "gamma", "high_quality_edges", "compensate"), "-"
+) | {"pixel_format": "x"}  # fmt: skip
 _DIAGONAL: Final = math.hypot(36.0, 24.0)  # mm, of the film that a focal length is about
 _HALF_TURN: Final = np.diag([-1.0, 1.0, -1.0, 1.0])
 
@@ -75,8 +74,7 @@ def camera(plugin: Plugin, context: Context) -> Table | None:
         table["shift"] = [shift[0] * width, shift[1] * height]
     if plugin.type == "thinlens":
         table["aperture"] = plugin.number("aperture_radius", 0.0)
-        if "focus_distance" in plugin.values:
-            table["focus"] = plugin.number("focus_distance", 0.0)
+        table["focus"] = plugin.number("focus_distance", plugin.number("far_clip", 10000.0))
     return table
 
 
@@ -146,12 +144,14 @@ def _film(plugin: Plugin, context: Context) -> Table:
     found: Table = {"width": 768, "height": 576}
     film = _within(plugin, "film", _FILMS, context)
     if film is None:
-        return found
+        return found | {"filter": _FILTER}
     film.check(_FILM, context.left_out)
+    if (pixels := film.text("pixel_format", "rgb")).startswith("luminance"):
+        context.left_out[f"pixel format {show(pixels)}"] = None
     found = {name: film.whole(name, found[name], 1) for name in found}
     kind = _within(film, "rfilter", _FILTERS, context)
     if kind is None:
-        return found
+        return found | {"filter": _FILTER}
     kind.check(dict.fromkeys(("radius", "stddev", "b", "c", "lobes"), ""), context.left_out)
     return found if _FILTERS[kind.type] == "box" else found | {"filter": _FILTERS[kind.type]}
 
@@ -181,6 +181,8 @@ def _depth(plugin: Plugin, context: Context) -> int | None:
     known = _INTEGRATORS[plugin.type]
     if known is not None:
         plugin.check(known, context.left_out)
+    if plugin.flag("hide_emitters", False):
+        context.left_out["that emitters are hidden"] = None
     found = None
     if plugin.type == "direct":
         found = 0
