@@ -193,7 +193,8 @@ def test_want_of_threads_and_descriptors_is_waited_out(
 def test_two_lengths_of_a_body_are_refused(server: Server) -> None:
     lines = [
         f"POST /{server.token}/open HTTP/1.1", f"Host: {server.authority}", f"Origin: {server.origin}",
-        "Content-Type: application/json", "Connection: close", "Content-Length: 2", "Content-Length: 20", "", "{}",
+        "Content-Type: application/json", "Connection: close", "Content-Length: 2", "Content-Length: 20",
+        "", "{}",
     ]  # fmt: skip
     with socket.create_connection(("127.0.0.1", server.server_port)) as connection:
         connection.sendall("\r\n".join(lines).encode())
