@@ -159,8 +159,8 @@ def _quadrics(collected: Collected) -> tuple[np.ndarray, Boxes, np.ndarray]:
 
 
 _THIN: Final = (
-    "it is less than 1e-7 of its length thick, which is lost in rounding; make it thicker, or use a disk, a "
-    "polygon or a cylinder"
+    "it is less than 1e-7 of its length thick, or tapers by less, which is lost in rounding; make it "
+    "thicker, or use a disk, a polygon or a cylinder"
 )
 
 

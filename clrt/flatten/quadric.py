@@ -25,7 +25,7 @@ _INFINITE = np.full(3, np.inf)
 # Rounding moves a hit to where |F| is up to this times `_magnitude`: for a thin cylinder off the surface.
 _NOISE = 2 * layout.QUADRIC_PAD
 _VANISHES = 1e-14  # of the largest: what rounding in float64 leaves of 0
-_COUNTS = 1e-7  # of a form's other terms on its surface: what is less than that float32 does not show
+_COUNTS = 1e-4  # of a form's other terms on its surface: what is less moves it by half as much of its width
 _NEARLY_FLAT = 0.05  # of a form's curvatures: the centre is at most 20 radii off its apex
 _SWEEPS = 6  # of Jacobi's rotations, which converge quadratically
 

@@ -63,20 +63,26 @@ class Facets:
         """The material, as a scene file has it."""
         if self.passes > 0:
             table = self._glass()
-        elif self.alpha < 1:
-            table = self._veil()
         else:
-            table = self._opaque()
-        if any(self.emission):
-            table["emission"] = shown(self.glow, self.emission)
+            table = self._surface(self.alpha)
+        share = 1.0 if self.passes > 0 else self.alpha
+        if any(self.emission) and share > 0:
+            table["emission"] = shown(self.glow, _scaled(self.emission, share))
         return table | ({"normal_map": self.normal_map} if self.normal_map is not None else {})
 
-    def _opaque(self) -> Table:
-        table = self._matte(1.0)
-        if self.metallic > 0 or self.roughness < ROUGHEST:
-            table |= {"reflection": 1.0, "reflection_color": table["highlight_color"]}
+    def _surface(self, share: float) -> Table:
+        """What is no glass; a `share` of it is there, and the rest lets light pass as it is."""
+        table = self._matte(share)
+        if share > 0 and self._mirrors(share < 1):
+            table |= {"reflection": share, "reflection_color": table["highlight_color"]}
             table |= {"roughness": self.roughness} if self.roughness >= SMOOTHEST else {}
-        return table
+        return table | ({"transmission": 1.0 - share, "thin": True} if share < 1 else {})
+
+    def _mirrors(self, passes: bool) -> bool:
+        """Whether it shows what is around it; where light `passes`, no rough mirror is to be had."""
+        if passes:
+            return self.roughness < SMOOTHEST
+        return self.metallic > 0 or self.roughness < ROUGHEST
 
     def _matte(self, share: float) -> Table:
         """What scatters light, with the highlights of lights; a `share` of it."""
@@ -113,14 +119,23 @@ class Facets:
             return table | {"thin": True}
         return table | ({"absorption": list(self.absorption)} if any(self.absorption) else {})
 
-    def _veil(self) -> Table:
-        return self._matte(self.alpha) | {"transmission": 1.0 - self.alpha, "thin": True}
-
     def _f0(self) -> Rgb:
         return (fresnel_of(self.ior),) * 3 if self.f0 is None else self.f0
 
     def _diffuse(self) -> float:
         return (1.0 - self.metallic) * (1.0 - max(self._f0()))
+
+
+def unlit(picture: Table | None, color: Rgb, alpha: float) -> Table:
+    """A surface that sends its colour whatever the lights; a share `alpha` of it is there."""
+    table: Table = {"color": 0.0, "diffuse": 0.0}
+    table |= {"emission": shown(picture, _scaled(color, alpha))} if alpha > 0 else {}
+    return table | ({"transmission": 1.0 - alpha, "thin": True} if alpha < 1 else {})
+
+
+def _scaled(color: Rgb, share: float) -> Rgb:
+    red, green, blue = (share * part for part in color)
+    return red, green, blue
 
 
 def shown(picture: Table | None, color: Rgb) -> Any:

@@ -129,6 +129,19 @@ def test_what_is_asked_for_and_has_no_counterpart_is_named(tmp_path: Path, body:
         read(tmp_path, body.format("true"))
 
 
+def test_a_number_is_a_spectrum_of_a_light_and_a_grey_of_a_surface(tmp_path: Path) -> None:
+    flat = '<spectrum name="{}" value="0.5"/>'
+    named = {"point": "intensity", "spot": "intensity", "directional": "irradiance", "constant": "radiance"}
+    body = "".join(f'<emitter type="{kind}">{flat.format(name)}</emitter>' for kind, name in named.items())
+    area = f'<emitter type="area">{flat.format("radiance")}</emitter>'
+    found = table(tmp_path, f'{body}<shape type="disk">{area}</shape>')
+    curves = [light["intensity"] for light in found["lights"][:3]]
+    curves += [found["lights"][3]["radiance"], found["background"], found["ambient"]]
+    assert [[nm for nm, _ in curve] for curve in curves] == [[360, 830]] * 6
+    assert len({*map(str, curves[:3])}) == 1 and curves[3:] == [[[360, 0.5], [830, 0.5]]] * 3
+    assert material(tmp_path, f'<bsdf type="diffuse">{flat.format("reflectance")}</bsdf>') == {"color": 0.5}
+
+
 def test_a_film_of_grey_is_named(tmp_path: Path) -> None:
     film = '<film type="hdrfilm"><string name="pixel_format" value="luminance"/></film>'
     with pytest.warns(clrt.ClrtWarning, match="pixel format 'luminance'"):
@@ -143,6 +156,8 @@ def test_materials(tmp_path: Path) -> None:
     gold = f'<bsdf type="roughconductor">{said}</bsdf>'
     rough = material(tmp_path, f'<bsdf type="twosided">{gold}</bsdf>')
     assert rough["conductor"] == "gold" and rough["roughness"] == 0.5 and rough["specular"] == 4
+    for said in ("", '<string name="material" value="none"/>'):
+        assert material(tmp_path, f'<bsdf type="conductor">{said}</bsdf>') == {"diffuse": 0, "reflection": 1}
     mirror = material(tmp_path, '<bsdf type="conductor"><string name="material" value="none"/></bsdf>')
     assert mirror == {"diffuse": 0, "reflection": 1}
     glass = material(tmp_path, '<bsdf type="thindielectric"><float name="int_ior" value="1.4"/></bsdf>')

@@ -26,6 +26,13 @@ def material(tmp_path: Path, table: dict[str, Any]) -> dict[str, Any]:
     return dict(found)
 
 
+def veiled(mode: str, alpha: float, table: dict[str, Any]) -> dict[str, Any]:
+    """A material of which a share alpha is there."""
+    metal = table["pbrMetallicRoughness"]
+    color = [*metal["baseColorFactor"][:3], alpha]
+    return {**table, "alphaMode": mode, "pbrMetallicRoughness": {**metal, "baseColorFactor": color}}
+
+
 F0 = 0.04
 ABSORPTION = [math.log(2) / 2, 0.0, math.log(1e6) / 2]
 HALF_GLASS = {"KHR_materials_transmission": {"transmissionFactor": 0.5}}
@@ -82,6 +89,19 @@ HALF_GLASS = {"KHR_materials_transmission": {"transmissionFactor": 0.5}}
         }),
         (metal_rough([0.25, 0.5, 1], 0, 1, extensions={"KHR_materials_unlit": {}}), {
             "color": 0.0, "diffuse": 0.0, "emission": [0.25, 0.5, 1.0],
+        }),
+        (veiled("BLEND", 0.25, metal_rough([0.25, 0.5, 1], 0, 1, extensions={"KHR_materials_unlit": {}})), {
+            "color": 0.0, "diffuse": 0.0, "emission": [0.0625, 0.125, 0.25], "transmission": 0.75,
+            "thin": True,
+        }),
+        (veiled("MASK", 0.25, metal_rough([0, 0, 0], 0, 1, emissiveFactor=[1, 1, 1])), {
+            "color": [0.0] * 3, "diffuse": 0.0, "transmission": 1.0, "thin": True, "fresnel": "schlick",
+            "highlight_color": [F0] * 3, "shininess": 1.0,
+        }),
+        (veiled("BLEND", 0.5, metal_rough([1, 1, 1], 1, 0, emissiveFactor=[1, 1, 1])), {
+            "color": [1.0] * 3, "diffuse": 0.0, "transmission": 0.5, "thin": True, "fresnel": "schlick",
+            "reflection": 0.5, "reflection_color": [1.0] * 3, "highlight_color": [1.0] * 3,
+            "specular": 0.5 * lobe(0)["specular"], "shininess": lobe(0)["shininess"], "emission": [0.5] * 3,
         }),
         (metal_rough([0, 0, 0], 0, 1, emissiveFactor=[1, 0.5, 0], extensions={
             "KHR_materials_emissive_strength": {"emissiveStrength": 3},

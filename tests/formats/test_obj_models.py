@@ -63,6 +63,18 @@ def load(folder: Path, mtl: str, obj: str = "usemtl m\nf 1 2 3\n", **options: An
             "shininess": 199.5, "highlight_color": [1.0, 0.5, 0.0], "reflection": 1.0,
             "reflection_color": [1.0, 0.5, 0.0], "emission": [1.0, 0.0, 0.0],
         }),
+        ("Kd 1 0 0\nPr 0\nTf 0.5 1 1\nNi 1.25\nillum 7", {
+            "color": [0.5, 1.0, 1.0], "diffuse": 0.0, "fresnel": True, "ior": 1.25, "reflection": 1.0,
+            "transmission": 1.0, "transmission_color": [0.5, 1.0, 1.0], "shininess": 199.5,
+            "specular": 1.0,
+        }),
+        ("Kd 1 1 1\nPr 0.5\nd 0\nKe 1 1 1", {
+            "color": [1.0] * 3, "diffuse": 0.0, "fresnel": "schlick", "transmission": 1.0, "thin": True,
+            "highlight_color": [0.04] * 3, "shininess": 7.5,
+        }),
+        ("Kd 1 0.5 0\nd 0.5\nillum 0", {
+            "color": 0.0, "diffuse": 0.0, "emission": [0.5, 0.25, 0.0], "transmission": 0.5, "thin": True,
+        }),
         ("Kd 1 1 1\nPm 0\nNs 250", {
             "color": [1.0] * 3, "diffuse": 0.96, "fresnel": "schlick", "specular": 4.0, "shininess": 7.5,
             "highlight_color": [0.04] * 3,
@@ -167,6 +179,16 @@ def test_maps(tmp_path: Path, line: str, key: str, expected: dict[str, Any]) -> 
     with pytest.warns(clrt.ClrtWarning, match="counterpart: textures of 'm' where it has no uv"):
         plain = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n").materials["m"]
     assert not plain.pictures
+
+
+@pytest.mark.parametrize("more", ["", "Pr 0.5\n", "illum 0\n"])
+def test_a_picture_without_a_colour_is_shown_as_it_is(tmp_path: Path, more: str) -> None:
+    (tmp_path / "a.png").write_bytes(PICTURE)
+    mtl = f"newmtl m\n{more}map_Kd a.png\n"
+    found, white = (load(tmp_path, f"{mtl}{kd}", WITH_UV).materials["m"] for kd in ("", "Kd 1 1 1\n"))
+    assert found == white and found.pictures
+    plain = load(tmp_path, f"newmtl m\n{more}").materials["m"]
+    assert 0.8 in (np.max(plain.color), np.max(plain.emission))
 
 
 @pytest.mark.parametrize(

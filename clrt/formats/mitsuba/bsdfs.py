@@ -203,7 +203,7 @@ def _diffuse(plugin: Plugin, materials: Materials) -> Table:
 def _conductor(plugin: Plugin, materials: Materials) -> Table:
     rough = plugin.type == "roughconductor"
     plugin.check(_CONDUCTOR | (_ALPHA if rough else {}), materials.context.left_out)
-    metal = plugin.text("material", "none" if "eta" in plugin.values else "Cu")
+    metal = plugin.text("material", "none")
     tint = materials.tint(plugin, "specular_reflectance", 1.0)
     table = {"diffuse": 0.0, "reflection": 1.0, "reflection_color": tint}
     if metal in METALS:

@@ -155,6 +155,10 @@ def vector(element: Element, default: float) -> Rgb:
     return x, y, z
 
 
+_OF_LIGHT: Final = ("radiance", "intensity", "irradiance")
+_VISIBLE: Final = (360.0, 830.0)  # nm
+
+
 def color(element: Element) -> Any:
     """A colour as scene files have it."""
     text = element.get("value")
@@ -162,7 +166,11 @@ def color(element: Element) -> Any:
         pairs = [pair.split(":") for pair in text.replace(",", " ").split()]
         return [numbers(element, " ".join(pair), 2) for pair in pairs]
     found = numbers(element, text, 1, 3)
-    return found[0] if len(found) == 1 else found
+    if len(found) > 1:
+        return found
+    if element.tag == "spectrum" and snake(element.get("name")) in _OF_LIGHT:  # as much of each wavelength
+        return [[nm, found[0]] for nm in _VISIBLE]
+    return found[0]
 
 
 def times(value: Any, factor: float) -> Any:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final, Literal
 import msgspec
 from msgspec import Meta
 
-from clrt.meshfiles.facets import Facets, Rgb, absorption_of, fresnel_of, shown
+from clrt.meshfiles.facets import Facets, Rgb, absorption_of, fresnel_of, unlit
 from clrt.meshfiles.gltf.document import Document, Table, decode, item
 from clrt.meshfiles.gltf.textures import Info, Itself, Textures
 from clrt.meshfiles.look import Look, Names, Used, placement_of, textures_without_uv
@@ -115,7 +115,7 @@ def _surface(
     picture = textures.picture(metal.baseColorTexture, uv)
     red, green, blue, alpha = map(_share, metal.baseColorFactor)
     if _PREFIX + "unlit" in material.extensions:
-        return {"color": 0.0, "diffuse": 0.0, "emission": shown(picture, (red, green, blue))}
+        return unlit(picture, (red, green, blue), _alpha(material, alpha))
     _, rough, metallic = textures.mean(metal.metallicRoughnessTexture)
     specular: Specular = more["specular"]
     least = fresnel_of(more["ior"].ior)
@@ -140,6 +140,8 @@ def _surface(
     )
     if found.blurred:
         left_out["the roughness of glass"] = None
+    if found.passes > 0 and found.alpha < 1:
+        left_out["the alpha of glass"] = None
     return found
 
 

@@ -10,7 +10,7 @@ from typing import Final
 from clrt.base.errors import show
 from clrt.images.file import KINDS
 from clrt.meshfiles.broken import BrokenMesh
-from clrt.meshfiles.facets import Facets, Rgb, shown
+from clrt.meshfiles.facets import Facets, Rgb, shown, unlit
 from clrt.meshfiles.look import Table
 from clrt.meshfiles.mark import unmarked
 from clrt.meshfiles.obj.maps import Beside, finite, normals_of, texture
@@ -32,7 +32,7 @@ _OTHERS: Final = {
 class Phong:
     """A material as an MTL file states it; None where it says nothing."""
 
-    kd: Rgb = (0.8, 0.8, 0.8)
+    kd: Rgb | None = None
     ks: Rgb = (0.0, 0.0, 0.0)
     ke: Rgb = (0.0, 0.0, 0.0)
     tf: Rgb | None = None
@@ -76,8 +76,8 @@ class Phong:
         if self.pr is not None or self.pm is not None:
             return self._facets(light).table()
         if self.illum == 0:
-            return {"color": 0.0, "diffuse": 0.0, "emission": shown(self.map_kd, self.kd)}
-        table: Table = {"color": shown(self.map_kd, self.kd)}
+            return unlit(self.map_kd, self._base, self.d)
+        table: Table = {"color": shown(self.map_kd, self._base)}
         table |= {"emission": shown(self.map_ke, light)} if any(light) else {}
         table |= {"normal_map": normals_of(self.norm)} if self.norm is not None else {}
         if self.illum != 1 and any(self.ks):
@@ -90,10 +90,20 @@ class Phong:
                 table |= {"fresnel": "schlick", "reflection": 1.0, "reflection_color": list(self.ks)}
         return table | self._passing()
 
+    @property
+    def _base(self) -> Rgb:
+        """The diffuse colour, which multiplies a picture: where a file has that alone, it is 1."""
+        return self.kd or ((0.8, 0.8, 0.8) if self.map_kd is None else (1.0, 1.0, 1.0))
+
+    @property
+    def _clear(self) -> bool:
+        """Whether all light passes but for what `Tf` takes."""
+        return self.illum in _GLASSES and self.d == 1 and self.tf is not None and any(self.tf)
+
     def _passing(self) -> Table:
         """What of the table is of light that passes."""
         glass = self.illum in _GLASSES
-        share = 1.0 if glass and self.d == 1 and self.tf is not None and any(self.tf) else 1.0 - self.d
+        share = 1.0 if self._clear else 1.0 - self.d
         if share <= 0:
             return {}
         table: Table = {"diffuse": 1.0 - share, "transmission": share}
@@ -106,13 +116,15 @@ class Phong:
     def _facets(self, emission: Rgb) -> Facets:
         by_exponent = 1.0 - math.sqrt(min(self.ns, 1000.0) / 1000.0)  # as Blender writes it
         return Facets(
-            base=self.kd,
+            base=self.tf if self._clear and self.tf is not None else self._base,
             metallic=min(self.pm or 0.0, 1.0),
             roughness=by_exponent if self.pr is None else min(self.pr, 1.0),
             ior=self.ni,
             alpha=self.d,
+            transmission=float(self._clear),
+            solid=self.illum in _BENDING,
             emission=emission,
-            picture=self.map_kd,
+            picture=None if self._clear else self.map_kd,
             glow=self.map_ke,
             normal_map=None if self.norm is None else normals_of(self.norm),
         )
