@@ -40,6 +40,13 @@ def test_one_warning_names_all_that_has_no_counterpart(
     )
 
 
+def test_glass_of_which_only_a_part_is_there_is_all_there_and_named(tmp_path: Path) -> None:
+    metal = {"metallicFactor": 0, "roughnessFactor": 0, "baseColorFactor": [1, 1, 1, 0.5]}
+    half = {**GLASS, "pbrMetallicRoughness": metal, "alphaMode": "BLEND"}
+    with pytest.warns(clrt.ClrtWarning, match="no counterpart: the alpha of glass"):
+        clrt.load(write_glb(tmp_path / "a.glb", model([half])))
+
+
 def animated(table: dict[str, Any]) -> None:
     table["animations"] = [{"channels": [], "samplers": []}]
 

@@ -45,3 +45,6 @@ def test_what_is_no_text_at_all_is_said_in_words(tmp_path: Path) -> None:
     with pytest.raises(clrt.SceneError, match=r"a\.stl") as caught:
         clrt.load(tmp_path / "a.stl")
     assert "Module" not in str(caught.value) and "Unicode" not in str(caught.value)
+    (tmp_path / "a.ply").write_bytes(TEXT.encode("latin-1").replace(b"1 0 0", b"\xff\xfe 0 0"))
+    with pytest.raises(clrt.SceneError, match=r"a\.ply cannot be read as a mesh: it is no text in UTF-8"):
+        clrt.load(tmp_path / "a.ply")
