@@ -50,8 +50,9 @@ SHAPES: list[dict[str, Any]] = [
 ]  # fmt: skip
 ROUND_OR_FLAT = ("sphere", "plane", "disk", "polygon")
 LIGHT: dict[str, Any] = {"type": "sphere", "center": [0, 8, 0], "radius": 0.5, "radiance": 3.0, "samples": 4}
+MATERIAL = st.tuples(st.just("material"), st.sampled_from([0, 2, *range(9)]), st.integers(0, 99))
 EDIT = st.one_of(
-    st.tuples(st.just("material"), st.integers(0, 8), st.integers(0, 99)),
+    *[MATERIAL] * 5,
     st.tuples(st.just("named"), st.sampled_from("ab"), st.integers(0, 99)),
     st.tuples(st.just("lights"), st.booleans(), st.booleans()),
     st.tuples(st.just("one_sided"), st.booleans(), st.none()),
@@ -115,7 +116,7 @@ def beginning(folder: Path) -> Scene:
     return clrt.load_dict({"camera": CAMERA, "materials": materials, "shapes": shapes}, folder=folder)
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=200, deadline=None, suppress_health_check=list(HealthCheck))
 @given(edits=st.lists(EDIT, min_size=1, max_size=8))
 def test_edits_give_the_arrays_of_a_new_scene(beginning: Scene, edits: list[Any]) -> None:
     """Materials inline and by name, pictures on faces of four corners, visible lights, one after another."""
