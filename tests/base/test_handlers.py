@@ -177,7 +177,6 @@ print(handled() != before or not any("PoCL" in device.label for device in clrt.d
     assert said(code) == "True"
 
 
-@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="no processes are forked")
 def test_a_forked_child_waits_for_no_thread_that_it_has_not() -> None:
     code = """
 import os, signal, threading

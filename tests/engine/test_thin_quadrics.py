@@ -161,3 +161,15 @@ def test_a_cone_that_is_nearly_a_cylinder_is_not_too_thin() -> None:
         keys = {"type": "cone", "p0": [0, 0, 0], "r0": 1, "p1": [0, 0, 3], "r1": 1 + more}
         with clrt.Tracer(clrt.load_dict({"shapes": [keys]})) as tracer:
             assert tracer.intersect([5, 0, 1.5], [-1, 0, 0]).t == pytest.approx(4, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("length", "r0", "r1"), [(100, 5e-3, 4.995e-3), (1000, 0.05, 0.04995), (1, 1e-6, 0.99e-6)]
+)
+def test_a_long_rod_that_hardly_tapers_is_not_too_thin(length: float, r0: float, r1: float) -> None:
+    keys = {"type": "cone", "p0": [0, 0, 0], "r0": r0, "p1": [0, 0, length], "r1": r1}
+    with clrt.Tracer(clrt.load_dict({"shapes": [keys]})) as tracer:
+        for share in (0.01, 0.5, 0.99):
+            radius = r0 + share * (r1 - r0)
+            t = tracer.intersect([2 * r0, 0, share * length], [-1, 0, 0]).t
+            assert t == pytest.approx(2 * r0 - radius, rel=1e-3)
