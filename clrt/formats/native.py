@@ -15,12 +15,12 @@ from clrt.base.collector import no_collections
 from clrt.base.errors import LimitError, SceneError, located, show
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
+from clrt.base.mark import unmarked
 from clrt.base.notices import bounded
 from clrt.base.places import At, PlacedError
 from clrt.base.unique import unique
 from clrt.formats import toml_scan
 from clrt.formats.lines import json_line, toml_key, toml_line
-from clrt.meshfiles.mark import unmarked
 from clrt.scene.scene import Scene, edited, read_scene
 
 T = TypeVar("T")

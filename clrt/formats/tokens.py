@@ -12,7 +12,7 @@ from typing import Any
 from clrt.base.errors import SceneError, decimal, located, show
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
-from clrt.meshfiles.mark import unmarked
+from clrt.base.mark import unmarked
 from clrt.scene.scene import Scene, read_scene
 
 

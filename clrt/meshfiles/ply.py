@@ -16,9 +16,9 @@ import numpy as np
 
 from clrt.base.errors import show
 from clrt.base.limits import written
+from clrt.base.mark import unmarked
 from clrt.images.file import decode, uncurved
 from clrt.meshfiles.broken import BrokenMesh
-from clrt.meshfiles.mark import unmarked
 from clrt.meshfiles.outlines import rows_of
 
 _COLORS: Final = (b"red", b"green", b"blue")

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Final
 
 from clrt.base.errors import show
+from clrt.base.mark import unmarked
 from clrt.meshfiles.broken import BrokenMesh
-from clrt.meshfiles.mark import unmarked
 
 _MOST: Final = 64  # solids that are kept apart: trimesh's time grows with their square
 _ENDS: Final = {b"facet": b"endfacet", b"solid": b"endsolid"}

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import clrt
+from clrt.base.mark import unmarked
 from clrt.formats import READERS
-from clrt.meshfiles.mark import unmarked
 from clrt.scene.scene import Mesh
 from tests.meshfiles.test_gltf import document
 from tests.meshfiles.test_latin1 import FACES, HEAD, TEXT, VERTICES

@@ -181,6 +181,12 @@ def test_maps(tmp_path: Path, line: str, key: str, expected: dict[str, Any]) -> 
     assert not plain.pictures
 
 
+def test_glass_is_smooth_and_its_roughness_named(tmp_path: Path) -> None:
+    with pytest.warns(clrt.ClrtWarning, match="the roughness of glass"):
+        rough = load(tmp_path, "newmtl m\nPr 0.5\nTf 1 1 1\nillum 7\n").materials["m"]
+    assert rough.transmission == 1 and rough.roughness == 0
+
+
 @pytest.mark.parametrize("more", ["", "Pr 0.5\n", "illum 0\n"])
 def test_a_picture_without_a_colour_is_shown_as_it_is(tmp_path: Path, more: str) -> None:
     (tmp_path / "a.png").write_bytes(PICTURE)

@@ -11,10 +11,10 @@ from typing import Any, Final
 from clrt.base.errors import located, show
 from clrt.base.files import read_text_bytes, resolve
 from clrt.base.limits import Limits, written
+from clrt.base.mark import unmarked
 from clrt.base.places import At
 from clrt.formats.mitsuba.values import OBJECTS, Plugin
 from clrt.formats.xml_tree import MOST, Element, filled, parse, unknown
-from clrt.meshfiles.mark import unmarked
 
 _NOWHERE: Final = ("default", "include", "alias", "path")
 _AGAIN: Final = 1 << 18  # points of curves that are taken more than once: 250 bytes each

@@ -15,9 +15,9 @@ from typing import Annotated, Any, Final, Literal, TypeVar
 import msgspec
 from msgspec import Meta
 
+from clrt.base.mark import unmarked
 from clrt.base.unique import unique
 from clrt.meshfiles.broken import BrokenMesh
-from clrt.meshfiles.mark import unmarked
 
 Count = Annotated[int, Meta(ge=0, le=1 << 53)]
 Component = Literal[5120, 5121, 5122, 5123, 5125, 5126]

@@ -12,8 +12,8 @@ import re
 from typing import Final
 
 from clrt.base.errors import show
+from clrt.base.mark import unmarked
 from clrt.meshfiles.broken import BrokenMesh
-from clrt.meshfiles.mark import unmarked
 
 _ODD: Final = re.compile(
     rb"^[ \t]++[a-z]"  # indented

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from clrt.base.errors import show
+from clrt.base.mark import unmarked
 from clrt.images.file import KINDS
 from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.facets import Facets, Rgb, shown, unlit
 from clrt.meshfiles.look import Table
-from clrt.meshfiles.mark import unmarked
 from clrt.meshfiles.obj.maps import Beside, finite, normals_of, texture
 
 _MIRRORS: Final = (3, 5, 8)  # models of illumination with reflections
@@ -74,7 +74,10 @@ class Phong:
             return replace(self, map_kd=None, map_ke=None, norm=None).table(True)
         light = (1.0, 1.0, 1.0) if self.map_ke is not None and not any(self.ke) else self.ke
         if self.pr is not None or self.pm is not None:
-            return self._facets(light).table()
+            facets = self._facets(light)
+            if facets.blurred:
+                self.left_out["the roughness of glass"] = None
+            return facets.table()
         if self.illum == 0:
             return unlit(self.map_kd, self._base, self.d)
         table: Table = {"color": shown(self.map_kd, self._base)}
