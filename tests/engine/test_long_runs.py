@@ -108,13 +108,14 @@ def test_ten_million_triangles_take_6_gib_and_time_in_proportion(tmp_path: Path)
     """Loaded from a file. What a start costs whatever the scene makes it less than in proportion.
 
     About half of that (docs/live-scenes.md); but what else runs may slow the memory of one process and not of
-    the other (in one run the largest alone took twice as long): a fault is there each of three times.
+    the other (in one run the largest alone took twice as long): a fault is there each of three times. A tenth of
+    them, but for `make release`; there the process itself, 0.4 GiB, counts beside a tenth of the rest.
     """
-    beyond = []
+    beyond, (share, most) = [], (1, 6 << 30) if "CLRT_EDITS" in os.environ else (10, 1 << 30)
     for _ in range(3):
-        few, some, many = (large.taken(n, str(tmp_path)) for n in large.SIZES)
-        assert many["triangles"] == pytest.approx(1e7, rel=1e-3) and many["hits"] > 256 * 256 / 2
-        assert many["peak_bytes"] < 6 << 30, f"{many['peak_bytes'] / 2**30:.2f} GiB"
+        few, some, many = (large.taken(n // share, str(tmp_path)) for n in large.SIZES)
+        assert many["triangles"] == pytest.approx(1e7 / share, rel=3e-3) and many["hits"] > 256 * 256 / 2
+        assert many["peak_bytes"] < most, f"{many['peak_bytes'] / 2**30:.2f} GiB"
         if all(large.in_proportion(few, row) for row in (some, many)):
             return
         beyond.append((few, some, many))
