@@ -108,8 +108,8 @@ def test_ten_million_triangles_take_6_gib_and_time_in_proportion(tmp_path: Path)
     """Loaded from a file. What a start costs whatever the scene makes it less than in proportion.
 
     About half of that (docs/live-scenes.md); but what else runs may slow the memory of one process and not of
-    the other (in one run the largest alone took twice as long): a fault is there each of three times. A tenth of
-    them, but for `make release`; there the process itself, 0.4 GiB, counts beside a tenth of the rest.
+    the other (in one run the largest alone took twice as long): a fault is there each of three times.
+    A tenth of them, but for `make release`: the process itself takes 0.4 GiB, beside a tenth of the rest.
     """
     beyond, (share, most) = [], (1, 6 << 30) if "CLRT_EDITS" in os.environ else (10, 1 << 30)
     for _ in range(3):
