@@ -274,10 +274,13 @@ def _rectangle(plugin: Plugin) -> Table:
 
 def _disk(plugin: Plugin) -> Table:
     matrix = plugin.to_world()
-    if matrix is not UNIT and _is_round(matrix) and not is_similarity(matrix):
-        return _round(matrix, float(np.sign(np.linalg.det(matrix[:3, :3]))))
     disk = {"type": "disk", "center": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0], "radius": 1.0}
-    return _placed(plugin, disk)
+    if matrix is UNIT or not _is_round(matrix) or is_similarity(matrix):
+        return _placed(plugin, disk)
+    even = matrix.copy()  # as long along z, and still turned about it, as pictures are
+    even[:3, 2] = np.cross(matrix[:3, 0], matrix[:3, 1]) / np.linalg.norm(matrix[:3, 0])
+    even[:3, 2] *= np.sign(np.linalg.det(matrix[:3, :3]))
+    return disk | {"transform": rows(even)}
 
 
 def _cube(plugin: Plugin) -> Table:
