@@ -2,9 +2,9 @@
 
 The sum of its triangles' solid angles says so, in time of points times triangles. A closed mesh has one
 number wherever none of its faces lies between: the sum is asked at one point, and on the way from there to
-another the faces that are crossed change it by one each. Boxes of points are halved until few faces are within.
-Where a way passes an edge or ends on a face to within rounding, the sum itself decides, as it does of open
-meshes, whose number is a whole one nowhere.
+another the faces that are crossed change it by one each. Boxes of points are halved until few faces are
+within. Where a way passes an edge or ends on a face to within rounding, the sum itself decides, as it does of
+open meshes, whose number is a whole one nowhere.
 """
 
 from __future__ import annotations
