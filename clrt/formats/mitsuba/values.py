@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -39,6 +40,7 @@ class Plugin:
     type: str
     values: dict[str, Element] = field(default_factory=dict)
     objects: list[Element] = field(default_factory=list)
+    _matrices: dict[str, Array] = field(default_factory=dict)
 
     @classmethod
     def of(cls, element: Element) -> Plugin:
@@ -114,8 +116,11 @@ class Plugin:
 
     def to_world(self, name: str = "to_world") -> Array:
         """The transform of that name, (4, 4) float64."""
-        element = self.values.get(name)
-        return UNIT if element is None else transform(element)
+        if name not in self.values:
+            return UNIT
+        if name not in self._matrices:
+            self._matrices[name] = transform(self.values[name])
+        return self._matrices[name]
 
 
 def snake(name: str) -> str:
@@ -212,10 +217,15 @@ def transform(element: Element) -> Array:
     return matrix
 
 
-def _translated(step: Element) -> Array:
+def moved(way: Sequence[float]) -> Array:
+    """The matrix that moves by x, y, z."""
     matrix = np.eye(4)
-    matrix[:3, 3] = vector(step, 0.0)
+    matrix[:3, 3] = way
     return matrix
+
+
+def _translated(step: Element) -> Array:
+    return moved(vector(step, 0.0))
 
 
 def _scaled(step: Element) -> Array:
