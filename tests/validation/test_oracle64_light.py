@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import clrt
+from tests.pictured import image, put
 from tests.solids import CAMERA, SHAPES, colourful, rays_towards_the_middle, scene, shape
 from validation.oracle64 import radiance64, render64, trace64
 
@@ -159,6 +161,22 @@ def test_shadows_opaque_and_tinted() -> None:
     assert floor_light(ball, beyond, shadow="tinted") == pytest.approx(tint**2)  # in and out
     assert floor_light(ball, pane, shadow="tinted") == pytest.approx(tint**3)
     assert floor_light(ball, wall, pane, shadow="tinted").tolist() == [0] * 3
+
+
+@pytest.mark.parametrize("pictured", ["color", "transmission_color"])
+def test_a_tint_of_0_beside_a_picture_tints_shadows(pictured: str, tmp_path: Path) -> None:
+    """Of a material with a picture the tint divided by itself: 0 by 0."""
+    put(tmp_path / "tint.exr", np.broadcast_to([1.0, 0.0, 0.25], (2, 2, 3)))
+    pane = {"diffuse": 0, "transmission": 0.5, "transmission_color": [1, 0, 0.25], "thin": True}
+    pane[pictured] = image("tint.exr")
+    shapes = [
+        {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": {"color": 1.0}},
+        {"type": "disk", "center": [0, 2, 0], "normal": [0, 1, 0], "radius": 0.5, "material": pane},
+    ]
+    light = [{"type": "point", "position": [0, 5, 0]}]
+    found = clrt.load_dict({"shapes": shapes, "lights": light, "shadow": "tinted"}, folder=tmp_path)
+    seen = radiance64(found, [0, 1, -1], [0, -1, 1])[0][0]
+    assert seen == pytest.approx([0.5, 0, 0.125], abs=1e-14)
 
 
 def test_opaque_surfaces_that_are_one_sided() -> None:
