@@ -13,6 +13,7 @@ from clrt.cli import compare_many
 from clrt.cli.judging import (
     DIGITS,
     VERDICTS,
+    bits_of,
     judge,
     plain,
     read,
@@ -73,17 +74,18 @@ def _compare(pictures: Any, options: argparse.Namespace) -> tuple[Any, Any, Any]
     from clrt.scene.scene import Scene
 
     picture, reference = read(options.a, options), read(options.b, options)
+    bits = bits_of(options.a, options), bits_of(options.b, options)
     with reporting(options.json) as report:
         report("rendering")
         if isinstance(picture, Scene) and isinstance(reference, Scene):
             picture = scene_reference(pictures, picture, None, options).render()
         elif isinstance(picture, Scene):
-            picture, reference = reference, picture
+            picture, reference, bits = reference, picture, bits[::-1]
         scene = None
         if isinstance(reference, Scene):
             scene = scene_reference(pictures, reference, picture.shape[:2], options)
             reference = scene.render()
-        return judge(pictures, picture, reference, scene, options, report), picture, reference
+        return judge(pictures, picture, reference, scene, options, report, bits), picture, reference
 
 
 def _show(result: Any, options: argparse.Namespace) -> None:

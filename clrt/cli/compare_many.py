@@ -8,7 +8,7 @@ import sys
 from typing import Any
 
 from clrt.base.errors import ClrtError, one_line
-from clrt.cli.judging import DIGITS, VERDICTS, judge, plain, read, reporting, scene_reference
+from clrt.cli.judging import DIGITS, VERDICTS, bits_of, judge, plain, read, reporting, scene_reference
 from clrt.cli.terminal import console
 from clrt.judging.verdict import certainty
 
@@ -37,7 +37,8 @@ def run(pictures: Any, options: argparse.Namespace) -> int:
                     if size not in rendered:
                         rendered[size] = scene.render()
                     wanted = rendered[size]
-                results.append(judge(pictures, picture, wanted, scene, options, report))
+                bits = bits_of(name, options), bits_of(options.a, options)
+                results.append(judge(pictures, picture, wanted, scene, options, report, bits))
             except ClrtError as error:
                 results.append(error)
     if options.json:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from clrt.base.errors import ClrtError
 from clrt.base.resources import scene_file
 from clrt.cli.terminal import console, marked
-from clrt.judging.verdict import PICTURES
+from clrt.judging.verdict import PICTURES, RADIANCE, bits_of_file
 
 if TYPE_CHECKING:
     from clrt.base.limits import Limits
@@ -39,11 +39,16 @@ VERDICTS = {
 
 def judge(
     pictures: Any, picture: Any, reference: Any, scene: Any, options: argparse.Namespace,
-    report: Callable[[str], None],
+    report: Callable[[str], None], bits: tuple[int, int],
 ) -> Any:
-    """The comparison of two pictures; `scene` made the reference, where there is one."""
+    """The comparison of two pictures; `scene` made the reference, where there is one. bits: see `bits_of`."""
     seconds = pictures.SEARCH_SECONDS if options.seconds is None else options.seconds
-    return pictures.compare_pictures(picture, reference, options.mask, scene, report, seconds)
+    return pictures.compare_pictures(picture, reference, options.mask, scene, report, seconds, bits=bits)
+
+
+def bits_of(name: str, options: argparse.Namespace) -> int:
+    """Bits of a sample of what `read` gave: what a scene shows does not end at white."""
+    return bits_of_file(name, limits_of(options)) if Path(name).suffix.lower() in PICTURES else RADIANCE
 
 
 def limits_of(options: argparse.Namespace) -> Limits:

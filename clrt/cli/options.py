@@ -22,6 +22,9 @@ MOST: Final = 2**31 - 1
 
 def device(text: str) -> int | str:
     """A device as `clrt.render` takes it: a number of `clrt devices`, or a part of its name."""
+    if not text.strip():
+        right = "it must be a number of `clrt devices`, or a part of a device's name"
+        raise argparse.ArgumentTypeError(f"{show(text)} is not allowed; {right}")
     return whole(text) if text.isdecimal() else text
 
 

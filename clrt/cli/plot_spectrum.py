@@ -7,6 +7,7 @@ import re
 import tomllib
 from pathlib import Path
 
+from clrt.base import toml_scan
 from clrt.base.arguments import whole
 from clrt.base.atomic import check_replaceable
 from clrt.base.errors import ClrtError
@@ -14,7 +15,6 @@ from clrt.base.limits import Limits
 from clrt.base.places import At, listed
 from clrt.base.records import read
 from clrt.base.suggest import did_you_mean
-from clrt.formats import toml_scan
 from clrt.spectra.indices import GLASSES
 from clrt.spectra.spectrum import LAMPS, METALS, REFLECTANCES, Spectrum
 

@@ -60,7 +60,7 @@ class World:
             cost = "refit" if fitting else "rebuild"
             if not fitting:
                 self._levels = None
-        elif not changed and _same(self.flat.scene, flat.scene):
+        elif not changed and _same(self.flat.scene, flat.scene) and _sections(self.flat) == _sections(flat):
             self.flat = flat
             return "nothing"
         self._take(device, flat, buffers)

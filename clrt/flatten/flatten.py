@@ -149,7 +149,8 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
 
     known: another scene, and what it was flattened to. Where both have the same shapes (the very objects, or
     meshes of the very arrays) the arrays of their geometry are shared, and nobody is warned of the view a
-    second time; pictures whose files are what they were are not read again.
+    second time, nor of surfaces that touch unless light passes more of them than before; pictures whose
+    files are what they were are not read again.
 
     Raises `SceneError` with the place of a shape of a kind that a table lacks, or that its transform makes
     one that there is no primitive for, or whose coordinates leave the range of float32, and for a background
@@ -182,7 +183,9 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
     if before is None:
         warn_of_hidden_view(scene, extents.low, extents.high)
-        passes = sections["materials"]["kt"][list(extents.materials)] > 0
+    passes = _passes(sections["materials"], extents)
+    told = _passes(before.materials, before.extents) if before and before.extents else False
+    if (passes > told).any():
         warn_of_flush(scene, extents.low, extents.high, passes)
     add_surfaces(scene, sections, glowing)
     shown = materials.pictures(known[1].pictures if known else None)
@@ -231,6 +234,11 @@ def _taken(scene: Scene) -> FlatScene | None:
             _ahead.remove(entry)
             return entry[1]
     return None
+
+
+def _passes(materials: np.ndarray, extents: Extents) -> np.ndarray:
+    """Which shapes light passes."""
+    return np.asarray(materials["kt"][list(extents.materials)] > 0)
 
 
 def _same_shapes(scene: Scene, other: Scene) -> bool:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
 from clrt.flatten.mesh import fans, joined
+from clrt.flatten.winding import winding_numbers
 from clrt.scene.mesh import Mesh
 from clrt.scene.shapes import (
     Box,
@@ -22,8 +23,6 @@ from clrt.scene.shapes import (
     Shape,
     Sphere,
 )
-
-_PAIRS: Final = 1 << 20  # points times faces treated at once
 
 
 def count_inside(shape: Shape, points: np.ndarray) -> np.ndarray:
@@ -79,28 +78,13 @@ def _paraboloid(shape: Paraboloid, p: np.ndarray) -> np.ndarray:
 
 
 def _mesh(shape: Mesh, p: np.ndarray) -> np.ndarray:
-    """The winding number, rounded; one that is negative counts as 0."""
+    """The winding number; one that is negative counts as 0."""
     data = shape.data()
     triangles = fans(*joined(data.faces))
     out = np.zeros(len(p))
     near = ((p >= data.vertices.min(axis=0)) & (p <= data.vertices.max(axis=0))).all(axis=1)
-    step = max(1, _PAIRS // max(len(triangles), 1))
-    for start in range(0, int(near.sum()), step):
-        which = np.flatnonzero(near)[start : start + step]
-        corners = [data.vertices[None, triangles[:, k]] - p[which, None] for k in range(3)]
-        out[which] = _solid_angles(*corners).sum(axis=1) / (4 * np.pi)
-    return np.maximum(np.round(out), 0)
-
-
-def _solid_angles(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Of triangles (..., 3) seen from the origin, positive from behind (van Oosterom, Strackee 1983)."""
-
-    def dot(u: np.ndarray, v: np.ndarray) -> np.ndarray:
-        return np.asarray(np.einsum("...i,...i->...", u, v))
-
-    la, lb, lc = (np.sqrt(dot(v, v)) for v in (a, b, c))
-    volume = dot(a, np.cross(b, c))
-    return 2 * np.arctan2(volume, la * lb * lc + dot(a, b) * lc + dot(b, c) * la + dot(c, a) * lb)
+    out[near] = winding_numbers(data.vertices, triangles, p[near])
+    return np.maximum(out, 0)
 
 
 # every shape that there is; None: it has no inside

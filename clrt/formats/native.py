@@ -11,6 +11,7 @@ from typing import Any, BinaryIO, Final, NoReturn, TypeVar
 
 import tomli
 
+from clrt.base import toml_scan
 from clrt.base.collector import no_collections
 from clrt.base.errors import LimitError, SceneError, located, show
 from clrt.base.files import read_text_bytes
@@ -19,7 +20,6 @@ from clrt.base.mark import unmarked
 from clrt.base.notices import bounded
 from clrt.base.places import At, PlacedError
 from clrt.base.unique import unique
-from clrt.formats import toml_scan
 from clrt.formats.lines import json_line, toml_key, toml_line
 from clrt.scene.scene import Scene, edited, read_scene
 

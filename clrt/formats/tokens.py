@@ -6,6 +6,7 @@ import io
 import math
 import re
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -73,6 +74,13 @@ class Tokens:
         return value
 
     def numbers(self, count: int, wanted: str) -> list[float]:
+        if self.peek() is not None and self._next + count <= len(self._words):  # most stand on one line
+            with suppress(ValueError):
+                values = [*map(decimal, self._words[self._next : self._next + count])]
+                if all(map(math.isfinite, values)):
+                    self._next += count
+                    self.line = self._number
+                    return values
         return [self.number(wanted) for _ in range(count)]
 
     def integer(self, wanted: str) -> int:

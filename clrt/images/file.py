@@ -37,6 +37,8 @@ from clrt.images.header import (
     foreign_colours,
 )
 from clrt.images.jpeg import check_jpeg
+from clrt.images.png import check_png
+from clrt.images.tiff import check_tiff
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
@@ -261,7 +263,7 @@ def read_samples(
                 raise SceneError(f"{path}: cannot be read: {_words(source)}")
             plain = decode(samples) if integer and decoder is None else samples
             window.put(linear, row, plain if decoder is None else decoder(samples))
-        foreign = foreign_colours(spec, file)
+        foreign = foreign_colours(spec, file, source.format_name(), source.current_subimage(), name)
     if foreign and decoder is None:  # not before: what is written to standard error within is dropped
         notices.warn(name, "", foreign)
     return linear
@@ -327,6 +329,12 @@ def bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
     return 12 * pixels + width * rows * spec.nchannels * spec.channel_bytes()
 
 
+_CHECKS: Final[dict[str, Callable[[BinaryIO, str], None]]] = {
+    "jpeg": check_jpeg, "png": check_png, "bmp": check_bmp, "tiff": check_tiff,
+}  # fmt: skip
+"""What is looked at before the library opens a file."""
+
+
 @contextmanager
 def open_picture(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple[oiio.ImageInput, BinaryIO]]:
     """OpenImageIO's reader of a picture, closed in the end, and the file itself."""
@@ -336,10 +344,8 @@ def open_picture(path: str | os.PathLike[str], limits: Limits) -> Iterator[tuple
         reader = reader_of(head)
         if reader is None:
             raise SceneError(f"{path}: not an {KINDS} picture")
-        if reader == "jpeg":
-            check_jpeg(file, os.fspath(path))
-        elif reader == "bmp":
-            check_bmp(file, os.fspath(path))
+        if reader in _CHECKS:
+            _CHECKS[reader](file, os.fspath(path))
         keep_alpha_apart = oiio.ImageSpec()
         keep_alpha_apart.attribute("oiio:UnassociatedAlpha", 1)
         source = oiio.ImageInput.open(_name(path, file), keep_alpha_apart)

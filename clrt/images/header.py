@@ -14,15 +14,13 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Final
 import numpy as np
 
 from clrt.base.errors import SceneError, show
-from clrt.images.tiff import MEANING, SAMPLES_A_PIXEL, first_values
+from clrt.images import bmp, png, tiff
+from clrt.images.tiff import MEANING, MOST_PARTS, REC709, SAMPLES_A_PIXEL, first_values
 
 if TYPE_CHECKING:
     import OpenImageIO as oiio
 else:
     from clrt.images import library as oiio
-
-MOST_PARTS: Final = 100
-"""Parts of an EXR, or pages of a TIFF, among which the picture is looked for."""
 
 _TURNED: Final = (5, 6, 7, 8)  # orientations; what is in none of these is upright
 _ROWS_BACK: Final = (3, 4, 6, 7)
@@ -38,7 +36,7 @@ _PALETTE_BITS: Final = (1, 2, 4, 8)
 _BITS: Final = {  # of a TIFF's samples, by their type as the library gives them
     "uint8": (1, 2, 4, 8), "uint16": (10, 12, 14, 16), "half": (16,), "float": (32,), "double": (64,),
 }  # fmt: skip
-_REC709: Final = (0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290)
+_EXIF, _EXIF_SRGB = "Exif:ColorSpace", 1
 _NEAR: Final = 0.03  # of a chromaticity: Radiance's own primaries, with the white E, are as near
 _SRGB: Final = re.compile(r"(?i)srgb_rec709|srgb(_tx|_texture)?$|g22_rec709|gamma2\.2")  # 2.2: sRGB to 0.01
 _LINEAR: Final = re.compile(r"(?i)lin_rec709|lin_srgb|linear|scene_linear")
@@ -181,7 +179,7 @@ class Window:
             stored[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] = inside
 
 
-def foreign_colours(spec: oiio.ImageSpec, file: BinaryIO) -> str:
+def foreign_colours(spec: oiio.ImageSpec, file: BinaryIO, reader: str, page: int, name: str) -> str:
     """What a file, open for reading, declares of its colours that reading does not follow; '' for nothing.
 
     Integers are read as sRGB, floating samples as linear Rec.709.
@@ -194,7 +192,15 @@ def foreign_colours(spec: oiio.ImageSpec, file: BinaryIO) -> str:
     space = _text(spec, "oiio:ColorSpace")
     if space and not (_SRGB if integer else _LINEAR).match(space):
         return f"its colours are declared as {show(space)}; {how}"
-    primaries = spec.getattribute("chromaticities")
+    if reader == "bmp" and bmp.has_profile(file):
+        return f"its colours are those of a profile; {how}"
+    if spec.getattribute("ICCProfile") is not None:  # that of sRGB, and it counts
+        return ""
+    if spec.get_int_attribute(_EXIF, _EXIF_SRGB) != _EXIF_SRGB:  # of Adobe RGB cameras say no more
+        return f"its colours are not sRGB, as its Exif says; {how}"
+    if reader == "tiff" and integer and tiff.has_other_curve(file, page, name):
+        return f"its TransferFunction is not that of sRGB; {how}"
+    primaries = _primaries(spec, file, reader, page, name)
     if primaries is not None and not _near(primaries):
         numbers = _numbers(primaries)
         told = show(primaries) if numbers is None else ", ".join(f"{value:.4g}" for value in numbers[:9])
@@ -203,6 +209,17 @@ def foreign_colours(spec: oiio.ImageSpec, file: BinaryIO) -> str:
         said = f"{key}={value.decode('latin-1')}"
         return f"its header says {show(said)}, of which no account is taken"
     return ""
+
+
+def _primaries(spec: oiio.ImageSpec, file: BinaryIO, reader: str, page: int, name: str) -> Any:
+    """Those that a file declares, whatever they are; None where it does not."""
+    if reader == "png":
+        return png.primaries(file)
+    if reader == "tiff":
+        return tiff.primaries(file, page, name)
+    if reader == "bmp":
+        return bmp.primaries(file)
+    return spec.getattribute("chromaticities")
 
 
 def _orientation(file: BinaryIO) -> int:
@@ -242,7 +259,9 @@ def _plain(key: str, value: bytes) -> bool:
 def _near(primaries: Any) -> bool:
     """Whether they are those of Rec.709."""
     numbers = _numbers(primaries)
-    return numbers is not None and len(numbers) == 8 and bool((np.abs(numbers - _REC709) <= _NEAR).all())
+    if numbers is None or len(numbers) not in (6, 8):  # with the white, or without
+        return False
+    return bool((np.abs(numbers - REC709[: len(numbers)]) <= _NEAR).all())
 
 
 def _numbers(value: Any) -> np.ndarray | None:

@@ -19,8 +19,9 @@ MOST_SCANS: Final = 100
 _START, _END, _SCAN = 0xD8, 0xD9, 0xDA
 _HUFFMAN: Final = (0xC0, 0xC1, 0xC2)  # frames whose scans give each block of 8 x 8 pixels one bit or more
 _ALONE: Final = (0x01, _START, *range(0xD0, 0xD8))  # markers that no length follows
-# the end of a scan's data, in which 0xff stands before 0 or a restart only
-_MARKER: Final = re.compile(rb"\xff++[^\x00\xd0-\xd7\xff]")
+# the end of a scan's data, in which 0xff stands before 0 or a restart only; of many 0xff the last counts, for
+# to look from each for the end of their row takes time in its square
+_MARKER: Final = re.compile(rb"\xff[^\x00\xd0-\xd7\xff]")
 
 
 def check_jpeg(file: BinaryIO, name: str) -> None:

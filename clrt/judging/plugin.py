@@ -69,7 +69,10 @@ class SamePicture:
         kept = next((folder / (stem + kind) for kind in _KINDS if (folder / (stem + kind)).exists()), None)
         updating = self._config.getoption("--update-pictures")
         try:
-            verdict = None if kept is None else clrt.compare(pixels, kept, gates, mask=mask)
+            verdict = None
+            if kept is not None:  # its pixels: a .png was kept as it holds all there was, so none is clipped
+                verdict = clrt.compare(pixels, as_pixels("kept", kept), gates, mask=mask)
+                verdict = replace(verdict, names=("picture", str(kept)))
         except clrt.ClrtError:  # it is damaged, perhaps
             if not updating:
                 raise
@@ -93,7 +96,7 @@ class SamePicture:
         unsearched = ""
         if scene is not None:
             try:
-                causes = clrt.compare(pixels, scene, mask=mask).causes
+                causes = clrt.compare(picture, scene, mask=mask).causes
                 verdict = replace(verdict, causes=causes or verdict.causes)
             except clrt.ClrtError as error:
                 unsearched = f"no cause was looked for in scene=: {error}\n"

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -21,13 +21,21 @@ from clrt.base.atomic import check_replaceable
 from clrt.base.errors import ClrtError, exhausted, fault
 from clrt.base.frozen import FrozenDict
 from clrt.base.install import install_extra
+from clrt.base.limits import Limits
 from clrt.base.resources import validation_module
 from clrt.formats.shipped import as_scene
-from clrt.images.file import decode, read_samples
+from clrt.images.file import decode, open_picture, read_samples
+from clrt.images.header import find_picture
 from clrt.images.image import Image
 from clrt.scene.scene import Scene
 
+if TYPE_CHECKING:
+    import OpenImageIO as oiio
+else:
+    from clrt.images import library as oiio
+
 PICTURES: Final = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
+RADIANCE: Final = 32  # bits of a sample that does not end at white
 SECONDS: Final = 30.0  # of processor time, that causes are looked for in a scene
 
 
@@ -113,7 +121,8 @@ def compare(
     a: an `Image`, an array, or a picture's file. b: likewise, or a scene (a `Scene`, a file, a dict): it is
     then rendered in a's size, and changed and rendered again to find out what went wrong, for no more than
     `seconds` of processor time. Arrays are (height, width, 3): floats are linear Rec.709, uint8 and uint16
-    are sRGB.
+    are sRGB, which ends at white, as do files of integers: the other is then clipped there, too, and a note
+    says how much of it.
     gates: limits by the names of figures, such as {"SSIM": 0.99, "pixels that differ": 0.001}, in place of
     the usual ones. mask: leave edges out, where correct programs differ.
     ClrtError for arguments of another kind, files that cannot be read, and where packages of
@@ -127,13 +136,14 @@ def compare(
     if not seconds >= 0:
         raise ClrtError(fault("", "seconds", seconds, "it must be a number >= 0"))
     device = arguments.device("device", device)
-    picture, judged, scene = as_pixels("a", a), _picture_or_scene("b", b), None
+    (picture, bits), (judged, bits_of_b), scene = _stored("a", a), _picture_or_scene("b", b), None
     with needing_extra("comparing pictures"):
         pictures = validation_module("compare.pictures")
         if isinstance(judged, Scene):
             scene = pictures.reference_of(judged, picture.shape[:2], device)
             judged = scene.render()
-        found = pictures.compare_pictures(picture, judged, mask, scene, None, seconds, wanted)
+        both = bits, bits_of_b
+        found = pictures.compare_pictures(picture, judged, mask, scene, None, seconds, wanted, both)
     for pixels in (picture, judged):
         pixels.flags.writeable = False
     return Verdict(
@@ -161,29 +171,41 @@ def _name(given: Any, otherwise: str) -> str:
     return os.fspath(given) if isinstance(given, (str, os.PathLike)) else otherwise
 
 
-def _picture_or_scene(name: str, given: Any) -> Any:
-    """Pixels, or the scene that a dict, or a file that is no picture's, describes."""
+def _picture_or_scene(name: str, given: Any) -> tuple[Any, int]:
+    """Pixels and their bits, or the scene that a dict, or a file that is no picture's, describes."""
     file = isinstance(given, (str, os.PathLike))
     if file and arguments.path(name, given).suffix.lower() in PICTURES:
-        return as_pixels(name, given)
+        return _stored(name, given)
     if not (file or isinstance(given, (Scene, Mapping))):
-        return as_pixels(name, given)
+        return _stored(name, given)
     scene = as_scene(given)
     if scene.camera is None:
         raise ClrtError(f"{given if file else name}: camera: missing; a picture needs a [camera]")
-    return scene
+    return scene, RADIANCE
 
 
 @public
 def as_pixels(name: str, given: Any) -> np.ndarray:
     """Linear float32 (height, width, 3) of what `compare` takes for a picture; of an array's a copy."""
+    return _stored(name, given)[0]
+
+
+def bits_of_file(path: str | os.PathLike[str], limits: Limits | None = None) -> int:
+    """Bits of a sample of a picture's file: 8 or 16 of sRGB, which ends at white, or those of RADIANCE."""
+    with open_picture(path, limits or Limits()) as (source, _):
+        find_picture(source, os.fspath(path))
+        return {oiio.UINT8: 8, oiio.UINT16: 16}.get(source.spec().format.basetype, RADIANCE)
+
+
+def _stored(name: str, given: Any) -> tuple[np.ndarray, int]:
+    """`as_pixels`, and the bits of a sample as it was given."""
     if isinstance(given, Image):
-        return given.pixels
+        return given.pixels, RADIANCE
     if isinstance(given, (str, os.PathLike)):
         path = arguments.path(name, given)
         if path.suffix.lower() not in PICTURES:
             raise ClrtError(f"{path}: not a picture's file ({', '.join(PICTURES)}); only b may be a scene")
-        return read_samples(path)
+        return read_samples(path), bits_of_file(path)
     right = "it must be a clrt.Image, an array (height, width, 3) or a picture's file"
     if isinstance(given, Scene):
         raise ClrtError(f"{name}: a scene; only b, what the picture should show, may be one")
@@ -200,6 +222,6 @@ def as_pixels(name: str, given: Any) -> np.ndarray:
     if array.dtype.kind == "u":
         if array.dtype.itemsize > 2:
             raise ClrtError(f"{name}: {array.dtype} is not allowed; sRGB values are uint8 or uint16")
-        return decode(array)
+        return decode(array), 8 * array.dtype.itemsize
     with np.errstate(over="ignore"):  # what is beyond float32 is infinite, and never the same
-        return array.astype(np.float32, order="C")
+        return array.astype(np.float32, order="C"), RADIANCE

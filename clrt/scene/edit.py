@@ -14,6 +14,7 @@ from clrt.base.records import Record
 from clrt.base.suggest import did_you_mean
 
 Step = str | int
+Numbers = dict[str | None, set[int]]  # of shapes, by their names
 
 _STEP: Final = re.compile(r'(?:^|\.)(?:"(?P<quoted>[^"]*)"|(?P<key>[^.\[\]"]+))|\[(?P<index>[0-9]{1,9})\]')
 _FORM: Final = 'a place in a scene is written like camera.fov, materials."my glass".ior or shapes[3].center'
@@ -29,6 +30,8 @@ class Draft:
     def __init__(self, scene: Any, changes: Mapping[str, Any], fields: Sequence[str]) -> None:
         self.values: dict[str, Any] = {}
         self.touched: dict[str, set[Step]] = {}
+        self._copied: set[str] = set()  # of `values`: what was given stays as it is, and each is copied once
+        self._numbers: dict[str, Numbers] = {}  # of `values`, once one is looked up by its name
         for path, value in changes.items():
             at = At(scene.source)
             (top, *rest) = steps_of(path, at)
@@ -39,6 +42,8 @@ class Draft:
             if not rest:
                 self.values[str(top)] = value
                 self.touched.pop(str(top), None)
+                self._copied.discard(str(top))
+                self._numbers.pop(str(top), None)
             elif top in ("materials", "lights", "shapes"):
                 self._edit_one_of(str(top), old, rest, value, at.key(str(top)))
             else:
@@ -54,16 +59,23 @@ class Draft:
         number, *rest = steps
         if not isinstance(old, (Mapping, list, tuple)):  # what was given for all of them
             raise at.says(f"{show(old)} has no part {show(str(number))}")
-        if whole or top not in self.values:
+        if top not in self._copied:
             old = dict(old) if isinstance(old, Mapping) else list(old)
             self.values[top] = old
+            self._copied.add(top)
         if not isinstance(old, Mapping) and isinstance(number, str):
-            number = _named(old, number, at)
+            if top not in self._numbers:
+                self._numbers[top] = _numbers_of(old)
+            number = _named(old, self._numbers[top], number, at)
         present = number in old if isinstance(old, Mapping) else number < len(old)  # type: ignore[operator]
         if not present and not (isinstance(old, Mapping) and not rest and isinstance(number, str)):
             raise at.says(_absent(old, number))
         place = at.item(number) if isinstance(number, int) else at.key(number)
-        old[number] = _changed(old[number] if present else None, rest, value, place)
+        new = _changed(old[number] if present else None, rest, value, place)
+        if top in self._numbers:
+            self._numbers[top][_name_of(old[number])].discard(number)
+            self._numbers[top].setdefault(_name_of(new), set()).add(number)  # type: ignore[arg-type]
+        old[number] = new
         if not whole:
             self.touched.setdefault(top, set()).add(number)
 
@@ -71,10 +83,12 @@ class Draft:
 def places(scene: Any, paths: Iterable[str]) -> dict[str, tuple[Step, ...]]:
     """The steps of each path, the same however a place is written: a shape's name is its number."""
     found: dict[str, tuple[Step, ...]] = {}
+    numbers: Numbers = {}
     for path in paths:
         top, *rest = steps_of(path, At(scene.source))
         if top == "shapes" and rest and isinstance(rest[0], str):
-            rest[0] = _named(scene.shapes, rest[0], At(scene.source).key("shapes"))
+            numbers = numbers or _numbers_of(scene.shapes)
+            rest[0] = _named(scene.shapes, numbers, rest[0], At(scene.source).key("shapes"))
         found[path] = (top, *rest)
     return found
 
@@ -144,21 +158,30 @@ def kept(old: Record | Mapping[str, Any] | None, kind: type[Record], said: Itera
     return {name: value for name, value in table.items() if value is not None and name not in others}
 
 
-def _named(shapes: Sequence[Any], name: str, at: At) -> int:
+def _name_of(shape: Any) -> str | None:
+    name = shape.get("name") if isinstance(shape, Mapping) else getattr(shape, "name", None)
+    return name if isinstance(name, str) else None
+
+
+def _numbers_of(shapes: Sequence[Any]) -> Numbers:
+    found: Numbers = {}
+    for number, shape in enumerate(shapes):
+        found.setdefault(_name_of(shape), set()).add(number)
+    return found
+
+
+def _named(shapes: Sequence[Any], numbers: Numbers, name: str, at: At) -> int:
     """The number of the one shape of that name."""
-    names = [
-        shape.get("name") if isinstance(shape, Mapping) else getattr(shape, "name", None) for shape in shapes
-    ]
-    found = [number for number, other in enumerate(names) if other == name]
+    found = numbers.get(name, set())
     if len(found) != 1:
-        known = [*_texts(names)]
+        known = [*_texts(map(_name_of, shapes))]
         many = f"{len(found)} shapes have that name; say which by its number"
         none = f"no shape has the name {show(name)}{did_you_mean(name, known)}"
         raise at.says(many if found else f"{none}; shapes are numbered from 0: shapes[0]")
-    return found[0]
+    return next(iter(found))
 
 
-def _texts(names: Sequence[Any]) -> Iterator[str]:
+def _texts(names: Iterable[Any]) -> Iterator[str]:
     return (name for name in names if isinstance(name, str))
 
 

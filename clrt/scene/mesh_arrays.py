@@ -61,9 +61,9 @@ def _points(value: object, at: At, noun: str, own: bool, width: int = 3) -> np.n
         rows = _rows(value, kind, at, f"{noun} must be {width} numbers each")
         points = np.array(rows, np.float64).reshape(-1, width)
     for start in range(0, len(points), _ROWS):
-        bad = np.flatnonzero(~(np.abs(points[start : start + _ROWS]) <= FLOAT32_MAX).all(axis=1))
-        if bad.size:
-            row = start + int(bad[0])
+        good = np.abs(points[start : start + _ROWS]) <= FLOAT32_MAX
+        if not good.all():
+            row = start + int(np.argmin(good.all(axis=1)))
             raise at.item(row).error(points[row].tolist(), f"{noun} must be finite in float32")
     points.flags.writeable = False
     return points
@@ -85,7 +85,10 @@ def _faces(value: object, vertices: int, at: At, own: bool) -> np.ndarray | tupl
             raise at.says(
                 f"an array of {value.dtype} {value.shape} is not allowed; faces must be integers (m, 3)"
             )
-        flat, lengths = value.reshape(-1), np.full(len(value), value.shape[1])
+        flat = value.reshape(-1)
+        if value.shape[1] == 3 and value.size and flat.min() >= 0 and flat.max() < vertices:  # as most are
+            return _frozen(flat, own).reshape(-1, 3)
+        lengths = np.full(len(value), value.shape[1])
     else:
         if isinstance(value, np.ndarray):  # of objects
             value = list(value) if value.ndim else value
@@ -110,11 +113,16 @@ def _faces(value: object, vertices: int, at: At, own: bool) -> np.ndarray | tupl
             f"a vertex number must be from 0 to {vertices - 1}" if vertices else "the mesh has no vertices"
         )
         raise place.error(int(flat[wrong[0]]), right)
-    flat = flat.astype(np.int32, copy=not own)
-    flat.flags.writeable = False
+    flat = _frozen(flat, own)
     if (lengths == 3).all():
         return flat.reshape(-1, 3)
     return tuple(np.split(flat, starts[1:-1]))
+
+
+def _frozen(flat: np.ndarray, own: bool) -> np.ndarray:
+    flat = flat.astype(np.int32, copy=not own)
+    flat.flags.writeable = False
+    return flat
 
 
 def _rows(value: object, kind: Any, at: At, right: str) -> Any:

@@ -9,8 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from clrt.base import notices, toml_scan
 from clrt.base.atomic import replacing
-from clrt.base.errors import SceneError, located, show
+from clrt.base.errors import LimitError, SceneError, located, show
+from clrt.base.limits import Limits
 from clrt.base.places import At
 from clrt.scene.mesh import Mesh
 from clrt.scene.textures import PICTURED
@@ -37,10 +39,17 @@ def encoded(scene: Scene, path: Path) -> bytes:
     table = _moved(scene, path)
     text = tomli_w.dumps(table) if suffix == ".toml" else json.dumps(table, indent=2) + "\n"
     try:
-        return text.encode("utf-8")
+        data = text.encode("utf-8")
     except UnicodeEncodeError as error:
         what = f"{show(text[error.start : error.end])} is half a character; no file can hold it"
         raise SceneError(located(str(path), "", what)) from None
+    try:
+        Limits().check("text_bytes", len(data))
+        if suffix == ".toml":
+            toml_scan.check(text, Limits(), "")
+    except LimitError as error:  # whoever raised limits may do so again
+        notices.warn(str(path), "", f"it is not read again without more than usual: {error}")
+    return data
 
 
 def _moved(scene: Scene, path: Path) -> dict[str, Any]:

@@ -72,6 +72,8 @@ def check(transform: Any, at: At) -> None:
         raise at.error(transform, "a transform must be 4 rows of 4 numbers or a list of steps")
     if len(transform) == 1 and transform[0].translate and all(abs(x) < 1e30 for x in transform[0].translate):
         return  # as millions of shapes may have it
+    if len(transform) == 4 and not isinstance(transform[0], Step) and _is_plain(transform):
+        return
     with np.errstate(over="ignore", invalid="ignore"):
         matrix = float32(matrix_of(transform))
     if matrix[3].tolist() != [0.0, 0.0, 0.0, 1.0]:
@@ -86,6 +88,17 @@ def check(transform: Any, at: At) -> None:
     stretch = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     if stretch[2] <= 1e-7 * stretch[0]:
         raise at.error(transform, "a transform must not be singular (flatten space)")
+
+
+def _is_plain(rows: Any) -> bool:
+    """Whether it is clear of four rows that `check` would find nothing: numpy takes longer, and there may be
+    many."""
+    a, b, c, last = rows
+    if last != (0.0, 0.0, 0.0, 1.0) or not math.hypot(*a, *b, *c) < 1e30:
+        return False
+    cube = math.hypot(*a[:3], *b[:3], *c[:3]) ** 3
+    volume = sum(x * y for x, y in zip(a, cross(b[:3], c[:3]), strict=False))
+    return abs(volume) > 2e-5 * cube > 1e-30  # float32 has fewer digits, and ends at less
 
 
 def matrix_of(transform: Any) -> np.ndarray:

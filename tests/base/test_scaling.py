@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.base.resources import shipped_scenes
 from clrt.base.suggest import nearest
 from clrt.flatten.flatten import flatten
 from clrt.flatten.inside import count_inside
@@ -221,9 +223,24 @@ def test_the_nearest_of_many_is_found() -> None:
     assert nearest("xyz", ["plane"], cutoff=0.6) is None and nearest("x", []) is None
 
 
-def mitsuba_shapes(kind: str, n: int, within: str = "") -> str:
+def mitsuba_shapes(kind: str, n: int, within: str = "", before: str = "") -> str:
     shape = f'<shape type="{kind}">{within}</shape>'
-    return f'<scene version="3.0.0">{shape * (n // len(shape))}</scene>'
+    return f'<scene version="3.0.0">{before}{shape * (n // len(shape))}</scene>'
+
+
+def mitsuba_sizes(kind: str, n: int, before: str) -> str:
+    """Shapes of as many sizes that refer to the BSDF `s` before them."""
+    size = '<transform name="to_world"><scale value="{:.5f}"/></transform>'
+    shape = f'<shape type="{kind}">{size}{SHOWN}</shape>'
+    shapes = (shape.format(1 + k / n) for k in range(n // len(shape)))
+    return f'<scene version="3.0.0">{before}{"".join(shapes)}</scene>'
+
+
+SHOWN = '<ref id="s"/>'
+SQUARES = '<bsdf type="diffuse" id="s"><texture type="checkerboard" name="reflectance"/></bsdf>'
+PICTURE = '<texture type="bitmap" name="{}"><string name="filename" value="a.png"/></texture>'
+PICTURED = f'<bsdf type="diffuse" id="s">{PICTURE.format("reflectance")}</bsdf>'
+BENT = f'<bsdf type="normalmap" id="s">{PICTURE.format("normalmap")}<bsdf type="diffuse"/></bsdf>'
 
 
 HOSTILE: dict[str, tuple[str, Callable[[int], str]]] = {
@@ -236,8 +253,15 @@ HOSTILE: dict[str, tuple[str, Callable[[int], str]]] = {
     "mitsuba spheres": ("a.xml", lambda n: mitsuba_shapes("sphere", n)),
     "mitsuba disks": ("a.xml", lambda n: mitsuba_shapes("disk", n)),
     "mitsuba rectangles": ("a.xml", lambda n: mitsuba_shapes("rectangle", n)),
+    **{f"mitsuba {what} on a {kind}": ("a.xml", partial(mitsuba_shapes, kind, within=SHOWN, before=bsdf))
+       for kind in ("rectangle", "sphere", "disk")
+       for what, bsdf in (("squares", SQUARES), ("pictures", PICTURED), ("normal maps", BENT))},
+    **{f"mitsuba {what} on a {kind} of each size": ("a.xml", partial(mitsuba_sizes, kind, before=bsdf))
+       for kind, what, bsdf in (("rectangle", "squares", SQUARES), ("sphere", "squares", SQUARES),
+                                ("rectangle", "pictures", PICTURED))},
     "nff spheres": ("a.nff", lambda n: "s 0 0 0 1\n" * (n // 10)),
     "nff spheres seen from within": ("a.nff", lambda n: "s 0 0 0 -1\n" * (n // 11)),
+    "nff cones seen from within": ("a.nff", lambda n: "c 0 0 0 0\n0 1 0 -2\n" * (n // 19)),
     "nff cylinders seen from within": ("a.nff", lambda n: "c 0 0 0 -1\n0 1 0 0\n" * (n // 19)),
     "mitsuba lights": ("a.xml", lambda n: mitsuba_shapes("rectangle", n, '<emitter type="area"/>')),
     "thesis spheres": ("a.txt", lambda n: "Sphere\nPoint 0 0 0\nRadius 1\nSurface None\n" * (n // 43)),
@@ -249,6 +273,7 @@ def test_a_file_costs_no_more_than_its_size_allows(case: str, tmp_path: Path) ->
     """At most 100 MiB + 60 bytes for each byte of the file, and 1 s + 1 s for each million bytes."""
     name, text = HOSTILE[case]
     file = tmp_path / name
+    shutil.copy(shipped_scenes()["cabinet"].parent / "tile-normals.png", tmp_path / "a.png")
     file.write_text(text(1_500_000))
     bounded("read", file)
 
@@ -283,7 +308,7 @@ REFERRED: dict[str, tuple[str, str, bool]] = {
     "bsdfs on two sides": (DIFFUSE, f'<bsdf type="twosided"><ref id="d"/></bsdf>{BALL.format("d")}', True),
     "blends": (DIFFUSE, '<bsdf type="blendbsdf"><ref id="d"/><ref id="d"/></bsdf>', True),
     "textures": (CHECKER, TEXTURED.format(""), True),
-    "textures on shapes": (CHECKER + TEXTURED.format('id="d"'), BALL.format("d"), True),
+    "textures on shapes": (CHECKER + TEXTURED.format('id="d"'), BALL.format("d"), False),
     "integrators": (
         f'{CHAIN}<integrator type="path" id="i300"/>',
         '<integrator type="aov"><ref id="i0"/></integrator>', False,

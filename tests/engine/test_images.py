@@ -14,7 +14,7 @@ import clrt
 from clrt.flatten.flatten import flatten
 from clrt.formats import load_dict
 from tests.pictured import image, looked_at, put, sheet, smooth_pictures
-from validation.oracle64 import render64
+from validation.oracle64 import radiance64, render64
 from validation.twin import scenes as twin_scenes
 from validation.twin.geometry import Rays, nearest_hit
 from validation.twin.surface import surface_at
@@ -148,6 +148,25 @@ def test_a_map_that_leans_changes_the_light(tmp_path: Path) -> None:
         seen = tracer.radiance([[0.3, 0.2, 1]], [[0.0, 0.0, -1.0]])[0][0, 0]
     normal = np.array([0, 0.8, 0.6])
     assert seen == pytest.approx(normal @ np.array([0, 1, 1]) / np.sqrt(2), rel=1e-6)
+
+
+@pytest.mark.parametrize(("texel", "scale", "lit"), [
+    ((0.5, 0.5, 0.5), 1.0, 0.6),  # of length 0: the surface's own normal
+    ((0.5, 0.9, 0.5), 1e-25, 0.8),  # its square is below, and above, the range of float
+    ((0.5, 0.9, 0.5), 1e25, 0.8),
+])  # fmt: skip
+def test_a_normal_of_any_length(texel: Any, scale: float, lit: float, tmp_path: Path) -> None:
+    """It lies in the floor, or does not lean: the light falls on it at 3 : 4."""
+    put(tmp_path / "lean.exr", np.full((2, 2, 3), texel))
+    bumps = {"file": "lean.exr", "scale": scale}
+    floor = {"type": "plane", "point": [0, 0, 0], "normal": [0, 0, 1]}
+    shape = {**floor, "material": {"color": 1, "normal_map": bumps}}
+    table = {"lights": [{"type": "directional", "direction": [0, -4, -3]}], "shapes": [shape]}
+    scene = clrt.load_dict(table, folder=tmp_path)
+    rays = [[0.3, 0.2, 1]], [[0.0, -0.1, -1.0]]
+    with clrt.Tracer(scene) as tracer:
+        assert tracer.radiance(*rays)[0][0] == pytest.approx(lit, rel=1e-6)
+    assert radiance64(scene, *rays)[0][0] == pytest.approx(lit, rel=1e-6)
 
 
 @pytest.mark.parametrize("filtered", ["linear", "mipmap"])

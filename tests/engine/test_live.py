@@ -244,3 +244,23 @@ def test_threads_may_share_it(scene: clrt.Scene) -> None:
     for thread in threads:
         thread.join()
     assert wrong == [] and len(found) == 4 * 5 and {*found} <= right
+
+
+@pytest.mark.parametrize(("key", "picture", "plain"), [
+    ("color", {"type": "image", "file": "p.png"}, 1.0), ("emission", {"type": "image", "file": "p.png"}, 0.0),
+    ("transmission_color", {"type": "image", "file": "p.png"}, 1.0), ("normal_map", {"file": "p.png"}, None),
+    ("color", {"type": "image", "file": "p.png"}, 0.5),
+])  # fmt: skip
+def test_the_last_picture_goes_and_comes_back(key: str, picture: Any, plain: Any, tmp_path: Path) -> None:
+    """No number of the material need change with it; kernels for pictures take more than others."""
+    texels = np.random.default_rng(3).random((4, 4, 3)).astype(np.float32)
+    clrt.Image(texels).save(tmp_path / "p.png")
+    table = {**BASE, "shapes": BASE["shapes"][:4]}
+    pictured = clrt.load_dict(table, folder=tmp_path).replace({f"materials.b.{key}": picture})
+    bare = pictured.replace({f"materials.b.{key}": plain})
+    for first, *others in ([pictured, bare, pictured], [bare, pictured, bare]):
+        with clrt.Tracer(first) as tracer:
+            for scene in others:
+                assert tracer.update(scene) == "tables"
+                assert tracer.render(**SIZE).hash == clrt.render(scene, **SIZE).hash
+                assert tracer.intersect([0, 0, 5], [0, 0, -1]).t > 0

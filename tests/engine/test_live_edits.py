@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import tempfile
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -36,7 +38,12 @@ class Edits(RuleBasedStateMachine):
         warnings.simplefilter("ignore")
         many = {"type": "mesh", "vertices": scattered(np.random.default_rng(2), 0.1), "material": "a",
                 "faces": np.arange(1200).reshape(-1, 3), "name": "many"}  # fmt: skip
-        self.scene = clrt.load_dict({**BASE, "shapes": [*BASE["shapes"], many]})
+        self.folder = tempfile.TemporaryDirectory()
+        texels = np.random.default_rng(3).random((4, 4, 3)).astype(np.float32)
+        clrt.Image(texels).save(f"{self.folder.name}/p.png")
+        *round_ones, flat_one = BASE["shapes"]
+        table = {**BASE, "shapes": [*round_ones, {**flat_one, "material": "a"}, many]}
+        self.scene = clrt.load_dict(table, folder=Path(self.folder.name))
         self.tracer = clrt.Tracer(self.scene)
         self.left = self.scene
 
@@ -54,6 +61,13 @@ class Edits(RuleBasedStateMachine):
     def material(self, name: str, color: Any, kr: float, kt: float) -> None:
         here = f"materials.{name}"
         self.edit({f"{here}.color": color, f"{here}.reflection": kr, f"{here}.transmission": kt})
+
+    @rule(key=st.sampled_from(["color", "emission", "normal_map"]), there=st.booleans())
+    def picture(self, key: str, there: bool) -> None:
+        """On a sphere, for meshes here have no u and v; with the last one kernels for pictures go, too."""
+        plain = {"color": 1.0, "emission": 0.0, "normal_map": None}[key]
+        shown = {"file": "p.png"} | ({} if key == "normal_map" else {"type": "image"})
+        self.edit({"shapes[1].material": "c", f"materials.c.{key}": shown if there else plain})
 
     @rule(name=st.sampled_from("abc"), index=st.integers(0, 4))
     def whose(self, name: str, index: int) -> None:
@@ -139,6 +153,7 @@ class Edits(RuleBasedStateMachine):
 
     def teardown(self) -> None:
         self.tracer.close()
+        self.folder.cleanup()
 
 
 TestEdits = Edits.TestCase

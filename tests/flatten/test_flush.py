@@ -23,7 +23,7 @@ FLOOR = [[-3, 0, -3], [3, 0, -3], [3, 0, 3], [-3, 0, 3]]
 TURNED = {"transform": [{"rotate": ["x", 30.0]}, {"translate": [5, 6, 7]}]}
 
 
-def box(low: float = 0.0, material: Table = GLASS, x: float = 0.0, **more: Any) -> Table:
+def box(low: float = 0.0, material: Table | str = GLASS, x: float = 0.0, **more: Any) -> Table:
     return {"type": "box", "min": [x, low, 0], "max": [x + 1, 2, 1], "material": material, **more}
 
 
@@ -89,6 +89,26 @@ def test_what_lies_on_another_is_told(name: str) -> None:
 def test_what_is_apart_is_not(name: str) -> None:
     assert told(clrt.load_dict({"shapes": UNTOLD[name]})) == []
     assert told(clrt.load_dict({"shapes": UNTOLD[name][::-1]})) == []
+
+
+@pytest.mark.parametrize("name", ["update", "sweep"])
+def test_it_is_told_when_a_material_lets_light_pass(name: str) -> None:
+    """Though the shapes are what they were; once, until more of them do."""
+    camera = {"origin": [0, 6, 0], "target": [0, 0, 0], "width": 1, "height": 1}
+    materials = {"b": {"diffuse": 0.5}, "c": {"diffuse": 0.5}}
+    shapes = [PLANE, box(material="b"), box(x=5, material="c")]
+    scene = clrt.load_dict({"camera": camera, "materials": materials, "shapes": shapes})
+    values = [0.0, 0.5, 0.6]
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        if name == "sweep":
+            assert len([*clrt.sweep(scene, {"materials.b.transmission": values})]) == len(values)
+        else:
+            with clrt.Tracer(scene) as tracer:
+                for value in values:
+                    tracer.update(scene.replace({"materials.b.transmission": value}))
+    (said,) = [str(one.message) for one in found if "with a piece of its surface" in str(one.message)]
+    assert "shapes[1]: lies" in said and "on shapes[0]:" in said
 
 
 @pytest.mark.parametrize("name", shipped_scenes())

@@ -120,6 +120,18 @@ def test_matrices_of_a_perspective_are_refused(body: str, last: str, tmp_path: P
         ('<bsdf type="dielectric"><string name="int_ior" value="bk9"/></bsdf>', "did you mean 'bk7'"),
         ('<bsdf type="diffuse"><texture name="reflectance" type="bitmab"/></bsdf>', "did you mean 'bitmap'"),
         ('<bsdf type="diffuse"><texture name="reflectance" type="bitmap"/></bsdf>', "needs its filename"),
+        (
+            '<emitter type="point"><spectrum name="intensity" type="d65"/></emitter>',
+            "intensity: a spectrum of type 'd65' is not read; write value=",
+        ),
+        (
+            BALL.format('<bsdf type="diffuse"><spectrum name="reflectance" filename="a.spd"/></bsdf>'),
+            "reflectance: a spectrum from a file is not read; write value=",
+        ),
+        (
+            BALL.format('<bsdf type="diffuse"><spectrum name="reflectance" value="600:0.5"/></bsdf>'),
+            "a curve has 2 or more [nm, value] pairs",
+        ),
         ('<bsdf type="twosided" id="a"><ref id="a"/></bsdf>', "refers to itself"),
         ('<shape type="ply"/>', "needs its filename"),
         (

@@ -302,3 +302,21 @@ def test_a_file_that_two_shapes_name(tmp_path: Path) -> None:
     with pytest.warns(clrt.ClrtWarning):
         again = clrt.load(path)
     assert [shape.file for shape in again.shapes] == [first] * 2
+
+
+@pytest.mark.filterwarnings("ignore::clrt.ClrtWarning")
+def test_files_whose_names_hold_what_begins_a_parameter(tmp_path: Path) -> None:
+    """Neither Mitsuba nor clrt could read what named them."""
+    shutil.copy(SCENES / "sky.exr", tmp_path / "s$y.exr")
+    mesh = {"type": "mesh", "vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0]], "faces": [[0, 1, 2]]}
+    scene = clrt.load_dict({**CLEAN, "background": "s$y.exr", "shapes": [mesh]}, folder=tmp_path)
+    scene.save(tmp_path / "a.json")
+    assert main(["convert", str(tmp_path / "a.json"), str(tmp_path / "cost$new.xml")]) == 0
+    named = re.findall('name="filename" value="([^"]*)"', (tmp_path / "cost$new.xml").read_text())
+    assert len(named) == 2 and not any("$" in name for name in named)
+    for text in (str, without_itself):
+        text(tmp_path / "cost$new.xml")
+        again = clrt.load(tmp_path / "cost$new.xml")
+        assert again.background_path is not None
+        assert again.background_path.read_bytes() == (SCENES / "sky.exr").read_bytes()
+        assert len(again.shapes) == 1

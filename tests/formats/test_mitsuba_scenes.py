@@ -31,7 +31,8 @@ def test_a_whole_file(tmp_path: Path) -> None:
     assert disk["type"] == "disk" and disk["radius"] == 1 and disk["radiance"] == [5, 5, 4]
     np.testing.assert_allclose(disk["normal"], [0, -1, 0], atol=1e-15)
     assert spot["type"] == "spot" and "angle" not in spot and spot["penumbra"] == 0.25
-    assert found["shapes"][2]["material"]["color"] == {"type": "checker", "colors": [0.9, 0.2]}  # of size 1
+    color = found["materials"][found["shapes"][2]["material"]]["color"]
+    assert color == {"type": "checker", "colors": [0.9, 0.2]}  # of size 1
 
 
 @pytest.mark.parametrize("away", [0.0, 1e6, 2e7, 1e12, 1e16])
@@ -198,6 +199,39 @@ def test_a_curve_has_its_colour_where_there_can_be_none(tmp_path: Path) -> None:
     np.testing.assert_allclose(material(tmp_path, both)["color"], red, rtol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("pairs", "curve"),
+    [
+        ("580:0.2, 620:0.3", [[580, 0], [580, 0.2], [620, 0.3], [620, 0]]),
+        ("580:0 620:0.3", [[580, 0], [620, 0.3], [620, 0]]),
+        ("580:0.2 620:0", [[580, 0], [580, 0.2], [620, 0]]),
+        ("360:0.2 700:0.3", [[360, 0.2], [700, 0.3], [700, 0]]),
+        ("300:0.2 830:0.3", [[300, 0.2], [830, 0.3]]),
+    ],
+)
+def test_a_curve_ends_where_its_points_do(tmp_path: Path, pairs: str, curve: list[list[float]]) -> None:
+    """Mitsuba's is 0 beyond them."""
+    both = [f'<spectrum name="{name}" value="{pairs}"/>' for name in ("radiance", "reflectance")]
+    ball = BALL.format(f'<bsdf type="diffuse">{both[1]}</bsdf>')
+    found = read(tmp_path, f'<emitter type="constant">{both[0]}</emitter>{ball}')
+    assert found.to_dict()["background"] == found.to_dict()["materials"]["diffuse"]["color"] == curve
+    found.save(tmp_path / "b.toml")
+    assert clrt.load(tmp_path / "b.toml").to_dict() == found.to_dict()
+
+
+def test_names_of_the_first_version_of_textures(tmp_path: Path) -> None:
+    shutil.copy(SCENES / "wood.png", tmp_path)
+    moved = "".join(f'<float name="{name}" value="{value}"/>' for name, value in
+                    (("uscale", 2), ("vscale", 3), ("uoffset", 0.25), ("voffset", 0.5)))  # fmt: skip
+    wood = f'<texture type="bitmap" name="diffuseReflectance">{WOOD}{moved}</texture>'
+    color = material(tmp_path, f'<bsdf type="plastic">{wood}</bsdf>')["color"]
+    assert color == {"type": "image", "file": "wood.png", "scale": [2, 3], "offset": [0.5, 1.5]}
+    scale = '<float name="uscale" value="4"/><float name="vscale" value="2"/>'
+    squares = f'<texture type="checkerboard" name="reflectance">{scale}</texture>'
+    bsdf = f'<bsdf type="diffuse">{squares}</bsdf>'
+    assert material(tmp_path, bsdf)["color"] == {"type": "checker", "colors": [0.4, 0.2], "divisions": 8}
+
+
 def test_glass_under_water(tmp_path: Path) -> None:
     water = '<bsdf type="dielectric"><string name="ext_ior" value="water"/></bsdf>'
     twice = water.replace(">", ' id="a">', 1) + BALL.format(water) + '<texture type="bitmap"/>'
@@ -266,7 +300,8 @@ def test_files_beside(tmp_path: Path) -> None:
     assert kinds == ["box", "sphere", "mesh", "mesh", "mesh", "mesh", "mesh"]
     assert found["shapes"][1]["material"] == "wood"
     assert found["materials"]["wood"]["color"] == {"type": "image", "file": "wood.png"}
-    assert found["shapes"][3]["material"]["normal_map"] == {"file": "tile-normals.png"}
+    bent = found["materials"][found["shapes"][3]["material"]]
+    assert bent["normal_map"]["file"] == "tile-normals.png"
     assert found["shapes"][4]["smooth"] and not found["shapes"][5].get("smooth")
     assert found["shapes"][6]["material"]["emission"] == 1
 
@@ -285,8 +320,9 @@ def test_v_of_a_ply_runs_upwards(tmp_path: Path) -> None:
     bsdf = f"""<bsdf type="diffuse"><texture name="reflectance" type="bitmap">{to_uv}
       <string name="filename" value="wood.png"/></texture></bsdf>"""
     shape = '<shape type="ply"><string name="filename" value="a.ply"/>{}</shape>'
-    color = table(tmp_path, shape.format(bsdf))["shapes"][0]["material"]["color"]
-    assert color["scale"] == [2, -3] and color["offset"] == [0.1, 3.2]
+    found = read(tmp_path, shape.format(bsdf))
+    color = found.material_of(found.shapes[0]).color
+    assert color.scale == (2, -3) and color.offset == (0.1, 3.2)
     flipped = '<boolean name="flip_tex_coords" value="true"/>'
     found = read(tmp_path, shape.format(bsdf + flipped))
     assert found.material_of(found.shapes[0]).color.scale == (2, 3)

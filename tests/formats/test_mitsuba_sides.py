@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.scene.transforms import is_similarity
 
 STEPS = (
     "", '<scale x="-1"/>', '<scale z="-1"/>', '<scale value="-1"/>', '<scale x="0.5" y="0.5"/>',
@@ -99,8 +100,30 @@ def test_a_disk_that_stays_round_is_read(tmp_path: Path, steps: str, radius: flo
     file = tmp_path / "s.xml"
     file.write_text(scene("disk", steps, "false", ""))
     (disk,) = clrt.load(file).shapes
-    assert disk.type == "disk" and disk.transform is None
-    assert disk.radius == pytest.approx(radius) and np.linalg.norm(disk.normal) == pytest.approx(1.0)
+    assert disk.type == "disk" and is_similarity(disk.matrix)
+    assert np.linalg.norm(disk.matrix[:3, 0]) == pytest.approx(radius)
+    clrt.Tracer(clrt.load(file)).close()
+
+
+@pytest.mark.parametrize(
+    ("steps", "even"),
+    [
+        ('<scale x="1.5" y="1.5"/>', '<scale value="1.5"/>'),
+        ('<scale x="-1.5" y="1.5"/>', '<scale x="-1.5" y="1.5" z="1.5"/>'),
+        ('<scale z="-3"/>', '<scale z="-1"/>'),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::clrt.ClrtWarning")
+def test_a_disk_that_stays_round_is_turned_about_its_normal_as_it_was(
+    tmp_path: Path, steps: str, even: str
+) -> None:
+    """As its picture is."""
+    file, turn = tmp_path / "s.xml", '<rotate z="1" angle="50"/><rotate y="1" angle="60"/>'
+    found = []
+    for scaled in (steps, even):
+        file.write_text(scene("disk", scaled + turn, "false", ""))
+        found.append(clrt.load(file).shapes[0].matrix)
+    np.testing.assert_allclose(found[0], found[1], atol=1e-12)
 
 
 def test_a_rotation_about_an_axis_of_another_length_is_named(tmp_path: Path) -> None:

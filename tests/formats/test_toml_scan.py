@@ -12,8 +12,8 @@ import clrt
 from clrt import LimitError, Limits
 from clrt.base.errors import SceneError
 from clrt.base.files import read_text_bytes
+from clrt.base.toml_scan import check
 from clrt.formats.native import value_list
-from clrt.formats.toml_scan import check
 from clrt.meshfiles.planar import flaws, is_sound, same_turn
 
 

@@ -19,6 +19,7 @@ from PIL import ImageCms
 import clrt
 from clrt.base.errors import ClrtWarning, LimitError, SceneError
 from clrt.base.limits import Limits
+from clrt.images import file
 from clrt.images.image import read_image
 from tests.image_samples import decode_by_hand
 
@@ -300,7 +301,7 @@ def test_what_takes_a_file_s_name_meanwhile_is_not_read(
         path.unlink()
         os.mkfifo(path)
 
-    monkeypatch.setattr("clrt.images.file.check_jpeg", swap)
+    monkeypatch.setitem(file._CHECKS, "jpeg", swap)
     assert np.array_equal(read_image(path), expected)
 
 

@@ -115,6 +115,19 @@ def test_bytes_are_kept_as_png_and_floats_as_exr() -> None:
     assert "bytes" in bytes_
 
 
+def test_a_kept_png_is_all_there_was(project: Path, run: Run) -> None:
+    """A sun of 1 is kept as bytes; one of 500 is not what these hold, nor is less than nothing."""
+    test = "import numpy as np\ndef test_sun(same_picture):\n    a = np.zeros((24, 32, 3))\n"
+    test += "    a[8:16, 8:16] = {}\n    same_picture(a)\n"
+    (project / "test_toy.py").write_text(test.format(1))
+    assert run("--update-pictures")[0] == 0 and run()[0] == 0
+    assert (project / "pictures" / "test_toy" / "test_sun.png").exists()
+    for value, figure in ((500, "PSNR above white"), ("1\n    a[0] = -50", "similar: PSNR ")):
+        (project / "test_toy.py").write_text(test.format(value))
+        code, said = run()
+        assert code == 1 and figure in said and "test_sun.png" in said, said
+
+
 def test_misuse_is_told(project: Path, run: Run) -> None:
     (project / "test_toy.py").write_text(
         "import numpy as np\nfrom toy import ball\n"

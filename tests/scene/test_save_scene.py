@@ -24,6 +24,21 @@ def test_saving_and_loading_gives_an_equal_scene(tmp_path: Path, suffix: str) ->
     assert sorted(file.name for file in tmp_path.iterdir()) == [f"a{suffix}", f"b{suffix}"]
 
 
+def test_what_would_not_be_read_again_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is written all the same: limits may be raised, as they may have been when it was read."""
+    many = clrt.load_dict({"materials": {f"m{k}": {"diffuse": 0.5} for k in range(1 << 17)}, "shapes": []})
+    with pytest.warns(clrt.ClrtWarning, match=r"a\.toml: it is not read again .*: tables: .* as JSON"):
+        many.save(tmp_path / "a.toml")
+    with pytest.raises(clrt.LimitError, match="tables: "):
+        clrt.load(tmp_path / "a.toml")
+    assert clrt.load(tmp_path / "a.toml", limits=clrt.Limits(tables=1 << 20)) == many
+    many.save(tmp_path / "a.json")
+    assert clrt.load(tmp_path / "a.json") == many
+    monkeypatch.setattr("clrt.scene.save.Limits", lambda: clrt.Limits(text_bytes=1000))
+    with pytest.warns(clrt.ClrtWarning, match=r"a\.json: it is not read again .*: text_bytes: "):
+        many.save(tmp_path / "a.json")
+
+
 def test_saving_elsewhere_keeps_the_meshes(tmp_path: Path) -> None:
     pytest.importorskip("trimesh", reason="needs the optional dependency clrt[mesh]")
     (tmp_path / "in").mkdir()

@@ -11,6 +11,7 @@ import pytest
 
 import clrt
 from tests.mitsuba_rooms import (
+    BALL,
     CAMERA,
     FLOOR,
     GLASS,
@@ -171,3 +172,13 @@ p 4 -5 -1 5 5 -1 5 5 -1 -5 -5 -1 -5
     scene = clrt.load(tmp_path / "a.nff")
     theirs, mine = mitsuba.render(handed_on(scene)), clrt.render(scene)
     assert off(theirs.pixels, mine.pixels) <= 2e-3 and np.ptp(mine.pixels) > 0.5
+
+
+@pytest.mark.parametrize(("mode", "spectrum"), [("table", {}), ("spectral", {"spectrum": {"bands": 3}})])
+def test_a_lamp_scaled_by_0_is_dark(mitsuba: Any, mode: str, spectrum: dict[str, Any]) -> None:
+    def seen(dark: Any) -> np.ndarray:
+        ball = {**BALL, "material": {"color": 0.8, "emission": dark}}
+        lights = [{"type": "point", "position": [0, 5, 3], "intensity": each} for each in (dark, 0.7)]
+        return np.asarray(mitsuba.render(room({}, [ball], lights=lights, **spectrum), mode).pixels)
+
+    assert np.array_equal(seen({"name": "D65", "scale": 0}), seen(0.0)) and seen(0.0).max() > 0.1

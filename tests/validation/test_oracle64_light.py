@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import clrt
+from tests.pictured import image, put
 from tests.solids import CAMERA, SHAPES, colourful, rays_towards_the_middle, scene, shape
 from validation.oracle64 import radiance64, render64, trace64
 
@@ -161,6 +163,22 @@ def test_shadows_opaque_and_tinted() -> None:
     assert floor_light(ball, wall, pane, shadow="tinted").tolist() == [0] * 3
 
 
+@pytest.mark.parametrize("pictured", ["color", "transmission_color"])
+def test_a_tint_of_0_beside_a_picture_tints_shadows(pictured: str, tmp_path: Path) -> None:
+    """Of a material with a picture the tint divided by itself: 0 by 0."""
+    put(tmp_path / "tint.exr", np.broadcast_to([1.0, 0.0, 0.25], (2, 2, 3)))
+    pane = {"diffuse": 0, "transmission": 0.5, "transmission_color": [1, 0, 0.25], "thin": True}
+    pane[pictured] = image("tint.exr")
+    shapes = [
+        {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": {"color": 1.0}},
+        {"type": "disk", "center": [0, 2, 0], "normal": [0, 1, 0], "radius": 0.5, "material": pane},
+    ]
+    light = [{"type": "point", "position": [0, 5, 0]}]
+    found = clrt.load_dict({"shapes": shapes, "lights": light, "shadow": "tinted"}, folder=tmp_path)
+    seen = radiance64(found, [0, 1, -1], [0, -1, 1])[0][0]
+    assert seen == pytest.approx([0.5, 0, 0.125], abs=1e-14)
+
+
 def test_opaque_surfaces_that_are_one_sided() -> None:
     """Invisible from behind, to shadow feelers too; transmitting ones stay."""
     inside = ([0.1, 0.2, -0.1], [0, 0, 1])
@@ -189,3 +207,14 @@ def test_rays_of_no_or_little_weight() -> None:
     # every hit of glass reflects, though with weight 0: 1 + 1 inside + (1 + 1) in the next generation
     assert counts(conformance="spd", min_weight=0.5) == [3, 3]
     assert radiance64(scene(ball, background=1.0, min_weight=0.5), *ray)[0].tolist() == [[0] * 3]
+
+
+@pytest.mark.parametrize("spectral", [{}, {"spectrum": {"bands": 8}}])
+@pytest.mark.parametrize("lamp", [{"name": "D65", "scale": 0}, {"blackbody": 3000, "scale": 0}])
+def test_a_lamp_scaled_by_0_is_dark(lamp: dict[str, Any], spectral: dict[str, Any]) -> None:
+    def seen(dark: Any) -> np.ndarray:
+        lights = [{"type": "point", "position": [0, 5, -5], "intensity": each} for each in (dark, 0.7)]
+        ball = shape("sphere", material={"color": 0.8, "emission": dark})
+        return radiance64(scene(ball, lights=lights, **spectral), [0.1, 0.3, -5], [0, 0, 1])[0]
+
+    assert np.array_equal(seen(lamp), seen(0.0)) and seen(lamp).max() > 0.1

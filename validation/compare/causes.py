@@ -19,6 +19,8 @@ VANISHED = 0.1  # a cause is proven when undoing it leaves no more of the error
 LIKELY = 0.5  # ... and likely when it leaves no more than this
 BYTE = 1.5 / 255  # tolerance for pictures of 8 bits, in encoded values; rounding, and curves that magnify it
 FLOAT = 1e-4  # tolerance for pictures of floats
+WORD = FLOAT + 1.5 / 65535  # tolerance for pictures of 16 bits; as those of 8 they end at white
+STEP = 1 / 255
 
 
 @dataclass(frozen=True)
@@ -55,18 +57,33 @@ class Budget:
         return self.stopped
 
 
-def tolerance_of(*pictures: Array) -> float:
-    """BYTE where a picture looks as if it came from a file of 8 bits, else FLOAT."""
-    for picture in pictures:
-        steps = encoded(picture) * 255
-        if np.abs(steps - np.round(steps)).max(initial=0.0) < 1e-3 and picture.max(initial=0.0) <= 1:
-            return BYTE
-    return FLOAT
+def tolerance_of(a: Array, b: Array, bits: tuple[int, int] = (32, 32)) -> float:
+    """BYTE or WORD where one is known to be stored in 8 or 16 bits, so that both are to end at white.
+
+    Values alone tell of 8 bits only where clipping loses less than a step: radiance of 1 is no file's white.
+    """
+    fewest = min(bits)
+    ends = fewest < 32 or not any(off_screen(image).any() for image in (a, b))
+    if fewest == 8 or (ends and (_rounded(a) or _rounded(b))):
+        return BYTE
+    return WORD if fewest == 16 else FLOAT
+
+
+def off_screen(values: Array) -> Array:
+    """Where values are above white, or below black, by more than a step of 8 bits."""
+    return np.abs(extended(values) - encoded(values)) > STEP
+
+
+def _rounded(picture: Array) -> bool:
+    """Whether all values are steps of 8 bits; black and white alone tell nothing."""
+    values = encoded(picture) / STEP
+    steps = np.round(values)
+    return bool(np.abs(values - steps).max() < 1e-3 and ((steps > 0) & (steps < 255)).any())
 
 
 def disagreement(picture: Array, reference: Array, tolerance: float) -> float:
     """Mean difference of encoded values beyond the tolerance: 0 for pictures that agree."""
-    shown = encoded if tolerance == BYTE else extended  # files of bytes end at white
+    shown = extended if tolerance == FLOAT else encoded  # files of integers end at white
     return float(np.mean(np.maximum(np.abs(shown(picture) - shown(reference)) - tolerance, 0.0)))
 
 

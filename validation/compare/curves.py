@@ -9,14 +9,22 @@ import numpy as np
 
 from clrt.images.file import decode, encode
 
-from .causes import VANISHED, Cause, disagreement, error_of
-from .metrics import Array, decoded, encoded
+from .causes import VANISHED, Cause, disagreement, error_of, remaining
+from .metrics import Array, beyond, decoded, encoded
 
 _QUALITIES = (95, 90, 80, 70, 60, 50, 40, 30, 20, 10)
 _SUBSAMPLINGS = (2, 0)  # of colour, as Pillow counts: halved both ways (what most programs do), not at all
 _SEARCHED = 256  # pixels a side that qualities are tried on, in whole blocks of 16
 _BINS = 256
 _SHOWN = (0.25, 0.5, 0.75)  # encoded values whose place on a curve is told
+
+
+def clipped(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
+    """The reference as a file of integers, or a screen, holds it."""
+    if picture.shape != reference.shape or beyond(picture).any() or not beyond(reference).any():
+        return
+    left = remaining(picture, np.clip(reference, 0, 1), error_of(picture, reference, tolerance), tolerance)
+    yield Cause("clipped", "what is brighter than white, or below black, is cut off", left)
 
 
 def compressed(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
@@ -81,7 +89,7 @@ def recurved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cau
     at = np.bincount(bins, shown, _BINS)[used] / counts[used]
     means = np.bincount(bins, wanted, _BINS)[used] / counts[used]
     curve = isotonic_regression(means, weights=counts[used].astype(float)).x
-    undone = decoded(np.interp(shown, at, curve)).reshape(picture.shape)
+    undone = decoded(np.interp(shown, at, curve)).reshape(picture.shape) + beyond(picture)
     left = disagreement(undone, reference, tolerance) / (before or 1.0)
     if left <= VANISHED and used.sum() > 2:
         found = np.interp(_SHOWN, curve, at)

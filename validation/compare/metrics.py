@@ -36,10 +36,22 @@ def encoded(linear: Array) -> Array:
 def extended(linear: Array) -> Array:
     """`encoded` up to white, and above it as steep as it is there: a stop is the same step at any brightness.
 
-    sRGB's curve ends at white; for pictures whose radiance goes on, float64.
+    sRGB's curve ends at white; for pictures whose radiance goes on, float64. Below black it is odd: what is
+    less than nothing is as far from it as the same amount of light.
     """
     linear = np.asarray(linear, np.float64)
-    return encoded(linear) + 1.055 / 2.4 * np.log(np.maximum(linear, 1.0))
+    amount = np.abs(linear)
+    return np.copysign(encoded(amount) + 1.055 / 2.4 * np.log(np.maximum(amount, 1.0)), linear)
+
+
+def beyond(linear: Array) -> Array:
+    """What `encoded` clips off: above white what is more, below black what is less."""
+    return linear - np.clip(linear, 0.0, 1.0)
+
+
+def to_white(linear: Array) -> Array:
+    """`extended` as far as white: what a screen shows, and what is less than nothing."""
+    return np.minimum(extended(linear), encoded(linear))
 
 
 def decoded(values: Array) -> Array:

@@ -17,7 +17,7 @@ import numpy as np
 from clrt.base.layers import find
 
 from ..types import Better, Comparison, Gate, OracleImage
-from .metrics import encoded, flip, largest, psnr, share, ssim
+from .metrics import encoded, flip, largest, psnr, share, ssim, to_white
 from .rays import FINE, RayRow, ray_rows
 
 COARSE, FAR = 1e-3, 1e-2  # differences of linear radiance, as FINE
@@ -156,7 +156,7 @@ def _figures(
         "SSIM": similarity,
         "worst window": float(windows.min()),
         **({"FLIP": perceived[0]} if perceived else {}),
-        "PSNR": psnr(shown_a, shown_b),
+        "PSNR": psnr(to_white(a), to_white(b)),
         "edges": share(mask),
         "within 1e-4": 1 - share(off[out] > FINE),
         "within 1e-3": 1 - share(off[out] > COARSE),

@@ -1,7 +1,7 @@
 """Any two pictures, or a picture and the scene it should show: figures, a verdict and the likely cause.
 
-What `clrt compare` prints. Where one picture comes from a file of 8 bits, both are taken as such files hold
-them, so that rounding alone is no difference.
+What `clrt compare` prints. Where one picture comes from a file of integers, both are taken as such files hold
+them, so that rounding and clipping alone are no difference; a note says what was clipped.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from clrt.scene.scene import Scene
 
 from ..ours import render_ours
 from ..types import Gate
-from .causes import BYTE, Budget, Cause, disagreement, ranked, tolerance_of
-from .curves import compressed, recurved
+from .causes import BYTE, FLOAT, Budget, Cause, disagreement, off_screen, ranked, tolerance_of
+from .curves import clipped, compressed, recurved
 from .metrics import (
     DIAGONAL,
     EDGE_STEP,
@@ -34,6 +34,7 @@ from .metrics import (
     share,
     ssim,
     steep,
+    to_white,
     without_flip,
 )
 from .moves import moved, resized
@@ -47,7 +48,7 @@ SIMILAR = 0.95  # SSIM from which pictures count as similar
 _BRIGHT = "PSNR above white"
 _NOT_FINITE = "not finite"
 _ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no more
-_FINAL = ("JPEG compression", "another tone curve")  # no scene is to be searched for what they explain
+_FINAL = ("JPEG compression", "another tone curve", "clipped")  # no scene is searched for what they explain
 _LARGEST_PLACES = 0.95  # of the picture; what differs everywhere is no region
 
 
@@ -78,13 +79,15 @@ def compare_pictures(
     report: Callable[[str], None] | None = None,
     seconds: float = SEARCH_SECONDS,
     wanted: Mapping[str, float] | None = None,
+    bits: tuple[int, int] = (32, 32),
 ) -> PictureComparison:
     """Compare two linear pictures (h, w, 3) of any sizes.
 
     masked: leave edges out of differences and causes. scene: what made `reference`, to look for causes in it.
     report: gets the name of each cause before it is tried. seconds: of processor time, after which no further
     cause is looked for in the scene. wanted: limits of figures by name, in place of the usual gates; then
-    these alone decide whether the pictures pass. ClrtError for a name that is no figure's.
+    these alone decide whether the pictures pass. bits: of a sample of both where they were stored; 8 and 16
+    are sRGB and end at white, 32 is radiance. ClrtError for a name of `wanted` that is no figure's.
     """
     check_wanted(wanted)
     notes = tuple(
@@ -96,7 +99,18 @@ def compare_pictures(
         np.nan_to_num(image.astype(np.float64), nan=0.0, posinf=0.0, neginf=0.0)
         for image in (picture, reference)
     )
-    tolerance, exact = tolerance_of(a, b), b
+    finite: tuple[Gate, ...] = ()
+    if notes:
+        finite = (gate(_NOT_FINITE, 1, 0, "low", "pictures with NaN or infinity"),)
+    tolerance, exact = tolerance_of(a, b, bits), b
+    if tolerance != FLOAT:
+        notes += tuple(
+            f"{count} pixels of {name} are brighter than white, or below black, which the other's integers "
+            "cannot hold; they count as white, or black"
+            for name, image in (("the picture", a), ("the reference", b))
+            if (count := int(np.count_nonzero(off_screen(image).any(axis=-1))))
+        )
+        a, b = (np.clip(image, 0.0, 1.0) for image in (a, b))
     if tolerance == BYTE:
         a, b = (decode(encode(image)).astype(np.float64) for image in (a, b))
     if a.shape != b.shape:
@@ -107,9 +121,6 @@ def compare_pictures(
     if masked:
         mask = scene.edges(b) if scene else steep(b)
     metrics, gates = _measured(a, b, mask, tolerance)
-    finite: tuple[Gate, ...] = ()
-    if notes:
-        finite = (gate(_NOT_FINITE, 1, 0, "low", "pictures with NaN or infinity"),)
     notes += tuple(filter(None, [without_flip()]))
     same = not finite and np.array_equal(picture, reference)
     verdict = _verdict(same, metrics, (*gates, *finite), tolerance)
@@ -219,6 +230,7 @@ def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[s
     """Figures and gates of two finite pictures of one size."""
     shown_a, shown_b = encoded(a), encoded(b)
     out = ~mask
+    mean_a, mean_b = (float(np.mean(image[out])) if out.any() else 1.0 for image in (a, b))
     beyond_a, beyond_b = extended(a), extended(b)
     off, shown_off = largest(a - b)[out], largest(beyond_a - beyond_b)[out]
     similarity, windows = ssim(shown_a, shown_b)
@@ -226,14 +238,14 @@ def _measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[s
     metrics = {
         "SSIM": similarity,
         **({"FLIP": perceived[0]} if perceived else {}),
-        "PSNR": psnr(shown_a, shown_b),
+        "PSNR": psnr(to_white(a), to_white(b)),
         "worst window": float(windows.min()),
         "largest difference": float(off.max(initial=0.0)),
         "mean difference": float(off.mean()) if off.size else 0.0,
         "largest, of 255": 255 * float(shown_off.max(initial=0.0)),
         "mean, of 255": 255 * float(shown_off.mean()) if off.size else 0.0,
         "pixels that differ": share(shown_off > tolerance),
-        "brightness": float(np.mean(a[out]) / max(float(np.mean(b[out])), 1e-30)) if off.size else 1.0,
+        "brightness": mean_a / mean_b if mean_b else float("inf") if mean_a else 1.0,
         "edges left out": share(mask),
     }
     limit = limits()
@@ -271,6 +283,7 @@ def explain(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     if picture.shape == reference.shape and disagreement(picture, reference, tolerance) == 0:
         return []
     tried: tuple[Cause, ...] = (
+        *clipped(picture, reference, tolerance),
         *undoable(picture, reference, tolerance),
         *moved(picture, reference, tolerance),
         *resized(picture, reference, tolerance),
@@ -330,7 +343,7 @@ def regions(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     """
     from scipy import ndimage
 
-    difference = (encoded(picture) - encoded(reference)).mean(axis=-1)
+    difference = (extended(picture) - extended(reference)).mean(axis=-1)
     # what is less than two pixels wide is an edge that two correct programs draw differently
     places = ndimage.binary_opening(np.abs(difference) > 4 * tolerance, np.ones((2, 2)))
     labels, count = ndimage.label(places)

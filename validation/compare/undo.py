@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .causes import Cause, disagreement, error_of
-from .metrics import Array, decoded, encoded
+from .metrics import Array, beyond, decoded, encoded
 
 _SAMPLES = 4000  # pixels that combinations are tried on
 _FACTOR = 0.005  # a factor nearer to 1 is none
@@ -30,6 +30,11 @@ class _Part:
         if self.redo:
             return disagreement(picture, self.redo(reference), tolerance)
         return disagreement(self.undo(picture), reference, tolerance)
+
+
+def _tone(name: str, text: str, curve: Callable[[Array], Array]) -> _Part:
+    """A curve from black to white; what is beyond stays, or the curve would seem to explain it."""
+    return _Part(name, text, lambda image: curve(image) + beyond(image))
 
 
 _NOTHING = _Part("", "", lambda image: image)
@@ -65,14 +70,14 @@ _SWAPS = (
 )
 _TONES = (
     _NOTHING,
-    _Part("sRGB applied twice", "the sRGB curve is applied two times: the picture is washed out", decoded),
-    _Part("sRGB not applied", "linear values stand where sRGB ones belong: the picture is too dark", encoded),
-    _Part(
+    _tone("sRGB applied twice", "the sRGB curve is applied two times: the picture is washed out", decoded),
+    _tone("sRGB not applied", "linear values stand where sRGB ones belong: the picture is too dark", encoded),
+    _tone(
         "gamma 2.2 in place of sRGB",
         "a power of 1/2.2 is used, not the sRGB curve",
         lambda image: encoded(image) ** 2.2,
     ),
-    _Part("negative", "the picture is inverted", lambda image: decoded(1 - encoded(image))),
+    _tone("negative", "the picture is inverted", lambda image: decoded(1 - encoded(image))),
 )
 
 

@@ -95,9 +95,10 @@ class Images:
             tangent[lost] = _duff(normal[lost])[0]
             side = np.where(dot(np.cross(du, dv), normal) < 0, 1.0, -1.0)
             other = np.cross(normal, tangent) * side[:, None]
-            new = unit(x[:, None] * tangent + y[:, None] * other + z[:, None] * normal)
+            with np.errstate(invalid="ignore"):  # of length 0: no way, and not towards the ray
+                new = unit(x[:, None] * tangent + y[:, None] * other + z[:, None] * normal)
             new = np.where(dot(new, n[rows])[:, None] < 0, -new, new)
-            stays = (dot(new, seen.direction[rows]) >= 0) | ((x == 0) & (y == 0) & (z > 0))
+            stays = ~(dot(new, seen.direction[rows]) < 0) | ((x == 0) & (y == 0) & (z > 0))
             found[rows] = np.where(stays[:, None], ns[rows], new)
         return found
 

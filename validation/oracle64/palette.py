@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from clrt.scene.scene import IOR, Scene
+from clrt.spectra.spectrum import Spectrum
 
 from . import spectra
 from .vectors import Array, Ints
@@ -105,8 +106,13 @@ def _plain(value: Any) -> Array | None:
     return np.broadcast_to(np.asarray(value, float), (3,)) if is_plain else None
 
 
-def _is_lamp(value: Any) -> bool:
-    return isinstance(value, str) or value.name is not None or value.blackbody is not None
+def _lamp_in(value: Any) -> tuple[Any, float] | None:
+    """A lamp and its scale, apart: of scale 0 it has no Y to divide by. None for another spectrum."""
+    if isinstance(value, str):
+        return value, 1.0
+    if value.name is None and value.blackbody is None:
+        return None
+    return Spectrum(name=value.name, blackbody=value.blackbody), value.scale
 
 
 @dataclass(frozen=True)
@@ -129,10 +135,9 @@ class Colors(Palette):
         plain = _plain(value)
         if plain is not None:
             return plain
-        found = spectra.xyz(value)
-        if _is_lamp(value):
-            found = found / found[1] * (1.0 if isinstance(value, str) else value.scale)
-        return np.maximum(spectra.TO_RGB @ found, 0.0)
+        lamp, scale = _lamp_in(value) or (value, None)
+        found = spectra.xyz(lamp)
+        return np.maximum(spectra.TO_RGB @ (found if scale is None else found / found[1] * scale), 0.0)
 
     def curve(self, value: Any) -> Array:
         plain = _plain(value)
@@ -195,8 +200,8 @@ class Bands(Palette):
         plain = _plain(value)
         if plain is not None:
             return plain @ spectra.basis(self.middle) * self._lamp("D65")
-        if _is_lamp(value):
-            return self._lamp(value) * (1.0 if isinstance(value, str) else value.scale)
+        if lamp := _lamp_in(value):
+            return self._lamp(lamp[0]) * lamp[1]
         return spectra.means_of(value, self.middle, self.width)
 
     @cached_property

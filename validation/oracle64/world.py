@@ -145,9 +145,9 @@ def visibility(world: World, origin: Array, direction: Array, length: Array, lig
                 at = origin[ray[shown]] + distance[shown, k, None] * u
                 outward = batch.outward(which[shown], at, u)
                 number, one = batch.ids[which[shown]], shape[shown]
-                tint = world.images.tone("tint", world.surfaces.tint[one], one, number, at, outward)
-                # all of a picture's tint is in this one crossing: what `clear` says of it is 1
-                tints[shown] *= tint / world.surfaces.tint[one]
+                # all of a picture's tint is in this one crossing: `clear` has any other
+                plain = np.ones((len(shown), world.palette.bands))
+                tints[shown] *= world.images.tone("tint", plain, one, number, at, outward)
             np.multiply.at(seen, ray[~opaque], tints[~opaque])
 
         walk(roots, origin, direction, reach, visit)

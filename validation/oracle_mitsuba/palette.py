@@ -3,6 +3,7 @@ bands."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -35,10 +36,9 @@ class Colors:
     def light(self, value: Any) -> Array:
         found = plain(value)
         if found is None:
-            xyz = spectra.xyz(value)
-            if value.kind in LAMPS and xyz[1] > 0:
-                xyz = xyz * value.scale / xyz[1]
-            found = np.maximum(spectra.to_rgb() @ xyz, 0)
+            lamp = value.kind in LAMPS
+            xyz = spectra.xyz(replace(value, scale=1.0) if lamp else value)
+            found = np.maximum(spectra.to_rgb() @ (xyz / xyz[1] * value.scale if lamp else xyz), 0)
         return found
 
     def absorption(self, value: Any) -> Array:
@@ -141,9 +141,10 @@ class Bands:
         return np.asarray(rgb @ spectra.primaries(self.middle)[:, self.picked])
 
     def _lamp(self, value: Spectrum) -> Array:
-        """Bands whose XYZ is the light's, scaled to Y = 1 and then by its own scale."""
-        whole = spectra.xyz(value)
-        share = spectra.means(value, self.edges) / whole[1]
+        """Bands whose XYZ is the light's, scaled to Y = 1 and then by its own scale, which may be 0."""
+        lamp = replace(value, scale=1.0)
+        whole = spectra.xyz(lamp)
+        share = spectra.means(lamp, self.edges) / whole[1]
         seen = spectra.seen(self.middle)
         share_of = seen / seen[1].sum()
         matrix = (share_of * share) @ seen.T

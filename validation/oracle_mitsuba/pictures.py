@@ -77,7 +77,7 @@ class Pictures:
             new = _tilted(np.c_[lean, texel[:, 2]], here.shading, at)
             new = np.where(_dot(new, n[rows]) < 0, -new, new)
             flat = ~lean.any(axis=1) & (texel[:, 2] > 0)
-            stays = (_dot(new, u[rows])[:, 0] >= 0) | flat
+            stays = ~(_dot(new, u[rows])[:, 0] < 0) | flat
             found[rows] = np.where(stays[:, None], ns[rows], new)
         return found
 
@@ -162,7 +162,8 @@ def _tilted(texel: Array, normal: Array, at: Chart) -> Array:
     with np.errstate(all="ignore"):
         hand = np.where(_dot(np.cross(at.du, at.dv), normal) < 0, 1.0, -1.0)
     new = texel[:, :1] * along + texel[:, 1:2] * hand * np.cross(normal, along) + texel[:, 2:] * normal
-    return np.asarray(new / np.linalg.norm(new, axis=1, keepdims=True))
+    with np.errstate(invalid="ignore"):  # of length 0: no way, and not towards the ray
+        return np.asarray(new / np.linalg.norm(new, axis=1, keepdims=True))
 
 
 def _dot(a: Array, b: Array) -> Array:

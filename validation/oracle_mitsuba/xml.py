@@ -104,7 +104,7 @@ def write_xml(scene: Scene, path: str | os.PathLike[str], finish: Callable[[str]
     """
     _refuse_spectra(scene)
     path = Path(path)
-    folder = f"{path.stem}_meshes"
+    folder = f"{_plain(path.stem)}_meshes"
     try:
         text, meshes = _document(scene, folder, path.parent)
     except ModuleNotFoundError as error:
@@ -119,6 +119,12 @@ def write_xml(scene: Scene, path: str | os.PathLike[str], finish: Callable[[str]
             with suppress(OSError):
                 file.unlink()
     return text.count("<!--")
+
+
+def _plain(name: str) -> str:
+    """A name of a file without the signs that begin a parameter's in a value; as `clrt.formats.mitsuba` has
+    it."""
+    return name.replace("$", "%24")
 
 
 def _own_files(path: Path, folder: str) -> set[str]:
@@ -187,9 +193,9 @@ def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict
             plain[key] = {"type": "ply", "filename": name, **inner}
         elif isinstance(plugin, dict) and "filename" in plugin and folder is not None:
             name = os.path.relpath(os.path.realpath(plugin["filename"]), os.path.realpath(folder))
-            if name.startswith(".."):
+            if name.startswith("..") or name != _plain(name):
                 picture = Path(plugin["filename"])
-                name = f"{meshes}/{picture.stem}-{_digest(picture)}{picture.suffix}"
+                name = f"{meshes}/{_plain(picture.stem)}-{_digest(picture)}{_plain(picture.suffix)}"
                 found[name] = picture
             plain[key] = {**plugin, "filename": name}
     lines = [f'<scene version="{VERSION}">']

@@ -21,7 +21,6 @@ from .math import (
     larger,
     largest_coordinate,
     smaller,
-    unit,
     unit_of_any,
     xyz,
 )
@@ -192,7 +191,7 @@ def _bent(
     tangent = np.where((most > 0.0) & (most < np.inf), unit_of_any(way), frame_about(n)[0])
     bitangent = cross(n, tangent)
     bitangent = np.where(hand < 0.0, bitangent, -bitangent)
-    bent = unit(tangent * x + bitangent * y + n * z)
+    bent = unit_of_any(tangent * x + bitangent * y + n * z)
     bent = np.where(dot(bent, s.n) < 0.0, -bent, bent)
     straight = (x == 0.0) & (y == 0.0) & (z > 0.0)
     return np.where((dot(bent, direction) < 0.0) & ~straight, bent, s.ns)

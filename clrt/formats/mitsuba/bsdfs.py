@@ -11,7 +11,7 @@ import numpy as np
 
 from clrt.base.errors import fault, show
 from clrt.formats.mitsuba.file import Context
-from clrt.formats.mitsuba.values import Plugin
+from clrt.formats.mitsuba.values import Array, Plugin, moved
 from clrt.formats.xml_tree import Element, unknown
 from clrt.meshfiles.facets import Facets, Rgb, fresnel_of
 from clrt.meshfiles.look import placement_of
@@ -116,9 +116,9 @@ class Materials:
             plugin.check(_BITMAP, self.context.left_out)
             return self._bitmap(plugin)
         if plugin.type == "checkerboard":
-            plugin.check({"color0": "x", "color1": "x", "to_uv": "x"}, self.context.left_out)
+            plugin.check(_TO_UV | {"color0": "x", "color1": "x"}, self.context.left_out)
             pair = [plugin.color("color0", 0.4), plugin.color("color1", 0.2)]
-            return {"type": "checker", "colors": pair, "to_uv": plugin.to_world("to_uv")}
+            return {"type": "checker", "colors": pair, "to_uv": _to_uv(plugin)}
         if plugin.type not in ("mesh_attribute", "volume"):
             known = ["bitmap", "checkerboard", "mesh_attribute", "volume"]
             raise unknown(plugin.element, "texture", plugin.type, known)
@@ -132,7 +132,7 @@ class Materials:
         kind = plugin.one_of("filter_type", "bilinear", {"bilinear": "linear", "nearest": "nearest"})
         table: Table = {"type": "image", "file": self.context.file(plugin.values["filename"]), "wrap": wrap,
                         "filter": kind}  # fmt: skip
-        to_uv = plugin.to_world("to_uv")
+        to_uv = _to_uv(plugin)
         if to_uv[0, 1] or to_uv[1, 0]:
             self.context.left_out["rotations of textures"] = None
         table |= {"scale": [float(to_uv[0, 0]), float(to_uv[1, 1])]}
@@ -140,8 +140,18 @@ class Materials:
         return table | ({"encoding": "linear"} if plugin.flag("raw", False) else {})
 
 
-_BITMAP: Final = dict.fromkeys(("filename", "filter_type", "wrap_mode", "raw", "to_uv"), "x") | {
+_TO_UV: Final = dict.fromkeys(("to_uv", "uscale", "vscale", "uoffset", "voffset"), "x")
+_BITMAP: Final = _TO_UV | dict.fromkeys(("filename", "filter_type", "wrap_mode", "raw"), "x") | {
     "format": "-", "accel": "-"}  # fmt: skip
+
+
+def _to_uv(plugin: Plugin) -> Array:
+    """`to_uv`, after what the first version says of it: an offset first, and then a scale."""
+    matrix = plugin.to_world("to_uv")
+    if plugin.values.keys().isdisjoint(_TO_UV.keys() - {"to_uv"}):
+        return matrix
+    scale = np.diag([plugin.number("uscale", 1.0), plugin.number("vscale", 1.0), 1.0, 1.0])
+    return matrix @ scale @ moved([plugin.number("uoffset", 0.0), plugin.number("voffset", 0.0), 0.0])
 
 
 def _unpatterned(color: Any, context: Context) -> Any:

@@ -13,7 +13,7 @@ from clrt.base.files import read_text_bytes, resolve
 from clrt.base.limits import Limits, written
 from clrt.base.mark import unmarked
 from clrt.base.places import At
-from clrt.formats.mitsuba.values import OBJECTS, Plugin
+from clrt.formats.mitsuba.values import OBJECTS, Plugin, snake
 from clrt.formats.xml_tree import MOST, Element, filled, parse, unknown
 
 _NOWHERE: Final = ("default", "include", "alias", "path")
@@ -61,7 +61,7 @@ class Context:
     def called(self, plugin: Plugin, name: str) -> Element | None:
         """The object that stands in place of a value of that name, or what it refers to."""
         for child in plugin.objects:
-            if child.keys.get("name") == name:
+            if snake(child.keys.get("name", "")) == name:
                 child.asked = True
                 return self.referred(child)
         return None

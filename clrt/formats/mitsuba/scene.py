@@ -17,6 +17,7 @@ from clrt.base.places import At, listed
 from clrt.formats import native
 from clrt.formats.mitsuba.bsdfs import Materials
 from clrt.formats.mitsuba.file import Context, opened
+from clrt.formats.mitsuba.normals import by_number
 from clrt.formats.mitsuba.shapes import Shapes
 from clrt.formats.mitsuba.values import Plugin
 from clrt.formats.mitsuba.views import camera, depth, emitter
@@ -92,7 +93,8 @@ def _itself(scene: Scene, path: Path, tops: list[Element]) -> str:
     """The scene as JSON beside `path`, where a picture of the sky may have been copied to."""
     skies = (element for top in tops if top.keys.get("type") == "envmap" for element in top.children)
     names = [sky.keys["value"] for sky in skies if sky.keys.get("name") == "filename"]
-    copied = scene.background_path and [name for name in names if name.startswith(f"{path.stem}_meshes/")]
+    beside = f"{path.stem}_meshes/".replace("$", "%24")  # a parameter's name would begin there
+    copied = scene.background_path and [name for name in names if name.startswith(beside)]
     plain = msgspec.structs.replace(scene, background=0.0) if copied else scene
     table = json.loads(encoded(plain, path.with_suffix(".json")))
     if copied:
@@ -132,4 +134,4 @@ def _scene(tops: list[Element], context: Context) -> Scene:
     if context.left_out:
         text = f"left out, since there is no counterpart: {listed(context.left_out)}"
         notices.warn(context.source, "", text)
-    return scene
+    return by_number(scene)

@@ -29,7 +29,9 @@ _CORNERS: Final = np.array([[-1.0, -1, 0, 1], [1, -1, 0, 1], [1, 1, 0, 1], [-1, 
 _EQUAL: Final = 1e-6  # of squares of lengths: files state six digits or more
 _PLAIN: Final = Element("bsdf", {"type": "diffuse"}, 0, "")  # of a shape that names none, as Mitsuba has it
 _AS_IT_IS: Final[Table] = {"wrap": "repeat", "filter": "linear", "scale": [1.0, 1.0], "offset": [0.0, 0.0]}
-_UV: Final = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+_UV: Final = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+_HALVES: Final = np.array([[0, 1, 2], [0, 2, 3]])
+_CHECKED: Final = ("rectangle", "sphere")  # may have a checker
 
 
 @dataclass(eq=False)
@@ -41,6 +43,7 @@ class Shapes:
     lights: list[Table] = field(default_factory=list)
     named: dict[str, Table] = field(default_factory=dict)
     _names: Names = field(default_factory=Names)
+    _made: dict[tuple[Any, ...], Table] = field(default_factory=dict)  # of materials, as shapes have them
     _called: dict[int, str] = field(default_factory=dict)
     _alike: dict[str, str] = field(default_factory=dict)
     _radiances: dict[int, Any] = field(default_factory=dict)
@@ -64,7 +67,7 @@ class Shapes:
             self.lights.append(light | {"radiance": radiance})
             return
         bsdf = context.first(plugin, "bsdf") or _PLAIN
-        table = _settled(self.materials.of(bsdf))
+        table = self._settled(self.materials.of(bsdf))
         if plugin.flag("flip_normals", False) and table.get("transmission"):
             context.left_out["flip normals of glass"] = None
         if "normal_map" in table and _green_down(plugin):
@@ -79,9 +82,9 @@ class Shapes:
         if plugin.type in ("obj", "ply"):
             shape |= self._file(plugin)
         elif plugin.type == "rectangle" and _pictured(material):
-            shape = {"type": "mesh", "vertices": shape["points"], **_sheet(plugin, table)}
-        if material is table:
-            shape["material"] = self._name(bsdf, table)
+            shape = {"type": "mesh", "vertices": np.array(shape["points"]), **_sheet(plugin, table)}
+        if radiance is None:
+            shape["material"] = self._name(bsdf, material)
         else:
             context.take(material, "shape", element)
             shape["material"] = material
@@ -91,7 +94,7 @@ class Shapes:
 
     def _name(self, element: Element, table: Table) -> str:
         """The name of a material: one for all that are alike, of the first of them."""
-        key = id(element)
+        key = id(table)  # which is kept
         if key not in self._called:
             self.materials.context.take(table, "material", element)
             like = repr(table)
@@ -131,14 +134,34 @@ class Shapes:
         name = self.materials.context.file(plugin.values["filename"])
         return {"file": name, "smooth": not plugin.flag("face_normals", False)}
 
+    def _settled(self, table: Table) -> Table:
+        """A material whose normal map has a placement only where it lies otherwise than that of `color`."""
+        if "normal_map" not in table:
+            return table
+        key = id(table), "settled"
+        if key not in self._made:
+            self._made[key] = _settled(table)
+        return self._made[key]
+
     def _dressed(self, table: Table, plugin: Plugin) -> Table:
-        """The material with patterns and pictures as this shape has its u and v; the same where none are."""
-        changed: Table = {}
+        """The material with patterns and pictures as this shape has its u and v; the same where none are.
+
+        Many shapes may refer to it: it is made once for all that have these alike.
+        """
         # Mitsuba turns v of an OBJ over, unless it is told otherwise, and of a PLY if told so; clrt of both
         over = plugin.type in ("obj", "ply") and not plugin.flag("flip_tex_coords", plugin.type == "obj")
         over = over or (plugin.type == "rectangle" and "normal_map" in table and not _turned(plugin))
+        patterned = any(_is_checker(value) for value in table.values())
+        matrix = plugin.to_world()[:3, :3].tobytes() if patterned and plugin.type in _CHECKED else b""
+        key = id(table), over, patterned and plugin.type, matrix
+        if key not in self._made:
+            self._made[key] = self._fitted(table, plugin, over)
+        return self._made[key]
+
+    def _fitted(self, table: Table, plugin: Plugin, over: bool) -> Table:
+        changed: Table = {}
         for key, value in table.items():
-            if isinstance(value, dict) and value.get("type") == "checker":
+            if _is_checker(value):
                 changed[key] = self._checker(value, plugin)
             elif over and _is_image(value):
                 changed[key] = value | _upside_down(value)
@@ -149,7 +172,7 @@ class Shapes:
 
     def _checker(self, checker: Table, plugin: Plugin) -> Any:
         left_out = self.materials.context.left_out
-        if plugin.type in ("rectangle", "sphere"):
+        if plugin.type in _CHECKED:
             found, lost = checker_of(checker, plugin)
             left_out.update({lost: None} if lost else {})
             return found
@@ -158,9 +181,11 @@ class Shapes:
 
 
 def _pictured(material: Table) -> bool:
-    return "normal_map" in material or any(
-        _is_image(value) for value in material.values()
-    )
+    return "normal_map" in material or any(_is_image(value) for value in material.values())
+
+
+def _is_checker(value: Any) -> bool:
+    return isinstance(value, dict) and value.get("type") == "checker"
 
 
 def _is_image(value: Any) -> bool:
@@ -168,10 +193,8 @@ def _is_image(value: Any) -> bool:
 
 
 def _settled(table: Table) -> Table:
-    """A material whose normal map has a placement only where it does not lie as the picture of `color`."""
-    normals, color = table.get("normal_map"), table.get("color", {})
-    like = placement_of(color) if _is_image(color) else _AS_IT_IS
-    if normals is None or normals["placement"] != like:
+    normals, color = table["normal_map"], table.get("color", {})
+    if normals["placement"] != (placement_of(color) if _is_image(color) else _AS_IT_IS):
         return table
     return table | {"normal_map": {"file": normals["file"]}}
 
@@ -205,10 +228,10 @@ def _sheet(plugin: Plugin, table: Table) -> Table:
     Green of a normal map is across u there and up in the picture here: so v is such that both are one way.
     """
     if "normal_map" not in table:
-        return {"faces": [[0, 1, 2], [0, 2, 3]], "uv": _UV}
+        return {"faces": _HALVES, "uv": _UV}
     if _turned(plugin):
-        return {"faces": [[0, 2, 1], [0, 3, 2]], "uv": _UV}
-    return {"faces": [[0, 1, 2], [0, 2, 3]], "uv": [[u, 1.0 - v] for u, v in _UV]}
+        return {"faces": _HALVES[:, ::-1], "uv": _UV}
+    return {"faces": _HALVES, "uv": _UV * (1.0, -1.0) + (0.0, 1.0)}
 
 
 def _light(plugin: Plugin) -> Table | None:
@@ -274,10 +297,13 @@ def _rectangle(plugin: Plugin) -> Table:
 
 def _disk(plugin: Plugin) -> Table:
     matrix = plugin.to_world()
-    if matrix is not UNIT and _is_round(matrix) and not is_similarity(matrix):
-        return _round(matrix, float(np.sign(np.linalg.det(matrix[:3, :3]))))
     disk = {"type": "disk", "center": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0], "radius": 1.0}
-    return _placed(plugin, disk)
+    if matrix is UNIT or not _is_round(matrix) or is_similarity(matrix):
+        return _placed(plugin, disk)
+    even = matrix.copy()  # as long along z, and still turned about it, as pictures are
+    even[:3, 2] = np.cross(matrix[:3, 0], matrix[:3, 1]) / np.linalg.norm(matrix[:3, 0])
+    even[:3, 2] *= np.sign(np.linalg.det(matrix[:3, :3]))
+    return disk | {"transform": rows(even)}
 
 
 def _cube(plugin: Plugin) -> Table:

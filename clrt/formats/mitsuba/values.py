@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -39,6 +40,7 @@ class Plugin:
     type: str
     values: dict[str, Element] = field(default_factory=dict)
     objects: list[Element] = field(default_factory=list)
+    _matrices: dict[str, Array] = field(default_factory=dict)
 
     @classmethod
     def of(cls, element: Element) -> Plugin:
@@ -114,8 +116,11 @@ class Plugin:
 
     def to_world(self, name: str = "to_world") -> Array:
         """The transform of that name, (4, 4) float64."""
-        element = self.values.get(name)
-        return UNIT if element is None else transform(element)
+        if name not in self.values:
+            return UNIT
+        if name not in self._matrices:
+            self._matrices[name] = transform(self.values[name])
+        return self._matrices[name]
 
 
 def snake(name: str) -> str:
@@ -161,16 +166,28 @@ _VISIBLE: Final = (360.0, 830.0)  # nm
 
 def color(element: Element) -> Any:
     """A colour as scene files have it."""
+    if element.tag == "spectrum" and "value" not in element.keys:
+        kind = "from a file" if "filename" in element.keys else f"of type {show(element.get('type'))}"
+        raise element.says(f'{element.name}: a spectrum {kind} is not read; write value="400:0.1, 700:0.2"')
     text = element.get("value")
     if element.tag == "spectrum" and ":" in text:
         pairs = [pair.split(":") for pair in text.replace(",", " ").split()]
-        return [numbers(element, " ".join(pair), 2) for pair in pairs]
+        return _closed([numbers(element, " ".join(pair), 2) for pair in pairs])
     found = numbers(element, text, 1, 3)
     if len(found) > 1:
         return found
     if element.tag == "spectrum" and snake(element.get("name")) in _OF_LIGHT:  # as much of each wavelength
         return [[nm, found[0]] for nm in _VISIBLE]
     return found[0]
+
+
+def _closed(pairs: list[list[float]]) -> list[list[float]]:
+    """Pairs that step to 0 at both ends within what is seen: there it is 0 beyond them, and here constant."""
+    low, high = pairs[0], pairs[-1]
+    if low[0] >= high[0]:  # no curve, which is said later
+        return pairs
+    before = [[low[0], 0.0]] if low[1] and low[0] > _VISIBLE[0] else []
+    return [*before, *pairs, *([[high[0], 0.0]] if high[1] and high[0] < _VISIBLE[1] else [])]
 
 
 def times(value: Any, factor: float) -> Any:
@@ -200,10 +217,15 @@ def transform(element: Element) -> Array:
     return matrix
 
 
-def _translated(step: Element) -> Array:
+def moved(way: Sequence[float]) -> Array:
+    """The matrix that moves by x, y, z."""
     matrix = np.eye(4)
-    matrix[:3, 3] = vector(step, 0.0)
+    matrix[:3, 3] = way
     return matrix
+
+
+def _translated(step: Element) -> Array:
+    return moved(vector(step, 0.0))
 
 
 def _scaled(step: Element) -> Array:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from array import array
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -83,7 +85,7 @@ class _Reader:
             "ambient": level,
             "materials": self.materials,
             "lights": [{"intensity": level, **light} for light in self.lights],
-            "shapes": [_joined(shape) for shape in self.shapes],
+            "shapes": _Tables(map(_joined, self.shapes)),
         }
         if self.view is not None:
             table["camera"] = self._camera(self.view, spd)
@@ -154,13 +156,20 @@ class _Reader:
         self.shape_lines.append(line)
         self.shapes.append(shape | ({"material": self.material} if self.material else {}))
 
+    def _add_inward(self, line: int, numbers: tuple[float, ...]) -> None:
+        self.shape_lines.append(line)
+        run = self._run("inward")
+        if run is None or run[0] != len(numbers):
+            run = array("d", [len(numbers)])
+            self.shapes.append({"inward": run} | ({"material": self.material} if self.material else {}))
+        run.extend(numbers)
+
     def _sphere(self) -> None:
         line = self.tokens.line
         *center, radius = self.tokens.numbers(4, "a sphere: x y z r")
         self._check_inward(radius)
         if radius < 0:  # its inside is the visible side, where our quadric's form is positive
-            form = (*_INWARD, radius * radius)
-            self._add(line, type="quadric", coefficients=form, transform=[{"translate": center}])
+            self._add_inward(line, (*center, radius * radius))
         else:
             self._add(line, type="sphere", center=center, radius=radius)
 
@@ -170,7 +179,7 @@ class _Reader:
         *p1, r1 = self.tokens.numbers(4, "a cone's apex: x y z r")
         self._check_inward(min(r0, r1))
         if (r0 < 0 or r1 < 0) and r0 <= 0 and r1 <= 0 and p0 != p1:
-            self._add(line, **_inward_cone(p0, -r0, p1, -r1))
+            self._add_inward(line, _cone_axes(p0, -r0, p1, -r1))
         elif r0 == r1:
             self._add(line, type="cylinder", p0=p0, p1=p1, radius=r0)
         else:
@@ -207,8 +216,8 @@ class _Reader:
             raise self.tokens.error(f"{count} points are not allowed; a polygon has 3 or more")
         return line, count
 
-    def _run(self, kind: str) -> list[Any] | None:
-        """The polygons of the shape before this one, if it is of the same kind and material."""
+    def _run(self, kind: str) -> Any:
+        """What is said of the shape before this one, if it is of the same kind and material."""
         last = self.shapes[-1] if self.shapes else {}
         return last.get(kind) if last.get("material") == self.material else None
 
@@ -235,20 +244,47 @@ def _joined(shape: dict[str, Any]) -> dict[str, Any]:
     return shape
 
 
-def _inward_cone(p0: list[float], r0: float, p1: list[float], r1: float) -> dict[str, Any]:
-    """An open cone or cylinder with its outer side within: -(x^2 + y^2 - (r0 + k z)^2) = 0, 0 <= z <= h."""
-    along = [end - start for start, end in zip(p0, p1, strict=True)]
-    height = float(np.linalg.norm(along))
-    z = [part / height for part in along]
-    least = min(range(3), key=lambda axis: abs(z[axis]))
-    x = cross(z, _AXES[least])
-    length = float(np.linalg.norm(x))
+class _Tables(list[dict[str, Any]]):
+    """Tables of shapes. What is seen from within is kept as runs of numbers, of which tables are made each
+    time that they are asked for: all of them at once would take more memory than the file may."""
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        return chain.from_iterable(map(_apart, super().__iter__()))
+
+
+def _apart(shape: dict[str, Any]) -> Iterable[dict[str, Any]]:
+    """The quadrics of a run of spheres, or of open cones or cylinders, that have their outer sides within."""
+    if "inward" not in shape:
+        return (shape,)
+    numbers, named = iter(shape["inward"]), {"material": shape["material"]} if "material" in shape else {}
+    width = int(next(numbers))
+    form = _inward_sphere if width == 4 else _inward_cone
+    return ({"type": "quadric", **form(*row), **named} for row in zip(*[numbers] * width, strict=True))
+
+
+def _inward_sphere(x: float, y: float, z: float, square: float) -> dict[str, Any]:
+    return {"coefficients": (*_INWARD, square), "transform": [{"translate": (x, y, z)}]}
+
+
+def _inward_cone(slope: float, r0: float, reach: float, height: float, *rows: float) -> dict[str, Any]:
+    """-(x^2 + y^2 - (r0 + k z)^2) = 0, 0 <= z <= h."""
+    low = -reach
+    return {
+        "coefficients": (-1.0, -1.0, slope**2, 0.0, 0.0, 0.0, 0.0, 0.0, slope * r0, r0**2),
+        "clip": ((low, low, 0.0), (reach, reach, height)),
+        "transform": (rows[:4], rows[4:8], rows[8:], _LAST),
+    }
+
+
+def _cone_axes(p0: list[float], r0: float, p1: list[float], r1: float) -> tuple[float, ...]:
+    """Slope k, r0, what it reaches across, h and the rows of its axes: r0 + k z wide, 0 <= z <= h.
+
+    There may be many: for three numbers numpy takes longer than Python.
+    """
+    height = math.dist(p0, p1)
+    z = [(end - start) / height for start, end in zip(p0, p1, strict=True)]
+    x = cross(z, _AXES[min(range(3), key=lambda axis: abs(z[axis]))])
+    length = math.hypot(*x)
     x = x[0] / length, x[1] / length, x[2] / length
     rows = zip(x, cross(z, x), z, p0, strict=True)
-    slope, reach = (r1 - r0) / height, 1.01 * max(r0, r1)
-    return {
-        "type": "quadric",
-        "coefficients": (-1.0, -1.0, slope**2, 0.0, 0.0, 0.0, 0.0, 0.0, slope * r0, r0**2),
-        "clip": ((-reach, -reach, 0.0), (reach, reach, height)),
-        "transform": (*rows, _LAST),
-    }
+    return (r1 - r0) / height, r0, 1.01 * max(r0, r1), height, *chain.from_iterable(rows)

@@ -1,0 +1,72 @@
+"""Normals that Mitsuba computes where a file has none: of faces that share a number, not a place."""
+
+from __future__ import annotations
+
+import copy
+import re
+from typing import Any, Final
+
+import msgspec
+import numpy as np
+
+from clrt.base import notices
+from clrt.base.files import read_bytes
+from clrt.base.places import At
+from clrt.meshfiles.file import broken_said, open_mesh
+from clrt.meshfiles.parts import smooth_normals, vertex_normals
+from clrt.meshfiles.ply import header
+from clrt.scene.mesh import Mesh, MeshData
+from clrt.scene.scene import Scene
+
+_NEAR: Final = 1e-6
+_STATED: Final = {".obj": re.compile(rb"(?:^|[\r\n])[ \t]*vn[ \t]"), ".ply": re.compile(rb"\snx[ \t]*[\r\n]")}
+_USEMTL: Final = re.compile(rb"(?:(?<=[\r\n])|\A)[ \t]*usemtl\b[^\r\n]*")
+
+
+def by_number(scene: Scene) -> Scene:
+    """The scene with meshes in place of files whose smooth normals are others there.
+
+    A cube of which each side has vertices of its own is flat.
+    """
+    found: dict[str, MeshData | None] = {}
+    shapes: list[Any] = []
+    for shape in scene.shapes:
+        if isinstance(shape, Mesh) and shape.file is not None and shape.smooth:
+            if shape.file not in found:
+                found[shape.file] = _numbered(shape, scene)
+            data = found[shape.file]
+            shapes.append(shape if data is None else _given(shape, data))
+        else:
+            shapes.append(shape)
+    if not any(found.values()):
+        return scene
+    other = copy.copy(scene)
+    msgspec.structs.force_setattr(other, "shapes", tuple(shapes))
+    return other
+
+
+def _numbered(mesh: Mesh, scene: Scene) -> MeshData | None:
+    """A mesh with Mitsuba's normals; None where they are those of the file, or as those over places."""
+    path, data = mesh.__dict__["_path"], mesh.data()
+    suffix, text = path.suffix.lower(), read_bytes(path, scene.limits)
+    if _STATED[suffix].search(header(text) if suffix == ".ply" else text) or data.normals is None:
+        return None
+    vertices, faces, uv, usual = data.vertices, np.asarray(data.faces), data.uv, data.normals
+    if suffix == ".obj" and b"usemtl" in text:  # it was read apart by material, and is one mesh there
+        with broken_said(path, At(scene.source)), notices.without(""):  # all was said
+            placed = open_mesh(_USEMTL.sub(b"", text), path, At(scene.source), scene.limits)
+            vertices, faces, _, uv = placed.joined(False)
+            usual = smooth_normals(vertices, faces)
+    normals = vertex_normals(vertices, faces)
+    if np.abs(normals - usual).max() < _NEAR:
+        return None
+    for array in (vertices, faces, normals, *([] if uv is None else [uv])):
+        array.flags.writeable = False
+    return MeshData(vertices, faces, normals, uv)
+
+
+def _given(mesh: Mesh, data: MeshData) -> Mesh:
+    arrays = {name: getattr(data, name) for name in ("vertices", "faces", "normals", "uv")}
+    given = msgspec.structs.replace(mesh, file=None, smooth=None, **arrays)
+    given.__dict__["_data"] = data
+    return given

@@ -1,0 +1,196 @@
+"""No value vanishes before it is compared: what is above white or below black counts, unless a file's kind
+says that it could not be there, and then it is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+import clrt
+import compare_samples as samples
+from clrt.base.resources import validation_module
+from clrt.cli import main
+from clrt.images.file import decode, encode
+
+causes = validation_module("compare.causes")
+curves = validation_module("compare.curves")
+metrics = validation_module("compare.metrics")
+oracle = validation_module("compare.oracle")
+pictures = validation_module("compare.pictures")
+SIZE = (24, 32, 3)
+
+
+def grey(value: float) -> np.ndarray:
+    return np.full(SIZE, value, np.float32)
+
+
+def with_disk(base: np.ndarray, value: float) -> np.ndarray:
+    picture = base.astype(np.float32).copy()
+    picture[10:16, 10:16] = value
+    return picture
+
+
+NOISE = np.random.default_rng(5).random(SIZE).astype(np.float32)
+OFF: dict[str, tuple[np.ndarray, np.ndarray]] = {
+    "a sun of 1 for 500": (with_disk(grey(0), 1), with_disk(grey(0), 500)),
+    "a sun of 1 for 500, of bytes": (with_disk(decode(encode(NOISE)), 1),
+                                     with_disk(decode(encode(NOISE)), 500)),
+    "a furnace that makes light": (grey(1.5), grey(1)),
+    "white for radiance": (grey(1), 1 + 4 * NOISE),
+    "less than nothing": (with_disk(NOISE, -50), with_disk(NOISE, 0)),
+    "a little less than nothing": (with_disk(grey(0), -0.05), grey(0)),
+    "less than nothing, of bytes": (with_disk(decode(encode(NOISE)), -50),
+                                    with_disk(decode(encode(NOISE)), 0)),
+    "another sign": (-NOISE, NOISE),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", OFF)
+def test_arrays_and_files_of_floats_are_never_clipped(name: str, tmp_path: Path) -> None:
+    a, b = OFF[name]
+    files = [clrt.Image(image).save(tmp_path / f"{n}.exr") for n, image in enumerate((a, b))]
+    for one, other in ((a, b), (b, a), files, files[::-1]):
+        verdict = clrt.compare(one, other)
+        assert not verdict and verdict.verdict in ("similar", "different"), str(verdict)
+        assert verdict.figures["largest difference"] == pytest.approx(np.abs(a - b).max(), rel=1e-6)
+        curve = {"another tone curve", "sRGB applied twice", "sRGB not applied"}
+        assert not curve & {cause.name for cause in verdict.causes[:1]}
+    assert main(["compare", *map(str, files)]) == main(["compare", *map(str, files[::-1])]) == 1
+
+
+BRIGHT = with_disk(samples.picture()[:24, :32], 7)
+BRIGHT[:3, :5, 1] = -2
+
+
+def in_file(path: Path, bits: int) -> Path:
+    """BRIGHT with so many bits, in the file of that name."""
+    spec = oiio.ImageSpec(32, 24, 3, {8: "uint8", 16: "uint16", 32: "float"}[bits])
+    out = oiio.ImageOutput.create(str(path))
+    assert out.open(str(path), spec)
+    assert out.write_image(BRIGHT if bits == 32 else encode(BRIGHT, bits=bits)) and out.close()
+    return path
+
+
+@pytest.mark.parametrize("name", ["8.png", "16.png", "8.bmp", "8.tif", "16.tif", "8", "16"])
+def test_what_integers_cannot_hold_is_clipped_and_told(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bits, exr = int(name.split(".")[0]), in_file(tmp_path / "32.exr", 32)
+    stored = in_file(tmp_path / name, bits) if "." in name else encode(BRIGHT, bits=bits)
+    for other in (BRIGHT, exr):
+        for which, pair in (("reference", (stored, other)), ("picture", (other, stored))):
+            verdict = clrt.compare(*pair)
+            assert verdict.verdict == "equal" and verdict.causes == ()
+            assert f"51 pixels of the {which} are brighter than white, or below black" in verdict.notes[0]
+    wrong = clrt.compare(stored, BRIGHT[::-1])
+    assert not wrong and wrong.causes[0].name == "vertical flip" and wrong.causes[0].left < 0.01
+    assert clrt.compare(stored, np.clip(BRIGHT, 0, 1)).notes == ()
+    if "." in name:
+        for names in ((stored, exr), (exr, stored)):
+            assert main(["compare", *map(str, names)]) == 0
+            assert "note: 51 pixels of the" in capsys.readouterr().out
+
+
+def test_what_a_scene_shows_above_white_is_clipped_for_a_file_of_bytes(tmp_path: Path) -> None:
+    lit = samples.with_lights(4, 4)
+    shown = clrt.render(lit)
+    assert shown.pixels.max() > 1.2
+    lit.save(tmp_path / "scene.toml")
+    png, scene = str(shown.save(tmp_path / "a.png")), str(tmp_path / "scene.toml")
+    assert main(["compare", png, scene]) == main(["compare", scene, png]) == 0
+    assert main(["compare", scene, png, png]) == 0, "and where there are many"
+    assert clrt.compare(png, lit).verdict == "equal"
+    assert clrt.compare(shown, lit).verdict == "identical"
+    assert not clrt.compare(np.clip(shown.pixels, 0, 1), lit)
+    dark = clrt.render(samples.with_lights(4, 0)).save(tmp_path / "dark.png")
+    assert clrt.compare(dark, lit).causes[0].name.startswith("light 2 of 2")
+
+
+def test_floats_in_a_tiff_are_radiance(tmp_path: Path) -> None:
+    tiff = in_file(tmp_path / "32.tif", 32)
+    assert clrt.compare(tiff, BRIGHT).verdict == "identical"
+    assert not clrt.compare(tiff, np.clip(BRIGHT, 0, 1))
+
+
+def test_that_a_picture_of_floats_was_clipped_is_a_cause() -> None:
+    for cut in (np.clip(BRIGHT, 0, 1), decode(encode(BRIGHT))):
+        verdict = clrt.compare(cut, BRIGHT)
+        assert not verdict and verdict.causes[0].name == "clipped" and verdict.causes[0].proven
+    assert not list(curves.clipped(BRIGHT, BRIGHT * 2, causes.FLOAT))
+
+
+def test_a_little_more_than_white_is_no_rounding() -> None:
+    for pair in ((grey(1.005), grey(1)), (grey(1), grey(1.005))):
+        assert clrt.compare(*pair).verdict == "same picture"
+
+
+def test_values_tell_of_bytes_only_between_black_and_white() -> None:
+    rounded = decode(encode(NOISE)).astype(float)
+    assert causes.tolerance_of(rounded, NOISE) == causes.tolerance_of(NOISE, rounded) == causes.BYTE
+    for black_and_white in (grey(0), grey(1), with_disk(grey(0), 1)):
+        assert causes.tolerance_of(black_and_white, NOISE) == causes.FLOAT
+    for beyond in (with_disk(NOISE, 1.1), with_disk(NOISE, -0.1)):
+        assert causes.tolerance_of(rounded, beyond) == causes.tolerance_of(beyond, rounded) == causes.FLOAT
+    assert causes.tolerance_of(rounded, with_disk(NOISE, 1.005)) == causes.BYTE, "less than a step"
+    assert causes.tolerance_of(NOISE, NOISE, (16, 32)) == causes.WORD
+    assert causes.tolerance_of(rounded, NOISE, (16, 32)) == causes.BYTE, "8 bits in a file of 16"
+
+
+def test_the_curve_is_odd() -> None:
+    values = np.array([0, 1e-3, 0.2, 1, 3, 1e30])
+    assert np.array_equal(metrics.extended(-values), -metrics.extended(values))
+    assert (np.diff(metrics.extended(values)) > 0).all()
+    assert np.allclose(metrics.to_white([-3, 0.2, 7]), [-metrics.extended(3), metrics.encoded(0.2), 1])
+    assert metrics.psnr(metrics.to_white(np.array([1.0])), metrics.to_white(np.array([500.0]))) == np.inf
+
+
+def test_noisy_oracles_see_what_is_less_than_nothing() -> None:
+    """SSIM and single pixels are let go for them, and the mean forgives what cancels."""
+    limit = oracle.statistical(oracle.limits(many_edges=True))
+    dark = samples.GREY.copy()
+    dark[:, 0] = 0
+    lower = dark + 0.3 / 49
+    lower[:, 0] = -0.3
+    found = oracle.compare(samples.oracle(lower), samples.oracle(dark), limit=limit)
+    assert samples.failed(found) == {"PSNR"}
+
+
+def bases(random: np.random.Generator) -> list[np.ndarray]:
+    uniform = random.random(SIZE)
+    some = uniform < random.random()
+    return [uniform, decode(encode(uniform)), some * 1.0, np.full(SIZE, random.choice([0, 0.5, 1, 1.5, -1])),
+            np.exp(random.uniform(-4, 4, SIZE)), random.normal(0, 2, SIZE), uniform * some]  # fmt: skip
+
+
+def test_no_change_of_a_hundredth_of_the_pixels_is_equal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pictures, "_causes", lambda *_: [])  # which take the time, and decide nothing
+    monkeypatch.setattr(pictures, "flip", lambda *_: None)
+    random = np.random.default_rng(11)
+    for _ in range(30):
+        for base in bases(random):
+            changed = base.copy()
+            where = random.random(SIZE[:2]) < random.choice([0.02, 0.2, 0.9])
+            where.flat[random.choice(where.size, 8, replace=False)] = True  # a hundredth at least
+            step = 0.0501 * np.exp(random.uniform(0, random.choice([0.1, 5, 12]), SIZE))
+            step *= random.choice([-1, 1], SIZE) if random.random() < 0.5 else random.choice([-1, 1])
+            channels = random.random(SIZE) < 0.5
+            channels[..., random.integers(3)] = True
+            changed += np.where(where[..., None] & channels, step, 0)
+            a, b = base.astype(np.float32), changed.astype(np.float32)
+            for pair in ((a, b), (b, a)):
+                found = pictures.compare_pictures(*pair)
+                assert found.verdict not in ("identical", "equal"), found.metrics
+                assert found.notes == () or "FLIP" in found.notes[0], "nothing was clipped"
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("value", [3e38, -3e38, 0.0])
+def test_huge_values_are_counted_without_foreign_warnings(value: float) -> None:
+    spot = with_disk(NOISE, value), with_disk(NOISE, 5)
+    for a, b in (spot, (grey(value), grey(5)), (grey(value), NOISE)):
+        for one, other in ((a, b), (b, a)):
+            verdict = clrt.compare(one, other)
+            assert not verdict and not np.isnan([*verdict.figures.values()]).any()
