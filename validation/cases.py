@@ -147,7 +147,7 @@ def _of_scene(name: str, source: dict[str, Any] | Path, size: tuple[int, int] | 
     scene = loaded(source)
     assert scene.camera is not None
     width = _WIDTHS.get(name, _WIDTH_AT_16 if many else WIDTH)
-    width, height = size or (width, round(width * scene.camera.height / scene.camera.width))
+    width, height = size or (width, max(round(width * scene.camera.height / scene.camera.width), 1))
     if many and size:
         width, height = size[0] * 2 // 3, size[1] * 2 // 3
     features = frozenset(features_of(scene))

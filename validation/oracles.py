@@ -34,7 +34,7 @@ from .oracle_mitsuba.modes import SPECTRAL as BY_WAVELENGTH
 from .oracle_mitsuba.modes import supports
 from .oracle_mitsuba.reading import Untranslated, read
 from .oracle_mitsuba.stock import lift
-from .oracle_povray.scene import not_in_pov
+from .oracle_povray.scene import not_in_pov, too_far
 from .ours import LAYERS, TERMS, ray_key, render_adaptive, render_ours
 from .types import Case, OracleImage
 
@@ -229,7 +229,8 @@ def why_not(oracle: str, case: Case) -> str | None:
     if oracle == ORACLE64:
         return None
     if oracle == POVRAY:
-        return not_in_pov(stand_in_of(case))
+        scene = stand_in_of(case)
+        return not_in_pov(scene) or too_far(scene)
     try:
         return supports(read(source_of(case)), mode_of(oracle))
     except Untranslated as reason:

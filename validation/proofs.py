@@ -8,6 +8,7 @@ prints what was found, and exits with 1 when a single ray fails.
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -87,6 +88,20 @@ def lumpy_ball(scale: float, center: np.ndarray, rings: int = 40, around: int = 
     return {"type": "mesh", "vertices": vertices, "faces": faces}
 
 
+def quad_box(scale: float, center: np.ndarray, divisions: int = 8) -> dict[str, Any]:
+    """A closed cube of squares about `center`, `scale` from there to its sides."""
+    lattice = np.arange(divisions + 1) * 2 / divisions - 1
+    places: dict[tuple[float, ...], int] = {}
+    faces = []
+    for axis in range(3):
+        for side in (-1.0, 1.0):
+            for u, v in np.ndindex(divisions, divisions):
+                square = [(u, v), (u + 1, v), (u + 1, v + 1), (u, v + 1)][:: int(side)]
+                corners = [np.roll([side, lattice[i], lattice[j]], axis) for i, j in square]
+                faces.append([places.setdefault(tuple(corner.tolist()), len(places)) for corner in corners])
+    return {"type": "mesh", "vertices": np.array([*places]) * scale + center, "faces": faces}
+
+
 def _places() -> Iterator[tuple[float, np.ndarray]]:
     direction = np.array([0.48, 0.6, 0.64])
     for scale in SCALES:
@@ -97,18 +112,18 @@ def _places() -> Iterator[tuple[float, np.ndarray]]:
 def leaks(prover: Prover, rays: int, progress: Progress | None = None) -> Proof:
     """Rays from inside closed meshes, aimed at shared edges and corners: one that meets nothing leaked."""
     start, done, failed = time.perf_counter(), 0, 0
-    places, n = list(_places()), prover.batch
+    places, n = list(itertools.product(_places(), ("aim_at_edges", "aim_at_sides"))), prover.batch
     share = -(-rays // (len(places) * n))
-    for number, (scale, center) in enumerate(places):
-        flat = flatten(clrt.load_dict({"shapes": [lumpy_ball(scale, center)]}))
+    for number, ((scale, center), kernel) in enumerate(places):
+        edges = kernel == "aim_at_edges"
+        flat = flatten(clrt.load_dict({"shapes": [(lumpy_ball if edges else quad_box)(scale, center)]}))
+        many, size = (len(flat.triangles), 0.3 * scale) if edges else (len(flat.polygons), scale)
         world = World(prover.device, flat)
         middle = np.array([*center, 0], np.float32)
         for batch in range(share):
             seed = np.uint32(number * 65536 + batch)
-            arguments = (np.uint32(n), np.uint32(len(flat.triangles)), seed, middle, np.float32(0.3 * scale))
-            hits = passes.closest(
-                prover.device, world, prover.make("aim_at_edges", *world.arguments, *arguments)
-            )
+            arguments = (np.uint32(n), np.uint32(many), seed, middle, np.float32(size))
+            hits = passes.closest(prover.device, world, prover.make(kernel, *world.arguments, *arguments))
             failed += int((prover.primitives(hits) < 0).sum())
             prover.device.finish()
             done += n

@@ -163,6 +163,8 @@ class SuiteResult:
     @property
     def passed(self) -> bool:
         """All cases agree with all their oracles, no mutant survived, all counts are near, all is covered."""
+        if self.subject and not self.cases:  # another program of which nothing could be asked
+            return False
         if self.thin or any(mutant.survived for mutant in self.mutants):
             return False
         if any(case.unproven for case in self.cases) or not all(check.passed for check in self.checks):

@@ -15,7 +15,7 @@ from decimal import Decimal
 from functools import partial, wraps
 from numbers import Real
 from pathlib import Path
-from typing import Any, Final, ParamSpec, TypeVar
+from typing import Any, Final, ParamSpec, TypeGuard, TypeVar
 
 import numpy as np
 
@@ -58,11 +58,16 @@ def whole(name: str, value: object, least: int | None = 0, most: int | None = No
     """`value` as an int: a whole number, numpy's too, from `least` to `most`; True and False are none."""
     right = "it must be a whole number" + ("" if least is None else f", at least {least}")
     right += "" if most is None else f", at most {most}"
-    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
+    if not _is_whole(value):
         raise ClrtError(fault("", name, value, right))
     if (least is not None and value < least) or (most is not None and value > most):
         raise ClrtError(fault("", name, value, right))
     return operator.index(value)
+
+
+def _is_whole(value: object) -> TypeGuard[int]:
+    """Not a truth value, nor a time, which numpy counts among its integers."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, (bool, np.timedelta64))
 
 
 def optional(name: str, value: object, least: int = 0, most: int | None = None) -> int | None:
@@ -72,7 +77,7 @@ def optional(name: str, value: object, least: int = 0, most: int | None = None) 
 
 def number(name: str, value: object) -> float:
     """`value` as a float: a number, numpy's too; True and False are none."""
-    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    real = _is_whole(value) or isinstance(value, (float, np.floating))
     try:
         return float(value) if real else float("no number")  # type: ignore[arg-type]
     except (ValueError, OverflowError):  # OverflowError: an int beyond all floats
@@ -160,9 +165,8 @@ def device(name: str, value: object) -> int | str | None:
     """`value` as a choice of device: a number, a text that is not empty, or None."""
     if value is None or (isinstance(value, str) and value.strip()):
         return value
-    if not isinstance(value, (bool, np.bool_)) and isinstance(value, (int, np.integer)):
-        if 0 <= value < 1 << 31:
-            return operator.index(value)
+    if _is_whole(value) and 0 <= value < 1 << 31:
+        return operator.index(value)
     right = "it must be a number of `clrt devices`, or a part of a device's name"
     raise ClrtError(fault("", name, value, right))
 
@@ -184,7 +188,7 @@ def real_numbers(name: str, value: object, form: str) -> np.ndarray:
 
 
 def _is_real(value: object) -> bool:
-    return isinstance(value, (Real, Decimal, np.integer, np.floating)) and not isinstance(value, bool)
+    return isinstance(value, (Real, Decimal, np.floating)) and not isinstance(value, (bool, np.timedelta64))
 
 
 def unmasked(name: str, value: object) -> None:

@@ -36,8 +36,8 @@ helpers: set[int] = set()
 saved: list[Path] = []
 """The files that were written last, to be told after an interrupt."""
 
-held = False
-"""Whether a signal waits as within an import: while a process is started, which must be told what for."""
+held: list[bool] = []
+"""Holds something while a signal waits as within an import; not empty within `holding`."""
 
 errors_to = 2
 """The descriptor that leads to standard error."""
@@ -45,6 +45,7 @@ errors_to = 2
 _NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 _KILL = 9  # on Windows, too, where it has no name
 _MOST = 8  # that are told
+_TRIES = 20  # to remove a folder
 _AGAIN = 0.01  # seconds until a signal that came within an import is looked at again
 _PATIENCE = 2.0  # seconds that an import may go on after a signal
 _DROPPED = 0.1  # seconds until it is looked whether what was raised is still on its way
@@ -55,6 +56,28 @@ _received: int | None = None
 _waiting: int | None = None
 _since = 0.0  # when it came
 _said = False
+
+
+class holding:
+    """A block in which a signal waits: a process is started, which must be told what for; a folder is made,
+    which must be noted. Blocks may lie within each other, and run in several threads.
+    """
+
+    def __enter__(self) -> None:
+        held.append(True)
+
+    def __exit__(self, *_: object) -> None:
+        held.pop()
+
+
+def ended_by(code: int) -> str:
+    """How a process ended whose exit code is negative, as Python tells it: "SIGSEGV", or "signal 40"."""
+    from signal import Signals
+
+    try:
+        return Signals(-code).name
+    except ValueError:  # most of the real-time signals have no name
+        return f"signal {-code}"
 
 
 def is_program() -> bool:
@@ -123,7 +146,10 @@ def sweep() -> None:
         except OSError:  # it has ended
             pass
     for folder in tuple(folders):  # `tempfile`, which made it, has imported what removes it
-        sys.modules["shutil"].rmtree(folder, ignore_errors=True)
+        for _ in range(_TRIES):  # a driver's threads go on writing there
+            sys.modules["shutil"].rmtree(folder, ignore_errors=True)
+            if not os.path.lexists(folder):
+                break
     for path in tuple(temporaries):
         try:  # noqa: SIM105 (contextlib takes long to import, and nothing is caught before)
             os.unlink(path)

@@ -86,15 +86,19 @@ class Limits:
             value = whole(f"limits.{entry.name}", getattr(self, entry.name))
             object.__setattr__(self, entry.name, value)
 
-    def check(self, name: str, value: int, source: str = "", place: str = "") -> None:
-        """Raise `LimitError` if `value` is above the limit called `name`."""
+    def check(self, name: str, value: int, source: str = "", place: str = "", how: str = "") -> None:
+        """Raise `LimitError` if `value` is above the limit called `name`.
+
+        how: the call that allows more, where it is neither loading nor rendering; {} stands for the limit.
+        """
         most: int = getattr(self, name)
         if value <= most:
             return
         if name in _LOADING:
-            advice, how = _LOADING[name], f"clrt.load(..., limits=Limits({name}=N))"
+            advice, usual = _LOADING[name], "clrt.load(..., limits=Limits({}))"
         else:
-            advice, how = _RENDERING[name], f"Settings(limits=Limits({name}=N))"
+            advice, usual = _RENDERING[name], "Settings(limits=Limits({}))"
+        how = (how or usual).format(f"{name}=N")
         how = f"or allow more with {f'--limit {name}=N or ' if errors.has_limit else ''}{how}"
         text = f"{written(value)} is above the limit of {written(most)}; {advice}, {how}"
         kind = MemoryLimitError if name == "device_bytes" else LimitError

@@ -42,8 +42,8 @@ class Record(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         """Raise `SceneError` for what the annotations cannot say; subclasses add to it."""
 
     @classmethod
-    def instead_of(cls, field: str) -> tuple[str, ...]:
-        """The fields that say otherwise what this one says: who edits it takes them away."""
+    def instead_of(cls, field: str, table: Mapping[str, Any]) -> tuple[str, ...]:
+        """The fields that say otherwise, in what is stated, what this one says: who edits it drops them."""
         return ()
 
     def stated(self, field: str) -> Any:
@@ -257,6 +257,8 @@ def _from_numpy(value: object) -> object:
     if isinstance(value, (np.ndarray, np.generic)):
         if value.size > _ENTRIES:
             raise ValueError(f"an array {value.shape} has too many entries; a value has at most {_ENTRIES}")
+        if value.dtype.kind in "mM":  # of which `tolist` makes whole numbers, where they are nanoseconds
+            raise TypeError("a time or a date cannot be part of a scene; give a number")
         return (value.astype(np.float64) if value.dtype.kind == "f" else value).tolist()
     if isinstance(value, Mapping):
         return dict(value)

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 from clrt.base.errors import ClrtError
 from clrt.base.files import reason
-from clrt.base.interrupts import folders
+from clrt.base.interrupts import folders, holding
 
 _Made = TypeVar("_Made")
 
@@ -19,22 +19,30 @@ _Made = TypeVar("_Made")
 def placed(make: Callable[..., _Made], **named: Any) -> _Made:
     """What a maker of `tempfile` makes. ClrtError where no place takes temporary files."""
     try:
-        return make(**named)
+        with holding():  # it tries the place with a file of its own
+            return make(**named)
     except OSError as error:
         text = "let the variable TMPDIR name a folder that can be written to"
         raise ClrtError(f"there is no place for temporary files: {reason(error)}; {text}") from None
 
 
+def noted(make: Callable[..., _Made], **named: Any) -> _Made:
+    """A folder as `placed` makes it, which goes with the process until it is taken from `folders`."""
+    with holding():
+        made = placed(make, **named)
+        folders.add(str(getattr(made, "name", made)))
+    return made
+
+
 @contextmanager
 def scratch() -> Iterator[Path]:
     """An empty folder, which is removed after the block. ClrtError where no place takes temporary files."""
-    made = placed(tempfile.TemporaryDirectory, prefix="clrt-", ignore_cleanup_errors=True)
-    folders.add(made.name)
+    made = noted(tempfile.TemporaryDirectory, prefix="clrt-", ignore_cleanup_errors=True)
     try:
         yield Path(made.name)
     finally:
-        folders.discard(made.name)
         _remove(made)
+        folders.discard(made.name)  # not before: a signal within leaves the rest
 
 
 def _remove(made: tempfile.TemporaryDirectory[str]) -> None:

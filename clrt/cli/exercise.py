@@ -15,6 +15,7 @@ from clrt.base.atomic import write_json
 from clrt.base.errors import ClrtError, legible
 from clrt.base.resources import PACKAGE
 from clrt.base.scratch import scratch
+from clrt.cli.outputs import check_named
 from clrt.cli.terminal import say
 
 NOT_YET = 1  # exit code
@@ -43,6 +44,7 @@ def _list(options: argparse.Namespace) -> int:
 def _start(options: argparse.Namespace) -> int:
     from clrt.exercises.folder import start
 
+    check_named("DIR", options.folder, f"exercise-{options.number}")
     made = start(options.number, Path(options.folder), options.device)
     one = made.exercise
     print(f"exercise {one.number}: {one.title}\n{one.picture}\n{made.folder / 'README.md'} says how to go on")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from clrt.base.errors import ClrtError
 from clrt.base.resources import scene_file
 from clrt.cli.terminal import console, marked
-from clrt.judging.verdict import PICTURES, RADIANCE, bits_of_file
+from clrt.judging.verdict import PICTURES, RADIANCE, bits_of_file, check_room
 
 if TYPE_CHECKING:
     from clrt.base.limits import Limits
@@ -42,6 +42,7 @@ def judge(
     report: Callable[[str], None], bits: tuple[int, int],
 ) -> Any:
     """The comparison of two pictures; `scene` made the reference, where there is one. bits: see `bits_of`."""
+    check_room(picture, reference, limits_of(options))
     seconds = pictures.SEARCH_SECONDS if options.seconds is None else options.seconds
     return pictures.compare_pictures(picture, reference, options.mask, scene, report, seconds, bits=bits)
 

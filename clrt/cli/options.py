@@ -59,6 +59,13 @@ class _Parser(argparse.ArgumentParser):
 
     commands: dict[str, Any]
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """All must be known to the command: by `parse_args` it would be `clrt`, whose help has no option."""
+        options, left = super().parse_known_args(args, namespace)
+        if left:
+            self.error(f"unrecognized arguments: {' '.join(left)}")
+        return options, left
+
     def _get_values(self, action: argparse.Action, arg_strings: list[str]) -> Any:
         """As argparse does since 3.13: before, `--width=--` was no text at all, and the option's value []."""
         if action.option_strings and arg_strings == ["--"] and action.nargs in (None, argparse.OPTIONAL):

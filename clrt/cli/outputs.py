@@ -34,6 +34,12 @@ _MEANING: Final = frozenset(
 """Suffixes by which programs know what is in a file."""
 
 
+def check_named(option: str, file: Name, such: str) -> None:
+    """ClrtError for `-`, which elsewhere is a stream: a file or folder of that name is nobody's wish."""
+    if os.fsdecode(file) == "-":
+        raise ClrtError(f"{option} -: it is no stream; give it a name, such as {such}")
+
+
 def check_apart(outputs: Mapping[str, Name | None], inputs: Mapping[str, Name | None]) -> None:
     """ClrtError where an output (by option) is one of the inputs (by what they are) or another output, or has
     a name that promises something else than is written.
@@ -52,6 +58,7 @@ def check_apart(outputs: Mapping[str, Name | None], inputs: Mapping[str, Name | 
     for option, file in outputs.items():
         if file is not None and option in _WRITES:
             what, name = _WRITES[option]
+            check_named(option, file, name)
             suffix = Path(os.fsdecode(file)).suffix.lower()
             if suffix in _MEANING and suffix != Path(name).suffix:
                 raise ClrtError(f"{file}: {option} writes {what}; give it a name such as {name}")

@@ -10,7 +10,7 @@ from typing import Any
 
 from clrt.base.errors import ClrtError, legible
 from clrt.base.resources import validation_module
-from clrt.cli.outputs import check_apart
+from clrt.cli.outputs import check_apart, check_named
 from clrt.cli.terminal import say
 
 
@@ -25,6 +25,7 @@ def run(options: argparse.Namespace) -> int:
         check_apart({"--junit": options.junit}, {})
         check_replaceable(options.junit)
     if options.bundle:
+        check_named("--bundle", options.bundle, "bundles")
         validation_module("conformance.bundle").check_folder(Path(options.bundle))
     label = choose(options.device)[0].label
     shown = say if options.json else partial(print, flush=True)

@@ -55,7 +55,6 @@ def _with_camera(scene: Scene, changes: dict[str, list[Any]]) -> Scene:
 
 def _cameras(scene: Scene, options: argparse.Namespace, times: int) -> list[Camera]:
     """The cameras of the path, each of which can render. times: how often the path is gone along."""
-    from clrt.base.places import At
     from clrt.engine.campath import camera_path
     from clrt.engine.sweep import PICTURES
     from clrt.formats.keyframes import load_keyframes
@@ -67,10 +66,10 @@ def _cameras(scene: Scene, options: argparse.Namespace, times: int) -> list[Came
     if not least <= frames <= most:
         own = f"from {least} to {most} are; say how many by --frames"
         raise ClrtError(f"{options.keyframes}: {frames} pictures of a path are not allowed; {own}")
-    cameras = camera_path(keys.cameras, frames, keys.closed, keys.times)
-    for number, camera in enumerate(cameras):
-        camera.check(At(keys.source, f"picture {number}"))
-    return cameras
+    try:
+        return camera_path(keys.cameras, frames, keys.closed, keys.times)
+    except ClrtError as error:  # the file calls them otherwise
+        raise error.reworded(f"{options.keyframes}: {error}".replace("keys[", "keyframes[")) from None
 
 
 def _moves(cameras: list[Camera]) -> list[Values]:

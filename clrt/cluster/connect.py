@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, Final
 
+from clrt.base import hush
 from clrt.base.errors import ClrtError, MissingPackage, exhausted, show
 from clrt.base.install import install_extra
 from clrt.base.scratch import scratch
@@ -128,8 +129,12 @@ def _local(distributed: Any, workers: int) -> Iterator[Any]:
             cluster = distributed.LocalCluster(
                 n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1", memory_limit=0,
                 dashboard_address=None, worker_dashboard_address=None, silence_logs=logging.CRITICAL,
-                preload=["clrt.cluster.preload"], scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
+                preload_nanny=["clrt.cluster.deaf"], preload=["clrt.cluster.preload"],
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
             )  # fmt: skip
+        except KeyboardInterrupt:
+            _forget_workers()
+            raise
         except Exception as error:
             spent = exhausted(error) or f"{type(error).__name__}: {error}"
             raise ClrtError(f"local:{workers}: the workers cannot be started: {spent}") from None
@@ -138,6 +143,17 @@ def _local(distributed: Any, workers: int) -> Iterator[Any]:
         finally:
             with contextlib.suppress(Exception):
                 cluster.close(timeout=5)
+
+
+def _forget_workers() -> None:
+    """End those that are being started: one that is not told what for prints where it read that."""
+    import psutil  # distributed has brought it
+
+    hush.for_good()  # for whatever dask's threads start now
+    for child in psutil.Process().children():
+        with contextlib.suppress(psutil.Error):
+            if "--multiprocessing-fork" in child.cmdline():  # not what removes its semaphores
+                child.kill()
 
 
 @contextmanager
@@ -154,16 +170,20 @@ def environment_kept(names: Iterable[str]) -> Iterator[None]:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """What dask says of workers that end is no fault: the client says what is."""
-    log = logging.getLogger("distributed")
-    before = log.level
-    log.setLevel(logging.CRITICAL)
+    """What dask and its loop say of workers that end is no fault: the client says what is."""
+    levels = {log: log.level for log in map(logging.getLogger, ("distributed", "asyncio"))}
+    for log in levels:
+        log.setLevel(logging.CRITICAL)
     try:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", module=r"distributed|tornado|dask")
             yield
+    except KeyboardInterrupt:
+        levels.clear()  # their threads go on to say it until the process ends
+        raise
     finally:
-        log.setLevel(before)
+        for log, level in levels.items():
+            log.setLevel(level)
 
 
 def _cores() -> set[int]:

@@ -30,7 +30,7 @@ from clrt.base import interrupts, notices
 from clrt.base.errors import DeviceError, show
 from clrt.base.locks import FileLock, Timeout
 from clrt.base.resources import kernel_folder, kernel_text
-from clrt.base.scratch import placed
+from clrt.base.scratch import noted
 
 VARIABLE: Final = "POCL_CACHE_DIR"
 LONGEST: Final = 700  # bytes of its name: of a file in it PoCL holds 1,024, and ends the process beyond
@@ -75,8 +75,7 @@ def prepare() -> Path:
     folder = usual_folder()
     fault = problem(folder)
     if fault:
-        folder = Path(placed(tempfile.mkdtemp, prefix="clrt-kernels-"))
-        interrupts.folders.add(str(folder))
+        folder = Path(noted(tempfile.mkdtemp, prefix="clrt-kernels-"))
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         notices.warn("", "", f"kernels are compiled anew in each run: {fault}")
         worse = problem(folder)
@@ -168,7 +167,9 @@ def remove_damaged(folder: Path) -> list[Path]:
         last = status.st_mtime_ns if stat.S_ISREG(status.st_mode) else 0
     with suppress(OSError):  # only time is lost
         make(own)
-        handle, now = tempfile.mkstemp(dir=own, prefix="looking-")
+        with interrupts.holding():
+            handle, now = tempfile.mkstemp(dir=own, prefix="looking-")
+            interrupts.temporaries.add(Path(now))
         # the clock was put back; or the machine was started since, perhaps after it lost files with its power
         if not time.time_ns() - time.monotonic_ns() < last <= os.fstat(handle).st_mtime_ns:
             last = 0
@@ -185,6 +186,7 @@ def remove_damaged(folder: Path) -> list[Path]:
     except OSError:  # a folder in its place: all is looked at each time
         with suppress(OSError):
             os.unlink(now)
+    interrupts.temporaries.discard(Path(now))
     for place in (folder, own):
         _remove_left_overs(place)
     return sorted(damaged)

@@ -11,7 +11,6 @@ import json
 import os
 import platform
 import shutil
-import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -21,6 +20,7 @@ from typing import Any, Final, Literal
 
 from clrt.base.errors import ClrtError, one_line
 from clrt.base.install import install_extra, pip_install
+from clrt.base.interrupts import ended_by
 from clrt.base.limits import Limits
 from clrt.base.resources import validation_module
 from clrt.device import kernelcache, vendors
@@ -128,18 +128,12 @@ def _device(wanted: int | str | None) -> Iterator[Finding]:
     try:
         told: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     except (ValueError, IndexError):
-        ended = _ending(done.returncode)
+        code = done.returncode
+        ended = ended_by(code) if code < 0 else f"exit code {code}"
         text = f"the driver ended the process ({ended}): {one_line(done.stderr)[-300:] or 'without a word'}"
         yield Finding("small render", "wrong", text, f"{clean}   (the usual cause is a damaged kernel cache)")
         return
     yield from _probed(told)
-
-
-def _ending(code: int) -> str:
-    try:
-        return signal.Signals(-code).name
-    except ValueError:
-        return f"exit code {code}"
 
 
 def _probed(told: dict[str, Any]) -> Iterator[Finding]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Any, Final
 
 import numpy as np
 
 from clrt.base.arguments import real_numbers
-from clrt.base.errors import ClrtError
+from clrt.base.errors import ClrtError, LimitError
+from clrt.base.limits import written
 from clrt.device.shared import Work
 
 PATCH: Final = 4  # rays side by side of a patch, and at most so many rows (kernels/asked.clh)
@@ -18,6 +20,8 @@ _IN_PLACE: Final = 1 << 24  # rays of a launch that reads the caller's own array
 _COPIED: Final = 1 << 17  # ... copies of them: these stay in the caches
 _LOOKED_AT: Final = 1 << 16  # rays from which on a picture's rows are looked for
 _LONGEST: Final = 1 << 13  # row that is looked for
+_MOST: Final = 1 << 57  # rays: of more numpy makes no view, even of one number
+_AXES: Final = 63  # an array has 64, and the last one is for x, y, z
 _LEAP: Final = 8.0  # times the distance between neighbours: from the end of a row to the next one
 
 
@@ -67,13 +71,15 @@ class Batch:
         o, d = _vectors("origins", origins), _vectors("directions", directions)
         try:
             self.shape = _together(o.shape[:-1], d.shape[:-1])
-        except (ValueError, RuntimeError):  # shapes that differ; more than 32 dimensions together
+        except ValueError:  # shapes that differ; too many axes together
             raise ClrtError(
                 f"origins and directions: shapes {o.shape} and {d.shape} do not go together; "
                 "there must be one for each ray, or one for all"
             ) from None
         bounds = [self._bound(*given) for given in (("t_min", t_min), ("t_max", t_max))]
         self.n = math.prod(self.shape)
+        if self.n > _MOST:
+            raise LimitError(f"rays: {written(self.n)} are more than any memory holds; ask of fewer")
         self._arrays = [_Given(array, self.shape, self.n) for array in (o, d)]
         self._bounds = [_Given(array[..., None], self.shape, self.n) for array in bounds]
         self.width = self._width()
@@ -83,7 +89,7 @@ class Batch:
         bound = real_numbers(name, value, f"() or {self.shape}" if self.shape else "()")
         try:
             self.shape = _together(bound.shape, self.shape)
-        except (ValueError, RuntimeError):
+        except ValueError:
             text = f"shape {bound.shape} is neither a number nor {self.shape}, as the rays are"
             raise ClrtError(f"{name}: {text}") from None
         return bound
@@ -173,8 +179,16 @@ class _Given:
 
 
 def _together(one: tuple[int, ...], other: tuple[int, ...]) -> tuple[int, ...]:
-    """Two shapes, broadcast; of one ray, numpy takes a tenth of the whole call to see that they are alike."""
-    return other if one in ((), other) else np.broadcast_shapes(one, other)
+    """Two shapes, broadcast; ValueError where they do not go together.
+
+    Not by numpy, which takes a tenth of the whole call of one ray, and says no, too, where there are many.
+    """
+    if one in ((), other):
+        return other
+    sides = [*zip_longest(reversed(one), reversed(other), fillvalue=1)]
+    if len(sides) > _AXES or any(a != b and 1 not in (a, b) for a, b in sides):
+        raise ValueError
+    return tuple(b if a == 1 else a for a, b in reversed(sides))
 
 
 def _vectors(name: str, value: object) -> np.ndarray:

@@ -6,7 +6,7 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import msgspec
 import numpy as np
@@ -20,7 +20,9 @@ from clrt.flatten.mesh import unit
 from clrt.scene.camera import Camera, resized
 from clrt.scene.edit import kept
 
+T = TypeVar("T", float, np.ndarray)
 MOST: Final = 1 << 20  # cameras of a path: eleven hours of a video
+_NEAR: Final = 1e-6  # of its length at the keys: so near to 0 a vector of a path counts as 0
 
 
 @public
@@ -54,8 +56,9 @@ def camera_path(
     linearly, or K where one of them states it; all else is the first key's. Keys of other picture sizes see
     in the first one's what they see in theirs: K and shift are taken to its pixels. closed: the path leads
     back to the first key, which comes once. times: when the path is at each key, in any unit, growing; for a
-    closed path one more, when it is back. None: equal times. ClrtError for arguments of another kind, and for
-    keys whose type, fov_axis (without K) or mirror differ: nothing lies between.
+    closed path one more, when it is back. None: equal times. ClrtError for arguments of another kind, for
+    keys whose type, fov_axis (without K) or mirror differ: nothing lies between, and for keys between which
+    the path leads through its target, or `up` through 0, or to a camera that cannot be.
     """
     frames = arguments.whole("frames", frames, 2, MOST)
     if not isinstance(keys, (list, tuple)) or len(keys) < 2:
@@ -70,22 +73,44 @@ def camera_path(
     lengths = [later - time for time, later in pairwise(knots)]
     steps = frames if closed else frames - 1
     points = np.array([[view.origin, view.target, view.up] for view in views], np.float64)
-    numbers = np.array([[view.fov, view.size] for view in views])
+    arounds = [[_neighbour(part + k, len(views), closed) for k in (-1, 0, 1, 2)] for part in range(parts)]
+    curves = [_curve(points[around], _spans(lengths, here, closed)) for here, around in enumerate(arounds)]
+    for curve, around in zip(curves, arounds, strict=True):
+        _check_way(curve, around[1:3])
     cameras = []
     for number in range(frames):
         at = knots[0] + number * (knots[-1] - knots[0]) / steps
         here = min(max(bisect_right(knots, at) - 1, 0), parts - 1)
         t = (at - knots[here]) / lengths[here]
-        around = [_neighbour(here + k, len(views), closed) for k in (-1, 0, 1, 2)]
-        origin, target, up = _spline(points[around], _spans(lengths, here, closed), t)
-        fov, size = (1 - t) * numbers[around[1]] + t * numbers[around[2]]
+        around, curve = arounds[here], curves[here]
+        along = curve[0] + t * (curve[1] + t * (curve[2] + t * curve[3]))
+        origin, target, up = points[around[2]] if t == 1 else along
         start, end = views[around[1]], views[around[2]]
-        more = {"up": tuple(up.tolist()), "fov": float(fov), "size": float(size)}
+        more = {"up": tuple(up.tolist()), **_lens(views, start, end, t)}
         if by_k:
-            k = (1 - t) * _k_of(start) + t * _k_of(end)
-            more = {"up": more["up"], "K": tuple(map(tuple, k.tolist()))}
-        cameras.append(_moved(views[0], origin, target, **more, **_lens(views, start, end, t)))
+            k = _between(_k_of(start), _k_of(end), t)
+            more["K"] = tuple(map(tuple, k.tolist()))
+        else:
+            more |= {name: _between(getattr(start, name), getattr(end, name), t) for name in ("fov", "size")}
+        camera = _moved(views[0], origin, target, **more)
+        camera.check(At(path=f"{_pair(around[1:3])}, at frame {number}: camera"))
+        cameras.append(camera)
     return cameras
+
+
+def _check_way(curve: np.ndarray, keys: list[int]) -> None:
+    """ClrtError where a part of the path leads a view, or its `up`, through 0."""
+    for vector, what in ((curve[:, 0] - curve[:, 1], "the path leads through its target"),
+                         (curve[:, 2], "`up` turns over, through 0")):  # fmt: skip
+        size = max(np.abs(vector[0]).max(), np.abs(vector.sum(axis=0)).max())
+        square = np.sum([np.convolve(cubic, cubic) for cubic in vector.T / size], axis=0)
+        lowest = np.roots(np.polynomial.polynomial.polyder(square)[::-1]).real
+        if (np.polynomial.polynomial.polyval(np.clip(lowest, 0, 1), square) < _NEAR**2).any():
+            raise ClrtError(f"{_pair(keys)}: between them {what}; put a key that is aside between them")
+
+
+def _pair(keys: list[int]) -> str:
+    return " and ".join(f"keys[{key}]" for key in keys)
 
 
 def _checked(name: str, camera: object) -> Camera:
@@ -110,7 +135,7 @@ def _knots(times: object, count: int) -> list[float]:
 
 
 def _lens(views: Sequence[Camera], start: Camera, end: Camera, t: float) -> dict[str, Any]:
-    """What else changes between two cameras, in a straight line; exactly theirs where both say the same."""
+    """What else changes between two cameras, in a straight line."""
     more: dict[str, Any] = {
         name: _between(getattr(start, name), getattr(end, name), t) for name in ("near", "aperture")
     }
@@ -120,8 +145,9 @@ def _lens(views: Sequence[Camera], start: Camera, end: Camera, t: float) -> dict
     return more
 
 
-def _between(a: float, b: float, t: float) -> float:
-    return a + t * (b - a)
+def _between(a: T, b: T, t: float) -> T:
+    """Exactly a where both are the same, and exactly b at the end."""
+    return b if t == 1 else a + t * (b - a)
 
 
 def _check_alike(views: Sequence[Camera], name: str) -> None:
@@ -161,19 +187,15 @@ def _spans(lengths: Sequence[float], here: int, closed: bool) -> tuple[float, fl
     return 2 * own / (own + before), 2 * own / (own + after)
 
 
-def _spline(points: np.ndarray, spans: tuple[float, float], t: float) -> np.ndarray:
-    """Between the second and the third of four points, at 0 <= t <= 1.
+def _curve(points: np.ndarray, spans: tuple[float, float]) -> np.ndarray:
+    """From the second to the third of four points as t goes from 0 to 1: what 1, t, t^2 and t^3 stand with.
 
-    At a key the speed is that from the key before to the one after. Where times are not equal the outer
-    points are moved to where they would be, at that speed, in as much time as this part takes.
+    At a key the speed is that from the key before to the one after, in as much time as this part takes. By
+    differences alone: what is the same in all four stays that number exactly.
     """
     before, start, end, after = points
-    before = spans[0] * before + (1 - spans[0]) * end
-    after = spans[1] * after + (1 - spans[1]) * start
-    return 0.5 * (
-        2 * start + (end - before) * t + (2 * before - 5 * start + 4 * end - after) * t**2
-        + (3 * start - before - 3 * end + after) * t**3
-    )  # fmt: skip
+    way, leaving, arriving = end - start, spans[0] / 2 * (end - before), spans[1] / 2 * (after - start)
+    return np.array([start, leaving, 3 * way - 2 * leaving - arriving, leaving + arriving - 2 * way])
 
 
 def _moved(camera: Camera, origin: np.ndarray, target: np.ndarray, **changes: Any) -> Camera:

@@ -19,7 +19,7 @@ from clrt.base import inputs
 from clrt.base.atomic import write_json, write_text
 from clrt.base.errors import ClrtError, SceneError
 from clrt.base.files import read_bytes, reason
-from clrt.base.interrupts import folders
+from clrt.base.interrupts import folders, holding
 from clrt.base.limits import Limits
 from clrt.base.resources import kernel_folder, kernel_text
 from clrt.device.foreign import VARIABLE
@@ -65,8 +65,9 @@ def start(number: int, folder: Path, device: int | str | None = None) -> Started
     temporary = None
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        temporary = Path(tempfile.mkdtemp(prefix=".clrt-exercise-", dir=folder.parent))
-        folders.add(str(temporary))
+        with holding():
+            temporary = Path(tempfile.mkdtemp(prefix=".clrt-exercise-", dir=folder.parent))
+            folders.add(str(temporary))
         temporary.chmod(0o755)
         (temporary / "kernels").mkdir()
         for file in kernel_folder().iterdir():  # one after the other: the first that fails says why

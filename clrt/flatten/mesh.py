@@ -114,13 +114,27 @@ def polygons(corners: Sequence[np.ndarray], sizes: Sequence[np.ndarray]) -> tupl
     """
     size = np.concatenate([*sizes, np.zeros(0, np.int64)]).astype(np.int64)
     first = starts(size)
-    vertices = np.zeros((int(size.sum()), 4), np.float32)
-    out = np.zeros(len(size), layout.dtype("Polygon"))
-    if not len(size):
-        return out, vertices, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
-    vertices[:, :3] = np.concatenate(corners)
-    points = vertices[:, :3].astype(np.float64)
-    owner = np.repeat(np.arange(len(size)), size)
+    n, vertices = len(size), np.zeros((int(size.sum()), 4), np.float32)
+    out = np.zeros(n, layout.dtype("Polygon"))
+    out["first"], out["count"] = first, size
+    low, high, off = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
+    if n:
+        np.concatenate(corners, out=vertices[:, :3])
+    start, ends = 0, first + size
+    while start < n:  # few at once: each corner takes some 200 bytes meanwhile
+        stop = max(start + 1, int(np.searchsorted(ends, first[start] + _ROWS, "right")))
+        part = slice(start, stop)
+        points = vertices[first[start] : ends[stop - 1], :3].astype(np.float64)
+        low[part], high[part], off[part] = _planes(out[part], points, size[part])
+        start = stop
+    return out, vertices, low, high, off
+
+
+def _planes(
+    out: np.ndarray, points: np.ndarray, size: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fill in the normals of some polygons; their boxes, and how far corners lie off the planes."""
+    first, owner = starts(size), np.repeat(np.arange(len(size)), size)
     local = points - points[first[owner]]
     following = np.arange(len(points)) + 1
     following[first + size - 1] = first
@@ -131,5 +145,4 @@ def polygons(corners: Sequence[np.ndarray], sizes: Sequence[np.ndarray]) -> tupl
     low, high = np.minimum.reduceat(points, first), np.maximum.reduceat(points, first)
     out["normal"][:, :3] = normal
     out["normal"][:, 3] = np.maximum(np.abs(low), np.abs(high)).max(axis=1)
-    out["first"], out["count"] = first, size
-    return out, vertices, low, high, off
+    return low, high, off

@@ -5,23 +5,25 @@ its own 2e-6. So the centre is chosen here in float64, rounded to float32, and t
 exactly that point, and along its own axes, where what is thin is as thin as it is, wherever it points:
 nothing is lost but the rounding of axes and coefficients.
 
-All quadrics of a scene are treated at once: `n` in the shapes below is their number.
+Many quadrics are treated at once: `n` in the shapes below is their number.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from clrt import layout
-from clrt.flatten.mesh import unit
 
 Corners = Sequence[Sequence[float]]
 
-_INFINITE = np.full(3, np.inf)
+Parts = dict[str, np.ndarray]
+"""Fields of `Forms`, `origin` and `curved`, by their names; what is left out is as `_stated` has it."""
 
+_BLOCK = 1 << 11  # forms treated at once: each takes some 3 KB meanwhile
 # Rounding moves a hit to where |F| is up to this times `_magnitude`: for a thin cylinder off the surface.
 _NOISE = 2 * layout.QUADRIC_PAD
 _VANISHES = 1e-14  # of the largest: what rounding in float64 leaves of 0
@@ -31,86 +33,13 @@ _SWEEPS = 6  # of Jacobi's rotations, which converge quadratically
 
 
 @dataclass(frozen=True)
-class Form:
-    """F(d) = d.Qd + 2 g.d + J of d = p - origin, p in object space, all float64; outside is where F grows.
-
-    Coordinate i of `clip @ d` must lie in [low[i], high[i]]. `profile` is set (not NaN) for a surface of
-    revolution: unit axis, s0, s1, alpha, beta, gamma of r^2 = alpha s^2 + beta s + gamma, s0 <= s <= s1.
-    Along `curved` axes of its own it bends, if only a little: there Q is not 0 but for rounding.
-    """
-
-    matrix: np.ndarray  # world from object, (4, 4)
-    origin: np.ndarray
-    q: np.ndarray
-    g: np.ndarray
-    j: float
-    curved: int
-    clip: np.ndarray = field(default_factory=lambda: np.zeros((3, 3)))
-    low: np.ndarray = field(default_factory=lambda: -_INFINITE)
-    high: np.ndarray = field(default_factory=lambda: _INFINITE)
-    profile: np.ndarray = field(default_factory=lambda: np.full(8, np.nan))
-
-
-def ellipsoid(matrix: np.ndarray, center: Sequence[float], radii: Sequence[float]) -> Form:
-    """The ellipsoid with semi-axes `radii` along the object's axes."""
-    return Form(matrix, np.array(center, np.float64), np.diag(1.0 / np.square(radii)), np.zeros(3), -1.0, 3)
-
-
-def general(matrix: np.ndarray, coefficients: Sequence[float], clip: Corners | None = None) -> Form:
-    """Ax^2 + By^2 + Cz^2 + 2Dxy + 2Eyz + 2Fxz + 2Gx + 2Hy + 2Iz + J = 0; `clip`: two corners of a box."""
-    a, b, c, d, e, f, *linear, j = coefficients
-    q = np.array([[a, d, f], [d, b, e], [f, e, c]], np.float64)
-    bends = np.abs(np.linalg.eigvalsh(q) if d or e or f else np.diagonal(q))
-    curved = int((bends > (_VANISHES * bends.max() if d or e or f else 0.0)).sum())
-    form = Form(matrix, np.zeros(3), q, np.array(linear, np.float64), float(j), curved)
-    if clip is None:
-        return form
-    low, high = np.array(clip, np.float64)
-    return replace(form, clip=np.eye(3), low=low, high=high)
-
-
-def cone(matrix: np.ndarray, p0: Sequence[float], r0: float, p1: Sequence[float], r1: float) -> Form:
-    """The side of a truncated cone (or cylinder) between the end circles (p0, r0) and (p1, r1)."""
-    start, end = np.array(p0, np.float64), np.array(p1, np.float64)
-    length = float(np.linalg.norm(end - start))
-    slope, middle = (r1 - r0) / length, 0.5 * (r0 + r1)
-    axis = (end - start) / length
-    if min(r0, r1) < 0.1 * max(r0, r1):
-        # written about its apex: rays near it have almost equal roots, which cancel about any other point
-        s0 = r0 / slope
-        apex = start - axis * s0
-        return _revolution(matrix, apex, axis, (s0, s0 + length, slope * slope, 0.0, 0.0))
-    profile = (-0.5 * length, 0.5 * length, slope * slope, 2 * middle * slope, middle * middle)
-    return _revolution(matrix, 0.5 * (start + end), axis, profile)
-
-
-def paraboloid(
-    matrix: np.ndarray, apex: Sequence[float], axis: Sequence[float], focal: float, height: float
-) -> Form:
-    """r^2 = 4 focal h for 0 <= h <= height, h along `axis` (any length) from the apex."""
-    profile = (0.0, height, 0.0, 4.0 * focal, 0.0)
-    return _revolution(matrix, np.array(apex, np.float64), unit(axis), profile)
-
-
-def _revolution(matrix: np.ndarray, origin: np.ndarray, axis: np.ndarray, profile: tuple[float, ...]) -> Form:
-    s0, s1, alpha, beta, gamma = profile
-    return Form(
-        matrix,
-        origin,
-        q=np.eye(3) - (1.0 + alpha) * np.outer(axis, axis),
-        g=-0.5 * beta * axis,
-        j=-gamma,
-        curved=3 if alpha else 2,
-        clip=np.array([axis, np.zeros(3), np.zeros(3)]),
-        low=np.array([s0, -np.inf, -np.inf]),
-        high=np.array([s1, np.inf, np.inf]),
-        profile=np.array([*axis, *profile]),
-    )
-
-
-@dataclass(frozen=True)
 class Forms:
-    """Many forms, each field stacked; also those about another origin or in world space."""
+    """F(d) = d.Qd + 2 g.d + J of d = p - origin, all float64, of many surfaces; outside is where F grows.
+
+    p is in object space, or in the world once they are moved there. Coordinate i of `clip @ d` must lie in
+    [low[i], high[i]]. `profile` is set (not NaN) for a surface of revolution: unit axis, s0, s1, alpha, beta,
+    gamma of r^2 = alpha s^2 + beta s + gamma, s0 <= s <= s1.
+    """
 
     q: np.ndarray  # (n, 3, 3)
     g: np.ndarray  # (n, 3)
@@ -150,6 +79,96 @@ class Own:
     j: np.ndarray
 
 
+class Form(NamedTuple):
+    """A surface as a shape states it: few numbers, made a form by `records`, thousands at a time."""
+
+    make: Callable[[np.ndarray], Parts]  # of the numbers of many, (n, k)
+    matrix: np.ndarray  # world from object, (4, 4)
+    numbers: tuple[float, ...]
+
+
+def ellipsoid(matrix: np.ndarray, center: Sequence[float], radii: Sequence[float]) -> Form:
+    """The ellipsoid with semi-axes `radii` along the object's axes."""
+    return Form(_ellipsoids, matrix, (*center, *radii))
+
+
+def general(matrix: np.ndarray, coefficients: Sequence[float], clip: Corners | None = None) -> Form:
+    """Ax^2 + By^2 + Cz^2 + 2Dxy + 2Eyz + 2Fxz + 2Gx + 2Hy + 2Iz + J = 0; `clip`: two corners of a box."""
+    if clip is None:
+        return Form(_generals, matrix, tuple(coefficients))
+    return Form(_clipped, matrix, (*coefficients, *clip[0], *clip[1]))
+
+
+def cone(matrix: np.ndarray, p0: Sequence[float], r0: float, p1: Sequence[float], r1: float) -> Form:
+    """The side of a truncated cone (or cylinder) between the end circles (p0, r0) and (p1, r1)."""
+    return Form(_cones, matrix, (*p0, *p1, r0, r1))
+
+
+def paraboloid(
+    matrix: np.ndarray, apex: Sequence[float], axis: Sequence[float], focal: float, height: float
+) -> Form:
+    """r^2 = 4 focal h for 0 <= h <= height, h along `axis` (any length) from the apex."""
+    return Form(_paraboloids, matrix, (*apex, *axis, focal, height))
+
+
+def _ellipsoids(numbers: np.ndarray) -> Parts:
+    q = np.where(np.eye(3) == 1, 1.0 / np.square(numbers[:, 3:, None]), 0.0)
+    return {"origin": numbers[:, :3], "q": q, "j": -np.ones(len(q)), "curved": np.full(len(q), 3)}
+
+
+def _generals(numbers: np.ndarray) -> Parts:
+    q = numbers[:, [[0, 3, 5], [3, 1, 4], [5, 4, 2]]]
+    mixed = numbers[:, 3:6].any(axis=1)
+    bends = np.abs(numbers[:, :3])
+    bends[mixed] = np.abs(np.linalg.eigvalsh(q[mixed]))
+    least = np.where(mixed, _VANISHES * bends.max(axis=1), 0.0)
+    curved = (bends > least[:, None]).sum(axis=1)
+    return {"q": q, "g": numbers[:, 6:9], "j": numbers[:, 9], "curved": curved}
+
+
+def _clipped(numbers: np.ndarray) -> Parts:
+    form, low, high = np.split(numbers, [10, 13], axis=1)
+    return {**_generals(form), "clip": np.eye(3), "low": low, "high": high}
+
+
+def _cones(numbers: np.ndarray) -> Parts:
+    start, end, (r0, r1) = numbers[:, :3], numbers[:, 3:6], numbers[:, 6:].T
+    length = _lengths(end - start)
+    slope, middle = (r1 - r0) / length, 0.5 * (r0 + r1)
+    axis = (end - start) / length[:, None]
+    # written about its apex: rays near it have almost equal roots, which cancel about any other point
+    pointed = np.minimum(r0, r1) < 0.1 * np.maximum(r0, r1)
+    s0 = np.where(pointed, r0 / slope, -0.5 * length)
+    s1 = np.where(pointed, s0 + length, 0.5 * length)
+    origin = np.where(pointed[:, None], start - axis * s0[:, None], 0.5 * (start + end))
+    beta = np.where(pointed, 0.0, 2 * middle * slope)
+    gamma = np.where(pointed, 0.0, middle * middle)
+    return _revolutions(origin, axis, s0, s1, slope * slope, beta, gamma)
+
+
+def _paraboloids(numbers: np.ndarray) -> Parts:
+    apex, axis, (focal, height) = numbers[:, :3], numbers[:, 3:6], numbers[:, 6:].T
+    nothing = np.zeros(len(numbers))
+    along = axis / _lengths(axis)[:, None]
+    return _revolutions(apex, along, nothing, height, nothing, 4.0 * focal, nothing)
+
+
+def _revolutions(origin: np.ndarray, axis: np.ndarray, *profile: np.ndarray) -> Parts:
+    s0, s1, alpha, beta, gamma = profile
+    first = np.arange(3) == 0  # the one coordinate that is clipped
+    return {
+        "origin": origin,
+        "q": np.eye(3) - (1.0 + alpha)[:, None, None] * (axis[:, :, None] * axis[:, None, :]),
+        "g": (-0.5 * beta)[:, None] * axis,
+        "j": -gamma,
+        "curved": np.where(alpha != 0, 3, 2),
+        "clip": np.where(first[:, None], axis[:, None, :], 0.0),
+        "low": np.where(first, s0[:, None], -np.inf),
+        "high": np.where(first, s1[:, None], np.inf),
+        "profile": np.column_stack([axis, *profile]),
+    }
+
+
 def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """The quadrics as the device reads them, with their boxes, and which of them are too thin for that.
 
@@ -158,16 +177,47 @@ def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     Of those that are too thin, (n,), a curvature is lost in rounding: the record is of a plate or rod that
     never ends.
     """
-    out = np.zeros(len(forms), layout.dtype("Quadric"))
-    if not forms:
-        return out, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0, bool)
-    stacked = Forms(
-        *(np.stack([getattr(form, name) for form in forms]) for name in Forms.__dataclass_fields__)
-    )
+    n = len(forms)
+    out, thin = np.zeros(n, layout.dtype("Quadric")), np.zeros(n, bool)
+    low, high = np.zeros((n, 3)), np.zeros((n, 3))
+    for start in range(0, n, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        low[part], high[part], thin[part] = _block(forms[part], out[part])
+    return out, low, high, thin
+
+
+def _stated(forms: Sequence[Form]) -> tuple[Forms, np.ndarray, np.ndarray]:
+    """The forms; their origins (n, 3); along how many axes of their own they bend, (n,), if only a little:
+    there Q is not 0 but for rounding."""
+    n = len(forms)
+    parts = {
+        "q": np.zeros((n, 3, 3)),
+        "g": np.zeros((n, 3)),
+        "j": np.zeros(n),
+        "clip": np.zeros((n, 3, 3)),
+        "low": np.full((n, 3), -np.inf),
+        "high": np.full((n, 3), np.inf),
+        "profile": np.full((n, 8), np.nan),
+        "origin": np.zeros((n, 3)),
+        "curved": np.zeros(n, np.int64),
+    }
+    alike: dict[Callable[[np.ndarray], Parts], list[int]] = {}
+    for number, form in enumerate(forms):
+        alike.setdefault(form.make, []).append(number)
+    for make, which in alike.items():
+        for name, values in make(np.array([forms[number].numbers for number in which], np.float64)).items():
+            parts[name][which] = values
+    origin, curved = parts.pop("origin"), parts.pop("curved")
+    return Forms(**parts), origin, curved
+
+
+def _block(forms: Sequence[Form], out: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fill the records of some; their boxes, and which are too thin."""
+    stacked, origin, curved = _stated(forms)
     matrix = np.stack([form.matrix for form in forms])
     linear = matrix[:, :3, :3]
     inverse = np.linalg.inv(linear)
-    origin = _times(linear, np.stack([form.origin for form in forms])) + matrix[:, :3, 3]
+    origin = _times(linear, origin) + matrix[:, :3, 3]
 
     low, high = _boxes(stacked, linear, np.zeros(len(forms)))
     bounded = np.isfinite(low).all(1) & np.isfinite(high).all(1)
@@ -193,13 +243,13 @@ def records(forms: Sequence[Form]) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     along_low, along_high = _boxes(stacked, axes @ linear, np.zeros(len(forms)))
     shift = _times(axes, center - origin)
     along = np.maximum(np.abs(along_low - shift), np.abs(along_high - shift))
-    fewer = (values != 0).sum(1) < np.array([form.curved for form in forms])
+    fewer = (values != 0).sum(1) < curved
     thin = fewer & _bends_unseen(all_values, values == 0, along, world.j)
     noise = np.where(bounded, _NOISE * _magnitude(about, farthest, along), 0.0)
     low, high = _boxes(stacked, linear, noise)
     low, high = low + origin, high + origin
     _write(out, center, about, world, low, high)
-    return out, low, high, thin
+    return low, high, thin
 
 
 def _bends_unseen(values: np.ndarray, lost: np.ndarray, along: np.ndarray, j: np.ndarray) -> np.ndarray:
@@ -311,6 +361,7 @@ def _own_axes(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     values, axes = q.copy(), np.broadcast_to(np.eye(3), q.shape).copy()
     for _ in range(_SWEEPS):
+        before = values.tobytes(), axes.tobytes()
         for i, j in ((0, 1), (0, 2), (1, 2)):
             off, half = values[:, i, j], 0.5 * (values[:, j, j] - values[:, i, i])
             turns = np.abs(off) > _VANISHES * np.abs(values).max(axis=(1, 2))
@@ -321,6 +372,8 @@ def _own_axes(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             turn = np.broadcast_to(np.eye(3), q.shape).copy()
             turn[:, i, i], turn[:, i, j], turn[:, j, i], turn[:, j, j] = cosine, -sine, sine, cosine
             values, axes = turn @ values @ np.swapaxes(turn, 1, 2), turn @ axes
+        if (values.tobytes(), axes.tobytes()) == before:  # nor would the next sweeps change anything
+            break
     return np.diagonal(values, axis1=1, axis2=2).copy(), axes
 
 
@@ -373,3 +426,8 @@ def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.einsum("ni,ni->n", a, b)
+
+
+def _lengths(vectors: np.ndarray) -> np.ndarray:
+    """`np.linalg.norm` of each of the rows, to the bit: the sums are BLAS's, as its own is."""
+    return np.sqrt(np.matmul(vectors[:, None, :], vectors[:, :, None])[:, 0, 0])

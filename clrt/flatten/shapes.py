@@ -51,6 +51,7 @@ _MANY = 64  # primitives of a shape for which an array is faster than a list of 
 # corner i of a box is at its maximum on x, y, z where bit 0, 1, 2 of i is set; counter-clockwise from outside
 _BOX_CORNERS = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)])
 _BOX_FACES = np.array([[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]])
+_BOX_COUNTS = np.full(6, 4)
 
 
 @dataclass
@@ -203,8 +204,8 @@ def _box(out: Collected, shape: Box, index: int, material: int, at: str) -> None
     # transformed once, so that faces share their corners to the bit
     corners = world_points(np.where(_BOX_CORNERS, shape.max, shape.min), matrix)
     faces = _BOX_FACES[:, [0, 3, 2, 1]] if mirrors(matrix) else _BOX_FACES
-    out.corners.append(corners[faces].reshape(-1, 3))
-    out.corner_counts.append(np.full(6, 4))
+    out.corners.append(corners[faces].reshape(-1, 3).astype(np.float32))
+    out.corner_counts.append(_BOX_COUNTS)
     out.number("POLYGON", index, material, 6)
 
 

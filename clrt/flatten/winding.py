@@ -3,12 +3,16 @@
 The sum of its triangles' solid angles says so, in time of points times triangles. A closed mesh has one
 number wherever none of its faces lies between: the sum is asked at one point, and on the way from there to
 another the faces that are crossed change it by one each. Boxes of points are halved until few faces are
-within. Where a way passes an edge or ends on a face to within rounding, the sum itself decides, as it does of
-open meshes, whose number is a whole one nowhere.
+within. Where a way passes an edge or ends on a face to within rounding, the sum itself decides.
+
+An open mesh is closed: places at its rim that are nearer to each other than the kernels' numbers tell are
+one (the seam of a grid of angles, sin(2 pi) beside 0), and a fan about a point fills what is left. The solid
+angles of the fan are then taken away again: of points times edges of the rim, which are few.
 """
 
 from __future__ import annotations
 
+import itertools
 from typing import Final
 
 import numpy as np
@@ -18,18 +22,64 @@ _FEW: Final = 64  # points below which it is not asked whether a mesh is closed
 _CROSSED: Final = 1 << 17  # points times triangles of which is asked at once who crosses whom
 _ROUNDED: Final = 1e-12  # of a volume: thousands of roundings
 _SHRINKS: Final = 0.25  # how far from a half's middle its start lies, of the way to one of the whole
+_NEAR: Final = 2.0**-22  # of a mesh's size: as float32 has it; nearer places at its rim are one
 _SEED: Final = 5
 
 
 def winding_numbers(vertices: np.ndarray, triangles: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Of vertices (v, 3) and triangles (t, 3) of their numbers: (n,) float64 for finite points (n, 3)."""
+    """Of vertices (v, 3), triangles (t, 3) of their numbers: (n,) whole float64 of finite points (n, 3)."""
     corners = vertices[triangles]
-    if len(points) <= _FEW or not _closes(vertices, triangles):
+    if len(points) <= _FEW:
         return _summed(corners, points)
+    whole, fan = _closed(vertices, triangles)
+    if 2 * len(fan) > len(corners):
+        return _summed(corners, points)
+    found = _of_closed(whole, points)
+    return np.round(found - _angles(fan, points)) if len(fan) else found
+
+
+def _closed(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A mesh closed by a fan, and the fan: triangles (t + k, 3, 3) and (k, 3, 3); of a closed one none."""
+    rim = _rim(triangles)
+    if len(rim):
+        vertices, place = np.unique(vertices, axis=0, return_inverse=True)
+        triangles = place.reshape(-1)[triangles]
+        rim = _rim(triangles)
+    if len(rim):
+        at, near = np.unique(rim), np.ptp(vertices, axis=0).max() * _NEAR
+        for shift in itertools.product((0.0, 0.5), repeat=3):  # some grid has any two near ones in one cell
+            cells = np.floor(vertices[at] / near + shift)
+            _, first, cell = np.unique(cells, axis=0, return_index=True, return_inverse=True)
+            vertices[at] = vertices[at[first[cell.reshape(-1)]]]
+        vertices, place = np.unique(vertices, axis=0, return_inverse=True)
+        triangles = place.reshape(-1)[triangles]
+        rim = _rim(triangles)
+    corners = vertices[triangles]
+    fan = np.empty((len(rim), 3, 3))
+    if len(rim):
+        fan[:, 0], fan[:, 1] = vertices[rim[:, 1]], vertices[rim[:, 0]]
+        fan[:, 2] = vertices[np.unique(rim)].mean(axis=0)
+    return np.concatenate([corners, fan]), fan
+
+
+def _rim(triangles: np.ndarray) -> np.ndarray:
+    """Edges (k, 2) that no other runs along the other way, as often as there are more of them."""
+    first, second = triangles.astype(np.int64), np.roll(triangles, -1, axis=1).astype(np.int64)
+    apart = first != second
+    first, second = first[apart], second[apart]
+    edges, which = np.unique(np.minimum(first, second) << 32 | np.maximum(first, second), return_inverse=True)
+    more = np.bincount(which, np.where(first < second, 1, -1), len(edges)).astype(np.int64)
+    ends = np.repeat(np.stack([edges >> 32, edges & 0xFFFFFFFF], axis=1), np.abs(more), axis=0)
+    back = np.repeat(more, np.abs(more)) < 0
+    return np.where(back[:, None], ends[:, ::-1], ends)
+
+
+def _of_closed(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """`winding_numbers` of triangles (t, 3, 3) each of whose edges another runs along the other way."""
     low, high = corners.min(axis=1), corners.max(axis=1)
     random, out = np.random.default_rng(_SEED), np.empty(len(points))
     # a start off all points: in their plane, or on their line, many ways could pass along edges
-    size = max(float(np.ptp(points, axis=0).max()), float(np.ptp(vertices, axis=0).max()))
+    size = max(float(np.ptp(points, axis=0).max()), float((high.max(axis=0) - low.min(axis=0)).max()))
     start = points.mean(axis=0) + _SHRINKS * size * random.uniform(-1, 1, 3)
     number = float(_summed(corners, start[None])[0])
     waiting = [(np.arange(len(points)), np.arange(len(corners)), start, number)]
@@ -56,11 +106,16 @@ def winding_numbers(vertices: np.ndarray, triangles: np.ndarray, points: np.ndar
 
 def _summed(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
     """The sum of the solid angles of triangles (t, 3, 3), in turns, rounded: (n,)."""
+    return np.round(_angles(corners, points))
+
+
+def _angles(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """The sum of the solid angles of triangles (t, 3, 3), in turns: (n,)."""
     out, step = np.empty(len(points)), max(1, _PAIRS // max(len(corners), 1))
     for first in range(0, len(points), step):
         seen = corners[None] - points[first : first + step, None, None]
         out[first : first + step] = _solid_angles(*np.moveaxis(seen, 2, 0)).sum(axis=1) / (4 * np.pi)
-    return np.round(out)
+    return out
 
 
 def _solid_angles(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
@@ -96,18 +151,3 @@ def _crossed(start: np.ndarray, points: np.ndarray, corners: np.ndarray) -> np.n
     change = enters.sum(axis=1, dtype=np.float64) - leaves.sum(axis=1)
     change[~(misses | leaves | enters).all(axis=1)] = np.nan
     return change
-
-
-def _closes(vertices: np.ndarray, triangles: np.ndarray) -> bool:
-    """Whether every edge has one that runs the other way, between the same places."""
-    if _pairs_up(triangles):
-        return True
-    _, place = np.unique(vertices, axis=0, return_inverse=True)
-    return _pairs_up(place.reshape(-1)[triangles])
-
-
-def _pairs_up(triangles: np.ndarray) -> bool:
-    first, second = triangles.astype(np.int64), np.roll(triangles, -1, axis=1).astype(np.int64)
-    apart = first != second
-    forth, back = np.sort((first << 32 | second)[apart]), np.sort((second << 32 | first)[apart])
-    return bool((forth == back).all())

@@ -13,6 +13,7 @@ from typing import Final
 Steps = tuple[str | int, ...]
 
 _STEP: Final = re.compile(r"\.?([\w-]+)|\[(\d+)\]")
+_PLAIN: Final = re.compile(rf"(?:{_STEP.pattern})*")
 _KEY: Final = r"""(?:[\w-]+|"[^"\\]*"|'[^']*')"""
 _NAME: Final = rf"{_KEY}(?:\s*\.\s*{_KEY})*"
 _HEADER: Final = re.compile(rf"\s*(\[\[?)\s*({_NAME})\s*\]\]?\s*(?:#.*)?$")
@@ -27,6 +28,7 @@ def toml_line(text: str, path: str) -> int | None:
     if '"""' in text or "'''" in text:
         return None  # what looks like a key there may be a part of a text
     lines: dict[Steps, int] = {}
+    wholes: dict[Steps, int] = {}  # [[shapes]] as a whole, or a of [a.b]: where it begins
     counts: dict[Steps, int] = {}  # tables of each [[array]] so far
     table: Steps = ()
     depth = 0  # of brackets that a value has left open
@@ -35,6 +37,8 @@ def toml_line(text: str, path: str) -> int | None:
         if depth == 0 and header:
             table = _table(counts, _names(header[2]), header[1] == "[[")
             lines.setdefault(table, number)
+            for end in range(1, len(table)):
+                wholes.setdefault(table[:end], number)
         elif depth == 0 and entry:
             names = _names(entry[1])
             for end in range(1, len(names) + 1):
@@ -43,6 +47,8 @@ def toml_line(text: str, path: str) -> int | None:
         elif depth:
             depth += _opened(line)
     steps = _steps(path)
+    if steps not in lines and steps in wholes and _PLAIN.fullmatch(path):  # not of an item that is not there
+        return wholes[steps]
     return next((lines[steps[:end]] for end in range(len(steps), 0, -1) if steps[:end] in lines), None)
 
 

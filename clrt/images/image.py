@@ -20,9 +20,10 @@ from clrt.base import arguments
 from clrt.base.arguments import public
 from clrt.base.errors import ClrtError, fault, show
 from clrt.base.frozen import FrozenDict
+from clrt.base.interrupts import folders
 from clrt.base.layers import find
 from clrt.base.limits import Limits
-from clrt.base.scratch import placed, scratch
+from clrt.base.scratch import noted, scratch
 from clrt.base.suggest import nearest
 from clrt.images import file as imagefile
 from clrt.images.cryptomatte import manifest_of, matte
@@ -244,9 +245,10 @@ class Image:
             display(Picture(data=self._png(exposure)))
             return
         viewer, shown = _viewer(), self._png(exposure)
-        # the file stays: a viewer may still be starting when its command has returned
-        file = Path(placed(tempfile.mkdtemp, prefix="clrt-")) / f"{self.hash[:12]}.png"
+        folder = noted(tempfile.mkdtemp, prefix="clrt-")
+        file = Path(folder, f"{self.hash[:12]}.png")
         file.write_bytes(shown)
+        folders.discard(folder)  # it stays: a viewer may still be starting when its command has returned
         subprocess.run([*viewer, str(file)], check=False)
 
     def _repr_png_(self) -> bytes:

@@ -36,6 +36,7 @@ else:
 
 PICTURES: Final = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
 RADIANCE: Final = 32  # bits of a sample that does not end at white
+COMPARING: Final = 110  # bytes of memory for a pixel of the larger picture; strips of a fixed size come to it
 SECONDS: Final = 30.0  # of processor time, that causes are looked for in a scene
 
 
@@ -115,6 +116,7 @@ def compare(
     mask: bool = False,
     seconds: float = SECONDS,
     device: int | str | None = None,
+    limits: Limits | None = None,
 ) -> Verdict:
     """Judge picture `a` by `b`, what it should show.
 
@@ -124,24 +126,27 @@ def compare(
     are sRGB, which ends at white, as do files of integers: the other is then clipped there, too, and a note
     says how much of it.
     gates: limits by the names of figures, such as {"SSIM": 0.99, "pixels that differ": 0.001}, in place of
-    the usual ones. mask: leave edges out, where correct programs differ.
+    the usual ones. mask: leave edges out, where correct programs differ. limits: of what files may take, and
+    of the memory that comparing does (`host_bytes`; see COMPARING).
     ClrtError for arguments of another kind, files that cannot be read, and where packages of
     `clrt[validation]` are missing.
     """
-    wanted = None
+    wanted, limits = None, arguments.instance("limits", limits or Limits(), Limits)
     if gates is not None:
-        limits = arguments.mapping("gates", gates)
-        wanted = {name: arguments.number(f"gates[{name!r}]", value) for name, value in limits.items()}
+        given = arguments.mapping("gates", gates)
+        wanted = {name: arguments.number(f"gates[{name!r}]", value) for name, value in given.items()}
     mask, seconds = arguments.flag("mask", mask), arguments.number("seconds", seconds)
     if not seconds >= 0:
         raise ClrtError(fault("", "seconds", seconds, "it must be a number >= 0"))
     device = arguments.device("device", device)
-    (picture, bits), (judged, bits_of_b), scene = _stored("a", a), _picture_or_scene("b", b), None
+    (picture, bits), (judged, bits_of_b) = _stored("a", a, limits), _picture_or_scene("b", b, limits)
+    scene = None
     with needing_extra("comparing pictures"):
         pictures = validation_module("compare.pictures")
         if isinstance(judged, Scene):
             scene = pictures.reference_of(judged, picture.shape[:2], device)
             judged = scene.render()
+        check_room(picture, judged, limits)
         both = bits, bits_of_b
         found = pictures.compare_pictures(picture, judged, mask, scene, None, seconds, wanted, both)
     for pixels in (picture, judged):
@@ -171,13 +176,20 @@ def _name(given: Any, otherwise: str) -> str:
     return os.fspath(given) if isinstance(given, (str, os.PathLike)) else otherwise
 
 
-def _picture_or_scene(name: str, given: Any) -> tuple[Any, int]:
+def check_room(picture: np.ndarray, reference: np.ndarray, limits: Limits) -> None:
+    """LimitError where comparing two pictures would take more memory than `Limits.host_bytes`."""
+    most = max(image.shape[0] * image.shape[1] for image in (picture, reference))
+    how = "clrt.compare(..., limits=Limits({}))"
+    limits.check("host_bytes", COMPARING * most, place="comparing", how=how)
+
+
+def _picture_or_scene(name: str, given: Any, limits: Limits) -> tuple[Any, int]:
     """Pixels and their bits, or the scene that a dict, or a file that is no picture's, describes."""
     file = isinstance(given, (str, os.PathLike))
     if file and arguments.path(name, given).suffix.lower() in PICTURES:
-        return _stored(name, given)
+        return _stored(name, given, limits)
     if not (file or isinstance(given, (Scene, Mapping))):
-        return _stored(name, given)
+        return _stored(name, given, limits)
     scene = as_scene(given)
     if scene.camera is None:
         raise ClrtError(f"{given if file else name}: camera: missing; a picture needs a [camera]")
@@ -187,7 +199,7 @@ def _picture_or_scene(name: str, given: Any) -> tuple[Any, int]:
 @public
 def as_pixels(name: str, given: Any) -> np.ndarray:
     """Linear float32 (height, width, 3) of what `compare` takes for a picture; of an array's a copy."""
-    return _stored(name, given)[0]
+    return _stored(name, given, Limits())[0]
 
 
 def bits_of_file(path: str | os.PathLike[str], limits: Limits | None = None) -> int:
@@ -197,7 +209,7 @@ def bits_of_file(path: str | os.PathLike[str], limits: Limits | None = None) -> 
         return {oiio.UINT8: 8, oiio.UINT16: 16}.get(source.spec().format.basetype, RADIANCE)
 
 
-def _stored(name: str, given: Any) -> tuple[np.ndarray, int]:
+def _stored(name: str, given: Any, limits: Limits) -> tuple[np.ndarray, int]:
     """`as_pixels`, and the bits of a sample as it was given."""
     if isinstance(given, Image):
         return given.pixels, RADIANCE
@@ -205,7 +217,7 @@ def _stored(name: str, given: Any) -> tuple[np.ndarray, int]:
         path = arguments.path(name, given)
         if path.suffix.lower() not in PICTURES:
             raise ClrtError(f"{path}: not a picture's file ({', '.join(PICTURES)}); only b may be a scene")
-        return read_samples(path), bits_of_file(path)
+        return read_samples(path, limits), bits_of_file(path, limits)
     right = "it must be a clrt.Image, an array (height, width, 3) or a picture's file"
     if isinstance(given, Scene):
         raise ClrtError(f"{name}: a scene; only b, what the picture should show, may be one")

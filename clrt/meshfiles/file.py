@@ -29,7 +29,7 @@ from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.embedded import itself_of
 from clrt.meshfiles.gltf.reader import read_gltf
 from clrt.meshfiles.look import NONE
-from clrt.meshfiles.obj.lines import form_of, left_out, mixed_forms, plain_obj
+from clrt.meshfiles.obj.lines import check_lines, form_of, left_out, mixed_forms, plain_obj
 from clrt.meshfiles.obj.materials import LIBRARY, Materials
 from clrt.meshfiles.obj.mtl import text_of
 from clrt.meshfiles.outlines import Outlines
@@ -137,11 +137,7 @@ def open_mesh(
     """
     suffix = path.suffix.lower()
     if suffix == ".obj":
-        data = plain_obj(data)
-        if lost := left_out(data):
-            notices.warn(at.source, at.path, f"{path.name}: its {' and '.join(lost)} are left out")
-        if apart:
-            return _obj_apart(data, path, at, limits)
+        return _open_obj(data, path, at, limits, apart)
     if suffix not in (".glb", ".gltf"):
         colors = PlyColors.of(data, apart) if suffix == ".ply" else None
         placed = _parse(_prepared(data, suffix), path, at, colors=colors)
@@ -160,6 +156,24 @@ def open_mesh(
 
     placed = read_gltf(data, suffix == ".glb", fetch, check, itself_of(path, at, limits, data), colors=apart)
     return spread(placed) if apart else placed
+
+
+def _open_obj(data: bytes, path: Path, at: At, limits: Limits, apart: bool) -> Placed:
+    """An OBJ's parts, with colours of vertices and materials if it is read `apart`.
+
+    What is wrong with a line is told with its number.
+    """
+    try:
+        plain = plain_obj(data)
+        if lost := left_out(plain):
+            notices.warn(at.source, at.path, f"{path.name}: its {' and '.join(lost)} are left out")
+        read = _obj_apart(plain, path, at, limits) if apart else _parse(_prepared(plain, ".obj"), path, at)
+    except BrokenMesh:
+        check_lines(data)
+        raise
+    if not len(read.which):  # trimesh passes over faces where there are no vertices at all
+        check_lines(data)
+    return read
 
 
 def _obj_apart(data: bytes, path: Path, at: At, limits: Limits) -> Placed:

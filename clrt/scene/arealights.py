@@ -20,6 +20,17 @@ Samples = Annotated[
 Radius = Annotated[float, Meta(gt=0, description="a radius must be > 0")]
 
 
+_FAR: Final = 1e18  # three squares of twice that are a float32, and so is a distance
+
+
+def check_reach(at: At, **lengths: Triple) -> None:
+    """`SceneError` for a light so far away that float32 takes its distance for infinite: it would be dark."""
+    for name, length in lengths.items():
+        if max(map(abs, length)) > _FAR:
+            text = f"a light reaches {_FAR:g} at most; a directional one shines from infinitely far"
+            raise at.key(name).error(length, text)
+
+
 class AreaLight(Colored, frozen=True, kw_only=True):
     """A surface of `radiance`, which each hit sees by feelers to `samples` of its points.
 
@@ -69,6 +80,7 @@ class RectangleLight(AreaLight, frozen=True, kw_only=True, tag="rectangle", tag_
         if is_zero(cross(float32(self.u).tolist(), float32(self.v).tolist())) or not _has_area(self.area):
             text = "u and v must not be parallel, nor the area 0 or infinite in float32"
             raise at.key("v").error(self.v, text)
+        check_reach(at, center=self.center, u=self.u, v=self.v)
 
 
 class DiskLight(AreaLight, frozen=True, kw_only=True, tag="disk", tag_field="type"):
@@ -89,6 +101,7 @@ class DiskLight(AreaLight, frozen=True, kw_only=True, tag="disk", tag_field="typ
             raise at.key("normal").error(self.normal, "a normal must not be zero")
         if not _has_area(self.area):
             raise at.key("radius").error(self.radius, "the disk's area is 0 or infinite in float32")
+        check_reach(at, center=self.center)
 
 
 class SphereLight(AreaLight, frozen=True, kw_only=True, tag="sphere", tag_field="type"):
@@ -101,6 +114,7 @@ class SphereLight(AreaLight, frozen=True, kw_only=True, tag="sphere", tag_field=
         Colored.check(self, at)
         if not _has_area(math.pi * self.radius * self.radius):
             raise at.key("radius").error(self.radius, "the sphere's area is 0 or infinite in float32")
+        check_reach(at, center=self.center)
 
 
 def _has_area(area: float) -> bool:

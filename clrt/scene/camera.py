@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Annotated, Any, Final, Literal
 
@@ -121,9 +121,10 @@ class Camera(Record, frozen=True, kw_only=True):
         return self.stated("K") is not None
 
     @classmethod
-    def instead_of(cls, field: str) -> tuple[str, ...]:
-        """The fields that say otherwise what this one says: who edits it takes them away."""
-        return _INSTEAD.get(field, ())
+    def instead_of(cls, field: str, table: Mapping[str, Any]) -> tuple[str, ...]:
+        """The fields that say otherwise, in what is stated, what this one says: who edits it drops them."""
+        follows = field == "K" and table.get("K") is None  # then it has the shift within
+        return (*_INSTEAD.get(field, ()), *(("shift",) if follows else ()))
 
     def half_extents(self, width: int, height: int) -> tuple[float, float]:
         """Half width and height of the view of a picture of that size: tangents; lengths if orthographic."""

@@ -154,7 +154,7 @@ def kept(old: Record | Mapping[str, Any] | None, kind: type[Record], said: Itera
     if old is None:
         return {}
     table = fields_of(old) if isinstance(old, Record) else old
-    others = {other for name in said for other in kind.instead_of(name)}
+    others = {other for name in said for other in kind.instead_of(name, table)}
     return {name: value for name, value in table.items() if value is not None and name not in others}
 
 

@@ -8,7 +8,7 @@ from msgspec import Meta
 
 from clrt.base.places import At
 from clrt.base.records import Vector, float32, is_zero
-from clrt.scene.arealights import DiskLight, RectangleLight, SphereLight
+from clrt.scene.arealights import DiskLight, RectangleLight, SphereLight, check_reach
 from clrt.spectra.colors import Colored, LightColor
 
 Falloff = Annotated[
@@ -27,6 +27,10 @@ class PointLight(Colored, frozen=True, kw_only=True, tag="point", tag_field="typ
     def place(self) -> tuple[float, float, float, float]:
         """Where it is, (x, y, z, 1); of a light infinitely far away (x, y, z, 0), a way towards it."""
         return (*self.position, 1.0)
+
+    def check(self, at: At) -> None:
+        Colored.check(self, at)
+        check_reach(at, position=self.position)
 
 
 class DirectionalLight(Colored, frozen=True, kw_only=True, tag="directional", tag_field="type"):
@@ -75,6 +79,7 @@ class SpotLight(Colored, frozen=True, kw_only=True, tag="spot", tag_field="type"
         Colored.check(self, at)
         if is_zero(float32(self.target) - float32(self.position)):
             raise at.key("target").error(self.target, "a spot's target must not be at its position")
+        check_reach(at, position=self.position)
 
 
 Light = PointLight | DirectionalLight | SpotLight | RectangleLight | DiskLight | SphereLight

@@ -36,7 +36,7 @@ def encoded(scene: Scene, path: Path) -> bytes:
     if suffix not in (".toml", ".json"):
         text = "a scene is saved as .toml or .json (`clrt convert` writes .xml, .pov and .nff, too)"
         raise SceneError(located(str(path), "", text))
-    table = _moved(scene, path)
+    table = moved(scene, path)
     text = tomli_w.dumps(table) if suffix == ".toml" else json.dumps(table, indent=2) + "\n"
     try:
         data = text.encode("utf-8")
@@ -52,12 +52,30 @@ def encoded(scene: Scene, path: Path) -> bytes:
     return data
 
 
-def _moved(scene: Scene, path: Path) -> dict[str, Any]:
-    """The scene's dict with the names of its files as seen from the folder of `path`."""
+def moved(scene: Scene, path: Path, whole: bool = False) -> dict[str, Any]:
+    """The scene's dict with the names of its files as seen from the folder of `path`.
+
+    Meshes that lie elsewhere are in it themselves; `whole`: all are.
+    """
     table = scene.to_dict()
     old, new = (scene.folder or Path()).resolve(), Path(os.path.realpath(path)).parent
-    if old == new:
-        return table
+    if old != new:
+        _rename_pictures(scene, table, path, old, new)
+    for shape, entry in zip(scene.shapes, table.get("shapes", ()), strict=True):
+        if not isinstance(shape, Mesh) or shape.file is None or (old == new and not whole):
+            continue
+        file = (old / shape.file).resolve()
+        if file.is_relative_to(new) and not whole:
+            entry["file"] = file.relative_to(new).as_posix()
+        else:
+            del entry["file"]
+            entry.pop("part", None)
+            entry |= shape.data().to_dict()
+    return table
+
+
+def _rename_pictures(scene: Scene, table: dict[str, Any], path: Path, old: Path, new: Path) -> None:
+    """Name pictures in the scene's dict as seen from the folder `new`."""
     if scene.background_path is not None:
         table["background"] = _seen_from(new, old, str(scene.background), At(str(path), "background"))
     for place, material in _materials(table, At(str(path))):
@@ -66,17 +84,6 @@ def _moved(scene: Scene, path: Path) -> dict[str, Any]:
             if isinstance(picture, dict) and "file" in picture:
                 where = place.key(key).key("file")
                 material[key] = picture | {"file": _seen_from(new, old, picture["file"], where)}
-    for shape, entry in zip(scene.shapes, table.get("shapes", ()), strict=True):
-        if not isinstance(shape, Mesh) or shape.file is None:
-            continue
-        file = (old / shape.file).resolve()
-        if file.is_relative_to(new):
-            entry["file"] = file.relative_to(new).as_posix()
-        else:
-            del entry["file"]
-            entry.pop("part", None)
-            entry |= shape.data().to_dict()
-    return table
 
 
 def _seen_from(new: Path, old: Path, name: str, at: At) -> str:

@@ -109,7 +109,8 @@ def thesis_finish(values: np.ndarray) -> np.ndarray:
     """(..., 3) linear colours of (..., 4) values of `thesis_matrix`.
 
     The program shows (x, y, z) / max(x, y, z) * integral as it is, without a gamma. So that an 8-bit picture
-    shows these numbers, too, they are taken for sRGB-encoded and decoded; beyond 1 the curve goes on.
+    shows these numbers, too, they are taken for sRGB-encoded and decoded; beyond 1 the curve goes on. Where
+    none of the three is positive, as a filter's negative lobes may leave them, they are black.
     """
     linear = np.empty((*values.shape[:-1], 3))
     flat, found = values.reshape(-1, 4), linear.reshape(-1, 3)
@@ -118,7 +119,7 @@ def thesis_finish(values: np.ndarray) -> np.ndarray:
         rows = np.array(flat[part].T, np.float64, order="C")  # numpy is slow along axes of three
         top = np.maximum(np.maximum(rows[0], rows[1]), rows[2])
         shown = rows[:3]
-        shown /= np.where(top > 0, top, 1.0)
+        shown /= np.where(top <= 0, np.inf, top)  # NaN stays NaN
         shown *= rows[3]
         curve = np.maximum(shown, 0.04045)  # what is less is on the straight part
         curve += 0.055

@@ -22,9 +22,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from socketserver import TCPServer
 from typing import Any, Final
 
-from clrt.base.errors import ClrtError, legible
+from clrt.base.errors import NO_MEMORY, ClrtError, exhausted, legible
 from clrt.base.log import log
-from clrt.view.session import Answer, Session
+from clrt.view.session import Answer, Session, answered
 from clrt.view.web import module, page, style
 
 HOST: Final = "127.0.0.1"
@@ -136,7 +136,12 @@ class Server(ThreadingHTTPServer):
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         error = sys.exc_info()[1]
-        if not isinstance(error, OSError):  # of a page that went away
+        if isinstance(error, OSError):  # of a page that went away
+            return
+        spent = error and exhausted(error)
+        if spent:
+            print(f"clrt: a question was not answered: {spent}", file=sys.stderr)
+        else:
             super().handle_error(request, client_address)
 
 
@@ -177,14 +182,16 @@ class _Handler(BaseHTTPRequestHandler):
             return
         body = self._body()
         if body is not None:
-            table, data = self._answer(name, body)
-            self._send(200, packed(table, data), "application/octet-stream")
+            table, data = answered(lambda: self._answer(name, body))
+            try:
+                whole = packed(table, data)
+            except MemoryError:
+                whole = packed({"error": NO_MEMORY}, b"")
+            self._send(200, whole, "application/octet-stream")
 
     def _answer(self, name: str, body: bytes) -> Answer:
         try:
             return self.server.session.answer(name, json.loads(body), self._is_gone)
-        except ClrtError as error:
-            return {"error": legible(str(error))}, b""
         except (ValueError, RecursionError) as error:
             return {"error": f"the question is no JSON: {error}"}, b""
 

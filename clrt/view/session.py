@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from clrt.base import arguments, notices
-from clrt.base.errors import ClrtError, SceneError, legible, show
+from clrt.base.errors import ClrtError, SceneError, exhausted, legible, show
 from clrt.base.layers import LAYERS, Spectral, comes_from, find
 from clrt.base.places import At
 from clrt.scene.camera import Camera
@@ -44,6 +44,19 @@ _GROUPS: Final = {
 
 class Superseded(Exception):
     """Nobody waits for this picture any more."""
+
+
+def answered(ask: Callable[[], Answer]) -> Answer:
+    """An answer; or what is wrong with the question, or what of the machine ran out for it."""
+    try:
+        return ask()
+    except ClrtError as error:
+        said = str(error)
+    except (MemoryError, OSError, RuntimeError, ImportError) as error:
+        said = exhausted(error)
+        if not said:
+            raise
+    return {"error": legible(said)}, b""
 
 
 def without_camera(scene: Scene) -> SceneError:

@@ -10,10 +10,10 @@ from typing import Any, Final
 
 import anywidget
 
-from clrt.base.errors import ClrtError, legible
+from clrt.base.errors import NO_MEMORY, legible
 from clrt.engine.tracer import Tracer
 from clrt.scene.scene import Scene
-from clrt.view.session import Answer, Session
+from clrt.view.session import Session, answered
 from clrt.view.web import module, style
 
 _QUESTIONS: Final = 8  # answered at a time; a picture waits for the one that it supersedes
@@ -54,16 +54,14 @@ class View(anywidget.AnyWidget):
 
     def _answer(self, message: dict[str, Any]) -> None:
         kind, body = message.get("kind"), message.get("body")
-        table, data = answered(lambda: self._session.answer(str(kind), body))
+        try:
+            table, data = answered(lambda: self._session.answer(str(kind), body))
+        except Exception as error:  # nobody hears of it in this thread, and the page would wait for ever
+            table, data = {"error": legible(f"{type(error).__name__}: {error}")}, b""
         if kind == "frame" and isinstance(body, dict) and "error" not in table and "superseded" not in table:
             self._shown = {name: body[name] for name in ("camera", "changes") if name in body}
         with self._sending:
-            self.send({"id": message.get("id"), "table": table}, [data])
-
-
-def answered(ask: Callable[[], Answer]) -> Answer:
-    """An answer, or what is wrong with the question."""
-    try:
-        return ask()
-    except ClrtError as error:
-        return {"error": legible(str(error))}, b""
+            try:
+                self.send({"id": message.get("id"), "table": table}, [data])
+            except MemoryError:  # a notebook copies it; the page waits until it hears something
+                self.send({"id": message.get("id"), "table": {"error": NO_MEMORY}}, [b""])

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.base.arguments import names, vectors
+from clrt.base.arguments import device, names, number, vectors, whole
 from clrt.base.elsewhere import apart
 from clrt.base.errors import show
 from clrt.engine.answers import FIELDS, Crossings
@@ -42,6 +42,29 @@ def test_masks_are_not_ignored() -> None:
     with pytest.raises(clrt.ClrtError, match="origins: 1 of its numbers are masked"):
         vectors("origins", numbers, np.float32)
     assert vectors("origins", np.ma.masked_array([[0.0, 0.0, 4.0]]), np.float32).shape == (1, 3)
+
+
+def test_times_are_no_numbers() -> None:
+    """numpy counts a span among its integers, and makes one of a span or a date in nanoseconds."""
+    for time in (np.timedelta64(5, "s"), np.timedelta64(5, "ns"), np.datetime64(5, "ns")):
+        for call in (whole, number, device):
+            with pytest.raises(clrt.ClrtError, match=r"x: .* is not allowed; it must be a"):
+                call("x", time)
+        with pytest.raises(clrt.ClrtError, match="it must be numbers in an array"):
+            vectors("x", np.array([[time] * 3], object), np.float32)
+        for value in (time, np.array([time] * 3)):
+            with pytest.raises(clrt.ClrtError, match="a time or a date cannot be part of a scene"):
+                clrt.load_dict({"max_depth": value})
+
+
+def test_more_rays_than_numpy_makes_a_view_of() -> None:
+    one = np.float32([0, 0, 1])
+    for n in (1 << 30, 1 << 40):
+        with pytest.raises(clrt.LimitError, match=r"rays: .* are more than any memory holds"):
+            Batch(np.broadcast_to(one, (n, 1, 3)), np.broadcast_to(one, (1, n, 3)), 0.0, 1.0)
+    with pytest.raises(clrt.ClrtError, match="do not go together"):
+        Batch(np.zeros((2, 1, 3)), np.zeros((3, 2, 3)), np.zeros(3), 1.0)
+    assert Batch(np.zeros((2, 1, 3)), np.zeros((3, 3)), np.zeros((4, 1, 1)), 1.0).shape == (4, 2, 3)
 
 
 def test_numbers_of_thousands_of_digits_are_refused() -> None:

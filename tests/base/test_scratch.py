@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -16,10 +17,12 @@ import pytest
 
 import clrt
 from clrt.base import interrupts
+from clrt.base import scratch as scratches
 from clrt.base.atomic import write_text
-from clrt.base.scratch import scratch
+from clrt.base.scratch import placed, scratch
 from clrt.cli import main
 from clrt.device import kernelcache, trial
+from tests.base.test_interrupts import started
 
 
 def test_nothing_is_left_whatever_ends_the_block() -> None:
@@ -79,6 +82,92 @@ def test_a_private_folder_of_kernels_goes_with_an_interrupted_command(tmp_path: 
     said = command.communicate()[1].decode().splitlines()
     assert (command.returncode, said[-1]) == (130, "clrt: interrupted; nothing was saved")
     assert not [*tmp_path.iterdir()]
+
+
+MAKING = """
+import os, tempfile, time
+from pathlib import Path
+
+os.environ.pop("POCL_CACHE_DIR", None)
+os.mkdir("t")
+tempfile.tempdir = os.path.abspath("t")
+make = tempfile.mkdtemp
+
+def slow(*given, **named):
+    made = make(*given, **named)
+    print("ready", flush=True)
+    time.sleep(0.5)
+    return made
+
+def run(options):
+    import numpy as np
+    import clrt
+    from clrt.base.scratch import scratch
+    from clrt.device import kernelcache
+    from clrt.exercises import folder
+    from clrt.images import image
+
+    image._viewer = lambda: ["true"]
+    image.Image._png = lambda self, exposure: b""
+    Path.write_bytes = lambda self, data: time.sleep(60)
+    kernelcache.usual_folder = lambda: Path("/dev/null/x")
+    folder.right_picture = lambda scene, device: None
+    picture = clrt.Image(np.zeros((1, 1, 3), np.float32))
+    tempfile.mkdtemp = slow
+    WHAT
+    time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize(
+    "what",
+    ["scratch().__enter__()", "picture.show()", "kernelcache.prepare()", "folder.start(1, Path('t', 'e'))"],
+)
+def test_a_signal_while_a_folder_is_made_leaves_nothing(tmp_path: Path, what: str) -> None:
+    """It waits until the folder is noted, and nothing ends after that without it."""
+    with started(tmp_path, MAKING.replace("WHAT", what)) as process:
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=30)[1].splitlines()
+        assert (process.returncode, said[-1]) == (130, "clrt: interrupted; nothing was saved")
+    assert [*(tmp_path / "t").iterdir()] == []
+
+
+def test_a_signal_waits_while_a_place_is_tried() -> None:
+    """`tempfile` tries it with a file of its own."""
+    assert placed(lambda: [*interrupts.held]) == [True]
+    with pytest.raises(clrt.ClrtError, match="no place for temporary files"):
+        placed(lambda: os.mkdir("/dev/null/x"))
+    assert not interrupts.held
+
+
+def test_a_folder_that_is_being_removed_goes_with_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    def signal_within(made: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(scratches, "_remove", signal_within)
+    with pytest.raises(KeyboardInterrupt), scratch() as folder:
+        (folder / "file").write_text("")
+    assert interrupts.folders == {str(folder)}
+    interrupts.sweep()
+    assert not folder.exists()
+    interrupts.folders.clear()
+
+
+def test_a_folder_in_which_a_driver_goes_on_writing_is_removed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it makes between the look into a folder and its removal keeps that."""
+    right, left = shutil.rmtree, [2]
+
+    def late(folder: str, ignore_errors: bool) -> None:
+        right(folder, ignore_errors)
+        if left[0]:
+            left[0] -= 1
+            os.mkdir(folder)
+
+    with scratch() as folder:
+        monkeypatch.setattr(shutil, "rmtree", late)
+        interrupts.sweep()
+        monkeypatch.undo()
+        assert not folder.exists()
 
 
 def test_folders_of_any_depth_are_removed() -> None:

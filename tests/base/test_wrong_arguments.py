@@ -53,6 +53,7 @@ EVERYTHING: list[Any] = [
     NotImplemented, ..., memoryview(b"abc"), iter([]), (n for n in ()), Exception("x"), bytearray(b"abc"),
     np.array(None), np.array({}), memoryview(np.eye(3)), memoryview(np.array([[0, 1, 2]])),
     np.zeros((2, 3), ">f4"),
+    np.timedelta64(5, "s"), np.timedelta64(5), np.datetime64(5, "ns"), np.array([np.timedelta64(1)], object),
     np.zeros(2, [("x", "f4")]), np.zeros((1,) * 40), UserList([1, 2, 3]), deque([1, 2, 3]), map(str, ()),
 ]  # fmt: skip
 

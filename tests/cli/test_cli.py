@@ -391,3 +391,20 @@ def test_a_value_that_cannot_be_set_is_one_line(
     assert main(["convert", str(tmp_path / "s.json"), str(tmp_path / "t.toml"), "--set", given]) == 2
     said = capsys.readouterr().err
     assert says in said and said.count("\n") == 1 and not (tmp_path / "t.toml").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("sweep s.toml --se x -o a.png", "--se x; `clrt sweep --help`"),
+        ("hash a b", "b; `clrt hash --help`"),
+        ("exercise list --jsn", "--jsn; `clrt exercise list --help`"),
+        ("--verbos hash a", "--verbos; `clrt --help`"),
+    ],
+)
+def test_what_a_command_does_not_have_names_its_own_help(
+    words: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`clrt --help` shows no option of any command."""
+    assert main(words.split()) == 2
+    assert capsys.readouterr().err == f"clrt: error: unrecognized arguments: {said} shows what there is\n"

@@ -221,6 +221,7 @@ def test_the_advice_about_limits_is_one(
         ("selftest --junit s.toml", "--junit writes XML; give it a name such as results.xml"),
         ("plot-spectrum D65 -o -", "a plot goes to a file"),
         ("check s.nff", "line 1: -1e+200 is not allowed; a radius must be from -1e+15 on"),
+        ("check far.nff", "line 2: its ends are too far apart: more than 1.8e308"),
         ("sweep s.toml --keyframes k.toml -o a.mkv", "it must be a number of seconds, from -1e9 to 1e9"),
     ],
 )
@@ -231,6 +232,7 @@ def test_what_is_wrong_is_said_in_one_line(
     monkeypatch.chdir(tmp_path)
     Path("s.toml").write_text("camera = {origin = [0, 0, 5], target = [0, 0, 0]}\n")
     Path("s.nff").write_text("s 0 0 0 -1e200\n")
+    Path("far.nff").write_text("c 1.5e308 1.5e308 0 -1\n0 0 0 -2\n")
     Path("k.toml").write_text("".join(f"[[keyframes]]\ntime = {t}\n" for t in (0, 1, 2e9)))
     assert main(command.split()) != 0
     said = capsys.readouterr().err

@@ -197,7 +197,7 @@ def test_xml_is_written_with_all_its_meshes_or_none(folder: Path) -> None:
     """They lie in a folder beside it, where a mesh that the scene reads, and which stays, may lie, too."""
     pytest.importorskip("trimesh", reason="needs the optional dependency clrt[mesh]")
     assert main(["convert", "room.toml", "new.xml"]) == 0
-    *others, last = sorted(Path("new_meshes").iterdir())
+    *others, last = sorted(Path("new_meshes").glob("*.ply"))
     Path("room.toml").write_text(ROOM + MESHES.replace("mesh.obj", str(last)))
     for file in others:
         file.write_bytes(b"old")
@@ -250,6 +250,26 @@ def test_a_name_that_promises_something_else_is_refused(
     """In one line that names the option; names that promise nothing are taken."""
     assert f"{refused}: {words[-1]} writes " in fault(capsys, *words, refused)
     check_apart({words[-1]: taken}, {})
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(["render", "ball.toml", "-o", "a.png", name] for name in ("--stats", "--trace", "--checkpoint")),
+        ["render", "ball.toml", "-o", "-", "--stats"],
+        ["sweep", "ball.toml", "--set", "camera.fov=20,30", "-o", "n{index}.png", "--manifest"],
+        ["turntable", "ball.toml", "-o", "n{index}.png", "--manifest"], ["bench", "--quick", "--json"],
+        ["bench", "--quick", "--trace"], ["selftest", "--quick", "--junit"],
+        ["selftest", "--quick", "--bundle"], ["exercise", "start", "1"],
+    ],
+)  # fmt: skip
+def test_a_stream_where_there_is_none_is_refused(
+    words: list[str], folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It was the name of a file, or a folder."""
+    before = sorted(Path().iterdir())
+    assert " -: it is no stream; give it a name, such as " in fault(capsys, *words, "-")
+    assert sorted(Path().iterdir()) == before
 
 
 PICTURED = """

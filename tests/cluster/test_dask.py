@@ -241,6 +241,40 @@ def test_ctrl_c_ends_all_workers(tmp_path: Path) -> None:
     assert psutil.wait_procs(family, timeout=10)[1] == []
 
 
+@pytest.mark.parametrize(
+    ("sent", "wait"),
+    [(signal.SIGINT, 0.0), (signal.SIGINT, 0.5), (signal.SIGHUP, 0.0), (signal.SIGTERM, 0.2)],
+)
+def test_signals_while_workers_start_are_one_line(tmp_path: Path, sent: signal.Signals, wait: float) -> None:
+    """As a terminal sends it. Workers begin with seconds of imports, and queues leave semaphores behind."""
+    command = [sys.executable, "-m", "clrt", "render", "bubble", "-o", "b.png", "--cluster", "local:2"]
+    variables = {**os.environ, "PYTHONPATH": str(DOCS.parent), "TMPDIR": str(tmp_path)}
+    pipes: dict[str, Any] = {"stderr": subprocess.PIPE, "text": True}
+    child = subprocess.Popen(command, cwd=tmp_path, start_new_session=True, env=variables, **pipes)
+    while not (family := _spawned(child.pid)):
+        assert child.poll() is None
+        time.sleep(0.005)
+    time.sleep(wait)
+    family = psutil.Process(child.pid).children(recursive=True)
+    if sent == signal.SIGTERM:  # as `kill` sends it
+        child.send_signal(sent)
+    else:
+        os.killpg(child.pid, sent)
+    said = child.communicate(timeout=30)[1]
+    how = "" if sent == signal.SIGINT else f" by {sent.name}"
+    assert (child.returncode, said) == (128 + sent, f"clrt: interrupted{how}; nothing was saved\n")
+    assert psutil.wait_procs(family, timeout=10)[1] == []
+    assert [*tmp_path.iterdir()] == []
+
+
+def _spawned(pid: int) -> list[Any]:
+    found = []
+    for one in psutil.Process(pid).children():
+        with contextlib.suppress(psutil.Error):
+            found += [one] if "--multiprocessing-fork" in one.cmdline() else []
+    return found
+
+
 WRONG = {
     "local:0": "--cluster: 0 workers are not allowed",
     "local:two": "--cluster: 'local:two' is not allowed; give local:N .* or a scheduler: tcp://HOST:PORT",

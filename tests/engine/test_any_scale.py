@@ -55,6 +55,22 @@ def test_from_so_far_that_the_hit_is_the_centre_a_sphere_has_a_normal() -> None:
     assert found.normal[0].tolist() == [0, 1, 0]
 
 
+@pytest.mark.parametrize("kind", ["point", "spot"])
+def test_lights_as_far_as_they_may_be_shine_as_parallel_light_does(kind: str) -> None:
+    """From 1e19 on, where float32 has no square of the distance, they shone on nothing."""
+    table = {
+        "camera": {"origin": [0, 1, 5], "target": [0, 0, 0], "width": 24, "height": 18},
+        "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1},
+                   {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0]}],
+    }  # fmt: skip
+    far = {"type": kind, "position": [1e18, 1e18, 1e18]} | ({"target": [0, 0, 0]} if kind == "spot" else {})
+    found, parallel = (
+        clrt.render({**table, "lights": [light]}).pixels
+        for light in (far, {"type": "directional", "direction": [-1, -1, -1]})
+    )
+    assert found.mean() > 0.1 and np.abs(found - parallel).max() < 1e-5
+
+
 STEEP = (
     [1e30, -1, -3e38, -0.5, 1000, -2, 1000, 1e-45, 1e-10, 1e30],  # the square of its gradient is denormal
     [-1e19, 1000, 0, -2, 0, 3e38, 0, 1, 1000, 1],  # and here the inverse of its length

@@ -258,6 +258,52 @@ def test_keys_between_which_nothing_lies_are_refused(change: dict[str, Any], whe
         clrt.camera_path([plain, other], 3)
 
 
+@pytest.mark.parametrize("fov", [33.3, 35.0, 45.0, 50.0])
+def test_what_keys_share_a_path_has_exactly(fov: float) -> None:
+    """An angle came out as 29.999999999999996; at the end of the path all is the last key's."""
+    one = clrt.Camera(origin=(0.1, 0.7, 5), target=(0.1, 0.3, 0.7), up=(0.1, 0.7, 0.3), fov=fov)
+    other = msgspec.structs.replace(one, origin=(3.3, 0.7, 0.1))
+    last = msgspec.structs.replace(one, fov=0.1, near=0.7, shift=(0.1, 0.3), target=(0.7, 0.1, 0.3))
+    for frames, times in ((7, None), (10, [0, 1, 4]), (25, [0, 0.1, 7])):
+        for camera in clrt.camera_path([one, other, one], frames, times=times):
+            assert (camera.fov, camera.size, camera.origin[1]) == (fov, 2.0, 0.7)
+            assert (camera.target, camera.up) == (one.target, one.up)
+        *_, end = clrt.camera_path([one, other, last], frames, times=times)
+        assert end == last
+    by_k = clrt.Camera(**PLACED, K=((77.7, 0, 20.1), (0, 33.3, 24.7), (0, 0, 1)))
+    assert all(camera.K == by_k.K for camera in clrt.camera_path([by_k, by_k], 7))
+
+
+def _view(origin: Any, up: Any = (0, 1, 0)) -> clrt.Camera:
+    return clrt.Camera(origin=origin, target=(0, 0, 0), up=up)
+
+
+@pytest.mark.parametrize("frames", [2, 3, 4])
+@pytest.mark.parametrize(
+    ("keys", "what"),
+    [
+        ([_view((0, 0, 5)), _view((0, 0, 5), (0, -1, 0))], "`up` turns over"),
+        ([_view((0, 0, 5), (0.6, 0.8, 0)), _view((0, 0, 5), (-1.2, -1.6, 0))], "`up` turns over"),
+        ([_view((0, 0, 5)), _view((0, 0, -5))], "leads through its target"),
+        ([_view((1, 2, -3)), _view((-2, -4, 6))], "leads through its target"),
+    ],
+)  # fmt: skip
+def test_keys_that_lie_opposite_are_refused(keys: list[clrt.Camera], what: str, frames: int) -> None:
+    """Cameras between them had no `up`, or stood at their target; others were upside down from one on."""
+    with pytest.raises(clrt.ClrtError, match=rf"keys\[0\] and keys\[1\]: between them .*{what}"):
+        clrt.camera_path(keys, frames)
+
+
+def test_keys_around_a_target_are_a_path_and_those_beyond_a_pole_are_named() -> None:
+    around = [_view((5, 0, 0)), _view((0, 0, 5)), _view((-5, 0, 0)), _view((0, 0, -5))]
+    assert len(clrt.camera_path(around, 2, closed=True)) == 2
+    bent = clrt.camera_path([*around[::2], around[1]], 21)
+    assert min(np.linalg.norm(camera.origin) for camera in bent) > 0.3
+    said = r"keys\[0\] and keys\[1\], at frame 1: camera\.up: .* must not be parallel"
+    with pytest.raises(clrt.ClrtError, match=said):
+        clrt.camera_path([_view((0, 5, 0.001)), _view((0, 5, -0.001))], 3)
+
+
 def test_the_lens_of_a_path_changes_between_its_keys() -> None:
     placed = {"origin": (0.0, 1.0, 5.0), "target": (0.0, 1.0, 0.0)}
     one = clrt.Camera(**placed, aperture=0.1, shift=(0.0, 2.0))

@@ -74,21 +74,34 @@ def test_it_is_the_sum_of_solid_angles(seed: int, mesh: str, points: str) -> Non
     at = where(np.random.default_rng(seed), points, vertices, triangles)
     found = winding.winding_numbers(vertices, triangles, at)
     assert np.array_equal(found, winding._summed(vertices[triangles], at))
-    if mesh != "open" and points == "anywhere":
-        assert winding._closes(vertices, triangles)
+    fan = winding._closed(vertices, triangles)[1]
+    assert len(fan) == (3 if mesh == "open" else 0)
+
+
+def grid(divisions: int) -> tuple[np.ndarray, np.ndarray]:
+    """The ball from 0 to 2 pi and from 0 to pi: its seam, and its poles, meet in all but the last bit."""
+    n, m = 2 * divisions + 1, divisions + 1
+    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, n), np.linspace(0, np.pi, m), indexing="ij")
+    vertices = np.stack([np.sin(v) * np.cos(u), np.sin(v) * np.sin(u), np.cos(v)], axis=-1).reshape(-1, 3)
+    at = np.arange(n * m).reshape(n, m)
+    a, b, c, d = at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]
+    faces = np.concatenate([np.stack([a, d, c], -1).reshape(-1, 3), np.stack([a, c, b], -1).reshape(-1, 3)])
+    return vertices, faces
 
 
 def test_few_points_are_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Though a mesh is cut by their plane, and whether corners are shared or not."""
+    """Though a mesh is cut by their plane; whether corners are shared, or nearly, or not; with holes."""
     asked, summed = [], winding._summed
     monkeypatch.setattr(winding, "_summed", lambda corners, at: asked.append(len(at)) or summed(corners, at))
     vertices, triangles = ball(40)
     y, x = np.mgrid[-1.3:1.3:90j, -1.3:1.3:120j]
     at = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
     split = vertices[triangles].reshape(-1, 3), np.arange(triangles.size).reshape(-1, 3)
-    for mesh in ((vertices, triangles), split):
+    holes = vertices, np.delete(triangles, np.arange(7, len(triangles), 500), axis=0)
+    for mesh, rim in (((vertices, triangles), 0), (split, 0), (grid(40), 0), (holes, 39)):
         asked.clear()
         inside = winding.winding_numbers(*mesh, at)
+        assert len(winding._closed(*mesh)[1]) == rim
         assert sum(asked) < 20 and inside.mean() == pytest.approx(np.pi / 2.6**2, abs=0.01)
 
 

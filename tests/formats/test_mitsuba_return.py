@@ -92,7 +92,8 @@ def test_shipped_scenes_return(name: str, tmp_path: Path) -> None:
         scene, again = scene.replace(plain), again.replace(plain)
     tables = [one.to_dict() for one in (scene, again)]
     for index, shape in reversed([*enumerate(scene.shapes)]):
-        if isinstance(shape, Mesh) and shape.file:  # it lies elsewhere, and is within the scene now
+        if isinstance(shape, Mesh) and shape.file:  # it is within the scene now
+            assert again.shapes[index].file is None  # type: ignore[union-attr]
             one, other = shape.data(), again.shapes[index].data()  # type: ignore[union-attr]
             assert np.array_equal(one.vertices, other.vertices) and np.array_equal(one.faces, other.faces)
             for table in tables:
@@ -205,6 +206,9 @@ def test_changed_files_are_read_by_their_plugins(tmp_path: Path) -> None:
     file.write_text(text.replace('name="radius" value="0.5"', 'name="radius" value="0.25"', 1))
     with pytest.warns(clrt.ClrtWarning, match="changed after clrt had written it"):
         assert clrt.load(file).shapes[0].radius == 0.25  # type: ignore[union-attr]
+    file.write_text(text.replace('"radius":0.5', '"radius":0.25', 1))  # in the scene itself
+    with pytest.warns(clrt.ClrtWarning, match="changed after clrt had written it"):
+        assert clrt.load(file).shapes[0].radius == 0.5  # type: ignore[union-attr]
     file.write_text(text)
     mesh = min((tmp_path / "a_meshes").iterdir())
     mesh.write_bytes(mesh.read_bytes().replace(b"float nz", b"float ny"))
@@ -222,9 +226,68 @@ def test_what_is_too_much_is_not_kept(tmp_path: Path) -> None:
     text = file.read_text()
     for most in (len(text) + 50, len(text) - 1):
         short = clrt.load_dict(CLEAN, limits=Limits(text_bytes=most))
-        assert mitsuba.with_itself(short, file, text) == text
+        with pytest.warns(clrt.ClrtWarning, match="not the scene itself as well: text_bytes: "):
+            assert mitsuba.with_itself(short, file, text) == text
     deep = clrt.load_dict(CLEAN, limits=Limits(nesting=2))
-    assert mitsuba.with_itself(deep, file, text) == text
+    with pytest.warns(clrt.ClrtWarning, match="not the scene itself as well: a.xml: nesting: "):
+        assert mitsuba.with_itself(deep, file, text) == text
+
+
+@pytest.mark.parametrize("corners", [3, 4])
+def test_meshes_that_are_too_much_are_not_made_lists_of(
+    corners: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A list takes several times its array, and is made before the text is known to be too long."""
+    monkeypatch.setattr(mitsuba, "moved", lambda *_, **__: pytest.fail("lists are made"))
+    places = [[x, y, 0] for x in (0, 1) for y in (0, 1)]
+    faces = [[0, 2, 3, 1][:corners]]
+    sheet = {"type": "mesh", "vertices": places, "faces": faces, "normals": [[0, 0, 1]] * 4}
+    text, needs = '<scene version="3.0.0">\n</scene>\n', 8 * (24 + corners)
+    scene = clrt.load_dict({"shapes": [sheet], "ambient": 1}, limits=Limits(text_bytes=needs - 1))
+    with pytest.warns(clrt.ClrtWarning, match=f"text_bytes: {needs} is above"):
+        assert mitsuba.with_itself(scene, Path("a.xml"), text) == text
+
+
+def test_a_scene_stands_without_what_it_was_made_of(tmp_path: Path) -> None:
+    """Meshes and the sky are in the XML and its folder; another file in the old one's place is none of it."""
+    old, new = tmp_path / "old", tmp_path / "new"
+    old.mkdir()
+    for name in ("gem.obj", "sky.exr", "stone-vertices.ply"):
+        shutil.copy(SCENES / name, old)
+    meshes = [{"file": "gem.obj", **keys} for keys in ({}, {"smooth": True}, {"smooth": False}, {"part": 0})]
+    shapes = [{"type": "mesh", **mesh, "transform": [{"translate": [2 * k, 0, 0]}]} for k, mesh in
+              enumerate([*meshes, {"file": "stone-vertices.ply"}])]  # fmt: skip
+    table = {**CLEAN, "background": "sky.exr", "shapes": [*CLEAN["shapes"], *shapes]}
+    scene = clrt.load_dict(table, folder=old)
+    with clrt.Tracer(scene) as tracer:
+        before = tracer.render().hash
+        tracer.update(written(scene, old / "a.xml"))
+        assert tracer.render().hash == before
+        shutil.copy(old / "stone-vertices.ply", old / "gem.ply")
+        (old / "gem.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+        clrt.Image(np.full((4, 8, 3), 0.1, np.float32)).save(old / "sky.exr")
+        tracer.update(clrt.load(old / "a.xml"))
+        assert tracer.render().hash == before
+        new.mkdir()
+        for part in ("a.xml", "a_meshes"):
+            (old / part).rename(new / part)
+        shutil.rmtree(old)
+        tracer.update(clrt.load(new / "a.xml"))
+        assert tracer.render().hash == before
+    (sky,) = (new / "a_meshes").glob("sky-*.exr")
+    clrt.Image(np.full((4, 8, 3), 0.1, np.float32)).save(sky)
+    with pytest.warns(clrt.ClrtWarning, match="or a file that it names, was changed"):
+        assert len(clrt.load(new / "a.xml").shapes) == 9
+
+
+def test_what_would_need_files_that_no_plugin_names_is_not_kept(tmp_path: Path) -> None:
+    """A picture of a material that no surface has: it may be away, or another, when the XML is read."""
+    shutil.copy(SCENES / "wood.png", tmp_path)
+    wood = {"color": {"type": "image", "file": "wood.png"}}
+    scene = clrt.load_dict({**CLEAN, "materials": {"wood": wood}}, folder=tmp_path)
+    with pytest.warns(clrt.ClrtWarning, match=r"itself as well: materials\.wood\.color: a picture, which"):
+        again = written(scene, tmp_path / "a.xml")
+    assert "<?clrt" not in (tmp_path / "a.xml").read_text() and len(again.shapes) == 4
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -276,7 +339,10 @@ def test_convert_both_ways(tmp_path: Path) -> None:
     )
     assert main(["convert", str(tmp_path / "a.toml"), str(tmp_path / "b.xml")]) == 0
     assert main(["convert", str(tmp_path / "b.xml"), str(tmp_path / "c.toml")]) == 0
-    assert clrt.load(tmp_path / "c.toml").to_dict() == clrt.load(tmp_path / "a.toml").to_dict()
+    before, after = (clrt.load(tmp_path / name) for name in ("a.toml", "c.toml"))
+    assert after.background_path is not None and after.background_path.parent == tmp_path / "b_meshes"
+    assert after.background_path.read_bytes() == (tmp_path / "sky.exr").read_bytes()
+    assert after.replace({"background": 0.0}).to_dict() == before.replace({"background": 0.0}).to_dict()
 
 
 def test_a_sky_beside_a_scene_is_its_own(tmp_path: Path) -> None:
@@ -285,7 +351,11 @@ def test_a_sky_beside_a_scene_is_its_own(tmp_path: Path) -> None:
     for name, value in (("a_meshes/sky.exr", 0.9), ("sky.exr", 0.1)):
         clrt.Image(np.full((4, 8, 3), value, np.float32)).save(tmp_path / name)
     scene = clrt.load_dict({**CLEAN, "background": "sky.exr"}, folder=tmp_path)
-    assert written(scene, tmp_path / "a.xml").background_path == tmp_path / "sky.exr"
+    sky = written(scene, tmp_path / "a.xml").background_path
+    assert sky is not None and sky.read_bytes() == (tmp_path / "sky.exr").read_bytes()
+    assert sky.parent == tmp_path / "a_meshes" and sky.name != "sky.exr"
+    again = written(clrt.load(tmp_path / "a.xml"), tmp_path / "a.xml")
+    assert again.background_path == sky and sky.exists()  # no copy of the copy
 
 
 def test_a_file_that_two_shapes_name(tmp_path: Path) -> None:
@@ -296,7 +366,10 @@ def test_a_file_that_two_shapes_name(tmp_path: Path) -> None:
     camera = {"origin": [0, 0, 5], "target": [0, 0, 0]}
     scene = clrt.load_dict({"camera": camera, "ambient": 1, "shapes": both}, folder=tmp_path)
     path = tmp_path / "a.xml"
-    assert written(scene, path).to_dict() == scene.to_dict()
+    again = written(scene, path)
+    for one, other in zip(scene.shapes, again.shapes, strict=True):
+        assert isinstance(one, Mesh) and isinstance(other, Mesh) and other.file is None
+        assert np.array_equal(one.data().vertices, other.data().vertices)
     first, second = sorted(re.findall(r"a_meshes/shape_\d_\d-\w+\.ply", path.read_text()))
     path.write_text(path.read_text().replace(second, first))
     with pytest.warns(clrt.ClrtWarning):

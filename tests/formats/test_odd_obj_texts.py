@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
+import time
 from pathlib import Path
 
 import pytest
 
 import clrt
 from clrt.base.errors import SceneError
+from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.obj.lines import check_lines
 from clrt.scene.scene import Material, Mesh
 
 MARK = b"\xef\xbb\xbf"
@@ -90,3 +94,62 @@ def test_what_stands_twice_is_named(tmp_path: Path) -> None:
 def test_a_line_of_other_letters_that_is_wrong_is_shown(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"'a\.mtl', line 2: 'Kd é' is not understood"):
         load(tmp_path, b"mtllib a.mtl\n" + CORNERS + QUAD, b"newmtl m\nKd \xe9\n")
+
+
+THREE = b"v 0 0 0\nv 1 0 0\nv 1 1 0\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        (THREE + b"f 1 2 9\n", "line 4: a face names v 9, and there are 3 of them"),
+        (THREE + b"f 1 2 3\nf 1 3 2 9\n", "line 5: a face names v 9"),
+        (THREE + b"vt 0 0\nf 1/1/1 2/1/1 9/1/1\n", "line 5: a face names v 9"),
+        (THREE + b"f 1 2 99999999999999999999\n", "line 4: a face names v 99999999999999999999, and"),
+        (THREE + b"f 1 2 0\n", "line 4: a face names v 0 after 3 of them; the first is 1, the last -1"),
+        (THREE + b"f 1 2 -4\n", "line 4: a face names v -4 after 3 of them"),
+        (THREE + b"# f 9\n\n\tf 1 \\\n2 9\n", "line 6: a face names v 9"),
+        (THREE.replace(b"\n", b"\r") + b"f 1 2 9 \\\r3\rf 1 2 3\r", "line 4: a face names v 9"),
+        (b"f 1 2 3\n", "line 1: a face names v 1, and there are 0 of them"),
+        (b"f 1.0 2 3\n" + THREE, r"line 1: a face names '1\.0', which is no whole number"),
+        (THREE + b"f 1 2 3\nf x 2 3\n", "line 5: a face names 'x', which is no whole number"),
+        (THREE + b"f 1,2,3\n", "line 4: a face names '1,2,3', which is no whole number"),
+        (THREE + b"f 1_0 -2 3\n", "line 4: a face names '1_0', which is no whole number"),
+        (THREE + b"vt 0 0\nf 1/1.5 2/1 3/1\n", r"line 5: a face names '1\.5', which is no whole number"),
+        (THREE + b"f /1 2 3\n", "line 4: a face names '/1', which has no number of a vertex"),
+        (b"v 0,5 0 0\n" + THREE + b"f 1 2 3\n", "line 1: '0,5' is no number; decimals have a point"),
+        (THREE + b"v 0x1 0 0\nf 1 2 3\n", "line 4: '0x1' is no number"),
+        (b"v 1_0 0 0\n" + THREE + b"f 1 2 3\n", "line 1: '1_0' is no number"),
+        (THREE + b"v 1 2\nf 1 2 3\n", "line 4: 'v 1 2' has fewer than 3 numbers"),
+        (THREE + b"vn 0 0,1 0\nf 1//1 2//1 3//1\n", "line 4: '0,1' is no number; decimals have a point"),
+        (THREE + b"vt a b\nf 1/1 2/1 3/1\n", "line 4: 'a' is no number"),
+        (THREE + b"f 1 2 9\nf 1 2", "it ends within line 5, 'f 1 2'; it may be cut short"),
+        (THREE + b"f 1 2 9\nf 1 2 3 \\", r"it ends within line 5, 'f 1 2 3 \\\\'; it may be cut short"),
+        (THREE.replace(b"\n", b"\r") + b"f 1 2", "it ends within line 4, 'f 1 2'; it may be cut short"),
+        (b"v 0,5 0 0 \\\n", "line 1: '0,5' is no number"),
+        (b"v 0 0 0 \\\n", "has no faces"),
+    ],
+)
+@pytest.mark.parametrize("before", [b"", b"mtllib a.mtl\nusemtl m\n"])
+def test_a_line_that_cannot_be_read_is_told_with_its_number_and_value(
+    tmp_path: Path, before: bytes, text: bytes, says: str
+) -> None:
+    """As a model, where its materials are read and where not, and as a mesh."""
+    lines = before.count(b"\n")
+    says = re.sub(r"(?<=line )\d+", lambda found: str(int(found[0]) + lines), says)
+    with pytest.raises(SceneError, match=says):
+        load(tmp_path, before + text)
+    with pytest.raises(SceneError, match=says) as error:
+        clrt.load_dict({"shapes": [{"type": "mesh", "file": "a.obj"}]}, folder=tmp_path)
+    assert "\n" not in str(error.value) and "Error" not in str(error.value)
+
+
+def test_lines_that_go_on_are_looked_through_in_a_time_of_their_bytes(tmp_path: Path) -> None:
+    def taken(count: int) -> float:
+        text = THREE + b"f 1 2 3 \\\n" + b"1 2 3 \\\n" * count + b"9\n"
+        start = time.process_time()
+        with pytest.raises(BrokenMesh, match="line 4: a face names v 9, and there are 3"):
+            check_lines(text)
+        return time.process_time() - start
+
+    assert taken(200_000) < 30 * max(taken(20_000), 0.01)

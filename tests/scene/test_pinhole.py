@@ -122,6 +122,19 @@ def test_one_way_of_saying_it_takes_the_place_of_the_other() -> None:
         posed.replace({"camera.origin": [1, 2, 3]})
 
 
+def test_a_camera_given_its_own_k_shows_the_same() -> None:
+    """Whether its shift is within that or beside it, as docs/live-scenes.md says; OpenCV's is the whole."""
+    for camera in ({**PLACED, "fov": 40}, STATED):
+        scene = clrt.load_dict({"camera": {**camera, "shift": [10, 5]}, "shapes": [BALL]})
+        assert scene.camera is not None and scene.camera.K is not None
+        again = scene.replace({"camera.K": scene.camera.K})
+        assert np.allclose(*(clrt.Tracer(s).camera_rays()[1] for s in (scene, again)), atol=1e-6)
+        assert again.camera is not None
+        whole = np.array(again.camera.K) - np.pad(np.array(again.camera.shift)[:, None], ((0, 1), (2, 0)))
+        expected = by_hand(np.array(again.camera.pose), whole, again.camera.width, again.camera.height)
+        assert np.allclose(clrt.Tracer(again).camera_rays()[1], expected, atol=1e-6)
+
+
 def changed(matrix: np.ndarray, place: tuple[int, int], value: float) -> list[list[float]]:
     other = matrix.copy()
     other[place] = value

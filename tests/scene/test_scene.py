@@ -337,7 +337,7 @@ def test_adaptive_grids_do_not_go_with_counted_rays() -> None:
 
 
 def test_only_cameras_say_one_thing_in_two_ways() -> None:
-    assert Camera.instead_of("pose") and not Material.instead_of("color")
+    assert Camera.instead_of("pose", {}) and not Material.instead_of("color", {})
 
 
 def test_numbers_may_be_of_numpy() -> None:

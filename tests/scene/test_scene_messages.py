@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import pytest
 
 import clrt
 from clrt.base import missing
+from clrt.base.errors import SceneError
 from clrt.base.explain import describe, field_types
 from clrt.base.records import Record
 from clrt.cli import main
@@ -248,6 +250,33 @@ def test_the_scene_s_own_keys_are_those_of_scenes():
 )  # fmt: skip
 def test_the_line_of_a_place_in_toml(path: str, line: int | None):
     assert toml_line(TOML, path) == line
+
+
+@pytest.mark.parametrize(
+    ("path", "line"),
+    [("shape", 2), ("shape[0].x", 3), ("a", 4), ("a.b", 4), ("a.b.c", 5), ("a.z", None), ("d", 6),
+     ("d.e[1]", 10), ("d.e", 8), ("d.'e'", 6), ("shape[7]", None), ("shape.x", None), ("f", 13), ("f.g", 12)],
+)  # fmt: skip
+def test_the_line_of_a_whole_array_or_table(path: str, line: int | None):
+    """Where it begins; an item or a key that is not there has no line by that."""
+    text = "k = 1\n[[shape]]\nx = 1\n[a.b]\nc = 2\n[d]\nx = 1\n[[d.e]]\nx = 1\n"
+    text += "[[d.e]]\n[[shape]]\n[f.g.h]\n[f]\n"
+    tomllib.loads(text)
+    assert toml_line(text, path) == line
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [("[[shape]]\ntype = 'sphere'\n", r"a\.toml:4: unknown key 'shape'"),
+     ("[[materials]]\ncolor = 1\n", r"a\.toml:4: materials: \[\{'color': 1\}\] is not allowed"),
+     ("[[camera.fov]]\na = 1\n", r"a\.toml:4: camera\.fov: "),
+     ("[shape.x]\na = 1\n", r"a\.toml:4: unknown key 'shape'"),
+     ("[lights.x]\na = 1\n", r"a\.toml:4: lights: ")],
+)  # fmt: skip
+def test_what_is_wrong_with_a_whole_array_is_told_with_its_line(tmp_path: Path, text: str, says: str):
+    (tmp_path / "a.toml").write_text(f"[camera]\norigin = [0, 0, 5]\ntarget = [0, 0, 0]\n{text}")
+    with pytest.raises(SceneError, match=f"^{says}"):
+        clrt.load(tmp_path / "a.toml")
 
 
 def test_rows_of_arrays_are_no_headers():

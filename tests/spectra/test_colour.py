@@ -272,6 +272,10 @@ def test_thesis_black_is_black_and_colours_keep_their_ratio() -> None:
     thesis_finish(one)
     assert one.tolist() == [0.02, 0.01, 0.0, 1.0], "what is given stays as it is"
     assert thesis_finish(np.zeros((2, 4))).tolist() == [[0, 0, 0]] * 2
+    lobes = np.array([[-1.0, -2.0, -0.5, -3.0], [-1.0, 0.0, -2.0, 1.0], [0.2, -0.1, 0.0, 1.0]])
+    found = thesis_finish(lobes)
+    assert not found[:2].any(), "of no positive sum, as a filter's negative lobes leave it, they are black"
+    assert found[2].tolist() == [1, -0.5 / 12.92, 0]
     assert encode(thesis_finish(np.array([[[0.02, 0.01, 0.0, 1.0]]])).astype(np.float32)).tolist() == [
         [[255, 128, 0]]
     ]

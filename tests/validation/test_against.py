@@ -168,6 +168,32 @@ def test_commands_that_cannot_be_run(command: str, says: str, capsys: pytest.Cap
     assert code == 2 and out == "" and says in err and err.count("\n") == 1
 
 
+def test_bytes_that_are_cut_off_are_right(tmp_path: Path) -> None:
+    """int(255.999 v), as many a first ray tracer has it, of a program that is right in all else."""
+    script = tmp_path / "cut.py"
+    script.write_text(
+        "import sys, runpy, numpy as np, OpenImageIO as oiio\n"
+        f"sys.argv = [{str(TRACER)!r}, sys.argv[1], 'a.exr']\nout = sys.orig_argv[-1]\n"
+        f"runpy.run_path({str(TRACER)!r}, run_name='__main__')\n"
+        "v = np.clip(oiio.ImageBuf('a.exr').get_pixels(oiio.FLOAT)[..., :3].astype(float), 0, 1)\n"
+        "v = np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055)\n"
+        "b = oiio.ImageBuf(oiio.ImageSpec(v.shape[1], v.shape[0], 3, 'uint8'))\n"
+        "b.set_pixels(oiio.ROI(), (255.999 * v).astype(np.uint8)); b.write(out)\n"
+    )
+    command = f"{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{scene.toml}} {{out.png}}"
+    for case in ("", "diffuse"):
+        found = judge(command, case)
+        assert found.passed, [gate for gate in found.result.results["oracle64"][1].gates if not gate.passed]
+
+
+def test_nothing_asked_is_nothing_passed(capsys: pytest.CaptureFixture[str]) -> None:
+    """No case can be written as the program takes it: the exit code, and what other programs are told."""
+    command = "true {scene.nff} {out.exr}"
+    code, out, _ = run("--against", command, "--case", "ambient", "--json", capsys=capsys)
+    found = json.loads(out)
+    assert (code, found["passed"], found["cases"]) == (1, False, [])
+
+
 def test_options_that_do_not_go_together(capsys: pytest.CaptureFixture[str]) -> None:
     command = COMMAND + "{out.exr}"
     assert "--mutants is of clrt's own" in run("--against", command, "--mutants", capsys=capsys)[2]
@@ -188,6 +214,7 @@ def rendered(code: str, tmp_path: Path, timeout: float = 20.0, out: str = "{out.
 @pytest.mark.parametrize(("code", "says"), [
     ("sys.exit('lost\\nmy way')", "exit code 1: my way"), ("pass", "wrote no picture to {out.exr}"),
     ("os.kill(os.getpid(), 11)", "ended by SIGSEGV"),
+    ("os.kill(os.getpid(), 40)", "ended by signal 40"),
     ("open(out, 'w').write('hello')", "out.exr: not an EXR"),
     ("os.mkfifo(out)", "out.exr: cannot be read"),
     ("os.mkdir(out)", "out.exr: cannot be read"),

@@ -321,6 +321,15 @@ def test_what_is_no_jpeg_is_not_called_one():
     assert "JPEG compression" not in [cause.name for cause in found(stored(noisy))]
 
 
+@pytest.mark.parametrize("value", [0.0, 0.5, 1.0])
+def test_a_curve_to_one_value_is_none(value: float) -> None:
+    """It undoes every difference from a picture of one colour, such as a scene that came out black."""
+    right = samples.picture()
+    for faint in (0, 1e-6 * np.random.default_rng(1).random(right.shape)):
+        flat = (np.full_like(right, value) + faint).astype(np.float32)
+        assert "another tone curve" not in [cause.name for cause in found(right, flat)]
+
+
 def test_a_tone_curve_of_its_own_is_told():
     right = stored(samples.picture())
     (best, *_) = found(stored(right / (1 + right)), right)

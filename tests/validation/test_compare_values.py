@@ -3,6 +3,8 @@ says that it could not be there, and then it is told."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +16,14 @@ import compare_samples as samples
 from clrt.base.resources import validation_module
 from clrt.cli import main
 from clrt.images.file import decode, encode
+from clrt.judging.verdict import COMPARING
 
 causes = validation_module("compare.causes")
 curves = validation_module("compare.curves")
 metrics = validation_module("compare.metrics")
 oracle = validation_module("compare.oracle")
 pictures = validation_module("compare.pictures")
+edge_mask64 = validation_module("oracle64").edge_mask
 SIZE = (24, 32, 3)
 
 
@@ -167,7 +171,7 @@ def bases(random: np.random.Generator) -> list[np.ndarray]:
 
 def test_no_change_of_a_hundredth_of_the_pixels_is_equal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pictures, "_causes", lambda *_: [])  # which take the time, and decide nothing
-    monkeypatch.setattr(pictures, "flip", lambda *_: None)
+    monkeypatch.setattr(validation_module("compare.figures"), "flip", lambda *_: None)
     random = np.random.default_rng(11)
     for _ in range(30):
         for base in bases(random):
@@ -186,6 +190,29 @@ def test_no_change_of_a_hundredth_of_the_pixels_is_equal(monkeypatch: pytest.Mon
                 assert found.notes == () or "FLIP" in found.notes[0], "nothing was clipped"
 
 
+def most_memory(height: int) -> int:
+    """Bytes that comparing two pictures 2000 wide takes a process at most."""
+    code = (
+        "import resource, sys, numpy as np, clrt\n"
+        "a = np.random.default_rng(1).random((int(sys.argv[1]), 2000, 3), np.float32)\n"
+        "assert not clrt.compare(a, a[::-1] * np.float32(0.7))\n"
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    command = [sys.executable, "-c", code, str(height)]
+    return 1024 * int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows counts no such memory")
+def test_room_of_a_comparison() -> None:
+    """It grows by no more than is asked of `host_bytes` before, and is asked."""
+    growth = (most_memory(3500) - most_memory(1500)) / (2000 * 2000)
+    assert 0.3 * COMPARING < growth < COMPARING
+    small = np.zeros((10, 10, 3), np.float32)
+    with pytest.raises(clrt.LimitError, match=r"comparing: host_bytes: 11 000 .*clrt.compare\(\.\.\., limi"):
+        clrt.compare(small, small, limits=clrt.Limits(host_bytes=10_999))
+    assert clrt.compare(small, small, limits=clrt.Limits(host_bytes=11_000))
+
+
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("value", [3e38, -3e38, 0.0])
 def test_huge_values_are_counted_without_foreign_warnings(value: float) -> None:
@@ -194,3 +221,67 @@ def test_huge_values_are_counted_without_foreign_warnings(value: float) -> None:
         for one, other in ((a, b), (b, a)):
             verdict = clrt.compare(one, other)
             assert not verdict and not np.isnan([*verdict.figures.values()]).any()
+
+
+@pytest.mark.parametrize("steps", [255, 255.999])
+def test_bytes_that_are_cut_off_are_rounded_otherwise(steps: float) -> None:
+    """As many a first ray tracer has it; but not where a hundredth of the pixels is wrong beside."""
+    shown = metrics.encoded(samples.picture())
+    cut = np.floor(shown * steps).clip(0, 255).astype(np.uint8)
+    for reference in (samples.picture(), encode(samples.picture())):
+        verdict = clrt.compare(cut, reference)
+        assert verdict and verdict.verdict == "equal" and "FLIP" in verdict.figures
+        assert verdict.figures["FLIP"] < 0.002 or any("more than rounding" in note for note in verdict.notes)
+        wrong = cut.copy()
+        wrong[10:20, 30:40] //= 2
+        assert not clrt.compare(wrong, reference)
+
+
+def test_edges_count_in_no_figure_where_they_are_left_out() -> None:
+    """A picture that is wrong there alone passes; one that is wrong elsewhere, or all edges, does not."""
+    found = samples.with_camera()
+    reference = pictures.reference_of(found)
+    right = reference.render()
+    edges = reference.edges(right)
+    spoilt = np.where(edges[..., None], 1 - right, right).astype(np.float32)
+    assert 0.01 < edges.mean() < 0.5
+    assert not clrt.compare(spoilt, found, seconds=0)
+    verdict = clrt.compare(spoilt, found, seconds=0, mask=True)
+    assert verdict and verdict.figures["SSIM"] == 1 and verdict.figures["PSNR"] == np.inf
+    ys, xs = np.nonzero(~edges)
+    spoilt[ys[::20], xs[::20]] += 0.2
+    assert not clrt.compare(spoilt, found, seconds=0, mask=True)
+    noise = np.random.default_rng(3).random((40, 40, 3)).astype(np.float32)
+    assert not clrt.compare(1 - noise, noise, mask=True)
+
+
+def test_edges_of_a_bright_picture_are_those_of_a_dim_one() -> None:
+    """Above white a change is a part of what is there: of smooth shading as before, not most of it."""
+    dim = [clrt.render(samples.with_camera(shift=(x, abs(x)))).pixels for x in (0, 0.05, -0.05)]
+    bright = [image * np.float32(1000) for image in dim]
+    assert metrics.edge_mask(bright[0], bright[1:]).mean() < 5 * metrics.edge_mask(dim[0], dim[1:]).mean()
+    lights = [{**light, "intensity": 300.0} for light in samples.SCENE["lights"]]
+    found = clrt.load_dict({**samples.SCENE, "lights": lights})
+    assert edge_mask64(found).mean() < 5 * edge_mask64(samples.scene()).mean() < 0.3
+
+
+LARGE = {
+    "vertical flip": lambda p: p[::-1],
+    "red and blue swapped": lambda p: p[..., ::-1],
+    "exposure factor 0.5": lambda p: p * 0.5,
+    "shift by 3 pixels right and 2 pixels up": lambda p: np.roll(p, (-2, 3), axis=(0, 1)),
+    "cropped": lambda p: p[37:1600, 101:2000],
+}
+
+
+@pytest.mark.parametrize("name", LARGE)
+def test_causes_in_pictures_of_many_strips(name: str) -> None:
+    """Of which the middle is asked, or means of squares: the cause, and where it is to the pixel."""
+    y, x = np.mgrid[0:1800, 0:2200] / 97.0
+    waves = np.sin(x + y * y / 30), np.sin(2 * y + x * x / 25), np.cos(x * y / 9)
+    large = 0.4 + 0.3 * np.stack(waves, axis=-1)
+    large[200:260, 300:420] = 0.9
+    pair = (image.astype(np.float32) for image in (LARGE[name](large), large))
+    best = pictures.compare_pictures(*pair).causes[0]
+    assert best.name == name and best.proven
+    assert name != "cropped" or "from pixel (101, 37) on" in best.text

@@ -27,6 +27,32 @@ def test_layers_sum_to_the_picture(settings: dict[str, Any]) -> None:
         assert all(image.layers[name].max() > 0.01 for name in names)
 
 
+def test_layers_of_a_response_that_is_not_linear_are_clrts() -> None:
+    """Each is developed by itself, from the bands that it sums; outside edges, which are a fiftieth."""
+    found = colourful(spectrum={"bands": 6, "response": "thesis-2011"}, max_depth=2)
+    names = ["direct", "reflection", "transmission", "generation_0", "generation_1", "ambient", "diffuse"]
+    theirs, ours = render64(found, layers=names), clrt.render(found, layers=names)
+    for name in names:
+        off = np.abs(theirs.layers[name] - ours.layers[name]).max(axis=-1) / theirs.layers[name].max()
+        assert np.quantile(off, 0.98) < 1e-4, name
+    routes = sum(theirs.layers[name] for name in names[:3])
+    assert np.abs(routes - theirs.pixels).max() > 0.1 * theirs.pixels.max(), "it would be linear"
+
+
+def test_what_a_filters_lobes_leave_below_zero_is_black_where_the_response_is_a_ratio() -> None:
+    """Beside a ball that shines before black; clrt divided such sums by 1, the oracle had 0."""
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"emission": 0.002, "color": 1}}
+    found = clrt.load_dict({
+        "spectrum": {"bands": 6, "response": "thesis-2011"}, "shapes": [ball],
+        "camera": {"origin": [0, 0, 5], "target": [0, 0, 0], "fov": 40, "width": 40, "height": 30, "spp": 9,
+                   "filter": "mitchell"},
+    })  # fmt: skip
+    theirs, ours = render64(found), clrt.render(found, layers=["bands"])
+    below = ours.layers["bands"].max(axis=-1) < 0
+    assert below.sum() > 20 and (ours.pixels[below] == 0).all()
+    assert ours.pixels.max() > 0.3 and np.abs(theirs.pixels - ours.pixels).max() < 1e-5
+
+
 def test_terms_sum_to_generation_0_where_something_is_hit() -> None:
     terms = ("emission", "ambient", "diffuse", "highlight")
     image = render64(colourful(), layers=[*terms, "generation_0", "shape"])

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import clrt
-from validation.oracle64 import radiance64, render64
+from clrt.flatten.inside import count_inside
+from validation.oracle64 import media_at, radiance64, render64
 
 pytestmark = pytest.mark.filterwarnings("ignore::clrt.base.errors.ClrtWarning")
 NEAR = 1e-8  # rays start 1e-10 of the layers' size, 50, off their surfaces
@@ -117,3 +118,17 @@ def test_invisible_boundaries_show_in_no_layer() -> None:
     )
     assert (found.layers["shape"] == 1).all()  # from inside the glass, through both sides of the water
     assert found.layers["depth"][2, 2] == pytest.approx(2.3)
+
+
+@pytest.mark.parametrize("missing", [0, 1, 3])
+def test_an_open_mesh_holds_what_it_winds_around(missing: int) -> None:
+    """As docs/model.md says: most of all directions leave through its faces; mirrored ones, too."""
+    faces = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]][missing:]
+    corners = [[x, y, z] for z in (-1, 1) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    cup = {"type": "mesh", "vertices": corners, "faces": faces, "material": clear(1.5)}
+    points = np.random.default_rng(missing).uniform(-1.5, 1.5, (400, 3))
+    for scale in ([1, 1, 1], [-1, 1, 1]):
+        scene = clrt.load_dict({"shapes": [{**cup, "transform": [{"scale": scale}]}]})
+        inside = (media_at(scene, points) >= 0).any(axis=1)
+        assert np.array_equal(inside, count_inside(scene.shapes[0], points) > 0)
+        assert inside.any() and not inside.all()

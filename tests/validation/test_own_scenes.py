@@ -98,6 +98,54 @@ def test_foreign_scenes_that_two_other_programs_judge(
     assert found.results.keys() == {oracle for oracle in asked if oracle != "povray" or povray}
 
 
+_BALL = """
+ambient = 0.1
+background = 0.2
+camera = {{ origin = [0, {size}, {far}], target = [0, 0, 0], fov = 40, width = {width}, height = {height} }}
+[[lights]]
+type = "point"
+position = [{far}, {far}, {far}]
+intensity = {light}
+[[shapes]]
+type = "sphere"
+center = [0, 0, 0]
+radius = {size}
+[[shapes]]
+type = "plane"
+point = [0, -{size}, 0]
+normal = [0, 1, 0]
+"""
+
+
+def _ball(size: float = 1.0, width: int = 96, height: int = 72, light: float = 1.0) -> str:
+    return _BALL.format(size=size, far=5 * size, width=width, height=height, light=light)
+
+
+def test_a_scene_of_a_few_rows_has_one_at_least(tmp_path: Path) -> None:
+    """A height of 0 was refused, which nobody had written."""
+    scene = tmp_path / "wide.toml"
+    scene.write_text(_ball(width=2000, height=3))
+    case = cases.case_named(cases.own_case(str(scene)))
+    assert (case.width, case.height) == (160, 1)
+
+
+@pytest.mark.skipif(bool(client.missing()), reason="POV-Ray is not installed")
+def test_what_povray_cannot_show_at_the_ends_of_scale_is_not_asked_of_it(
+    tmp_path: Path, capsys: Printed
+) -> None:
+    """It was called unproven: a horizon nearer than ours, a picture that 16 bits cannot hold."""
+    texts = {"usual": _ball(), "large": _ball(size=1e5),
+             "dark": _ball(light=1e-7).replace("0.1", "0").replace("0.2", "0")}  # fmt: skip
+    for name, text in texts.items():
+        (tmp_path / f"{name}.toml").write_text(text)
+    code, out, _ = validate(capsys, *(str(tmp_path / f"{name}.toml") for name in texts))
+    words = " ".join(out.split())
+    assert code == 0, out
+    assert "pictures, povray 1 1 ok" in words and "pictures, oracle64 3 3 ok" in words
+    assert "large.toml: povray cannot express it: POV-Ray sees no farther than 1e+07 units" in words
+    assert "dark.toml: povray cannot express it: POV-Ray's 16 bits cannot hold so dark a picture" in words
+
+
 _TILES = """
 ambient = 0.3
 background = 0.5

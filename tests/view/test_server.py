@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 import clrt
+from clrt.view import server as servers
 from clrt.view.server import Server
 from clrt.view.session import Session
 from tests.view_samples import ask, request, serving, unpacked
@@ -199,3 +200,39 @@ def test_two_lengths_of_a_body_are_refused(server: Server) -> None:
     with socket.create_connection(("127.0.0.1", server.server_port)) as connection:
         connection.sendall("\r\n".join(lines).encode())
         assert connection.makefile("rb").read().startswith(b"HTTP/1.1 411 ")
+
+
+SPENT = [(MemoryError(), "no memory left"), (RuntimeError("can't start new thread"), "no more processes")]
+
+
+@pytest.mark.parametrize(("error", "said"), SPENT)
+def test_what_runs_out_for_an_answer_is_said(
+    error: Exception, said: str, session: Session, server: Server, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def spent(*_: object) -> None:
+        raise error
+
+    with monkeypatch.context() as patch:
+        patch.setattr(session, "answer", spent)
+        assert said in ask(server, "open")[0]["error"]
+    assert "error" not in ask(server, "open")[0]
+
+
+def test_an_answer_that_does_not_fit_into_memory_is_said(
+    server: Server, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """It is copied once more to be sent. What has no answer is one line."""
+    whole = servers.packed
+
+    def spent(table: dict[str, Any], data: bytes) -> bytes:
+        if "error" in table:
+            return whole(table, data)
+        raise MemoryError
+
+    monkeypatch.setattr(servers, "packed", spent)
+    assert "no memory left" in ask(server, "open")[0]["error"]
+    assert capfd.readouterr().err == ""
+    monkeypatch.setattr(servers, "page", lambda: spent({}, b""))
+    with pytest.raises(ConnectionError):
+        request(server, "GET", f"/{server.token}/", Origin=None)
+    assert capfd.readouterr().err.startswith("clrt: a question was not answered: this machine has no memory")

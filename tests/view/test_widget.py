@@ -76,6 +76,34 @@ def test_what_has_no_camera_or_no_anywidget_is_said(monkeypatch: pytest.MonkeyPa
         clrt.widget(scene())
 
 
+FAULTS = [(MemoryError(), "no memory left"), (ZeroDivisionError("by 0"), "ZeroDivisionError: by 0")]
+
+
+@pytest.mark.parametrize(("error", "said"), FAULTS)
+def test_a_page_never_waits_for_what_failed(
+    error: Exception, said: str, talk: Talk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fails(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(talk.view._session, "answer", fails)
+    assert said in talk.ask("open")[0]["error"]
+
+
+def test_a_message_that_does_not_fit_into_memory_is_said(
+    talk: Talk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A notebook copies it."""
+
+    def send(message: dict[str, Any], buffers: list[bytes]) -> None:
+        if "error" not in message["table"]:
+            raise MemoryError
+        talk._hear(message, buffers)
+
+    monkeypatch.setattr(talk.view, "send", send)
+    assert "no memory left" in talk.ask("open")[0]["error"]
+
+
 # --- what notebooks show by themselves
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .metrics import Array, encoded, extended
+from .metrics import Array, encoded, extended, parts
 
 VANISHED = 0.1  # a cause is proven when undoing it leaves no more of the error
 LIKELY = 0.5  # ... and likely when it leaves no more than this
@@ -63,28 +63,40 @@ def tolerance_of(a: Array, b: Array, bits: tuple[int, int] = (32, 32)) -> float:
     Values alone tell of 8 bits only where clipping loses less than a step: radiance of 1 is no file's white.
     """
     fewest = min(bits)
-    ends = fewest < 32 or not any(off_screen(image).any() for image in (a, b))
+    ends = fewest < 32 or not any(off_screen(image) for image in (a, b))
     if fewest == 8 or (ends and (_rounded(a) or _rounded(b))):
         return BYTE
     return WORD if fewest == 16 else FLOAT
 
 
-def off_screen(values: Array) -> Array:
-    """Where values are above white, or below black, by more than a step of 8 bits."""
-    return np.abs(extended(values) - encoded(values)) > STEP
+def off_screen(picture: Array) -> int:
+    """How many pixels have a value above white, or below black, by more than a step of 8 bits."""
+    return sum(
+        int(np.count_nonzero((np.abs(extended(part) - encoded(part)) > STEP).any(axis=-1)))
+        for part in parts(picture)
+    )
 
 
 def _rounded(picture: Array) -> bool:
     """Whether all values are steps of 8 bits; black and white alone tell nothing."""
-    values = encoded(picture) / STEP
-    steps = np.round(values)
-    return bool(np.abs(values - steps).max() < 1e-3 and ((steps > 0) & (steps < 255)).any())
+    grey = False
+    for part in parts(picture):
+        values = encoded(part) / STEP
+        steps = np.round(values)
+        if np.abs(values - steps).max(initial=0.0) >= 1e-3:
+            return False
+        grey = grey or bool(((steps > 0) & (steps < 255)).any())
+    return grey
 
 
 def disagreement(picture: Array, reference: Array, tolerance: float) -> float:
     """Mean difference of encoded values beyond the tolerance: 0 for pictures that agree."""
     shown = extended if tolerance == FLOAT else encoded  # files of integers end at white
-    return float(np.mean(np.maximum(np.abs(shown(picture) - shown(reference)) - tolerance, 0.0)))
+    total = sum(
+        float(np.maximum(np.abs(shown(a) - shown(b)) - tolerance, 0.0).sum())
+        for a, b in zip(parts(picture), parts(reference), strict=True)
+    )
+    return total / max(reference.size, 1)
 
 
 def ranked(causes: list[Cause]) -> list[Cause]:

@@ -91,7 +91,7 @@ def recurved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cau
     curve = isotonic_regression(means, weights=counts[used].astype(float)).x
     undone = decoded(np.interp(shown, at, curve)).reshape(picture.shape) + beyond(picture)
     left = disagreement(undone, reference, tolerance) / (before or 1.0)
-    if left <= VANISHED and used.sum() > 2:
+    if left <= VANISHED and used.sum() > 2 and np.ptp(curve) > 1 / _BINS:  # all to one value is no curve
         found = np.interp(_SHOWN, curve, at)
         told = ", ".join(f"{value:g} is {place:.2f}" for value, place in zip(_SHOWN, found, strict=True))
         text = f"values pass through another curve (of encoded values from 0 to 1, {told})"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -18,13 +18,30 @@ from clrt.base.hush import hushed
 from clrt.base.install import pip_install
 from clrt.base.room import check_addresses
 
-EDGE_CHANGE = 2e-3  # a pixel that moves by more under a shift of EDGE_STEP is on an edge
+EDGE_CHANGE = 2e-3  # a pixel that moves by more under a shift of EDGE_STEP is on an edge; `relative` above 1
 EDGE_STEP = 0.05  # pixel, for one sample in each
 DIAGONAL = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 _WINDOW = 11  # of SSIM: 2 * int(3.5 * 1.5 + 0.5) + 1 pixels
+BORDER = _WINDOW // 2  # pixels of a picture's border about which SSIM's windows are not whole
+_STRIP = 1 << 20  # pixels that are looked at together: figures take ten arrays of float64 of as many
+HALO = 16  # rows about a strip that its figures depend on: half of FLIP's widest filter; SSIM's is 5
 _ADDRESSES = 640 << 20  # with fewer, the linear algebra that scipy brings waits for more, without end
 
 Array = np.ndarray
+
+
+def strips(shape: tuple[int, ...], halo: int = HALO) -> Iterator[tuple[slice, slice]]:
+    """Rows to look at together: of strips, which follow each other, and with `halo` more on both sides."""
+    rows = max(2 * halo, _STRIP // max(1, int(np.prod(shape[1:2]))), 1)
+    for first in range(0, shape[0], rows):
+        last = min(first + rows, shape[0])
+        yield slice(first, last), slice(max(0, first - halo), min(last + halo, shape[0]))
+
+
+def parts(picture: Array) -> Iterator[Array]:
+    """A picture (h, w, 3), or pixels (n, 3), part by part."""
+    for rows, _ in strips(picture.shape, 0):
+        yield picture[rows]
 
 
 def encoded(linear: Array) -> Array:
@@ -120,13 +137,22 @@ def _bound_threads() -> None:
 
 def psnr(ours: Array, reference: Array) -> float:
     """Peak signal to noise ratio of encoded pictures in dB; inf where they are equal."""
-    error = float(np.mean((ours - reference) ** 2))
-    return float(-10 * np.log10(error)) if error > 0 else float("inf")
+    return decibels(float(np.mean((ours - reference) ** 2)))
+
+
+def decibels(square: float) -> float:
+    """PSNR of a mean square of differences of encoded values: dB, inf for 0."""
+    return float(-10 * np.log10(square)) if square > 0 else float("inf")
 
 
 def largest(difference: Array) -> Array:
     """Of a difference (h, w, 3), each pixel's largest channel without its sign: (h, w)."""
     return np.abs(difference).max(axis=-1)
+
+
+def relative(difference: Array, reference: Array) -> Array:
+    """Differences from a reference: as they are up to white, and above it as parts of it."""
+    return difference / np.maximum(np.abs(reference), 1.0)
 
 
 def share(flags: Any) -> float:
@@ -141,7 +167,7 @@ def edge_mask(reference: Array, moved: Iterable[Array]) -> Array:
     """
     mask = np.zeros(reference.shape[:2], bool)
     for picture in moved:
-        mask |= largest(picture - reference) > EDGE_CHANGE
+        mask |= largest(relative(picture - reference, reference)) > EDGE_CHANGE
     return mask
 
 
@@ -152,7 +178,7 @@ def steep(reference: Array) -> Array:
     """
     change = np.zeros(reference.shape[:2])
     for axis in (0, 1):
-        step = largest(np.diff(reference, axis=axis))
+        step = largest(relative(np.diff(reference, axis=axis), np.delete(reference, -1, axis)))
         first, last = [slice(None)] * 2, [slice(None)] * 2
         first[axis], last[axis] = slice(0, -1), slice(1, None)
         change[tuple(first)] = np.maximum(change[tuple(first)], step)

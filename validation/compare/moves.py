@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
 
 from .causes import Cause, disagreement, error_of, remaining
 from .metrics import Array, encoded
+
+_SEARCHED = 1 << 21  # pixels: of larger pictures means are compared
+_TRIED = 128  # pixels a side that tell by how many pixels those means are off
 
 
 def moved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
@@ -79,24 +83,59 @@ def _cut(image: Array, axis: int, start: int, stop: int | None) -> Array:
 
 
 def resized(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
-    """Another size: the same view in other pixels, or a part of the reference (or the reverse)."""
+    """Another size: the same view in other pixels, or a part of the reference (or the reverse).
+
+    Large pictures are looked at in means over squares of pixels.
+    """
     if picture.shape == reference.shape:
         return
     from skimage.transform import resize
 
-    before = error_of(picture, reference, tolerance)
+    side = int(np.ceil(np.sqrt(max(picture.size, reference.size) / 3 / _SEARCHED)))
+    a, b = _means(picture, side), _means(reference, side)
+    before = error_of(a, b, tolerance)
     sizes = f"{picture.shape[1]} x {picture.shape[0]} in place of {reference.shape[1]} x {reference.shape[0]}"
-    scaled = resize(picture, reference.shape, order=1, anti_aliasing=True)
-    left = remaining(scaled, reference, before, tolerance)
-    yield Cause("another size", f"the same view in {sizes} pixels", left, scaled)
+    scaled = resize(a, b.shape, order=1, anti_aliasing=True)
+    left = remaining(scaled, b, before, tolerance)
+    yield Cause("another size", f"the same view in {sizes} pixels", left)
     small, large = sorted((picture, reference), key=lambda image: image.shape[0])
-    if small.shape[0] <= large.shape[0] and small.shape[1] <= large.shape[1] and min(small.shape[:2]) >= 8:
-        from skimage.feature import match_template
-
-        score = match_template(encoded(large).mean(axis=-1), encoded(small).mean(axis=-1))
-        y, x = (int(v) for v in np.unravel_index(np.argmax(score), score.shape))
+    fits = small.shape[0] <= large.shape[0] and small.shape[1] <= large.shape[1]
+    if fits and min(small.shape[:2]) >= 8 * side:
+        y, x = _place(small, large, side, tolerance)
         part = large[y : y + small.shape[0], x : x + small.shape[1]]
         left = disagreement(small, part, tolerance) / before if before else 1.0
         name = "cropped" if small is picture else "larger view"
         part_of = ("the picture", "the reference") if small is picture else ("the reference", "the picture")
         yield Cause(name, f"{part_of[0]} is a part of {part_of[1]}, from pixel ({x}, {y}) on: {sizes}", left)
+
+
+def _means(picture: Array, side: int) -> Array:
+    """Means over squares of `side` pixels; what is left over at the right and at the bottom is left out."""
+    height, width = (length // side for length in picture.shape[:2])
+    if side == 1 or not (height and width):
+        return picture
+    return picture[: height * side, : width * side].reshape(height, side, width, side, 3).mean(axis=(1, 3))
+
+
+def _place(small: Array, large: Array, side: int, tolerance: float) -> tuple[int, int]:
+    """Row and column from which `small` is most like a part of `large`: among means, then pixel by pixel."""
+    from skimage.feature import match_template
+
+    grey = [encoded(_means(image, side)).mean(axis=-1) for image in (large, small)]
+    score = match_template(*grey)
+    near = [side * int(v) for v in np.unravel_index(np.argmax(score), score.shape)]
+    if side == 1:
+        return near[0], near[1]
+    height, width = (min(length, _TRIED) for length in small.shape[:2])
+    top, left = (small.shape[0] - height) // 2, (small.shape[1] - width) // 2
+    tried = small[top : top + height, left : left + width]
+    rows, columns = (
+        [at for at in range(place - side, place + side + 1) if 0 <= at <= big - little]
+        for place, big, little in zip(near, large.shape, small.shape, strict=False)
+    )
+
+    def off(place: tuple[int, int]) -> float:
+        y, x = place[0] + top, place[1] + left
+        return disagreement(tried, large[y : y + height, x : x + width], tolerance)
+
+    return min(itertools.product(rows, columns), key=off)

@@ -17,10 +17,10 @@ import numpy as np
 from clrt.base.layers import find
 
 from ..types import Better, Comparison, Gate, OracleImage
-from .metrics import encoded, flip, largest, psnr, share, ssim, to_white
+from .metrics import encoded, flip, largest, psnr, relative, share, ssim, to_white
 from .rays import FINE, RayRow, ray_rows
 
-COARSE, FAR = 1e-3, 1e-2  # differences of linear radiance, as FINE
+COARSE, FAR = 1e-3, 1e-2  # differences of linear radiance, relative above 1, as FINE
 SIZE = "size"  # the gate of pictures that are not of one size, which have no other
 _NEAR = 0.1  # of the median distance; what is nearer is rounded as its coordinates, not as its distance
 _DISTANT = 100.0  # median distances; what is farther is rounded as its inverse distance
@@ -146,7 +146,7 @@ def _figures(
 ) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """The figures of two finite linear pictures and their maps."""
     difference = a - b
-    off, out = largest(difference), ~mask
+    off, out = largest(relative(difference, b)), ~mask
     shown_a, shown_b = encoded(a), encoded(b)
     similarity, windows = ssim(shown_a, shown_b)
     perceived = flip(shown_a, shown_b)

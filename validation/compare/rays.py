@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..types import OracleImage
-from .metrics import largest, share
+from .metrics import largest, relative, share
 
-FINE = 1e-4  # difference of linear radiance
+FINE = 1e-4  # difference of linear radiance, relative above 1
 _KINDS = ("camera", "reflection", "transmission", "ambient")
 
 
@@ -74,7 +74,7 @@ def ray_rows(ours: OracleImage, reference: OracleImage, mask: np.ndarray) -> lis
                 float(np.mean(theirs)),
                 mean,
                 float(off.max(initial=0.0)),
-                1 - share(off > FINE),
+                1 - share(largest(relative(difference, theirs[~mask])) > FINE),
                 share(wrong[wrong | (light > 0)]),
             )
         )

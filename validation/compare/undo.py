@@ -90,10 +90,10 @@ def undoable(picture: Array, reference: Array, tolerance: float) -> Iterator[Cau
     if not turns:
         return
     step = max(1, int(np.sqrt(reference.shape[0] * reference.shape[1] / _SAMPLES)))
-    sampled = reference[::step, ::step]
+    sampled = reference[::step, ::step].astype(np.float64)
     found: list[tuple[float, tuple[_Part, ...]]] = []
     for turn, swap, tone in itertools.product(turns, _SWAPS, _TONES):
-        undone = tone.undo(swap.undo(turn.undo(picture)[::step, ::step]))
+        undone = tone.undo(swap.undo(turn.undo(picture)[::step, ::step].astype(np.float64)))
         for factor in (_NOTHING, _factor(undone, sampled), _balance(undone, sampled)):
             parts = tuple(part for part in (turn, swap, tone, factor) if part.name)
             found.append((factor.error(undone, sampled, tolerance), parts))

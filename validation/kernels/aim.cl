@@ -1,4 +1,4 @@
-// Rays made on the device for the large proofs: aimed at the edges and corners of a closed mesh from inside, and
+// Rays made on the device for the large proofs: aimed at the edges and corners of closed meshes from inside, and
 // leaving surfaces just hit. Numbers come from hashes of (seed, ray), so a find can be repeated.
 
 inline float draw(uint seed, uint ray, uint number) { return unit_interval(combine(combine(seed, ray), number)); }
@@ -26,6 +26,24 @@ __kernel void aim_at_edges(WORLD_PARAMETERS, uint n, uint many, uint seed, float
     const Vec target = add(a, times(sub(b, a), along));
     const Vec away = either_way(seed, i, 4u);
     const Vec origin = add(vec(center.x, center.y, center.z), times(away, spread));
+    store_ray(rays, i, origin, unit3(sub(target, origin)), INFINITY);
+}
+
+// The same on a lattice, an eighth of `size`: a point on an edge of a random polygon, one time in four a corner.
+__kernel void aim_at_sides(WORLD_PARAMETERS, uint n, uint many, uint seed, float4 center, float size,
+                           __global float *rays)
+{
+    const uint i = get_global_id(0);
+    if (i >= n) return;
+    const World world = WORLD_OF_PARAMETERS;
+    const Polygon p = world.polygons[combine(combine(seed, i), 0u) % many];
+    const uint edge = combine(combine(seed, i), 1u) % (uint)(p.count);
+    const float4 a = world.vertices[p.first + edge], b = world.vertices[p.first + (edge + 1u) % (uint)(p.count)];
+    const float along = draw(seed, i, 2u) < 0.25f ? 0.0f : floor(draw(seed, i, 3u) * 8.0f) * 0.125f;
+    const Vec target = add(vec(a.x, a.y, a.z), times(vec(b.x - a.x, b.y - a.y, b.z - a.z), along));
+    const Vec away = times(either_way(seed, i, 4u), 6.0f);
+    const Vec origin = add(vec(center.x, center.y, center.z),
+                           times(vec(floor(away.x), floor(away.y), floor(away.z)), size * 0.125f));
     store_ray(rays, i, origin, unit3(sub(target, origin)), INFINITY);
 }
 

@@ -11,7 +11,6 @@ import os
 import pickle
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -21,6 +20,7 @@ from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Final
 
+from clrt.base import interrupts
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE, kernel_folder
 from clrt.base.scratch import placed, scratch
@@ -70,9 +70,7 @@ class Lost(ClrtError):
 
 def ended_by(code: int) -> str:
     """How a process ended that wrote nothing."""
-    with suppress(ValueError):
-        return f"ended by {signal.Signals(-code).name}"
-    return f"ended with {code}"
+    return f"ended by {interrupts.ended_by(code)}" if code < 0 else f"ended with {code}"
 
 
 def small(case: str) -> Scene:

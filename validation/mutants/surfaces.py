@@ -147,6 +147,8 @@ _SURFACES: Final = (
     Mutant("wrong tie of shapes that go one by one", "kernels/leaves.clh",
            "(t == other_t && primitive < other_primitive)",
            "(t == other_t && primitive > other_primitive)", ("equal distances",), GEOMETRY),
+    Mutant("rays slip between polygons", "kernels/polygon.clh", "(e != 0.0f) & ", "",
+           ("squares that share edges",), GEOMETRY),
     Mutant("concave corners filled", "kernels/polygon.clh", " & !((e > 0.0f) ^ (b.y > a.y))", "",
            ("opaque concave polygon",), GEOMETRY),
     Mutant("disks 1 % too large", "kernels/plane.clh", "dot3(p, p) <= disk", "dot3(p, p) <= 1.02f * disk",

@@ -47,13 +47,14 @@ class Rays:
 class Film:
     """What reaches each pixel, apart by route, by generation, by kind of ray and by term of generation 0.
 
-    The picture itself is not summed here but returned by the recursion; the layers sum to it. A film of no
-    pixels keeps no layers.
+    The picture itself is not summed here but returned by the recursion; the layers sum to it, before they are
+    developed. A film of no pixels keeps no layers.
     """
 
     pixels: int
     palette: Palette
-    layers: dict[str, Array] = field(default_factory=dict)  # name, "generation 2 reflection" -> (pixels, 3)
+    layers: dict[str, Array] = field(default_factory=dict)
+    """name, "generation 2 reflection" -> (pixels, 3); bands still to be developed (pixels, bands)"""
     generations: list[dict[str, int]] = field(default_factory=list)
     met: list[tuple[Ints, Ints]] = field(default_factory=list)  # of camera rays that hit, pixel and shape
 
@@ -80,7 +81,9 @@ class Film:
         """Adds radiance (n, bands) that the rays bring; `term` names the part of the local light."""
         if not self.pixels:
             return
-        light = self.palette.developed(rays.weight * light)
+        light = rays.weight * light
+        if self.palette.linear:  # then at once: three numbers take less room than bands
+            light = self.palette.developed(light)
         for number, name in enumerate(ROUTES):
             of_route = (rays.path & np.uint32(hashing.ROUTE)) == number
             self._add(name, rays.pixel[of_route], light[of_route])
@@ -92,8 +95,12 @@ class Film:
         self._add("ambient", rays.pixel[gathered], light[gathered])
 
     def _add(self, name: str, pixel: Ints, light: Array) -> None:
-        layer = self.layers.setdefault(name, np.zeros((self.pixels, 3)))
+        layer = self.layers.setdefault(name, np.zeros((self.pixels, light.shape[1])))
         np.add.at(layer, pixel, light)
+
+    def developed(self, layer: Array) -> Array:
+        """What `layers` holds, or a mean of it, as (n, 3)."""
+        return layer if self.palette.linear else self.palette.developed(layer)
 
     def count(self, generation: int, name: str, number: Any) -> None:
         """Adds to a count of a generation."""

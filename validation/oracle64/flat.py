@@ -61,7 +61,7 @@ class Polygons(Planes):
         x, y = sheared(origin, direction, self.corners[which])
         x_next, y_next = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
         edge = x * y_next - x_next * y
-        toggles = ((y >= 0) != (y_next >= 0)) & ((edge > 0) == (y_next > y))
+        toggles = ((y >= 0) != (y_next >= 0)) & np.where(y_next > y, edge > 0, edge < 0)
         return np.asarray(across(np.logical_xor, toggles))
 
 

@@ -15,12 +15,10 @@ from clrt.scene.scene import Disk, Polygon, Scene
 
 from .batch import Batch
 from .curved import Quadrics, Spheres
-from .flat import Disks, Planes
+from .flat import Disks, Planes, Polygons, Triangles, newell_normal
 from .palette import Palette
 from .tree import PAIRS
 from .vectors import Array, Bools, Ints, apply, dot, unit
-
-_SOMEWHERE = unit([0.5377, 0.6142, -0.5776])  # along no edge of anything that a person would build
 
 
 @dataclass(frozen=True)
@@ -111,34 +109,36 @@ def _extent(batches: list[Batch], shape_of: Ints, media: Media) -> Array:
 
 def _turns(batches: list[Batch], shape_of: Ints, media: Media, points: Array) -> Ints:
     """How often (n, shapes) points are inside of shapes that bound media."""
-    count = np.zeros((len(points), len(media.number)), int)
+    count = np.zeros((len(points), len(media.number)))
     for batch in batches:
         rows = np.flatnonzero(media.number[shape_of[batch.ids]] >= 0)
         shape = shape_of[batch.ids[rows]]
         for some in np.array_split(np.arange(len(points)), -(-len(points) * len(rows) // PAIRS) or 1):
             pairs = np.repeat(some, len(rows)), np.tile(shape, len(some))
             np.add.at(count, pairs, _inside(batch, np.tile(rows, len(some)), points[pairs[0]]))
-    return count
+    return np.round(count).astype(int)
 
 
-def _inside(batch: Batch, rows: Ints, point: Array) -> Ints:
+def _inside(batch: Batch, rows: Ints, point: Array) -> Array:
     """What primitives (m,) say of whether a point (m, 3) is inside; it is summed over a shape's primitives.
 
-    A curved one or a plane knows by itself. A face tells whether a ray from the point leaves or enters there.
+    A curved one or a plane knows by itself. A face tells which part of all directions leaves there.
     """
     if isinstance(batch, Spheres):
         offset = point - batch.center[rows]
-        return (dot(offset, offset) < batch.radius[rows] ** 2).astype(int)
+        return (dot(offset, offset) < batch.radius[rows] ** 2).astype(float)
     if type(batch) is Planes:
-        return (dot(point - batch.point[rows], batch.normal[rows]) < 0).astype(int)
+        return (dot(point - batch.point[rows], batch.normal[rows]) < 0).astype(float)
     if isinstance(batch, Quadrics):
         x = apply(batch.inverse[rows], point - batch.position[rows])
         form = dot(x, apply(batch.form[rows], x) + 2 * batch.gradient[rows]) + batch.constant[rows]
         clipped = np.all((x >= batch.clip_low[rows]) & (x <= batch.clip_high[rows]), axis=1)
-        return ((form < 0) & clipped).astype(int)
+        return ((form < 0) & clipped).astype(float)
     if type(batch) is Disks:
-        return np.zeros(len(rows), int)  # a cap: the side knows
-    u = np.broadcast_to(_SOMEWHERE, point.shape)
-    t = batch.roots(rows, point, u)[:, 0]
-    met = np.isfinite(t) & (t > 0)
-    return np.where(met, np.sign(dot(batch.outward(rows, point, u), u)), 0).astype(int)
+        return np.zeros(len(rows))  # a cap: the side knows
+    assert isinstance(batch, (Polygons, Triangles))
+    corners = batch.corners[rows]
+    turned = np.sign(dot(newell_normal(corners), batch.normal[rows]))
+    a, b, c = (unit(corner - point[:, None]) for corner in (corners[:, :1], corners[:, 1:-1], corners[:, 2:]))
+    halves = np.arctan2(dot(a, np.cross(b, c)), 1 + dot(a, b) + dot(b, c) + dot(c, a))  # of solid angles
+    return np.nan_to_num(turned * halves.sum(axis=1) / (2 * np.pi))  # at a corner it is 0 / 0

@@ -58,6 +58,11 @@ class Palette(ABC):
     def complex_index(self, n: Any, k: Any) -> tuple[Array, Array]:
         """A metal's (bands,) and (bands,) from two curves over nm."""
 
+    @property
+    def linear(self) -> bool:
+        """Whether what is developed part by part sums to what is developed as a whole."""
+        return True
+
     @abstractmethod
     def developed(self, light: Array) -> Array:
         """Radiances (..., bands) as linear Rec.709 (..., 3)."""
@@ -232,8 +237,12 @@ class Bands(Palette):
     def complex_index(self, n: Any, k: Any) -> tuple[Array, Array]:
         return n(self.middle), k(self.middle)
 
+    @property
+    def linear(self) -> bool:
+        return self.wanted.response != "thesis-2011"
+
     def developed(self, light: Array) -> Array:
-        if self.wanted.response == "thesis-2011":
+        if not self.linear:
             return self._as_thesis(light)
         balance = np.eye(3)
         if self.wanted.white_balance:

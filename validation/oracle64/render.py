@@ -143,7 +143,8 @@ def render64(
         job = _job(scene, width * height * apart, max_depth, lift)
         light = _sampled(job, camera, (width, height), grid, np.arange(width * height))
         counts = shares(camera, grid, width * height)
-        found = {name: _weighed(counts[:apart], layer) for name, layer in job.film.layers.items()}
+        film = job.film
+        found = {name: film.developed(_weighed(counts[:apart], of)) for name, of in film.layers.items()}
         if set(layers) & set(GEOMETRY):
             found |= _geometry(job.world, scene, camera, (width, height), grid)
         numbers = len(scene.shapes) + len(scene.lights)
@@ -197,6 +198,8 @@ def edge_mask(
 ) -> Bools:
     """Pixels (h, w) where a sample moves by more than `change` under four diagonal shifts of `step` pixel.
 
+    Of what is brighter than 1 by more than that part of it.
+
     `reference`: the picture's samples (spp, h, w, 3), where they are at hand.
 
     Samples are asked for, not their mean: rounding takes one sample across an edge as easily where a pixel
@@ -217,7 +220,7 @@ def edge_mask(
                 break
             camera = _shifted(scene.camera, (x * step, y * step), size)
             moved = job.world.palette.developed(_sampled(job, camera, size, grid, asked))
-            moves = np.abs(moved - still[:, asked])
+            moves = np.abs(moved - still[:, asked]) / np.maximum(np.abs(still[:, asked]), 1.0)
             if together:
                 moves = moves.mean(axis=0, keepdims=True)
             mask[asked] = (moves > change).any(axis=(0, 2))

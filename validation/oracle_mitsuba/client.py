@@ -218,7 +218,8 @@ class Mitsuba:
         """How the process ended."""
         assert self._process is not None
         code = self._process.wait()
-        return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
+        names = {known.value: known.name for known in signal.Signals}  # not all signals have one
+        return f"was ended by {names.get(-code, -code)}" if code < 0 else f"ended with code {code}"
 
     def _last_words(self) -> str:
         self._log.seek(0)

@@ -114,7 +114,7 @@ def write_xml(scene: Scene, path: str | os.PathLike[str], finish: Callable[[str]
     before = _own_files(path, folder)
     with _files_beside(path.parent, folder, meshes):
         write_text(path, finish(text))
-    for file in (path.parent / name for name in before - meshes.keys()):
+    for file in (path.parent / name for name in before - _named(text, folder)):
         if identity(file) not in noted():  # this scene reads it, or another that is converted here
             with suppress(OSError):
                 file.unlink()
@@ -133,7 +133,12 @@ def _own_files(path: Path, folder: str) -> set[str]:
         old = path.read_text("utf-8")
     except (OSError, ValueError):
         return set()
-    return set(re.findall(rf'value="({re.escape(folder)}/[^"/]*-[0-9a-f]{{16}}\.\w+)"', old))
+    return _named(old, folder)
+
+
+def _named(text: str, folder: str) -> set[str]:
+    """The files of an XML whose names are of the kind that `write_xml` gives them."""
+    return set(re.findall(rf'value="({re.escape(folder)}/[^"/]*-[0-9a-f]{{16}}\.\w+)"', text))
 
 
 @contextmanager
@@ -178,7 +183,7 @@ def _digest(mesh: Plugin | Path) -> str:
 
 
 def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict[str, Plugin | Path]]:
-    """The XML; by file name the meshes, and a picture that does not lie in `folder`, which is copied.
+    """The XML; by file name the meshes, and a picture that does not lie among them, which is copied.
 
     folder: what names of pictures are relative to, None: nothing.
     """
@@ -193,7 +198,7 @@ def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict
             plain[key] = {"type": "ply", "filename": name, **inner}
         elif isinstance(plugin, dict) and "filename" in plugin and folder is not None:
             name = os.path.relpath(os.path.realpath(plugin["filename"]), os.path.realpath(folder))
-            if name.startswith("..") or name != _plain(name):
+            if not name.startswith(f"{meshes}/") or name != _plain(name):  # all is in one folder
                 picture = Path(plugin["filename"])
                 name = f"{meshes}/{_plain(picture.stem)}-{_digest(picture)}{_plain(picture.suffix)}"
                 found[name] = picture

@@ -19,6 +19,7 @@ from ..types import OracleImage
 from .scene import write_pov
 
 INSTALL: Final = "POV-Ray is not installed (Debian: apt-get install povray)"
+DARK: Final = "POV-Ray's 16 bits cannot hold so dark a picture"
 _TIMEOUT: Final = 600.0  # seconds
 _OPTIONS: Final = (
     "+FN16", "File_Gamma=1", "Display=off", "Antialias=off", "Work_Threads=1", "All_Console=off",
@@ -32,6 +33,13 @@ class PovrayError(Exception):
 def missing() -> str | None:
     """Why POV-Ray cannot be run here; None where it can."""
     return None if shutil.which("povray") else INSTALL
+
+
+def too_dark(pixels: np.ndarray) -> bool:
+    """Whether 16 bits cannot hold a picture (h, w, 3): they move its mean by half of what may be wrong."""
+    shown = np.clip(pixels, 0, 1)
+    off = np.abs((np.round(shown * 65535) / 65535 - shown).mean(axis=(0, 1))).max()
+    return bool(off > 5e-5 * shown.mean())
 
 
 @cache

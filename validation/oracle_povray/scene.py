@@ -21,6 +21,7 @@ from ..oracle64.camera import basis
 
 _FAR: Final = 1e5  # where a directional light stands
 _DEEPEST: Final = 255  # its max_trace_level is 256 at most
+_ENDS: Final = 1e7  # units from the camera on which it sees nothing
 _FADE: Final = 1e-3  # POV-Ray fades by 2 / (1 + (r / d)^2), which is 2 d^2 / r^2 where r is far above d
 
 
@@ -63,6 +64,18 @@ def not_in_pov(scene: Scene) -> str | None:
             why = "let reflection + transmission be 1, both white"
             return f"shapes[{number}]: POV-Ray has no total reflection of less than all: {why}"
     return None
+
+
+def too_far(scene: Scene) -> str | None:
+    """Why POV-Ray's picture lacks what is far away: the last pixels of an endless plane, or anything."""
+    camera = scene.camera
+    assert camera is not None
+    endless = any(shape.type == "plane" for shape in scene.shapes)
+    rows = max(camera.width, camera.height) if endless else 1
+    names = ("origin", "position", "center", "radius", "radii", "min", "max", "p0", "p1", "point", "points")
+    found = [getattr(one, name, 0.0) for one in (camera, *scene.lights, *scene.shapes) for name in names]
+    reach = rows * max(float(np.abs(np.asarray(value, float)).max()) for value in found)
+    return None if reach < _ENDS else f"POV-Ray sees no farther than {_ENDS:g} units"
 
 
 def _plain(values: Iterable[Any]) -> bool:

@@ -14,6 +14,7 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "cylinder upon cylinder", _cylinder_upon_cylinder(), set()
     yield "checkers and ambient rays", _checkers_and_ambient_rays(), set()
     yield "shifted near plane in glass", _shifted_near_plane(), {INSIDE}
+    yield "squares that share edges", _squares_that_share_edges(), set()
 
 
 def _next_to_the_camera() -> Table:
@@ -56,3 +57,19 @@ def _shifted_near_plane() -> Table:
     ball = {"type": "sphere", "center": [1.1, 0.0, 5.05], "radius": 0.3, "material": OPAQUE["matte"]}
     camera = {**CAMERA, "near": 3.0, "shift": [55, 30]}
     return room([block, ball], camera=camera, lights=LIGHTS[:1])
+
+
+def _squares_that_share_edges() -> Table:
+    """A wall of squares, seen so that rays pass exactly through their edges: what is behind it showed there.
+
+    An edge of which one way is told from the other where it meets the ray is nobody's. The float64 oracle had
+    the same rule.
+    """
+    sides = (-2.03, -1.0, 0.0, 1.0, 2.03)  # pixels lie on multiples of a tenth, and not on the rim
+    lattice = [(x, y) for y in sides for x in sides]
+    squares = [[5 * j + i, 5 * j + i + 1, 5 * j + i + 6, 5 * j + i + 5] for j in range(4) for i in range(4)]
+    wall = {"type": "mesh", "vertices": [[x, y, 0] for x, y in lattice], "faces": squares}
+    behind = {"type": "box", "min": [-2.96, -2.36, -2], "max": [2.96, 2.36, -1], "material": OPAQUE["shiny"]}
+    camera = {"type": "orthographic", "origin": [0, 0, 8], "target": [0, 0, 0], "up": [0, 1, 0], "size": 6.5,
+              "width": 65, "height": 49}  # fmt: skip
+    return room([{**wall, "material": OPAQUE["matte"]}, behind], camera=camera)

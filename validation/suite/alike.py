@@ -58,9 +58,11 @@ def compared(theirs: OracleImage, wanted: OracleImage, case: Case, eight: bool,
     if not eight or theirs.pixels.shape != wanted.pixels.shape:
         return compare(theirs, wanted, edges, case.spp, limit)
     rough = dataclasses.replace(limit, fine=None, coarse=None, mean=2e-3, masked=None, rays=None)
-    found = compare(theirs, wanted, edges, case.spp, rough)
-    out = np.ones(wanted.pixels.shape[:2], bool) if edges is None else ~edges
-    near = largest(encoded(theirs.pixels) - encoded(wanted.pixels))[out] <= BYTE
+    near = largest(encoded(theirs.pixels) - encoded(wanted.pixels)) <= BYTE
+    # what differs by rounding does not differ: FLIP and the mean see bytes that are cut off, not rounded
+    rounded = np.where(near[..., None], wanted.pixels, theirs.pixels)
+    found = compare(dataclasses.replace(theirs, pixels=rounded), wanted, edges, case.spp, rough)
+    near = near if edges is None else near[~edges]
     share = float(np.mean(near)) if near.size else 0.0
     more = gate("within 1.5 steps of 255", share, _NEAR_BYTES, "high", "share of pixels, outside edges")
     return dataclasses.replace(found, gates=(*found.gates, more))

@@ -27,6 +27,7 @@ from typing import Final
 import numpy as np
 
 from clrt.base.errors import ClrtError, one_line, show
+from clrt.base.interrupts import ended_by
 from clrt.base.limits import Limits
 from clrt.base.scratch import placed, scratch
 from clrt.images.file import read_samples
@@ -182,7 +183,7 @@ def _run(command: list[str], folder: Path, timeout: float) -> str:
         return f"had not ended after {timeout:g} s"
     if code == 0:
         return ""
-    how = f"ended by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+    how = f"ended by {ended_by(code)}" if code < 0 else f"exit code {code}"
     last = text.decode(errors="replace").replace(str(folder) + os.sep, "").strip().splitlines()
     return one_line(f"{how}: {last[-1]}" if last else how)
 

@@ -231,7 +231,8 @@ def notes(plan: Plan, cases: list[CaseResult]) -> Iterator[str]:
     for result in cases if plan.scenes else ():
         for oracle in result.case.oracles:
             if oracle not in result.results and oracle not in result.unproven:
-                yield f"{result.case.name}: {oracle} cannot express it: {why_not(oracle, result.case)}"
+                why = why_not(oracle, result.case) or povray.DARK  # nothing else is found out later
+                yield f"{result.case.name}: {oracle} cannot express it: {why}"
     for result in cases if plan.scenes else ():
         own, mitsubas = own_file(result.case.name), [o for o in result.results if o.startswith("mitsuba")]
         if own is not None and own.suffix not in TABLES and mitsubas:
@@ -320,9 +321,8 @@ def _deaf() -> Iterator[None]:
         yield
         return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    interrupts.held = True
     try:
-        yield
+        with interrupts.holding():
+            yield
     finally:
-        interrupts.held = False
         signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -158,7 +158,7 @@ def polygon_root(corners: list[Array], normal: Array, rays: Rays, frame: Frame) 
     for corner in corners:
         b = frame.seen(rays.origin, corner)
         e = a[0] * b[1] - b[0] * a[1]
-        inside ^= ((a[1] >= 0.0) != (b[1] >= 0.0)) & ((e > 0.0) == (b[1] > a[1]))
+        inside ^= ((a[1] >= 0.0) != (b[1] >= 0.0)) & (e != 0.0) & ((e > 0.0) == (b[1] > a[1]))
         depth = b[2] * frame.shear[2]
         near, far = np.where(depth < near, depth, near), np.where(depth > far, depth, far)
         a = b

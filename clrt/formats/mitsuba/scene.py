@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any, Final
 
 import msgspec
+import numpy as np
 
 from clrt.base import notices
-from clrt.base.errors import ClrtError, LimitError, located
+from clrt.base.errors import ClrtError, LimitError, SceneError, located
 from clrt.base.files import read_bytes, read_text_bytes, resolve
 from clrt.base.limits import Limits
 from clrt.base.places import At, listed
@@ -22,11 +23,14 @@ from clrt.formats.mitsuba.shapes import Shapes
 from clrt.formats.mitsuba.values import Plugin
 from clrt.formats.mitsuba.views import camera, depth, emitter
 from clrt.formats.xml_tree import Element
-from clrt.scene.save import encoded
+from clrt.scene.mesh import Mesh, MeshData
+from clrt.scene.save import moved
 from clrt.scene.scene import Scene, read_scene
 
 INSTRUCTION: Final = "clrt"
 """The target of the processing instruction that holds a seal and the scene itself, as JSON."""
+
+_DIGITS: Final = 8  # of a number of a mesh in JSON, at the least on an average
 
 
 def load(path: Path, limits: Limits) -> Scene:
@@ -40,17 +44,21 @@ def load(path: Path, limits: Limits) -> Scene:
         tops, notes = opened(read_text_bytes(path, limits), context)
         if INSTRUCTION in notes:
             mark, _, text = notes[INSTRUCTION].partition(" ")
-            if mark == seal(tops, path.parent, limits):
+            if mark == seal(tops, text, path.parent, limits):
                 return native.load_text(text, path.name, path.parent, limits)
-            notices.warn(path.name, "", "it was changed after clrt had written it: its plugins are read")
+            what = "it, or a file that it names, was changed after clrt had written it: its plugins are read"
+            notices.warn(path.name, "", what)
         return _scene(tops, context)
     except RecursionError:
         raise LimitError(located(path.name, "", "nesting: deeper than Python follows")) from None
 
 
-def seal(tops: list[Element], folder: Path, limits: Limits) -> str:
-    """A digest of all that a file says, and of the files of meshes and pictures that it names."""
-    digest = hashlib.sha256()
+def seal(tops: list[Element], text: str, folder: Path, limits: Limits) -> str:
+    """A digest of all that a file says, of the scene itself in it, and of the files that its plugins name.
+
+    The scene itself names no others: the picture of its sky is the one that a plugin names.
+    """
+    digest = hashlib.sha256(text.encode())
     files: dict[str, bytes] = {}  # a file may be named in every line
     for top in tops:
         for element in top.walk():
@@ -75,31 +83,45 @@ def with_itself(scene: Scene, path: Path, text: str) -> str:
     """The XML of a scene that is to be written to `path`, with the scene itself in it: as JSON, for `load`.
 
     Programs pass over processing instructions for others. What would not be read back, being too large,
-    stays as it is.
+    stays as it is, and so does what needs files that no plugin names; a warning says so.
     """
     limits = scene.limits
     try:
         tops, _ = opened(text.encode(), Context(path.parent, path.name, limits))
-        words = _itself(scene, path, tops)
-    except ClrtError:
+        words = _itself(scene, path, tops).replace("?>", "?\\u003e")  # within a text of JSON's the same
+        instruction = f"<?{INSTRUCTION} {seal(tops, words, path.parent, limits)} {words}?>"
+        longer = text.removesuffix("</scene>\n") + f"  {instruction}\n</scene>\n"
+        limits.check("text_bytes", len(longer.encode()))
+    except ClrtError as error:
+        what = f"it holds its plugins alone, not the scene itself as well: {error}"
+        notices.warn(path.name, "", what)
         return text
-    words = words.replace("?>", "?\\u003e")  # within a text of JSON's the same
-    instruction = f"<?{INSTRUCTION} {seal(tops, path.parent, limits)} {words}?>"
-    longer = text.removesuffix("</scene>\n") + f"  {instruction}\n</scene>\n"
-    return longer if len(longer.encode()) <= limits.text_bytes else text
+    return longer
 
 
 def _itself(scene: Scene, path: Path, tops: list[Element]) -> str:
-    """The scene as JSON beside `path`, where a picture of the sky may have been copied to."""
-    skies = (element for top in tops if top.keys.get("type") == "envmap" for element in top.children)
-    names = [sky.keys["value"] for sky in skies if sky.keys.get("name") == "filename"]
-    beside = f"{path.stem}_meshes/".replace("$", "%24")  # a parameter's name would begin there
-    copied = scene.background_path and [name for name in names if name.startswith(beside)]
-    plain = msgspec.structs.replace(scene, background=0.0) if copied else scene
-    table = json.loads(encoded(plain, path.with_suffix(".json")))
-    if copied:
-        table["background"] = copied[0]
+    """The scene as JSON that names no file but the picture of the sky, as a plugin of `tops` does.
+
+    So it is not another scene where the files that it was made of are not there, or have changed.
+    """
+    for name, material in scene.materials.items():  # pictures on surfaces are refused; these are on none
+        if material.pictures:
+            key = next(iter(material.pictures))
+            raise SceneError(located("", f"materials.{name}.{key}", "a picture, which is not copied"))
+    meshes = [shape.data() for shape in scene.shapes if isinstance(shape, Mesh)]
+    scene.limits.check("text_bytes", _DIGITS * sum(map(_numbers, meshes)))  # before lists are made
+    sky = scene.background_path is not None
+    table = moved(msgspec.structs.replace(scene, background=0.0) if sky else scene, path, whole=True)
+    if sky:
+        skies = (element for top in tops if top.keys.get("type") == "envmap" for element in top.children)
+        table["background"] = next(sky.keys["value"] for sky in skies if sky.keys.get("name") == "filename")
     return json.dumps(table, separators=(",", ":"))
+
+
+def _numbers(mesh: MeshData) -> int:
+    arrays = [array for array in (mesh.vertices, mesh.normals, mesh.uv) if array is not None]
+    faces = mesh.faces.size if isinstance(mesh.faces, np.ndarray) else sum(map(len, mesh.faces))
+    return faces + sum(array.size for array in arrays)
 
 
 def _scene(tops: list[Element], context: Context) -> Scene:

@@ -179,6 +179,8 @@ class _Reader:
         *p1, r1 = self.tokens.numbers(4, "a cone's apex: x y z r")
         self._check_inward(min(r0, r1))
         if (r0 < 0 or r1 < 0) and r0 <= 0 and r1 <= 0 and p0 != p1:
+            if math.isinf(math.dist(p0, p1)):
+                raise self.tokens.error("its ends are too far apart: more than 1.8e308")
             self._add_inward(line, _cone_axes(p0, -r0, p1, -r1))
         elif r0 == r1:
             self._add(line, type="cylinder", p0=p0, p1=p1, radius=r0)
