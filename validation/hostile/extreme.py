@@ -8,15 +8,15 @@ import numpy as np
 
 Table = dict[str, Any]
 SIZES: Final = (0.0, 1e-45, 1e-38, 1e-30, 1e-10, 1e-3, 0.5, 1.0, 2.0, 1e3, 1e10, 1e18, 1e19, 1e30, 3e38)
-_FAR: Final = SIZES[: SIZES.index(1e18) + 1]  # what a camera may have
+_FAR: Final = SIZES[: SIZES.index(1e18) + 1]  # what a camera may have, and where a light may be
 _LENGTHS: Final = (1e-18, *_FAR[_FAR.index(1e-10) :])  # whose squares float32 holds: of lights with extent
 
 
 def extreme_scene(generator: np.random.Generator) -> Table:
     """A scene whose numbers are of any size that float32 holds, which may or may not be a right one."""
 
-    def number(least: float = 0.0) -> float:
-        value = float(generator.choice(SIZES))
+    def number(least: float = 0.0, sizes: tuple[float, ...] = SIZES) -> float:
+        value = float(generator.choice(sizes))
         return value if least >= 0 or generator.random() < 0.5 else -value
 
     def some(*values: float) -> float:
@@ -24,6 +24,10 @@ def extreme_scene(generator: np.random.Generator) -> Table:
 
     def vector() -> list[float]:
         return [number(-1) for _ in range(3)]
+
+    def place() -> list[float]:
+        sizes = SIZES if generator.random() < 0.2 else _FAR
+        return [number(-1, sizes) for _ in range(3)]
 
     def color() -> Any:
         kind = generator.integers(5)
@@ -84,9 +88,9 @@ def extreme_scene(generator: np.random.Generator) -> Table:
             return where | {"direction": vector(), "intensity": color()}
         if kind in ("point", "spot"):
             falloff = ["none", "inverse-square"][generator.integers(2)]
-            where |= {"position": vector(), "falloff": falloff, "intensity": color()}
+            where |= {"position": place(), "falloff": falloff, "intensity": color()}
             if kind == "spot":
-                where["target"] = vector()
+                where["target"] = place()
                 where |= {"angle": some(1e-38, 1e-3, 30.0, 90.0), "penumbra": some(0.0, 1e-45, 0.5, 1.0)}
             return where
         if kind == "rectangle":
@@ -97,7 +101,7 @@ def extreme_scene(generator: np.random.Generator) -> Table:
             where["radius"] = some(*_LENGTHS) if generator.random() < 0.7 else number()
         if kind == "disk":
             where["normal"] = vector()
-        where |= {"center": vector(), "radiance": color(), "samples": int(generator.choice([1, 2, 7, 16]))}
+        where |= {"center": place(), "radiance": color(), "samples": int(generator.choice([1, 2, 7, 16]))}
         return where | {name: bool(generator.integers(2)) for name in ("two_sided", "visible")}
 
     near = [some(*_FAR) * some(-1, 1) for _ in range(3)]
