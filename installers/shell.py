@@ -7,6 +7,7 @@ It needs shtab and argparse-manpage, and nothing that clrt itself needs.
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from pathlib import Path
 from typing import Final
@@ -55,7 +56,9 @@ def made(root: Path = ROOT) -> dict[str, str]:
     }
     # a fixed text in place of today's date: the same source makes the same wheel
     about = {"date": f"version {__version__}", "manual_title": "clrt", "project_name": "clrt"}
-    return {"clrt.1": str(Manpage(parser(), about)), **texts}
+    # a text that begins with a dot is no macro of roff's
+    page = re.sub(r"^(?=[.'][a-z]\w{2})", r"\\&", str(Manpage(parser(), about)), flags=re.MULTILINE)
+    return {"clrt.1": page, **texts}
 
 
 def _complete(parser: argparse.ArgumentParser, files: object) -> None:

@@ -174,7 +174,8 @@ INLINED void append_feelers(const World world, Surfaces s, intP counted, const S
             const intP launched = counted & is_above(s, way);
             if (!any_of(launched)) continue;
             const Appending a = appending(to, lanes_of(launched));
-            append_ray(to, &a, feeler_rays, start, way.direction, way.distance);
+            const RayP ray = {start, way.direction, way.distance * FEELER_REACH};
+            append_ray(to, &a, feeler_rays, ray.origin, ray.direction, ray.t_max);
             append_word(to, &a, FEELER_OWNER, owner, as_intP(counting_from(first)));
             if (own) append_word(to, &a, FEELER_OWN, own, (intP)(light->surface));
 #if NARROW
@@ -182,10 +183,8 @@ INLINED void append_feelers(const World world, Surfaces s, intP counted, const S
 #endif
             if (HAS_EXTENDED(world.scene))
                 for (uint k = 0; k < a.count; k++) seen[to->at + k] = UNTRACED;
-            if (found >= 0) {
-                const RayP ray = {start, way.direction, way.distance};
+            if (found >= 0)
                 pass_standing(&world, &s, &ray, launched, to->at, light->surface, standing, found, seen, filter);
-            }
             to->at += a.count;
         }
     }

@@ -47,6 +47,9 @@ INLINED bool all_known(__global const uint *seen, __global const uint *sequence,
     return known;
 }
 
+// A ray arrives where it met nothing.
+#define ARRIVES(primitive) ((primitive) < 0)
+
 // `own`: of each ray the primitive that it passes by (the light it goes to); null: there are none
 __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __global uint *seen,
                        __global const uint *sequence, __global const int *own)
@@ -58,14 +61,14 @@ __kernel void occluded(WORLD_PARAMETERS, __global const float *rays, uint n, __g
         if (HAS_EXTENDED(world.scene) && all_known(seen, sequence, first)) return;
         const intP passed = own_lanes(own, sequence, first);
         const PacketHit hits = packet_hits(world, load_packet(rays, sequence, first), passed, true);
-        store_ordered((__global int *)seen, sequence, first, (hits.primitive < 0) & 1);
+        store_ordered((__global int *)seen, sequence, first, ARRIVES(hits.primitive) & 1);
         return;
     }
     for (uint i = first; i < n; i++) {
         const uint place = place_in(sequence, i);
         if (HAS_EXTENDED(world.scene) && seen[place] != UNTRACED) continue;
         const int passed = own_of(own, place);
-        seen[place] = nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, true, passed).primitive < 0;
+        seen[place] = ARRIVES(nearest_hit(world, load_ray(rays, place), 0.0f, BEFORE_ALL, true, passed).primitive);
     }
 }
 

@@ -52,6 +52,14 @@ def completed(script: Path, *words: str) -> list[str]:
     return subprocess.run(call, capture_output=True, text=True, check=True).stdout.split()
 
 
+def test_no_text_of_the_manual_is_taken_for_a_macro(shell: ModuleType) -> None:
+    """As that of `-o`, which begins with the names of formats, was, and dropped."""
+    text = shell.made()["clrt.1"]
+    macros = set(re.findall(r"^[.'](\w+)", text, flags=re.MULTILINE))
+    assert macros <= {"TH", "SH", "SS", "TP", "PP", "B", "br", "nf", "fi"}
+    assert ".exr .png" in text and ".mp4" in text
+
+
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here; .ci/run itself needs one")
 def test_bash_completes_commands_options_and_scenes(
     shell: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

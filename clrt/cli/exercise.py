@@ -148,4 +148,5 @@ def _words(row: dict[str, Any]) -> list[str]:
         why = "more was changed than the fault, or the wrong place was mended"
         lines.append(f"scenes/{one.scene}.toml is right, so {why}")
     where = f"{shlex.quote(str(Path(row['folder'], scene)))} {column} {row_number}"
-    return [*lines, f"most at column {column}, row {row_number}: clrt explain {where}"]
+    kernels = f"CLRT_KERNELS={shlex.quote(str(Path(row['folder'], 'kernels')))}"
+    return [*lines, f"most at column {column}, row {row_number}: {kernels} clrt explain {where}"]

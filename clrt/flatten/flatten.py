@@ -17,7 +17,7 @@ from clrt.base.errors import SceneError, located
 from clrt.base.files import version
 from clrt.flatten.camera import flatten_camera
 from clrt.flatten.entries import check_entries
-from clrt.flatten.flush import warn_of_flush
+from clrt.flatten.flush import warn_of_flush, warn_of_flush_lamps
 from clrt.flatten.geometry import GEOMETRY, geometry
 from clrt.flatten.hidden import warn_of_hidden_view
 from clrt.flatten.images import Pictures
@@ -183,6 +183,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
         warn_of_overlaps(media, sections["materials"]["priority"][media.numbers])
     if before is None:
         warn_of_hidden_view(scene, extents.low, extents.high)
+        warn_of_flush_lamps(scene, extents.low, extents.high)
     passes = _passes(sections["materials"], extents)
     told = _passes(before.materials, before.extents) if before and before.extents else False
     if (passes > told).any():

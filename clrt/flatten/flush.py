@@ -15,8 +15,10 @@ import numpy as np
 
 from clrt.base import notices
 from clrt.flatten.inside import count_inside
+from clrt.flatten.lightsurfaces import visible_lights
 from clrt.flatten.mesh import fans, joined
 from clrt.flatten.overlaps import POINTS, directions
+from clrt.scene.arealights import DiskLight, RectangleLight
 from clrt.scene.mesh import Mesh
 from clrt.scene.scene import Scene
 from clrt.scene.shapes import Disk, Paraboloid, Plane, Polygon, Quadric, Shape
@@ -53,6 +55,48 @@ def warn_of_flush(scene: Scene, low: np.ndarray, high: np.ndarray, passes: np.nd
             )
             notices.warn(scene.source, f"shapes[{a}]", text)
             return
+
+
+def warn_of_flush_lamps(scene: Scene, low: np.ndarray, high: np.ndarray) -> None:
+    """Warn of the first flat lamp that is to be seen and lies in the surface of a shape, which may hide it.
+
+    low, high: (n, 3) the shapes' boxes.
+    """
+    looked = 0
+    for number, light in visible_lights(scene).items():
+        if not isinstance(light, (RectangleLight, DiskLight)):
+            continue
+        points, normal = _points_of_lamp(light)
+        reach = _OFFSET * np.abs(points).max(initial=0.0)
+        near = ((points.min(axis=0) <= high + reach) & (points.max(axis=0) >= low - reach)).all(axis=1)
+        for k in np.flatnonzero(near).tolist():
+            looked += _faces(scene.shapes[k])
+            if looked > _MOST_TESTS:
+                return
+            there, normals = _on(scene.shapes[k], points, reach)
+            flush = there & (np.abs(normals @ normal) > _PARALLEL)
+            if flush.sum() >= _ENOUGH:
+                text = (
+                    f"lies in the surface of shapes[{k}], so either may be seen there; move it off by 0.001 "
+                    "of its size, or let it be not visible"
+                )
+                notices.warn(scene.source, f"lights[{number}]", text)
+                return
+
+
+def _points_of_lamp(light: RectangleLight | DiskLight) -> Found:
+    """Points (n, 3) of its surface, and its unit normal."""
+    normal = np.asarray(light.normal, np.float64)
+    normal = normal / np.linalg.norm(normal)
+    if isinstance(light, RectangleLight):
+        u, v = np.asarray(light.u, np.float64), np.asarray(light.v, np.float64)
+    else:
+        axis = np.eye(3)[np.argmin(np.abs(normal))]
+        u = np.cross(normal, axis)
+        u *= light.radius / np.linalg.norm(u)
+        v = np.cross(normal, u)
+    across = np.array([[0, 0], [0.6, 0.1], [-0.5, 0.4], [0.2, -0.6], [-0.3, -0.3], [0.1, 0.7]])
+    return np.asarray(light.center, np.float64) + across @ np.stack([u, v]), normal
 
 
 def _pairs(low: np.ndarray, high: np.ndarray, passes: np.ndarray) -> Iterator[tuple[int, int]]:

@@ -23,6 +23,7 @@ from clrt.base.frozen import FrozenDict
 from clrt.base.install import install_extra
 from clrt.base.limits import Limits
 from clrt.base.resources import validation_module
+from clrt.device.settings import Settings
 from clrt.formats.shipped import as_scene
 from clrt.images.file import decode, open_picture, read_samples
 from clrt.images.header import find_picture
@@ -37,6 +38,7 @@ else:
 PICTURES: Final = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
 RADIANCE: Final = 32  # bits of a sample that does not end at white
 COMPARING: Final = 110  # bytes of memory for a pixel of the larger picture; strips of a fixed size come to it
+SHARED_EXPONENT: Final = 24  # of Radiance's .hdr: 8 bits of what the pixel's largest channel has
 SECONDS: Final = 30.0  # of processor time, that causes are looked for in a scene
 
 
@@ -126,8 +128,8 @@ def compare(
     are sRGB, which ends at white, as do files of integers: the other is then clipped there, too, and a note
     says how much of it.
     gates: limits by the names of figures, such as {"SSIM": 0.99, "pixels that differ": 0.001}, in place of
-    the usual ones. mask: leave edges out, where correct programs differ. limits: of what files may take, and
-    of the memory that comparing does (`host_bytes`; see COMPARING).
+    the usual ones. mask: leave edges out, where correct programs differ. limits: of files, of what a
+    scene may ask for, and of the memory that comparing takes (`host_bytes`; see COMPARING).
     ClrtError for arguments of another kind, files that cannot be read, and where packages of
     `clrt[validation]` are missing.
     """
@@ -144,7 +146,7 @@ def compare(
     with needing_extra("comparing pictures"):
         pictures = validation_module("compare.pictures")
         if isinstance(judged, Scene):
-            scene = pictures.reference_of(judged, picture.shape[:2], device)
+            scene = pictures.reference_of(judged, picture.shape[:2], device, Settings(limits=limits))
             judged = scene.render()
         check_room(picture, judged, limits)
         both = bits, bits_of_b
@@ -190,7 +192,7 @@ def _picture_or_scene(name: str, given: Any, limits: Limits) -> tuple[Any, int]:
         return _stored(name, given, limits)
     if not (file or isinstance(given, (Scene, Mapping))):
         return _stored(name, given, limits)
-    scene = as_scene(given)
+    scene = as_scene(given, limits)
     if scene.camera is None:
         raise ClrtError(f"{given if file else name}: camera: missing; a picture needs a [camera]")
     return scene, RADIANCE
@@ -203,7 +205,10 @@ def as_pixels(name: str, given: Any) -> np.ndarray:
 
 
 def bits_of_file(path: str | os.PathLike[str], limits: Limits | None = None) -> int:
-    """Bits of a sample of a picture's file: 8 or 16 of sRGB, which ends at white, or those of RADIANCE."""
+    """Bits of a sample of a picture's file: 8 or 16 of sRGB, which ends at white; of radiance RADIANCE or
+    SHARED_EXPONENT."""
+    if os.fspath(path).lower().endswith(".hdr"):
+        return SHARED_EXPONENT
     with open_picture(path, limits or Limits()) as (source, _):
         find_picture(source, os.fspath(path))
         return {oiio.UINT8: 8, oiio.UINT16: 16}.get(source.spec().format.basetype, RADIANCE)

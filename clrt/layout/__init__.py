@@ -334,6 +334,7 @@ CHUNK: Final = 256  # rays that one work-item of the compaction counts
 # what a hit may lie before the box by (triangle.clh), so that the tree never rejects what brute force accepts
 PAD: Final = 32 * 2.0**-24
 QUADRIC_PAD: Final = 64 * 2.0**-24  # roots of a quadratic form carry more rounding
+FEELER_REACH: Final = 1 - 2.0**-14  # of the way to a light: what lies in its plane hides nothing
 OFFSET: Final = 4 * 2.0**-23  # distance by which spawned rays leave a surface, times the largest |coordinate|
 BRIGHTEST: Final = 1e30  # of a band of a pixel: room for the sums over bands that make it a colour
 

@@ -55,8 +55,8 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
     lists = {"LIGHT_KINDS": layout.LIGHT_KINDS, "EXTENDED_KINDS": layout.EXTENDED_KINDS}
     for name, kinds in {"PRIMITIVE_KINDS": layout.KINDS, **lists}.items():
         out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
-    floats = {"PAD": layout.PAD, "OFFSET": layout.OFFSET, "BRIGHTEST": layout.BRIGHTEST}
-    out += [f"#define {name} {float(np.float32(value)).hex()}f" for name, value in floats.items()]
+    for name in ("PAD", "OFFSET", "FEELER_REACH", "BRIGHTEST"):
+        out.append(f"#define {name} {float(np.float32(getattr(layout, name))).hex()}f")
     out += [_c_struct(name, ray_format.bands) for name in layout.RECORDS]
     world = {name: f"const {kind} *{name}" for name, kind in layout.world(ray_format.images).items()}
     geometry = {name: f"{layer.kind} *out_{name}" for name, layer in layers.GEOMETRY.items()}

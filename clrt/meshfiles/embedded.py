@@ -12,6 +12,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
+from clrt.base import notices
 from clrt.base.errors import LimitError, SceneError
 from clrt.base.files import opened, read_bytes, resolve
 from clrt.base.limits import Limits
@@ -49,7 +50,8 @@ class Models:
             file = folder / "picture"
             try:
                 file.write_bytes(picture)
-                yield file
+                with notices.without("its colours are "):  # glTF 2.0, "Images": what they declare is ignored
+                    yield file
             except (SceneError, LimitError) as error:
                 raise error.reworded(str(error).replace(str(file), where)) from None
 

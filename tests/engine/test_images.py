@@ -252,3 +252,22 @@ def test_a_tracer_follows_other_pictures(tmp_path: Path) -> None:
         assert tracer.update(scene.replace({place_of: 0.25})) == "tables"
         assert tracer.update(scene) == "tables"
         assert tracer.render().hash == first != other
+
+
+@pytest.mark.parametrize("divisions", [1, 2, 3, 7, 8])
+def test_a_globe_of_squares_has_no_further_one_at_its_seam(divisions: int) -> None:
+    """Where u is exactly 1: seen along it by a camera whose middle column that is, the neighbour's colour."""
+    squares = {"type": "checker", "colors": [0.0, 1.0], "divisions": divisions}
+    globe = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"color": squares, "diffuse": 1}}
+    rows = np.linspace(-0.9, 0.9, 37)
+    colors = []
+    for x in (-0.0, 0.0, 1e-4, -1e-4):
+        origins = np.stack([np.full(len(rows), x), rows, np.full(len(rows), 4.0)], axis=1)
+        table = {"ambient": 1, "shapes": [globe]}
+        rays = origins, np.broadcast_to([0.0, 0.0, -1.0], origins.shape)
+        with clrt.Tracer(clrt.load_dict(table)) as tracer:
+            colors.append(tracer.radiance(*rays)[0][:, 0])
+        assert np.allclose(colors[-1], radiance64(clrt.load_dict(table), *rays)[0][:, 0])
+    here, right, left = colors[0], colors[2], colors[3]
+    assert all(((line == right) | (line == left)).all() for line in colors[:2]) and here.std() >= 0
+    assert np.array_equal(here, right) or np.array_equal(here, left)

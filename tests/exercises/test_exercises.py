@@ -159,7 +159,8 @@ def test_another_scene_that_is_wrong_is_named(
     said = capsys.readouterr().out
     assert "not yet; 25 % of the pixels of scenes/glass.toml" in said and "more was changed" in said
     file = shlex.quote(str(begun.folder / "scenes" / "glass.toml"))  # wherever the command is typed
-    assert f"clrt explain {file} 7 9" in said
+    kernels = shlex.quote(str(begun.folder / "kernels"))
+    assert f"CLRT_KERNELS={kernels} clrt explain {file} 7 9" in said
 
 
 def test_a_class_is_checked_whatever_its_kernels_do(

@@ -174,3 +174,45 @@ def test_the_hint_is_bounded(name: str) -> None:
         return seconds(lambda: warn_of_flush(scene, extents.low, extents.high, passes))
 
     assert took(4 * n) < 2 * max(took(n), LEAST)
+
+
+LAMPS: dict[str, Table] = {
+    "rectangle": {"type": "rectangle", "u": [0.5, 0, 0], "v": [0, 0, -0.5]},
+    "disk": {"type": "disk", "normal": [0, 1, 0], "radius": 0.4},
+}
+CEILINGS = {
+    "plane": PLANE, "polygon": POLYGON, "mesh": MESH,
+    "box": {"type": "box", "min": [-3, -1, -3], "max": [3, 0, 3]},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("ceiling", CEILINGS)
+@pytest.mark.parametrize("lamp", LAMPS)
+def test_a_lamp_in_a_ceiling_is_told_and_lights_as_one_below_it(lamp: str, ceiling: str) -> None:
+    """Feelers end before its plane, where rounding would put the ceiling before it as often as behind."""
+    camera = {"origin": [0, 2, 6], "target": [0, 1, 0], "width": 24, "height": 18, "fov": 60}
+    wall = {"type": "polygon", "points": [[-2, 0.1, -1], [2, 0.1, -1], [2, 2.5, -1], [-2, 2.5, -1]]}
+    shapes = [CEILINGS[ceiling], wall]
+    seen = []
+    for height, visible in ((0.0, True), (0.0, False), (1e-3, False)):
+        light = {**LAMPS[lamp], "center": [0, height, 0], "radiance": 60, "visible": visible, "samples": 4}
+        scene = clrt.load_dict({"camera": camera, "shapes": shapes, "lights": [light]})
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            seen.append(clrt.render(scene).pixels)
+        lies = [str(each.message) for each in told if "lies in the surface of shapes[0]" in str(each.message)]
+        assert len(lies) == (height == 0 and visible) and all(one.startswith("lights[0]: ") for one in lies)
+    lit = seen[2].max(axis=2) > 0.05
+    assert lit.sum() > 20 and np.abs(seen[1] - seen[2])[lit].max() < 0.05 * seen[2].max()
+
+
+@pytest.mark.parametrize("kind", ["point", "spot"])
+def test_a_lamp_on_a_surface_lights_what_one_before_it_lights(kind: str) -> None:
+    light = {"type": kind, "intensity": 1, **({"target": [0, 0, 0], "angle": 80} if kind == "spot" else {})}
+    seen = []
+    for height in (2.3, 2.2999):
+        table = {"camera": {"origin": [0, 1, 4], "target": [0, 1, 0], "width": 48, "height": 48, "fov": 60},
+                 "shapes": [{**PLANE, "point": [0, y, 0], "normal": [0, 1 - y, 0]} for y in (0, 2.3)],
+                 "lights": [{**light, "position": [0, height, 0]}]}  # fmt: skip
+        seen.append(clrt.render(table).pixels)
+    assert np.abs(seen[0] - seen[1]).max() < 2e-3 and seen[0].max() > 0.5

@@ -358,6 +358,17 @@ def test_a_sky_beside_a_scene_is_its_own(tmp_path: Path) -> None:
     assert again.background_path == sky and sky.exists()  # no copy of the copy
 
 
+def test_what_an_older_xml_named_stays_and_is_told(tmp_path: Path) -> None:
+    """Others read it: a scene that was made of that XML, or a copy of it."""
+    clrt.Image(np.full((4, 8, 3), 0.3, np.float32)).save(tmp_path / "sky.exr")
+    scene = clrt.load_dict({**CLEAN, "background": "sky.exr"}, folder=tmp_path)
+    sky = written(scene, tmp_path / "a.xml").background_path
+    assert sky is not None
+    with pytest.warns(clrt.ClrtWarning, match=f"a_meshes/{sky.name}.* stay; delete them if no other scene"):
+        written(scene.replace({"background": 0.2}), tmp_path / "a.xml")
+    assert sky.exists()
+
+
 def test_a_file_that_two_shapes_name(tmp_path: Path) -> None:
     """It returns; and where somebody has changed the lines to name one file, the plugins are read."""
     (tmp_path / "gem.obj").write_bytes((SCENES / "gem.obj").read_bytes())

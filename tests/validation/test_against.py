@@ -19,10 +19,13 @@ import pytest
 import clrt
 from clrt.base.resources import validation_module
 from clrt.cli import main
+from clrt.flatten.flatten import flatten
 from tests import rotation
+from tests.pictured import image, put
 
 against = validation_module("suite.against")
 programs = validation_module("suite.program")
+scenefiles = validation_module("suite.scenefiles")
 cases = validation_module("cases")
 layers = validation_module("compare.layers")
 STUDENT = Path(__file__).resolve().parents[1] / "student"
@@ -184,6 +187,20 @@ def test_bytes_that_are_cut_off_are_right(tmp_path: Path) -> None:
     for case in ("", "diffuse"):
         found = judge(command, case)
         assert found.passed, [gate for gate in found.result.results["oracle64"][1].gates if not gate.passed]
+
+
+def test_pictures_of_a_scene_are_laid_beside_it(tmp_path: Path) -> None:
+    """A program gets what it reads by the names that the scene has for them, in folders, too."""
+    (tmp_path / "own" / "in").mkdir(parents=True)
+    put(tmp_path / "own" / "in" / "a.exr", np.full((2, 2, 3), 0.5))
+    looks = {"color": image("in/a.exr"), "normal_map": {"file": "in/a.exr"}}
+    table = {"camera": {"origin": [0, 0, 5], "target": [0, 0, 0]},
+             "shapes": [{"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": looks}]}  # fmt: skip
+    scene = clrt.load_dict(table, folder=tmp_path / "own")
+    for kind in (".toml", ".json"):
+        (folder := tmp_path / kind[1:]).mkdir()
+        scenefiles.write_scene(scene, folder / f"scene{kind}")
+        assert flatten(clrt.load(folder / f"scene{kind}")).hash == flatten(scene).hash
 
 
 def test_nothing_asked_is_nothing_passed(capsys: pytest.CaptureFixture[str]) -> None:

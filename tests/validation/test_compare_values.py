@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from clrt.base.resources import validation_module
 from clrt.cli import main
 from clrt.images.file import decode, encode
 from clrt.judging.verdict import COMPARING
+from tests.pictured import put
 
 causes = validation_module("compare.causes")
 curves = validation_module("compare.curves")
@@ -285,3 +287,38 @@ def test_causes_in_pictures_of_many_strips(name: str) -> None:
     best = pictures.compare_pictures(*pair).causes[0]
     assert best.name == name and best.proven
     assert name != "cropped" or "from pixel (101, 37) on" in best.text
+
+
+def test_radiances_shared_exponent_is_rounding(tmp_path: Path) -> None:
+    """A right picture as .hdr, which OpenImageIO cuts off and others round; not one that is 2 % too dark."""
+    right = samples.picture() * np.float32([3, 1, 0.01])
+    clrt.compare(right, right)
+    file = put(tmp_path / "a.hdr", right)
+    verdict = clrt.compare(file, right)
+    assert verdict and any("1/128" in note for note in verdict.notes)
+    assert clrt.compare(right, file) and main(["compare", str(file), str(file)]) == 0
+    assert not clrt.compare(put(tmp_path / "b.hdr", right * np.float32(0.95)), right)
+    right[20:30, 30:40] *= 0.9
+    assert not clrt.compare(file, right)
+
+
+def test_limits_hold_for_a_scene_too(tmp_path: Path) -> None:
+    deep = {**samples.SCENE, "max_depth": 80, "shapes": samples.SCENE["shapes"][:1]}
+    picture = samples.picture()
+    with pytest.raises(clrt.LimitError, match="depth: 80 is above the limit of 64"):
+        clrt.compare(picture, deep, seconds=0)
+    assert clrt.compare(picture, deep, seconds=0, limits=clrt.Limits(depth=99)).figures
+    with pytest.raises(clrt.LimitError, match="primitives"):
+        clrt.compare(picture, samples.SCENE, limits=clrt.Limits(primitives=1))
+
+
+def test_sizes_that_differ_take_no_more_room() -> None:
+    """A template is looked for among means."""
+    a = np.random.default_rng(1).random((1400, 1400, 3), np.float32)
+    tracemalloc.start()
+    try:
+        assert not clrt.compare(a, a[:-1])
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert most < 450 << 20  # 1.8 GB were measured; 0.3 now

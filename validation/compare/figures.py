@@ -74,7 +74,7 @@ class _Sums:
             "largest, of 255": 255 * self.largest_shown,
             "mean, of 255": 255 * self.shown_off / count,
             "pixels that differ": self.differ / count,
-            "brightness": light_a / light_b if light_b else float("inf") if light_a else 1.0,
+            "brightness": float(light_a / light_b) if light_b else float("inf") if light_a else 1.0,
         }
 
 

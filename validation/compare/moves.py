@@ -10,7 +10,7 @@ import numpy as np
 from .causes import Cause, disagreement, error_of, remaining
 from .metrics import Array, encoded
 
-_SEARCHED = 1 << 21  # pixels: of larger pictures means are compared
+_SEARCHED = 1 << 18  # pixels: of larger pictures means are compared; a template takes 900 bytes a pixel
 _TRIED = 128  # pixels a side that tell by how many pixels those means are off
 
 

@@ -18,6 +18,8 @@ from .spot import Spot, spot_at, visible_hit
 from .vectors import Array, dot
 from .world import World, visibility
 
+_REACH = 1 - 2.0**-14  # of the way to a light, within which something hides it
+
 
 @dataclass(frozen=True)
 class Job:
@@ -125,7 +127,7 @@ def lit_by(job: Job, number: int, way: Way, rays: Rays, spot: Spot, generation: 
     asked = (dot(spot.n, direction) > 0) & (cosine > 0) & ((of.kd[shape] > 0) | (of.ks[shape] > 0))
     job.film.count(generation, "feelers", np.count_nonzero(asked))
     seen = np.zeros_like(spot.color)
-    seen[asked] = visibility(job.world, origin[asked], direction[asked], distance[asked], number)
+    seen[asked] = visibility(job.world, origin[asked], direction[asked], _REACH * distance[asked], number)
 
     received = job.world.palette.light(source.intensity) * seen * factor[:, None]
     received = np.where(asked[:, None], received, 0.0)

@@ -124,7 +124,7 @@ def _odd_square(offset: Array, normal: Array, size: Array) -> Bools:
 
 def _odd_field(normal: Array, divisions: Array) -> Bools:
     """Whether normals of a sphere fall into odd fields: `divisions` round the equator, half as many down."""
-    u, v = longitude_latitude(normal)
+    u, v = (np.minimum(at, 1 - 1e-15) for at in longitude_latitude(normal))  # at 1 the last field goes on
     return np.asarray((np.floor(u * divisions) + np.floor(v * divisions / 2)) % 2 == 1)
 
 

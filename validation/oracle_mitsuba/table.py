@@ -23,6 +23,9 @@ from .spot import Spot
 from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
 from .world import Hits, World
 
+BEFORE_1 = 1 - 1e-15  # where a globe is whole its last field goes on
+REACH = 1 - 2.0**-14  # of the way to a light; what lies nearer to the light does not hide it
+
 Array = np.ndarray
 PLAIN, GLOBE = 0, 2  # patterns, as in surfaces.py
 
@@ -156,6 +159,7 @@ class Table:
         squares = [np.floor(dot(offset, of[side][shape]) / of["size"][shape]) for side in ("across", "up")]
         u, v = skies.longitude_latitude(hits.outward)
         divisions = of["divisions"][shape]
+        u, v = np.minimum(u, BEFORE_1), np.minimum(v, BEFORE_1)
         fields = [np.floor(u * divisions), np.floor(v * divisions / 2)]
         cell = np.where(pattern == GLOBE, fields[0] + fields[1], squares[0] + squares[1])
         odd = (pattern != PLAIN) & (cell % 2 == 1)
@@ -177,8 +181,9 @@ class Table:
             L, distance, factor = way
             rows = np.flatnonzero((dot(spot.n, L) > 0) & (dot(spot.ns, L) > 0) & scatters)
             if rows.size:
-                seen = self.world.visible(origin[rows], L[rows], spot.form[rows], distance[rows], self.clear)
-                seen = seen * unhidden(self.lights, index, origin[rows], L[rows], distance[rows])
+                reach = REACH * distance[rows]
+                seen = self.world.visible(origin[rows], L[rows], spot.form[rows], reach, self.clear)
+                seen = seen * unhidden(self.lights, index, origin[rows], L[rows], reach)
                 here = L[rows], distance[rows], factor[rows]
                 added[:, rows] += seen * self.local(index, rays.direction[rows], spot.take(rows), here)
         return added

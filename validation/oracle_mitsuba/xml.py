@@ -14,9 +14,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
+from clrt.base import notices
 from clrt.base.atomic import check_replaceable, replacing, write_text
 from clrt.base.errors import ClrtError, located
-from clrt.base.inputs import identity, noted
 from clrt.base.install import install_extra
 from clrt.scene.scene import Checker, Scene
 
@@ -95,9 +95,9 @@ def to_xml(scene: Scene, meshes: str = "meshes") -> str:
 def write_xml(scene: Scene, path: str | os.PathLike[str], finish: Callable[[str], str] = str) -> int:
     """Write the XML to `path`, and the meshes into a folder beside it, named after it.
 
-    The scene is the old one or the new one as a whole: names of meshes hold a digest of what is in them, and
-    those of the old XML go once the new one is in its place. finish: what the XML becomes, where the meshes
-    lie already.
+    The scene is the old one or the new one as a whole: names of meshes hold a digest of what is in them. What
+    an old XML named and the new one does not stays, with a warning: other scenes may read it. finish: what
+    the XML becomes, where the meshes lie already.
 
     Returns how many notes on what is not exact the file starts with. ClrtError where a file cannot be
     written, or a package that makes meshes is missing.
@@ -114,10 +114,11 @@ def write_xml(scene: Scene, path: str | os.PathLike[str], finish: Callable[[str]
     before = _own_files(path, folder)
     with _files_beside(path.parent, folder, meshes):
         write_text(path, finish(text))
-    for file in (path.parent / name for name in before - _named(text, folder)):
-        if identity(file) not in noted():  # this scene reads it, or another that is converted here
-            with suppress(OSError):
-                file.unlink()
+    left = sorted(name for name in before - _named(text, folder) if (path.parent / name).is_file())
+    if left:
+        more = f" and {len(left) - 1} more" if len(left) > 1 else ""
+        said = f"{left[0]}{more} of the XML that was there stay; delete them if no other scene reads them"
+        notices.warn(str(path), "", said)
     return text.count("<!--")
 
 

@@ -15,6 +15,7 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "checkers and ambient rays", _checkers_and_ambient_rays(), set()
     yield "shifted near plane in glass", _shifted_near_plane(), {INSIDE}
     yield "squares that share edges", _squares_that_share_edges(), set()
+    yield "lamps in the ceiling", _lamps_in_the_ceiling(), set()
 
 
 def _next_to_the_camera() -> Table:
@@ -73,3 +74,18 @@ def _squares_that_share_edges() -> Table:
     camera = {"type": "orthographic", "origin": [0, 0, 8], "target": [0, 0, 0], "up": [0, 1, 0], "size": 6.5,
               "width": 65, "height": 49}  # fmt: skip
     return room([{**wall, "material": OPAQUE["matte"]}, behind], camera=camera)
+
+
+def _lamps_in_the_ceiling() -> Table:
+    """Lamps in the very plane of a ceiling, which rounding put before them as often as behind.
+
+    There were black speckles, and in each oracle's picture others.
+    """
+    ceiling = {"type": "polygon", "points": [[-3, 2.3, -3], [3, 2.3, -3], [3, 2.3, 4], [-3, 2.3, 4]]}
+    lights = [
+        {"type": "point", "position": [-0.9, 2.3, 0.7], "intensity": 0.4},
+        {"type": "rectangle", "center": [1.1, 2.3, 0.3], "u": [0.5, 0, 0], "v": [0, 0, 0.4], "radiance": 6,
+         "visible": False},
+    ]  # fmt: skip
+    ball = {"type": "sphere", "center": [0.2, -1.2, 0.2], "radius": 1.1, "material": OPAQUE["matte"]}
+    return room([{**ceiling, "material": OPAQUE["matte"]}, ball], lights=lights)

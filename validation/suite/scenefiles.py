@@ -19,6 +19,7 @@ from clrt.base.scratch import scratch
 from clrt.formats import load_file
 from clrt.formats.nff.writer import write_nff
 from clrt.scene.scene import Scene
+from clrt.scene.textures import PICTURED, ImageTexture, NormalMap
 
 FORMATS: Final = (".toml", ".json", ".xml", ".pov", ".nff")
 _RESOLUTION: Final = re.compile(r"^resolution[ \t].*$", re.MULTILINE)
@@ -45,7 +46,13 @@ def write_scene(scene: Scene, path: Path, origin: Path | None = None) -> None:
         from ..oracle_povray.scene import write_pov
 
         write_pov(scene, path)
-    elif scene.background_path is None:
+    else:
+        _lay_pictures(scene, path.parent)
+        _save(scene, path)
+
+
+def _save(scene: Scene, path: Path) -> None:
+    if scene.background_path is None:
         scene.save(path)
     else:
         image = shutil.copyfile(scene.background_path, path.with_name(f"sky{scene.background_path.suffix}"))
@@ -55,6 +62,23 @@ def write_scene(scene: Scene, path: Path, origin: Path | None = None) -> None:
         table["background"] = image.name
         written = tomli_w.dumps(table) if path.suffix == ".toml" else json.dumps(table)
         path.write_text(written, encoding="utf-8")
+
+
+def _lay_pictures(scene: Scene, folder: Path) -> None:
+    """Lay the pictures on surfaces where `Scene.save` finds them: below the folder, by the names they have.
+
+    Those that lie outside of the scene's own folder have no such place, as `save` says then.
+    """
+    own = (scene.folder or Path()).resolve()
+    for shape in scene.shapes:
+        material = scene.material_of(shape)
+        for picture in (*(getattr(material, key) for key in PICTURED), material.normal_map):
+            if isinstance(picture, (ImageTexture, NormalMap)):
+                file = (own / picture.file).resolve()
+                if file.is_relative_to(own):
+                    copy = folder / file.relative_to(own)
+                    copy.parent.mkdir(parents=True, exist_ok=True)
+                    shutil.copyfile(file, copy)
 
 
 def as_nff(scene: Scene, origin: Path | None) -> Scene:

@@ -26,6 +26,8 @@ from .shading import (
 )
 from .surface import Surface, background_of, bands, surface_at
 
+_REACH = np.float32(1 - 2.0**-14)  # of the way to a light
+
 SPAWN = {name: np.uint32(bit) for name, bit in layout.SPAWN.items()}
 
 
@@ -157,7 +159,7 @@ def feelers(flat: FlatScene, queue: Queue, found: Shaded, terms: int = ALL) -> F
     rays = Rays(
         start[:, hit],
         chosen([to.direction for to in ways], (3, 0)),
-        chosen([to.distance for to in ways], (0,)),
+        chosen([to.distance * _REACH for to in ways], (0,)),
     )
     ray, own = found.which[hit], np.array([light["surface"] for light, _ in found_by], np.int32)[number]
     contribution = queue.weight[:, ray] * chosen(radiance, (flat.bands, 0))

@@ -247,7 +247,8 @@ def in_plane(n: Array, p: Array) -> tuple[Array, Array]:
 def second_color(s: Surface) -> Array:
     """Does the second colour of the checker show."""
     material = s.material
-    around, flat = lat_long(s.outward), in_plane(s.outward, s.relative)
+    around = [smaller(at, np.float32(1 - 2.0**-24)) for at in lat_long(s.outward)]  # at 1: the last
+    flat = in_plane(s.outward, s.relative)
     on_sphere = material["checker"] == layout.CHECKER["CHECKER_SPHERE"]
     size = material["checker_size"]
     column = np.where(on_sphere, around[0] * size, flat[0] * (ONE / size))
