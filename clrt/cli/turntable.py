@@ -12,13 +12,13 @@ from clrt.cli.source import scene_path
 if TYPE_CHECKING:
     from clrt.scene.scene import Scene
 
-_MOST = 1 << 20
-
 
 def run(options: argparse.Namespace) -> int:
     """Render the circle. ClrtError for a scene without a camera."""
-    if not 1 <= options.frames <= _MOST:
-        raise ClrtError(f"--frames: {options.frames} is not allowed; it must be from 1 to {_MOST}")
+    from clrt.engine.sweep import PICTURES
+
+    if not 1 <= options.frames <= PICTURES:
+        raise ClrtError(f"--frames: {options.frames} is not allowed; it must be from 1 to {PICTURES}")
     return render_series(options, scene_path(options.scene), _values)
 
 

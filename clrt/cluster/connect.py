@@ -57,7 +57,7 @@ def connected(address: str, settings: Settings) -> Iterator[tuple[Any, Settings]
     address: as --cluster takes it. Workers of this machine share its cores, unless `settings.threads` says
     how many each has. ClrtError where there is no such scheduler, or dask.distributed is not installed.
     """
-    local = re.fullmatch(r"local:([0-9]{1,4})", address)
+    local = re.fullmatch(r"local:([0-9]{1,18})", address)
     if not local and not re.fullmatch(r"(tcp|tls)://[^\s/]+:[0-9]{1,5}", address):
         raise ClrtError(f"--cluster: {show(address)} is not allowed; give {_FORMS}")
     workers = int(local[1]) if local else 1

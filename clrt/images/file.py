@@ -98,7 +98,8 @@ def check_writable(path: str | os.PathLike[str], exposure: float = 0.0, bits: in
         raise ClrtError(f"{path}: unknown suffix {suffix!r} of a picture; use one of {known}")
     depths = DEPTHS[suffix]
     if bits is not None and bits not in depths:
-        raise ClrtError(f"{path}: {suffix} cannot hold {bits} bits; use {' or '.join(map(str, depths))}")
+        right = "say nothing of bits" if depths == (32,) else f"use {' or '.join(map(str, depths))}"
+        raise ClrtError(f"{path}: {suffix} holds {' or '.join(map(str, depths))} bits, not {bits}; {right}")
     if not np.isfinite(exposure) or abs(exposure) > 100:
         raise ClrtError(f"{path}: exposure = {exposure} stops; use a number from -100 to 100")
     if exposure != 0 and depths == (32,):

@@ -276,7 +276,8 @@ def _spawned(pid: int) -> list[Any]:
 
 
 WRONG = {
-    "local:0": "--cluster: 0 workers are not allowed",
+    "local:0": "--cluster: 0 workers are not allowed; from 1 to 1024 are",
+    "local:100000": "--cluster: 100000 workers are not allowed; from 1 to 1024 are",
     "local:two": "--cluster: 'local:two' is not allowed; give local:N .* or a scheduler: tcp://HOST:PORT",
     "example.org:8786": "is not allowed; give local:N",
     "tcp://127.0.0.1:1": "tcp://127.0.0.1:1: no scheduler answers there",

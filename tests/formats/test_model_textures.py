@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import math
+import struct
+import warnings
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +15,7 @@ import pytest
 
 import clrt
 from clrt.base.errors import SceneError
+from clrt.flatten.flatten import flatten
 from clrt.images.file import write as write_picture
 from clrt.scene.scene import ImageTexture, Mesh, NormalMap, Placement
 from tests.model_samples import (
@@ -260,3 +265,18 @@ def test_textures_stay_where_there_are_uv(tmp_path: Path, one_mesh: bool) -> Non
     assert sorted(uv for uv, pictures in shown if pictures) == [True]
     assert [bool(pictures) for uv, pictures in shown if not uv] == [False] * (len(shown) - 1)
     assert list(scene.materials) == ["material 0", "material 0-2"]
+
+
+def test_what_a_picture_within_a_model_declares_of_its_colours_is_ignored(tmp_path: Path) -> None:
+    """glTF 2.0, "Images": colour spaces of PNG and JPEG are. So it is not told, as of a picture's file."""
+    chunk = b"gAMA" + struct.pack(">I", 100000)
+    gamma = struct.pack(">I", 4) + chunk + struct.pack(">I", zlib.crc32(chunk))
+    declared = PICTURE[:33] + gamma + PICTURE[33:]  # after the header
+    (tmp_path / "a.png").write_bytes(declared)
+    with pytest.warns(clrt.ClrtWarning, match="a.png: its colours are declared as"):
+        flatten(clrt.load_dict({"background": "a.png"}, folder=tmp_path))
+    uri = f"data:image/png;base64,{base64.b64encode(declared).decode()}"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = load(tmp_path, textured(BASE, ({"uri": uri},)))
+        assert flatten(scene).hash == flatten(load(tmp_path, textured(BASE))).hash

@@ -203,7 +203,7 @@ def test_equal_pictures_give_equal_files(tmp_path: Path, name: str):
         ("a.gif", {}, ".png"),
         ("picture", {}, ".png"),
         ("a.jpg", {"bits": 16}, "use 8"),
-        ("a.exr", {"bits": 8}, "use 32"),
+        ("a.exr", {"bits": 8}, "holds 32 bits, not 8; say nothing of bits"),
         ("a.exr", {"exposure": 1.0}, "use 0"),
         ("a.png", {"exposure": float("nan")}, "-100 to 100"),
         ("missing/a.png", {}, "make it first"),
