@@ -152,8 +152,8 @@ def _forget_workers() -> None:
     hush.for_good()  # for whatever dask's threads start now
     for child in psutil.Process().children():
         with contextlib.suppress(psutil.Error):
-            if "--multiprocessing-fork" in child.cmdline():  # not what removes its semaphores
-                child.kill()
+            if any(word.endswith("multiprocessing-fork") for word in child.cmdline()):
+                child.kill()  # not what removes its semaphores
 
 
 @contextmanager

@@ -148,7 +148,8 @@ def _feeler(lit: LitBy, words: Words, k: int, bands: slice) -> Feeler:
     seen = bool(words["seen"][k])
     through = _numbers(words["filter"][bands, k]) if "filter" in words else (1.0,) * bands.stop
     return Feeler(
-        _numbers(words["origin"][:, k]), _numbers(words["direction"][:, k]), float(words["t_max"][k]),
+        _numbers(words["origin"][:, k]), _numbers(words["direction"][:, k]),
+        float(words["t_max"][k]) / layout.FEELER_REACH,
         seen, lit.met[k], through if seen else (0.0,) * bands.stop,
     )  # fmt: skip
 

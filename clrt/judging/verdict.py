@@ -38,6 +38,7 @@ else:
 PICTURES: Final = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
 RADIANCE: Final = 32  # bits of a sample that does not end at white
 COMPARING: Final = 110  # bytes of memory for a pixel of the larger picture; strips of a fixed size come to it
+HALF: Final = 30  # of floats of 16 bits, which hold 11 of a value
 SHARED_EXPONENT: Final = 24  # of Radiance's .hdr: 8 bits of what the pixel's largest channel has
 SECONDS: Final = 30.0  # of processor time, that causes are looked for in a scene
 
@@ -205,13 +206,14 @@ def as_pixels(name: str, given: Any) -> np.ndarray:
 
 
 def bits_of_file(path: str | os.PathLike[str], limits: Limits | None = None) -> int:
-    """Bits of a sample of a picture's file: 8 or 16 of sRGB, which ends at white; of radiance RADIANCE or
-    SHARED_EXPONENT."""
+    """Bits of a sample of a picture's file: 8 or 16 of sRGB, which ends at white; of radiance RADIANCE,
+    HALF or SHARED_EXPONENT."""
     if os.fspath(path).lower().endswith(".hdr"):
         return SHARED_EXPONENT
     with open_picture(path, limits or Limits()) as (source, _):
         find_picture(source, os.fspath(path))
-        return {oiio.UINT8: 8, oiio.UINT16: 16}.get(source.spec().format.basetype, RADIANCE)
+        kinds = {oiio.UINT8: 8, oiio.UINT16: 16, oiio.HALF: HALF}
+        return kinds.get(source.spec().format.basetype, RADIANCE)
 
 
 def _stored(name: str, given: Any, limits: Limits) -> tuple[np.ndarray, int]:

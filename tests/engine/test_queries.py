@@ -338,3 +338,27 @@ def test_surfaces_that_cannot_be_seen_from_behind_are_not_crossed_from_there() -
     front = np.einsum("ij,ij->i", every.normal, d[every.rays]) < 0
     assert np.array_equal(seen.t, every.t[front]) and 0 < len(seen) < len(every)
     assert np.array_equal(made.count_hits(o, d) > 0, hits.primitive >= 0)
+
+
+def test_an_edge_is_hit_in_any_case() -> None:
+    """Of boxes, polygons and faces of more than 3 corners, too: what is crossed is met, on a lattice."""
+    random = np.random.default_rng(4)
+    origins = random.integers(-6, 7, (3000, 3)) / 2
+    ways = random.integers(-6, 7, (3000, 3)) / 2
+    moves = ways.any(axis=1)
+    origins, ways = origins[moves], ways[moves]
+    corners = [[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    forms = {
+        "box": [{"type": "box", "min": [-1, -1, -1], "max": [1, 1, 1]}],
+        "mesh": [{"type": "mesh", "vertices": corners, "faces": faces}],
+        "polygons": [{"type": "polygon", "points": [corners[k] for k in face]} for face in faces],
+    }
+    met = {}
+    for name, shapes in forms.items():
+        with clrt.Tracer({"shapes": shapes}) as tracer:
+            hit, count = np.isfinite(tracer.intersect(origins, ways).t), tracer.count_hits(origins, ways)
+            assert np.array_equal(hit, tracer.occluded(origins, ways)), name
+        assert hit[count > 0].all() and (hit & (count == 0)).sum() > 10, name
+        met[name] = hit
+    assert np.array_equal(met["box"], met["mesh"]) and np.array_equal(met["box"], met["polygons"])

@@ -189,6 +189,25 @@ def test_bytes_that_are_cut_off_are_right(tmp_path: Path) -> None:
         assert found.passed, [gate for gate in found.result.results["oracle64"][1].gates if not gate.passed]
 
 
+def test_floats_of_16_bits_are_right(tmp_path: Path) -> None:
+    """As most programs write .exr; but not what is wrong by a hundredth."""
+    script = tmp_path / "half.py"
+    script.write_text(
+        "import sys, runpy, numpy as np, OpenImageIO as oiio\n"
+        "out, factor = sys.argv[2], float(sys.argv[3])\n"
+        f"sys.argv = [{str(TRACER)!r}, sys.argv[1], 'whole.exr']\n"
+        f"runpy.run_path({str(TRACER)!r}, run_name='__main__')\n"
+        "v = oiio.ImageBuf('whole.exr').get_pixels(oiio.FLOAT)[..., :3]\n"
+        "b = oiio.ImageBuf(oiio.ImageSpec(v.shape[1], v.shape[0], 3, 'half'))\n"
+        "b.set_pixels(oiio.ROI(), v * np.float32(factor)); b.write(out, 'half')\n"
+    )
+    command = f"{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{scene.toml}} {{out.exr}}"
+    for case in ("", "diffuse"):
+        found = judge(f"{command} 1", case)
+        assert found.passed, [gate for gate in found.result.results["oracle64"][1].gates if not gate.passed]
+    assert not judge(f"{command} 0.99", "diffuse", seconds=0.0).passed
+
+
 def test_pictures_of_a_scene_are_laid_beside_it(tmp_path: Path) -> None:
     """A program gets what it reads by the names that the scene has for them, in folders, too."""
     (tmp_path / "own" / "in").mkdir(parents=True)

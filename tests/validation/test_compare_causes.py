@@ -330,6 +330,17 @@ def test_a_curve_to_one_value_is_none(value: float) -> None:
         assert "another tone curve" not in [cause.name for cause in found(right, flat)]
 
 
+def test_what_is_black_in_one_place_is_no_curve() -> None:
+    """A hole, and shadows without ambient light: all other values are as they should be."""
+    hole = samples.picture().copy()
+    hole[30:34, 40:43] = 0
+    dark = clrt.render(samples.scene().replace({"ambient": 0.0})).pixels
+    shadows = np.where(dark.max(axis=-1, keepdims=True) < 0.02, 0, samples.picture()).astype(np.float32)
+    assert 0.01 < (shadows != samples.picture()).mean() < 0.5
+    for wrong in (hole, shadows):
+        assert all(cause.name != "another tone curve" for cause in found(wrong))
+
+
 def test_a_tone_curve_of_its_own_is_told():
     right = stored(samples.picture())
     (best, *_) = found(stored(right / (1 + right)), right)

@@ -33,7 +33,7 @@ PLANTED = {
                  "closest", "hit_t"),
     "a normal": ("surface.clh", "choose(at.outward, minus(at.outward), inside)", "at.outward",
                  "surface", "surfaces"),
-    "a shadow": ("trace.cl", "(hits.primitive < 0) & 1", "(intP)(1)", "occluded", "seen"),
+    "a shadow": ("trace.cl", "((primitive) < 0)", "((primitive) == (primitive))", "occluded", "seen"),
     "a cosine": ("light.clh", "material->kd * cosine", "material->kd * 0.999f * cosine",
                  "illuminate", "local_radiance"),
     "ambient light": ("light.cl", "select(material->ka * colors", "select(material->ka * 1.001f * colors",

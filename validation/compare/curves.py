@@ -16,6 +16,7 @@ _QUALITIES = (95, 90, 80, 70, 60, 50, 40, 30, 20, 10)
 _SUBSAMPLINGS = (2, 0)  # of colour, as Pillow counts: halved both ways (what most programs do), not at all
 _SEARCHED = 256  # pixels a side that qualities are tried on, in whole blocks of 16
 _BINS = 256
+_ONE_BIN = 0.8  # of what a curve moves: more of it in one bin, and it is none
 _SHOWN = (0.25, 0.5, 0.75)  # encoded values whose place on a curve is told
 
 
@@ -91,7 +92,10 @@ def recurved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cau
     curve = isotonic_regression(means, weights=counts[used].astype(float)).x
     undone = decoded(np.interp(shown, at, curve)).reshape(picture.shape) + beyond(picture)
     left = disagreement(undone, reference, tolerance) / (before or 1.0)
-    if left <= VANISHED and used.sum() > 2 and np.ptp(curve) > 1 / _BINS:  # all to one value is no curve
+    moved = counts[used] * np.abs(means - at)
+    one_bin = moved.max() > _ONE_BIN * moved.sum()  # a hole, or shadows that are black
+    one_value = np.ptp(curve) <= 1 / _BINS
+    if left <= VANISHED and used.sum() > 2 and not one_bin and not one_value:
         found = np.interp(_SHOWN, curve, at)
         told = ", ".join(f"{value:g} is {place:.2f}" for value, place in zip(_SHOWN, found, strict=True))
         text = f"values pass through another curve (of encoded values from 0 to 1, {told})"

@@ -25,6 +25,7 @@ _WINDOW = 11  # of SSIM: 2 * int(3.5 * 1.5 + 0.5) + 1 pixels
 BORDER = _WINDOW // 2  # pixels of a picture's border about which SSIM's windows are not whole
 _STRIP = 1 << 20  # pixels that are looked at together: figures take ten arrays of float64 of as many
 HALO = 16  # rows about a strip that its figures depend on: half of FLIP's widest filter; SSIM's is 5
+_LEAST_HALF = 2.0**-24  # the step of the smallest floats of 16 bits
 _ADDRESSES = 640 << 20  # with fewer, the linear algebra that scipy brings waits for more, without end
 
 Array = np.ndarray
@@ -153,6 +154,21 @@ def largest(difference: Array) -> Array:
 def relative(difference: Array, reference: Array) -> Array:
     """Differences from a reference: as they are up to white, and above it as parts of it."""
     return difference / np.maximum(np.abs(reference), 1.0)
+
+
+def held(values: Array, reference: Array, shared: bool = False) -> Array:
+    """Values with the reference's where their file's floats, rounded or cut off, tell none apart.
+
+    Halves have 11 bits of a value; shared: Radiance's, 8 bits of a pixel's largest channel.
+    """
+    out = np.array(values)
+    for part, other in zip(parts(out), parts(reference), strict=True):
+        most = np.maximum(np.abs(part), np.abs(other))
+        step = most.max(axis=-1, keepdims=True) / 128 if shared else np.maximum(most / 1024, _LEAST_HALF)
+        with np.errstate(invalid="ignore"):  # infinite ones are equal
+            near = np.abs(part - other) <= step
+        part[near] = other[near]
+    return out
 
 
 def share(flags: Any) -> float:

@@ -15,7 +15,7 @@ from msgspec import structs
 from clrt.device.settings import Settings
 from clrt.engine.tracer import Tracer
 from clrt.images.file import decode, encode
-from clrt.judging.verdict import SHARED_EXPONENT
+from clrt.judging.verdict import HALF, SHARED_EXPONENT
 from clrt.scene.scene import Scene
 
 from ..ours import render_ours
@@ -30,6 +30,7 @@ from .metrics import (
     edge_mask,
     encoded,
     extended,
+    held,
     largest,
     parts,
     share,
@@ -86,8 +87,8 @@ def compare_pictures(
     report: gets the name of each cause before it is tried. seconds: of processor time, after which no further
     cause is looked for in the scene. wanted: limits of figures by name, in place of the usual gates; then
     these alone decide whether the pictures pass. bits: of a sample of both where they were stored; 8 and 16
-    are sRGB and end at white, 32 is radiance, SHARED_EXPONENT that of .hdr. ClrtError for a name of `wanted`
-    that is no figure's.
+    are sRGB and end at white, 32 is radiance, and so are HALF and SHARED_EXPONENT. ClrtError for a name of
+    `wanted` that is no figure's.
     """
     check_wanted(wanted)
     notes = tuple(
@@ -99,8 +100,8 @@ def compare_pictures(
     if notes:
         a, b = (np.nan_to_num(image, nan=0.0, posinf=0.0, neginf=0.0) for image in (a, b))
     shared = SHARED_EXPONENT in bits
-    if shared:
-        a = _with_steps_of(a, b)
+    if shared or HALF in bits:
+        a = held(a, b, shared) if a.shape == b.shape else a
         bits = _of_floats(bits[0]), _of_floats(bits[1])
     finite: tuple[Gate, ...] = ()
     if notes:
@@ -238,19 +239,7 @@ def reference_of(
 
 
 def _of_floats(bits: int) -> int:
-    return 32 if bits == SHARED_EXPONENT else bits
-
-
-def _with_steps_of(a: Array, b: Array) -> Array:
-    """The first picture with the other's values where .hdr's 8 bits, rounded or cut off, tell none apart."""
-    if a.shape != b.shape:
-        return a
-    out = np.array(a)
-    for part, other in zip(parts(out), parts(b), strict=True):
-        most = np.maximum(np.abs(part), np.abs(other)).max(axis=-1, keepdims=True)
-        near = np.abs(part - other) <= most / 128
-        part[near] = other[near]
-    return out
+    return 32 if bits in (SHARED_EXPONENT, HALF) else bits
 
 
 def _unrounded(a: Array, b: Array, tolerance: float) -> Array:

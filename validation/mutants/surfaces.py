@@ -147,7 +147,7 @@ _SURFACES: Final = (
     Mutant("wrong tie of shapes that go one by one", "kernels/leaves.clh",
            "(t == other_t && primitive < other_primitive)",
            "(t == other_t && primitive > other_primitive)", ("equal distances",), GEOMETRY),
-    Mutant("rays slip between polygons", "kernels/polygon.clh", "(e != 0.0f) & ", "",
+    Mutant("rays slip between polygons", "kernels/polygon.clh", "odd | on", "odd",
            ("squares that share edges",), GEOMETRY),
     Mutant("concave corners filled", "kernels/polygon.clh", " & !((e > 0.0f) ^ (b.y > a.y))", "",
            ("opaque concave polygon",), GEOMETRY),

@@ -56,13 +56,14 @@ class Polygons(Planes):
         """The crossing number round the ray itself, in the plane that the corners are sheared to along it.
 
         There the ray is the point 0. `edge` changes sign exactly when an edge is reversed, so polygons that
-        share an edge agree on which side of it the ray passes.
+        share an edge agree on which side of it the ray passes. An edge itself belongs to both.
         """
         x, y = sheared(origin, direction, self.corners[which])
         x_next, y_next = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
         edge = x * y_next - x_next * y
         toggles = ((y >= 0) != (y_next >= 0)) & np.where(y_next > y, edge > 0, edge < 0)
-        return np.asarray(across(np.logical_xor, toggles))
+        on = (edge == 0) & (x * x_next + y * y_next <= 0)
+        return np.asarray(across(np.logical_xor, toggles) | across(np.logical_or, on))
 
 
 @dataclass(frozen=True)

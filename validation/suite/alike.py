@@ -11,7 +11,7 @@ from clrt.images.file import decode, encode
 
 from ..compare.causes import BYTE
 from ..compare.layers import TERMS
-from ..compare.metrics import encoded, largest
+from ..compare.metrics import encoded, held, largest
 from ..compare.oracle import Limits, compare, gate
 from ..ours import ray_key
 from ..types import Case, Comparison, OracleImage
@@ -35,9 +35,14 @@ def alike(
     assert rendered.pixels is not None
     terms = {ray_key(0, f"camera {name}"): rendered.layers[name] for name in TERMS if name in rendered.layers}
     by_ray = {key: values for key, values in reference.by_ray.items() if key in terms}
-    theirs = OracleImage(rendered.pixels.astype(np.float64), {key: terms[key] for key in by_ray},
-                         rendered.layers.get("depth"), _shape(rendered), program.name,
-                         rendered.seconds)  # fmt: skip
+    pixels, distance = rendered.pixels.astype(np.float64), rendered.layers.get("depth")
+    if rendered.half and pixels.shape == reference.pixels.shape:
+        pixels = held(pixels, reference.pixels)
+        terms = {key: held(terms[key], values) for key, values in by_ray.items()}
+        if distance is not None and reference.t is not None:
+            distance = held(distance.astype(np.float64), reference.t)
+    theirs = OracleImage(pixels, {key: terms[key] for key in by_ray}, distance, _shape(rendered),
+                         program.name, rendered.seconds)  # fmt: skip
     pixels = reference.pixels
     if eight:
         pixels = decode(encode(pixels.astype(np.float32))).astype(np.float64)

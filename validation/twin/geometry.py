@@ -152,20 +152,21 @@ def triangle_normal(v0: Array, v1: Array, v2: Array) -> Array:
 
 def polygon_root(corners: list[Array], normal: Array, rays: Rays, frame: Frame) -> Array:
     """Crossing number (thesis Algorithm 1) in the rays' frames."""
-    inside = np.zeros(np.broadcast_shapes(corners[0].shape, rays.origin.shape)[1:], bool)
+    inside, on = np.zeros((2, *np.broadcast_shapes(corners[0].shape, rays.origin.shape)[1:]), bool)
     a = frame.seen(rays.origin, corners[-1])
     near, far = np.full(inside.shape, np.inf, np.float32), np.full(inside.shape, -np.inf, np.float32)
     for corner in corners:
         b = frame.seen(rays.origin, corner)
         e = a[0] * b[1] - b[0] * a[1]
-        inside ^= ((a[1] >= 0.0) != (b[1] >= 0.0)) & (e != 0.0) & ((e > 0.0) == (b[1] > a[1]))
+        inside ^= ((a[1] >= 0.0) != (b[1] >= 0.0)) & ((e > 0.0) == (b[1] > a[1]))
+        on |= (e == 0.0) & (a[0] * b[0] + a[1] * b[1] <= 0.0)
         depth = b[2] * frame.shear[2]
         near, far = np.where(depth < near, depth, near), np.where(depth > far, depth, far)
         a = b
     t = plane_root(corners[0], normal, rays)
     within = np.where(t > near, t, near)
     within = np.where(within < far, within, far)
-    return np.where(inside & (np.abs(t) < np.inf), within, _NO_HIT)
+    return np.where((inside | on) & (np.abs(t) < np.inf), within, _NO_HIT)
 
 
 def quadric_form(q: Array) -> tuple[list[Array], Array, Array, Array]:
