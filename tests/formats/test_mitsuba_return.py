@@ -327,7 +327,8 @@ def test_a_conversion_that_fails_leaves_all_as_it_was(
     assert main(["convert", str(tmp_path / "2.json"), str(out)]) == 0
     after = files(out.parent)
     old = {name: data for name, data in before.items() if name != "a.xml"}
-    assert len(after) == 2 * len(before) - 1 and old.items() <= after.items() and clrt.load(out).to_dict()["shapes"][0]["p1"] == [0, 2, 0]
+    assert len(after) == 2 * len(before) - 1 and old.items() <= after.items()
+    assert clrt.load(out).to_dict()["shapes"][0]["p1"] == [0, 2, 0]
     names = set(re.findall(r"a_meshes/[^\"]*", out.read_text().partition("<?clrt")[0]))
     assert names == after.keys() - before.keys()
 
