@@ -124,6 +124,11 @@ def finished() -> None:
         signal.signal(number, signal.SIG_IGN)
 
 
+def came() -> bool:
+    """Whether a signal was raised as KeyboardInterrupt, whatever became of that."""
+    return _received is not None
+
+
 def code() -> int:
     """The exit code after a KeyboardInterrupt: 130, as shells expect after Ctrl-C, or that of the signal."""
     _stop_looking()  # who asks has caught it

@@ -46,7 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             code: int = run(options)
         except ClrtError as error:
             code = say(f"error: {error}", FAULT)
-        except (MemoryError, OSError, RuntimeError, ImportError) as error:
+        except Exception as error:
+            if interrupts.came():  # a library took the interrupt for a fault of its own
+                return interrupted()
             spent = exhausted(error)
             if not spent:
                 raise

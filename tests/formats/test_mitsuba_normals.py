@@ -146,3 +146,11 @@ def test_green_that_leans_the_other_way_is_named(folder: Path, shape: str, as_it
               <transform name="to_world"><scale x="{across}"/></transform>{bumps()}</shape>""")
         said = " ".join(str(warning.message) for warning in caught)
         assert (f"green of a normal map leans on a {shape}" in said) == bool(told), (across, flip)
+
+
+def test_shapes_that_refer_to_one_map_have_one_material(folder: Path) -> None:
+    named = bumps(MOVED, colored(MOVED)).replace('type="normalmap"', 'type="normalmap" id="m"', 1)
+    refer = '<ref id="m"/></shape>'
+    scene = read(folder, f'{named}<shape type="rectangle">{refer}<shape type="rectangle">{refer}')
+    one, other = (scene.material_of(shape) for shape in scene.shapes)
+    assert one.normal_map is not None and one == other

@@ -166,6 +166,7 @@ def test_nff_runs_of_polygons_become_one_mesh_a_material(tmp_path: Path) -> None
         ("c 0 0 0 1 0 0 0 1\n", ["a.nff: line 1: shapes[0].p1"]),
         ("\nc 0 0 0 -1 0 0 1 -1e200\n", ["a.nff: line 2: -1e+200 is not allowed; a radius"]),
         ("c 0 0 0 -1 0 0 0 -1\n", ["a.nff: line 1: shapes[0]"]),
+        ("\nc 1e308 1e308 0 -1 -1e308 0 0 -2\n", ["a.nff: line 2: its ends are too far apart"]),
         ("c 0 0 0 -1 0 0 1 1\n", ["a.nff: line 1: shapes[0].r0", "-1"]),
         (VIEW.replace("angle 40", "angle 180"), ["a.nff: line", "angle 180"]),
         (VIEW.replace("400 300", "400 0"), ["a.nff: line 7: 0", "resolution must be from 1 to 65536"]),
@@ -218,3 +219,10 @@ def test_a_mark_before_the_first_word_is_passed_over(tmp_path: Path) -> None:
     (tmp_path / "b.nff").write_bytes(b"\xef\xbb\xbfx")
     with pytest.raises(clrt.ClrtError, match=r"b\.nff: line 1: 'x' is not allowed"):
         clrt.load(tmp_path / "b.nff")
+
+
+def test_nff_shapes_seen_from_within_are_a_run(tmp_path: Path) -> None:
+    """Balls and cones by turns, each where its line says."""
+    text = "s 0 0 0 -1\ns 5 0 0 -2\nc 0 0 9 -1 0 2 9 -1\nc 0 0 12 -1 0 2 12 -1\ns 9 0 0 -3\n"
+    shapes = read(tmp_path, "a.nff", text).shapes
+    assert len(shapes) == 5 and all(isinstance(shape, Quadric) for shape in shapes)

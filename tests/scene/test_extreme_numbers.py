@@ -53,3 +53,8 @@ def test_shifts_that_no_ray_can_follow_are_refused(camera: dict[str, Any], most:
         clrt.load_dict({"camera": {**plain, "shift": [0, 1e21]}})
     text = f"(0.0, 1e+21) is not allowed; too far aside for float32; at most {most} pixels"
     assert str(raised.value) == f"camera.shift: {text}"
+
+
+def test_a_time_is_no_number_of_a_scene() -> None:
+    with pytest.raises(clrt.SceneError, match="a time or a date cannot be part of a scene; give a number"):
+        clrt.load_dict({"max_depth": np.timedelta64(5, "ns")})
