@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import pickle
+import signal
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ import OpenImageIO as oiio
 import pytest
 
 import clrt
+from clrt.base import interrupts
 from clrt.base.records import Unstated
 from clrt.base.resources import scene_file, shipped_scenes, validation_module
 from clrt.cli import main, options
@@ -408,3 +410,17 @@ def test_what_a_command_does_not_have_names_its_own_help(
     """`clrt --help` shows no option of any command."""
     assert main(words.split()) == 2
     assert capsys.readouterr().err == f"clrt: error: unrecognized arguments: {said} shows what there is\n"
+
+
+def test_an_interrupt_that_a_library_takes_for_a_fault_ends_as_one(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """numpy made a TypeError of a KeyboardInterrupt within a comparison: a traceback, and another code."""
+
+    def run(_: object) -> int:
+        monkeypatch.setattr(interrupts, "_received", signal.SIGINT)
+        raise TypeError("Cannot compare structured arrays unless they have a common dtype")
+
+    monkeypatch.setattr("clrt.cli.scenes.run", run)
+    assert main(["scenes"]) == 130
+    assert capsys.readouterr().err == "clrt: interrupted; nothing was saved\n"

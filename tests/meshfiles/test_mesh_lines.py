@@ -135,5 +135,5 @@ def test_uv_of_a_ply_by_all_their_names(tmp_path: Path, kind: str, names: str) -
 def test_what_no_line_tells_is_told_of_the_file(tmp_path: Path) -> None:
     """Its lines are right one by one."""
     path = obj(tmp_path / "a.obj", "vt 0\nf 1/1 2/1 3/1\n")
-    with pytest.raises(SceneError, match="a.obj cannot be read as a mesh: uv must be 2 numbers"):
+    with pytest.raises(SceneError, match=r"a\.obj cannot be read as a mesh: uv must be 2 numbers"):
         corners(path)
