@@ -34,8 +34,12 @@ def winding_numbers(vertices: np.ndarray, triangles: np.ndarray, points: np.ndar
     whole, fan = _closed(vertices, triangles)
     if 2 * len(fan) > len(corners):
         return _summed(corners, points)
-    found = _of_closed(whole, points)
-    return np.round(found - _angles(fan, points)) if len(fan) else found
+    out = _of_closed(whole, points)
+    if len(fan):
+        out = np.round(out - _angles(fan, points))
+    unsure = np.isnan(out)
+    out[unsure] = _summed(corners, points[unsure])
+    return out
 
 
 def _closed(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -75,7 +79,10 @@ def _rim(triangles: np.ndarray) -> np.ndarray:
 
 
 def _of_closed(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """`winding_numbers` of triangles (t, 3, 3) each of whose edges another runs along the other way."""
+    """`winding_numbers` of triangles (t, 3, 3) each of whose edges another runs along the other way.
+
+    NaN where rounding decides.
+    """
     low, high = corners.min(axis=1), corners.max(axis=1)
     random, out = np.random.default_rng(_SEED), np.empty(len(points))
     # a start off all points: in their plane, or on their line, many ways could pass along edges
@@ -99,8 +106,6 @@ def _of_closed(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
             if np.isnan(value[0]):
                 value = _summed(corners, there[None])
             waiting.append((which[half], faces, there, float(value[0])))
-    unsure = np.isnan(out)
-    out[unsure] = _summed(corners, points[unsure])
     return out
 
 

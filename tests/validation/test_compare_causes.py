@@ -331,14 +331,22 @@ def test_a_curve_to_one_value_is_none(value: float) -> None:
 
 
 def test_what_is_black_in_one_place_is_no_curve() -> None:
-    """A hole, and shadows without ambient light: all other values are as they should be."""
-    hole = samples.picture().copy()
-    hole[30:34, 40:43] = 0
-    dark = clrt.render(samples.scene().replace({"ambient": 0.0})).pixels
-    shadows = np.where(dark.max(axis=-1, keepdims=True) < 0.02, 0, samples.picture()).astype(np.float32)
-    assert 0.01 < (shadows != samples.picture()).mean() < 0.5
-    for wrong in (hole, shadows):
-        assert all(cause.name != "another tone curve" for cause in found(wrong))
+    """Shadows that are black in place of ambient light, and a hole: all other values are right."""
+    look = {"material": {"color": [0.7, 0.6, 0.5]}}
+    image = clrt.render({
+        "camera": {"origin": [0.5, 2, 6], "target": [0, 0.6, 0], "width": 160, "height": 120, "fov": 50},
+        "background": [0.4, 0.5, 0.7], "ambient": 0.1,
+        "lights": [{"type": "directional", "direction": [-1, -2, -1], "intensity": 0.6}],
+        "shapes": [{"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], **look},
+                   {"type": "sphere", "center": [0, 0.8, 0], "radius": 0.8, **look}],
+    }, layers=["diffuse", "shape"])  # fmt: skip
+    shaded = (image.layers["shape"] >= 0) & (image.layers["diffuse"].max(axis=2) == 0)
+    hole = np.zeros_like(shaded)
+    hole[60:63, 78:82] = True
+    assert 0.01 < shaded.mean() < 0.3 and not (shaded & hole).any()
+    for where in (shaded, hole):
+        wrong = np.where(where[..., None], np.float32(0), image.pixels)
+        assert all(cause.name != "another tone curve" for cause in found(wrong, image.pixels))
 
 
 def test_a_tone_curve_of_its_own_is_told():
