@@ -14,6 +14,7 @@ import clrt
 from clrt.base import interrupts
 from clrt.device import beside, compiler, kernelcache
 from clrt.device.device import Device
+from clrt.device.platforms import choose, pocl_version
 from clrt.device.settings import Settings
 from clrt.engine.needed import needed
 from clrt.flatten.flatten import flatten
@@ -110,4 +111,5 @@ from clrt.cli import program; program()
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split()[0] == clrt.render(clrt.load_dict(SCENES["plain"])).hash
     holders = {file.read_text() for file in (cache / ".clrt" / "launched").glob("*.holder")}
-    assert len(holders) == (2 if fate == "works" else len(holders))
+    # other drivers compile a program whole, in one process
+    assert len(holders) == (2 if pocl_version(choose()[0]) else 1) or fate != "works"

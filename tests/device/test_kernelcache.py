@@ -219,7 +219,8 @@ def test_the_cache_s_name_may_be_of_any_length_and_depth(deep: Path, folders: in
     command = [sys.executable, "-P", "-m", "clrt", "hash", "room", "--width", "4"]
     variables = {**os.environ, "POCL_CACHE_DIR": str(longest)}
     done = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
-    assert done.stderr == "" and any(longest.rglob("*.so"))
+    assert done.stderr == ""
+    assert any(longest.rglob("*.so")) or any((longest / ".clrt" / "binaries").iterdir())
 
 
 def test_what_the_driver_leaves_behind_goes_when_it_is_old(tmp_path: Path) -> None:
