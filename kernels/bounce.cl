@@ -49,7 +49,7 @@ inline void bounce_packet(const World world, const Family f, const Pixels pixels
     intP todo = ((load_word(f.shaded.spawn, first, n) & spawn_bit) != 0) & lanes_within(first, n), mine;
     const uint spawning = lanes_of(todo);
     if (!spawning) return;
-    Surfaces s = load_surfaces(world, f.hits.surfaces, f.hits.surface_code, f.queue.weights, first, n);
+    Surfaces s = load_surfaces(world, f.hits.surfaces, f.hits.surface_code, f.hits.hit_t, f.queue.weights, first, n);
     const VecP u = load_vec(f.queue.rays, first, n, DIRECTION_X, RAY_FIELDS);
     const Streams streams = gloss_streams(world, pixels, f.queue.path, first, n);
     SHOW_PICTURES(world, s, todo, SHOWN(MIRROR) | SHOWN(TINT));
@@ -70,8 +70,8 @@ inline void bounce_packet(const World world, const Family f, const Pixels pixels
             }
         }
     }
-    if (reflecting) store_children(world, f, first, spawning, true, offset_origin(s, s.n), direction, weight);
-    else store_children(world, f, first, spawning, false, offset_origin(s, minus(s.n)), direction, weight);
+    if (reflecting) store_children(world, f, first, spawning, true, start_before(s, u), direction, weight);
+    else store_children(world, f, first, spawning, false, start_behind(s), direction, weight);
 }
 
 __kernel void reflect(SPAWN_PARAMETERS, PIXELS_PARAMETERS)
@@ -103,8 +103,8 @@ __kernel void disperse(SPAWN_PARAMETERS)
     if (!any_of(todo)) return;
     const World world = WORLD_OF_PARAMETERS;
     const Family family = FAMILY_OF_PARAMETERS;
-    Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
-    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = offset_origin(s, minus(s.n));
+    Surfaces s = load_surfaces(world, surfaces, surface_code, hit_t, weights, first, n);
+    const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), origin = start_behind(s);
     const Streams streams = {(uintP)(0u), (uintP)(0u)};  // what transmits is not rough
     SHOW_PICTURES(world, s, todo, SHOWN(TINT));
     float ox[PACKET], oy[PACKET], oz[PACKET], dx[PACKET], dy[PACKET], dz[PACKET], w[GROUP][PACKET];

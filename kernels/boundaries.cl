@@ -42,9 +42,12 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
         }
         MediaList next = list;
         bool fits = true;
-        if (!inside) {
+        // beside an edge: the ray has just crossed it by the edge's other side
+        const bool crossed = hit_t[i] <= BESIDE * surfaces[in_block(i, LEAVE_BY, SURFACE_FIELDS)]
+                          && is_listed(list, medium) != inside;
+        if (!crossed && !inside) {
             fits = enter_medium(&next, medium);
-        } else if (!leave_medium(&next, medium)) {
+        } else if (!crossed && !leave_medium(&next, medium)) {
             fits = enter_medium(&list, medium);  // the ray was in it, though it is not listed
             next = list;
             leave_medium(&next, medium);

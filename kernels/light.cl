@@ -35,7 +35,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     const uint first = get_global_id(0) * PACKET;
     if (first >= n) return;
     const World world = WORLD_OF_PARAMETERS;
-    Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
+    Surfaces s = load_surfaces(world, surfaces, surface_code, hit_t, weights, first, n);
     const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS);
     const intP ungathered = (load_word(path, first, n) & PATH_GATHERED) == 0;
     floatP weight[RAY_BANDS], value[RAY_BANDS];
@@ -51,7 +51,7 @@ __kernel void shade(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADED_
     }
 
     intP found = select((intP)(SPAWN_HIT), (intP)(0), missed);
-    const VecP start = offset_origin(s, s.n);
+    const VecP start = start_before(s, u);
     const Pixels pixels = PIXELS_OF_PARAMETERS;
     const Streams streams = light_streams(world, pixels, path, first, n);
     const Streams facets = gloss_streams(world, pixels, path, first, n);
@@ -159,11 +159,10 @@ INLINED void pass_standing(const World *world, const Surfaces *s, const RayP *fe
 }
 
 // The feelers of the packet at `first`; `own` and `filter` are not written where they do not matter.
-INLINED void append_feelers(const World world, Surfaces s, intP counted, const Streams streams, uint first, Appended *to,
+INLINED void append_feelers(const World world, Surfaces s, VecP start, intP counted, const Streams streams, uint first, Appended *to,
                             __global float *feeler_rays, __global uint *owner, __global uint *seen, __global int *own,
                             __global float *filter)
 {
-    const VecP start = offset_origin(s, s.n);
     for (int l = 0; l < world.scene->lights; l++) {
         __global const Light *light = world.lights + l;
         Draw draw = light_draw(light, streams, l);
@@ -205,9 +204,10 @@ __kernel void feelers(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SHADE
     for (uint first = chunk * CHUNK; first < end; first += PACKET) {
         const intP counted = ((load_word(spawn, first, n) & SPAWN_FEELERS) != 0) & lanes_within(first, n);
         if (!any_of(counted)) continue;
-        const Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
-        append_feelers(world, s, counted, light_streams(world, pixels, path, first, n), first, &to, feeler_rays, owner,
-                       seen, own, filter);
+        const Surfaces s = load_surfaces(world, surfaces, surface_code, hit_t, weights, first, n);
+        const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = start_before(s, u);
+        const Streams streams = light_streams(world, pixels, path, first, n);
+        append_feelers(world, s, start, counted, streams, first, &to, feeler_rays, owner, seen, own, filter);
     }
     for (int i = 0; i < RAY_FIELDS; i++) append_rest(&to, i, feeler_rays, i, RAY_FIELDS);
     append_rest(&to, FEELER_OWNER, (__global float *)owner, 0, 1);
@@ -242,8 +242,8 @@ __kernel void illuminate(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS, SH
         const intP found = load_word(spawn, first, n);
         const intP counted = ((found & SPAWN_FEELERS) != 0) & lanes_within(first, n);
         if (!any_of(counted)) continue;
-        Surfaces s = load_surfaces(world, surfaces, surface_code, weights, first, n);
-        const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = offset_origin(s, s.n);
+        Surfaces s = load_surfaces(world, surfaces, surface_code, hit_t, weights, first, n);
+        const VecP u = load_vec(rays, first, n, DIRECTION_X, RAY_FIELDS), start = start_before(s, u);
         const intP bright = (found & SPAWN_LOCAL) != 0;
         const bool any_bright = any_of(bright);
         floatP value[RAY_BANDS], radiance[RAY_BANDS];

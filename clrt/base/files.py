@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 from clrt.base import inputs
-from clrt.base.errors import SceneError, located
+from clrt.base.errors import SceneError, located, show
 from clrt.base.limits import Limits
 from clrt.base.places import At
 
@@ -23,12 +23,18 @@ _KINDS = (
 
 
 def resolve(name: str, folder: Path | None, at: At) -> Path:
-    """The existing regular file called `name` inside `folder` (None: the current folder), to be read."""
+    """The existing regular file called `name` inside `folder` (None: the current folder), to be read.
+
+    What lies elsewhere and is only linked from there is not inside, but for the source itself: who named that
+    (a model on the command line) may keep it where he likes.
+    """
     try:
         root = (folder or Path()).resolve()
         path = (root / name).resolve()
-        if not path.is_relative_to(root):
-            raise at.error(name, f"a file must lie in the scene's folder, {root}")
+        if not path.is_relative_to(root) and name != at.source:
+            inside = Path(os.path.normpath(root / name)).is_relative_to(root)
+            linked = f"it is a link to {show(str(path))}, and " if inside else ""
+            raise at.error(name, f"{linked}a file must lie in the scene's folder, {root}")
         if not path.is_file():
             raise at.error(name, f"there is no such file in {root}")
         inputs.note(path, path)  # pictures are read late: who writes until then must know

@@ -32,6 +32,7 @@ from clrt.device.processor import signature
 PATIENCE: Final = 120.0  # seconds: a busy machine takes 5
 _DAY: Final = 24 * 3600
 _MOMENT: Final = 600
+_PROCESSORS: Final = "/sys/devices/system/cpu"
 LISTING: Final = "listing"  # a trial of the drivers' start alone
 # limit of a process -> option of `ulimit` and its unit, what is plenty, what is the least. With 0.6 GB of
 # addresses or 14 files PoCL 3.1 ends the process, with 0.8 GB some of its builds fail; its largest file, a
@@ -53,7 +54,10 @@ _LONGEST: Final = 300  # characters of a driver's log that a message shows
 
 
 def circumstances() -> list[str]:
-    """What this process has that may break a driver which works elsewhere: its variables, narrow limits."""
+    """What this process has, or lacks, that may break a driver which works elsewhere.
+
+    Variables, narrow limits, and a /sys that sandboxes leave out: PoCL's library then ends the process.
+    """
     found = sorted(
         f"{name}={value}" for name, value in os.environ.items()
         if name.startswith("POCL_") and name != kernelcache.VARIABLE
@@ -62,6 +66,8 @@ def circumstances() -> list[str]:
         limit = process_limit(name)
         if limit < plenty:
             found.append(f"ulimit {option} {limit // unit:.0f}")
+    if sys.platform == "linux" and not os.path.isdir(_PROCESSORS):
+        found.append(f"no {_PROCESSORS}")
     return found
 
 
@@ -87,7 +93,7 @@ def check_listing() -> None:
 def broken(fault: str) -> str:
     """What to say of a driver that breaks under the circumstances of this process."""
     odd = ", ".join(circumstances())
-    return f"{fault}; it may be due to {odd}: run without" if odd else fault
+    return f"{fault}; it may be due to {odd}: change that" if odd else fault
 
 
 def verdict(info: DeviceInfo, anew: bool = False) -> tuple[str, bool]:

@@ -10,6 +10,7 @@ import importlib.metadata
 import json
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -151,7 +152,7 @@ def _probed(told: dict[str, Any]) -> Iterator[Finding]:
             state: State = "advice" if told["works"] else "wrong"
             yield Finding("devices", state, f"{text} does not work: {device['fault']}", mend)
     if "error" in told:
-        mend = mending(told["error"] if told.get("devices") else "")
+        mend = _unset(told["error"]) or mending(told["error"] if told.get("devices") else "")
         mend = (unhiding() if told["error"].startswith(NO_DEVICE) else "") or mend
         yield Finding("devices", "wrong", told["error"], mend)
         return
@@ -165,6 +166,22 @@ def _probed(told: dict[str, Any]) -> Iterator[Finding]:
     yield Finding("small render", "fine", text)
     if told["old_pocl"]:
         yield Finding("speed", "advice", told["old_pocl"], "apt-get install pocl-opencl-icd   (Debian: 3.1)")
+
+
+def _unset(error: str) -> str:
+    """What to type where it is no driver's fault, but what was asked for or where it runs; '' elsewhere."""
+    blamed = re.search(r"it may be due to (.*): change that", error)
+    error = blamed.group(1) if blamed else error
+    limit = re.match(r"ulimit -\w", error)
+    if limit:
+        return f"{limit.group()} unlimited"
+    if error.startswith("no /sys"):
+        return "mount /sys there, too   (bwrap --ro-bind /sys /sys; docker has it by itself)"
+    if error.startswith("device "):
+        named = "CLRT_DEVICE" in os.environ and repr(os.environ["CLRT_DEVICE"]) in error
+        return "unset CLRT_DEVICE" if named else "clrt devices   (and choose one of them: --device)"
+    variable = re.match(r"[A-Z]+_[A-Z_]+(?=[:=])", error)
+    return f"unset {variable.group()}" if variable and variable.group() in os.environ else ""
 
 
 def _cache() -> Iterator[Finding]:

@@ -74,7 +74,9 @@ def camera_path(
     steps = frames if closed else frames - 1
     points = np.array([[view.origin, view.target, view.up] for view in views], np.float64)
     arounds = [[_neighbour(part + k, len(views), closed) for k in (-1, 0, 1, 2)] for part in range(parts)]
-    curves = [_curve(points[around], _spans(lengths, here, closed)) for here, around in enumerate(arounds)]
+    curves = [
+        _curve(_four(points, around), _spans(lengths, here, closed)) for here, around in enumerate(arounds)
+    ]
     for curve, around in zip(curves, arounds, strict=True):
         _check_way(curve, around[1:3])
     cameras = []
@@ -174,6 +176,16 @@ def _k_of(view: Camera) -> np.ndarray:
 
 def _neighbour(number: int, count: int, closed: bool) -> int:
     return number % count if closed else min(max(number, 0), count - 1)
+
+
+def _four(points: np.ndarray, around: Sequence[int]) -> np.ndarray:
+    """The two points of a part and their neighbours; at an end of the path the part goes on as it is."""
+    four = points[around]
+    if around[0] == around[1]:
+        four[0] = 2 * four[1] - four[2]
+    if around[3] == around[2]:
+        four[3] = 2 * four[2] - four[1]
+    return four
 
 
 def _spans(lengths: Sequence[float], here: int, closed: bool) -> tuple[float, float]:

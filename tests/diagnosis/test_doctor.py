@@ -15,7 +15,7 @@ import pytest
 import clrt
 from clrt.base.install import install_extra
 from clrt.cli import main
-from clrt.device import kernelcache, platforms, vendors
+from clrt.device import kernelcache, platforms, trial, vendors
 from clrt.device.platforms import devices
 from clrt.diagnosis import doctor
 
@@ -173,3 +173,45 @@ def test_a_device_that_computes_otherwise_and_an_old_driver() -> None:
 def test_an_unknown_device_is_wrong(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["doctor", "--device", "Voodoo"]) == 1
     assert "! devices" in (out := capsys.readouterr().out) and "'Voodoo' is not here" in out
+
+
+MENDED = {
+    "CLRT_KERNELS=/nonexist": "unset CLRT_KERNELS",
+    "CLRT_DEVICE=99": "unset CLRT_DEVICE",
+    "CLRT_DRIVER=nonsense": "unset CLRT_DRIVER",
+}
+
+
+@pytest.mark.parametrize("said", MENDED)
+def test_what_was_asked_for_is_not_mended_by_another_driver(said: str) -> None:
+    """It told to install hundreds of megabytes, which mended nothing."""
+    code, found = doctors(**dict([said.split("=")]))
+    assert [one["mend"] for one in found if one["state"] == "wrong"] == [MENDED[said]] and code == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "mend"),
+    [
+        ("ulimit -v 1000000: OpenCL drivers end a process that may have so little", "ulimit -v unlimited"),
+        ("x: it may be due to POCL_DEBUG=all, ulimit -n 30: change that", "unset POCL_DEBUG"),
+        ("x: it may be due to ulimit -n 30: change that", "ulimit -n unlimited"),
+        ("x: it may be due to no /sys/devices/system/cpu: change that", "mount /sys there, too"),
+        ("device 'x' is not here; this machine offers 0: y", "devices   (and choose one of them: --device)"),
+    ],
+)
+def test_circumstances_are_mended_by_changing_them(
+    error: str, mend: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("POCL_DEBUG", "all")
+    monkeypatch.delenv("CLRT_DEVICE", raising=False)
+    (found,) = doctor._probed({"error": error})
+    assert mend in found.mend
+
+
+def test_a_system_without_its_folder_of_processors_is_an_error(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """In a sandbox without /sys PoCL's library ends the process."""
+    assert not [odd for odd in trial.circumstances() if "/sys" in odd]
+    monkeypatch.setattr(trial, "_PROCESSORS", str(tmp_path / "sys"))
+    assert trial.broken("it ends the process").endswith(f"no {tmp_path / 'sys'}: change that")

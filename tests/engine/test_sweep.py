@@ -180,8 +180,8 @@ def test_a_path_passes_through_its_keys() -> None:
     path = clrt.camera_path(keys, 9)
     assert [path[i].origin for i in (0, 4, 8)] == [tuple(map(float, key.origin)) for key in keys]
     assert [path[i].fov for i in (0, 2, 4, 8)] == [30, 35, 40, 50]
-    # Catmull-Rom between two keys, the ends repeated: half of ((9/8) of both - (1/8) of their neighbours)
-    between = 9 * np.add((5, 1, 0), (0, 1, -5)) - np.add((0, 1, 5), (0, 1, -5))
+    # Catmull-Rom between two keys, straight on at the ends: half of ((9/8) of both - (1/8) of their neighbours)
+    between = 9 * np.add((5, 1, 0), (0, 1, -5)) - np.add((0, 1, 5), (-5, 1, -10))
     assert np.allclose(path[6].origin, between / 16)
     around = clrt.camera_path(keys, 6, closed=True)
     assert [around[i].origin for i in (0, 2, 4)] == [tuple(map(float, key.origin)) for key in keys]
@@ -204,6 +204,15 @@ def test_a_path_is_at_its_keys_when_they_say() -> None:
     assert clrt.camera_path(keys, 50, times=np.arange(4) * 1.0) == clrt.camera_path(keys, 50)
     around = clrt.camera_path(keys, 16, closed=True, times=[0, 1, 2, 4, 8])
     assert [around[i].origin for i in (2, 4, 8)] == [tuple(map(float, key.origin)) for key in keys[1:]]
+
+
+@pytest.mark.parametrize("times", [[0.0, 4.0, 8.0, 12.0], [1.0, 2.0, 6.0, 7.5]])
+def test_a_path_of_even_motion_is_even(times: list[float]) -> None:
+    """At both ends of an open path the velocity is that of the first and of the last stretch; it was half."""
+    for used in (times, times[:2]):
+        keys = [clrt.Camera(origin=[time, 1, 5], target=[time, 0, 0]) for time in used]
+        path = np.array([camera.origin[0] for camera in clrt.camera_path(keys, 25, times=used)])
+        assert np.allclose(path, np.linspace(used[0], used[-1], 25), atol=1e-12)
 
 
 def test_a_path_has_the_k_that_any_of_its_keys_states() -> None:

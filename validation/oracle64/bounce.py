@@ -74,7 +74,7 @@ def bounce(world: World, rays: Rays, spot: Spot) -> Bounce:
     asked = (world.surfaces.kr[spot.shape] > 0) | (world.surfaces.kt[spot.shape] > 0)
     kept = np.flatnonzero(_worth(world, rays.weight * reflects, asked))
     child = replace(
-        rays, origin=spot.leave(spot.n), direction=mirrored, weight=reflects, media=spot.before,
+        rays, origin=spot.start_before, direction=mirrored, weight=reflects, media=spot.before,
         cone=spot.cone,
     )  # fmt: skip
     return Bounce(Spawned(child[kept], kept), _joined(transmitted), total)
@@ -133,7 +133,7 @@ def _transmitted(world: World, rays: Rays, spot: Spot, rows: Ints, share: Array,
     kept = np.flatnonzero(_worth(world, rays.weight[rows] * share, asked))
     parent = rows[kept]
     child = replace(
-        rays[parent], origin=spot.leave(-spot.n)[parent], direction=passed.direction[kept],
+        rays[parent], origin=spot.start_behind[parent], direction=passed.direction[kept],
         weight=share[kept], media=spot.after[parent], group=group[kept], cone=spot.cone[parent],
     )  # fmt: skip
     return Spawned(child, parent)

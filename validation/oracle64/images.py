@@ -265,12 +265,17 @@ def _disk(shape: Any, _: Ints, point: Array, normal: Array) -> Place:
     return _wheel(point, shape.center, *_flat_axes(unit(shape.normal)), shape.radius)
 
 
-def _round_about(point: Array, origin: Any, axis: Array, height: float) -> Place:
+def _round_about(point: Array, origin: Any, axis: Array, height: float, widens: float | None) -> Place:
+    """Of a body about an axis, by how much its radius grows on the way; None: as the root of the height."""
     tangent, bitangent = _duff(axis)
     offset = point - np.asarray(origin, float)
-    x, y = offset @ tangent, offset @ bitangent
+    x, y, v = offset @ tangent, offset @ bitangent, offset @ axis / height
     around = x[:, None] * bitangent - y[:, None] * tangent
-    return Place(_phi(x, y), offset @ axis / height, around, np.broadcast_to(axis, point.shape))
+    radius = np.hypot(x, y)
+    with np.errstate(all="ignore"):
+        outwards = np.nan_to_num((radius / (2 * v) if widens is None else widens) / radius)
+    radial = x[:, None] * tangent + y[:, None] * bitangent
+    return Place(_phi(x, y), v, around, height * axis + outwards[:, None] * radial)
 
 
 def _cone(shape: Any, primitive: Ints, point: Array, normal: Array) -> Place:
@@ -279,7 +284,7 @@ def _cone(shape: Any, primitive: Ints, point: Array, normal: Array) -> Place:
     height = float(np.linalg.norm(p1 - p0))
     axis = (p1 - p0) / height
     tangent, bitangent = _duff(axis)
-    places = [_round_about(point, p0, axis, height)]
+    places = [_round_about(point, p0, axis, height, radii[1] - radii[0])]
     caps = zip((p0, p1), radii, strict=True)
     places += [_wheel(point, p, tangent, bitangent, r) for p, r in caps if r > 0]
     return _chosen(places, primitive)
@@ -293,7 +298,7 @@ def _chosen(places: list[Place], number: Ints) -> Place:
 
 
 def _paraboloid(shape: Any, _: Ints, point: Array, normal: Array) -> Place:
-    return _round_about(point, shape.apex, unit(shape.axis), shape.height)
+    return _round_about(point, shape.apex, unit(shape.axis), shape.height, None)
 
 
 def _sheet(u: Array, v: Array, du: Array, dv: Array) -> Place:

@@ -58,10 +58,11 @@ class Media:
         last = lists.shape[1] - 1 - np.argmax(priority[:, ::-1], axis=1)
         return np.asarray(lists[np.arange(len(lists)), last])
 
-    def crossed(self, lists: Ints, shape: Ints, enters: Bools) -> tuple[Ints, Ints]:
+    def crossed(self, lists: Ints, shape: Ints, enters: Bools, beside: Bools) -> tuple[Ints, Ints]:
         """Lists before and after the surfaces of these shapes; those of no medium change nothing.
 
         A medium that is left without having been entered was there all the time, as what was entered last.
+        Not so beside an edge: there the ray has just left it by the other side, or entered what it enters.
         """
         medium = self.number[shape]
         longer = np.column_stack([lists, medium])
@@ -71,7 +72,7 @@ class Media:
         latest = shorter.shape[1] - 1 - np.argmax(listed[:, ::-1], axis=1)
         removed = shorter.copy()
         removed[np.flatnonzero(known), latest[known]] = -1
-        of_none, exits = (medium < 0)[:, None], ~enters[:, None]
+        of_none, exits = ((medium < 0) | (beside & (known == enters)))[:, None], ~enters[:, None]
         before = np.where(exits & ~known[:, None], longer, shorter)
         after = np.where(exits, removed, longer)
         return np.where(of_none, shorter, before), np.where(of_none, shorter, after)

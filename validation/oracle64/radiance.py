@@ -68,7 +68,7 @@ def shade(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
     emission = emitted(job, rays, spot)
     job.film.add(rays, generation, emission, "emission")
     light = emission + ambient_light(job, rays, spot, generation)
-    origin = spot.leave(spot.n)
+    origin = spot.start_before
     for number, source in enumerate(job.scene.lights):
         for way in ways(source, number, origin, rays):
             light += lit_by(job, number, way, rays, spot, generation)
@@ -101,7 +101,7 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
         h = hashing.child(parents.path, hashing.AMBIENT)
         flags: Any = hashing.GATHERED | (hashing.GATHERED_FIRST if generation == 0 else 0)
         flags = parents.path & np.uint32(hashing.FLAGS) | np.uint32(flags)
-        origin, weight = spot.leave(spot.n)[gathers], parents.weight * share[gathers] / samples
+        origin, weight = spot.start_before[gathers], parents.weight * share[gathers] / samples
         for i in range(samples):
             direction = hashing.cosine_direction(h, i, ns)
             below = dot(direction, n) <= 0
@@ -121,7 +121,7 @@ def ambient_light(job: Job, rays: Rays, spot: Spot, generation: int) -> Array:
 def lit_by(job: Job, number: int, way: Way, rays: Rays, spot: Spot, generation: int) -> Array:
     """I f(r) [kd F (ns.l) + ks H (r.v)^m] where a light, or one of its points, is seen, else 0."""
     of, shape, source = job.world.surfaces, spot.shape, job.scene.lights[number]
-    origin = spot.leave(spot.n)
+    origin = spot.start_before
     direction, distance, factor = way
     cosine = dot(spot.ns, direction)
     asked = (dot(spot.n, direction) > 0) & (cosine > 0) & ((of.kd[shape] > 0) | (of.ks[shape] > 0))

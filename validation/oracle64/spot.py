@@ -16,6 +16,7 @@ from .world import World, nearest_hit
 # A hit moved back onto its primitive is off it by about 1e-15 of these, so a ray finds its own surface behind
 # it; what the offset hides is far below what float32 resolves.
 OFFSET = 1e-10
+BESIDE = 64 * OFFSET  # nearer to its start a ray may have crossed an edge by its other side
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class Spot:
     ns: Array  # shading normal on the ray's side
     enters: Bools  # the ray comes from outside
     offset: Array
+    back: Array  # (n, 3): from there, back along the rays
     shape: Ints
     color: Array  # F
     before: Ints  # media on the ray's side
@@ -54,9 +56,15 @@ class Spot:
     def take(self, rows: Ints) -> Spot:
         return Spot(*(getattr(self, f.name)[rows] for f in fields(self)))
 
-    def leave(self, side: Array) -> Array:
-        """Origins of rays that leave towards `side` (n or -n)."""
-        return np.asarray(self.point + self.offset[:, None] * side)
+    @property
+    def start_before(self) -> Array:
+        """Origins of rays that stay on the side from which the rays came."""
+        return np.asarray(self.point + self.offset[:, None] * self.n - self.back)
+
+    @property
+    def start_behind(self) -> Array:
+        """Origins of rays that go on behind the surface."""
+        return np.asarray(self.point - self.offset[:, None] * self.n)
 
 
 def visible_hit(world: World, rays: Rays) -> Met:
@@ -69,8 +77,9 @@ def visible_hit(world: World, rays: Rays) -> Met:
     todo = np.flatnonzero(primitive >= 0)
     while todo.size:
         shape = world.shape_of[primitive[todo]]
-        outward = _outward(world, origin[todo] + t[todo, None] * u[todo], u[todo], primitive[todo])
-        old, new = media.crossed(before[todo], shape, dot(outward, u[todo]) <= 0)
+        outward, extent = _outward(world, origin[todo] + t[todo, None] * u[todo], u[todo], primitive[todo])
+        beside = t[todo] <= BESIDE * np.maximum(across(np.maximum, np.abs(origin[todo])), extent)
+        old, new = media.crossed(before[todo], shape, dot(outward, u[todo]) <= 0, beside)
         hidden = (media.number[shape] >= 0) & (media.top(old) == media.top(new))
         before = _put(before, todo, np.where(hidden[:, None], new, old))
         after = _put(after, todo, new)
@@ -88,11 +97,13 @@ def _put(lists: Ints, rows: Ints, values: Ints) -> Ints:
     return tidy(grown)
 
 
-def _outward(world: World, point: Array, u: Array, primitive: Ints) -> Array:
-    outward = np.empty_like(point)
+def _outward(world: World, point: Array, u: Array, primitive: Ints) -> tuple[Array, Array]:
+    """Outward normals, and how far primitives reach."""
+    outward, extent = np.empty_like(point), np.empty(len(point))
     for batch, here, rows in world.located(primitive):
         outward[here] = batch.outward(rows, batch.project(rows, point[here]), u[here])
-    return outward
+        extent[here] = batch.extent(rows)
+    return outward, extent
 
 
 def spot_at(world: World, rays: Rays, met: Met) -> Spot:
@@ -112,6 +123,7 @@ def spot_at(world: World, rays: Rays, met: Met) -> Spot:
     ns = np.where(dot(ns, u)[:, None] >= 0, n, ns)
     largest = [across(np.maximum, np.abs(rays.origin)), across(np.maximum, np.abs(point)), extent]
     offset = OFFSET * np.max(largest, axis=0) if world.lift is None else world.lift(point)
+    back = offset[:, None] * u if world.lift is None else np.zeros_like(u)
     shape = world.shape_of[met.primitive]
     of = world.surfaces
     cone = np.stack([rays.cone[:, 0] + rays.cone[:, 1] * met.t, rays.cone[:, 1]], axis=1)
@@ -121,5 +133,5 @@ def spot_at(world: World, rays: Rays, met: Met) -> Spot:
     tones = {name: world.images.tone(name, getattr(of, name)[shape], *at) for name in names}
     ns = world.images.bent(ns, n, smooth, *at)
     return Spot(
-        point, outward, n, ns, enters, offset, shape, color, met.before, met.after, cone=cone, **tones
+        point, outward, n, ns, enters, offset, back, shape, color, met.before, met.after, cone=cone, **tones
     )

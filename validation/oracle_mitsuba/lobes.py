@@ -127,7 +127,7 @@ class Lobes(Table):
         outward = np.where(((dot(spot.outward, spot.n) < 0) & (not facing))[:, None], -n, n)
         si = dr.zeros(mi.SurfaceInteraction3f, len(u))
         si.t = mi.Float(1.0)
-        si.p = engine.point(spot.leave(spot.n) - self.center)
+        si.p = engine.point(spot.start_before - self.center)
         si.n = mi.Normal3f(engine.vector(outward))
         si.sh_frame = mi.Frame3f(engine.vector(outward))
         si.wi = si.to_local(engine.vector(-u))

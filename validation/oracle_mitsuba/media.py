@@ -26,7 +26,7 @@ class Media:
         self.eta, self.sigma = job["eta"], job["sigma"]
         self._states: list[State] = []
         self._places: dict[State, int] = {}
-        self._known: dict[tuple[int, int, bool], tuple[int, int]] = {}
+        self._known: dict[tuple[int, int, bool, bool], tuple[int, int]] = {}
         for state in states:
             self._place(state)
 
@@ -45,22 +45,26 @@ class Media:
         place, medium = entry
         return self.priority[medium], place
 
-    def across(self, states: Array, shapes: Array, enters: Array) -> tuple[Array, Array]:
-        """States on this side and beyond surfaces of shapes (n,), as a ray in these states meets them."""
-        kinds, row = np.unique(np.stack([states, self.number[shapes], enters]), axis=1, return_inverse=True)
-        pairs = [self._across(int(state), int(medium), bool(side)) for state, medium, side in kinds.T]
+    def across(self, states: Array, shapes: Array, enters: Array, beside: Array) -> tuple[Array, Array]:
+        """States on this side and beyond surfaces of shapes (n,), as a ray in these states meets them.
+
+        beside: where it may just have crossed an edge by the other side.
+        """
+        met = np.stack([states, self.number[shapes], enters, beside])
+        kinds, row = np.unique(met, axis=1, return_inverse=True)
+        pairs = [self._across(int(k[0]), int(k[1]), bool(k[2]), bool(k[3])) for k in kinds.T]
         found = np.array(pairs, int).reshape(-1, 2)[row.ravel()]
         return found[:, 0], found[:, 1]
 
-    def _across(self, place: int, medium: int, enters: bool) -> tuple[int, int]:
-        key = place, medium, enters
+    def _across(self, place: int, medium: int, enters: bool, beside: bool) -> tuple[int, int]:
+        key = place, medium, enters, beside
         if key not in self._known:
             self._known[key] = self._worked_out(*key)
         return self._known[key]
 
-    def _worked_out(self, place: int, medium: int, enters: bool) -> tuple[int, int]:
+    def _worked_out(self, place: int, medium: int, enters: bool, beside: bool) -> tuple[int, int]:
         state = self._states[place]
-        if medium < 0:
+        if medium < 0 or (beside and enters == (medium in state)):
             return place, place
         if enters:
             return place, self._place((*state, medium))

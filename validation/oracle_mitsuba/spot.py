@@ -19,7 +19,8 @@ class Spot:
     n: Array  # geometric normal
     ns: Array  # shading normal
     enters: Array  # (n,) bool: the ray comes from outside
-    offset: Array  # (n,)
+    step: Array  # (n,): off the surface
+    back: Array  # (n, 3): from there, back along the rays
     F: Array
     H: Array  # tints of highlight, mirror and transmission, and emission (n, 3)
     M: Array
@@ -35,5 +36,10 @@ class Spot:
     def take(self, rows: Array) -> Spot:
         return Spot(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
-    def leave(self, side: Array) -> Array:
-        return np.asarray(self.point + self.offset[:, None] * side)
+    @property
+    def start_before(self) -> Array:
+        return np.asarray(self.point + self.step[:, None] * self.n - self.back)
+
+    @property
+    def start_behind(self) -> Array:
+        return np.asarray(self.point - self.step[:, None] * self.n)

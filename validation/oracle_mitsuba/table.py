@@ -21,10 +21,11 @@ from .optics import Optics, conductor, dot, normalized
 from .pictures import Pictures
 from .spot import Spot
 from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
-from .world import Hits, World
+from .world import OFFSET, Hits, World
 
 BEFORE_1 = 1 - 1e-15  # where a globe is whole its last field goes on
 REACH = 1 - 2.0**-14  # of the way to a light; what lies nearer to the light does not hide it
+BESIDE = 16  # steps off a surface: nearer to its start a ray may have crossed an edge by its other side
 
 Array = np.ndarray
 PLAIN, GLOBE = 0, 2  # patterns, as in surfaces.py
@@ -64,7 +65,8 @@ class Table:
         while todo.size:
             found = hits.take(todo)
             enters = dot(found.outward, rays.direction[todo]) <= 0
-            here[todo], beyond[todo] = self.media.across(here[todo], found.shape, enters)
+            beside = found.t <= BESIDE * self.world.step(found.point)
+            here[todo], beyond[todo] = self.media.across(here[todo], found.shape, enters, beside)
             same = self.media.top(here[todo]) == self.media.top(beyond[todo])
             todo = todo[same & (self.media.number[found.shape] >= 0)]
             here[todo] = beyond[todo]
@@ -139,9 +141,11 @@ class Table:
         tones = {name: self.of[name][hits.shape] for name in ("H", "M", "Tt", "e")}
         tones = self.pictures.tones({"F": self.reflectance(hits), **tones}, u, cone[:, 0], hits)
         step = self.world.step(hits.point)
+        back = (step + OFFSET * hits.t)[:, None] * u
         sides = self._indices(hits.shape, rays.media, beyond, enters)
-        return Spot(hits.shape, hits.point, hits.outward, n, ns, enters, step, form=hits.form, eta_i=sides[0],
-                    eta_t=sides[1], media=rays.media, beyond=beyond, cone=cone, **tones)  # fmt: skip
+        return Spot(hits.shape, hits.point, hits.outward, n, ns, enters, step, back, form=hits.form,
+                    eta_i=sides[0], eta_t=sides[1], media=rays.media, beyond=beyond, cone=cone,
+                    **tones)  # fmt: skip
 
     def _indices(self, shape: Array, here: Array, beyond: Array, enters: Array) -> tuple[Array, Array]:
         """Indices of refraction on this side and beyond; sheets and opaque surfaces have theirs inside."""
@@ -174,7 +178,7 @@ class Table:
     def _received(self, index: int, rays: Rays, spot: Spot) -> Array:
         """What light number `index` adds at hits: diffuse and highlight (2, n, 3)."""
         of, shape = self.of, spot.shape
-        origin = spot.leave(spot.n)
+        origin = spot.start_before
         scatters = (of["kd"][shape] > 0) | (of["ks"][shape] > 0)
         added = np.zeros((2, *origin.shape))
         for way in ways(self.lights[index], index, origin, rays.base, rays.sample):
@@ -225,17 +229,16 @@ class Table:
             for name in ("transmitted", "total", "reflects", "transmits"):
                 getattr(found, name)[again[crossed]] = getattr(by_n, name)[crossed]
         outcomes = (
-            (REFLECTION, found.reflects, found.reflected, spot.n, 1),
-            (TRANSMISSION, found.transmits, found.transmitted, -spot.n, 2),
+            (REFLECTION, found.reflects, found.reflected, spot.start_before, 1),
+            (TRANSMISSION, found.transmits, found.transmitted, spot.start_behind, 2),
         )
-        for name, share, direction, side, number in outcomes:
+        for name, share, direction, start, number in outcomes:
             weight = rays.weight * share
             most = weight.max(axis=1)
             rows = np.flatnonzero((most > 0) & (most >= self.settings["min_weight"]))
             if rows.size:
                 path = child_path(rays.path[rows], number) | rays.path[rows] & np.uint32(15)
                 media = spot.beyond if name == TRANSMISSION else spot.media
-                start = spot.leave(side)
                 child = Rays(start, direction, weight, rays.pixel, rays.path, spot.form, media, rays.base,
                              rays.sample, spot.cone).take(rows)  # fmt: skip
                 yield name, rows, share[rows], drawing(replace(child, path=path))
@@ -320,7 +323,7 @@ class Table:
             below = dot(direction, n) <= 0
             direction[below] = cosine_direction(h[below], i, n[below])
             weight = rays.weight[rows] * share[rows] / samples
-            origin, form = spot.leave(spot.n)[rows], spot.form[rows]
+            origin, form = spot.start_before[rows], spot.form[rows]
             path = combine(h, np.uint32(i)) & ~np.uint32(15) | flags
             own = rays.pixel[rows], path, form, spot.media[rows], h, h, spot.cone[rows]
             child = Rays(origin, direction, weight, *own)

@@ -16,6 +16,8 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "shifted near plane in glass", _shifted_near_plane(), {INSIDE}
     yield "squares that share edges", _squares_that_share_edges(), set()
     yield "lamps in the ceiling", _lamps_in_the_ceiling(), set()
+    yield "seams seen straight on", _seams_seen_straight_on(0.5), set()
+    yield "seams seen straight on at half the size", _seams_seen_straight_on(1.0), set()  # as mutants are
 
 
 def _next_to_the_camera() -> Table:
@@ -89,3 +91,28 @@ def _lamps_in_the_ceiling() -> Table:
     ]  # fmt: skip
     ball = {"type": "sphere", "center": [0.2, -1.2, 0.2], "radius": 1.1, "material": OPAQUE["matte"]}
     return room([{**ceiling, "material": OPAQUE["matte"]}, ball], lights=lights)
+
+
+def _seams_seen_straight_on(shift: float) -> Table:
+    """A floor and a wall, a bar of tinted glass: rays meet exactly the seam, and an edge of the bar.
+
+    Rays that go on from the seam started a rounding behind the wall, where all is dark, and those that enter
+    at the edge entered by both of its sides. Either of two sides may be the one that is met: they are lit
+    nearly alike, but for as much as makes an edge of them, and the glass bends nothing.
+    """
+    y, z, wide = -1.35, 0.89, 9.0
+    corners = [[x, up, depth] for up, depth in ((y, z + wide), (y, z), (y + wide, z)) for x in (-wide, wide)]
+    corner = {"type": "mesh", "vertices": corners, "faces": [[0, 1, 3, 2], [2, 3, 5, 4]],
+              "material": OPAQUE["matte"]}  # fmt: skip
+    low, high, front, half = y + 0.28, y + 1.98, z + 1.54, 0.74
+    ring = [(0, front + half), (half, front), (0, front - half), (-half, front)]
+    glass = {"diffuse": 0.03, "transmission": 1.0, "ior": 1.0, "absorption": [0.9, 0.2, 0.5]}
+    bar = {"type": "mesh", "vertices": [[x, level, depth] for level in (low, high) for x, depth in ring],
+           "faces": [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]],
+           "material": glass}  # fmt: skip
+    camera = {**CAMERA, "origin": [0, y + 2.1, z + 7.9], "target": [0, y, z], "shift": [shift, shift]}
+    return {
+        "max_depth": 4, "background": [0.3, 0.32, 0.35], "ambient": 0.2, "camera": camera,
+        "lights": [{"type": "directional", "direction": [-0.4, -1, -1.02], "intensity": 0.8}],
+        "shapes": [corner, bar],
+    }  # fmt: skip

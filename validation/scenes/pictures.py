@@ -44,8 +44,24 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     open_ones = [with_material(OPEN[name](at, 0.9), material)
                  for name, at, material in zip(names, places, painted, strict=True)]  # fmt: skip
     yield "pictures on open shapes", room(open_ones), set()
+    yield "normals on sheared shapes", room(_sheared({**_GLOBE, "normal_map": placed})), set()
     yield "colours of vertices", room([_stone("vertices")]), set()
     yield "colours of faces", room([_stone("faces")]), set()
+
+
+def _sheared(material: Table) -> list[Table]:
+    """Under transforms that shear, what is a slope in v and what is its gradient go apart: with one for the
+    other a normal map was turned over about a quadric's poles, and in the float64 oracle on cones."""
+    shapes: tuple[Table, ...] = (
+        {"type": "quadric", "coefficients": [1, 1, 1, 0, 0, 0, 0, 0, 0, -1]},
+        {"type": "ellipsoid", "center": [0, 0, 0], "radii": [1, 0.9, 1.1]},
+        {"type": "cone", "p0": [0, -0.3, 0], "r0": 1.3, "p1": [0, 0.3, 0], "r1": 0},
+        {"type": "paraboloid", "apex": [0, 0.4, 0], "axis": [0, -1, 0], "focal": 0.5, "height": 0.8},
+    )
+    places = ((-1.3, 1.0, 0.2), (1.3, 1.0, 0.2), (-1.2, -1.1, 0.5), (1.3, -1.1, 0.5))
+    steps = [{"rotate": ["x", 40]}, {"scale": [1, 0.5, 1]}, {"rotate": ["y", 20]}]
+    return [{**shape, "material": material, "transform": [*steps, {"translate": list(place)}]}
+            for shape, place in zip(shapes, places, strict=True)]  # fmt: skip
 
 
 def at_levels() -> Iterator[tuple[str, Table, set[str]]]:

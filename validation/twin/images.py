@@ -168,12 +168,14 @@ def _way_of_u(flat: FlatScene, how: Array, index: Array, s: Any, n: Array) -> tu
     area = (u1 - u0) * (v2 - v0) - (u2 - u0) * (v1 - v0)
     on_mesh = (e1 * (v2 - v0) + e2 * -(v1 - v0)) * np.where(area < 0.0, -ONE, ONE)
 
-    x, y, _ = along_rows(how, s)
+    x, y, z = along_rows(how, s)
     rows = [how[name][:, :3].T for name in ("row_u", "row_v", "row_w")]
     around = rows[1] * x + rows[0] * -y
     flat_map, polar, axial = (kind == _MAP[name] for name in ("MAP_FLAT", "MAP_POLAR", "MAP_AXIAL"))
     up_u = np.where(flat_map, rows[0], np.where(polar, rows[0] * x + rows[1] * y, around))
     up_v = np.where(flat_map, rows[1], np.where(polar, around, np.where(axial, rows[2], -rows[2])))
+    ways = (rows[0] * x + rows[1] * y) * z - rows[2] * (x * x + y * y)
+    up_v = np.where(kind == _MAP["MAP_NORMAL"], ways, up_v)
     way = cross(up_v, n)
     hand = dot(up_u, way)
     way = np.where(kind == _MAP["MAP_NORMAL"], around, way * np.where(hand < 0.0, -ONE, ONE))

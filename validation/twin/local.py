@@ -96,7 +96,7 @@ def shade(flat: FlatScene, found_at: Crossed, last: bool, terms: int = ALL) -> S
             goes_on[row : row + flat.group] |= part
         value = np.where(goes_on, value + weight * bounce.transmit * depth_color, value)
     found = np.full(len(which), SPAWN["SPAWN_HIT"])
-    for _, to in light_samples(_lights(flat), s.offset_origin(s.n), queue.streams[which]):
+    for _, to in light_samples(_lights(flat), s.before, queue.streams[which]):
         found += is_above(s, to, terms).astype(np.uint32)
     if not last and terms == ALL:
         found |= np.where(reflects, SPAWN["SPAWN_REFLECTION"], np.uint32(0))
@@ -146,7 +146,7 @@ def _lights(flat: FlatScene) -> Array:
 def feelers(flat: FlatScene, queue: Queue, found: Shaded, terms: int = ALL) -> Feelers:
     """One feeler to each point of a light above each hit, and which of them arrive."""
     s, direction = found.surface, queue.rays.direction[:, found.which]
-    start = s.offset_origin(s.n)
+    start = s.before
     found_by = list(light_samples(_lights(flat), start, queue.streams[found.which]))
     ways = [to for _, to in found_by]
     above = np.array([is_above(s, to, terms) for to in ways], bool).reshape(len(ways), len(found.which))

@@ -16,6 +16,7 @@ from .queues import Queue
 from .surface import Surface, bands, surface_at
 
 _NONE = -1
+_BESIDE = np.float32(layout.BESIDE)
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,8 @@ def crossed(flat: FlatScene, queue: Queue, hits: Hits) -> Crossed:
         rays = queue.rays[going]
         s = surface_at(flat, rays, Hits(t[going], primitive[going]))
         own = primitives_of(flat)["material"][primitive[going]].astype(np.int32)
-        lists[:, going], following = _next_lists(flat, lists[:, going], s)
+        beside = t[going] <= _BESIDE * s.offset
+        lists[:, going], following = _next_lists(flat, lists[:, going], s, beside)
         old, new = top(flat, lists[:, going]), top(flat, following)
         solid = s.material["medium"] == _NONE
         metal = s.material["fresnel"] == layout.FRESNEL["CONDUCTOR"]
@@ -103,11 +105,17 @@ def transmittance(flat: FlatScene, medium: Array, t: Array) -> Array:
     return np.where(absorbs, exponential(-absorption * t), np.float32(1.0))
 
 
-def _next_lists(flat: FlatScene, lists: Array, s: Surface) -> tuple[Array, Array]:
-    """The lists on this side of surfaces and those behind them."""
+def _next_lists(
+    flat: FlatScene, lists: Array, s: Surface, beside: Array | bool = False
+) -> tuple[Array, Array]:
+    """The lists on this side of surfaces and those behind them.
+
+    beside: where rays may have crossed an edge by its other side.
+    """
     medium = s.material["medium"]
     is_medium = medium != _NONE
     listed = ((lists == medium) & is_medium).any(axis=0)
+    is_medium &= ~(beside & (listed != s.inside))
     here = _entered(flat, lists, medium, is_medium & s.inside & ~listed)
     behind = _entered(flat, here, medium, is_medium & ~s.inside)
     return here, _left(behind, medium, is_medium & s.inside)

@@ -39,6 +39,7 @@ from .math import (
 )
 
 _OFFSET = np.float32(layout.OFFSET)
+_ALONG = np.float32(layout.ALONG)
 _ULP = np.float32(2.0**-23)
 
 
@@ -49,7 +50,7 @@ class Surface:
     point: the hit, moved back onto its primitive. outward: geometric unit normal; n: the same, turned to the
     side the ray came from; ns: the shading normal, on that side too, from `smooth`, which is 0 but on smooth
     meshes. center: the surface's own origin (for the checker). uv: barycentric weights (2, n). offset: how
-    far spawned rays start off the surface. material: records.
+    far spawned rays start off the surface; back: from there, back along the rays. material: records.
     """
 
     point: Array
@@ -58,6 +59,7 @@ class Surface:
     center: Array
     uv: Array
     offset: Array
+    back: Array
     material: Array
     n: Array
     ns: Array
@@ -69,9 +71,15 @@ class Surface:
     def relative(self) -> Array:
         return self.point - self.center
 
-    def offset_origin(self, side: Array) -> Array:
-        """Where a ray that leaves towards the side of `side` starts."""
-        return self.point + side * self.offset
+    @property
+    def before(self) -> Array:
+        """Where rays start that stay on the side from which the rays came."""
+        return self.point + self.n * self.offset - self.back
+
+    @property
+    def behind(self) -> Array:
+        """Where rays start that go on behind the surface."""
+        return self.point - self.n * self.offset
 
     def __getitem__(self, index: Array) -> Surface:
         return Surface(*(getattr(self, field.name)[..., index] for field in fields(self)))
@@ -88,6 +96,7 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
         center=zero.copy(),
         uv=zero[:2].copy(),
         offset=zero[0].copy(),
+        back=zero,
         material=flat.materials[records["material"]],
         n=zero,
         ns=zero,
@@ -99,6 +108,7 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
         which = np.flatnonzero(records["kind"] == KINDS[kind])
         if len(which):
             place(flat, records["index"][which], rays[which], s, which)
+    s.back = rays.direction * (s.offset + _ALONG * hits.t)
     s.inside = dot(s.outward, rays.direction) > 0.0
     s.n = np.where(s.inside, -s.outward, s.outward)
     s.ns = np.where(dot(s.smooth, s.n) < 0.0, -s.smooth, s.smooth)

@@ -74,7 +74,7 @@ def narrow_children(flat: FlatScene, queue: Queue, found: Shaded) -> Queue:
     weight = np.where(own_bands(flat, band), weight, np.float32(0.0))
     lists = None if queue.media is None else handed_on(flat, queue.media[:, parent], s)
     path = child_path(queue.path[parent], 2, 2)
-    origin, cone = s.offset_origin(-s.n), _cone(queue, parent, s)
+    origin, cone = s.behind, _cone(queue, parent, s)
     return new_queue(
         "transmission", origin, direction, queue.pixel_of[parent], path, weight, None, lists, band, cone
     )
@@ -114,7 +114,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: S
         weight = weight * ambient_share(s) / np.float32(samples)
         return new_queue(
             kind,
-            np.repeat(s.offset_origin(s.n), samples, axis=1),
+            np.repeat(s.before, samples, axis=1),
             direction.reshape(3, -1),
             np.repeat(pixel_of, samples),
             (own & ~FLAGS | flags[:, None]).ravel(),
@@ -127,7 +127,7 @@ def children(flat: FlatScene, kind: str, generation: int, queue: Queue, found: S
     direction, share = (
         (bounce.reflected, bounce.reflect) if kind == "reflection" else (bounce.transmitted, bounce.transmit)
     )
-    origin = s.offset_origin(s.n) if kind == "reflection" else s.offset_origin(-s.n)
+    origin = s.before if kind == "reflection" else s.behind
     if kind == "transmission" and lists is not None:
         lists = handed_on(flat, lists, s)
     path, weight = child_path(path, number, flag), weight * share[:, chosen]
