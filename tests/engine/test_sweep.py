@@ -180,7 +180,7 @@ def test_a_path_passes_through_its_keys() -> None:
     path = clrt.camera_path(keys, 9)
     assert [path[i].origin for i in (0, 4, 8)] == [tuple(map(float, key.origin)) for key in keys]
     assert [path[i].fov for i in (0, 2, 4, 8)] == [30, 35, 40, 50]
-    # Catmull-Rom between two keys, straight on at the ends: half of ((9/8) of both - (1/8) of their neighbours)
+    # Catmull-Rom between two keys, straight on at the ends: (9/8 of both - 1/8 of their neighbours) / 2
     between = 9 * np.add((5, 1, 0), (0, 1, -5)) - np.add((0, 1, 5), (-5, 1, -10))
     assert np.allclose(path[6].origin, between / 16)
     around = clrt.camera_path(keys, 6, closed=True)

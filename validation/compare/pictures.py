@@ -341,15 +341,18 @@ def regions(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     from scipy import ndimage
 
     both = zip(parts(picture), parts(reference), strict=True)
-    difference = np.concatenate([(extended(a) - extended(b)).mean(axis=-1) for a, b in both])
+    differences = [extended(a) - extended(b) for a, b in both]
+    # of the channel that differs most: another colour may be as bright as the right one
+    difference = np.concatenate([largest(part) for part in differences])
+    lighter = np.concatenate([part.sum(axis=-1) > 0 for part in differences])
     # what is less than two pixels wide is an edge that two correct programs draw differently
-    places = ndimage.binary_opening(np.abs(difference) > 4 * tolerance, np.ones((2, 2)))
+    places = ndimage.binary_opening(difference > 4 * tolerance, np.ones((2, 2)))
     labels, count = ndimage.label(places)
-    brighter = share(difference[places] > 0)
+    brighter = share(lighter[places])
     one_way = not 0.03 <= brighter <= 0.97
     if not count or share(places) > (_LARGEST_PLACES if one_way else 0.5):
         return []
-    elsewhere = float(np.abs(difference[~places]).sum() / np.abs(difference).sum())
+    elsewhere = float(difference[~places].sum() / difference.sum())
     sizes = ndimage.sum_labels(places, labels, range(1, count + 1))
     rows, columns = ndimage.find_objects(labels)[int(np.argmax(sizes))]
     box = f"{columns.stop - columns.start} x {rows.stop - rows.start}"
