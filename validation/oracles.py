@@ -24,7 +24,7 @@ from clrt.engine.tracer import Tracer
 from clrt.scene.scene import Scene
 
 from .cases import TABLES, loaded, tables
-from .compare.metrics import EDGE_CHANGE, EDGE_STEP
+from .compare.metrics import EDGE_CHANGE, EDGE_STEP, brightening
 from .compare.rays import FINE
 from .oracle64 import edge_mask, render64
 from .oracle64.adaptive import adaptive64, even
@@ -163,13 +163,14 @@ def edges64(scene: Scene, reference: Picture64) -> np.ndarray:
         count = reference.layers["samples"]
         masks = {spp: _edges_of(even(scene, spp)) for spp in np.unique(count).tolist()}
         return np.select([count == spp for spp in masks], list(masks.values()))
+    times = brightening(reference.pixels)  # as they are compared
     if any(scene.material_of(shape).pictures for shape in scene.shapes):
         step = _ROUNDED * _FLOAT32_STEP
         return np.asarray(
-            edge_mask(scene, reference=reference.samples, step=step, change=FINE, together=True)
+            edge_mask(scene, reference=reference.samples, step=step, change=FINE / times, together=True)
         )
     spp = len(reference.samples)
-    change = max(EDGE_CHANGE / spp, spp * FINE / 2)
+    change = max(EDGE_CHANGE / spp, spp * FINE / 2) / times
     return np.asarray(edge_mask(scene, reference=reference.samples, step=EDGE_STEP / spp, change=change))
 
 

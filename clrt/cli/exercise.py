@@ -67,7 +67,9 @@ def _check(options: argparse.Namespace) -> int:
     if not 0 < options.timeout < 1e6:
         raise ClrtError(f"--timeout: {options.timeout} is not allowed; it is a number of seconds above 0")
     alone = len(options.folders) == 1
-    rows = [_checked(options.folders[0], options)] if alone else _apart(options)
+    rows = [_checked(options.folders[0], options)] if options.into else _apart(options)
+    if alone and rows[0]["error"] and not options.json:
+        raise ClrtError(rows[0]["error"])
     if options.into:  # and not to standard output, where kernels may print what they like
         write_json(options.into, rows[0])
     elif options.json:
@@ -98,10 +100,11 @@ def _checked(name: str, options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _apart(options: argparse.Namespace) -> list[dict[str, Any]]:
-    """The same of many folders, each by a process of its own: kernels of others may crash or never end."""
+    """The same of all folders, each by a process of its own: kernels of others may crash or never end."""
     rows = []
     for number, name in enumerate(options.folders, 1):
-        say(f"{number} of {len(options.folders)}: {name}")
+        if len(options.folders) > 1:
+            say(f"{number} of {len(options.folders)}: {name}")
         with scratch() as folder:
             rows.append(_by_child(name, options, folder / "found.json"))
     return rows
@@ -129,6 +132,10 @@ def _by_child(name: str, options: argparse.Namespace, into: Path) -> dict[str, A
     return {**row, "error": last}
 
 
+def _percent(share: float) -> str:
+    return f"{100 * share:.3g} %" if share > 0.995 else f"{100 * share:.2g} %"
+
+
 def _words(row: dict[str, Any]) -> list[str]:
     """A line that says how it is, and what more there is to say."""
     if row["error"]:
@@ -143,7 +150,7 @@ def _words(row: dict[str, Any]) -> list[str]:
     column, row_number = row["pixel"]
     own = row["scene"] == one.scene
     scene = f"scenes/{row['scene']}.toml"
-    lines = [f"{name}: not yet; {100 * row['share']:.2g} % of the pixels of {scene} are wrong"]
+    lines = [f"{name}: not yet; {_percent(row['share'])} of the pixels of {scene} are wrong"]
     if not own:
         why = "more was changed than the fault, or the wrong place was mended"
         lines.append(f"scenes/{one.scene}.toml is right, so {why}")

@@ -70,8 +70,8 @@ class RayMeshIntersector:
         multiple_hits = False: each ray's first only; max_hits: at most so many of a ray (0: none). A ray
         through a common edge or corner hits as many of its faces as keep inside and outside apart: one, or
         none or two where it only touches the mesh. return_locations: also the points, (m, 3) float64; faces
-        that a ray crosses in one place and in one sense, inwards or outwards, then count once: on a closed
-        mesh a ray's hits alternate.
+        that a ray meets in one place then count as one, of the sense that prevails, inwards or outwards, or
+        as one of each where it only touches: on a closed mesh a ray's hits alternate.
         """
         origins, directions = _rays(ray_origins, ray_directions)
         most = arguments.optional("max_hits", max_hits)
@@ -207,9 +207,28 @@ def _rays(origins: Any, directions: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _places(rays: np.ndarray, t: np.ndarray, inwards: np.ndarray, tolerance: float) -> np.ndarray:
-    """Which hits to keep: of those of a ray that lie in one place, the first of each sense."""
+    """Which hits to keep, in order: of those of a ray that lie in one place, one of the sense that prevails.
+
+    Where none does, the surface is touched: one of each, in the order that fits the crossings beside it.
+    """
     if not len(rays):
         return np.zeros(0, np.int64)
     apart = (np.diff(rays) != 0) | (np.abs(np.diff(t)) > tolerance)
     place = np.concatenate([[0], np.cumsum(apart)])
-    return np.sort(np.unique(2 * place + inwards, return_index=True)[1])
+    ray = rays[np.flatnonzero(np.diff(place, prepend=-1))]
+    net = np.sign(np.bincount(place, 2.0 * inwards - 1))
+    # whether a ray is inside before each place: its last crossing says so, or else the next one
+    last, after = _nearest(ray, net), -_nearest(ray[::-1], net[::-1])[::-1]
+    inside = np.where(last != 0, last, after) > 0
+    sense, at = np.unique(2 * place + inwards, return_index=True)
+    kept = (net[sense // 2] == 0) | ((net[sense // 2] > 0) == (sense % 2 == 1))
+    sense, at = sense[kept], at[kept]
+    second = np.where(net[sense // 2] == 0, (sense % 2 == 1) == inside[sense // 2], False)
+    return at[np.lexsort((second, sense // 2))]
+
+
+def _nearest(ray: np.ndarray, net: np.ndarray) -> np.ndarray:
+    """Of the same ray's places before each, the last `net` that is not 0; 0 where there is none."""
+    at = np.maximum.accumulate(np.where(net != 0, np.arange(len(net)), -1))
+    before = np.concatenate([[-1], at[:-1]])
+    return np.where((before >= 0) & (ray[before] == ray), net[before], 0.0)

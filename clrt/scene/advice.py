@@ -134,7 +134,9 @@ def _peak(color: Any) -> float:
         return float(max(color))
     if isinstance(color, Spectrum) and color.samples is not None:
         return max(value for _, value in color.samples) * color.scale
-    if isinstance(color, Spectrum) and (color.gaussian is not None or color.band is not None):
+    if isinstance(color, Spectrum) and any(
+        kind is not None for kind in (color.gaussian, color.band, color.line)
+    ):
         return color.scale
     return float(curve_of(color).values.max())
 

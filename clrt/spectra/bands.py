@@ -20,6 +20,7 @@ from clrt.spectra.curves import (
     VISIBLE,
     Curve,
     curve_of,
+    filter_of,
     is_lamp,
     metal,
     normal_reflectance,
@@ -89,7 +90,7 @@ def reflectance(value: Color, bands: Bands | None) -> np.ndarray:
 
 @_remembered
 def _rgb_reflectance(value: str | Spectrum) -> np.ndarray:
-    return _seen_under_d65(curve_of(value))
+    return _seen_under_d65(filter_of(value))
 
 
 def _seen_under_d65(curve: Curve) -> np.ndarray:
@@ -131,7 +132,7 @@ def curve(value: float | tuple[Any, ...] | Spectrum, bands: Bands | None) -> np.
         return np.full(3 if bands is None else bands.n, float(value))
     if isinstance(value, tuple) and not isinstance(value[0], tuple):
         return _upsampled(value, bands)
-    found = curve_of(value) if isinstance(value, Spectrum) else samples(value)
+    found = filter_of(value) if isinstance(value, Spectrum) else samples(value)
     return _means(found) if bands is None else _at_midpoints(value, found, bands)
 
 

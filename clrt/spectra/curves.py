@@ -59,6 +59,13 @@ def curve_of(spectrum: Spectrum | str) -> Curve:
     return _unscaled(spectrum) * spectrum.scale
 
 
+def filter_of(spectrum: Spectrum | str) -> Curve:
+    """The same of what reflects, tints or absorbs: there a line is 1 over the nm that it stands for."""
+    found = curve_of(spectrum)
+    is_line = isinstance(spectrum, Spectrum) and spectrum.line is not None
+    return found * (1 / LINE_POWER) if is_line else found
+
+
 def is_lamp(spectrum: Spectrum | str) -> bool:
     """Whether this is a light of no natural unit, which is scaled to Y = 1: a name or a black body."""
     return isinstance(spectrum, str) or spectrum.name is not None or spectrum.blackbody is not None

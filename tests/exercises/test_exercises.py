@@ -16,6 +16,7 @@ import pytest
 
 import clrt
 from clrt.base.resources import kernel_folder
+from clrt.cli import exercise as of_exercises
 from clrt.cli import main
 from clrt.device.source import KERNEL_FILES, flatten_includes
 from clrt.exercises import folder as folders
@@ -155,6 +156,7 @@ def test_another_scene_that_is_wrong_is_named(
 ) -> None:
     wrong = judge.Finding("glass", 0.25, (7, 9))
     monkeypatch.setattr(judge, "judged", lambda *_: iter([judge.Finding("table", 0.0, None), wrong]))
+    monkeypatch.setattr(of_exercises, "_by_child", lambda name, given, _: of_exercises._checked(name, given))
     assert main(["exercise", "check", str(begun.folder)]) == 1
     said = capsys.readouterr().out
     assert "not yet; 25 % of the pixels of scenes/glass.toml" in said and "more was changed" in said
@@ -203,6 +205,9 @@ def test_a_process_that_ends_without_an_answer_is_a_finding(
     monkeypatch.setattr(sys, "executable", "/bin/true")
     assert main(["exercise", "check", str(begun.folder), str(begun.folder)]) == 1
     assert "not judged: exit code 0" in capsys.readouterr().out
+    assert main(["exercise", "check", str(begun.folder), "--json"]) == 1, "one folder is no other thing"
+    assert json.loads(capsys.readouterr().out)[0]["error"] == "exit code 0"
+    assert "exit code 0" in fault(capsys, "exercise", "check", begun.folder)
 
 
 def test_a_process_that_dies_is_a_finding(
@@ -215,6 +220,9 @@ def test_a_process_that_dies_is_a_finding(
     monkeypatch.setattr(sys, "executable", str(script))
     assert main(["exercise", "check", str(begun.folder), str(begun.folder)]) == 1
     assert "the kernels end the process (signal 11)" in capsys.readouterr().out
+    assert "the kernels end the process (signal 11)" in fault(capsys, "exercise", "check", begun.folder)
+    script.write_text("#!/bin/sh\nsleep 60\n")
+    assert "no answer within 0.2 s" in fault(capsys, "exercise", "check", "--timeout", "0.2", begun.folder)
 
 
 # --- what is not right

@@ -280,7 +280,7 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     (shape("mesh", file=""), ["shapes[0].file", "''", "the path of a mesh file"]),
     (shape("mesh", file="scene.xyz"), ["shapes[0].file", "'scene.xyz'", ".obj, .ply"]),
     (shape("mesh", file="../outside.obj"), ["shapes[0].file", "in the scene's folder"]),
-    (shape("mesh", file="link.obj"), ["shapes[0].file", "in the scene's folder"]),
+    (shape("mesh", file="link.obj"), ["shapes[0].file", "it is a link to", "in the scene's folder"]),
 ]
 
 
@@ -294,6 +294,22 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (top / "outside.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     (inside / "link.obj").symlink_to(top / "outside.obj")
     return inside
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".gltf", ".stl", ".ply"])
+def test_the_file_that_was_named_may_be_a_link(suffix: str, tmp_path: Path) -> None:
+    """As annexes and caches of models keep files; it was refused as one that lies elsewhere."""
+    trimesh = pytest.importorskip("trimesh")
+    store, view = tmp_path / "store", tmp_path / "view"
+    store.mkdir(), view.mkdir()
+    data = trimesh.creation.box().export(file_type="glb" if suffix == ".gltf" else suffix[1:])
+    named = view / ("model" + suffix.replace(".gltf", ".glb"))
+    (store / "blob").write_bytes(data if isinstance(data, bytes) else data.encode())
+    named.symlink_to(store / "blob")
+    scene = clrt.load(named)
+    assert len(scene.shapes) == 1
+    with pytest.raises(clrt.SceneError, match=r"it is a link to .*, and a file must lie in"):
+        clrt.load_dict({"shapes": [{"type": "mesh", "file": named.name}]}, folder=view)
 
 
 def check_message(message: str, parts: list[str]) -> None:

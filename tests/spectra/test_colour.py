@@ -12,6 +12,7 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # of optional parts that are not installed
     import colour as science
 
+import clrt
 from clrt.formats.thesis import SPECTRA
 from clrt.images.file import encode
 from clrt.spectra.bands import Bands, conductor, curve, light, reflectance
@@ -19,14 +20,16 @@ from clrt.spectra.colorimetry import (
     RGB_OF_XYZ,
     WHITE,
     adaptation,
+    cells,
     from_chromaticity,
     lamp_xyz,
     rgb_matrix,
     thesis_finish,
     thesis_matrix,
     xyz_matrix,
+    xyz_of,
 )
-from clrt.spectra.curves import Curve, curve_of, ior_at, normal_reflectance
+from clrt.spectra.curves import Curve, curve_of, filter_of, ior_at, normal_reflectance
 from clrt.spectra.indices import GLASSES, Dispersion, Sellmeier
 from clrt.spectra.spectrum import LAMPS, METALS, PATCHES, Spectral, Spectrum
 
@@ -279,3 +282,16 @@ def test_thesis_black_is_black_and_colours_keep_their_ratio() -> None:
     assert encode(thesis_finish(np.array([[[0.02, 0.01, 0.0, 1.0]]])).astype(np.float32)).tolist() == [
         [[255, 128, 0]]
     ]
+
+
+def test_a_line_is_a_narrow_filter() -> None:
+    """Its power is that of lights: as a reflectance it was 370, in RGB and in a warning."""
+    xyz = xyz_of(cells(curve_of("D65")) * cells(filter_of(Spectrum(line=589.3))))
+    seen = np.maximum(RGB_OF_XYZ @ xyz / xyz_of(cells(curve_of("D65")))[1], 0)
+    assert reflectance(Spectrum(line=589.3), None) == pytest.approx(seen) and seen.max() < 0.02
+    assert reflectance(Spectrum(line=589.3, scale=0.5), None) == pytest.approx(seen / 2)
+    assert curve(Spectrum(line=589.3), None).max() < 0.1
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1, "material": {"color": {"line": 589.3}}}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        clrt.load_dict({"shapes": [ball], "ambient": 1})

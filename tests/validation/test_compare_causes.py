@@ -390,3 +390,13 @@ def test_a_picture_of_nothing_makes_no_foreign_warnings() -> None:
     full = np.random.default_rng(1).random((16, 16, 3)).astype(np.float32)
     moves = validation_module("compare.moves")
     assert [*moves.moved(empty, full, 0.01), *moves.moved(full, empty, 0.01)] == []
+
+
+def test_places_of_another_colour_are_places() -> None:
+    """What was redder and as much less blue counted as agreeing: a smaller place was named."""
+    right = np.full((60, 80, 3), 0.3)
+    wrong = right.copy()
+    wrong[5:35, 10:50] += [0.2, 0.0, -0.2]
+    wrong[50:54, 60:64] -= 0.1
+    (place,) = [cause for cause in found(wrong, right) if "place" in cause.text]
+    assert "40 x 30 pixels at (10, 5)" in place.text and place.left < 0.01

@@ -3,6 +3,7 @@ says that it could not be there, and then it is told."""
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 import tracemalloc
@@ -322,3 +323,46 @@ def test_sizes_that_differ_take_no_more_room() -> None:
     finally:
         tracemalloc.stop()
     assert most < 450 << 20  # 1.8 GB were measured; 0.3 now
+
+
+DIM = {
+    "black": lambda picture: 0 * picture,
+    "flipped": lambda picture: picture[:, ::-1].copy(),
+    "half the light": lambda picture: picture / 2,
+    "a twentieth more": lambda picture: 1.05 * picture,
+}
+
+
+@pytest.mark.parametrize("name", DIM)
+@pytest.mark.parametrize("light", [1e-2, 1e-4, 1e-6, 1e-30])
+def test_dim_pictures_are_compared_as_bright_ones(name: str, light: float) -> None:
+    """Of a room in millimetres a black picture was equal to the right one."""
+    right = (light * samples.picture() / samples.picture().max()).astype(np.float32)
+    found = clrt.compare(DIM[name](right).astype(np.float32), right)
+    assert not found.passed and any("the reference is dim" in note for note in found.notes)
+    assert not any(cause.name == "JPEG compression" for cause in found.causes)
+    noise = np.random.default_rng(1).uniform(1 - 1e-7, 1 + 1e-7, right.shape)
+    assert clrt.compare((right * noise).astype(np.float32), right).verdict == "equal"
+
+
+def test_how_much_brighter_dim_pictures_are_compared() -> None:
+    """By the pixels that are lit; a lamp among them counts no more than they do."""
+    picture = np.zeros((40, 50, 3))
+    brightening = metrics.brightening
+    assert brightening(picture) == 1
+    picture[:20] = 3e-6
+    assert 0.5 <= 3e-6 * brightening(picture) < 1
+    picture[0, :5] = 50.0
+    assert 0.5 <= 3e-6 * brightening(picture) < 1
+    picture[:2] = 0.02
+    assert brightening(picture) == 1
+
+
+def test_an_oracle_sees_what_is_dim() -> None:
+    compare, image = oracle.compare, validation_module("types").OracleImage
+    dim = 1e-6 * samples.picture()
+    right = image(dim, {"generation 0 camera": dim}, None, None, "", 0.0)
+    wrong = dataclasses.replace(right, pixels=right.pixels[:, ::-1].copy())
+    assert compare(right, right).passed and not compare(wrong, right).passed
+    wrong = dataclasses.replace(right, by_ray={"generation 0 camera": 1.01 * dim})
+    assert not compare(wrong, right).passed

@@ -30,8 +30,8 @@ def clipped(picture: Array, reference: Array, tolerance: float) -> Iterator[Caus
 
 def compressed(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
     """The reference as a JPEG of the quality that comes nearest to the picture."""
-    if picture.shape != reference.shape or min(picture.shape[:2]) < 16:
-        return
+    if picture.shape != reference.shape or min(picture.shape[:2]) < 16 or (picture == picture[0, 0]).all():
+        return  # a picture of one colour tells nothing
     before = error_of(picture, reference, tolerance)
     bytes_, where = encode(reference), _middle(reference)
     errors: dict[tuple[int, int], float] = {}

@@ -17,7 +17,7 @@ import numpy as np
 from clrt.base.layers import find
 
 from ..types import Better, Comparison, Gate, OracleImage
-from .metrics import encoded, flip, largest, psnr, relative, share, ssim, to_white
+from .metrics import brightening, encoded, flip, largest, psnr, relative, share, ssim, to_white
 from .rays import FINE, RayRow, ray_rows
 
 COARSE, FAR = 1e-3, 1e-2  # differences of linear radiance, relative above 1, as FINE
@@ -96,6 +96,11 @@ def statistical(base: Limits, mean: float = 1e-2) -> Limits:
     )
 
 
+def _brighter(image: OracleImage, times: float) -> OracleImage:
+    by_ray = {name: times * values for name, values in image.by_ray.items()}
+    return dataclasses.replace(image, pixels=times * image.pixels, by_ray=by_ray)
+
+
 def compare(
     ours: OracleImage,
     reference: OracleImage,
@@ -106,8 +111,8 @@ def compare(
     """Our picture against an oracle's of the same case.
 
     mask: (h, w) bool, the edges, from the reference's side alone (`edge_mask`); None where there are none to
-    leave out. `limit`: the gates' limits, by default `limits(spp)`. Never raises for a bad picture: one of
-    another size, or with NaN, fails its gate.
+    leave out. `limit`: the gates' limits, by default `limits(spp)`. Dim pictures are compared brighter
+    (`brightening`). Never raises for a bad picture: one of another size, or with NaN, fails its gate.
     """
     limit = limit or limits(spp)
     if ours.pixels.shape != reference.pixels.shape:
@@ -116,6 +121,9 @@ def compare(
     mask = np.zeros(reference.pixels.shape[:2], bool) if mask is None else np.asarray(mask, bool)
     bad = ~np.isfinite(ours.pixels).all(axis=-1)
     blank = ~np.isfinite(reference.pixels).all(axis=-1)
+    times = brightening(reference.pixels)
+    if times != 1.0:
+        ours, reference = (_brighter(image, times) for image in (ours, reference))
     a = np.where(np.isfinite(ours.pixels), ours.pixels, 0.0).astype(np.float64)
     b = np.where(np.isfinite(reference.pixels), reference.pixels, 0.0).astype(np.float64)
     metrics, maps = _figures(a, b, mask)

@@ -27,6 +27,7 @@ from .metrics import (
     DIAGONAL,
     EDGE_STEP,
     Array,
+    brightening,
     edge_mask,
     encoded,
     extended,
@@ -108,7 +109,14 @@ def compare_pictures(
         finite = (gate(_NOT_FINITE, 1, 0, "low", "pictures with NaN or infinity"),)
     if shared:
         notes += ("one is Radiance's .hdr: differences of 1/128 of a pixel's largest channel count as none",)
-    tolerance, exact = tolerance_of(a, b, bits), b
+    tolerance, times = tolerance_of(a, b, bits), 1.0
+    if tolerance == FLOAT:
+        times = brightening(b)
+    if times != 1.0:
+        a, b = (times * image for image in (a, b))
+        scene = replace(scene, exposure=times) if scene else None
+        notes += (f"the reference is dim: figures are of both {times:g} times as bright",)
+    exact = b
     if tolerance != FLOAT:
         notes += tuple(
             f"{count} pixels of {name} are brighter than white, or below black, which the other's integers "
@@ -164,6 +172,9 @@ def causes_between(
     Both are linear (h, w, 3) and on the same footing (of 8 bits, or not); mask (h, w): edges, to be left out.
     """
     a = np.nan_to_num(picture, nan=0.0, posinf=0.0, neginf=0.0)
+    times = brightening(reference) if tolerance == FLOAT else 1.0
+    if times != 1.0:
+        a, reference, scene = times * a, times * reference, replace(scene, exposure=times)
     if a.shape != reference.shape:
         return tuple(explain(a, reference, tolerance))
     mask = np.zeros(reference.shape[:2], bool) if mask is None else mask
@@ -198,13 +209,16 @@ class SceneReference:
     height: int
     device: int | str | None = None
     settings: Settings | None = None
+    exposure: float = 1.0  # by which pictures are multiplied
 
     def render(self, scene: Scene | None = None, shadows: bool = True) -> Array:
         """The linear picture of the scene, or of a changed one."""
         tracer = Tracer(scene or self.scene, self.device, self.settings)
         if shadows:
-            return tracer.render(self.width, self.height).pixels
-        return render_ours(tracer, self.width, self.height, shadows=False).pixels
+            pixels = tracer.render(self.width, self.height).pixels
+        else:
+            pixels = render_ours(tracer, self.width, self.height, shadows=False).pixels
+        return pixels if self.exposure == 1.0 else self.exposure * pixels
 
     def layer(self, scene: Scene, name: str) -> Array:
         """A layer of a scene's picture."""

@@ -22,6 +22,7 @@ from clrt.scene.scene import Scene
 from .. import spd
 from ..cases import case_named, own_file
 from ..compare.causes import Cause
+from ..compare.metrics import brightening
 from ..compare.oracle import Limits, compare, gate, statistical
 from ..coverage import PROGRAM
 from ..noise import Excuses
@@ -205,7 +206,8 @@ def judge(ours: OracleImage, picture: OracleImage, case: Case, oracle: str, addi
         return compare(ours, picture, edges, case.spp, limit)
     found = compare(ours, picture, edges, case.spp, dataclasses.replace(statistical(limit), psnr=_NOISY_PSNR))
     outside = np.ones(error.shape[:2], bool) if edges is None else ~edges
-    sigma = np.abs(ours.pixels - picture.pixels)[outside] / np.maximum(error[outside], 1e-4)
+    least = 1e-4 / brightening(picture.pixels)
+    sigma = np.abs(ours.pixels - picture.pixels)[outside] / np.maximum(error[outside], least)
     far = gate("beyond noise", float(np.mean(sigma > _FAR_SIGMA)), _FAR_SHARE, "low",
                f"share of values more than {_FAR_SIGMA} standard errors off")  # fmt: skip
     return dataclasses.replace(found, gates=(*found.gates, far))
