@@ -31,10 +31,12 @@ def resolve(name: str, folder: Path | None, at: At) -> Path:
     try:
         root = (folder or Path()).resolve()
         path = (root / name).resolve()
-        if not path.is_relative_to(root) and name != at.source:
+        if not path.is_relative_to(root):
             inside = Path(os.path.normpath(root / name)).is_relative_to(root)
             linked = f"it is a link to {show(str(path))}, and " if inside else ""
-            raise at.error(name, f"{linked}a file must lie in the scene's folder, {root}")
+            if name != at.source or not inside:
+                raise at.error(name, f"{linked}a file must lie in the scene's folder, {root}")
+            path = root / name  # whose ending says what it is
         if not path.is_file():
             raise at.error(name, f"there is no such file in {root}")
         inputs.note(path, path)  # pictures are read late: who writes until then must know
