@@ -22,6 +22,28 @@ inline void absorb(const World world, int medium, float t, uint i, __global floa
     }
 }
 
+// How many solids of a medium hold the point where a hit is left to its inner side: how many more of its surfaces a ray
+// from there leaves than enters. -1 where that is not known after so many.
+#define ASKED 4096
+inline int solids_about(const World world, __global const float *surfaces, uint i, bool inside, int medium)
+{
+    const Vec n = load_vector(surfaces, i, NORMAL_X, SURFACE_FIELDS);
+    const Vec off = times(n, surfaces[in_block(i, LEAVE_BY, SURFACE_FIELDS)]);
+    const Vec point = load_vector(surfaces, i, POINT_X, SURFACE_FIELDS);
+    // the way has no edge of its own: what is asked for has to be met apart
+    const Ray ray = {inside ? add(point, off) : sub(point, off), unit3(vec(0.5698f, 0.3713f, 0.7331f)), INFINITY};
+    int solids = 0;
+    Hit hit = {0.0f, BEFORE_ALL};
+    for (int k = 0; k < ASKED; k++) {
+        hit = nearest_hit(world, ray, hit.t, hit.primitive, false, NO_PRIMITIVE);
+        if (hit.primitive < 0) return solids;
+        int material;
+        const Local at = surface_at(world, ray, 1, hit.primitive, hit.t, &material);
+        if (world.materials[material].medium == medium) solids += dot3(at.outward, ray.direction) > 0.0f ? 1 : -1;
+    }
+    return -1;
+}
+
 inline void cross_one(const World world, __global const float *rays, uint i, __global float *hit_t,
                       __global int *hit_primitive, __global float *surfaces, __global int *surface_code,
                       __global int *media, __global float *weights, __global uint *overflow)
@@ -42,9 +64,10 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
         }
         MediaList next = list;
         bool fits = true;
+        const int times = times_listed(list, medium);
         // beside an edge: the ray has just crossed it by the edge's other side
-        const bool crossed = hit_t[i] <= BESIDE * surfaces[in_block(i, LEAVE_BY, SURFACE_FIELDS)]
-                          && is_listed(list, medium) != inside;
+        const bool crossed = hit_t[i] <= BESIDE * surfaces[in_block(i, LEAVE_BY, SURFACE_FIELDS)] && (times > 0) != inside
+                          && solids_about(world, surfaces, i, inside, medium) == times;
         if (!crossed && !inside) {
             fits = enter_medium(&next, medium);
         } else if (!crossed && !leave_medium(&next, medium)) {

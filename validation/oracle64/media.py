@@ -77,6 +77,15 @@ class Media:
         after = np.where(exits, removed, longer)
         return np.where(of_none, shorter, before), np.where(of_none, shorter, after)
 
+    def as_listed(
+        self, lists: Ints, shape: Ints, point: Array, batches: list[Batch], shape_of: Ints
+    ) -> Bools:
+        """Whether points are in as many solids of these shapes' media as the lists have of them."""
+        turns = _turns(batches, shape_of, self, point)
+        medium = self.number[shape][:, None]
+        held = np.where(self.number[None] == medium, turns, 0).sum(axis=1)
+        return np.asarray(held == (lists == medium).sum(axis=1))
+
 
 def tidy(lists: Ints) -> Ints:
     """The same lists without unused places between and after all of them."""

@@ -79,7 +79,14 @@ def visible_hit(world: World, rays: Rays) -> Met:
         shape = world.shape_of[primitive[todo]]
         outward, extent = _outward(world, origin[todo] + t[todo, None] * u[todo], u[todo], primitive[todo])
         beside = t[todo] <= BESIDE * np.maximum(across(np.maximum, np.abs(origin[todo])), extent)
-        old, new = media.crossed(before[todo], shape, dot(outward, u[todo]) <= 0, beside)
+        enters = dot(outward, u[todo]) <= 0
+        beside &= media.number[shape] >= 0
+        if beside.any():
+            inner = origin[todo] + t[todo, None] * u[todo] - OFFSET * extent[:, None] * outward
+            beside[beside] = media.as_listed(
+                before[todo][beside], shape[beside], inner[beside], world.batches, world.shape_of
+            )
+        old, new = media.crossed(before[todo], shape, enters, beside)
         hidden = (media.number[shape] >= 0) & (media.top(old) == media.top(new))
         before = _put(before, todo, np.where(hidden[:, None], new, old))
         after = _put(after, todo, new)

@@ -45,6 +45,11 @@ class Media:
         place, medium = entry
         return self.priority[medium], place
 
+    def times(self, states: Array, medium: Array) -> Array:
+        """How often (n,) states list media."""
+        pairs = zip(states.tolist(), medium.tolist(), strict=True)
+        return np.array([self._states[state].count(number) for state, number in pairs], int)
+
     def across(self, states: Array, shapes: Array, enters: Array, beside: Array) -> tuple[Array, Array]:
         """States on this side and beyond surfaces of shapes (n,), as a ray in these states meets them.
 

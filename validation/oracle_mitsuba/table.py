@@ -25,6 +25,7 @@ from .world import OFFSET, Hits, World
 
 BEFORE_1 = 1 - 1e-15  # where a globe is whole its last field goes on
 REACH = 1 - 2.0**-14  # of the way to a light; what lies nearer to the light does not hide it
+WAY = normalized(np.array([[0.5698, 0.3713, 0.7331]]))[0]  # which edges and planes of no scene have
 BESIDE = 16  # steps off a surface: nearer to its start a ray may have crossed an edge by its other side
 
 Array = np.ndarray
@@ -65,7 +66,7 @@ class Table:
         while todo.size:
             found = hits.take(todo)
             enters = dot(found.outward, rays.direction[todo]) <= 0
-            beside = found.t <= BESIDE * self.world.step(found.point)
+            beside = self._is_as_listed(found, here[todo])
             here[todo], beyond[todo] = self.media.across(here[todo], found.shape, enters, beside)
             same = self.media.top(here[todo]) == self.media.top(beyond[todo])
             todo = todo[same & (self.media.number[found.shape] >= 0)]
@@ -78,6 +79,24 @@ class Table:
         with np.errstate(invalid="ignore"):
             clear = np.where(sigma > 0, np.exp(-sigma * hits.t[:, None]), 1.0)
         return replace(rays, media=here, weight=rays.weight * clear), hits, beyond
+
+    def _is_as_listed(self, hits: Hits, states: Array) -> Array:
+        """Where rays have just crossed an edge by its other side (n,): hits beside their starts whose inner
+        sides lie in as many solids of the medium as are listed. So many more are left than entered."""
+        medium, step = self.media.number[hits.shape], self.world.step(hits.point)
+        beside = (hits.t <= BESIDE * step) & (medium >= 0)
+        going = np.flatnonzero(beside)
+        origin, solids = hits.point - step[:, None] * hits.outward, np.zeros(len(medium), int)
+        start = np.zeros(len(going))
+        while going.size:
+            way = np.broadcast_to(WAY, (len(going), 3))
+            met = self.world.nearest(origin[going], way, np.full(len(going), -1), start)
+            hit = met.shape >= 0
+            met, going = met.take(np.flatnonzero(hit)), going[hit]
+            same = self.media.number[met.shape] == medium[going]
+            solids[going] += np.where(same, np.where(dot(met.outward, way[hit]) > 0, 1, -1), 0)
+            start = met.t + self.world.step(met.point)
+        return beside & (solids == self.media.times(states, medium))
 
     def _nearest(self, rays: Rays, start: Any = None) -> Hits:
         """Nearest hits beyond `start`: of shapes, which Mitsuba finds, and of lights that are seen."""

@@ -10,13 +10,14 @@ from clrt import layout
 from clrt.flatten.flatten import FlatScene
 from clrt.flatten.media import too_deep
 
-from .geometry import NO_PRIMITIVE, Hits, nearest_hit, primitives_of
-from .math import Array, exponential
+from .geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit, primitives_of
+from .math import Array, exponential, unit
 from .queues import Queue
 from .surface import Surface, bands, surface_at
 
 _NONE = -1
 _BESIDE = np.float32(layout.BESIDE)
+_WAY = (0.5698, 0.3713, 0.7331)  # which edges and planes of no scene have
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def crossed(flat: FlatScene, queue: Queue, hits: Hits) -> Crossed:
         rays = queue.rays[going]
         s = surface_at(flat, rays, Hits(t[going], primitive[going]))
         own = primitives_of(flat)["material"][primitive[going]].astype(np.int32)
-        beside = t[going] <= _BESIDE * s.offset
+        beside = (t[going] <= _BESIDE * s.offset) & _solids_are_listed(flat, lists[:, going], s, t[going])
         lists[:, going], following = _next_lists(flat, lists[:, going], s, beside)
         old, new = top(flat, lists[:, going]), top(flat, following)
         solid = s.material["medium"] == _NONE
@@ -103,6 +104,30 @@ def transmittance(flat: FlatScene, medium: Array, t: Array) -> Array:
     absorption = bands(flat.materials["absorption"])[:, medium]
     absorbs = (medium != _NONE) & (absorption > 0.0)
     return np.where(absorbs, exponential(-absorption * t), np.float32(1.0))
+
+
+def _solids_are_listed(flat: FlatScene, lists: Array, s: Surface, t: Array) -> Array:
+    """Whether so many solids of a surface's medium hold the point on its inner side as the list has of it."""
+    medium = s.material["medium"]
+    times, found = (lists == medium).sum(axis=0), np.zeros(len(t), np.int64)
+    asked = np.flatnonzero((medium != _NONE) & ((times > 0) != s.inside) & (t <= _BESIDE * s.offset))
+    off = s.n * s.offset
+    origin = np.where(s.inside, s.point + off, s.point - off)
+    way = unit(np.array(_WAY, np.float32)[:, None])
+    going, after = asked, Hits(np.zeros(len(asked), np.float32), np.full(len(asked), BEFORE_ALL))
+    while len(going):
+        far = np.full(len(going), np.inf, np.float32)
+        rays = Rays(origin[:, going], np.repeat(way, len(going), axis=1), far)
+        hits = nearest_hit(flat, rays, after)
+        met = hits.primitive != NO_PRIMITIVE
+        going, after = going[met], Hits(hits.t[met], hits.primitive[met])
+        if len(going):
+            there = surface_at(flat, rays[met], after)
+            same = there.material["medium"] == medium[going]
+            found[going] += np.where(same, np.where(there.inside, 1, -1), 0)
+    out = np.zeros(len(t), bool)
+    out[asked] = found[asked] == times[asked]
+    return out
 
 
 def _next_lists(
