@@ -277,18 +277,15 @@ def test_heaps_of_media_are_as_the_oracle_has_them(seed: int) -> None:
 def test_joints_of_solids_of_one_glass_are_no_edges(x: float) -> None:
     """Rays that enter one solid just behind another of the same material were taken to have crossed an edge:
     the joints of a rounded rod were dark and dashed, 43 and 170 pixels of these pictures."""
-    glass = {"transmission": 1.0, "diffuse": 0.0, "ior": 1.5, "fresnel": True}
+    glass = {"transmission": 1.0, "diffuse": 0.0, "ior": 1.5, "fresnel": True, "absorption": 0.5}
     ends = [[x - 1, 0, 0], [x + 1, 0.2, 0.1]]
     rod = {"type": "cylinder", "p0": ends[0], "p1": ends[1], "radius": 0.5, "caps": True, "material": glass}
     balls = [{"type": "sphere", "center": end, "radius": 0.5, "material": glass} for end in ends]
-    tiles = {"type": "checker", "colors": [[0.9, 0.2, 0.1], [0.1, 0.3, 0.9]], "size": 0.7}
-    wall = {"type": "plane", "point": [x, 0, -3], "normal": [0, 0, 1],
-            "material": {"color": tiles, "ambient": 1.0, "diffuse": 0.0}}  # fmt: skip
     camera = {"origin": [x + 0.3, 0.2, 8], "target": [x, 0.1, 0], "fov": 28, "width": 160, "height": 120}
     scene = clrt.load_dict({
         "background": [0.5, 0.6, 0.7], "ambient": 1, "max_depth": 6, "camera": camera,
-        "shapes": [rod, *balls, wall],
+        "shapes": [rod, *balls],
     })  # fmt: skip
     right = validation_module("oracle64").render64(scene).pixels
     wrong = np.abs(clrt.render(scene).pixels - right).max(axis=-1) > 0.01
-    assert np.count_nonzero(wrong) <= 12  # 3 and 6: the surfaces touch there, and edges of tiles are seen
+    assert np.count_nonzero(wrong) <= 12  # the surfaces touch there
