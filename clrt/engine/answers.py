@@ -52,7 +52,9 @@ class Hits(_Fields):
 
     t: (...) float32, distance. primitive, shape: (...) int32. normal: (..., 3) float32, the outward geometric
     unit normal (0 on a miss). u, v: (...) float32, barycentric weights of a triangle's second and third
-    corner, 0 on other primitives. What was not asked for is a ClrtError.
+    corner in the order of the mesh's `faces`, also where its transform mirrors; of a face of more corners
+    that became triangles (docs/queries.md) those of the triangle; 0 on other primitives. What was not asked
+    for is a ClrtError.
     """
 
     @classmethod

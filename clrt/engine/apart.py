@@ -105,7 +105,7 @@ def _met(
     """
     batch = Batch(feelers["origin"].T, feelers["direction"].T, 0.0, feelers["t_max"])
     kept.check(_OF_A_CROSSING * int(count_hits(device, world, batch).sum(dtype=np.int64)))
-    crossed = all_hits(device, world, batch, ("t", "primitive", "shape"))
+    crossed = all_hits(device, world, batch, ("t", "primitive", "shape"), None)
     materials, opaque = world.flat.primitives["material"], world.flat.materials["kt"] == 0
     found = []
     for ray, seen in enumerate(feelers["seen"].tolist()):

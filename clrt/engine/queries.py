@@ -14,6 +14,7 @@ from clrt.device.device import Device
 from clrt.device.shared import Work
 from clrt.engine.answers import FIELDS, Crossings, Hits
 from clrt.engine.batch import Batch, Piece
+from clrt.engine.corners import lacking, turn_back
 from clrt.engine.world import World
 
 _SURFACE: Final = ("shape", "normal", "u", "v")  # what the kernel `met` finds, in the order of its parameters
@@ -22,13 +23,16 @@ _MOST: Final = 1 << 30  # crossings of a launch, whose places are 32-bit numbers
 _RESOLVED: Final = 1 << 16  # crossings whose rays are written out at a time
 
 
-def intersect(device: Device, world: World, batch: Batch, names: tuple[str, ...]) -> Hits:
-    """The nearest hits, of which `names` are asked for."""
+def intersect(
+    device: Device, world: World, batch: Batch, names: tuple[str, ...], turned: np.ndarray | None
+) -> Hits:
+    """The nearest hits, of which `names` are asked for. turned: as `corners.turned_meshes` has it."""
     found = _arrays(device, batch.n, names)
     for piece in batch.pieces(device.settings.tile):
         work = Work(device)
         asked = piece.arguments(work)
-        kept = {name: work.answer(array[piece.start : piece.stop]) for name, array in found.items()}
+        arrays = _part(found, slice(piece.start, piece.stop), turned)
+        kept = {name: work.answer(array) for name, array in arrays.items()}
         t = kept["t"] if "t" in kept else device.buffer(4 * piece.n, "float")
         primitive = kept["primitive"] if "primitive" in kept else device.buffer(4 * piece.n, "int")
         device.launch_packets("nearest", piece.n, *world.arguments, *asked, t, primitive)
@@ -36,6 +40,7 @@ def intersect(device: Device, world: World, batch: Batch, names: tuple[str, ...]
             surface = [kept.get(name) for name in _SURFACE]
             device.launch_packets("met", piece.n, *world.arguments, *asked, t, primitive, *surface)
         work.take()
+        turn_back(arrays, turned)
     return Hits.of(found, batch.shape)
 
 
@@ -63,8 +68,10 @@ def count_hits(device: Device, world: World, batch: Batch) -> np.ndarray:
     return found.reshape(batch.shape)
 
 
-def all_hits(device: Device, world: World, batch: Batch, names: tuple[str, ...]) -> Crossings:
-    """All that the rays cross, of which `names` are asked for."""
+def all_hits(
+    device: Device, world: World, batch: Batch, names: tuple[str, ...], turned: np.ndarray | None
+) -> Crossings:
+    """All that the rays cross, of which `names` are asked for. turned: as for `intersect`."""
     _limits(device).check("host_bytes", 12 * batch.n, place="rays")
     splits = np.zeros(batch.n + 1, np.int64)
     np.cumsum(count_hits(device, world, batch).reshape(-1), out=splits[1:])
@@ -76,7 +83,7 @@ def all_hits(device: Device, world: World, batch: Batch, names: tuple[str, ...])
             _list(device, world, batch.piece(start, stop), splits[start : stop + 1], found)
             start = stop
     if not found.keys().isdisjoint(_SURFACE):
-        _resolve(device, world, batch, splits, found)
+        _resolve(device, world, batch, splits, found, turned)
     return Crossings.of({name: found[name] for name in names}, splits)
 
 
@@ -96,7 +103,12 @@ def _list(
 
 
 def _resolve(
-    device: Device, world: World, batch: Batch, splits: np.ndarray, found: dict[str, np.ndarray]
+    device: Device,
+    world: World,
+    batch: Batch,
+    splits: np.ndarray,
+    found: dict[str, np.ndarray],
+    turned: np.ndarray | None,
 ) -> None:
     """What the surfaces are that are crossed."""
     for start in range(0, int(splits[-1]), _RESOLVED):
@@ -106,9 +118,11 @@ def _resolve(
         work = Work(device)
         asked = crossings.arguments(work)
         known = [work.given(found[name][part]) for name in ("t", "primitive")]
-        surface = [work.answer(found[name][part]) if name in found else None for name in _SURFACE]
+        arrays = _part({name: found[name] for name in _SURFACE if name in found}, part, turned)
+        surface = [work.answer(arrays[name]) if name in arrays else None for name in _SURFACE]
         device.launch_packets("met", len(rays), *world.arguments, *asked, *known, *surface)
         work.take()
+        turn_back(arrays, turned)
 
 
 def _arrays(device: Device, n: int, names: tuple[str, ...]) -> dict[str, np.ndarray]:
@@ -118,7 +132,11 @@ def _arrays(device: Device, n: int, names: tuple[str, ...]) -> dict[str, np.ndar
     return {name: np.empty(n if size == 1 else (n, size), kind) for name, (kind, size) in kinds.items()}
 
 
+def _part(found: dict[str, np.ndarray], part: slice, turned: np.ndarray | None) -> dict[str, np.ndarray]:
+    """The part of the answers, and room for what is needed besides to tell u and v."""
+    more = {name: np.empty(part.stop - part.start, FIELDS[name][0]) for name in lacking(found, turned)}
+    return {name: array[part] for name, array in found.items()} | more
+
+
 def _limits(device: Device) -> Limits:
     return device.settings.limits
-
-

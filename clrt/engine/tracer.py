@@ -23,6 +23,7 @@ from clrt.engine import passes, queries, tree
 from clrt.engine.answers import Crossings, Hits, check_fields
 from clrt.engine.batch import Batch
 from clrt.engine.checkpoint import Checkpoint
+from clrt.engine.corners import turned_meshes
 from clrt.engine.coverage import manifests
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture
@@ -38,7 +39,7 @@ from clrt.flatten.work import check_limits, depth_of
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.scene.camera import Camera
-from clrt.scene.scene import Document, Scene, previewed
+from clrt.scene.scene import Document, Scene, Shape, previewed
 
 if TYPE_CHECKING:
     from clrt.raytree.tree import RayTree
@@ -106,6 +107,7 @@ class Tracer:
         self._scene = as_scene(scene, self._settings.limits)
         self._lock = threading.RLock()
         self._busy = self._closed = False
+        self._known: tuple[Sequence[Shape], np.ndarray | None] | None = None
         self._check_size(self._scene)
         self.flat = flatten(self._scene)
         check_ceilings(self.flat, self._scene.source)
@@ -375,7 +377,8 @@ class Tracer:
         numbers; LimitError where the answers need more than `Limits.host_bytes`.
         """
         names = check_fields(fields)
-        return queries.intersect(self.device, self.world, Batch(origins, directions, t_min, t_max), names)
+        batch = Batch(origins, directions, t_min, t_max)
+        return queries.intersect(self.device, self.world, batch, names, self._turned())
 
     @public
     @_one_at_a_time
@@ -404,7 +407,15 @@ class Tracer:
         Rays, fields and errors as for `intersect`.
         """
         names = check_fields(fields)
-        return queries.all_hits(self.device, self.world, Batch(origins, directions, t_min, t_max), names)
+        batch = Batch(origins, directions, t_min, t_max)
+        return queries.all_hits(self.device, self.world, batch, names, self._turned())
+
+    def _turned(self) -> np.ndarray | None:
+        """As `turned_meshes`, looked for once for all questions about the same shapes."""
+        shapes = self._scene.shapes
+        if self._known is None or self._known[0] is not shapes:
+            self._known = shapes, turned_meshes(shapes)
+        return self._known[1]
 
     @public
     @_one_at_a_time
