@@ -32,7 +32,7 @@ _RENDERING = {
     "device_bytes": "use a smaller scene or a smaller tile",
     "host_bytes": "lower width or height, use fewer layers or fewer rays, or crop",
     "work": "it counts rays, and what each is tried on in no tree (planes, lights' surfaces): "
-    "lower width, height, spp, max_depth or the number of these and of lights",
+    "lower width, height, spp, max_depth, how many rays are given, or the number of these and of lights",
 }
 
 TESTS: Final = 100
@@ -105,15 +105,15 @@ class Limits:
         raise kind(located(source, place, f"{name}: {text}"))
 
     def check_work(
-        self, samples: int, lights: int, branching: Branching, alone: int = 0, source: str = ""
+        self, samples: int, lights: int, branching: Branching, alone: int = 0, place: str = ""
     ) -> None:
-        """Stop a render that cannot end in a reasonable time.
+        """Stop what cannot end in a reasonable time.
 
-        `samples` is width x height x spp; each ray sends a feeler to each light, and both are tried on the
-        `alone` primitives that no tree holds, TESTS of which count as a ray.
+        `samples` is width x height x spp, or how many rays a caller gives; each ray sends a feeler to each
+        light, and both are tried on the `alone` primitives that no tree holds, TESTS of which count as a ray.
         """
         rays = samples * max(lights, 1) * branching.rays
-        self.check("work", rays + rays * alone // TESTS, source)
+        self.check("work", rays + rays * alone // TESTS, place=place)
 
 
 def parse(text: str) -> tuple[str, int]:

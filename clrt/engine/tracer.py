@@ -35,7 +35,7 @@ from clrt.engine.tiles import tiles
 from clrt.engine.wavefront import RayCounts
 from clrt.engine.world import World
 from clrt.flatten.flatten import check_ceilings, flatten, flatten_camera
-from clrt.flatten.work import check_limits, depth_of
+from clrt.flatten.work import check_limits, check_work, depth_of
 from clrt.formats.shipped import as_scene
 from clrt.images.image import Image
 from clrt.scene.camera import Camera
@@ -425,13 +425,15 @@ class Tracer:
         """Radiance along rays, (..., 3) float32 linear Rec.709, and ray counts as in Image.stats.
 
         origins, directions: (..., 3), as for `intersect`; max_depth (>= 0): in place of the scene's. Each ray
-        starts in the media that its origin lies in. Raises LimitError, and ClrtError as `intersect`.
+        starts in the media that its origin lies in. Raises LimitError for more depth, work (counted as for
+        pictures) or bytes of answers than may be, and ClrtError as `intersect`.
         """
         depth = depth_of(self.scene, max_depth, self.settings.limits)
         task = Job(self.flat, depth, settings=self.settings)
         counts = RayCounts()
         batch = Batch(origins, directions, 0.0, np.inf)
         self.settings.limits.check("host_bytes", batch.n * LIGHT_BYTES, place="rays")  # a view may be small
+        check_work(self.flat, self.settings.limits, batch.n, depth, "rays")
         pieces = [*ray_chunks(*batch.flat(), np.inf, self.tile, self.settings.limits, LIGHT_BYTES)][::-1]
         found = np.empty((batch.n, 3), np.float32)
         for (_, _, _, numbers), tile in task.tiles(self.device, self.world, pieces):

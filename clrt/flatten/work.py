@@ -1,4 +1,4 @@
-"""What a picture of a scene may be: its depth, pixels, samples and rays against the limits."""
+"""What a picture of a scene may be, or light along rays: depth, pixels, samples, work against the limits."""
 
 from __future__ import annotations
 
@@ -25,9 +25,14 @@ def check_limits(flat: FlatScene, limits: Limits, pixels: int, samples: int, dep
     limits.check("pixels", pixels)
     limits.check("samples", samples)
     ceilings.check_picture(pixels, samples)
+    check_work(flat, limits, pixels * samples, depth)
+
+
+def check_work(flat: FlatScene, limits: Limits, rays: int, depth: int, place: str = "") -> None:
+    """Raise LimitError where so many rays of generation 0, and all that come of them, are too many."""
     parts = -(-flat.bands // flat.group) if flat.group and depth else 1  # rays that dispersion makes of one
     alone = int(flat.scene["unbounded"][0] + flat.scene["surfaces"][0])
-    limits.check_work(pixels * samples * parts, flat.feelers, _branching(flat, depth), alone)
+    limits.check_work(rays * parts, flat.feelers, _branching(flat, depth), alone, place)
 
 
 def _branching(flat: FlatScene, depth: int) -> Branching:

@@ -81,6 +81,25 @@ def test_ambient_rays_are_work() -> None:
     assert Branching(0, False, ambient=10).rays == 1
 
 
+def test_light_along_rays_is_as_much_work_as_a_picture_of_as_many() -> None:
+    """One ray makes up to 2^depth: who bounds the work of a request bounds that of its rays, too."""
+    glass = {"transmission": 0.5, "reflection": 0.5, "diffuse": 0.0}
+    shapes = [{**BALL, "material": glass}, {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0]}]
+    scene = {"shapes": shapes, "camera": {**CAMERA, "width": 1, "height": 1}, "ambient": 1, "max_depth": 4}
+
+    def tracer(work: int) -> clrt.Tracer:
+        return clrt.Tracer(scene, settings=clrt.Settings(limits=clrt.Limits(work=work)))
+
+    tracer(48).radiance([[0, 0, 5]] * 3, [0, 0, -1])  # 3 x 2^4
+    with pytest.raises(clrt.LimitError, match=r"^rays: work: 48 is above .*how many rays are given"):
+        tracer(47).radiance([[0, 0, 5]] * 3, [0, 0, -1])
+    for ask in (tracer(15).render, lambda: tracer(15).radiance([0, 0, 5], [0, 0, -1])):
+        with pytest.raises(clrt.LimitError, match="work: 16 is above the limit of 15"):
+            ask()
+    assert tracer(8).radiance([0, 0, 5], [0, 0, -1], max_depth=3)[0].shape == (3,)
+    assert tracer(0).radiance(np.zeros((0, 3)), np.zeros((0, 3)))[0].shape == (0, 3)
+
+
 @pytest.mark.parametrize("more", [{"ambient_samples": 60_000}, {"max_depth": 40}])
 def test_a_render_that_would_not_end_is_refused(more: dict[str, Any]) -> None:
     glass = {"diffuse": 0.3, "fresnel": True, "reflection": 1, "transmission": 1}
