@@ -117,7 +117,7 @@ def test_the_code_about_scenes_as_objects_runs(tmp_path: Path, monkeypatch: pyte
     assert clrt.load("room.toml") == space["scene"]
 
 
-@pytest.mark.parametrize(("page", "count"), [("queries.md", 5), ("live-scenes.md", 2)])
+@pytest.mark.parametrize(("page", "count"), [("queries.md", 5), ("live-scenes.md", 3)])
 def test_the_code_of_pages_about_tracers_runs(page: str, count: int):
     blocks = re.findall(r"```python\n(.*?)```", (DOCS / page).read_text("utf-8"), re.DOTALL)
     space: dict[str, Any] = {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -27,7 +27,11 @@ class Draft:
     whole field is new) are the very objects of the scene before.
     """
 
-    def __init__(self, scene: Any, changes: Mapping[str, Any], fields: Sequence[str]) -> None:
+    def __init__(
+        self, scene: Any, changes: Mapping[str, Any], fields: Sequence[str], ready: Callable[..., Any]
+    ) -> None:
+        """ready: `unfiled.made_ready`."""
+        self._scene, self._ready = scene, ready
         self.values: dict[str, Any] = {}
         self.touched: dict[str, set[Step]] = {}
         self._copied: set[str] = set()  # of `values`: what was given stays as it is, and each is copied once
@@ -71,7 +75,11 @@ class Draft:
         if not present and not (isinstance(old, Mapping) and not rest and isinstance(number, str)):
             raise at.says(_absent(old, number))
         place = at.item(number) if isinstance(number, int) else at.key(number)
-        new = _changed(old[number] if present else None, rest, value, place)
+        one = old[number] if present else None
+        if top == "shapes" and present and rest:
+            before = None if whole else self._scene.shapes[number]
+            one = self._ready(self._scene, before, one, rest[0], ... if rest[1:] else value, place)
+        new = _changed(one, rest, value, place)
         if top in self._numbers:
             self._numbers[top][_name_of(old[number])].discard(number)
             self._numbers[top].setdefault(_name_of(new), set()).add(number)  # type: ignore[arg-type]

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from itertools import chain, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import msgspec
 import numpy as np
@@ -55,7 +55,8 @@ Places = Annotated[
         },
     ),
 ]
-_ARRAYS = ("vertices", "faces", "normals", "uv")
+ARRAYS: Final = ("vertices", "faces", "normals", "uv")
+"""The fields of a mesh in place, in the order of a file's arrays."""
 _OF_FILE = ("file", "smooth", "part")
 
 
@@ -183,9 +184,9 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
     else:
         given = dict(data)  # type: ignore[call-overload]
         known_keys(given, [*Mesh.__struct_fields__, "type"], at)
-    rest = {name: value for name, value in given.items() if name not in _ARRAYS}
+    rest = {name: value for name, value in given.items() if name not in ARRAYS}
     mesh = read(Mesh, rest, at)
-    arrays = {name: given[name] for name in _ARRAYS if given.get(name) is not None}
+    arrays = {name: given[name] for name in ARRAYS if given.get(name) is not None}
     if mesh.file is not None:
         if arrays:
             raise at.says(f"file and {', '.join(arrays)} exclude each other; give one or the other")
@@ -273,7 +274,7 @@ def mesh_of_file(path: Path, arrays: Arrays, at: At, **keys: Any) -> Mesh:
 
 def _keep(mesh: Mesh, path: Path, arrays: Arrays, at: At) -> None:
     """Give a mesh the checked arrays of its file."""
-    loaded = dict(zip(_ARRAYS, arrays, strict=True))
+    loaded = dict(zip(ARRAYS, arrays, strict=True))
     present = {name: array for name, array in loaded.items() if array is not None}
     checked = read_arrays(present, at, own=True)
     mesh.__dict__["_path"] = path
@@ -282,18 +283,21 @@ def _keep(mesh: Mesh, path: Path, arrays: Arrays, at: At) -> None:
 
 def edited_mesh(before: Mesh, table: Mapping[str, Any], at: At, folder: Path | None, limits: Limits) -> Mesh:
     """The checked mesh of a table made of `before`; arrays that are still its own are not read again."""
-    own = [name for name in (*_ARRAYS, *_OF_FILE) if table.get(name) is getattr(before, name)]
-    if len(own) == len(_ARRAYS) + len(_OF_FILE):
-        rest = {name: value for name, value in table.items() if name not in _ARRAYS}
-        mesh = msgspec.structs.replace(read(Mesh, rest, at), **{name: table[name] for name in _ARRAYS})
+    own = [name for name in (*ARRAYS, *_OF_FILE) if table.get(name) is getattr(before, name)]
+    if len(own) == len(ARRAYS) + len(_OF_FILE):
+        rest = {name: value for name, value in table.items() if name not in ARRAYS}
+        mesh = msgspec.structs.replace(read(Mesh, rest, at), **{name: table[name] for name in ARRAYS})
         mesh.__dict__.update(before.__dict__)
         return mesh
-    if "vertices" not in own and "faces" in own and before.vertices is not None:
-        vertices = table.get("vertices")
-        count = len(vertices) if isinstance(vertices, (Sequence, np.ndarray)) else len(before.vertices)
-        if count != len(before.vertices):
-            text = f"{count} in place of {len(before.vertices)}; give as many, or faces as well"
-            raise at.key("vertices").says(text)
+    given = before if before.file is None else before.data()
+    vertices = table.get("vertices")
+    if given.vertices is not None and isinstance(vertices, (list, tuple, np.ndarray)):
+        count, most = len(vertices), len(given.vertices)
+        if count != most and table.get("faces") is given.faces:
+            raise at.key("vertices").says(f"{count} in place of {most}; give as many, or faces as well")
+        if count != most and given is not before:  # another mesh than the file's
+            of_file = {name for name in ("normals", "uv") if table.get(name) is getattr(given, name)}
+            table = {name: None if name in of_file else value for name, value in table.items()}
     return read_mesh(dict(table), at, folder, limits)
 
 

@@ -60,6 +60,7 @@ from clrt.scene.tables import (
     special_on_shapes,
 )
 from clrt.scene.transforms import Step
+from clrt.scene.unfiled import made_ready
 from clrt.spectra.colors import Background, Colored, LightColor
 from clrt.spectra.indices import INDEX, LEAST, MOST
 from clrt.spectra.spectrum import LAMPS, Spectral, Spectrum
@@ -279,8 +280,9 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         Places are those of messages: keys, names of materials (quoted where they hold dots), numbers from 0;
         shapes also by their `name`. A place may be a whole table or list. What is new is checked as a file
         is; what is not stays the same object, so `Tracer.update` sees at once what has changed. A mesh's new
-        `vertices` must be as many as before, unless it gets `faces` too. Raises SceneError and LimitError
-        that name the place.
+        `vertices` must be as many as before, unless it gets `faces` too. Arrays set of a mesh of a file take
+        the file's place: its other arrays stay, and so does `smooth`, where the file has no normals. Raises
+        SceneError and LimitError that name the place.
         """
         other = edited(self, changes)
         if any(getattr(other, name) is not getattr(self, name) for name in SAMPLED):
@@ -288,7 +290,7 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
         return other
 
     def _edited(self, changes: Mapping[str, Any]) -> Scene:
-        draft = Draft(self, arguments.mapping("changes", changes), Document.__struct_fields__)
+        draft = Draft(self, arguments.mapping("changes", changes), Document.__struct_fields__, made_ready)
         at, values, other = At(self.source), draft.values, copy.copy(self)
         settings = values.keys() & set(_Settings.__struct_fields__)
         if settings:
