@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from clrt.base.errors import ClrtError
 from clrt.cli import interrupted
@@ -16,8 +16,11 @@ from clrt.cli.source import read, stem
 if TYPE_CHECKING:
     from clrt.cli.frames import Frames
     from clrt.cli.manifest import Manifest
+    from clrt.device.settings import Settings
+    from clrt.engine.request import Request
     from clrt.scene.scene import Scene
 
+_ONE_SIZE: Final = "a video's frames have one size; give --width and --height"
 Values = dict[str, Any]
 Series = Callable[["Scene", argparse.Namespace], tuple["Scene", list[Values]]]
 """From a scene and the options: the scene that all pictures start from, and what changes for each."""
@@ -38,6 +41,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     from clrt.cli.manifest import Manifest
     from clrt.cli.outputs import check_apart
     from clrt.cli.progress import progress
+    from clrt.engine.request import Request
     from clrt.engine.sweep import check_once
     from clrt.images.naming import frame_name
     from clrt.images.video import SUFFIXES
@@ -65,6 +69,9 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
         "width": options.width, "height": options.height, "spp": options.spp, "max_depth": options.max_depth,
         "crop": tuple(options.crop) if options.crop else None,
     }  # fmt: skip
+    sizes = _check_series(scene, series, options, Request(**picture), settings)
+    if film and len(sizes) > 1:
+        raise ClrtError(f"{options.output}: {_ONE_SIZE}")
     with ExitStack() as stack:
         workers, settings = stack.enter_context(cluster(options, settings))
         maker: Maker
@@ -123,8 +130,7 @@ def _to_video(frames: Frames, options: argparse.Namespace, known: Manifest) -> N
                 size = image.width, image.height
                 put = stack.enter_context(writing(options.output, *size, options.fps))
             if (image.width, image.height) != size:
-                text = "a video's frames have one size; give --width and --height"
-                raise ClrtError(f"{options.output}: {text}")
+                raise ClrtError(f"{options.output}: {_ONE_SIZE}")
             put(encode_view(image.pixels, options.exposure, view=options.view))
             known.note(index, image.hash, None, image.stats["traced"])
 
@@ -132,6 +138,24 @@ def _to_video(frames: Frames, options: argparse.Namespace, known: Manifest) -> N
 def _said(name: str, place: str) -> tuple[str, str]:
     """An option, and the values for a place in the scene."""
     return f"--{name.replace('_', '-')}", f"--set {place}"
+
+
+def _check_series(
+    scene: Scene, series: list[Values], options: argparse.Namespace, asked: Request, settings: Settings
+) -> set[tuple[int, int]]:
+    """The pictures' sizes. ClrtError where one cannot be rendered; it says which, and for what values."""
+    from clrt.engine.foresight import check_series
+    from clrt.flatten.flatten import flatten_ahead
+
+    given = dict(options.set)
+
+    def said(places: list[str], index: int) -> str:
+        values = " and ".join(f"--set {place}" for place in places if place in given)
+        return f"{values}, picture {index}" if values else f"picture {index}"
+
+    # the Tracer has the same scene first, and does not flatten it again
+    known = None if getattr(options, "cluster", None) else (scene, flatten_ahead(scene))
+    return check_series(scene, series, asked, settings, said, known)
 
 
 def check_fps(fps: float) -> None:

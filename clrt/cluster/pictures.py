@@ -26,12 +26,13 @@ from clrt.device import foreign
 from clrt.device.settings import Settings
 from clrt.engine.checkpoint import Checkpoint
 from clrt.engine.coverage import manifests
+from clrt.engine.foresight import Values, check_series
 from clrt.engine.job import Job
 from clrt.engine.picture import Picture
 from clrt.engine.provenance import metadata, stats, wavelengths
 from clrt.engine.queues import tile_rays
 from clrt.engine.request import Request
-from clrt.engine.sweep import Values, check_once, checked, combinations
+from clrt.engine.sweep import check_once, checked, combinations
 from clrt.engine.tiles import tiles
 from clrt.engine.tracer import ON_DEVICE, Progress, Tracer
 from clrt.engine.wavefront import RayCounts
@@ -97,10 +98,11 @@ def sweep(
 
     Gives (values, Image) one after the other, the last place changing fastest. Places are those of
     `Scene.replace`, and `"camera"` takes whole cameras. picture: as for `Tracer.render` (`width`, `spp`,
-    `layers`, ...). All is looked at before the first picture: SceneError names the place of a value that is
-    wrong, ClrtError another argument, and one that would go before values of the same thing. One Tracer does
-    all, so that what does not change is done once; or the workers of `executor`, as for `render`, several
-    pictures at a time.
+    `layers`, ...). All is looked at before the first picture (of up to 500 pictures each combination):
+    SceneError names the place of a value that is wrong; ClrtError the values for which a picture would be
+    refused ("changes['camera.spp'][1]: ..."), an argument that is wrong, and one that would go before values
+    of the same thing. One Tracer does all, so that what does not change is done once; or the workers of
+    `executor`, as for `render`, several pictures at a time.
     """
     base = as_scene(scene, arguments.optional_instance("settings", settings, Settings).limits)
     found = checked(base, changes)
@@ -112,11 +114,29 @@ def sweep(
     asked, first = Request(**picture), edited(base, next(combinations(found)))
     if executor is not None:
         remote = Remote(executor, device, settings)
-        remote.plan(first, asked)
+        _check_series(base, found, asked, remote.settings, (first, remote.flat_of(first)))
         return _there(remote, base, found, asked, progress)
     tracer = Tracer(first, device, settings)
-    asked.job(first, tracer.flat, tracer.settings)
+    _check_series(base, found, asked, tracer.settings, (first, tracer.flat))
     return _here(tracer, base, found, picture | {"progress": progress})
+
+
+def _check_series(
+    base: Scene,
+    changes: Mapping[str, Sequence[Any]],
+    asked: Request,
+    settings: Settings,
+    known: tuple[Scene, FlatScene],
+) -> None:
+    """ClrtError where one of the pictures cannot be rendered; it names values by their place in `changes`."""
+    series = [*combinations(changes)]
+
+    def said(places: list[str], index: int) -> str:
+        values = series[index]
+        which = {p: next(k for k, value in enumerate(changes[p]) if value is values[p]) for p in places}
+        return " and ".join(f"changes[{place!r}][{number}]" for place, number in which.items())
+
+    check_series(base, series, asked, settings, said, known)
 
 
 def _here(
@@ -215,7 +235,16 @@ class Remote:
         self._pixels, self._seconds = 0.0, 0.0  # done by the last orders, and what they took workers
 
     def plan(self, scene: Scene, asked: Request) -> Plan:
-        """A picture, checked as `Tracer.render` does. Of the scene before is kept what this one has, too."""
+        """A picture, checked as `Tracer.render` does."""
+        flat, parcel = self._parcel_of(scene)
+        return scene, parcel, *asked.job(scene, flat, self.settings)
+
+    def flat_of(self, scene: Scene) -> FlatScene:
+        """The scene, flattened; a plan of it does not do that again."""
+        return self._parcel_of(scene)[0]
+
+    def _parcel_of(self, scene: Scene) -> tuple[FlatScene, Parcel]:
+        """Of the scene before is kept what this one has, too."""
         if self._last and all(getattr(scene, name) is getattr(self._last[0], name) for name in ON_DEVICE):
             flat, parcel = self._last[1:]
         else:
@@ -223,7 +252,7 @@ class Remote:
             check_ceilings(flat, scene.source)
             parcel = packed(flat)
         self._last = scene, flat, parcel
-        return scene, parcel, *asked.job(scene, flat, self.settings)
+        return flat, parcel
 
     def sheets(self, sheets: Iterator[Sheet], most: int) -> Generator[Sheet]:
         """The sheets in their order, full, several filled at a time. most: how many there may be."""

@@ -12,23 +12,23 @@ import numpy as np
 
 from clrt.base import arguments
 from clrt.base.errors import ClrtError, fault
-from clrt.flatten.work import depth_of
-from clrt.scene.adaptive import check_samples
+from clrt.engine.foresight import FEW, Values
 from clrt.scene.edit import places
 from clrt.scene.scene import Scene, edited
 
-Values = dict[str, Any]
 PICTURES: Final = 100_000  # of a sweep: all values are looked at before the first
 # argument for all pictures -> the place whose values it goes before
 _INSTEAD: Final = {
     "width": ("camera", "width"), "height": ("camera", "height"), "spp": ("camera", "spp"),
     "max_depth": ("max_depth",), "camera": ("camera",),
 }  # fmt: skip
-FEW: Final = 500  # up to so many pictures all are looked at, and not only each value
 
 
 def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
-    """The changes as lists, each value of which makes a picture; of few pictures each combination does."""
+    """The changes as lists, each value of which makes a scene; of few pictures each combination does.
+
+    Whether these can be rendered, too, `foresight.check_series` tells.
+    """
     found: dict[str, Sequence[Any]] = {}
     for place, values in arguments.mapping("changes", changes).items():
         if isinstance(values, np.ndarray) and values.ndim and len(values) <= PICTURES:
@@ -48,9 +48,7 @@ def checked(scene: Scene, changes: object) -> dict[str, Sequence[Any]]:
     firsts = {place: values[0] for place, values in found.items()}
     each = ({**firsts, place: value} for place, values in found.items() for value in values)
     for values in combinations(found) if pictures <= FEW else each:
-        one = edited(scene, values)
-        check_samples(one)
-        depth_of(one, None, one.limits)
+        edited(scene, values)
     return found
 
 

@@ -42,13 +42,16 @@ def check_samples(scene: Any) -> None:
 
     Not after `override`: pictures are looked at by themselves.
     """
-    at = At(scene.source, "adaptive")
-    if scene.adaptive is None:
-        return
-    if scene.conformance != "none":
-        raise at.says("conformance counts the rays of one even grid; leave one of them out")
-    if scene.camera is not None:
-        scene.adaptive.check_reached(scene.camera.spp, at)
+    check_uneven(scene)
+    if scene.adaptive is not None and scene.camera is not None:
+        scene.adaptive.check_reached(scene.camera.spp, At(scene.source, "adaptive"))
+
+
+def check_uneven(scene: Any) -> None:
+    """SceneError where the samples of a `Scene` differ from pixel to pixel and must not."""
+    if scene.adaptive is not None and scene.conformance != "none":
+        text = "conformance counts the rays of one even grid; leave one of them out"
+        raise At(scene.source, "adaptive").says(text)
 
 
 def is_reached(first: int, last: int) -> bool:

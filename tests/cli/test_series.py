@@ -180,7 +180,7 @@ def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
         (["--set", "camera.fov=20,30", "-o", "{index.png"], "a brace that is not closed"),
         (["--set", "camera.fov=20,30", "-o", "{index:x}.png"], "'x' is no format of a number"),
         (["--set", "camera.fov=20,30", "-o", "{index}.gif"], "unknown suffix '.gif' of a picture"),
-        (["--set", "camera.width=15,16", "-o", "a.mp4"], "a.mp4: .mp4 needs an even width and height"),
+        (["--set", "camera.width=15", "-o", "a.mp4"], "a.mp4: .mp4 needs an even width and height"),
         (["--width", "1", "--height", "13", "-o", "a.mp4"], "an even width and height, not 1 x 13\n"),
         (["--width", "1", "--height", "13", "-o", "a.mkv"], "another width and height, not 1 x 13\n"),
         (["--width", "20000", "--height", "2", "-o", "a.mp4"], "another width and height, not 20000 x 2; or"),
@@ -246,3 +246,40 @@ def test_a_range_of_whole_numbers_is_of_whole_numbers() -> None:
 def test_what_is_no_range_is_said(text: str) -> None:
     with pytest.raises(clrt.ClrtError, match="is no range; FIRST:LAST:COUNT are two numbers"):
         value_list(text, clrt.Limits(), "--set camera.fov")
+
+
+REFUSED: dict[str, tuple[str, ...]] = {
+    "--set camera.spp, picture 1: samples: 16 384 is above": ("--set", "camera.spp=1,16384"),
+    "--set adaptive, picture 1: s.toml: adaptive.spp: 16 is not allowed": (
+        "--set", "adaptive={spp = 36},{spp = 16}", "--spp", "9"),
+    "--set camera.width, picture 2: crop: 8 0 4 4 is not a part of the picture of 8 x 12 pixels": (
+        "--set", "camera.width=16,12,8", "--crop", "8", "0", "4", "4"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("says", REFUSED)
+@pytest.mark.parametrize("more", [(), ("--cluster", "local:1")], ids=["here", "cluster"])
+def test_no_picture_is_made_of_a_series_one_of_which_is_refused(
+    says: str, more: tuple[str, ...], scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["sweep", "s.toml", "-o", "{index}.png", "--quiet", *REFUSED[says], *more]) == 2
+    assert says in capsys.readouterr().err
+    assert not [*Path().glob("*.png")] and not Path("frames.csv").exists()
+
+
+def test_a_video_of_two_sizes_is_refused_before_it_is_begun(
+    scene: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Tracer, "render", lambda *_, **__: pytest.fail("rendered"))
+    assert main(["sweep", "s.toml", "--set", "camera.width=16,16,8", "-o", "a.mkv", "--quiet"]) == 2
+    assert not Path("a.mkv").exists()
+
+
+def test_a_picture_of_a_path_that_is_refused_has_its_number(
+    scene: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("path.toml").write_text("keyframes = [{}, {origin = [0, 1, 9]}]")
+    command = ["sweep", "s.toml", "--keyframes", "path.toml", "--frames", "3", "--set", "max_depth=1,65"]
+    assert main([*command, "-o", "{index}.png", "--quiet"]) == 2
+    assert "--set max_depth, picture 3: depth: 65 is above the limit of 64" in capsys.readouterr().err
+    assert not [*Path().glob("*.png")]

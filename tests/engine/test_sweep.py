@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shutil
 import threading
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
@@ -83,6 +84,80 @@ def test_wrong_pictures_are_told_before_the_first(
 ) -> None:
     with pytest.raises(clrt.ClrtError, match=re.escape(says)):
         clrt.sweep(scene, {"camera.fov": [20, 30]}, executor=executor, **picture)
+
+
+SPECTRUM = {"bands": 8}
+REFUSED: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
+    "samples": ({"camera.spp": [1, 16384]}, {}, "changes['camera.spp'][1]: samples: 16 384 is above"),
+    "pixels": ({"camera.height": [12, 65536]}, {"crop": (0, 0, 1, 1)},
+               "changes['camera.height'][1]: pixels: 4 294 967 296 is above the limit"),
+    "crop": ({"camera.width": [16, 20, 8]}, {"crop": (8, 0, 4, 4)},
+             "changes['camera.width'][2]: crop: 8 0 4 4 is not a part of the picture of 8 x 12 pixels"),
+    "no camera": ({"camera": [{**EYE, "width": 8, "height": 8}, None]}, {},
+                  "changes['camera'][1]: scene: camera: missing"),
+    "a layer of spectra": ({"spectrum": [SPECTRUM, None]}, {"layers": ["bands"]},
+                           "changes['spectrum'][1]: layers: 'bands' is for scenes with a spectrum"),
+    "a generation": ({"max_depth": [3, 1]}, {"layers": ["generation_3"]},
+                     "changes['max_depth'][1]: layers: 'generation_3' is not a layer"),
+    "adaptive": ({"adaptive": [None, {"spp": 16, "threshold": 0.1}]}, {"spp": 9},
+                 "changes['adaptive'][1]: adaptive.spp: 16 is not allowed"),
+    "adaptive as it stands": ({"camera.spp": [4], "adaptive": [{"spp": 16}, {"spp": 36}]}, {},
+                              "changes['adaptive'][1]: adaptive.spp: 36 is not allowed"),
+    "an even grid": ({"conformance": ["spd"], "adaptive": [None, {"spp": 16}]}, {},
+                     "changes['adaptive'][1]: adaptive: conformance counts the rays of one even grid"),
+    "depth": ({"max_depth": [1, 65]}, {}, "changes['max_depth'][1]: depth: 65 is above the limit of 64"),
+    "work": ({"materials.glass.reflection": [0, 0.1], "max_depth": [1, 60], "ambient": [0.1, 0.2]}, {},
+             "changes['materials.glass.reflection'][1] and changes['max_depth'][1]: work: "),
+    "a radius": ({"camera.fov": [20, 30], "shapes[0].radius": [1, 1e30]}, {},
+                 "changes['shapes[0].radius'][1]: shapes[0]: its coordinates are beyond 1e+15"),
+    "the first value": ({"camera.spp": [16384, 1]}, {}, "changes['camera.spp'][0]: samples: 16 384"),
+    "all of them": ({"camera.fov": [20, 30]}, {"crop": (8, 0, 400, 4)}, "crop: 8 0 400 4 is not a part of"),
+    "two of many": ({"camera.spp": [1, 4, 9], "camera.fov": [*range(1, 171)], "max_depth": [1, 3, 99]}, {},
+                    "changes['max_depth'][2]: depth: 99 is above the limit of 64"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("executor", [None, ThreadPoolExecutor(1)], ids=["here", "executor"])
+@pytest.mark.parametrize("name", REFUSED)
+def test_pictures_that_would_be_refused_are_told_before_the_first(
+    name: str, executor: Any, scene: clrt.Scene
+) -> None:
+    changes, picture, says = REFUSED[name]
+    if name == "pixels":
+        scene = scene.replace({"camera.width": 65536})
+    with pytest.raises(clrt.ClrtError) as caught, warnings.catch_warnings():
+        warnings.simplefilter("error")
+        clrt.sweep(scene, changes, executor=executor, **picture)
+    assert str(caught.value).startswith(says), caught.value
+
+
+@pytest.mark.parametrize("kind", ["scene", "dict"])
+def test_depths_are_held_against_the_limits_of_the_settings(kind: str, scene: clrt.Scene) -> None:
+    settings = clrt.Settings(limits=clrt.Limits(depth=99))
+    given = scene if kind == "scene" else SCENE
+    found = clrt.sweep(given, {"max_depth": [1, 80]}, settings=settings, width=4)
+    deep = scene.replace({"max_depth": 80})
+    assert [image.hash for _, image in found][1] == clrt.render(deep, width=4, settings=settings).hash
+    loaded = clrt.load_dict(SCENE, limits=settings.limits)
+    with pytest.raises(clrt.LimitError, match=r"^changes\['max_depth'\]\[1\]: depth: 80 is above"):
+        clrt.sweep(loaded, {"max_depth": [1, 80]}, width=4)
+
+
+def test_samples_that_are_given_are_those_that_adaptive_goes_on_from(scene: clrt.Scene) -> None:
+    """36 is no power of 4 times the camera's 1, but it is 9 x 4."""
+    found = [*clrt.sweep(scene, {"adaptive": [{"spp": 36}, {"spp": 9}]}, spp=9, width=4, layers=["samples"])]
+    assert {9, 36} >= {*found[0][1].layers["samples"].ravel().tolist()}
+    assert {9} == {*found[1][1].layers["samples"].ravel().tolist()}
+
+
+def test_looking_ahead_warns_of_nothing(scene: clrt.Scene) -> None:
+    """Warnings come with the pictures that they are of, once."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        series = clrt.sweep(scene, {"camera.filter": ["box", "mitchell"]}, width=4)
+        assert not told
+        next(series), next(series)
+    assert [("mitchell" in str(one.message)) for one in told] == [True]
 
 
 @pytest.mark.parametrize(
