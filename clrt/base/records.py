@@ -12,13 +12,14 @@ from ctypes import c_float
 from functools import cache, partial
 from itertools import chain
 from numbers import Rational
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import msgspec
 import numpy as np
 from msgspec import NODEFAULT, Meta
 
 from clrt.base.explain import REFUSALS, explain, field_types, leaves, metas, of_type, records_in, single
+from clrt.base.hints import Numbers
 from clrt.base.missing import advice
 from clrt.base.places import At, listed
 from clrt.base.suggest import did_you_mean
@@ -28,7 +29,10 @@ _ENTRIES = 1 << 27  # of an array; a view of one number may have as many as ther
 NO_ORDER = "a set has no order; give a list or a tuple"
 _DEEP = 64  # levels of tables and lists in one another that anything here has
 Triple = tuple[float, float, float]
-Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
+if TYPE_CHECKING:
+    Vector = Numbers
+else:
+    Vector = Annotated[tuple[float, float, float], Meta(description="must be 3 numbers")]
 
 
 class Unstated(int):

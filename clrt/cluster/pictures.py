@@ -88,7 +88,7 @@ def render(
 @public
 def sweep(
     scene: Scene | Mapping[str, Any] | str | os.PathLike[str],
-    changes: Mapping[str, Sequence[Any]],
+    changes: Mapping[str, Sequence[Any] | np.ndarray],
     device: int | str | None = None,
     settings: Settings | None = None,
     executor: Executor | None = None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -35,11 +35,13 @@ class _Fields:
     u: np.ndarray
     v: np.ndarray
 
-    def __getattr__(self, name: str) -> Any:
-        """Reached for what is not there."""
-        if name in FIELDS:
-            raise NotAskedFor(f"{name}: was not asked for; add {name!r} to fields=")
-        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+    if not TYPE_CHECKING:  # to whom each name that there is not would be one, of type Any
+
+        def __getattr__(self, name: str) -> Any:
+            """Reached for what is not there."""
+            if name in FIELDS:
+                raise NotAskedFor(f"{name}: was not asked for; add {name!r} to fields=")
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
     def __repr__(self) -> str:
         kept = {field.name: getattr(self, field.name, None) for field in fields(self)}

@@ -43,6 +43,8 @@ from clrt.scene.scene import Document, Scene, Shape, previewed
 
 if TYPE_CHECKING:
     from clrt.raytree.tree import RayTree
+else:
+    RayTree = Any  # which few ask for: hints can be, without it
 
 # fields of a scene that say nothing of what is on the device
 _ASIDE = ("version", "camera", "max_depth", "adaptive")

@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from clrt import layout
+from clrt.base.hints import Numbers
 from clrt.flatten.mesh import fanned, mirrors, unit
 from clrt.scene.scene import (
     Box,
@@ -112,7 +113,7 @@ def _ellipsoid(shape: Ellipsoid) -> list[np.ndarray]:
     return _round(shape, shape.center, shape.radii)
 
 
-def _round(shape: Sphere | Ellipsoid, center: Any, radii: Sequence[float]) -> list[np.ndarray]:
+def _round(shape: Sphere | Ellipsoid, center: Any, radii: Numbers) -> list[np.ndarray]:
     rows = [_from(center, axis / radius) for axis, radius in zip(_AXES, radii, strict=True)]
     return [_record("MAP_SPHERE", shape.matrix, *rows)]
 

@@ -17,8 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from clrt import layout
+from clrt.base.hints import Numbers, Rows
 
-Corners = Sequence[Sequence[float]]
+Corners = Rows
 
 Parts = dict[str, np.ndarray]
 """Fields of `Forms`, `origin` and `curved`, by their names; what is left out is as `_stated` has it."""
@@ -87,25 +88,25 @@ class Form(NamedTuple):
     numbers: tuple[float, ...]
 
 
-def ellipsoid(matrix: np.ndarray, center: Sequence[float], radii: Sequence[float]) -> Form:
+def ellipsoid(matrix: np.ndarray, center: Numbers, radii: Numbers) -> Form:
     """The ellipsoid with semi-axes `radii` along the object's axes."""
     return Form(_ellipsoids, matrix, (*center, *radii))
 
 
-def general(matrix: np.ndarray, coefficients: Sequence[float], clip: Corners | None = None) -> Form:
+def general(matrix: np.ndarray, coefficients: Numbers, clip: Corners | None = None) -> Form:
     """Ax^2 + By^2 + Cz^2 + 2Dxy + 2Eyz + 2Fxz + 2Gx + 2Hy + 2Iz + J = 0; `clip`: two corners of a box."""
     if clip is None:
         return Form(_generals, matrix, tuple(coefficients))
     return Form(_clipped, matrix, (*coefficients, *clip[0], *clip[1]))
 
 
-def cone(matrix: np.ndarray, p0: Sequence[float], r0: float, p1: Sequence[float], r1: float) -> Form:
+def cone(matrix: np.ndarray, p0: Numbers, r0: float, p1: Numbers, r1: float) -> Form:
     """The side of a truncated cone (or cylinder) between the end circles (p0, r0) and (p1, r1)."""
     return Form(_cones, matrix, (*p0, *p1, r0, r1))
 
 
 def paraboloid(
-    matrix: np.ndarray, apex: Sequence[float], axis: Sequence[float], focal: float, height: float
+    matrix: np.ndarray, apex: Numbers, axis: Numbers, focal: float, height: float
 ) -> Form:
     """r^2 = 4 focal h for 0 <= h <= height, h along `axis` (any length) from the apex."""
     return Form(_paraboloids, matrix, (*apex, *axis, focal, height))

@@ -283,6 +283,14 @@ def read_image(
 def read_image(
     path: str | os.PathLike[str], limits: Limits | None = None, *, layers: str | Sequence[str]
 ) -> Image: ...
+@overload
+def read_image(
+    path: str | os.PathLike[str], limits: Limits | None, layers: str | Sequence[str]
+) -> Image: ...
+@overload
+def read_image(
+    path: str | os.PathLike[str], limits: Limits | None, layers: str | Sequence[str] | None
+) -> np.ndarray | Image: ...
 @public
 def read_image(
     path: str | os.PathLike[str], limits: Limits | None = None, layers: str | Sequence[str] | None = None

@@ -8,6 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clrt.base.hints import Rows
+
 FLATNESS = 1e-4
 """How far a polygon's points may lie off its plane, relative to its size (MODEL.md)."""
 
@@ -63,7 +65,7 @@ def _newell_of(points: Sequence[tuple[float, float, float]]) -> tuple[float, flo
     return nx, ny, nz
 
 
-def is_sound(points: Sequence[Sequence[float]]) -> bool:
+def is_sound(points: Rows) -> bool:
     """Whether a polygon of few points is clearly without the flaws below (numpy takes far longer)."""
     if len(points) > 8:
         return False

@@ -12,12 +12,15 @@ if TYPE_CHECKING:
     from clrt.scene.scene import *  # noqa: F403
 
 
-def __getattr__(name: str) -> Any:
-    if name[:1].isupper():  # names of modules of this room are asked for here, too, before they are imported
-        home = import_module("clrt.scene.scene")
-        if name in home.__all__:
-            return getattr(home, name)
-    raise AttributeError(f"module 'clrt.scene' has no attribute {name!r}")
+if not TYPE_CHECKING:  # to whom each name that there is not would be one, of type Any
+
+    def __getattr__(name: str) -> Any:
+        # names of modules of this room are asked for here, too, before they are imported
+        if name[:1].isupper():
+            home = import_module("clrt.scene.scene")
+            if name in home.__all__:
+                return getattr(home, name)
+        raise AttributeError(f"module 'clrt.scene' has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -23,7 +23,7 @@ Radius = Annotated[float, Meta(gt=0, description="a radius must be > 0")]
 _FAR: Final = 1e18  # three squares of twice that are a float32, and so is a distance
 
 
-def check_reach(at: At, **lengths: Triple) -> None:
+def check_reach(at: At, **lengths: Vector) -> None:
     """`SceneError` for a light so far away that float32 takes its distance for infinite: it would be dark."""
     for name, length in lengths.items():
         if max(map(abs, length)) > _FAR:

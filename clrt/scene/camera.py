@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import msgspec
 import numpy as np
 from msgspec import Meta
 
 from clrt.base.explain import FLOAT32_MAX
+from clrt.base.hints import Numbers
 from clrt.base.places import At
 from clrt.base.records import Record, Unstated, Vector, float32, is_zero
 from clrt.scene.pinhole import (
@@ -27,6 +28,10 @@ from clrt.scene.pinhole import (
 
 Side = Annotated[int, Meta(ge=1, le=1 << 16, description="must be a whole number of pixels from 1 to 65536")]
 
+if TYPE_CHECKING:
+    Shift = Numbers
+else:
+    Shift = Annotated[tuple[float, float], Meta(description="must be 2 numbers (pixels)")]
 
 _FAR: Final = 1e18  # a ray that starts so far away, at any angle, still does at finite coordinates
 _NEAR: Final = 1e-30  # of which float32 has the inverse
@@ -76,7 +81,7 @@ class Camera(Record, frozen=True, kw_only=True):
     aperture: Annotated[float, Meta(ge=0, le=_FAR, description="must be a radius from 0 to 1e18")] = 0.0
     focus: Annotated[float, Meta(ge=_NEAR, description="must be a distance > 0 along the view")] | None = None
     mirror: bool = False
-    shift: Annotated[tuple[float, float], Meta(description="must be 2 numbers (pixels)")] = (0.0, 0.0)
+    shift: Shift = (0.0, 0.0)
     width: Side = 640
     height: Side = 480
     spp: Annotated[

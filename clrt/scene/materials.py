@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from operator import attrgetter
-from typing import Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import numpy as np
 from msgspec import Meta
 
+from clrt.base.hints import Rows
 from clrt.base.places import At, listed
 from clrt.base.records import Record
 from clrt.base.suggest import did_you_mean
@@ -26,6 +27,12 @@ _COLOR: Final = (
 _TINT: Final = "must be a number >= 0, 3 numbers >= 0, spectrum or {type = 'image', ...}"
 Tint = Annotated[ImageTexture | Color, Meta(description=_TINT)]
 Glow = Annotated[ImageTexture | LightColor, Meta(description=_TINT)]
+if TYPE_CHECKING:
+    Squares = Rows
+    Bumps = NormalMap | Any
+else:
+    Squares = Annotated[tuple[Color, Color], Meta(description="colors must be 2 colours")]
+    Bumps = Annotated[NormalMap, Meta(description="must be a table such as {file = 'bumps.png'}")]
 _MAY_BE: Final = (*PICTURED, "normal_map")
 _values: Final = attrgetter(*_MAY_BE)
 _PICTURES: Final = {ImageTexture, NormalMap}
@@ -44,7 +51,7 @@ def rgb(color: Color) -> tuple[float, float, float]:
 class Checker(Record, frozen=True, kw_only=True, tag="checker", tag_field="type"):
     """Squares of two colours: of edge `size` on flat shapes, `divisions` of them around a sphere."""
 
-    colors: Annotated[tuple[Color, Color], Meta(description="colors must be 2 colours")] = (0.9, 0.1)
+    colors: Squares = (0.9, 0.1)
     size: Annotated[float, Meta(gt=0, description="must be a length > 0")] = 1.0
     divisions: Annotated[
         int, Meta(ge=1, le=1 << 16, description="must be a whole number from 1 to 65536")
@@ -115,9 +122,7 @@ class Material(Colored, frozen=True, kw_only=True):
     thin: bool = False
     conductor: Metal | None = None
     roughness: Annotated[float, Meta(ge=0, le=1, description="must be a number from 0 to 1")] = 0.0
-    normal_map: (
-        Annotated[NormalMap, Meta(description="must be a table such as {file = 'bumps.png'}")] | None
-    ) = None
+    normal_map: Bumps | None = None
 
     def check(self, at: At) -> None:
         Colored.check(self, at)

@@ -25,36 +25,41 @@ if TYPE_CHECKING:  # most scenes have no file of a mesh, and need not wait for w
     from clrt.meshfiles.outlines import Outlines
     from clrt.meshfiles.parts import Arrays, Placed
 
-Points = Annotated[
-    np.ndarray,
-    Meta(
-        description="must be an array of 3 numbers each",
-        extra_json_schema={
-            "type": "array",
-            "items": {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
-        },
-    ),
-]
-Faces = Annotated[
-    np.ndarray,
-    Meta(
-        description="faces must be an array of 3 or more vertex numbers each, counted from 0",
-        extra_json_schema={
-            "type": "array",
-            "items": {"type": "array", "items": {"type": "integer", "minimum": 0}, "minItems": 3},
-        },
-    ),
-]
-Places = Annotated[
-    np.ndarray,
-    Meta(
-        description="uv must be an array of 2 numbers each",
-        extra_json_schema={
-            "type": "array",
-            "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
-        },
-    ),
-]
+if TYPE_CHECKING:  # arrays once a mesh is read, which is what all but its maker see
+    Points = Any
+    Faces = Any
+    Places = Any
+else:
+    Points = Annotated[
+        np.ndarray,
+        Meta(
+            description="must be an array of 3 numbers each",
+            extra_json_schema={
+                "type": "array",
+                "items": {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
+            },
+        ),
+    ]
+    Faces = Annotated[
+        np.ndarray,
+        Meta(
+            description="faces must be an array of 3 or more vertex numbers each, counted from 0",
+            extra_json_schema={
+                "type": "array",
+                "items": {"type": "array", "items": {"type": "integer", "minimum": 0}, "minItems": 3},
+            },
+        ),
+    ]
+    Places = Annotated[
+        np.ndarray,
+        Meta(
+            description="uv must be an array of 2 numbers each",
+            extra_json_schema={
+                "type": "array",
+                "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
+            },
+        ),
+    ]
 ARRAYS: Final = ("vertices", "faces", "normals", "uv")
 """The fields of a mesh in place, in the order of a file's arrays."""
 _OF_FILE = ("file", "smooth", "part")

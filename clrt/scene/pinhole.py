@@ -8,22 +8,29 @@ Geometry in Computer Vision", chapter 6.) K maps a point (x, y, z) before the ca
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
 from msgspec import Meta
 
+from clrt.base.hints import Numbers, Rows
 from clrt.base.places import At
 
 Row3 = tuple[float, float, float]
 Row4 = tuple[float, float, float, float]
-Pose = Annotated[
-    tuple[Row4, Row4, Row4, Row4],
-    Meta(description="must be a 4 x 4 matrix, camera to world: 4 rows of 4 numbers"),
-]
-Intrinsics = Annotated[
-    tuple[Row3, Row3, Row3], Meta(description="must be a 3 x 3 matrix of pixels: 3 rows of 3 numbers")
-]
+if TYPE_CHECKING:
+    Pose = Rows
+else:
+    Pose = Annotated[
+        tuple[Row4, Row4, Row4, Row4],
+        Meta(description="must be a 4 x 4 matrix, camera to world: 4 rows of 4 numbers"),
+    ]
+if TYPE_CHECKING:
+    Intrinsics = Rows
+else:
+    Intrinsics = Annotated[
+        tuple[Row3, Row3, Row3], Meta(description="must be a 3 x 3 matrix of pixels: 3 rows of 3 numbers")
+    ]
 
 _SKEWED: Final = 1e-3  # how far a rotation's numbers may be from one: calibrations are written with 4 places
 _WIDEST: Final = 1e6  # half a picture over its focal length, and the inverse of the least
@@ -53,7 +60,7 @@ def pose_of(origin: Any, target: Any, up: Any, mirror: bool) -> np.ndarray:
 
 
 def intrinsics(
-    half_width: float, half_height: float, size: tuple[int, int], shift: tuple[float, float]
+    half_width: float, half_height: float, size: tuple[int, int], shift: Numbers
 ) -> np.ndarray:
     """K (3, 3) of a camera whose picture of `size` spans these tangents to each side."""
     (width, height), (x, y) = size, shift

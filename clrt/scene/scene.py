@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
@@ -16,6 +17,7 @@ from clrt.base.arguments import public
 from clrt.base.collector import no_collections
 from clrt.base.errors import ClrtError, fault
 from clrt.base.files import resolve
+from clrt.base.hints import Table
 from clrt.base.limits import Limits
 from clrt.base.places import At, known_keys, listed
 from clrt.base.records import read, table_of, tagged
@@ -142,6 +144,33 @@ class Scene(Document, frozen=True, kw_only=True, eq=False):
     folder: Path | None = None
     source: str = ""
     limits: Limits = Limits()
+
+    if TYPE_CHECKING:  # what may be given, where the fields say what is there then
+
+        def __init__(
+            self,
+            *,
+            version: int = 1,
+            max_depth: int = 5,
+            min_weight: float = 0.0,
+            depth_color: LightColor = 0.0,
+            background: Background | str | os.PathLike[str] = 0.0,
+            ambient: LightColor = 0.0,
+            ambient_samples: int = 0,
+            medium_ior: float = 1.0,
+            one_sided: Literal["none", "opaque"] = "none",
+            shadow: Literal["opaque", "tinted"] = "opaque",
+            conformance: Literal["none", "spd"] = "none",
+            spectrum: Spectral | Table | None = None,
+            adaptive: Adaptive | Table | None = None,
+            camera: Camera | Table | None = None,
+            materials: Mapping[str, Material | Table] = ...,
+            lights: Sequence[Light | Table] = (),
+            shapes: Sequence[AnyShape | Table] = (),
+            folder: str | os.PathLike[str] | None = None,
+            source: str = "",
+            limits: Limits = ...,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         at = At(arguments.text("source", self.source))

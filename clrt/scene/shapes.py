@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from msgspec import Meta
 
+from clrt.base.hints import Numbers, Rows
 from clrt.base.places import At
 from clrt.base.records import Record, Vector, float32, is_zero, single_of
 from clrt.meshfiles.planar import FLATNESS, flaws, is_sound
@@ -16,19 +17,31 @@ from clrt.scene.materials import Material
 Radius = Annotated[float, Meta(gt=0, description="a radius must be > 0")]
 EndRadius = Annotated[float, Meta(ge=0, description="must be a radius >= 0")]
 Length = Annotated[float, Meta(gt=0, description="must be a length > 0")]
-Coefficients = Annotated[
-    tuple[float, float, float, float, float, float, float, float, float, float],
-    Meta(description="coefficients must be 10 numbers, A to J"),
-]
+if TYPE_CHECKING:
+    Named = str | Material | Any
+    Outline = Rows
+    Clip = Rows
+    Radii = Numbers
+    Coefficients = Numbers
+else:
+    Named = Annotated[
+        str | Material, Meta(description="must be the name of a material or a table of its keys")
+    ]
+    Outline = Annotated[
+        tuple[Vector, ...], Meta(min_length=3, description="points must be 3 or more points")
+    ]
+    Clip = Annotated[tuple[Vector, Vector], Meta(description="clip must be 2 corners of 3 numbers")]
+    Radii = Annotated[tuple[Radius, Radius, Radius], Meta(description="radii must be 3 numbers > 0")]
+    Coefficients = Annotated[
+        tuple[float, float, float, float, float, float, float, float, float, float],
+        Meta(description="coefficients must be 10 numbers, A to J"),
+    ]
 
 
 class Shape(Record, frozen=True, kw_only=True, tag_field="type"):
     """What all shapes have. `material` is a name, a material, or None for the default material."""
 
-    material: (
-        Annotated[str | Material, Meta(description="must be the name of a material or a table of its keys")]
-        | None
-    ) = None
+    material: Named | None = None
     name: str | None = None
 
     @property
@@ -83,7 +96,7 @@ class Plane(Shape, frozen=True, kw_only=True, tag="plane"):
 class Polygon(FiniteShape, frozen=True, kw_only=True, tag="polygon"):
     """A plane polygon of 3 or more points, concave or crossing itself (even-odd) as may be."""
 
-    points: Annotated[tuple[Vector, ...], Meta(min_length=3, description="points must be 3 or more points")]
+    points: Outline
 
     @property
     def is_open(self) -> bool:
@@ -111,9 +124,7 @@ class Quadric(FiniteShape, frozen=True, kw_only=True, tag="quadric"):
     """
 
     coefficients: Coefficients
-    clip: Annotated[tuple[Vector, Vector], Meta(description="clip must be 2 corners of 3 numbers")] | None = (
-        None
-    )
+    clip: Clip | None = None
 
     @property
     def is_open(self) -> bool:
@@ -126,12 +137,13 @@ class Quadric(FiniteShape, frozen=True, kw_only=True, tag="quadric"):
                 self.coefficients, "one of the coefficients A to I must not be 0"
             )
         if self.clip is not None:
-            _box(*self.clip, at.key("clip"))
+            low, high = self.clip
+            _box(low, high, at.key("clip"))
 
 
 class Ellipsoid(FiniteShape, frozen=True, kw_only=True, tag="ellipsoid"):
     center: Vector
-    radii: Annotated[tuple[Radius, Radius, Radius], Meta(description="radii must be 3 numbers > 0")]
+    radii: Radii
 
 
 class Cylinder(FiniteShape, frozen=True, kw_only=True, tag="cylinder"):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from msgspec import Meta
 
 from clrt.base.files import resolve
+from clrt.base.hints import Numbers
 from clrt.base.places import At
 from clrt.base.records import Record, single_of
 
@@ -20,7 +21,10 @@ MODELS: Final = (".glb", ".gltf", ".ply")
 File = Annotated[str, Meta(min_length=1, description="file must be the path of a picture")]
 Part = Annotated[int, Meta(ge=0, description="part must be a whole number from 0")] | None
 Share = Annotated[float, Meta(ge=0)]
-Pair = Annotated[tuple[float, float], Meta(description="must be 2 numbers")]
+if TYPE_CHECKING:
+    Pair = Numbers
+else:
+    Pair = Annotated[tuple[float, float], Meta(description="must be 2 numbers")]
 Wrap = Annotated[
     Literal["repeat", "clamp", "mirror"], Meta(description="wrap must be 'repeat', 'clamp' or 'mirror'")
 ]

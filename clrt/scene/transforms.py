@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from msgspec import Meta
 
+from clrt.base.hints import Rows
 from clrt.base.places import At
 from clrt.base.records import Record, Vector, cross, float32, is_zero
 
@@ -15,19 +16,21 @@ Axis = Literal["x", "y", "z"]
 Row = tuple[float, float, float, float]
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
+if TYPE_CHECKING:
+    Turn = Rows
+else:
+    Turn = Annotated[
+        tuple[Vector | Axis, float],
+        Meta(description="must be [axis, degrees], the axis 3 numbers or 'x', 'y', 'z'"),
+    ]
+
 
 class Step(Record, frozen=True, kw_only=True):
     """One of: `translate = [x, y, z]`, `rotate = [axis, degrees]` (counter-clockwise seen from the
     axis' tip), `scale = s` or `scale = [x, y, z]`."""
 
     translate: Vector | None = None
-    rotate: (
-        Annotated[
-            tuple[Vector | Axis, float],
-            Meta(description="must be [axis, degrees], the axis 3 numbers or 'x', 'y', 'z'"),
-        ]
-        | None
-    ) = None
+    rotate: Turn | None = None
     scale: Annotated[float | Vector, Meta(description="scale must be a number or 3 numbers")] | None = None
 
     def check(self, at: At) -> None:
@@ -53,12 +56,16 @@ class Step(Record, frozen=True, kw_only=True):
         return matrix
 
 
-Transform = Annotated[
-    tuple[Row | Step, ...],
-    Meta(
-        description="transform must be a 4x4 matrix (row by row) or a list of {translate}, {rotate}, {scale}"
-    ),
-]
+if TYPE_CHECKING:
+    Transform = Rows
+else:
+    Transform = Annotated[
+        tuple[Row | Step, ...],
+        Meta(
+            description="transform must be a 4x4 matrix (row by row) or a list of "
+            "{translate}, {rotate}, {scale}"
+        ),
+    ]
 
 
 def check(transform: Any, at: At) -> None:

@@ -54,4 +54,6 @@ def _is_computed(normals: np.ndarray | None, vertices: np.ndarray, faces: Any) -
     """Whether a file's normals are those that `smooth` makes where it has none."""
     from clrt.meshfiles.parts import smooth_normals
 
-    return isinstance(faces, np.ndarray) and np.array_equal(normals, smooth_normals(vertices, faces))
+    if normals is None or not isinstance(faces, np.ndarray):
+        return False
+    return np.array_equal(normals, smooth_normals(vertices, faces))

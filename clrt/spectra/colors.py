@@ -5,7 +5,7 @@ from __future__ import annotations
 import typing
 from functools import cache
 from types import UnionType
-from typing import Annotated, Any, Union
+from typing import TYPE_CHECKING, Annotated, Any, Union
 
 import msgspec
 from msgspec import Meta
@@ -29,10 +29,22 @@ _OTHERS = {"type", "file", "colors"}  # keys of tables that are no spectra, or s
 _NAMES = {"reflectance": REFLECTANCES, "light": LAMPS, "background": LAMPS, "curve": ()}
 # A range on the single number would belong here, but msgspec 0.22 crashes on a ranged float beside a tuple
 # of fixed length; `check_color` holds the rule instead. The rule tells fields of colours from others.
-Color = Annotated[float | RGB | str | Spectrum, Meta(description=_RULES["reflectance"])]
-Background = Annotated[float | RGB | str | Spectrum, Meta(description=_RULES["background"])]
-LightColor = Annotated[float | RGB | str | Spectrum, Meta(description=_RULES["light"])]
-CurveColor = Annotated[float | RGB | Spectrum, Meta(description=_RULES["curve"])]
+if TYPE_CHECKING:
+    Color = float | RGB | str | Spectrum | Any
+else:
+    Color = Annotated[float | RGB | str | Spectrum, Meta(description=_RULES["reflectance"])]
+if TYPE_CHECKING:
+    Background = float | RGB | str | Spectrum | Any
+else:
+    Background = Annotated[float | RGB | str | Spectrum, Meta(description=_RULES["background"])]
+if TYPE_CHECKING:
+    LightColor = float | RGB | str | Spectrum | Any
+else:
+    LightColor = Annotated[float | RGB | str | Spectrum, Meta(description=_RULES["light"])]
+if TYPE_CHECKING:
+    CurveColor = float | RGB | Spectrum | Any
+else:
+    CurveColor = Annotated[float | RGB | Spectrum, Meta(description=_RULES["curve"])]
 
 
 class Colored(Record, frozen=True, kw_only=True):

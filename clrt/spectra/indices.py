@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from msgspec import Meta
 
@@ -73,13 +73,17 @@ class Conductor(Record, frozen=True, kw_only=True):
                 raise at.key(name).error(value, f"{name} must be a number from {least:g} to {MOST:g}")
 
 
-Ior = Annotated[
-    float | str | Points | Dispersion,
-    Meta(description=f"ior must be {INDEX}, a name, [nm, index] pairs, or a formula's table"),
-]
-Metal = Annotated[
-    str | Conductor, Meta(description="conductor must be a metal's name or {eta = ..., k = ...}")
-]
+if TYPE_CHECKING:
+    Ior = float | str | Points | Dispersion | Any
+    Metal = str | Conductor | Any
+else:
+    Ior = Annotated[
+        float | str | Points | Dispersion,
+        Meta(description=f"ior must be {INDEX}, a name, [nm, index] pairs, or a formula's table"),
+    ]
+    Metal = Annotated[
+        str | Conductor, Meta(description="conductor must be a metal's name or {eta = ..., k = ...}")
+    ]
 
 
 def check_conductor(conductor: Metal, at: At) -> None:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from msgspec import Meta
 
+from clrt.base.hints import Numbers
 from clrt.base.places import At, listed
 from clrt.base.records import Record, table_of
 from clrt.base.suggest import did_you_mean
@@ -24,6 +25,16 @@ MEASURED = (100.0, 10000.0)
 
 Points = tuple[tuple[float, float], ...]
 _POINTS = "samples must be 2 or more [nm, value] pairs"
+if TYPE_CHECKING:
+    Samples = Points | Any
+    Interval = Numbers
+    Range = Numbers
+else:
+    Samples = Points
+    Interval = tuple[float, float]
+    Range = Annotated[
+        tuple[float, float], Meta(description="range must be [low, high] in nm, within 360 to 830")
+    ]
 
 
 class Spectrum(Record, frozen=True, kw_only=True, tag="spectrum", tag_field="type"):
@@ -39,11 +50,11 @@ class Spectrum(Record, frozen=True, kw_only=True, tag="spectrum", tag_field="typ
         float | None, Meta(description="blackbody must be a temperature from 500 to 100000 (K)")
     ] = None
     gaussian: Annotated[
-        tuple[float, float] | None, Meta(description="gaussian must be [centre, standard deviation] in nm")
+        Interval | None, Meta(description="gaussian must be [centre, standard deviation] in nm")
     ] = None
-    band: Annotated[tuple[float, float] | None, Meta(description="band must be [low, high] in nm")] = None
+    band: Annotated[Interval | None, Meta(description="band must be [low, high] in nm")] = None
     line: Annotated[float | None, Meta(description="line must be a wavelength in nm")] = None
-    samples: Annotated[Points | None, Meta(description=_POINTS)] = None
+    samples: Annotated[Samples | None, Meta(description=_POINTS)] = None
     scale: Annotated[float, Meta(ge=0, description="must be a number >= 0")] = 1.0
 
     def check(self, at: At) -> None:
@@ -112,9 +123,7 @@ class Spectral(Record, frozen=True, kw_only=True):
     """
 
     bands: Annotated[int, Meta(ge=3, description="must be a whole number from 3 to 64")] = 24
-    range: Annotated[
-        tuple[float, float], Meta(description="range must be [low, high] in nm, within 360 to 830")
-    ] = (380.0, 750.0)
+    range: Range = (380.0, 750.0)
     white: str = "D65"
     white_balance: bool = False
     response: Annotated[

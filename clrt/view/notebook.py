@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -13,13 +14,13 @@ from clrt.base.errors import MissingPackage
 from clrt.base.install import install_extra
 from clrt.engine.tracer import Tracer
 from clrt.formats.shipped import as_scene
+from clrt.scene.scene import Scene
 from clrt.view.session import without_camera
 
 if TYPE_CHECKING:
-    import os
-
-    from clrt.scene.scene import Scene
     from clrt.view.widget import View
+else:
+    View = Any  # whose module needs anywidget: hints can be asked for without it
 
 
 @public
