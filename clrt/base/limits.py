@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -34,6 +37,19 @@ _RENDERING = {
     "work": "it counts rays, and what each is tried on in no tree (planes, lights' surfaces): "
     "lower width, height, spp, max_depth, how many rays are given, or the number of these and of lights",
 }
+
+_call: ContextVar[str] = ContextVar("clrt_limits_call", default="")
+
+
+@contextmanager
+def advising(call: str) -> Iterator[None]:
+    """Let messages within the block advise this call, which takes `limits`, in place of the usual one."""
+    token = _call.set(f"{call}(..., limits=Limits({{}}))")
+    try:
+        yield
+    finally:
+        _call.reset(token)
+
 
 TESTS: Final = 100
 """So many surfaces in no tree take as long as a ray: 0.5 to 2.3 ns each beside 0.12 us were measured."""
@@ -86,11 +102,8 @@ class Limits:
             value = whole(f"limits.{entry.name}", getattr(self, entry.name))
             object.__setattr__(self, entry.name, value)
 
-    def check(self, name: str, value: int, source: str = "", place: str = "", how: str = "") -> None:
-        """Raise `LimitError` if `value` is above the limit called `name`.
-
-        how: the call that allows more, where it is neither loading nor rendering; {} stands for the limit.
-        """
+    def check(self, name: str, value: int, source: str = "", place: str = "") -> None:
+        """Raise `LimitError` if `value` is above the limit called `name`; it says what call allows more."""
         most: int = getattr(self, name)
         if value <= most:
             return
@@ -98,7 +111,7 @@ class Limits:
             advice, usual = _LOADING[name], "clrt.load(..., limits=Limits({}))"
         else:
             advice, usual = _RENDERING[name], "Settings(limits=Limits({}))"
-        how = (how or usual).format(f"{name}=N")
+        how = (_call.get() or usual).format(f"{name}=N")
         how = f"or allow more with {f'--limit {name}=N or ' if errors.has_limit else ''}{how}"
         text = f"{written(value)} is above the limit of {written(most)}; {advice}, {how}"
         kind = MemoryLimitError if name == "device_bytes" else LimitError

@@ -96,7 +96,7 @@ def program_times(device: str | int | None, rounds: int, tell: Tell | None = Non
     seconds = []
     with empty_caches() as environment, scratch() as folder:
         scene, picture = Path(folder) / "small.json", Path(folder) / "small.png"
-        scene.write_text(json.dumps(_SMALL))
+        scene.write_text(json.dumps(_SMALL), "utf-8")
         command = [sys.executable, "-m", "clrt", "render", str(scene), "-o", str(picture), "--quiet"]
         command += [] if device is None else ["--device", str(device)]
         for turn in range(rounds + 1):

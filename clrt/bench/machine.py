@@ -34,7 +34,7 @@ def facts(device: Device) -> dict[str, Any]:
 def processor_name() -> str:
     """The processor's own name where Linux tells it, and its widest vector unit."""
     try:
-        text = Path("/proc/cpuinfo").read_text()
+        text = Path("/proc/cpuinfo").read_text("utf-8", "replace")
     except OSError:
         return platform.processor() or platform.machine()
     name = re.search(r"model name\s*: (.*)", text)
@@ -52,7 +52,7 @@ _FAMILIES: Final = {
 def processor_kind() -> str:
     """The processor's maker and family, by which figures are kept apart: "AuthenticAMD 26 (Zen 5)"."""
     try:
-        text = Path("/proc/cpuinfo").read_text()
+        text = Path("/proc/cpuinfo").read_text("utf-8", "replace")
     except OSError:
         return platform.processor() or platform.machine()
     maker, family = (re.search(rf"{name}\s*: (\S+)", text) for name in ("vendor_id", "cpu family"))
@@ -73,7 +73,7 @@ def load() -> float:
 def peak_bytes() -> int:
     """The most memory this process has held. (`ru_maxrss` would count what its parent held at the start.)"""
     try:
-        found = re.search(r"VmHWM:\s*(\d+) kB", Path("/proc/self/status").read_text())
+        found = re.search(r"VmHWM:\s*(\d+) kB", Path("/proc/self/status").read_text("utf-8", "replace"))
     except OSError:
         found = None
     if found:

@@ -356,7 +356,7 @@ def waiting(what: str) -> Iterator[None]:
 def _note(holder: Path) -> None:
     with suppress(OSError):  # only a message knows less
         if not holder.exists() or holder.is_file():  # a pipe would wait for a reader
-            holder.write_text(f"{os.getpid()}\n")
+            holder.write_text(f"{os.getpid()}\n", "ascii")
 
 
 def contents(file: Path, most: int = 1 << 20) -> bytes:

@@ -97,7 +97,7 @@ def vendors() -> list[Vendor]:
 def loaders() -> list[str]:
     """Libraries called libOpenCL that this process has loaded."""
     try:
-        maps = Path("/proc/self/maps").read_text()
+        maps = Path("/proc/self/maps").read_text("utf-8", "replace")
     except OSError:
         return []
     return sorted({line.split()[-1] for line in maps.splitlines() if "libOpenCL" in line})

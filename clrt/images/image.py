@@ -22,7 +22,7 @@ from clrt.base.errors import ClrtError, fault, show
 from clrt.base.frozen import FrozenDict
 from clrt.base.interrupts import folders
 from clrt.base.layers import find
-from clrt.base.limits import Limits
+from clrt.base.limits import Limits, advising
 from clrt.base.scratch import noted, scratch
 from clrt.base.suggest import nearest
 from clrt.images import file as imagefile
@@ -309,11 +309,12 @@ def read_image(
     """
     limits = arguments.optional_instance("limits", limits, Limits)
     path = arguments.path("path", path)
-    if layers is None:
-        return imagefile.read_image(path, limits)
-    wanted = arguments.names("layers", layers)
-    found, wavelengths, about = read_layers(path, limits, None if "all" in wanted else wanted)
-    return Image(imagefile.read_image(path, limits), found, {}, about, wavelengths)
+    with advising("clrt.read_image"):
+        if layers is None:
+            return imagefile.read_image(path, limits)
+        wanted = arguments.names("layers", layers)
+        found, wavelengths, about = read_layers(path, limits, None if "all" in wanted else wanted)
+        return Image(imagefile.read_image(path, limits), found, {}, about, wavelengths)
 
 
 def pixel_hash(pixels: np.ndarray) -> str:

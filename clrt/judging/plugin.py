@@ -78,9 +78,12 @@ class SamePicture:
                 raise
             verdict = None
         report = self._report(stem)
+        if updating or (verdict and verdict.passed):
+            shown = report.with_suffix("").name  # where there was no reference picture
+            for left in (report, *(report.with_name(shown + kind) for kind in _KINDS)):
+                with suppress(OSError):  # no folder of reports can be there
+                    left.unlink()  # of an older run
         if verdict and verdict.passed:
-            with suppress(OSError):  # no folder of reports can be there
-                report.unlink()  # of an older run
             return verdict
         if updating:
             new = self._keep(pixels, folder / stem)

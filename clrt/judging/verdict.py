@@ -21,7 +21,7 @@ from clrt.base.atomic import check_replaceable
 from clrt.base.errors import ClrtError, exhausted, fault
 from clrt.base.frozen import FrozenDict
 from clrt.base.install import install_extra
-from clrt.base.limits import Limits
+from clrt.base.limits import Limits, advising
 from clrt.base.resources import validation_module
 from clrt.device.settings import Settings
 from clrt.formats.shipped import as_scene
@@ -134,7 +134,7 @@ def compare(
     ClrtError for arguments of another kind, files that cannot be read, and where packages of
     `clrt[validation]` are missing.
     """
-    wanted, limits = None, arguments.instance("limits", limits or Limits(), Limits)
+    wanted, limits = None, arguments.optional_instance("limits", limits, Limits)
     if gates is not None:
         given = arguments.mapping("gates", gates)
         wanted = {name: arguments.number(f"gates[{name!r}]", value) for name, value in given.items()}
@@ -142,9 +142,9 @@ def compare(
     if not seconds >= 0:
         raise ClrtError(fault("", "seconds", seconds, "it must be a number >= 0"))
     device = arguments.device("device", device)
-    (picture, bits), (judged, bits_of_b) = _stored("a", a, limits), _picture_or_scene("b", b, limits)
     scene = None
-    with needing_extra("comparing pictures"):
+    with advising("clrt.compare"), needing_extra("comparing pictures"):
+        (picture, bits), (judged, bits_of_b) = _stored("a", a, limits), _picture_or_scene("b", b, limits)
         pictures = validation_module("compare.pictures")
         if isinstance(judged, Scene):
             scene = pictures.reference_of(judged, picture.shape[:2], device, Settings(limits=limits))
@@ -182,8 +182,8 @@ def _name(given: Any, otherwise: str) -> str:
 def check_room(picture: np.ndarray, reference: np.ndarray, limits: Limits) -> None:
     """LimitError where comparing two pictures would take more memory than `Limits.host_bytes`."""
     most = max(image.shape[0] * image.shape[1] for image in (picture, reference))
-    how = "clrt.compare(..., limits=Limits({}))"
-    limits.check("host_bytes", COMPARING * most, place="comparing", how=how)
+    with advising("clrt.compare"):
+        limits.check("host_bytes", COMPARING * most, place="comparing")
 
 
 def _picture_or_scene(name: str, given: Any, limits: Limits) -> tuple[Any, int]:

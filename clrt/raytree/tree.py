@@ -15,7 +15,7 @@ import numpy as np
 
 from clrt.base import arguments
 from clrt.base.arguments import public
-from clrt.base.errors import legible
+from clrt.base.errors import ClrtError, legible
 from clrt.raytree.sums import cancel, luminance_of, pixel_of
 from clrt.scene.scene import Scene
 
@@ -247,7 +247,9 @@ class RayTree:
         return write(self, path)
 
     def to_glb(self, path: str | os.PathLike[str]) -> Path:
-        """`save`, for a path that ends in .glb."""
+        """`save`, for a path that ends in .glb, or ClrtError."""
+        if arguments.path("path", path).suffix.lower() != ".glb":
+            raise ClrtError(f"{os.fspath(path)}: the name must end in .glb; save writes .json and .html, too")
         return self.save(path)
 
     def _repr_html_(self) -> str:

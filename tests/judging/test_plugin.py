@@ -105,7 +105,17 @@ def test_a_picture_that_is_not_kept_yet_fails(project: Path, run: Run) -> None:
     assert code == 1 and "there is no reference picture" in said and "--update-pictures" in said
     found = re.search(r"look at (\S+),", said)
     assert found and Path(found[1]) == project / "out" / "test_toy.test_a_ball.exr"
-    assert run("--update-pictures")[0] == 0 and run()[0] == 0
+    assert run("--update-pictures", "--picture-reports", "out")[0] == 0 and run()[0] == 0
+    assert not [path for path in (project / "out").rglob("*") if path.is_file()], "it is kept elsewhere"
+
+
+def test_what_was_shown_of_a_picture_goes_when_it_passes(project: Path, run: Run) -> None:
+    kept = project / "pictures" / "test_toy" / "test_a_ball.exr"
+    whole = kept.read_bytes()
+    kept.unlink()
+    assert run()[0] == 1 and "test_toy.test_a_ball.exr" in reports(project)
+    kept.write_bytes(whole)
+    assert run()[0] == 0 and reports(project) == []
 
 
 def test_bytes_are_kept_as_png_and_floats_as_exr() -> None:

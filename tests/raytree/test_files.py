@@ -213,6 +213,13 @@ def test_other_endings_are_refused(tree: RayTree, name: str, tmp_path: Path) -> 
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("name", ["tree.html", "tree.json", "tree"])
+def test_a_model_has_the_ending_of_one(tree: RayTree, name: str, tmp_path: Path) -> None:
+    with pytest.raises(clrt.ClrtError, match=rf"{name}: the name must end in \.glb; save writes \.json and"):
+        tree.to_glb(tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_folder_that_is_missing_is_said(tree: RayTree, tmp_path: Path) -> None:
     for suffix in ("json", "html", "glb"):
         with pytest.raises(clrt.ClrtError, match="there is no folder"):

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tracemalloc
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
@@ -311,6 +312,28 @@ def test_limits_hold_for_a_scene_too(tmp_path: Path) -> None:
     assert clrt.compare(picture, deep, seconds=0, limits=clrt.Limits(depth=99)).figures
     with pytest.raises(clrt.LimitError, match="primitives"):
         clrt.compare(picture, samples.SCENE, limits=clrt.Limits(primitives=1))
+
+
+@pytest.mark.parametrize("limits", [{}, 0, "", [], False])
+def test_limits_are_limits(limits: Any) -> None:
+    with pytest.raises(clrt.ClrtError, match=r"limits: .* is not allowed"):
+        clrt.compare(np.zeros((2, 2, 3)), np.zeros((2, 2, 3)), limits=limits)
+
+
+def test_messages_of_limits_advise_the_call_that_takes_them(tmp_path: Path) -> None:
+    picture = put(tmp_path / "a.png", np.zeros((4, 4, 3), np.uint8), "uint8")
+    deep = {**samples.SCENE, "max_depth": 80}
+    few, shallow = clrt.Limits(image_pixels=3), clrt.Limits(depth=2)
+    for call, ask in (
+        ("clrt.read_image", lambda: clrt.read_image(picture, few)),
+        ("clrt.compare", lambda: clrt.compare(picture, picture, limits=few)),
+        ("clrt.compare", lambda: clrt.compare(samples.picture(), deep, limits=shallow, seconds=0)),
+        ("clrt.load", lambda: clrt.load_dict(deep, limits=clrt.Limits(primitives=1))),  # as it was before
+    ):
+        with pytest.raises(clrt.LimitError) as caught:
+            ask()
+        name = str(caught.value).partition(" is above")[0].split(": ")[-2]
+        assert f"{call}(..., limits=Limits({name}=N))" in str(caught.value)
 
 
 def test_sizes_that_differ_take_no_more_room() -> None:
