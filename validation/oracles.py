@@ -30,6 +30,7 @@ from .oracle64 import edge_mask, render64
 from .oracle64.adaptive import adaptive64, even
 from .oracle64.world import Lift
 from .oracle_mitsuba import Mitsuba, Source
+from .oracle_mitsuba.handed import tables as mesh_tables
 from .oracle_mitsuba.modes import SPECTRAL as BY_WAVELENGTH
 from .oracle_mitsuba.modes import supports
 from .oracle_mitsuba.reading import Untranslated, read
@@ -78,13 +79,14 @@ def source_of(case: Case) -> Source:
 def handed_on(scene: Scene) -> Source:
     """A scene that exists only as the renderer has read it, say from an NFF file, as tables.
 
-    Whatever Mitsuba says of it, it says of what `clrt` read.
+    Whatever Mitsuba says of it, it says of what `clrt` read. But files of meshes its side reads by itself,
+    where it reads what is in them.
     """
     folder = None if scene.folder is None else str(scene.folder)
     camera = scene.camera
     assert camera is not None
     size = camera.width, camera.height, camera.spp
-    return Source(scene.to_dict(), folder, *size, scene.max_depth)
+    return Source(mesh_tables(scene, whole=False), folder, *size, scene.max_depth)
 
 
 @contextmanager

@@ -14,6 +14,8 @@ share). It is asked in two ways:
     shapes     its shapes
     steps      transforms
     meshfile   mesh files, and normals that they lack
+    objfile, plyfile, stlfile, gltffile: what reads each kind
+    patches    what they read
     published  indices of refraction, typed in
     spectra    curves over the wavelength, by colour-science
     palette    colours, and bands three at a time
@@ -33,6 +35,7 @@ share). It is asked in two ways:
     endless    meshes of quadrics without an end
     translate  a scene as a dict for Mitsuba
     xml        and as a file
+    handed     what clrt has read, for that file
     client     the process, from the caller's side
     adaptive   which of the even pictures each pixel of an adaptive one shows
     worker, rendering, engine, world, whitted, table, lobes, sensors: what runs inside it

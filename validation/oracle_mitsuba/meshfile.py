@@ -1,16 +1,25 @@
-"""Meshes, given in a scene or by a file that trimesh reads, and their normals."""
+"""Meshes, given in a scene or by a file, and their normals.
+
+Files are read by readers of this side's own: they share nothing with those of the renderer, nor the package
+that these ask.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib import import_module
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from . import gltffile, objfile, plyfile, stlfile
+from .patches import Patch, Patches, Unreadable, finite
+
 Array = np.ndarray
+_BROKEN = ArithmeticError, AttributeError, LookupError, OSError, RecursionError, TypeError, ValueError
+"""What reading a file that says something else than it should may raise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +39,9 @@ class Surface:
 def given(vertices: Any, faces: Any, normals: Any, smooth: bool | None, uv: Any = None) -> Surface:
     """A mesh whose numbers stand in the scene."""
     points = np.asarray(vertices, float).reshape(-1, 3)
-    lengths = {len(face) for face in faces}
-    corners: Any = [np.asarray(face, int) for face in faces]
-    if lengths <= {3}:
+    alike = isinstance(faces, np.ndarray) or {len(face) for face in faces} <= {3}
+    corners: Any = [] if alike else [np.asarray(face, int) for face in faces]
+    if alike:
         corners = np.asarray(faces, int).reshape(-1, 3)
     places = None if uv is None else np.asarray(uv, float)
     if normals is not None and smooth is not False:
@@ -40,50 +49,65 @@ def given(vertices: Any, faces: Any, normals: Any, smooth: bool | None, uv: Any 
     return Surface(points, corners, area_weighted(points, corners) if smooth else None, places)
 
 
-def read(path: Path, smooth: bool | None) -> Surface:
-    """A mesh file, all of its parts in world space."""
-    scene = import_module("trimesh").load_scene(path, process=False, skip_materials=True)
-    colors = _colors(scene) if path.suffix.lower() == ".ply" else None
-    parts = []
-    texcoords: list[Any] = []
-    for node in scene.graph.nodes_geometry:
-        matrix, name = scene.graph[node]
-        part = scene.geometry[name]
-        own = np.array(part.vertex_normals) if "vertex_normals" in part._cache.cache else None
-        faces = part.faces if np.linalg.det(matrix[:3, :3]) > 0 else part.faces[:, ::-1]
-        if own is not None:
-            own = own @ np.linalg.inv(matrix[:3, :3])
-            own = own / np.linalg.norm(own, axis=1, keepdims=True)
-        texcoords.append(getattr(part.visual, "uv", None))
-        parts.append((part.vertices @ matrix[:3, :3].T + matrix[:3, 3], faces, own))
-    starts = np.cumsum([0, *(len(vertices) for vertices, _, _ in parts)])
-    vertices = np.concatenate([vertices for vertices, _, _ in parts])
-    faces = np.concatenate([faces + start for (_, faces, _), start in zip(parts, starts[:-1], strict=True)])
-    uv = None
-    if all(each is not None for each in texcoords):
-        uv = np.concatenate(texcoords) * (1, -1) + (0, 1)
-    if smooth is not False and all(own is not None for _, _, own in parts):
-        return Surface(vertices, faces, np.concatenate([own for _, _, own in parts if own is not None]), uv,
-                       colors)  # fmt: skip
-    if not smooth:
-        return Surface(vertices, faces, None, uv, colors)
-    places, place = np.unique(vertices, axis=0, return_inverse=True)  # files split vertices at seams
-    return Surface(vertices, faces, area_weighted(places, place.ravel()[faces])[place.ravel()], uv, colors)
+def read(path: Path, smooth: bool | None, part: int | None = None) -> Surface:
+    """A mesh file, all of its parts in world space, or one of them.
+
+    Unreadable names what in it is not read here; then it is nobody's mesh.
+    """
+    try:
+        status = path.stat()
+        patches = _opened(path, status.st_mtime_ns, status.st_size).of(part)
+        return _joined(patches, smooth)
+    except Unreadable as reason:
+        raise Unreadable(f"{path.name} has what is not read: {reason}") from None
+    except _BROKEN as error:
+        raise Unreadable(f"{path.name} is not read: {type(error).__name__}: {error}"[:200]) from None
 
 
-def _colors(scene: Any) -> Array | None:
-    """The colours of a PLY's only part, by the sRGB curve of IEC 61966-2-1."""
-    (part,) = scene.geometry.values()
-    kind = part.visual.kind
-    if kind not in ("vertex", "face"):
-        return None
-    stated = np.asarray(getattr(part.visual, f"{kind}_colors"))[:, :3] / 255.0
-    return np.where(stated <= 0.04045, stated / 12.92, ((stated + 0.055) / 1.055) ** 2.4)
+@lru_cache(maxsize=8)
+def _opened(path: Path, changed: int, size: int) -> Patches:
+    """What is in a file; a scene may name one for each of its parts. changed, size: of this version of it."""
+    suffix, data = path.suffix.lower(), path.read_bytes()
+    if suffix in (".gltf", ".glb"):
+        return gltffile.patches(data, path)
+    readers = {".obj": objfile.patches, ".ply": plyfile.patches, ".stl": stlfile.patches}
+    if suffix not in readers:
+        raise Unreadable(f"files of the kind {suffix}")
+    return readers[suffix](data)
+
+
+def _joined(patches: list[Patch], smooth: bool | None) -> Surface:
+    """Patches as one mesh, corners of triangles each a vertex of its own."""
+    vertices = np.concatenate([np.zeros((0, 3)), *(patch.corners.reshape(-1, 3) for patch in patches)])
+    faces = np.arange(len(vertices)).reshape(-1, 3)
+    uv = [patch.uv.reshape(-1, 2) for patch in patches if patch.uv is not None]
+    places = np.concatenate(uv) if uv and len(uv) == len(patches) else None
+    colors = [patch.colors.reshape(-1, 3) for patch in patches if patch.colors is not None]
+    tones = colors[0] if len(patches) == 1 and colors else None
+    stated = [patch.normals.reshape(-1, 3) for patch in patches if patch.normals is not None]
+    if smooth is False or not (stated or smooth):
+        return Surface(vertices, faces, None, places, tones)
+    if not stated:
+        points, place = np.unique(vertices, axis=0, return_inverse=True)  # files split vertices at seams
+        normals = area_weighted(points, place.reshape(-1)[faces])[place.reshape(-1)]
+        return Surface(vertices, faces, normals, places, tones)
+    if len(stated) < len(patches):
+        raise Unreadable("faces with normals beside others without")
+    own = finite(np.concatenate(stated), "normals")
+    length = np.linalg.norm(own, axis=1, keepdims=True)
+    if not length.all():
+        raise Unreadable("normals of no length")
+    return Surface(vertices, faces, own / length, places, tones)
 
 
 def area_weighted(vertices: Array, faces: Any) -> Array:
     """Unit normals (n, 3): sums of the triangles' about each vertex, each as long as twice its area."""
     sums = np.zeros_like(vertices)
+    if isinstance(faces, np.ndarray):
+        a, b, c = (vertices[faces[:, k]] for k in range(3))
+        for k in range(3):
+            np.add.at(sums, faces[:, k], np.cross(b - a, c - a))
+        faces = ()
     for face in faces:
         for second, third in pairwise(face[1:]):
             corner = vertices[[face[0], second, third]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from . import stock
+from .patches import Unreadable
 from .records import AreaLight, Checker, Picture, Scene
 from .shapes import Mesh, Quadric
 
@@ -16,8 +17,12 @@ def supports(scene: Scene, mode: str) -> str | None:
     if mode not in (*MODES, SPECTRAL):
         return f"unknown mode; the modes are {', '.join((*MODES, SPECTRAL))}"
     for number, shape in enumerate(scene.shapes):
-        if isinstance(shape, Mesh) and not len(shape.data().faces):
-            return f"shapes[{number}]: a mesh without faces"
+        if isinstance(shape, Mesh):
+            try:
+                if not len(shape.data().faces):
+                    return f"shapes[{number}]: a mesh without faces"
+            except Unreadable as reason:
+                return f"shapes[{number}]: {reason}"
         material = scene.material_of(shape)
         shown = [value for value in vars(material).values() if isinstance(value, Picture)]
         of_mesh = [value for value in shown if value.part is not None]

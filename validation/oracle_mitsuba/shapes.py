@@ -101,7 +101,7 @@ class Mesh(Shape):
     file: str | None = None
     smooth: bool | None = None
     folder: str | None = None
-    part: int | None = None  # of its file; a PLY has but one
+    part: int | None = None  # of its file
 
     def data(self) -> meshfile.Surface:
         return self._data
@@ -109,7 +109,7 @@ class Mesh(Shape):
     @cached_property
     def _data(self) -> meshfile.Surface:
         if self.file is not None:
-            return meshfile.read(Path(self.folder or ".") / self.file, self.smooth)
+            return meshfile.read(Path(self.folder or ".") / self.file, self.smooth, self.part)
         return meshfile.given(self.vertices, self.faces, self.normals, self.smooth, self.uv)
 
 
