@@ -21,6 +21,7 @@ from clrt.base.install import install_extra
 from clrt.scene.scene import Checker, Scene
 
 from .forms import Array
+from .handed import tables
 from .plugins import Plugin
 from .reading import read
 from .records import Source
@@ -58,6 +59,7 @@ TAGS = {
     "envmap": "emitter",
     "checkerboard": "texture",
 }
+_UNWRITTEN = re.compile(r"[$\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 POINTS = {"position": "point", "center": "point", "p0": "point", "p1": "point", "direction": "vector"}
 
 
@@ -123,9 +125,10 @@ def write_xml(scene: Scene, path: str | os.PathLike[str], finish: Callable[[str]
 
 
 def _plain(name: str) -> str:
-    """A name of a file without the signs that begin a parameter's in a value; as `clrt.formats.mitsuba` has
-    it."""
-    return name.replace("$", "%24")
+    """A name of a file as a value may have it: without the sign that begins a parameter's, and what XML has
+    no words for, control characters and bytes that are no text, each byte of which becomes `%` and two
+    digits."""
+    return _UNWRITTEN.sub(lambda found: "".join(f"%{byte:02X}" for byte in os.fsencode(found[0])), name)
 
 
 def _own_files(path: Path, folder: str) -> set[str]:
@@ -188,7 +191,7 @@ def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict
 
     folder: what names of pictures are relative to, None: nothing.
     """
-    source = Source(scene.to_dict(), None if scene.folder is None else str(scene.folder))
+    source = Source(tables(scene, whole=True), None if scene.folder is None else str(scene.folder))
     plain, notes = translated(read(source))
     found: dict[str, Plugin | Path] = {}
     for key, plugin in plain.items():
