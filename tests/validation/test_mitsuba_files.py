@@ -28,8 +28,9 @@ from tests.mitsuba_rooms import (
     room,
     stock_room,
 )
-from validation.oracle_mitsuba import meshing, stock
+from validation.oracle_mitsuba import faces, meshing, stock
 from validation.oracle_mitsuba.reading import read
+from validation.oracle_mitsuba.shapes import Box
 from validation.oracle_mitsuba.xml import to_xml, write_xml
 
 
@@ -108,9 +109,29 @@ def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
     monkeypatch.setattr(meshing, "import_module", missing)
+    square = {"type": "polygon", "points": [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]}
     with pytest.raises(ClrtError, match=r"need mapbox_earcut; .* 'clrt\[validation\]'|need shapely"):
-        scene = as_read(stock_room({"a": MATTE, "b": MATTE, "c": MATTE, "d": MATTE}, {}))
-        write_xml(scene, tmp_path / "room.xml")
+        write_xml(clrt.load_dict({"shapes": [square]}), tmp_path / "room.xml")
+
+
+@pytest.mark.parametrize("turn", [1.0, -1.0])
+def test_boxes_are_made_whole(turn: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not side by side, which took a millisecond each; their outer sides stay outside, mirrored or not."""
+    monkeypatch.setattr(meshing, "polygon", lambda outline: pytest.fail("a side by itself"))
+    matrix = np.array([[turn, 0.3, 0, 1], [0, 2, 0.1, 2], [0, 0, 1, 3], [0, 0, 0, 1]])
+    low, high = (-0.1, -0.2, -0.3), (0.7, 0.1, 0.4)
+    mesh, smooth = faces.triangles(Box(min=low, max=high, transform=matrix.tolist()))
+    assert not smooth
+    corners = mesh.vertices[mesh.faces]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    volume = np.einsum("mk,mk->m", corners[:, 0], across).sum() / 6
+    assert volume == pytest.approx(0.8 * 0.3 * 0.7 * 2) and len(corners) == 12
+    assert (np.einsum("mk,mk->m", across, mesh.normals[mesh.faces[:, 0]]) > 0).all()
+    at = {tuple(corner) for corner in mesh.vertices.round(9).tolist()}
+    picks = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, 8)
+    assert at == {tuple(c) for c in (matrix[:3, :3] @ picks + matrix[:3, 3:]).T.round(9).tolist()}
+    flat, _ = faces.triangles(Box(min=(0, 0, 0), max=(1, 0, 1)))
+    assert len(flat.faces) == 4
 
 
 @pytest.mark.parametrize(

@@ -24,6 +24,8 @@ def moved(mesh: Triangles, to_world: Array) -> Triangles:
 
 def triangles(shape: Any) -> tuple[Triangles, bool]:
     """A polygon, box or mesh in world space, and whether its normals are for shading, not its faces'."""
+    if isinstance(shape, Box):
+        return _box(shape), False
     mirrored = np.linalg.det(shape.matrix[:3, :3]) < 0
     if isinstance(shape, Mesh):
         data = shape.data()
@@ -41,8 +43,6 @@ def triangles(shape: Any) -> tuple[Triangles, bool]:
         if isinstance(data.faces, np.ndarray):
             return _triangles(data.vertices[data.faces], shape.matrix), False
         outlines: Any = [data.vertices[face] for face in data.faces]
-    elif isinstance(shape, Box):
-        outlines = box_sides(np.asarray(shape.min), np.asarray(shape.max))
     else:
         outlines = [np.asarray(shape.points)]
     placed = [outline @ shape.matrix[:3, :3].T + shape.matrix[:3, 3] for outline in outlines]
@@ -86,6 +86,22 @@ def _flat(outlines: list[Array]) -> Triangles:
     return Triangles(np.concatenate(vertices), np.concatenate(faces), np.concatenate(normals))
 
 
+def _box(shape: Box) -> Triangles:
+    """All sides at once: a scene may have thousands of boxes."""
+    low, high = np.asarray(shape.min, float), np.asarray(shape.max, float)
+    sides = np.where(_SIDES, high, low) @ shape.matrix[:3, :3].T + shape.matrix[:3, 3]
+    if np.linalg.det(shape.matrix[:3, :3]) < 0:
+        sides = sides[:, ::-1]
+    across = np.cross(sides[:, 2] - sides[:, 0], sides[:, 3] - sides[:, 1])
+    length = np.linalg.norm(across, axis=1)
+    spanning = length > 0  # of a flat box the others are never hit
+    normals = np.repeat(across[spanning] / length[spanning, None], 4, axis=0)
+    corners = sides[spanning].reshape(-1, 3)
+    first = 4 * np.arange(len(corners) // 4)[:, None, None]
+    halves = np.array([[0, 1, 2], [0, 2, 3]])
+    return Triangles(corners, (first + halves).reshape(-1, 3), normals)
+
+
 def box_sides(low: Array, high: Array) -> list[Array]:
     """The six sides (4, 3) of a box, counter-clockwise from outside: -x +x -y +y -z +z."""
     sides = []
@@ -97,3 +113,7 @@ def box_sides(low: Array, high: Array) -> list[Array]:
             side[:, v] = [low[v], low[v], high[v], high[v]]
             sides.append(side if outwards else side[::-1])
     return sides
+
+
+_SIDES = np.array(box_sides(np.zeros(3), np.ones(3))) > 0.5
+"""Which coordinates of the corners (6, 4, 3) are the larger ones."""
