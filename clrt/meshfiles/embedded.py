@@ -85,7 +85,7 @@ def itself_of(path: Path, at: At, limits: Limits, data: bytes) -> Itself:
     @cache
     def beside(uri: str) -> str | None:
         name = unquote(uri)
-        if not os.path.exists(path.parent / name):
+        if not os.path.isfile(path.parent / name):  # some name a folder where a picture has no name
             return None
         return resolve(name, path.parent, at).relative_to(path.parent.resolve()).as_posix()
 

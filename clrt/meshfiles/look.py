@@ -49,6 +49,11 @@ def textures_without_uv(material: str) -> str:
     return f"textures of {show(material[:60])} where it has no uv"
 
 
+def not_there(file: str) -> str:
+    """What is left out of a material that names a picture where no file is."""
+    return f"the picture {show(file[:60])}, which is not there"
+
+
 def placement_of(picture: Table) -> Table:
     """Where an image lies, in the keys that say so: the `placement` of a normal map in it."""
     return {key: picture[key] for key in ("wrap", "filter", "scale", "offset") if key in picture}

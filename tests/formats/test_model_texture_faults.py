@@ -28,8 +28,8 @@ from tests.model_samples import (
 @pytest.mark.parametrize(
     ("change", "says", "kept"),
     [
-        ({"images": ({"uri": "gone.png"},)}, "pictures that are not there", False),
-        ({"images": ({"uri": "x" * 5000},)}, "pictures that are not there", False),
+        ({"images": ({"uri": "gone.png"},)}, "the picture 'gone.png', which is not there", False),
+        ({"images": ({"uri": "x" * 5000},)}, "the picture 'x+\\.\\.\\., which is not there", False),
         ({"images": ({"bufferView": 1, "mimeType": "image/webp"},)}, "neither PNG nor JPEG", False),
         ({"textures": [{}]}, "neither PNG nor JPEG", False),
         ({"textures": [{"source": 0, "sampler": 0}], "samplers": [{"wrapS": 33648}]},

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -147,8 +149,41 @@ def test_what_has_no_counterpart(tmp_path: Path) -> None:
     (text,) = [str(warning.message) for warning in said]
     assert text == (
         "a.obj: left out, since there is no counterpart: xyz colours, transparency in textures, bump maps, "
-        "sheen, 'foo\\x1b', textures, pictures that are not there"
+        "sheen, 'foo\\x1b', textures, the picture 'n.png', which is not there"
     )
+
+
+@pytest.mark.parametrize("lines", ["d {0}\nTr {0}", "Tr {0}\nd {0}"])
+@pytest.mark.parametrize("share", [1.0, 0.3])
+def test_d_counts_where_tr_contradicts_it(lines: str, share: float, tmp_path: Path) -> None:
+    """Many programs write both alike, as opacity; whichever stands later."""
+    with pytest.warns(clrt.ClrtWarning, match=rf"Tr {share:g}, which contradicts d {share:g}$"):
+        scene = load(tmp_path, f"newmtl m\nKd 1 1 1\n{lines.format(share)}\n")
+    assert scene.materials["m"].diffuse == pytest.approx(share)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = load(tmp_path, "newmtl m\nKd 1 1 1\nd 0.333\nTr 0.667\n")
+    assert scene.materials["m"].diffuse == pytest.approx(0.333)
+
+
+@pytest.mark.parametrize(
+    ("line", "says"),
+    [
+        ("map_Kd gone.png", "the picture 'gone.png', which is not there"),
+        ("map_Kd C:\\me\\wood.png\nmap_Ke b.png",
+         "the picture 'C:/me/wood.png', which is not there, the picture 'b.png', which is not there"),
+        ("map_Kd tex", "the picture 'tex', which is not there"),
+        ("map_Kd", "a picture without a name"),
+        ("map_Ke -s 1 2 3", "a picture without a name"),
+        ("norm", "a picture without a name"),
+    ],
+)  # fmt: skip
+def test_pictures_that_are_not_there_are_named(line: str, says: str, tmp_path: Path) -> None:
+    """And what names a folder, or nothing, as some programs do where an image has no name."""
+    (tmp_path / "tex").mkdir()
+    with pytest.warns(clrt.ClrtWarning, match=f"no counterpart: {re.escape(says)}$"):
+        scene = load(tmp_path, f"newmtl m\nKd 1 0.5 0\n{line}\n", WITH_UV)
+    assert scene.materials["m"].color == (1.0, 0.5, 0.0)
 
 
 @pytest.mark.parametrize(
@@ -290,7 +325,6 @@ def test_maps_lie_beside_their_library(tmp_path: Path) -> None:
         ("newmtl m\nmap_Kd -what a.png\n", "line 2: 'map_Kd -what a"),
         ("newmtl m\nmap_Kd -s a.png\n", "line 2: 'map_Kd -s a"),
         ("newmtl m\nmap_Kd -clamp\n", "line 2: 'map_Kd -clamp'"),
-        ("newmtl m\nmap_Ke -s 1 2 3\n", "line 2: 'map_Ke -s 1 2 3'"),
     ],
 )
 def test_broken_lines(tmp_path: Path, mtl: str, says: str) -> None:

@@ -14,6 +14,7 @@ from clrt.images.file import reader_of
 from clrt.meshfiles.gltf.datauri import is_data
 from clrt.meshfiles.gltf.document import Count, Document, Image, Table, decode, item
 from clrt.meshfiles.look import Table as SceneTable
+from clrt.meshfiles.look import not_there
 
 _WRAPS: Final = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST: Final = 9728
@@ -164,7 +165,7 @@ class Textures:
             return found if self._readable[source] else self._without(_NEITHER)
         file = self._itself.beside(image.uri)
         if file is None:
-            return self._without("pictures that are not there")
+            return self._without(not_there(image.uri))
         return {"file": file} if self._itself.shows(file) else self._without(_NEITHER)
 
     def _sampler(self, number: int) -> Sampler:

@@ -18,8 +18,10 @@ _TURBULENCE: Final = "-t"
 _PLACES: Final = ("-s", "-o", _TURBULENCE)
 
 
-def texture(words: list[str], left_out: dict[str, None], normals: bool = False) -> Table:
-    """The image that the words after `map_Kd` name, its file as it stands there; ValueError for no image.
+def texture(words: list[str], left_out: dict[str, None], normals: bool = False) -> Table | None:
+    """The image that the words after `map_Kd` name, its file as it stands there; None where they name none.
+
+    Some programs write the line for every material. ValueError for options that are none.
 
     v = 0 is at the bottom there, on top here: `1 - (s (1 - v) + o) = s v + (1 - s - o)`. What of the options
     has no counterpart goes to `left_out`. `normals`: of `norm`, whose `-bm` is its `strength`.
@@ -50,7 +52,8 @@ def texture(words: list[str], left_out: dict[str, None], normals: bool = False) 
         else:
             raise ValueError(option)
     if not left:
-        raise ValueError("no file")
+        left_out["a picture without a name"] = None
+        return None
     (su, sv), (ou, ov) = places["-s"], places["-o"]
     table: Table = {"type": "image", "file": " ".join(left).replace("\\", "/")}
     table |= {"wrap": wrap} if wrap != "repeat" else {}

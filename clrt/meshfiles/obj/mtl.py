@@ -12,12 +12,13 @@ from clrt.base.mark import unmarked
 from clrt.images.file import KINDS
 from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.facets import Facets, Rgb, shown, unlit
-from clrt.meshfiles.look import Table
+from clrt.meshfiles.look import Table, not_there
 from clrt.meshfiles.obj.maps import Beside, finite, normals_of, texture
 
 _MIRRORS: Final = (3, 5, 8)  # models of illumination with reflections
 _GLASSES: Final = (4, 6, 7, 9)
 _BENDING: Final = (6, 7)
+_ROUNDED: Final = 0.01  # by which d and 1 - Tr of one material may differ
 _FRESNEL: Final = 5
 _PASSED_OVER: Final = ("ka", "sharpness", "map_ka", "map_ks", "map_ns", "aniso", "anisor")
 _OTHERS: Final = {
@@ -38,7 +39,8 @@ class Phong:
     tf: Rgb | None = None
     ns: float = 10.0
     ni: float = 1.5
-    d: float = 1.0
+    dissolve: float | None = None
+    tr: float | None = None
     illum: int = 2
     pr: float | None = None
     pm: float | None = None
@@ -56,7 +58,7 @@ class Phong:
             if picture is not None:
                 file = beside(picture["file"])
                 if file is None:
-                    self.left_out["pictures that are not there"] = None
+                    self.left_out[not_there(picture["file"])] = None
                 elif not shows(file):
                     self.left_out[f"the picture {show(file[:60])} (no {KINDS})"] = None
                     file = None
@@ -70,6 +72,8 @@ class Phong:
 
     def table(self, uv: bool) -> Table:
         """The material, as a scene file has it; without pictures where what has it has no uv."""
+        if self.tr is not None and not math.isclose(self.d, 1.0 - self.tr, abs_tol=_ROUNDED):
+            self.left_out[f"Tr {self.tr:g}, which contradicts d {self.d:g}"] = None
         if not uv and self.pictured:
             return replace(self, map_kd=None, map_ke=None, norm=None).table(True)
         light = (1.0, 1.0, 1.0) if self.map_ke is not None and not any(self.ke) else self.ke
@@ -92,6 +96,14 @@ class Phong:
             if self.illum == _FRESNEL:
                 table |= {"fresnel": "schlick", "reflection": 1.0, "reflection_color": list(self.ks)}
         return table | self._passing()
+
+    @property
+    def d(self) -> float:
+        """How opaque it is: what `d` says, wherever it stands, for many programs write `Tr` as if it were
+        `d`."""
+        if self.dissolve is not None:
+            return self.dissolve
+        return 1.0 if self.tr is None else 1.0 - self.tr
 
     @property
     def _base(self) -> Rgb:
@@ -186,9 +198,9 @@ def _say(material: Phong, key: str, words: list[str]) -> None:
     elif key in ("ns", "ni", "pr", "pm"):
         setattr(material, key, _number(words[0]))
     elif key == "d":
-        material.d = _share(words[1] if words[0] == "-halo" else words[0])
+        material.dissolve = _share(words[1] if words[0] == "-halo" else words[0])
     elif key == "tr":
-        material.d = 1.0 - _share(words[0])
+        material.tr = _share(words[0])
     elif key == "illum":
         material.illum = int(words[0])
     elif key in ("map_kd", "map_ke", "norm"):
