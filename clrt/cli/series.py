@@ -43,6 +43,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     from clrt.cli.progress import progress
     from clrt.engine.request import Request
     from clrt.engine.sweep import check_once
+    from clrt.images.file import check_writable
     from clrt.images.naming import frame_name
     from clrt.images.video import SUFFIXES
 
@@ -57,6 +58,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     names = [options.output] if film else [frame_name(options.output, i, v) for i, v in enumerate(series)]
     if len(set(names)) < (1 if film else len(series)):
         twice = next(name for name, count in Counter(names).items() if count > 1)
+        check_writable(twice)  # advice of a name that is then refused is none
         raise ClrtError(f"{options.output}: several pictures would be {twice}; put {{index}} into the name")
     outputs = {f"-o ({name})" if len(names) > 1 else "-o": name for name in names}
     manifest = options.manifest or (None if film else str(Path(names[0]).parent / "frames.csv"))

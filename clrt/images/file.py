@@ -388,4 +388,6 @@ def _words(library: Any, reader: str = "") -> str:
     if "format reader" in said:  # it tried all its readers, and forgot what this one said
         most = oiio.get_int_attribute("limits:channels")
         return f"as {reader} it is broken, or more than OpenImageIO takes ({most} channels)"
+    if not said.strip():  # as of a strip of another size
+        return "a part of it is broken, or unpacks to another size than it declares"
     return re.sub(_OPEN.format(r"\d+"), "the file", said)[:300]

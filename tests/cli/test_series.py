@@ -179,6 +179,7 @@ def test_a_lossless_video_holds_the_frames(scene: Path) -> None:
         (["--set", "camera.fov=20,30", "-o", "{camera.fv}.png"], "did you mean 'camera.fov'?"),
         (["--set", "camera.fov=20,30", "-o", "{index.png"], "a brace that is not closed"),
         (["--set", "camera.fov=20,30", "-o", "{index:x}.png"], "'x' is no format of a number"),
+        (["--set", "camera.fov=20,30", "-o", "x.gif"], "unknown suffix '.gif' of a picture"),
         (["--set", "camera.fov=20,30", "-o", "{index}.gif"], "unknown suffix '.gif' of a picture"),
         (["--set", "camera.width=15", "-o", "a.mp4"], "a.mp4: .mp4 needs an even width and height"),
         (["--width", "1", "--height", "13", "-o", "a.mp4"], "an even width and height, not 1 x 13\n"),
