@@ -1,10 +1,13 @@
 """STL files as trimesh understands them.
 
-It looks for a text's words wherever they stand, in names, too, and passes over a solid that does not end.
+It looks for a text's words wherever they stand, in names, too, and passes over a solid that does not end. A
+binary file whose length is not the one that it declares is to it a text without faces.
 """
 
 from __future__ import annotations
 
+import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from typing import Final
 
 from clrt.base.errors import show
@@ -12,17 +15,26 @@ from clrt.base.mark import unmarked
 from clrt.meshfiles.broken import BrokenMesh
 
 _MOST: Final = 64  # solids that are kept apart: trimesh's time grows with their square
+_HEAD: Final = 84  # bytes of a binary file before its triangles: a text and how many there are
+_TRIANGLE: Final = 50
+_TEXT: Final = re.compile(rb"(?i)facet\s+normal\s")
+_WIDE: Final = (BOM_UTF16_LE, BOM_UTF16_BE)
 _ENDS: Final = {b"facet": b"endfacet", b"solid": b"endsolid"}
 
 
 def plain_stl(data: bytes) -> bytes:
     """A text's solids with their corners alone; together where there are many. A binary file as it is.
 
-    BrokenMesh names the line of a facet that is not whole, and the last one where something does not end.
+    BrokenMesh names the line of a facet that is not whole, and the last one where something does not end; of a
+    binary file that has not the bytes that it declares, how many triangles it has.
     """
-    if len(data) == 84 + 50 * int.from_bytes(data[80:84], "little") or b"\0" in data:
+    if len(data) == _HEAD + _TRIANGLE * int.from_bytes(data[80:_HEAD], "little"):
         return data
-    data = unmarked(data)
+    if data.startswith(_WIDE):
+        raise BrokenMesh("its text is UTF-16; save it as UTF-8")
+    if b"\0" in data and not _TEXT.search(data):
+        raise BrokenMesh(_length(data))
+    data = unmarked(data).replace(b"\0", b" ")  # zeros stand behind some texts
     solids: list[list[bytes]] = []
     open_at: dict[bytes, int] = {}  # where what has not ended began
     corners = number = 0
@@ -54,6 +66,17 @@ def plain_stl(data: bytes) -> bytes:
     if len(solids) > _MOST:
         solids = [[line for solid in solids for line in solid]]
     return b"".join(b"\n".join([b"solid s", *solid, b"endsolid s\n"]) for solid in solids if solid)
+
+
+def _length(data: bytes) -> str:
+    """What is wrong with a binary file's length."""
+    if len(data) < _HEAD:
+        return f"it has {len(data)} bytes, the beginning of a binary file {_HEAD}; it may be cut short"
+    declared, held = int.from_bytes(data[80:_HEAD], "little"), (len(data) - _HEAD) // _TRIANGLE
+    if held < declared:
+        return f"it declares {declared} triangles and has {held}; it may be cut short"
+    whole = _HEAD + _TRIANGLE * declared
+    return f"it declares {declared} triangles, which end at byte {whole}, and has {len(data)}; save it anew"
 
 
 def _broken(number: int, line: bytes, text: str) -> BrokenMesh:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import pytest
@@ -77,6 +78,42 @@ def test_solids_may_be_called_anything(tmp_path: Path, name: str, count: int) ->
 def test_a_row_that_counts_in_words_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"a\.ply"):
         faces(tmp_path, ".ply", PLY.replace("\n3 1 2 3 7\n", "\nthree 1 2 3 7\n"))
+
+
+def binary(head: bytes, declared: int, triangles: int = 2) -> bytes:
+    """A binary STL of so many triangles, which declares others."""
+    data = b"".join(struct.pack("<12fH", *(0, 0, 1, k, 0, 0, 1, 0, 0, 0, 1, 0), 0) for k in range(triangles))
+    return head.ljust(80, b"\0") + struct.pack("<I", declared) + data
+
+
+@pytest.mark.parametrize("head", [b"", b"solid of a program", b"facets and vertex"])
+def test_a_binary_stl_has_the_bytes_that_it_declares(tmp_path: Path, head: bytes) -> None:
+    file = tmp_path / "a.stl"
+    right = binary(head, 2)
+    file.write_bytes(right)
+    assert len(clrt.load(file).shapes[0].data().faces) == 2  # type: ignore[union-attr]
+    for data, says in (
+        (right[:-1], "it declares 2 triangles and has 1; it may be cut short"),
+        (binary(head, 3), "it declares 3 triangles and has 2; it may be cut short"),
+        (binary(head, 2**32 - 1), "it declares 4294967295 triangles and has 2; it may be cut short"),
+        (right[:90], "it declares 2 triangles and has 0; it may be cut short"),
+        (right[:83], "it has 83 bytes, the beginning of a binary file 84; it may be cut short"),
+        (right + b"\n", "it declares 2 triangles, which end at byte 184, and has 185; save it anew"),
+        (binary(head, 0), "it declares 0 triangles, which end at byte 84, and has 184; save it anew"),
+    ):
+        file.write_bytes(data)
+        with pytest.raises(SceneError, match=rf"a\.stl: .*{says}$"):
+            clrt.load(file)
+
+
+def test_zeros_behind_a_text_are_no_binary_stl(tmp_path: Path) -> None:
+    text = SOLID.format("", 1).replace("endsolid \n", "endsolid")
+    assert faces(tmp_path, ".stl", text + "\0" * 50) == 1
+    with pytest.raises(SceneError, match=r"it ends in line 8, and the solid of line 1 has no endsolid"):
+        faces(tmp_path, ".stl", text[: text.index("  endfacet")] + "\0" * 50)
+    (tmp_path / "a.stl").write_bytes(TWO.encode("utf-16"))
+    with pytest.raises(SceneError, match="its text is UTF-16; save it as UTF-8"):
+        clrt.load(tmp_path / "a.stl")
 
 
 @pytest.mark.parametrize("text", ["", "\n", "; nothing\n", "endloop\n"])
