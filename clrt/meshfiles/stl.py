@@ -25,8 +25,8 @@ _ENDS: Final = {b"facet": b"endfacet", b"solid": b"endsolid"}
 def plain_stl(data: bytes) -> bytes:
     """A text's solids with their corners alone; together where there are many. A binary file as it is.
 
-    BrokenMesh names the line of a facet that is not whole, and the last one where something does not end; of a
-    binary file that has not the bytes that it declares, how many triangles it has.
+    BrokenMesh names the line of a facet that is not whole, and the last one where something does not end; of
+    a binary file that has not the bytes that it declares, how many triangles it has.
     """
     if len(data) == _HEAD + _TRIANGLE * int.from_bytes(data[80:_HEAD], "little"):
         return data
