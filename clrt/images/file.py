@@ -28,6 +28,7 @@ from clrt.base.hush import hushed
 from clrt.base.limits import Limits
 from clrt.base.room import process_limit
 from clrt.images.bmp import check_bmp
+from clrt.images.exr import check_exr
 from clrt.images.header import (
     Window,
     check_meaning,
@@ -332,6 +333,7 @@ def bytes_to_read(spec: oiio.ImageSpec, reader: str) -> int:
 
 _CHECKS: Final[dict[str, Callable[[BinaryIO, str], None]]] = {
     "jpeg": check_jpeg, "png": check_png, "bmp": check_bmp, "tiff": check_tiff,
+    "openexr": check_exr,
 }  # fmt: skip
 """What is looked at before the library opens a file."""
 

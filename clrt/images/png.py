@@ -1,7 +1,7 @@
 """What a PNG file itself says, looked at before its library reads it.
 
 The library unpacks each text that is compressed, up to 8 MB of it, and keeps a thousand: 926 kB of file took
-2.7 GB. And it tells nobody which primaries a file declares.
+2.7 GB. It joins lists of all packets of XMP. And it tells nobody which primaries a file declares.
 """
 
 from __future__ import annotations
@@ -12,12 +12,15 @@ from collections.abc import Iterator
 from typing import BinaryIO, Final
 
 from clrt.base.errors import SceneError
+from clrt.images.joined import Joined
 
 MOST_TEXT: Final = 8 << 20
 """Bytes of all texts and of the profile, unpacked."""
 
 _BEGINS: Final = 8
 _FRAME: Final = 12  # bytes of a chunk beside its own: length, kind, sum
+_TEXTS: Final = (b"tEXt", b"zTXt", b"iTXt")
+_XMP: Final = b"xml:com.adobe.xmp\0"  # a text's name, in small letters, and its end
 _UNIT: Final = 1e-5  # of a chromaticity
 
 
@@ -32,10 +35,13 @@ def _chunks(data: mmap.mmap) -> Iterator[tuple[bytes, int, int]]:
 
 
 def check_png(file: BinaryIO, name: str) -> None:
-    """Raise `SceneError` for a PNG file, open for reading, whose texts unpack to more than `MOST_TEXT`."""
+    """Raise `SceneError` for a PNG file, open for reading, whose texts unpack to more than `MOST_TEXT`, or
+    with too many packets of XMP."""
     with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        left = MOST_TEXT
+        left, joined = MOST_TEXT, Joined(name)
         for kind, first, last in _chunks(data):
+            if kind in _TEXTS and data[first : first + len(_XMP)].lower() == _XMP:
+                joined.add_packet()
             left -= _unpacked(data, kind, first, last, left + 1)
             if left < 0:
                 most = f"{MOST_TEXT >> 20} MiB"

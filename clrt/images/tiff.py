@@ -15,6 +15,7 @@ from typing import BinaryIO, Final
 import numpy as np
 
 from clrt.base.errors import SceneError
+from clrt.images.joined import ANY_ORDER, Joined
 
 MEANING: Final = 262
 """The number of PhotometricInterpretation."""
@@ -30,6 +31,7 @@ _BYTES: Final = np.zeros(1 << 16)  # of one value, by its type; values of other 
 _BYTES[1:14] = 1, 1, 2, 4, 8, 1, 1, 2, 4, 8, 4, 8, 4
 _BYTES[16:19] = 8
 _WITHIN: Final = (34665, 34853, 40965)  # fields that say where fields of Exif begin
+_IPTC: Final = 33723
 _SHARED: Final = 1 << 20  # bytes that fields of a real file may share, with room
 _TRANSFER, _WHITE, _PRIMARIES, _RATIONAL, _SHORT = 301, 318, 319, 5, 3
 _DEVIATES: Final = 0.03  # from sRGB's curve, more than one of gamma 2.2 does
@@ -49,10 +51,14 @@ class Pages:
         self.field = np.dtype([("number", short), ("kind", short), ("count", long), ("values", long)])
         (self.first,) = self.place.unpack_from(begins, self.place.size)
 
+    def seek(self, place: int) -> None:
+        """Go there, or to the file's end: the system takes no places beyond 63 bits."""
+        self.file.seek(min(place, os.fstat(self.file.fileno()).st_size))
+
     def at(self, place: int) -> tuple[np.ndarray, int]:
         """The fields that begin there, and where the next page does; 0 after the last."""
         count = struct.Struct(self.order + "HQ"[self.big])
-        self.file.seek(place)
+        self.seek(place)
         (fields,) = count.unpack(self.file.read(count.size))
         if fields * self.field.itemsize > _left(self.file):
             raise struct.error
@@ -73,7 +79,7 @@ class Pages:
             return None
         size, data = int(field["count"][0]) * int(_BYTES[kind]), field["values"].tobytes()
         if size > len(data):
-            self.file.seek(int(field["values"][0]))
+            self.seek(int(field["values"][0]))
             data = self.file.read(most * int(_BYTES[kind]))
         data = data[: size // 8 * 8]
         if kind == _SHORT:
@@ -87,8 +93,9 @@ def _left(file: BinaryIO) -> int:
 
 
 def check_tiff(file: BinaryIO, name: str) -> None:
-    """Raise `SceneError` for a TIFF file, open for reading, whose fields have more bytes than it."""
-    size, taken = os.fstat(file.fileno()).st_size, 0.0
+    """Raise `SceneError` for a TIFF file, open for reading, whose fields have more bytes than it, or with
+    too many keywords."""
+    size, taken, joined = os.fstat(file.fileno()).st_size, 0.0, Joined(name)
     try:
         found = Pages(file)
         for fields in islice(found, MOST_PARTS):
@@ -101,6 +108,9 @@ def check_tiff(file: BinaryIO, name: str) -> None:
                 if some is fields:
                     inner = some[np.isin(some["number"], _WITHIN)]["values"][: len(_WITHIN)]
                     waiting += [found.at(int(place))[0] for place in inner]
+                for field in some[some["number"] == _IPTC]:
+                    found.seek(int(field["values"]))
+                    joined.add_records(file.read(int(field["count"] * _BYTES[field["kind"]])), ANY_ORDER)
     except struct.error:  # it ends before: the library says so
         return
 
