@@ -78,6 +78,8 @@ def _show(against: Any, judged: list[Any], asked: list[Any]) -> None:
         out.print(f"  [bold]{escape(name)}[/]: {escape(text)} ({_of(count, wrong)})")
     for feature, count in features:
         out.print(f"  all pictures with [bold]{escape(feature)}[/] are wrong ({_of(count, wrong)})")
+    for text in against.told(judged):
+        out.print(f"note: {escape(text)}")
     right, none = len(seen) - len(wrong), len(asked) - len(seen)
     colour = "green" if asked and right == len(asked) else "red"
     rest = f"; {none} cases gave none" if none else ""

@@ -161,16 +161,16 @@ def write(
 ) -> None:
     """Write arrays (h, w, any number of channels) side by side, as they are; replace `path` as a whole.
 
-    The first one is uint8, uint16 or float32, and so are the samples. `channels` names them all; `metadata`
-    becomes text attributes where the format has such (EXR, PNG).
+    The first one is uint8, uint16, float16 or float32, and so are the samples. `channels` names them all;
+    `metadata` becomes text attributes where the format has such (EXR, PNG).
     """
     own_colours()
     height, width, _ = parts[0].shape
-    sample_type = "float" if parts[0].dtype == np.float32 else parts[0].dtype.name
+    sample_type = {"float16": "half", "float32": "float"}.get(parts[0].dtype.name, parts[0].dtype.name)
     spec = oiio.ImageSpec(width, height, len(channels), sample_type)
     spec.channelnames = channels
     spec.attribute("DateTime", "")  # else EXR and TIFF get the time of day, and no two files would be equal
-    if sample_type != "float":
+    if parts[0].dtype.kind == "u":
         spec.attribute("oiio:ColorSpace", "sRGB")
     if Path(path).suffix.lower() in (".jpg", ".jpeg"):
         least = 2 * spec.image_bytes() + _HEAD

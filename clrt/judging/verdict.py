@@ -40,6 +40,8 @@ RADIANCE: Final = 32  # bits of a sample that does not end at white
 COMPARING: Final = 110  # bytes of memory for a pixel of the larger picture; strips of a fixed size come to it
 HALF: Final = 30  # of floats of 16 bits, which hold 11 of a value
 SHARED_EXPONENT: Final = 24  # of Radiance's .hdr: 8 bits of what the pixel's largest channel has
+LOSSY: Final = {20: "dwaa", 21: "dwab", 22: "b44", 23: "b44a"}
+"""Of an EXR, by the compression that its header names, which changes what it stores."""
 SECONDS: Final = 30.0  # of processor time, that causes are looked for in a scene
 
 
@@ -207,13 +209,18 @@ def as_pixels(name: str, given: Any) -> np.ndarray:
 
 def bits_of_file(path: str | os.PathLike[str], limits: Limits | None = None) -> int:
     """Bits of a sample of a picture's file: 8 or 16 of sRGB, which ends at white; of radiance RADIANCE,
-    HALF or SHARED_EXPONENT."""
+    HALF, SHARED_EXPONENT or one of LOSSY."""
     if os.fspath(path).lower().endswith(".hdr"):
         return SHARED_EXPONENT
     with open_picture(path, limits or Limits()) as (source, _):
         find_picture(source, os.fspath(path))
+        spec = source.spec()
+        half, compression = spec.format.basetype == oiio.HALF, str(spec.getattribute("compression"))
+        for bits, name in LOSSY.items():
+            if compression == name and (half or name.startswith("dwa")):  # B44 leaves longer floats alone
+                return bits
         kinds = {oiio.UINT8: 8, oiio.UINT16: 16, oiio.HALF: HALF}
-        return kinds.get(source.spec().format.basetype, RADIANCE)
+        return kinds.get(spec.format.basetype, RADIANCE)
 
 
 def _stored(name: str, given: Any, limits: Limits) -> tuple[np.ndarray, int]:

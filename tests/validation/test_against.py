@@ -208,6 +208,36 @@ def test_floats_of_16_bits_are_right(tmp_path: Path) -> None:
     assert not judge(f"{command} 0.99", "diffuse", seconds=0.0).passed
 
 
+@pytest.mark.parametrize("compression", ["dwaa", "b44"])
+def test_what_a_lossy_exr_loses_is_no_fault(
+    tmp_path: Path, compression: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nor are a hundredth too little light, and a picture that is pressed too hard, right."""
+    script = tmp_path / "lossy.py"
+    script.write_text(
+        "import sys, clrt, numpy as np\n"
+        "from clrt.images.file import write\n"
+        "image = clrt.render(sys.argv[1], layers=['depth', 'diffuse'])\n"
+        "of = lambda a: (np.atleast_3d(a) * np.float32(sys.argv[3])).astype(np.float16)\n"
+        "names = ('R', 'G', 'B', 'depth.V', 'diffuse.R', 'diffuse.G', 'diffuse.B')\n"
+        "parts = [of(image.pixels), np.atleast_3d(image.layers['depth']).astype(np.float16)]\n"
+        "parts += [of(image.layers['diffuse'])]\n"
+        "write(sys.argv[2], parts, names, {'compression': sys.argv[4]})\n"
+    )
+    command = f"{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{scene.toml}} {{out.exr}}"
+    for case in ("diffuse", "fresnel"):
+        found = judge(f"{command} 1 {compression}", case)
+        assert found.passed, [gate for gate in found.result.results["oracle64"][1].gates if not gate.passed]
+    (note,) = against.told([found])
+    assert f"its pictures are an EXR of the compression {compression}, which loses" in note
+    assert note in against.suite_result([found], programs.parse(command), "", 0.0).notes
+    assert not judge(f"{command} 0.97 {compression}", "diffuse", seconds=0.0).passed
+    hard = judge(f"{command} 1 dwaa:500", "fresnel", seconds=0.0)
+    assert not hard.passed and not hard.result.causes and hard.told
+    main(["validate", "--case", "diffuse", "--against", f"{command} 1 {compression}"])
+    assert "note: its pictures are an EXR" in capsys.readouterr().out
+
+
 def test_pictures_of_a_scene_are_laid_beside_it(tmp_path: Path) -> None:
     """A program gets what it reads by the names that the scene has for them, in folders, too."""
     (tmp_path / "own" / "in").mkdir(parents=True)

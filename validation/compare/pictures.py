@@ -15,7 +15,7 @@ from msgspec import structs
 from clrt.device.settings import Settings
 from clrt.engine.tracer import Tracer
 from clrt.images.file import decode, encode
-from clrt.judging.verdict import HALF, SHARED_EXPONENT
+from clrt.judging.verdict import HALF, LOSSY, SHARED_EXPONENT
 from clrt.scene.scene import Scene
 
 from ..ours import render_ours
@@ -23,6 +23,7 @@ from ..types import Gate
 from .causes import BYTE, FLOAT, Budget, Cause, disagreement, off_screen, ranked, tolerance_of
 from .curves import clipped, compressed, recurved
 from .figures import measured
+from .lossy import said, told_apart
 from .metrics import (
     DIAGONAL,
     EDGE_STEP,
@@ -50,7 +51,9 @@ _NOT_FINITE = "not finite"
 _ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no more
 _FINAL = ("JPEG compression", "another tone curve", "clipped")  # no scene is searched for what they explain
 _LOOKED_AT = 1448  # pixels a side, in the middle of larger pictures, that tell of causes in all of it
+_PRESSED = 8  # times what a lossy file usually loses, below which nothing is taken for an object
 _LARGEST_PLACES = 0.95  # of the picture; what differs everywhere is no region
+_Lossy = tuple[int, Array]  # one of LOSSY, and the picture that was not in such a file
 
 
 @dataclass(frozen=True)
@@ -88,8 +91,8 @@ def compare_pictures(
     report: gets the name of each cause before it is tried. seconds: of processor time, after which no further
     cause is looked for in the scene. wanted: limits of figures by name, in place of the usual gates; then
     these alone decide whether the pictures pass. bits: of a sample of both where they were stored; 8 and 16
-    are sRGB and end at white, 32 is radiance, and so are HALF and SHARED_EXPONENT. ClrtError for a name of
-    `wanted` that is no figure's.
+    are sRGB and end at white, 32 is radiance, and so are HALF, SHARED_EXPONENT and those of LOSSY. ClrtError
+    for a name of `wanted` that is no figure's.
     """
     check_wanted(wanted)
     notes = tuple(
@@ -101,14 +104,16 @@ def compare_pictures(
     if notes:
         a, b = (np.nan_to_num(image, nan=0.0, posinf=0.0, neginf=0.0) for image in (a, b))
     shared = SHARED_EXPONENT in bits
+    lossy: list[_Lossy] = [(kind, (b, a)[k]) for k, kind in enumerate(bits) if kind in LOSSY]
     if shared or HALF in bits:
         a = held(a, b, shared) if a.shape == b.shape else a
-        bits = _of_floats(bits[0]), _of_floats(bits[1])
+    bits = _of_floats(bits[0]), _of_floats(bits[1])
     finite: tuple[Gate, ...] = ()
     if notes:
         finite = (gate(_NOT_FINITE, 1, 0, "low", "pictures with NaN or infinity"),)
     if shared:
         notes += ("one is Radiance's .hdr: differences of 1/128 of a pixel's largest channel count as none",)
+    notes += tuple(f"one is {said(kind)}" for kind in dict.fromkeys(kind for kind, _ in lossy))
     tolerance, times = tolerance_of(a, b, bits), 1.0
     if tolerance == FLOAT:
         times = brightening(b)
@@ -131,6 +136,9 @@ def compare_pictures(
         gates: tuple[Gate, ...] = (Gate("size", 1.0, 0.0, False, "low", f"{size(a)} in place of {size(b)}"),)
         found = tuple(explain(a, b, tolerance))
         return PictureComparison("different", {}, gates, found, notes, wanted is not None)
+    given = a
+    for kind, right in lossy:
+        a = told_apart(a, b, kind, right, times)
     mask = np.zeros(b.shape[:2], bool)
     if masked:
         mask = scene.edges(b) if scene else steep(b)
@@ -149,11 +157,12 @@ def compare_pictures(
         return PictureComparison(verdict, metrics, gates, (), notes, wanted is not None)
     budget = Budget(seconds)
     lost = ~(np.isfinite(picture).all(axis=-1) & np.isfinite(reference).all(axis=-1))
-    rest = np.where(lost[..., None], b, a)  # what is not finite tells nothing of a mistake elsewhere
-    if lost.any() and disagreement(rest, b, tolerance) == 0.0:
+    rest = np.where(lost[..., None], b, given)  # what is not finite tells nothing of a mistake elsewhere
+    if lost.any() and disagreement(np.where(lost[..., None], b, a), b, tolerance) == 0.0:
         causes = [Cause(_NOT_FINITE, "all that differs is NaN or infinite; elsewhere they agree", 0.0)]
     else:
         causes = _causes((rest, b, exact), mask, tolerance, scene, report, budget)
+        causes = _beyond_loss(causes, (rest, b), lossy, tolerance, times)
     if budget.stopped:
         notes += (f"the search for causes stopped after {seconds:g} s; --seconds N lets it take N",)
     return PictureComparison(verdict, metrics, gates, tuple(causes), notes, wanted is not None)
@@ -166,10 +175,12 @@ def causes_between(
     tolerance: float,
     scene: SceneReference,
     seconds: float,
+    bits: int = 32,
 ) -> tuple[Cause, ...]:
     """Why a picture is not its reference, another program's picture of the scene, the likeliest cause first.
 
     Both are linear (h, w, 3) and on the same footing (of 8 bits, or not); mask (h, w): edges, to be left out.
+    bits: of a sample of the picture's file.
     """
     a = np.nan_to_num(picture, nan=0.0, posinf=0.0, neginf=0.0)
     times = brightening(reference) if tolerance == FLOAT else 1.0
@@ -179,7 +190,26 @@ def causes_between(
         return tuple(explain(a, reference, tolerance))
     mask = np.zeros(reference.shape[:2], bool) if mask is None else mask
     pictures = a, reference, reference
-    return tuple(_causes(pictures, mask, tolerance, scene, None, Budget(seconds)))
+    causes = _causes(pictures, mask, tolerance, scene, None, Budget(seconds))
+    lossy = [(bits, reference)] if bits in LOSSY else []
+    return tuple(_beyond_loss(causes, (a, reference), lossy, tolerance))
+
+
+def _beyond_loss(
+    causes: list[Cause], pictures: tuple[Array, Array], lossy: list[_Lossy], tolerance: float,
+    times: float = 1.0,
+) -> list[Cause]:  # fmt: skip
+    """Causes of pictures with lossy files: what a file may lose, pressed hard, is no object or shadow.
+
+    times: how much brighter the pictures are than what was stored.
+    """
+    certain = [cause for cause in causes if cause.certain]
+    if not lossy or len(certain) == len(causes):
+        return causes
+    a, b = pictures
+    for kind, right in lossy:
+        a = told_apart(a, b, kind, right, _PRESSED * times)
+    return [*certain, *([] if certain else regions(a, b, tolerance))]
 
 
 def _causes(
@@ -253,7 +283,7 @@ def reference_of(
 
 
 def _of_floats(bits: int) -> int:
-    return 32 if bits in (SHARED_EXPONENT, HALF) else bits
+    return 32 if bits in (SHARED_EXPONENT, HALF, *LOSSY) else bits
 
 
 def _unrounded(a: Array, b: Array, tolerance: float) -> Array:

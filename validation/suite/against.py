@@ -18,9 +18,11 @@ from typing import Final
 import numpy as np
 
 from clrt.base.errors import ClrtError, ClrtWarning
+from clrt.judging.verdict import LOSSY
 
 from ..cases import case_named, matrix_cases, own_file
 from ..compare.causes import BYTE, FLOAT, Cause
+from ..compare.lossy import said
 from ..compare.pictures import SceneReference, causes_between
 from ..noise import Excuses
 from ..oracles import ORACLE64, Picture64, picture64, scene_of
@@ -43,6 +45,7 @@ class Judged:
 
     result: CaseResult
     left_out: str = ""  # why the program was not asked
+    told: str = ""  # of its picture's file
 
     @property
     def passed(self) -> bool:
@@ -92,11 +95,11 @@ def _judge(task: Task) -> Judged:
         again = SceneReference(scene, case.width, case.height, task.device)
         edges = excuses.edges if theirs.pixels.shape == wanted.pixels.shape else None
         between = theirs.pixels, wanted.pixels, edges, BYTE if eight else FLOAT
-        causes = causes_between(*between, again, task.seconds)
+        causes = causes_between(*between, again, task.seconds, rendered.bits)
     found = lean(wanted, task.pictures), lean_maps(comparison, task.pictures)
     ours, causes = lean(theirs, task.pictures), tuple(dataclasses.replace(c, undone=None) for c in causes)
     result = CaseResult(case, ours, {REFERENCE: found}, seconds=rendered.seconds, causes=causes)
-    return Judged(result)
+    return Judged(result, told=said(rendered.bits) if rendered.bits in LOSSY else "")
 
 
 @cache
@@ -128,12 +131,18 @@ def usual_cases(full: bool) -> list[str]:
 def suite_result(judged: Sequence[Judged], program: Program, command: str, seconds: float) -> SuiteResult:
     """The run as the report, the JUnit file and the JSON take it."""
     notes = [f"{j.result.case.name} was left out: {j.left_out}" for j in judged if j.left_out]
+    notes += told(judged)
     common = common_causes(judged)
     notes += [f"{count} of the cases that fail: {name}: {text}" for name, text, count in common]
     cases = [j.result for j in judged if not j.left_out]
     started = datetime.datetime.now().astimezone().isoformat(timespec="seconds")
     return SuiteResult(cases, [], [], {}, versions(), program.name, seconds, None, command, started,
                        tuple(notes), subject=program.text)  # fmt: skip
+
+
+def told(judged: Sequence[Judged]) -> list[str]:
+    """What is to be said of the files that the program writes."""
+    return [f"its pictures are {text}" for text in dict.fromkeys(j.told for j in judged if j.told)]
 
 
 def common_causes(judged: Sequence[Judged]) -> list[tuple[str, str, int]]:

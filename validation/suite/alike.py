@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 from typing import Final
 
 import numpy as np
 
 from clrt.images.file import decode, encode
+from clrt.judging.verdict import HALF, LOSSY
 
 from ..compare.causes import BYTE
 from ..compare.layers import TERMS
+from ..compare.lossy import told_apart
 from ..compare.metrics import encoded, held, largest
 from ..compare.oracle import Limits, compare, gate
 from ..ours import ray_key
@@ -36,11 +39,12 @@ def alike(
     terms = {ray_key(0, f"camera {name}"): rendered.layers[name] for name in TERMS if name in rendered.layers}
     by_ray = {key: values for key, values in reference.by_ray.items() if key in terms}
     pixels, distance = rendered.pixels.astype(np.float64), rendered.layers.get("depth")
-    if rendered.half and pixels.shape == reference.pixels.shape:
-        pixels = held(pixels, reference.pixels)
-        terms = {key: held(terms[key], values) for key, values in by_ray.items()}
+    if rendered.bits in (HALF, *LOSSY) and pixels.shape == reference.pixels.shape:
+        apart = partial(told_apart, bits=rendered.bits) if rendered.bits in LOSSY else held
+        pixels = apart(pixels, reference.pixels)
+        terms = {key: apart(terms[key], values) for key, values in by_ray.items()}
         if distance is not None and reference.t is not None:
-            distance = held(distance.astype(np.float64), reference.t)
+            distance = apart(distance.astype(np.float64), reference.t)
     theirs = OracleImage(pixels, {key: terms[key] for key in by_ray}, distance, _shape(rendered),
                          program.name, rendered.seconds)  # fmt: skip
     pixels = reference.pixels

@@ -31,7 +31,7 @@ from clrt.base.interrupts import ended_by
 from clrt.base.limits import Limits
 from clrt.base.scratch import placed, scratch
 from clrt.images.file import read_samples
-from clrt.judging.verdict import HALF, bits_of_file
+from clrt.judging.verdict import RADIANCE, bits_of_file
 from clrt.scene.scene import Scene
 
 from ..compare.layers import read_layers
@@ -54,7 +54,7 @@ class Rendered:
     layers: dict[str, np.ndarray]
     seconds: float
     failure: str = ""
-    half: bool = False  # whether floats of 16 bits hold it
+    bits: int = RADIANCE  # of a sample of its file
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Program:
                 layers = read_layers(out, Limits()) if self.out_suffix == ".exr" else {}
             except ClrtError as error:
                 return Rendered(None, {}, seconds, str(error).replace(str(folder) + os.sep, ""))
-            return Rendered(pixels, layers, seconds, half=bits_of_file(out) == HALF)
+            return Rendered(pixels, layers, seconds, bits=bits_of_file(out))
 
 
 def parse(text: str, timeout: float = TIMEOUT) -> Program:
