@@ -7,7 +7,7 @@ light in a few narrow lines, the reds fall back and some patches change places: 
 could not tell these lights apart from filters.
 
     clrt render booths -o booths.png
-    python scenes/booths.py booths.json
+    python scenes/booths.py scenes/my-booths.json
 """
 
 from __future__ import annotations

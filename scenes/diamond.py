@@ -6,7 +6,7 @@ What to look at: what enters through the crown is reflected totally by the facet
 its way it falls apart into colours, the fire. The reflections on the facets themselves stay white.
 
     clrt render diamond -o diamond.png
-    python scenes/diamond.py diamond.json
+    python scenes/diamond.py scenes/my-diamond.json
 """
 
 from __future__ import annotations

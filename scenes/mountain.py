@@ -7,7 +7,7 @@ three meshes with the normals of the whole, cut by height and steepness: 131072 
 lake hides.
 
     clrt render mountain -o mountain.png
-    python scenes/mountain.py mountain.json
+    python scenes/mountain.py scenes/my-mountain.json
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ violet returns, beyond 42.4 no red. So the two lines are coloured, and where the
 after the other. That is how rain makes a rainbow.
 
     clrt render rainbow -o rainbow.png
-    python scenes/rainbow.py rainbow.json
+    python scenes/rainbow.py scenes/my-rainbow.json
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ What to look at: every sphere mirrors its neighbours, so the flake goes on insid
 with each of the five sizes, and 1 + 9 + 81 + 729 + 6561 = 7381.
 
     clrt render sphereflake -o sphereflake.png
-    python scenes/sphereflake.py sphereflake.json
+    python scenes/sphereflake.py scenes/my-sphereflake.json
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ What to look at: light falls through the gaps, so the shadow on the floor is the
 the lamp.
 
     clrt render tetrahedron -o tetrahedron.png
-    python scenes/tetrahedron.py tetrahedron.json
+    python scenes/tetrahedron.py scenes/my-tetrahedron.json
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from clrt.base.errors import ClrtError
+from clrt.base.places import listed
 from clrt.cli import interrupted
 from clrt.cli.source import read, stem
 
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
     from clrt.engine.request import Request
     from clrt.scene.scene import Scene
 
-_ONE_SIZE: Final = "a video's frames have one size; give --width and --height"
+_ONE_SIZE: Final = (
+    "a video's frames have one size; leave the camera's width and height as they are, or write pictures"
+)
 Values = dict[str, Any]
 Series = Callable[["Scene", argparse.Namespace], tuple["Scene", list[Values]]]
 """From a scene and the options: the scene that all pictures start from, and what changes for each."""
@@ -58,7 +61,10 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     names = [options.output] if film else [frame_name(options.output, i, v) for i, v in enumerate(series)]
     if len(set(names)) < (1 if film else len(series)):
         twice = next(name for name, count in Counter(names).items() if count > 1)
-        check_writable(twice)  # advice of a name that is then refused is none
+        try:
+            check_writable(twice)  # advice of a name that is then refused is none
+        except ClrtError as error:
+            raise ClrtError(f"{error}; a video is one of {listed(SUFFIXES)}") from None
         raise ClrtError(f"{options.output}: several pictures would be {twice}; put {{index}} into the name")
     outputs = {f"-o ({name})" if len(names) > 1 else "-o": name for name in names}
     manifest = options.manifest or (None if film else str(Path(names[0]).parent / "frames.csv"))

@@ -185,6 +185,8 @@ def _named(shapes: Sequence[Any], numbers: Numbers, name: str, at: At) -> int:
         known = [*_texts(map(_name_of, shapes))]
         many = f"{len(found)} shapes have that name; say which by its number"
         none = f"no shape has the name {show(name)}{did_you_mean(name, known)}"
+        if at.path == "lights":
+            raise at.says("lights have no names; they are numbered from 0: lights[0]")
         raise at.says(many if found else f"{none}; shapes are numbered from 0: shapes[0]")
     return next(iter(found))
 

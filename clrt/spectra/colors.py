@@ -109,6 +109,9 @@ def check_color(color: object, kind: str, at: At, pictured: bool = False) -> Non
         raise at.error(color, "a colour must be a number >= 0 or 3 numbers >= 0")
     if isinstance(color, Spectrum):
         color.check(at)
+        if color.blackbody is not None and kind in ("reflectance", "curve"):
+            right = "a light, whose radiance has no part in 1; give a curve: {samples = [[nm, value], ...]}"
+            raise at.key("blackbody").error(color.blackbody, f"this is {right}")
         color, at = color.name, at.key("name")
     elif kind == "background":
         return  # an unknown name is a file's

@@ -33,6 +33,7 @@ class Cause:
     undone: Array | None = None  # the picture with the mistake undone
     certain: bool = True  # False: what was tested must hold for this cause, but could hold for others
     hinted: bool = False  # likely for another reason than `left`
+    blurs: bool = False  # undoing it takes means of pixels, which hides what it does not explain
 
     @property
     def proven(self) -> bool:
@@ -100,8 +101,8 @@ def disagreement(picture: Array, reference: Array, tolerance: float) -> float:
 
 
 def ranked(causes: list[Cause]) -> list[Cause]:
-    """Each name once, proven ones first, then by how much they explain."""
-    causes = sorted(causes, key=lambda cause: (not cause.proven, cause.left))
+    """Each name once, proven ones first, of these those that only move pixels, then by what they explain."""
+    causes = sorted(causes, key=lambda cause: (not cause.proven, cause.proven and cause.blurs, cause.left))
     best: dict[str, Cause] = {}
     for cause in causes:
         best.setdefault(cause.name, cause)

@@ -61,8 +61,8 @@ def told_apart(
 ) -> Array:
     """Values with the reference's where a file of these bits, one of LOSSY, does not tell them apart.
 
-    right: the one of the two that was not in that file; None: the reference. times: so much more is lost; these two
-    are as many times brighter than what was stored.
+    right: the one of the two that was not in that file; None: the reference. times: how much brighter these
+    two are than what was stored, or how much more may be lost.
     """
     lost = loss(reference if right is None else right, bits)
     out = held(values, reference)

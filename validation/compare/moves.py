@@ -42,10 +42,11 @@ def moved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]
             if v
         ]
         whole = all(v == int(v) for v in (x, y))
-        text = "the picture is moved" if whole else "samples are not at the pixels' centres"
+        far = max(abs(x), abs(y)) > 1
+        text = "the picture is moved" if whole or far else "samples are not at the pixels' centres"
         # hard edges let no half pixel vanish; but only a shift is better one way and worse the other
         hinted = left < 1 and (-y, -x) in errors and errors[y, x][1] < 0.6 * errors[-y, -x][1]
-        yield Cause(f"shift by {' and '.join(words)}", text, left, hinted=hinted)
+        yield Cause(f"shift by {' and '.join(words)}", text, left, hinted=hinted, blurs=not whole)
 
 
 def _shift_errors(
