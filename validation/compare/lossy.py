@@ -39,6 +39,7 @@ def loss(right: Array, bits: int) -> Array:
         part = slice(row, row + _ROWS)
         off = np.abs(_stored(right[part], LOSSY[bits]) - right[part])
         found[part] = off if off.ndim == 2 else largest(off)
+    found = np.nextafter(found, np.float32(np.inf))  # rounded, it may be less than the difference itself
     around: Array = ndimage.maximum_filter(found, _AROUND)
     return around
 
