@@ -44,6 +44,26 @@ inline int solids_about(const World world, __global const float *surfaces, uint 
     return -1;
 }
 
+// An edge or corner that a ray only touches: it leaves what it is not in, and enters it at once. The last of the
+// medium's surfaces that it meets there; NO_PRIMITIVE where it enters none.
+inline Hit touched(const World world, const Ray ray, Hit hit, float offset, int medium)
+{
+    const float first = hit.t;
+    Hit last = {hit.t, NO_PRIMITIVE};
+    bool enters = false;
+    for (int k = 0; k < MEDIA; k++) {
+        hit = nearest_hit(world, ray, hit.t, hit.primitive, false, NO_PRIMITIVE);
+        if (hit.primitive < 0 || !(hit.t <= first + (offset + ALONG * hit.t))) break;
+        int material;
+        const Local at = surface_at(world, ray, 1, hit.primitive, hit.t, &material);
+        if (world.materials[material].medium != medium) break;
+        enters = enters || !(dot3(at.outward, ray.direction) > 0.0f);
+        last = hit;
+    }
+    if (!enters) last.primitive = NO_PRIMITIVE;
+    return last;
+}
+
 inline void cross_one(const World world, __global const float *rays, uint i, __global float *hit_t,
                       __global int *hit_primitive, __global float *surfaces, __global int *surface_code,
                       __global int *media, __global float *weights, __global uint *overflow)
@@ -65,9 +85,19 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
         MediaList next = list;
         bool fits = true;
         const int times = times_listed(list, medium);
+        const float offset = surfaces[in_block(i, LEAVE_BY, SURFACE_FIELDS)];
+        const Ray ray = load_ray(rays, i);
         // beside an edge: the ray has just crossed it by the edge's other side
-        const bool crossed = hit_t[i] <= BESIDE * surfaces[in_block(i, LEAVE_BY, SURFACE_FIELDS)] && (times > 0) != inside
-                          && solids_about(world, surfaces, i, inside, medium) == times;
+        bool crossed = hit_t[i] <= BESIDE * offset && (times > 0) != inside
+                    && solids_about(world, surfaces, i, inside, medium) == times;
+        if (inside && times == 0 && !crossed) {
+            const Hit last = touched(world, ray, (Hit){hit_t[i], hit_primitive[i]}, offset, medium);
+            crossed = last.primitive >= 0;
+            if (crossed) {
+                hit_t[i] = last.t;
+                hit_primitive[i] = last.primitive;
+            }
+        }
         if (!crossed && !inside) {
             fits = enter_medium(&next, medium);
         } else if (!crossed && !leave_medium(&next, medium)) {
@@ -85,7 +115,6 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
         if (before != after) break;
         list = next;
         moved = true;
-        const Ray ray = load_ray(rays, i);
         const Hit hit = nearest_hit(world, ray, hit_t[i], hit_primitive[i], false, NO_PRIMITIVE);
         hit_t[i] = hit.t;
         hit_primitive[i] = hit.primitive;

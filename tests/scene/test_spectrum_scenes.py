@@ -102,6 +102,7 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     (lit({}), ["lights[0].intensity", "one of name, blackbody", "none"]),
     (lit({"line": 500, "band": [400, 500]}), ["lights[0].intensity", "band, line is given"]),
     # wavelengths
+    (material(color={"blackbody": 3200}), ["materials.m.color.blackbody", "this is a light"]),
     (lit({"line": 900}), ["lights[0].intensity.line", "900", "nm, from 360 to 830"]),
     (lit({"line": 390}, spectrum={"range": [400, 700]}), ["intensity.line", "390", "400 to 700 nm"]),
     (lit({"gaussian": [0.55, 10]}), ["intensity.gaussian", "0.55", "nm"]),

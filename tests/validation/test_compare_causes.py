@@ -400,3 +400,12 @@ def test_places_of_another_colour_are_places() -> None:
     wrong[50:54, 60:64] -= 0.1
     (place,) = [cause for cause in found(wrong, right) if "place" in cause.text]
     assert "40 x 30 pixels at (10, 5)" in place.text and place.left < 0.01
+
+
+def test_of_proven_causes_those_that_only_move_pixels_come_first() -> None:
+    """A shift by half pixels blurs, and so hides the edges' noise: it stood before a flip."""
+    flip = causes.Cause("vertical flip", "", 0.011)
+    shift = causes.Cause("shift by 12.5 pixels up", "", 0.0045, blurs=True)
+    assert [cause.name for cause in causes.ranked([shift, flip])] == [flip.name, shift.name]
+    likely = causes.Cause("vertical flip", "", 0.3)
+    assert causes.ranked([likely, shift])[0] == shift

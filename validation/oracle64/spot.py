@@ -86,6 +86,13 @@ def visible_hit(world: World, rays: Rays) -> Met:
             beside[beside] = media.as_listed(
                 before[todo][beside], shape[beside], inner[beside], world.batches, world.shape_of
             )
+        listed = (before[todo] == media.number[shape][:, None]).any(axis=1)
+        asked = np.flatnonzero((media.number[shape] >= 0) & ~enters & ~listed & ~beside)
+        if asked.size:
+            rows, size = todo[asked], np.maximum(extent[asked], t[todo[asked]])
+            touched, at = _touched(world, origin[rows], u[rows], (t[rows], primitive[rows]), OFFSET * size)
+            t[rows[touched]], primitive[rows[touched]] = at
+            beside[asked[touched]] = True
         old, new = media.crossed(before[todo], shape, enters, beside)
         hidden = (media.number[shape] >= 0) & (media.top(old) == media.top(new))
         before = _put(before, todo, np.where(hidden[:, None], new, old))
@@ -94,6 +101,27 @@ def visible_hit(world: World, rays: Rays) -> Met:
         t[todo], primitive[todo] = nearest_hit(world, origin[todo], u[todo], (t[todo], primitive[todo]))
         todo = todo[primitive[todo] >= 0]
     return Met(t, primitive, tidy(before), tidy(after))
+
+
+def _touched(
+    world: World, origin: Array, u: Array, hits: tuple[Array, Ints], near: Array
+) -> tuple[Bools, tuple[Array, Ints]]:
+    """Rays that only touch an edge or corner, and the last hits of their medium there.
+
+    They leave what they are not in, and enter it at once. hits: of the inner sides of surfaces of media.
+    """
+    number = world.media.number[world.shape_of]
+    t, primitive = hits[0].copy(), hits[1].copy()
+    touched, rows = np.zeros(len(t), bool), np.arange(len(t))
+    while rows.size:
+        at, other = nearest_hit(world, origin[rows], u[rows], (t[rows], primitive[rows]))
+        same = (other >= 0) & (at <= hits[0][rows] + near[rows])
+        same &= number[np.maximum(other, 0)] == number[primitive[rows]]
+        rows, at, other = rows[same], at[same], other[same]
+        outward = _outward(world, origin[rows] + at[:, None] * u[rows], u[rows], other)[0]
+        touched[rows] |= dot(outward, u[rows]) <= 0
+        t[rows], primitive[rows] = at, other
+    return touched, (t[touched], primitive[touched])
 
 
 def _put(lists: Ints, rows: Ints, values: Ints) -> Ints:

@@ -67,6 +67,7 @@ class Table:
             found = hits.take(todo)
             enters = dot(found.outward, rays.direction[todo]) <= 0
             beside = self._is_as_listed(found, here[todo])
+            beside |= self._touched(rays.take(todo), found, here[todo], enters)
             here[todo], beyond[todo] = self.media.across(here[todo], found.shape, enters, beside)
             same = self.media.top(here[todo]) == self.media.top(beyond[todo])
             todo = todo[same & (self.media.number[found.shape] >= 0)]
@@ -97,6 +98,18 @@ class Table:
             solids[going] += np.where(same, np.where(dot(met.outward, way[hit]) > 0, 1, -1), 0)
             start = met.t + self.world.step(met.point)
         return beside & (solids == self.media.times(states, medium))
+
+    def _touched(self, rays: Rays, hits: Hits, states: Array, enters: Array) -> Array:
+        """Where rays only touch an edge (n,): they leave what they are not in, and enter it at once."""
+        medium, out = self.media.number[hits.shape], np.zeros(len(enters), bool)
+        asked = np.flatnonzero(~enters & (medium >= 0) & (self.media.times(states, medium) == 0))
+        if asked.size:
+            ahead, t = rays.take(asked), hits.t[asked]
+            other = self.world.nearest(ahead.origin, ahead.direction, ahead.form, t)
+            near = other.t <= t + self.world.step(hits.point[asked]) + OFFSET * t
+            same = self.media.number[other.shape] == medium[asked]
+            out[asked] = near & same & (dot(other.outward, ahead.direction) <= 0)
+        return out
 
     def _nearest(self, rays: Rays, start: Any = None) -> Hits:
         """Nearest hits beyond `start`: of shapes, which Mitsuba finds, and of lights that are seen."""
@@ -160,7 +173,7 @@ class Table:
         tones = {name: self.of[name][hits.shape] for name in ("H", "M", "Tt", "e")}
         tones = self.pictures.tones({"F": self.reflectance(hits), **tones}, u, cone[:, 0], hits)
         step = self.world.step(hits.point)
-        back = (step + OFFSET * hits.t)[:, None] * u
+        back = (step + OFFSET / 4 * hits.t)[:, None] * u
         sides = self._indices(hits.shape, rays.media, beyond, enters)
         return Spot(hits.shape, hits.point, hits.outward, n, ns, enters, step, back, form=hits.form,
                     eta_i=sides[0], eta_t=sides[1], media=rays.media, beyond=beyond, cone=cone,

@@ -70,6 +70,9 @@ def crossed(flat: FlatScene, queue: Queue, hits: Hits) -> Crossed:
         s = surface_at(flat, rays, Hits(t[going], primitive[going]))
         own = primitives_of(flat)["material"][primitive[going]].astype(np.int32)
         beside = (t[going] <= _BESIDE * s.offset) & _solids_are_listed(flat, lists[:, going], s, t[going])
+        touched, other = _touched(flat, rays, lists[:, going], s, Hits(t[going], primitive[going]), beside)
+        t[going[touched]], primitive[going[touched]] = other.t, other.primitive
+        beside[touched] = True
         lists[:, going], following = _next_lists(flat, lists[:, going], s, beside)
         old, new = top(flat, lists[:, going]), top(flat, following)
         solid = s.material["medium"] == _NONE
@@ -128,6 +131,32 @@ def _solids_are_listed(flat: FlatScene, lists: Array, s: Surface, t: Array) -> A
     out = np.zeros(len(t), bool)
     out[asked] = found[asked] == times[asked]
     return out
+
+
+def _touched(
+    flat: FlatScene, rays: Rays, lists: Array, s: Surface, hits: Hits, beside: Array
+) -> tuple[Array, Hits]:
+    """Rays that only touch an edge or corner, and the last hits of their medium there.
+
+    They leave what they are not in, and enter it at once.
+    """
+    medium, last = s.material["medium"], Hits(hits.t.copy(), hits.primitive.copy())
+    going = np.flatnonzero((medium != _NONE) & s.inside & ~(lists == medium).any(axis=0) & ~beside)
+    enters = np.zeros(len(medium), bool)
+    for _ in range(layout.MEDIA):
+        other = nearest_hit(flat, rays[going], Hits(last.t[going], last.primitive[going]))
+        near = other.t <= hits.t[going] + (s.offset[going] + np.float32(layout.ALONG) * other.t)
+        near &= other.primitive != NO_PRIMITIVE
+        going, other = going[near], Hits(other.t[near], other.primitive[near])
+        if not len(going):
+            break
+        there = surface_at(flat, rays[going], other)
+        same = there.material["medium"] == medium[going]
+        going, other, inside = going[same], Hits(other.t[same], other.primitive[same]), there.inside[same]
+        enters[going] |= ~inside
+        last.t[going], last.primitive[going] = other.t, other.primitive
+    which = np.flatnonzero(enters)
+    return which, Hits(last.t[which], last.primitive[which])
 
 
 def _next_lists(
