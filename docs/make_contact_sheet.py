@@ -101,13 +101,15 @@ def shading_layers() -> Pixels:
 def acne() -> Pixels:
     """thesis_3_07_acne at one sample, with the offset of spawned rays and without it."""
     scene = load_scene("thesis_3_07_acne")
-    width, offset = fitting_width(scene), layout.OFFSET
+    width, bounds = fitting_width(scene), {name: getattr(layout, name) for name in ("OFFSET", "ALONG")}
     cells = [captioned(clrt.render(scene, width=width, spp=1).pixels, "with the offset")]
     try:
-        setattr(layout, "OFFSET", 0.0)  # noqa: B010 - a constant everywhere else
+        for name in bounds:  # constants everywhere else
+            setattr(layout, name, 0.0)
         cells.append(captioned(clrt.render(scene, width=width, spp=1).pixels, "without"))
     finally:
-        setattr(layout, "OFFSET", offset)  # noqa: B010
+        for name, bound in bounds.items():
+            setattr(layout, name, bound)
     return sheet(cells, columns=2)
 
 
