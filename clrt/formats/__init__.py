@@ -39,13 +39,16 @@ def load_file(path: Path, limits: Limits, **options: Any) -> Scene:
         text = f"{what}; scenes are {listed(READERS)} files"
         raise SceneError(located(str(path), "", text))
     loader: Callable[..., Scene] = import_module(f"clrt.formats.{reader}").load
-    known = [name for name in inspect.signature(loader).parameters if name not in ("path", "limits")]
+    asked = inspect.signature(loader).parameters
+    known = [name for name in asked if name not in ("path", "limits")]
     for name, value in options.items():
         if name not in known:
             text = f"there is no option {name!r} for {path.suffix} files{did_you_mean(name, known)}"
             raise SceneError(located(str(path), "", text))
-        if not isinstance(value, (str, bool, NoneType)):
-            raise SceneError(fault(str(path), name, value, "it must be a text, True or False"))
+        flag = "bool" in str(asked[name].annotation)
+        if not isinstance(value, (bool if flag else str, NoneType)):
+            right = "it must be True, False or None" if flag else "it must be a text or None"
+            raise SceneError(fault(str(path), name, value, right))
     with open_input(path):  # or the error of a name that is no regular file's
         pass
     with bounded(path.name):

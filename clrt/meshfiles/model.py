@@ -62,7 +62,7 @@ def read_model(path: Path, at: At, limits: Limits, smooth: bool | None) -> Model
         return None
     with broken_said(path, at):
         placed = open_mesh(data, path, at, limits, apart=True)
-        if placed.look is None and not ply:
+        if placed.look is None and suffix == ".obj":
             return None
         if not len(placed.which):
             raise at.says("it has no faces")

@@ -182,3 +182,24 @@ def test_every_closed_primitive_keeps_light() -> None:
         shape = {**make((0.0, 0.0, 0.0), 1.0), "material": GLASSES["fresnel"]}
         seen, _ = furnace([shape]).radiance(o, d)
         assert np.allclose(seen, 1.0, rtol=0, atol=4e-6), (name, np.abs(seen - 1).max())
+
+
+def test_rays_start_no_farther_back_than_they_came() -> None:
+    """A closed room with mirrors for walls on a floor so wide that rays leave it by much: what met the floor
+    close to a wall started behind the wall, where the lamps are."""
+    wide, mirror = 1000, {"diffuse": 0.2, "reflection": 0.8}
+    walls = [
+        [[-1, 0, -1], [1, 0, -1], [1, 1, -1], [-1, 1, -1]], [[-1, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1]],
+        [[-1, 0, -1], [-1, 1, -1], [-1, 1, 1], [-1, 0, 1]], [[1, 0, -1], [1, 0, 1], [1, 1, 1], [1, 1, -1]],
+        [[-1, 0, 1], [1, 0, 1], [1, 1, 1], [-1, 1, 1]],
+    ]  # fmt: skip
+    floor = [[-wide, 0, wide], [wide, 0, wide], [wide, 0, -wide], [-wide, 0, -wide]]
+    lamps = [[3, 1, 0], [0, 3, 0], [-2, 1, -2], [0, 0.2, -3]]
+    pixels = clrt.render({
+        "camera": {"origin": [0, 0.3, 0.3], "target": [0, 0.01, -1], "fov": 50, "width": 400, "height": 400},
+        "ambient": 0.1, "background": [5, 0, 0], "max_depth": 3,
+        "lights": [{"type": "point", "position": lamp, "intensity": 9} for lamp in lamps],
+        "shapes": [{"type": "polygon", "points": floor, "material": {"color": 0.8}},
+                   *({"type": "polygon", "points": wall, "material": mirror} for wall in walls)],
+    }).pixels  # fmt: skip
+    assert pixels.max() < 0.3

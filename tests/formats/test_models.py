@@ -47,10 +47,16 @@ def test_what_a_file_lacks_is_added(tmp_path: Path) -> None:
     assert lit.camera is not None and len(lit.lights) == 1 and lit.ambient == 0.05
 
 
-def test_a_model_without_looks_is_the_scene_it_was(tmp_path: Path) -> None:
+def test_a_model_without_looks_has_its_nodes(tmp_path: Path) -> None:
+    """It was one nameless shape."""
     scene = clrt.load(write_glb(tmp_path / "a.glb", model([])))
     (mesh,) = scene.shapes
-    assert isinstance(mesh, Mesh) and mesh.part is None and mesh.file == "a.glb"
+    assert isinstance(mesh, Mesh) and (mesh.part, mesh.name, mesh.file) == (0, "floor", "a.glb")
+    for wrong in ("yes", 1):
+        with pytest.raises(clrt.SceneError, match=r"smooth: .* it must be True, False or None"):
+            clrt.load(tmp_path / "a.glb", smooth=wrong)
+    with pytest.raises(clrt.SceneError, match=r"camera: 1 .* it must be a text or None"):
+        clrt.load(tmp_path / "a.glb", camera=1)
 
 
 HAND = f"""

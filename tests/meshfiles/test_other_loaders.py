@@ -56,7 +56,8 @@ def mitsubas(file: Path, smooth: bool) -> dict[str, np.ndarray]:
 
 
 def ours(file: Path, smooth: bool | None) -> dict[str, np.ndarray]:
-    (shape,) = clrt.load(file, smooth=smooth).shapes
+    table = {"type": "mesh", "file": file.name, "smooth": smooth}
+    (shape,) = clrt.load_dict({"shapes": [table], "ambient": 1}, folder=file.parent).shapes
     assert isinstance(shape, Mesh)
     data = shape.data()
     faces = np.asarray(data.faces)

@@ -158,7 +158,7 @@ def spot_at(world: World, rays: Rays, met: Met) -> Spot:
     ns = np.where(dot(ns, u)[:, None] >= 0, n, ns)
     largest = [across(np.maximum, np.abs(rays.origin)), across(np.maximum, np.abs(point)), extent]
     offset = OFFSET * np.max(largest, axis=0) if world.lift is None else world.lift(point)
-    back = offset[:, None] * u if world.lift is None else np.zeros_like(u)
+    back = np.minimum(offset, met.t)[:, None] * u if world.lift is None else np.zeros_like(u)
     shape = world.shape_of[met.primitive]
     of = world.surfaces
     cone = np.stack([rays.cone[:, 0] + rays.cone[:, 1] * met.t, rays.cone[:, 1]], axis=1)

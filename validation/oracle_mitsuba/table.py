@@ -173,7 +173,7 @@ class Table:
         tones = {name: self.of[name][hits.shape] for name in ("H", "M", "Tt", "e")}
         tones = self.pictures.tones({"F": self.reflectance(hits), **tones}, u, cone[:, 0], hits)
         step = self.world.step(hits.point)
-        back = (step + OFFSET / 4 * hits.t)[:, None] * u
+        back = np.minimum(step + OFFSET / 4 * hits.t, hits.t)[:, None] * u
         sides = self._indices(hits.shape, rays.media, beyond, enters)
         return Spot(hits.shape, hits.point, hits.outward, n, ns, enters, step, back, form=hits.form,
                     eta_i=sides[0], eta_t=sides[1], media=rays.media, beyond=beyond, cone=cone,

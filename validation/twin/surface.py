@@ -108,7 +108,7 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
         which = np.flatnonzero(records["kind"] == KINDS[kind])
         if len(which):
             place(flat, records["index"][which], rays[which], s, which)
-    s.back = rays.direction * (s.offset + _ALONG * hits.t)
+    s.back = rays.direction * smaller(s.offset + _ALONG * hits.t, hits.t)
     s.inside = dot(s.outward, rays.direction) > 0.0
     s.n = np.where(s.inside, -s.outward, s.outward)
     s.ns = np.where(dot(s.smooth, s.n) < 0.0, -s.smooth, s.smooth)
