@@ -409,3 +409,18 @@ def test_of_proven_causes_those_that_only_move_pixels_come_first() -> None:
     assert [cause.name for cause in causes.ranked([shift, flip])] == [flip.name, shift.name]
     likely = causes.Cause("vertical flip", "", 0.3)
     assert causes.ranked([likely, shift])[0] == shift
+
+
+def test_a_part_with_the_picture_s_own_proportions_is_one() -> None:
+    """The scene is rendered in the size of such a part, where nothing of it is left to be cut."""
+    ball = {"type": "sphere", "center": [0.3, 0, 0], "radius": 1, "material": {"color": [0.8, 0.3, 0.2]}}
+    floor = {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0]}
+    scene = clrt.load_dict({
+        "camera": {"origin": [0, 1, 5], "target": [0, 0, 0], "width": 96, "height": 72}, "ambient": 0.1,
+        "lights": [{"type": "point", "position": [2, 4, 3]}], "shapes": [ball, floor],
+    })  # fmt: skip
+    part = clrt.compare(clrt.render(scene, crop=(20, 10, 64, 48)), scene)
+    assert [(cause.name, cause.proven) for cause in part.causes] == [("cropped", True)]
+    assert "from pixel (20, 10) on" in part.causes[0].text
+    turned = clrt.render(scene, width=64, height=48).pixels[::-1].copy()
+    assert clrt.compare(turned, scene).causes[0].name == "vertical flip"

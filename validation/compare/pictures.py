@@ -52,6 +52,7 @@ _ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no 
 _FINAL = ("JPEG compression", "another tone curve", "clipped")  # no scene is searched for what they explain
 _LOOKED_AT = 1448  # pixels a side, in the middle of larger pictures, that tell of causes in all of it
 _PRESSED = 8  # times what a lossy file usually loses, below which nothing is taken for an object
+_PARTS = 16  # times the pixels of a picture that it is looked for in, at most
 _LARGEST_PLACES = 0.95  # of the picture; what differs everywhere is no region
 _Lossy = tuple[int, Array]  # one of LOSSY, and the picture that was not in such a file
 
@@ -225,6 +226,9 @@ def _causes(
     causes = explain(a, b, tolerance)
     if scene and not any(cause.left <= _ALL or (cause.proven and cause.name in _FINAL) for cause in causes):
         causes = _causes_of_scene(causes, (a, exact), ~mask, tolerance, scene, report, budget)
+    whole = scene.whole() if scene and not any(cause.proven for cause in causes) else None
+    if whole and not (budget.over() or mask.any()):
+        causes = [cause for cause in resized(a, whole.render(), tolerance) if cause.proven] or causes
     if not any(cause.proven for cause in causes):
         causes += regions(a, b, tolerance)
     return causes
@@ -240,6 +244,17 @@ class SceneReference:
     device: int | str | None = None
     settings: Settings | None = None
     exposure: float = 1.0  # by which pictures are multiplied
+    own: tuple[int, int] | None = None  # width and height that the scene states, if it was given others
+
+    def whole(self) -> SceneReference | None:
+        """The scene in its own size, where that is a larger one: a picture may be a part of that."""
+        if self.own is None or self.own[0] <= self.width or self.own[1] <= self.height:
+            return None
+        width, height = self.own
+        if width * height > _PARTS * self.width * self.height:
+            return None
+        scene = self.scene.override(width=width, height=height)
+        return replace(self, scene=scene, width=width, height=height)
 
     def render(self, scene: Scene | None = None, shadows: bool = True) -> Array:
         """The linear picture of the scene, or of a changed one."""
@@ -275,11 +290,11 @@ def reference_of(
 ) -> SceneReference:
     """The scene to render: in a picture's size (h, w), if that has the camera's aspect to within a pixel."""
     assert scene.camera is not None
-    width, height = scene.camera.width, scene.camera.height
+    width, height = own = scene.camera.width, scene.camera.height
     if shape and abs(shape[1] * height / width - shape[0]) <= 1:
         height, width = shape[:2]
         scene = scene.override(width=width, height=height)
-    return SceneReference(scene, width, height, device, settings)
+    return SceneReference(scene, width, height, device, settings, own=own)
 
 
 def _of_floats(bits: int) -> int:
