@@ -34,6 +34,7 @@ PARTS = {
     "clrt.scene.changes": "clrt.scene.scene",
     "clrt.scene.save": "clrt.scene.scene",
     "clrt.scene.summary": "clrt.scene.scene",
+    "clrt.scene.unfiled": "clrt.scene.scene",
     "clrt.spectra.colorimetry": "clrt.spectra.bands",
 }
 # Where the command line and the diagnosis reach what is above them, within a function: it may be missing.

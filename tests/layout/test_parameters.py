@@ -35,7 +35,7 @@ def test_what_a_kernel_uses_of_its_groups() -> None:
     names = [name for name, _ in parameters.signatures(source)["generate"]]
     assert {names[k] for k in parameters.used(source, "generate")} == set(names) - {"media"}
     names = [name for name, _ in parameters.signatures(source)["reflect"]]
-    unused = {"hit_t", "hit_primitive", "local_radiance", "generation"}
+    unused = {"hit_primitive", "local_radiance", "generation"}
     assert not unused & {names[k] for k in parameters.used(source, "reflect")}
     assert {"weights", "slot", "child_rays"} <= {names[k] for k in parameters.used(source, "reflect")}
 

@@ -191,7 +191,7 @@ def test_no_change_of_a_hundredth_of_the_pixels_is_equal(monkeypatch: pytest.Mon
             for pair in ((a, b), (b, a)):
                 found = pictures.compare_pictures(*pair)
                 assert found.verdict not in ("identical", "equal"), found.metrics
-                assert found.notes == () or "FLIP" in found.notes[0], "nothing was clipped"
+                assert not any("count as white" in note for note in found.notes), "nothing was clipped"
 
 
 def most_memory(height: int) -> int:
@@ -357,7 +357,7 @@ DIM = {
 
 
 @pytest.mark.parametrize("name", DIM)
-@pytest.mark.parametrize("light", [1e-2, 1e-4, 1e-6, 1e-30])
+@pytest.mark.parametrize("light", [2e-3, 1e-4, 1e-6, 1e-30])
 def test_dim_pictures_are_compared_as_bright_ones(name: str, light: float) -> None:
     """Of a room in millimetres a black picture was equal to the right one."""
     right = (light * samples.picture() / samples.picture().max()).astype(np.float32)

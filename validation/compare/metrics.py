@@ -26,7 +26,7 @@ _WINDOW = 11  # of SSIM: 2 * int(3.5 * 1.5 + 0.5) + 1 pixels
 BORDER = _WINDOW // 2  # pixels of a picture's border about which SSIM's windows are not whole
 _STRIP = 1 << 20  # pixels that are looked at together: figures take ten arrays of float64 of as many
 HALO = 16  # rows about a strip that its figures depend on: half of FLIP's widest filter; SSIM's is 5
-_DIM = 2.0**-6  # about 32 of 255, as a screen shows it
+_DIM = 2.0**-8  # 13 of 255, as a screen shows it
 _LEAST_HALF = 2.0**-24  # the step of the smallest floats of 16 bits
 _ADDRESSES = 640 << 20  # with fewer, the linear algebra that scipy brings waits for more, without end
 
@@ -177,7 +177,7 @@ def brightening(reference: Array) -> float:
     """By what a dim picture and its reference are to be multiplied before they are compared, a power of two.
 
     Figures are made for what a screen shows: to them radiance of 1e-5 and black are one, though floats hold
-    it as well as any. 1 where more than a hundredth of all pixels that are lit reach 1/64.
+    it as well as any. 1 where more than a hundredth of all pixels that are lit reach 1/256.
     """
     most = np.concatenate([largest(part) for part in parts(np.asarray(reference))])
     lit = most[(most > 0) & np.isfinite(most)]

@@ -205,7 +205,7 @@ def _beyond_loss(
     times: how much brighter the pictures are than what was stored.
     """
     certain = [cause for cause in causes if cause.certain]
-    if not lossy or len(certain) == len(causes):
+    if not lossy or (certain and len(certain) == len(causes)):
         return causes
     a, b = pictures
     for kind, right in lossy:
@@ -411,7 +411,8 @@ def regions(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     one_way = not 0.03 <= brighter <= 0.97
     if not count or share(places) > (_LARGEST_PLACES if one_way else 0.5):
         return []
-    elsewhere = float(difference[~places].sum() / difference.sum())
+    beyond = np.maximum(difference - tolerance, 0)
+    elsewhere = float(beyond[~places].sum() / beyond.sum())
     sizes = ndimage.sum_labels(places, labels, range(1, count + 1))
     rows, columns = ndimage.find_objects(labels)[int(np.argmax(sizes))]
     box = f"{columns.stop - columns.start} x {rows.stop - rows.start}"
