@@ -396,7 +396,8 @@ def test_places_of_another_colour_are_places() -> None:
     """What was redder and as much less blue counted as agreeing: a smaller place was named."""
     right = np.full((60, 80, 3), 0.3)
     wrong = right.copy()
-    wrong[5:35, 10:50] += [0.2, 0.0, -0.2]
+    shown = metrics.encoded(0.3)
+    wrong[5:35, 10:50] = metrics.decoded(np.array([shown + 0.1, shown, shown - 0.1]))
     wrong[50:54, 60:64] -= 0.1
     (place,) = [cause for cause in found(wrong, right) if "place" in cause.text]
     assert "40 x 30 pixels at (10, 5)" in place.text and place.left < 0.01
