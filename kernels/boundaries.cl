@@ -5,6 +5,9 @@
 // Nearly all rays are in no medium or in one, and stop at the first surface: those lanes are done together
 // (`settled`). The others go one after the other.
 //
+// At an edge two sides of one solid are in one place. A ray that has just gone in, or out, by one of them does not cross
+// the other (`solids_about`), and one that only touches the edge crosses neither (`touched`).
+//
 // `overflow` becomes MANY_MEDIA where a list would have needed more places; the host then refuses the picture.
 #include "intersect.clh"
 #include "surfaces.clh"
@@ -22,8 +25,8 @@ inline void absorb(const World world, int medium, float t, uint i, __global floa
     }
 }
 
-// How many solids of a medium hold the point where a hit is left to its inner side: how many more of its surfaces a ray
-// from there leaves than enters. -1 where that is not known after so many.
+// How many solids of a medium hold the point just behind a hit, on the inner side of its surface: how many more of their
+// surfaces a ray from there leaves than enters. -1 where that is not known after ASKED surfaces.
 #define ASKED 4096
 inline int solids_about(const World world, __global const float *surfaces, uint i, bool inside, int medium)
 {

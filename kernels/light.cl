@@ -159,9 +159,9 @@ INLINED void pass_standing(const World *world, const Surfaces *s, const RayP *fe
 }
 
 // The feelers of the packet at `first`; `own` and `filter` are not written where they do not matter.
-INLINED void append_feelers(const World world, Surfaces s, VecP start, intP counted, const Streams streams, uint first, Appended *to,
-                            __global float *feeler_rays, __global uint *owner, __global uint *seen, __global int *own,
-                            __global float *filter)
+INLINED void append_feelers(const World world, Surfaces s, VecP start, intP counted, const Streams streams, uint first,
+                            Appended *to, __global float *feeler_rays, __global uint *owner, __global uint *seen,
+                            __global int *own, __global float *filter)
 {
     for (int l = 0; l < world.scene->lights; l++) {
         __global const Light *light = world.lights + l;

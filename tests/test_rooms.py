@@ -39,8 +39,8 @@ PARTS = {
 }
 # Where the command line and the diagnosis reach what is above them, within a function: it may be missing.
 VALIDATION = {
-    "clrt/base/resources.py", "clrt/cli/compare.py", "clrt/cli/convert.py", "clrt/cli/selftest.py",
-    "clrt/cli/validate.py", "clrt/cli/validate_against.py", "clrt/cli/validating.py",
+    "clrt/base/resources.py", "clrt/cli/compare.py", "clrt/cli/convert.py", "clrt/cli/judging.py",
+    "clrt/cli/selftest.py", "clrt/cli/validate.py", "clrt/cli/validate_against.py", "clrt/cli/validating.py",
     "clrt/cluster/calls.py", "clrt/cluster/worker.py", "clrt/diagnosis/doctor.py", "clrt/diagnosis/probe.py",
     "clrt/judging/verdict.py",
 }  # fmt: skip

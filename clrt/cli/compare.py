@@ -78,12 +78,12 @@ def _compare(pictures: Any, options: argparse.Namespace) -> tuple[Any, Any, Any]
     with reporting(options.json) as report:
         report("rendering")
         if isinstance(picture, Scene) and isinstance(reference, Scene):
-            picture = scene_reference(pictures, picture, None, options).render()
+            picture = scene_reference(picture, None, options).render()
         elif isinstance(picture, Scene):
             picture, reference, bits = reference, picture, bits[::-1]
         scene = None
         if isinstance(reference, Scene):
-            scene = scene_reference(pictures, reference, picture.shape[:2], options)
+            scene = scene_reference(reference, picture.shape[:2], options)
             reference = scene.render()
         return judge(pictures, picture, reference, scene, options, report, bits), picture, reference
 

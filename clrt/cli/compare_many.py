@@ -33,7 +33,7 @@ def run(pictures: Any, options: argparse.Namespace) -> int:
                     raise ClrtError(f"{name}: a scene; of three or more, only the first may be one")
                 if isinstance(reference, Scene):
                     size = picture.shape[:2]
-                    scene = scene_reference(pictures, reference, size, options)
+                    scene = scene_reference(reference, size, options)
                     if size not in rendered:
                         rendered[size] = scene.render()
                     wanted = rendered[size]

@@ -74,12 +74,13 @@ def read(name: str, options: argparse.Namespace) -> Any:
     return scene.override(spp=options.spp)
 
 
-def scene_reference(pictures: Any, scene: Scene, shape: Any, options: argparse.Namespace) -> Any:
+def scene_reference(scene: Scene, shape: Any, options: argparse.Namespace) -> Any:
     """The scene to render: in the size of the picture, if that has the camera's aspect to within a pixel."""
+    from clrt.base.resources import validation_module
     from clrt.device.settings import Settings
 
     settings = Settings(threads=options.threads, limits=limits_of(options))
-    return pictures.reference_of(scene, shape, options.device, settings)
+    return validation_module("compare.reference").reference_of(scene, shape, options.device, settings)
 
 
 @contextmanager

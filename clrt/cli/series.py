@@ -46,7 +46,7 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
     from clrt.cli.progress import progress
     from clrt.engine.request import Request
     from clrt.engine.sweep import check_once
-    from clrt.images.file import check_writable
+    from clrt.images.file import DEPTHS, check_writable
     from clrt.images.naming import frame_name
     from clrt.images.video import SUFFIXES
 
@@ -64,7 +64,8 @@ def _render(options: argparse.Namespace, file: Path, values_of: Series) -> int:
         try:
             check_writable(twice)  # advice of a name that is then refused is none
         except ClrtError as error:
-            raise ClrtError(f"{error}; a video is one of {listed(SUFFIXES)}") from None
+            videos = "" if Path(twice).suffix.lower() in DEPTHS else f"; a video is one of {listed(SUFFIXES)}"
+            raise ClrtError(f"{error}{videos}") from None
         raise ClrtError(f"{options.output}: several pictures would be {twice}; put {{index}} into the name")
     outputs = {f"-o ({name})" if len(names) > 1 else "-o": name for name in names}
     manifest = options.manifest or (None if film else str(Path(names[0]).parent / "frames.csv"))

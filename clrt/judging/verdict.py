@@ -149,7 +149,8 @@ def compare(
         (picture, bits), (judged, bits_of_b) = _stored("a", a, limits), _picture_or_scene("b", b, limits)
         pictures = validation_module("compare.pictures")
         if isinstance(judged, Scene):
-            scene = pictures.reference_of(judged, picture.shape[:2], device, Settings(limits=limits))
+            reference = validation_module("compare.reference")
+            scene = reference.reference_of(judged, picture.shape[:2], device, Settings(limits=limits))
             judged = scene.render()
         check_room(picture, judged, limits)
         both = bits, bits_of_b

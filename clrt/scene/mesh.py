@@ -30,36 +30,19 @@ if TYPE_CHECKING:  # arrays once a mesh is read, which is what all but its maker
     Faces = Any
     Places = Any
 else:
-    Points = Annotated[
-        np.ndarray,
-        Meta(
-            description="must be an array of 3 numbers each",
-            extra_json_schema={
-                "type": "array",
-                "items": {"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3},
-            },
-        ),
-    ]
-    Faces = Annotated[
-        np.ndarray,
-        Meta(
-            description="faces must be an array of 3 or more vertex numbers each, counted from 0",
-            extra_json_schema={
-                "type": "array",
-                "items": {"type": "array", "items": {"type": "integer", "minimum": 0}, "minItems": 3},
-            },
-        ),
-    ]
-    Places = Annotated[
-        np.ndarray,
-        Meta(
-            description="uv must be an array of 2 numbers each",
-            extra_json_schema={
-                "type": "array",
-                "items": {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2},
-            },
-        ),
-    ]
+
+    def _rows(description: str, items: dict[str, Any], **length: int) -> Any:
+        """An array whose schema is lists of such items, each of such a length."""
+        row = {"type": "array", "items": items, **length}
+        meta = Meta(description=description, extra_json_schema={"type": "array", "items": row})
+        return Annotated[np.ndarray, meta]
+
+    Points = _rows("must be an array of 3 numbers each", {"type": "number"}, minItems=3, maxItems=3)
+    Faces = _rows(
+        "faces must be an array of 3 or more vertex numbers each, counted from 0",
+        {"type": "integer", "minimum": 0}, minItems=3,
+    )  # fmt: skip
+    Places = _rows("uv must be an array of 2 numbers each", {"type": "number"}, minItems=2, maxItems=2)
 ARRAYS: Final = ("vertices", "faces", "normals", "uv")
 """The fields of a mesh in place, in the order of a file's arrays."""
 _OF_FILE = ("file", "smooth", "part")

@@ -18,6 +18,7 @@ from clrt.images.file import decode, encode
 
 causes = validation_module("compare.causes")
 pictures = validation_module("compare.pictures")
+SceneReference = validation_module("compare.reference").SceneReference
 metrics = validation_module("compare.metrics")
 
 
@@ -178,7 +179,7 @@ def test_edges_can_be_left_out():
 RENDERED: dict[str, np.ndarray] = {}  # the same changes of the scene are tried again and again
 
 
-class Reference(pictures.SceneReference):
+class Reference(SceneReference):
     """The scene as the reference; each change of it is rendered once for all tests."""
 
     def render(self, scene: clrt.Scene | None = None, shadows: bool = True) -> np.ndarray:
@@ -263,7 +264,7 @@ ODD: dict[str, dict[str, Any]] = {
 def test_whatever_a_scene_states_has_a_verdict(name: str):
     """What cannot be changed in it, or not so, is no cause; the right one is found."""
     scene = samples.scene().replace(ODD[name])
-    small = pictures.SceneReference(scene, 32, 24)
+    small = SceneReference(scene, 32, 24)
     wrong = clrt.render(scene.replace({"max_depth": 0, "shapes[3].material.color": 0.5}), 32, 24).pixels
     tried: list[str] = []
     result = pictures.compare_pictures(wrong, small.render(), scene=small, report=tried.append)
@@ -280,7 +281,7 @@ def test_angles_and_samples_are_causes_of_any_camera():
     shift = camera.offset(camera.width, camera.height)
     halved = scene.replace({"camera.fov": camera.fov / 2, "camera.shift": shift})
     few = scene.replace({"camera.spp": 1, "adaptive": None})
-    whole = pictures.SceneReference(scene, samples.WIDTH, samples.HEIGHT)
+    whole = SceneReference(scene, samples.WIDTH, samples.HEIGHT)
     for name, picture in (("fov halved", render(halved)), ("1 samples a pixel", render(few))):
         best = pictures.compare_pictures(picture, whole.render(), scene=whole).causes[0]
         assert best.name == name and best.proven, best

@@ -244,7 +244,7 @@ def test_bytes_that_are_cut_off_are_rounded_otherwise(steps: float) -> None:
 def test_edges_count_in_no_figure_where_they_are_left_out() -> None:
     """A picture that is wrong there alone passes; one that is wrong elsewhere, or all edges, does not."""
     found = samples.with_camera()
-    reference = pictures.reference_of(found)
+    reference = validation_module("compare.reference").reference_of(found)
     right = reference.render()
     edges = reference.edges(right)
     spoilt = np.where(edges[..., None], 1 - right, right).astype(np.float32)

@@ -20,7 +20,7 @@ cases = validation_module("cases")
 client = validation_module("oracle_povray.client")
 compare = validation_module("compare.oracle")
 oracles = validation_module("oracles")
-pictures = validation_module("compare.pictures")
+reference_of = validation_module("compare.reference").reference_of
 pov = validation_module("oracle_povray.scene")
 suite = validation_module("suite.run")
 types = validation_module("types")
@@ -104,7 +104,7 @@ def test_it_sees_from_the_same_place(camera: dict[str, Any]) -> None:
 def check(table: dict[str, Any]) -> None:
     """A scene's picture is POV-Ray's."""
     scene = clrt.load_dict(table)
-    reference = pictures.reference_of(scene)
+    reference = reference_of(scene)
     ours = reference.render()
     assert (
         agree(ours, client.render(scene).pixels, reference.edges(ours), compare.limits(1, many_edges=True))
@@ -122,7 +122,7 @@ def agree(ours: np.ndarray, theirs: np.ndarray, edges: np.ndarray, limit: Any) -
 def test_a_fault_fails() -> None:
     """Not all that looks alike passes: an exponent of 36 in place of 40, shadows that are 2 % too dark."""
     scene = oracles.scene_of(cases.case_named("broad highlight"))
-    theirs, reference = client.render(scene).pixels, pictures.reference_of(scene)
+    theirs, reference = client.render(scene).pixels, reference_of(scene)
     edges = reference.edges(reference.render())
     limit = compare.limits(1)
     assert agree(reference.render(), theirs, edges, limit) == []
@@ -146,7 +146,7 @@ def test_published_scenes(name: str, shared_folder: Path, tmp_path: Path) -> Non
     theirs = (
         np.asarray(oiio.ImageBuf(str(tmp_path / "out.png")).get_pixels(oiio.UINT16), float)[..., :3] / 65535
     )
-    reference = pictures.reference_of(scene)
+    reference = reference_of(scene)
     ours = reference.render()
     limit = compare.Limits(
         ssim=0.998, window=None, flip=0.003, psnr=44.5, mask=0.3, fine=0.9985, coarse=0.9998, masked=0.025
@@ -202,7 +202,7 @@ def in_glass(shape: dict[str, Any], *others: dict[str, Any], **material: Any) ->
 def beside_edges(table: dict[str, Any]) -> list[str]:
     """The gates that fail, but for those on edges, of which a block of glass shows many."""
     scene = clrt.load_dict(table)
-    reference = pictures.reference_of(scene)
+    reference = reference_of(scene)
     ours = reference.render()
     theirs, limit = client.render(scene).pixels, compare.limits(1, many_edges=True)
     return [gate for gate in agree(ours, theirs, reference.edges(ours), limit) if "edges" not in gate]

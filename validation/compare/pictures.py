@@ -10,26 +10,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from msgspec import structs
 
-from clrt.device.settings import Settings
-from clrt.engine.tracer import Tracer
 from clrt.images.file import decode, encode
 from clrt.judging.verdict import HALF, LOSSY, SHARED_EXPONENT
 from clrt.scene.scene import Scene
 
-from ..ours import render_ours
 from ..types import Gate
 from .causes import BYTE, FLOAT, Budget, Cause, disagreement, off_screen, ranked, tolerance_of
 from .curves import clipped, compressed, recurved
 from .figures import measured
 from .lossy import said, told_apart
 from .metrics import (
-    DIAGONAL,
-    EDGE_STEP,
     Array,
     brightening,
-    edge_mask,
     encoded,
     extended,
     held,
@@ -41,6 +34,7 @@ from .metrics import (
 )
 from .moves import moved, resized
 from .oracle import gate, size
+from .reference import SceneReference
 from .scene import explain_by_scene
 from .undo import undoable
 from .wanted import asked, check_wanted
@@ -52,7 +46,6 @@ _ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no 
 _FINAL = ("JPEG compression", "another tone curve", "clipped")  # no scene is searched for what they explain
 _LOOKED_AT = 1448  # pixels a side, in the middle of larger pictures, that tell of causes in all of it
 _PRESSED = 8  # times what a lossy file usually loses, below which nothing is taken for an object
-_PARTS = 16  # times the pixels of a picture that it is looked for in, at most
 _LARGEST_PLACES = 0.95  # of the picture; what differs everywhere is no region
 _Lossy = tuple[int, Array]  # one of LOSSY, and the picture that was not in such a file
 
@@ -232,69 +225,6 @@ def _causes(
     if not any(cause.proven for cause in causes):
         causes += regions(a, b, tolerance)
     return causes
-
-
-@dataclass(frozen=True)
-class SceneReference:
-    """A scene as the reference: rendered, changed and rendered again, in one size."""
-
-    scene: Scene
-    width: int
-    height: int
-    device: int | str | None = None
-    settings: Settings | None = None
-    exposure: float = 1.0  # by which pictures are multiplied
-    own: tuple[int, int] | None = None  # width and height that the scene states, if it was given others
-
-    def whole(self) -> SceneReference | None:
-        """The scene in its own size, where that is a larger one: a picture may be a part of that."""
-        if self.own is None or self.own[0] <= self.width or self.own[1] <= self.height:
-            return None
-        width, height = self.own
-        if width * height > _PARTS * self.width * self.height:
-            return None
-        scene = self.scene.override(width=width, height=height)
-        return replace(self, scene=scene, width=width, height=height)
-
-    def render(self, scene: Scene | None = None, shadows: bool = True) -> Array:
-        """The linear picture of the scene, or of a changed one."""
-        tracer = Tracer(scene or self.scene, self.device, self.settings)
-        if shadows:
-            pixels = tracer.render(self.width, self.height).pixels
-        else:
-            pixels = render_ours(tracer, self.width, self.height, shadows=False).pixels
-        return pixels if self.exposure == 1.0 else self.exposure * pixels
-
-    def layer(self, scene: Scene, name: str) -> Array:
-        """A layer of a scene's picture."""
-        tracer = Tracer(scene, self.device, self.settings)
-        return tracer.render(self.width, self.height, layers=[name]).layers[name]
-
-    def edges(self, reference: Array) -> Array:
-        """Pixels (h, w) where the picture jumps: see `edge_mask`."""
-        camera = self.scene.camera
-        assert camera is not None
-        shifted = []
-        for x, y in DIAGONAL:
-            shift = camera.shift[0] + EDGE_STEP * x, camera.shift[1] + EDGE_STEP * y
-            changed = structs.replace(self.scene, camera=structs.replace(camera, shift=shift))
-            shifted.append(self.render(changed))
-        return edge_mask(reference, shifted)
-
-
-def reference_of(
-    scene: Scene,
-    shape: tuple[int, ...] | None = None,
-    device: int | str | None = None,
-    settings: Settings | None = None,
-) -> SceneReference:
-    """The scene to render: in a picture's size (h, w), if that has the camera's aspect to within a pixel."""
-    assert scene.camera is not None
-    width, height = own = scene.camera.width, scene.camera.height
-    if shape and abs(shape[1] * height / width - shape[0]) <= 1:
-        height, width = shape[:2]
-        scene = scene.override(width=width, height=height)
-    return SceneReference(scene, width, height, device, settings, own=own)
 
 
 def _of_floats(bits: int) -> int:

@@ -23,7 +23,8 @@ from clrt.judging.verdict import LOSSY
 from ..cases import case_named, matrix_cases, own_file
 from ..compare.causes import BYTE, FLOAT, Cause
 from ..compare.lossy import said
-from ..compare.pictures import SceneReference, causes_between
+from ..compare.pictures import causes_between
+from ..compare.reference import SceneReference
 from ..noise import Excuses
 from ..oracles import ORACLE64, Picture64, picture64, scene_of
 from ..scenes import terms, views
