@@ -75,6 +75,10 @@ def test_one_of_several_cameras(tmp_path: Path) -> None:
         write_glb(path, table)
         with pytest.raises(SceneError, match=r"a\.glb: camera: 'x' is not allowed; it has no camera"):
             clrt.load(path, camera="x")
+    bare = tmp_path / "b.stl"  # a format that says nothing of how it looks
+    bare.write_bytes(b"\0" * 80 + np.uint32(1).tobytes() + np.eye(4, 3, dtype="<f4").tobytes() + b"\0\0")
+    with pytest.raises(SceneError, match=r"b\.stl: camera: 'x' is not allowed; it has no camera"):
+        clrt.load(bare, camera="x")
 
 
 def test_lights(tmp_path: Path) -> None:
