@@ -29,7 +29,8 @@ __kernel void gather_ambient(SPAWN_PARAMETERS)
     const Vec shading = load_vector(surfaces, i, SHADING_X, SURFACE_FIELDS);
     const Vec u = load_vector(rays, i, DIRECTION_X, RAY_FIELDS);
     const float offset = surfaces[in_block(i, LEAVE_BY, SURFACE_FIELDS)];
-    const Vec start = sub(add(point, times(geometric, offset)), times(u, smaller(offset + ALONG * hit_t[i], hit_t[i])));
+    const Vec back = times(u, starts_back(offset, surface_code[i], hit_t[i]));
+    const Vec start = sub(add(point, times(geometric, offset)), back);
     __global const Material *material = world.materials + surface_code[i] / SURFACE_MATERIAL;
     const bool second = surface_code[i] & SURFACE_SECOND_COLOR;
     const int band = first_band(weights, i);

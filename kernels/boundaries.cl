@@ -2,14 +2,14 @@
 // medium it is in unchanged, to the first that does not; what that medium has absorbed on the way is taken off the
 // ray's weight, and the materials are noted whose indices meet at the hit. One work-item a packet.
 //
-// Nearly all rays are in no medium or in one, and stop at the first surface: those lanes are done together
+// Nearly all rays are in no medium or in one, and stop at the first surface, at no edge: those lanes are done together
 // (`settled`). The others go one after the other.
 //
 // At an edge two sides of one solid are in one place. A ray that has just gone in, or out, by one of them does not cross
 // the other (`solids_about`), and one that only touches the edge crosses neither (`touched`).
 //
 // `overflow` becomes MANY_MEDIA where a list would have needed more places; the host then refuses the picture.
-#include "intersect.clh"
+#include "edges.clh"
 #include "surfaces.clh"
 #include "media.clh"
 
@@ -25,8 +25,25 @@ inline void absorb(const World world, int medium, float t, uint i, __global floa
     }
 }
 
-// How many solids of a medium hold the point just behind a hit, on the inner side of its surface: how many more of their
-// surfaces a ray from there leaves than enters. -1 where that is not known after ASKED surfaces.
+#define vec_of(v) vec((v).x, (v).y, (v).z)
+
+// Whether a plane or endless quadric has the point on its inner side. A ray from there may never leave it.
+inline bool holds(const World world, int primitive, Vec point)
+{
+    const Primitive p = world.primitives[primitive];
+    if (p.kind == PLANE) {
+        const Plane plane = world.planes[p.index];
+        return dot3(vec_of(plane.normal), sub(point, vec_of(plane.point))) < 0.0f;
+    }
+    const Quadric q = world.quadrics[p.index];
+    const Vec l = sub(point, vec_of(q.center)), x = quadric_coordinates(q, l);
+    const Vec g = vec(q.axis_x.w, q.axis_y.w, q.axis_z.w), half_slope = add(product(vec_of(q.form), x), g);
+    return dot3(x, add(half_slope, g)) + q.form.w < 0.0f && quadric_clips(q, l);
+}
+
+// How many solids of a medium hold the point just behind a hit, on the inner side of its surface: endless ones by their
+// equations; of the others' surfaces a ray from there leaves so many more than it enters. -1 where that is not known after
+// ASKED surfaces.
 #define ASKED 4096
 inline int solids_about(const World world, __global const float *surfaces, uint i, bool inside, int medium)
 {
@@ -36,35 +53,23 @@ inline int solids_about(const World world, __global const float *surfaces, uint 
     // the way has no edge of its own: what is asked for has to be met apart
     const Ray ray = {inside ? add(point, off) : sub(point, off), unit3(vec(0.5698f, 0.3713f, 0.7331f)), INFINITY};
     int solids = 0;
+    for (int k = 0; k < world.scene->unbounded; k++) {
+        const int primitive = world.unbounded[k];
+        if (world.materials[world.primitives[primitive].material].medium == medium)
+            solids += holds(world, primitive, ray.origin);
+    }
     Hit hit = {0.0f, BEFORE_ALL};
     for (int k = 0; k < ASKED; k++) {
         hit = nearest_hit(world, ray, hit.t, hit.primitive, false, NO_PRIMITIVE);
         if (hit.primitive < 0) return solids;
         int material;
         const Local at = surface_at(world, ray, 1, hit.primitive, hit.t, &material);
-        if (world.materials[material].medium == medium) solids += dot3(at.outward, ray.direction) > 0.0f ? 1 : -1;
+        bool endless = false;
+        for (int i = 0; i < world.scene->unbounded; i++) endless = endless || world.unbounded[i] == hit.primitive;
+        if (world.materials[material].medium == medium && !endless)
+            solids += dot3(at.outward, ray.direction) > 0.0f ? 1 : -1;
     }
     return -1;
-}
-
-// An edge or corner that a ray only touches: it leaves what it is not in, and enters it at once. The last of the
-// medium's surfaces that it meets there; NO_PRIMITIVE where it enters none.
-inline Hit touched(const World world, const Ray ray, Hit hit, float offset, int medium)
-{
-    const float first = hit.t;
-    Hit last = {hit.t, NO_PRIMITIVE};
-    bool enters = false;
-    for (int k = 0; k < MEDIA; k++) {
-        hit = nearest_hit(world, ray, hit.t, hit.primitive, false, NO_PRIMITIVE);
-        if (hit.primitive < 0 || !(hit.t <= first + (offset + ALONG * hit.t))) break;
-        int material;
-        const Local at = surface_at(world, ray, 1, hit.primitive, hit.t, &material);
-        if (world.materials[material].medium != medium) break;
-        enters = enters || !(dot3(at.outward, ray.direction) > 0.0f);
-        last = hit;
-    }
-    if (!enters) last.primitive = NO_PRIMITIVE;
-    return last;
 }
 
 inline void cross_one(const World world, __global const float *rays, uint i, __global float *hit_t,
@@ -93,8 +98,9 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
         // beside an edge: the ray has just crossed it by the edge's other side
         bool crossed = hit_t[i] <= BESIDE * offset && (times > 0) != inside
                     && solids_about(world, surfaces, i, inside, medium) == times;
-        if (inside && times == 0 && !crossed) {
-            const Hit last = touched(world, ray, (Hit){hit_t[i], hit_primitive[i]}, offset, medium);
+        const bool edge = surface_code[i] & SURFACE_EDGE;
+        if (!crossed && (inside ? edge || times == 0 : edge && times == 0)) {
+            const Hit last = touched(world, ray, (Hit){hit_t[i], hit_primitive[i]}, inside, offset, medium);
             crossed = last.primitive >= 0;
             if (crossed) {
                 hit_t[i] = last.t;
@@ -123,6 +129,7 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
         hit_primitive[i] = hit.primitive;
         const float width = cone_width_of(weights, i, hit.t);
         store_surface(world, ray, hit.primitive, hit.t, width, i, i + 1, surfaces, surface_code);
+        face(world, rays, i, hit_t, hit_primitive, weights, surfaces, surface_code);
     }
     surfaces[in_block(i, TOP_BEFORE, SURFACE_FIELDS)] = as_float(before);
     surfaces[in_block(i, TOP_AFTER, SURFACE_FIELDS)] = as_float(after);
@@ -150,6 +157,7 @@ INLINED intP settled(const World world, intP code, intP top, intP several, intP 
             *before = select(*before, (intP)(number), swapped);
             done |= mine;
         } else {
+            mine &= (code & SURFACE_EDGE) == 0;
             const intP enters = mine & ~inside & (top == NO_MEDIUM), exits = mine & inside & (top == medium);
             *after = select(select(*after, (intP)(medium), enters), (intP)(NO_MEDIUM), exits);
             done |= enters | exits;

@@ -1,8 +1,9 @@
 // What every hit of a queue is: point, normals, offset, side, material. Found once and kept. One work-item a packet.
+// Hits of inner sides at edges of opaque solids become those of the faces before them (edges.clh).
 //
 // In a large scene this waits for memory twice: for a hit's primitive, and for the record of its kind. So both are asked
 // for some packets ahead: a packet's turn comes when they are there.
-#include "lanes.clh"
+#include "edges.clh"
 
 #define AHEAD 4            // packets
 #define IN_CACHES 100000   // primitives, whose records stay there
@@ -36,4 +37,9 @@ __kernel void surface(WORLD_PARAMETERS, QUEUE_PARAMETERS, HITS_PARAMETERS)
     const floatP t = load_numbers(hit_t, first, n);
     store_surface(world, load_rays(rays, first, n), load_word(hit_primitive, first, n), t,
                   cone_width(weights, first, n, t), first, n, surfaces, surface_code);
+    const intP code = load_word(surface_code, first, n);
+    const int flags = SURFACE_EDGE | SURFACE_INSIDE;
+    if (!any_of((code >= 0) & ((code & flags) == flags))) return;
+    for (uint i = first; i < first + PACKET && i < n; i++)
+        face(world, rays, i, hit_t, hit_primitive, weights, surfaces, surface_code);
 }

@@ -276,7 +276,7 @@ RAY_FIELDS: Final = ("ORIGIN_X", "ORIGIN_Y", "ORIGIN_Z", "DIRECTION_X", "DIRECTI
 
 # What the pass `surface` finds at a hit: the point moved back onto its primitive, the geometric normal turned
 # to the side the ray came from, the shading normal, and how far spawned rays start off the surface. With it
-# goes a word: material * SURFACE_MATERIAL + SURFACE_SECOND_COLOR + SURFACE_INSIDE, or -1 on a miss.
+# goes a word: material * SURFACE_MATERIAL + the flags that are set, or -1 on a miss.
 SURFACE_FIELDS: Final = (
     "POINT_X", "POINT_Y", "POINT_Z", "NORMAL_X", "NORMAL_Y", "NORMAL_Z",
     "SHADING_X", "SHADING_Y", "SHADING_Z", "LEAVE_BY",
@@ -290,7 +290,7 @@ MIP_FIELDS: Final = ("REACH_U", "REACH_V", "CONE_THERE")
 # With mip levels a ray carries behind its weights how wide its cone is where it starts, and by how much it
 # grows on its way, a unit of length
 CONE: Final = ("CONE_WIDTH", "CONE_SPREAD")
-SURFACE: Final = {"SURFACE_INSIDE": 1, "SURFACE_SECOND_COLOR": 2, "SURFACE_MATERIAL": 4}
+SURFACE: Final = {"SURFACE_INSIDE": 1, "SURFACE_SECOND_COLOR": 2, "SURFACE_EDGE": 4, "SURFACE_MATERIAL": 8}
 
 # A ray's `path` word: upper 28 bits a key that other paths of the picture share only by chance, lower 4 flags
 PATH: Final = {
@@ -337,6 +337,7 @@ QUADRIC_PAD: Final = 64 * 2.0**-24  # roots of a quadratic form carry more round
 FEELER_REACH: Final = 1 - 2.0**-14  # of the way to a light: what lies in its plane hides nothing
 OFFSET: Final = 4 * 2.0**-23  # distance by which spawned rays leave a surface, times the largest |coordinate|
 ALONG: Final = 2 * 2.0**-23  # and how far back on the ray that met it, times its length, if they stay before
+AT_EDGE: Final = 16  # times as far from an edge; so near to it a ray meets it, and both faces in one place
 BESIDE: Final = 256  # times OFFSET: nearer to its start a ray may have crossed an edge by its other side
 BRIGHTEST: Final = 1e30  # of a band of a pixel: room for the sums over bands that make it a colour
 

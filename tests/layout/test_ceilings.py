@@ -175,7 +175,7 @@ def test_checks_stand_at_their_ceilings() -> None:
     assert ~(ceilings.PRIMITIVES * 4 + 3) >= -(1 << 31)  # a leaf's reference
     assert 8 * ceilings.PRIMITIVES < 1 << 31  # places of leaves of other kinds
     assert 2 * ceilings.PRIMITIVES + 64 < 1 << 31  # nodes of the builder
-    word = (ceilings.MATERIALS - 1) * layout.SURFACE["SURFACE_MATERIAL"] + 3
+    word = (ceilings.MATERIALS - 1) * layout.SURFACE["SURFACE_MATERIAL"] + 7
     assert word < 1 << 31
     ceilings.check_picture(ceilings.PIXELS, ceilings.RAYS)
 

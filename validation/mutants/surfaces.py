@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import Final
 
-from .kernels import AMBIENT, CAMERA, DIFFUSE, GEOMETRY, HIGHLIGHT, REFLECTION, TRANSMISSION_2, Mutant
+from .kernels import (
+    AMBIENT,
+    CAMERA,
+    DIFFUSE,
+    GEOMETRY,
+    HIGHLIGHT,
+    REFLECTION,
+    TRANSMISSION,
+    TRANSMISSION_2,
+    Mutant,
+)
 
 _BOUNCE: Final = (
     Mutant("mirrored a little flat", "kernels/bounce.clh", "times(n, 2.0f * dot3(n, u))",
@@ -136,6 +146,10 @@ _SURFACES: Final = (
            ("seams seen straight on at half the size",), DIFFUSE),
     Mutant("an edge is crossed twice", "kernels/boundaries.cl", "(times > 0) != inside", "false",
            ("seams seen straight on at half the size",), TRANSMISSION_2),
+    Mutant("outlines are shaded from within", "kernels/edges.clh", "fabs(dot3(at.outward, n)) < PARALLEL",
+           "false", ("blocks seen straight on at half the size",), DIFFUSE),
+    Mutant("glass that is touched is entered", "kernels/boundaries.cl", ": edge && times == 0", ": false",
+           ("blocks seen straight on at half the size",), TRANSMISSION),
     Mutant("corner normals swapped", "kernels/triangle.clh", "choose(s.smooth, unit3(blend)",
            "choose(s.smooth, unit3(add(add(times(n0, 1.0f - s.u - s.v), times(n1, s.v)), times(n2, s.u)))",
            ("opaque smooth mesh",), DIFFUSE),

@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from .vectors import Array, Ints
+from .vectors import Array, Bools, Ints
 
 B = TypeVar("B", bound="Batch")
 
@@ -40,6 +40,10 @@ class Batch(ABC):
     def shading_normal(self, which: Ints, point: Array, outward: Array) -> Array:
         """Interpolated normals (m, 3); those of the surface unless the primitive has its own."""
         return outward
+
+    def at_edge(self, which: Ints, point: Array, near: Array) -> Bools:
+        """Whether points lie nearer than `near` (m,) to an edge of a flat primitive."""
+        return np.zeros(len(which), bool)
 
     def extent(self, which: Ints) -> Array:
         """Largest finite |coordinate| (m,) of the primitives' boxes."""

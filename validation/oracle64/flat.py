@@ -52,6 +52,9 @@ class Polygons(Planes):
 
     corners: Array  # (n, k, 3)
 
+    def at_edge(self, which: Ints, point: Array, near: Array) -> Bools:
+        return _at_edge(self.corners[which], point, near)
+
     def inside(self, which: Ints, origin: Array, direction: Array, t: Array) -> Bools:
         """The crossing number round the ray itself, in the plane that the corners are sheared to along it.
 
@@ -74,6 +77,9 @@ class Triangles(Planes):
     corner_normals: Array  # (n, 3, 3)
     smooth: Bools
 
+    def at_edge(self, which: Ints, point: Array, near: Array) -> Bools:
+        return _at_edge(self.corners[which], point, near)
+
     def inside(self, which: Ints, origin: Array, direction: Array, t: Array) -> Bools:
         """Edge functions in sheared space (Woop, Benthin, Wald 2013); an edge belongs to the triangle."""
         x, y = sheared(origin, direction, self.corners[which])
@@ -90,6 +96,13 @@ class Triangles(Planes):
         interpolated = unit(np.einsum("ni,nij->nj", weights, self.corner_normals[which]))
         usable = self.smooth[which] & np.isfinite(interpolated).all(axis=1)
         return np.where(usable[:, None], interpolated, outward)
+
+
+def _at_edge(corners: Array, point: Array, near: Array) -> Bools:
+    """Whether points (m, 3) lie nearer than `near` (m,) to a line through neighbours of corners (m, k, 3)."""
+    way, along = point[:, None] - corners, np.roll(corners, -1, axis=1) - corners
+    beside = np.cross(way, along)
+    return np.asarray((dot(beside, beside) <= near[:, None] ** 2 * dot(along, along)).any(axis=1))
 
 
 def sheared(origin: Array, direction: Array, corners: Array) -> tuple[Array, Array]:

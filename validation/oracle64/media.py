@@ -72,10 +72,10 @@ class Media:
         latest = shorter.shape[1] - 1 - np.argmax(listed[:, ::-1], axis=1)
         removed = shorter.copy()
         removed[np.flatnonzero(known), latest[known]] = -1
-        of_none, exits = ((medium < 0) | (beside & (known == enters)))[:, None], ~enters[:, None]
+        passed, exits = ((medium < 0) | beside)[:, None], ~enters[:, None]
         before = np.where(exits & ~known[:, None], longer, shorter)
         after = np.where(exits, removed, longer)
-        return np.where(of_none, shorter, before), np.where(of_none, shorter, after)
+        return np.where(passed, shorter, before), np.where(passed, shorter, after)
 
     def as_listed(
         self, lists: Ints, shape: Ints, point: Array, batches: list[Batch], shape_of: Ints

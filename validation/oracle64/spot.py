@@ -6,16 +6,13 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from .edges import OFFSET, at_edge, nearest_faces, outward_of, touched
 from .film import Rays
 from .footprints import Seen
 from .media import tidy
 from .vectors import Array, Bools, Ints, across, dot
-from .world import World, nearest_hit
+from .world import World
 
-# Rays leave a surface at this times the largest |coordinate| of the hit, the primitive and the ray's origin.
-# A hit moved back onto its primitive is off it by about 1e-15 of these, so a ray finds its own surface behind
-# it; what the offset hides is far below what float32 resolves.
-OFFSET = 1e-10
 BESIDE = 64 * OFFSET  # nearer to its start a ray may have crossed an edge by its other side
 
 
@@ -70,58 +67,41 @@ class Spot:
 def visible_hit(world: World, rays: Rays) -> Met:
     """Nearest hits, but not those of boundaries that leave the medium on top as it is: these are crossed."""
     origin, u, media = rays.origin, rays.direction, world.media
-    t, primitive = nearest_hit(world, origin, u)
+    t, primitive = nearest_faces(world, origin, u)
     before = after = rays.media
     if (media.number < 0).all():
         return Met(t, primitive, before, after)
     todo = np.flatnonzero(primitive >= 0)
     while todo.size:
         shape = world.shape_of[primitive[todo]]
-        outward, extent = _outward(world, origin[todo] + t[todo, None] * u[todo], u[todo], primitive[todo])
+        point = origin[todo] + t[todo, None] * u[todo]
+        outward, extent = outward_of(world, point, u[todo], primitive[todo])
         beside = t[todo] <= BESIDE * np.maximum(across(np.maximum, np.abs(origin[todo])), extent)
         enters = dot(outward, u[todo]) <= 0
         beside &= media.number[shape] >= 0
         if beside.any():
-            inner = origin[todo] + t[todo, None] * u[todo] - OFFSET * extent[:, None] * outward
+            inner = point - OFFSET * extent[:, None] * outward
             beside[beside] = media.as_listed(
                 before[todo][beside], shape[beside], inner[beside], world.batches, world.shape_of
             )
         listed = (before[todo] == media.number[shape][:, None]).any(axis=1)
-        asked = np.flatnonzero((media.number[shape] >= 0) & ~enters & ~listed & ~beside)
+        beside &= listed == enters
+        edge = at_edge(world, origin[todo], u[todo], (t[todo], primitive[todo]), extent)
+        may_touch = np.where(enters, edge & ~listed, edge | ~listed)
+        asked = np.flatnonzero((media.number[shape] >= 0) & may_touch & ~beside)
         if asked.size:
-            rows, size = todo[asked], np.maximum(extent[asked], t[todo[asked]])
-            touched, at = _touched(world, origin[rows], u[rows], (t[rows], primitive[rows]), OFFSET * size)
-            t[rows[touched]], primitive[rows[touched]] = at
-            beside[asked[touched]] = True
+            rows, near = todo[asked], OFFSET * np.maximum(extent[asked], t[todo[asked]])
+            only, at = touched(world, origin[rows], u[rows], (t[rows], primitive[rows]), near, enters[asked])
+            t[rows[only]], primitive[rows[only]] = at
+            beside[asked[only]] = True
         old, new = media.crossed(before[todo], shape, enters, beside)
         hidden = (media.number[shape] >= 0) & (media.top(old) == media.top(new))
         before = _put(before, todo, np.where(hidden[:, None], new, old))
         after = _put(after, todo, new)
         todo = todo[hidden]
-        t[todo], primitive[todo] = nearest_hit(world, origin[todo], u[todo], (t[todo], primitive[todo]))
+        t[todo], primitive[todo] = nearest_faces(world, origin[todo], u[todo], (t[todo], primitive[todo]))
         todo = todo[primitive[todo] >= 0]
     return Met(t, primitive, tidy(before), tidy(after))
-
-
-def _touched(
-    world: World, origin: Array, u: Array, hits: tuple[Array, Ints], near: Array
-) -> tuple[Bools, tuple[Array, Ints]]:
-    """Rays that only touch an edge or corner, and the last hits of their medium there.
-
-    They leave what they are not in, and enter it at once. hits: of the inner sides of surfaces of media.
-    """
-    number = world.media.number[world.shape_of]
-    t, primitive = hits[0].copy(), hits[1].copy()
-    touched, rows = np.zeros(len(t), bool), np.arange(len(t))
-    while rows.size:
-        at, other = nearest_hit(world, origin[rows], u[rows], (t[rows], primitive[rows]))
-        same = (other >= 0) & (at <= hits[0][rows] + near[rows])
-        same &= number[np.maximum(other, 0)] == number[primitive[rows]]
-        rows, at, other = rows[same], at[same], other[same]
-        outward = _outward(world, origin[rows] + at[:, None] * u[rows], u[rows], other)[0]
-        touched[rows] |= dot(outward, u[rows]) <= 0
-        t[rows], primitive[rows] = at, other
-    return touched, (t[touched], primitive[touched])
 
 
 def _put(lists: Ints, rows: Ints, values: Ints) -> Ints:
@@ -130,15 +110,6 @@ def _put(lists: Ints, rows: Ints, values: Ints) -> Ints:
     grown = np.pad(lists, ((0, 0), (0, missing)), constant_values=-1)
     grown[rows] = np.pad(values, ((0, 0), (0, grown.shape[1] - values.shape[1])), constant_values=-1)
     return tidy(grown)
-
-
-def _outward(world: World, point: Array, u: Array, primitive: Ints) -> tuple[Array, Array]:
-    """Outward normals, and how far primitives reach."""
-    outward, extent = np.empty_like(point), np.empty(len(point))
-    for batch, here, rows in world.located(primitive):
-        outward[here] = batch.outward(rows, batch.project(rows, point[here]), u[here])
-        extent[here] = batch.extent(rows)
-    return outward, extent
 
 
 def spot_at(world: World, rays: Rays, met: Met) -> Spot:

@@ -53,7 +53,7 @@ class Media:
     def across(self, states: Array, shapes: Array, enters: Array, beside: Array) -> tuple[Array, Array]:
         """States on this side and beyond surfaces of shapes (n,), as a ray in these states meets them.
 
-        beside: where it may just have crossed an edge by the other side.
+        beside: where it has just crossed an edge by the other side, or only touches one.
         """
         met = np.stack([states, self.number[shapes], enters, beside])
         kinds, row = np.unique(met, axis=1, return_inverse=True)
@@ -69,7 +69,7 @@ class Media:
 
     def _worked_out(self, place: int, medium: int, enters: bool, beside: bool) -> tuple[int, int]:
         state = self._states[place]
-        if medium < 0 or (beside and enters == (medium in state)):
+        if medium < 0 or beside:
             return place, place
         if enters:
             return place, self._place((*state, medium))

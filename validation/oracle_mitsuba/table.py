@@ -21,12 +21,14 @@ from .optics import Optics, conductor, dot, normalized
 from .pictures import Pictures
 from .spot import Spot
 from .whitted import AMBIENT, REFLECTION, TRANSMISSION, Rays, Shaded, drawing
-from .world import OFFSET, Hits, World
+from .world import FLATTEST, OFFSET, Hits, World
 
 BEFORE_1 = 1 - 1e-15  # where a globe is whole its last field goes on
 REACH = 1 - 2.0**-14  # of the way to a light; what lies nearer to the light does not hide it
 WAY = normalized(np.array([[0.5698, 0.3713, 0.7331]]))[0]  # which edges and planes of no scene have
 BESIDE = 16  # steps off a surface: nearer to its start a ray may have crossed an edge by its other side
+PAST = 4  # steps: what is so far past an edge is not on it
+PARALLEL = 0.999  # cosine of the angle between faces that are no edge, but one upon the other
 
 Array = np.ndarray
 PLAIN, GLOBE = 0, 2  # patterns, as in surfaces.py
@@ -61,12 +63,13 @@ class Table:
         Rays come back with the states of media on this side of their hits, and weaker by what absorbs.
         """
         hits = self._nearest(rays)
+        self._faced(rays, hits)
         here, beyond = rays.media.copy(), rays.media.copy()
         todo = np.flatnonzero(hits.shape >= 0)
         while todo.size:
             found = hits.take(todo)
             enters = dot(found.outward, rays.direction[todo]) <= 0
-            beside = self._is_as_listed(found, here[todo])
+            beside = self._is_crossed(found, here[todo], enters)
             beside |= self._touched(rays.take(todo), found, here[todo], enters)
             here[todo], beyond[todo] = self.media.across(here[todo], found.shape, enters, beside)
             same = self.media.top(here[todo]) == self.media.top(beyond[todo])
@@ -74,42 +77,77 @@ class Table:
             here[todo] = beyond[todo]
             start = hits.t[todo] + self.world.step(hits.point[todo])
             ahead = rays.take(todo)
-            hits.put(todo, self._nearest(ahead, start))
+            further = self._nearest(ahead, start)
+            self._faced(ahead, further)
+            hits.put(todo, further)
             todo = todo[hits.shape[todo] >= 0]
         sigma = self.media.sigma[self.media.top(here)]
         with np.errstate(invalid="ignore"):
             clear = np.where(sigma > 0, np.exp(-sigma * hits.t[:, None]), 1.0)
         return replace(rays, media=here, weight=rays.weight * clear), hits, beyond
 
-    def _is_as_listed(self, hits: Hits, states: Array) -> Array:
+    def _is_crossed(self, hits: Hits, states: Array, enters: Array) -> Array:
         """Where rays have just crossed an edge by its other side (n,): hits beside their starts whose inner
-        sides lie in as many solids of the medium as are listed. So many more are left than entered."""
+        sides lie in as many solids of the medium as are listed."""
         medium, step = self.media.number[hits.shape], self.world.step(hits.point)
-        beside = (hits.t <= BESIDE * step) & (medium >= 0)
-        going = np.flatnonzero(beside)
-        origin, solids = hits.point - step[:, None] * hits.outward, np.zeros(len(medium), int)
-        start = np.zeros(len(going))
+        times, out = self.media.times(states, medium), np.zeros(len(enters), bool)
+        asked = np.flatnonzero((hits.t <= BESIDE * step) & (medium >= 0) & ((times > 0) == enters))
+        inner = hits.point[asked] - step[asked, None] * hits.outward[asked]
+        out[asked] = self._solids(inner, medium[asked]) == times[asked]
+        return out
+
+    def _solids(self, point: Array, medium: Array) -> Array:
+        """How many solids of media (n,) hold points: so many more of their surfaces are left than entered, on
+        that of two opposite ways on which more are. An endless one is left on one of them only."""
+        return np.maximum(self._leaves(point, medium, WAY), self._leaves(point, medium, -WAY))
+
+    def _leaves(self, origin: Array, medium: Array, way: Array) -> Array:
+        """How many more surfaces of media (n,) rays leave than they enter."""
+        solids, going, start = np.zeros(len(medium), int), np.arange(len(medium)), np.zeros(len(medium))
         while going.size:
-            way = np.broadcast_to(WAY, (len(going), 3))
-            met = self.world.nearest(origin[going], way, np.full(len(going), -1), start)
+            ways = np.broadcast_to(way, (len(going), 3))
+            met = self.world.nearest(origin[going], ways, np.full(len(going), -1), start)
             hit = met.shape >= 0
             met, going = met.take(np.flatnonzero(hit)), going[hit]
             same = self.media.number[met.shape] == medium[going]
-            solids[going] += np.where(same, np.where(dot(met.outward, way[hit]) > 0, 1, -1), 0)
+            solids[going] += np.where(same, np.where(dot(met.outward, ways[hit]) > 0, 1, -1), 0)
             start = met.t + self.world.step(met.point)
-        return beside & (solids == self.media.times(states, medium))
+        return solids
 
     def _touched(self, rays: Rays, hits: Hits, states: Array, enters: Array) -> Array:
-        """Where rays only touch an edge (n,): they leave what they are not in, and enter it at once."""
+        """Where rays only touch an edge (n,): they leave what they are not in, and enter it at once; or as
+        much of the medium is behind the edge as before it."""
         medium, out = self.media.number[hits.shape], np.zeros(len(enters), bool)
-        asked = np.flatnonzero(~enters & (medium >= 0) & (self.media.times(states, medium) == 0))
+        times, edge = self.media.times(states, medium), self.world.at_edge(hits)
+        asked = np.flatnonzero(~enters & (medium >= 0) & (times == 0))
         if asked.size:
             ahead, t = rays.take(asked), hits.t[asked]
             other = self.world.nearest(ahead.origin, ahead.direction, ahead.form, t)
             near = other.t <= t + self.world.step(hits.point[asked]) + OFFSET * t
             same = self.media.number[other.shape] == medium[asked]
             out[asked] = near & same & (dot(other.outward, ahead.direction) <= 0)
+        asked = np.flatnonzero(edge & (medium >= 0) & (~enters | (times == 0)))
+        past = PAST * self.world.step(hits.point[asked])[:, None] * rays.direction[asked]
+        before, behind = (self._solids(hits.point[asked] + way, medium[asked]) for way in (-past, past))
+        out[asked] |= before == behind
         return out
+
+    def _faced(self, rays: Rays, hits: Hits) -> None:
+        """In the place of opaque inner sides at edges, the faces that rays meet from outside there."""
+        opaque = (hits.shape >= 0) & (self.media.number[hits.shape] < 0)
+        rows = np.flatnonzero(opaque & (dot(hits.outward, rays.direction) > 0))
+        rows = rows[self.world.at_edge(hits.take(rows))]
+        if not rows.size:
+            return
+        way = self.world.middle(hits.take(rows)) - hits.outward[rows]
+        inwards = PAST * self.world.step(hits.point[rows])[:, None] * way
+        ahead = rays.take(rows)
+        near = PAST * self.world.step(hits.point[rows]) / FLATTEST
+        start = np.maximum(hits.t[rows] - near, 0.0)
+        other = self.world.nearest(ahead.origin + inwards, ahead.direction, ahead.form, start)
+        facing, across = dot(other.outward, ahead.direction), np.abs(dot(other.outward, hits.outward[rows]))
+        good = (np.abs(other.t - hits.t[rows]) <= near) & (facing <= 0) & (across < PARALLEL)
+        hits.put(rows[good], other.take(good))
 
     def _nearest(self, rays: Rays, start: Any = None) -> Hits:
         """Nearest hits beyond `start`: of shapes, which Mitsuba finds, and of lights that are seen."""
@@ -121,7 +159,7 @@ class Table:
             rows = np.flatnonzero((t < hits.t) & (t > (0.0 if start is None else start)))
             point = rays.origin[rows] + t[rows, None] * rays.direction[rows]
             shape, form = np.full(len(rows), self.shapes + number), np.full(len(rows), -1)
-            hits.put(rows, Hits(t[rows], shape, point, outward[rows], outward[rows], form,
+            hits.put(rows, Hits(t[rows], shape, point, outward[rows], outward[rows], form, form.copy(),
                                 np.zeros((len(rows), hits.chart.shape[1]))))
         return hits
 

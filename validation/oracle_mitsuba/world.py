@@ -29,6 +29,7 @@ class Hits:
     outward: Array  # (n, 3): geometric unit normal
     shading: Array  # (n, 3): shading unit normal, on either side
     form: Array  # (n,) int: row of World.forms, -1 where Mitsuba's shape is the surface itself
+    face: Array  # (n,) int: row of World.corners
     chart: Array  # (n, 8): of meshes u, v, dp/du, dp/dv; (n, 11): and colours; (n, 0): no mesh has any
 
     def take(self, rows: Array) -> Hits:
@@ -75,6 +76,8 @@ class World:
         self.chart = 11 if self.colored else 8 * pictured
         self.many = np.zeros(places.max(initial=0) + 1, bool)  # a rectangle's two triangles are one primitive
         self.many[places] = [shape["type"] == "mesh" for shape in geometry["shapes"]]
+        # of faces, on which a hit may be at an edge; the last row is of what has none
+        self.corners = np.concatenate([*map(corners_of, geometry["shapes"]), np.full((1, 4, 3), np.inf)])
 
     def nearest(self, origin: Array, direction: Array, form: Array, start: Array | None = None) -> Hits:
         """Nearest hits of rays (n, 3), unit directions, at distances above `start` (n,; 0).
@@ -91,7 +94,7 @@ class World:
         begin = after.copy()
         point, outward, shading = np.zeros((3, n, 3))
         nothing = np.full(n, -1)
-        found = Hits(np.full(n, np.inf), nothing, point, outward, shading, nothing.copy(),
+        found = Hits(np.full(n, np.inf), nothing, point, outward, shading, nothing.copy(), nothing.copy(),
                      np.zeros((n, self.chart)))  # fmt: skip
         todo = np.arange(n)
         for count in range(PASSES):
@@ -141,14 +144,14 @@ class World:
         if not len(self.owner):
             nowhere = np.full(n, np.inf)
             none = np.full(n, -1)
-            return Hits(nowhere, none, moved, normal, shading, none.copy(), chart), exists, nowhere
+            return Hits(nowhere, none, moved, normal, shading, none, none, chart), exists, nowhere
         kind = self.kind[row]
         outward = np.where((kind == FLAT)[:, None], shading, normal)
         shading = np.where((kind == SMOOTH)[:, None], shading, outward)
         t = begin + t
         point = engine.rows(si.p, n) + self.center
         owner, form = (np.where(exists, table[row], -1) for table in (self.owner, self.form))
-        hits = Hits(t.copy(), owner, point, outward, shading, form, chart)
+        hits = Hits(t.copy(), owner, point, outward, shading, form, row, chart)
         on_form = np.flatnonzero(form >= 0)
         if on_form.size:
             rays = origin[on_form], direction[on_form], after[on_form]
@@ -196,7 +199,7 @@ class World:
         length = np.linalg.norm(gradient, axis=1, keepdims=True)
         normal = np.where(length > 0, gradient / np.where(length > 0, length, 1.0), -direction)
         return Hits(np.where(exists & inside, t, -1.0), shape, point, normal, normal.copy(), form,
-                    np.zeros((len(point), self.chart)))
+                    np.full(len(point), -1), np.zeros((len(point), self.chart)))
 
     def _add_chords(
         self, found: Hits, origin: Array, direction: Array, form: Array, start: Array | None
@@ -253,6 +256,33 @@ class World:
             start[todo] = t + np.maximum(OFFSET * (t - start[todo]), away) / np.maximum(slope, FLATTEST)
         raise RuntimeError(f"{len(todo)} shadow rays cross more than {PASSES} surfaces")
 
+    def at_edge(self, hits: Hits) -> Array:
+        """Which hits (n,) are nearer to an edge of a face than rays start off it."""
+        corners = self.corners[hits.face]
+        way, along = hits.point[:, None] - self.center - corners, np.roll(corners, -1, axis=1) - corners
+        with np.errstate(invalid="ignore"):
+            beside = np.sum(np.cross(way, along) ** 2, axis=-1) - (
+                self.step(hits.point)[:, None] ** 2 * np.sum(along**2, axis=-1)
+            )
+        return np.asarray(((beside <= 0) & along.any(axis=-1) & (hits.form < 0)[:, None]).any(axis=1))
+
+    def middle(self, hits: Hits) -> Array:
+        """Directions (n, 3) from hits of faces towards the middles of these."""
+        way = self.corners[hits.face].mean(axis=1) + self.center - hits.point
+        return np.asarray(way / np.linalg.norm(way, axis=-1, keepdims=True))
+
     def step(self, point: Array) -> Array:
         """How far (n,) rays that start at points (n, 3) on a surface are moved off it."""
         return np.maximum(OFFSET * np.abs(point - self.center).max(axis=-1, initial=0.0), self.least_step)
+
+
+def corners_of(shape: dict[str, Any]) -> Array:
+    """The corners (primitives, 4, 3) of a plugin's faces, of triangles the last one twice; else infinite."""
+    if shape["type"] == "mesh":
+        corners = np.asarray(shape["vertices"], float)[shape["faces"]]
+        return np.concatenate([corners, corners[:, 2:]], axis=1)
+    if shape["type"] != "rectangle":
+        return np.full((1, 4, 3), np.inf)
+    square = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    to_world = np.asarray(shape["to_world"])
+    return np.asarray(square @ to_world[:3, :3].T + to_world[:3, 3])[None]

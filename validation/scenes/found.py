@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from .crossed import INSIDE
-from .parts import CAMERA, CLEAR, LIGHTS, OPAQUE, Table, room
+from .parts import CAMERA, CLEAR, HEIGHT, LIGHTS, OPAQUE, WALL, WIDTH, Table, room
 
 
 def scenes() -> Iterator[tuple[str, Table, set[str]]]:
@@ -18,6 +18,7 @@ def scenes() -> Iterator[tuple[str, Table, set[str]]]:
     yield "lamps in the ceiling", _lamps_in_the_ceiling(), set()
     yield "seams seen straight on", _seams_seen_straight_on(0.5), set()
     yield "seams seen straight on at half the size", _seams_seen_straight_on(1.0), set()  # as mutants are
+    yield "blocks seen straight on at half the size", _blocks_seen_straight_on(), set()
 
 
 def _next_to_the_camera() -> Table:
@@ -115,4 +116,35 @@ def _seams_seen_straight_on(shift: float) -> Table:
         "max_depth": 4, "background": [0.3, 0.32, 0.35], "ambient": 0.2, "camera": camera,
         "lights": [{"type": "directional", "direction": [-0.4, -1, -1.02], "intensity": 0.8}],
         "shapes": [corner, bar],
+    }  # fmt: skip
+
+
+def _blocks_seen_straight_on() -> Table:
+    """Outlines through the middles of pixels, of blocks whose sides are numbered before or after the front.
+
+    Of two faces at an edge the one with the lower number is met: the outline was shaded as the inside of a
+    side is, and of glass that is met by its front and only touched, bent and lost. Rays within the glass that
+    came to the edge of two sides got out of it. The outlines are lit as the wall is, so that it does not
+    matter on which side of them a ray is.
+    """
+    front_first = [[4, 5, 7, 6], [0, 2, 3, 1], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    front_last = front_first[::-1]
+    clear = {"diffuse": 0.0, "transmission": 1.0, "ior": 1.0, "absorption": [0.9, 0.2, 0.5]}
+
+    def corners(left: float, right: float) -> list[list[float]]:
+        ends = ((0.25, -1.0), (0.0, 0.0))  # at the back narrower
+        return [[x, y, z] for s, z in ends for y in (s - 1.5, 1.5 - s) for x in (left + s, right - s)]
+
+    sides = [[corners(1.2, 2.5)[number] for number in face] for face in front_last]
+    shapes: list[Table] = [
+        {"type": "plane", "point": [0, 0, -3], "normal": [0, 0, 1], "material": WALL},
+        {"type": "mesh", "vertices": corners(-2.5, -1.2), "faces": front_last, "material": WALL},
+        {"type": "mesh", "vertices": corners(-1.0, 1.0), "faces": front_first, "material": clear},
+        *({"type": "polygon", "points": points, "material": WALL} for points in sides),
+    ]
+    return {
+        "max_depth": 4, "background": [0.3, 0.32, 0.35], "ambient": 0.2, "shapes": shapes,
+        "camera": {"type": "orthographic", "origin": [0, 0, 8], "target": [0, 0, 0], "size": 10.0,
+                   "width": WIDTH, "height": HEIGHT, "shift": [1.0, 1.0]},
+        "lights": [{"type": "directional", "direction": [3, 0, -1], "intensity": 2.5}],
     }  # fmt: skip

@@ -10,8 +10,20 @@ from clrt import layout
 from clrt.flatten.flatten import FlatScene
 from clrt.flatten.media import too_deep
 
-from .geometry import BEFORE_ALL, NO_PRIMITIVE, Hits, Rays, nearest_hit, primitives_of
-from .math import Array, exponential, unit
+from .edges import nearest_faces, touched
+from .geometry import (
+    BEFORE_ALL,
+    KINDS,
+    NO_PRIMITIVE,
+    Hits,
+    Rays,
+    nearest_hit,
+    primitives_of,
+    quadric_clips,
+    quadric_form,
+    to_axes,
+)
+from .math import Array, dot, exponential, unit, xyz
 from .queues import Queue
 from .surface import Surface, bands, surface_at
 
@@ -70,9 +82,9 @@ def crossed(flat: FlatScene, queue: Queue, hits: Hits) -> Crossed:
         s = surface_at(flat, rays, Hits(t[going], primitive[going]))
         own = primitives_of(flat)["material"][primitive[going]].astype(np.int32)
         beside = (t[going] <= _BESIDE * s.offset) & _solids_are_listed(flat, lists[:, going], s, t[going])
-        touched, other = _touched(flat, rays, lists[:, going], s, Hits(t[going], primitive[going]), beside)
-        t[going[touched]], primitive[going[touched]] = other.t, other.primitive
-        beside[touched] = True
+        at, other = touched(flat, rays, lists[:, going], s, Hits(t[going], primitive[going]), beside)
+        t[going[at]], primitive[going[at]] = other.t, other.primitive
+        beside[at] = True
         lists[:, going], following = _next_lists(flat, lists[:, going], s, beside)
         old, new = top(flat, lists[:, going]), top(flat, following)
         solid = s.material["medium"] == _NONE
@@ -83,7 +95,7 @@ def crossed(flat: FlatScene, queue: Queue, hits: Hits) -> Crossed:
         unseen = ~solid & (old == new)
         lists[:, going[unseen]] = following[:, unseen]
         going = going[unseen]
-        further = nearest_hit(flat, queue.rays[going], Hits(t[going], primitive[going]))
+        further = nearest_faces(flat, queue.rays[going], Hits(t[going], primitive[going]))
         t[going], primitive[going] = further.t, further.primitive
         going = going[further.primitive != NO_PRIMITIVE]
     weight = queue.weight * transmittance(flat, top(flat, lists), t)
@@ -92,7 +104,7 @@ def crossed(flat: FlatScene, queue: Queue, hits: Hits) -> Crossed:
 
 def first_seen(flat: FlatScene, queue: Queue) -> Hits:
     """The hits of rays of generation 0, past all boundaries that they do not see."""
-    return crossed(flat, immersed(flat, queue), nearest_hit(flat, queue.rays)).hits
+    return crossed(flat, immersed(flat, queue), nearest_faces(flat, queue.rays)).hits
 
 
 def top(flat: FlatScene, lists: Array) -> Array:
@@ -117,6 +129,10 @@ def _solids_are_listed(flat: FlatScene, lists: Array, s: Surface, t: Array) -> A
     off = s.n * s.offset
     origin = np.where(s.inside, s.point + off, s.point - off)
     way = unit(np.array(_WAY, np.float32)[:, None])
+    primitives, endless = primitives_of(flat), flat.unbounded[: flat.scene["unbounded"][0]]
+    for number in endless:
+        same = flat.materials["medium"][primitives["material"][number]] == medium[asked]
+        found[asked] += same & _holds(flat, number, origin[:, asked])
     going, after = asked, Hits(np.zeros(len(asked), np.float32), np.full(len(asked), BEFORE_ALL))
     while len(going):
         far = np.full(len(going), np.inf, np.float32)
@@ -126,37 +142,24 @@ def _solids_are_listed(flat: FlatScene, lists: Array, s: Surface, t: Array) -> A
         going, after = going[met], Hits(hits.t[met], hits.primitive[met])
         if len(going):
             there = surface_at(flat, rays[met], after)
-            same = there.material["medium"] == medium[going]
+            same = (there.material["medium"] == medium[going]) & ~np.isin(after.primitive, endless)
             found[going] += np.where(same, np.where(there.inside, 1, -1), 0)
     out = np.zeros(len(t), bool)
     out[asked] = found[asked] == times[asked]
     return out
 
 
-def _touched(
-    flat: FlatScene, rays: Rays, lists: Array, s: Surface, hits: Hits, beside: Array
-) -> tuple[Array, Hits]:
-    """Rays that only touch an edge or corner, and the last hits of their medium there.
-
-    They leave what they are not in, and enter it at once.
-    """
-    medium, last = s.material["medium"], Hits(hits.t.copy(), hits.primitive.copy())
-    going = np.flatnonzero((medium != _NONE) & s.inside & ~(lists == medium).any(axis=0) & ~beside)
-    enters = np.zeros(len(medium), bool)
-    for _ in range(layout.MEDIA):
-        other = nearest_hit(flat, rays[going], Hits(last.t[going], last.primitive[going]))
-        near = other.t <= hits.t[going] + (s.offset[going] + np.float32(layout.ALONG) * other.t)
-        near &= other.primitive != NO_PRIMITIVE
-        going, other = going[near], Hits(other.t[near], other.primitive[near])
-        if not len(going):
-            break
-        there = surface_at(flat, rays[going], other)
-        same = there.material["medium"] == medium[going]
-        going, other, inside = going[same], Hits(other.t[same], other.primitive[same]), there.inside[same]
-        enters[going] |= ~inside
-        last.t[going], last.primitive[going] = other.t, other.primitive
-    which = np.flatnonzero(enters)
-    return which, Hits(last.t[which], last.primitive[which])
+def _holds(flat: FlatScene, number: int, point: Array) -> Array:
+    """Whether a plane or endless quadric has points on its inner side."""
+    primitive = primitives_of(flat)[number : number + 1]
+    if primitive["kind"][0] == KINDS["PLANE"]:
+        plane = flat.planes[primitive["index"]]
+        return np.asarray(dot(xyz(plane["normal"]), point - xyz(plane["point"])) < 0.0)
+    q = flat.quadrics[primitive["index"]]
+    axes, form, g, constant = quadric_form(q)
+    local = point - xyz(q["center"])
+    x = to_axes(axes, local)
+    return np.asarray((dot(x, (form * x + g) + g) + constant < 0.0) & quadric_clips(q, local))
 
 
 def _next_lists(
@@ -169,7 +172,7 @@ def _next_lists(
     medium = s.material["medium"]
     is_medium = medium != _NONE
     listed = ((lists == medium) & is_medium).any(axis=0)
-    is_medium &= ~(beside & (listed != s.inside))
+    is_medium &= ~np.asarray(beside)
     here = _entered(flat, lists, medium, is_medium & s.inside & ~listed)
     behind = _entered(flat, here, medium, is_medium & ~s.inside)
     return here, _left(behind, medium, is_medium & s.inside)

@@ -39,7 +39,7 @@ from .math import (
 )
 
 _OFFSET = np.float32(layout.OFFSET)
-_ALONG = np.float32(layout.ALONG)
+_ALONG, _AT_EDGE = np.float32(layout.ALONG), np.float32(layout.AT_EDGE)
 _ULP = np.float32(2.0**-23)
 
 
@@ -64,6 +64,7 @@ class Surface:
     n: Array
     ns: Array
     inside: Array
+    at_edge: Array  # whether the hit is an edge of a flat primitive, to within rounding
     place: Array  # (2, n): where in pictures
     footprint: Array  # (3, n): how far it reaches in u and in v, and how wide the cone is there
 
@@ -101,6 +102,7 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
         n=zero,
         ns=zero,
         inside=zero[0],
+        at_edge=np.zeros(len(records), bool),
         place=zero[:2].copy(),
         footprint=zero.copy(),
     )
@@ -108,7 +110,8 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
         which = np.flatnonzero(records["kind"] == KINDS[kind])
         if len(which):
             place(flat, records["index"][which], rays[which], s, which)
-    s.back = rays.direction * smaller(s.offset + _ALONG * hits.t, hits.t)
+    along = s.offset + _ALONG * hits.t
+    s.back = rays.direction * smaller(np.where(s.at_edge, _AT_EDGE * along, along), hits.t)
     s.inside = dot(s.outward, rays.direction) > 0.0
     s.n = np.where(s.inside, -s.outward, s.outward)
     s.ns = np.where(dot(s.smooth, s.n) < 0.0, -s.smooth, s.smooth)
@@ -141,9 +144,19 @@ def _on_disk(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -
 
 
 def _on_polygon(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array) -> None:
-    polygon = flat.polygons[index]
-    size = polygon["normal"][:, 3]
-    _flat_surface(s, at, xyz(flat.vertices[polygon["first"]]), xyz(polygon["normal"]), size)
+    polygon, normal, met = flat.polygons[index], xyz(flat.polygons[index]["normal"]), s.point[:, at]
+    first, count = polygon["first"], polygon["count"]
+    _flat_surface(s, at, xyz(flat.vertices[first]), normal, polygon["normal"][:, 3])
+    near, point = _edge_width(s.offset[at], rays, met), s.point[:, at]
+    for i in range(count.max(initial=0)):  # beyond its last corner each begins again
+        a, b = (xyz(flat.vertices[first + (i + step) % count]) for step in (-1, 0))
+        e = b - a
+        s.at_edge[at] |= np.abs(dot(cross(normal, e), point - a)) <= near * largest_coordinate(e)
+
+
+def _edge_width(offset: Array, rays: Rays, point: Array) -> Array:
+    """How near to an edge of a flat surface a ray meets that edge."""
+    return _AT_EDGE * (offset + _ALONG * largest_coordinate(point - rays.origin))
 
 
 def _flat_surface(s: Surface, at: Array, origin: Array, normal: Array, size: Array | None = None) -> None:
@@ -160,25 +173,30 @@ def _on_triangle(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Arra
     v0, v1, v2 = corners = [xyz(triangle[name]) for name in ("v0", "v1", "v2")]
     _, u, v = triangle_hit(v0, v1, v2, rays, frame_of(rays.direction))
     s.uv[:, at] = u, v
+    met = s.point[:, at]
     s.point[:, at] = v0 + ((v1 - v0) * u + (v2 - v0) * v)
     normal = triangle_normal(v0, v1, v2)
     with np.errstate(all="ignore"):
         s.outward[:, at] = np.where(largest_coordinate(normal) > 0, unit_of_any(normal), -rays.direction)
-    s.offset[at] = _leave_triangle(corners, normal)
+    s.offset[at], width = _leave_triangle(corners, normal)
+    with np.errstate(all="ignore"):
+        inwards = smaller(smaller(u, v), 1.0 - u - v) * width
+    s.at_edge[at] = inwards <= _edge_width(s.offset[at], rays, met)
     first = triangle["normals"]
     n0, n1, n2 = (xyz(flat.normals[np.where(first < 0, 0, first + i)]) for i in range(3))
     s.smooth[:, at] = np.where(first < 0, np.float32(0.0), unit(n0 * (1.0 - u - v) + n1 * u + n2 * v))
 
 
-def _leave_triangle(corners: list[Array], normal: Array) -> Array:
-    """By how much rays leave triangles; where these are long and thin, their distance is rounded more."""
+def _leave_triangle(corners: list[Array], normal: Array) -> tuple[Array, Array]:
+    """By how much rays leave triangles, and how wide these are: where they are long and thin, distances are
+    rounded more."""
     v0, v1, v2 = corners
     reach = larger(larger(largest_coordinate(v0), largest_coordinate(v1)), largest_coordinate(v2))
     length = larger(largest_coordinate(v1 - v0), largest_coordinate(v2 - v0))
     with np.errstate(all="ignore"):
         width = largest_coordinate(normal) / length
         blur = _ULP * length * length / width
-    return larger(smaller(blur, width), _OFFSET * reach)
+    return larger(smaller(blur, width), _OFFSET * reach), width
 
 
 def _slopes(square: Array) -> Array:

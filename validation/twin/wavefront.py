@@ -16,8 +16,9 @@ from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
 from .dispersion import carried, own_bands
+from .edges import nearest_faces
 from .film import TERMS, Film, arriving, rays_counted
-from .geometry import nearest_hit, primitives_of
+from .geometry import primitives_of
 from .local import SPAWN, Feelers, Shaded, feelers, shade
 from .math import Array, combine
 from .media import Crossed, crossed, handed_on, immersed
@@ -168,7 +169,7 @@ def _met(
     flat: FlatScene, queue: Queue, generation: int, max_depth: int
 ) -> Generator[Stage, None, tuple[Crossed, Shaded]]:
     """What the rays of a queue meet, and the light there."""
-    at = crossed(flat, queue, nearest_hit(flat, queue.rays))
+    at = crossed(flat, queue, nearest_faces(flat, queue.rays))
     yield stage("closest", generation, at.queue, {"t": at.hits.t, "primitive": at.hits.primitive})
     found = shade(flat, at, last=generation == max_depth)
     yield stage("surface", generation, at.queue, surface_values(flat, at, found))
@@ -246,7 +247,7 @@ def surface_values(flat: FlatScene, at: Crossed, found: Shaded) -> dict[str, Arr
     bits = layout.SURFACE
     code = np.full(n, -1, np.int32)
     code[which] = material * bits["SURFACE_MATERIAL"] + s.inside * bits["SURFACE_INSIDE"]
-    code[which] += second_color(s) * bits["SURFACE_SECOND_COLOR"]
+    code[which] += second_color(s) * bits["SURFACE_SECOND_COLOR"] + s.at_edge * bits["SURFACE_EDGE"]
     values = {"point": fields[:3], "n": fields[3:6], "ns": fields[6:9], "offset": fields[9], "code": code}
     if flat.pictured is not None:
         values["uv"] = np.zeros((2, n), np.float32)
