@@ -100,7 +100,8 @@ inline void cross_one(const World world, __global const float *rays, uint i, __g
                     && solids_about(world, surfaces, i, inside, medium) == times;
         const bool edge = surface_code[i] & SURFACE_EDGE;
         if (!crossed && (inside ? edge || times == 0 : edge && times == 0)) {
-            const Hit last = touched(world, ray, (Hit){hit_t[i], hit_primitive[i]}, inside, offset, medium);
+            const Vec n = load_vector(surfaces, i, NORMAL_X, SURFACE_FIELDS);
+            const Hit last = touched(world, ray, (Hit){hit_t[i], hit_primitive[i]}, n, inside, medium);
             crossed = last.primitive >= 0;
             if (crossed) {
                 hit_t[i] = last.t;

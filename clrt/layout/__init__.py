@@ -337,7 +337,7 @@ QUADRIC_PAD: Final = 64 * 2.0**-24  # roots of a quadratic form carry more round
 FEELER_REACH: Final = 1 - 2.0**-14  # of the way to a light: what lies in its plane hides nothing
 OFFSET: Final = 4 * 2.0**-23  # distance by which spawned rays leave a surface, times the largest |coordinate|
 ALONG: Final = 2 * 2.0**-23  # and how far back on the ray that met it, times its length, if they stay before
-AT_EDGE: Final = 16  # times as far from an edge; so near to it a ray meets it, and both faces in one place
+FROM_EDGE: Final = 4  # times as far from an edge
 BESIDE: Final = 256  # times OFFSET: nearer to its start a ray may have crossed an edge by its other side
 BRIGHTEST: Final = 1e30  # of a band of a pixel: room for the sums over bands that make it a colour
 

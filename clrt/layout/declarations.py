@@ -55,7 +55,7 @@ def c_declarations(ray_format: RayFormat | None = None, lanes: int = 16, packet:
     lists = {"LIGHT_KINDS": layout.LIGHT_KINDS, "EXTENDED_KINDS": layout.EXTENDED_KINDS}
     for name, kinds in {"PRIMITIVE_KINDS": layout.KINDS, **lists}.items():
         out.append(f"#define {name}(X) " + " ".join(f"X({kind}, {kind.lower()})" for kind in kinds))
-    for name in ("PAD", "OFFSET", "ALONG", "AT_EDGE", "BESIDE", "FEELER_REACH", "BRIGHTEST"):
+    for name in ("PAD", "OFFSET", "ALONG", "FROM_EDGE", "BESIDE", "FEELER_REACH", "BRIGHTEST"):
         out.append(f"#define {name} {float(np.float32(getattr(layout, name))).hex()}f")
     out += [_c_struct(name, ray_format.bands) for name in layout.RECORDS]
     world = {name: f"const {kind} *{name}" for name, kind in layout.world(ray_format.images).items()}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.base.resources import validation_module
 
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 FACES = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]  # 5: towards +z
@@ -85,6 +86,63 @@ def test_rays_at_edges_of_turned_solids_see_one_of_their_sides(kind: str, materi
         beside = [np.abs(seen(p) - seen(p + 1e-4 * size * way)).max(axis=-1) for way in ways]
         wrong += int(np.count_nonzero(np.min(beside, axis=0) > 0.02))
     assert wrong <= 8
+
+
+def rod(radius: float, length: float, sides: int) -> tuple[np.ndarray, list[list[int]]]:
+    """Vertices and triangles of a prism along x, its ends last."""
+    turn = np.arange(sides) * 2 * np.pi / sides + 0.1
+    ring = np.stack([np.zeros(sides), radius * np.sin(turn), radius * np.cos(turn)], axis=1)
+    half = np.array([length / 2, 0, 0])
+    pairs = [(i, (i + 1) % sides) for i in range(sides)]
+    faces = [face for i, j in pairs for face in ([j, i, sides + j], [sides + j, i, sides + i])]
+    faces += [end for i in range(1, sides - 1) for end in ([i, i + 1, 0], [sides + i + 1, sides + i, sides])]
+    return np.concatenate([ring - half, ring + half]), faces
+
+
+def view(origin: list[float], target: list[float], fov: float, shapes: Any, **more: Any) -> clrt.Scene:
+    floor = {"type": "plane", "point": [0, -45, 0], "normal": [0, 1, 0], "material": {"color": [1, 0.8, 0.6]}}
+    return clrt.load_dict({
+        "max_depth": 6, "background": [0.2, 0.4, 0.8], "ambient": 0.3, "shapes": [*shapes, floor],
+        "camera": {"origin": origin, "target": target, "fov": fov, "width": 120, "height": 90},
+        "lights": [{"type": "directional", "direction": [-0.3, -1, -0.5], "intensity": 1}], **more,
+    })  # fmt: skip
+
+
+def off(scene: clrt.Scene) -> np.ndarray:
+    """By how much pixels differ from the float64 oracle's."""
+    right = validation_module("oracle64").render64(scene).pixels
+    return np.asarray(np.abs(clrt.render(scene).pixels - right).max(axis=-1))
+
+
+def test_long_thin_faces_are_not_all_edge() -> None:
+    """A rod of 1,000 by 6 of 64 triangles: what their distances are rounded by is as thick as the rod, which
+    was only touched, and not there."""
+    vertices, faces = rod(3, 1000, 32)
+    glass = {"type": "mesh", "vertices": vertices.tolist(), "faces": faces, "material": GLASS}
+    wrong = off(view([100, 30, 60], [100, 0, 0], 20, [glass]))
+    assert np.sqrt(np.mean(wrong**2)) < 0.02
+
+
+def test_a_pipe_seen_from_within_hides_its_neighbours() -> None:
+    """Its faces were all edge: the outer sides of neighbours that touch it were seen, and feelers started far
+    back."""
+    vertices, faces = rod(40, 4000, 48)
+
+    def pipe(x: float, y: float, color: list[float]) -> dict[str, Any]:
+        moved = (vertices + np.array([0, x, y])).tolist()
+        return {"type": "mesh", "vertices": moved, "faces": faces[:96], "material": {"color": color}}
+
+    pipes = [pipe(0, 0, [1, 1, 1]), pipe(80, 0, [1, 0, 0]), pipe(-80, 0, [1, 0, 0]), pipe(0, 80, [0, 1, 0])]
+    lamp = {"type": "point", "position": [-1500, 20, 0], "intensity": 1}
+    assert off(view([-1900, 5, 3], [0, 0, 0], 60, pipes, lights=[lamp])).max() < 0.02
+
+
+def test_edges_are_no_wider_than_rays_are_rounded() -> None:
+    """A cube of glass 1,000 of its sizes from the origin: with wider edges 38 pixels were wrong."""
+    middle = np.array([1000.0, 0, 700])
+    glass = cube("mesh", FACES, {**GLASS, "absorption": [0.2, 0.8, 1.5]}, CORNERS / 2 + middle)
+    wrong = off(view((middle + np.array([1.3, 1.2, 2])).tolist(), middle.tolist(), 35, glass))
+    assert np.count_nonzero(wrong > 0.02) <= 20
 
 
 def test_rays_within_glass_do_not_get_out_at_an_edge() -> None:

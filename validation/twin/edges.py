@@ -6,16 +6,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from clrt import layout
 from clrt.flatten.flatten import FlatScene
 
 from .geometry import NO_PRIMITIVE, Hits, Rays, nearest_hit
-from .math import Array, dot
-from .surface import Surface, surface_at
+from .math import Array, dot, smaller
+from .surface import Surface, place_width, surface_at
 
 _FACES = 8  # of one place
 _PARALLEL = np.float32(0.999)  # cosine of the angle between faces that are no edge, but one upon the other
-_ALONG, _AT_EDGE = np.float32(layout.ALONG), np.float32(layout.AT_EDGE)
 _NONE = -1
 
 
@@ -37,7 +35,7 @@ def nearest_faces(flat: FlatScene, rays: Rays, after: Hits | None = None) -> Hit
         found[going[face]] = True
         return ~face
 
-    _visit_place(flat, rays[which], s.offset, met, np.arange(len(which)), visit)
+    _visit_place(flat, rays[which], s.n, met, np.arange(len(which)), visit)
     return out
 
 
@@ -60,7 +58,7 @@ def touched(
         last.t[at], last.primitive[at] = other.t[same], other.primitive[same]
         return same
 
-    _visit_place(flat, rays, s.offset, hits, np.flatnonzero(asked & (medium != _NONE) & ~beside), visit)
+    _visit_place(flat, rays, s.n, hits, np.flatnonzero(asked & (medium != _NONE) & ~beside), visit)
     which = np.flatnonzero(both)
     return which, Hits(last.t[which], last.primitive[which])
 
@@ -68,7 +66,7 @@ def touched(
 def _visit_place(
     flat: FlatScene,
     rays: Rays,
-    offset: Array,
+    normal: Array,
     hits: Hits,
     going: Array,
     visit: Callable[[Array, Hits, Surface], Array],
@@ -76,12 +74,17 @@ def _visit_place(
     """What rays `going` meet where their hits are, one after the other, as long as visit(rays, hits,
     surfaces) says so of each."""
     last = Hits(hits.t.copy(), hits.primitive.copy())
+    near = place_width(rays, rays.origin + rays.direction * hits.t)
+    slope = np.abs(dot(normal, rays.direction))
     for _ in range(_FACES):
         other = nearest_hit(flat, rays[going], Hits(last.t[going], last.primitive[going]))
-        near = other.t <= hits.t[going] + _AT_EDGE * (offset[going] + _ALONG * other.t)
-        near &= other.primitive != NO_PRIMITIVE
-        going, other = going[near], Hits(other.t[near], other.primitive[near])
+        met = other.primitive != NO_PRIMITIVE
+        going, other = going[met], Hits(other.t[met], other.primitive[met])
         if not len(going):
             return
         last.t[going], last.primitive[going] = other.t, other.primitive
-        going = going[visit(going, other, surface_at(flat, rays[going], other))]
+        there = surface_at(flat, rays[going], other)
+        flatter = smaller(slope[going], np.abs(dot(there.outward, rays[going].direction)))
+        same = (other.t - hits.t[going]) * flatter <= near[going]
+        going, other = going[same], Hits(other.t[same], other.primitive[same])
+        going = going[visit(going, other, there[same])]

@@ -39,8 +39,9 @@ from .math import (
 )
 
 _OFFSET = np.float32(layout.OFFSET)
-_ALONG, _AT_EDGE = np.float32(layout.ALONG), np.float32(layout.AT_EDGE)
+_ALONG, _FROM_EDGE = np.float32(layout.ALONG), np.float32(layout.FROM_EDGE)
 _ULP = np.float32(2.0**-23)
+_EDGES = 64  # of polygons with more none is looked for
 
 
 @dataclass
@@ -111,7 +112,7 @@ def surface_at(flat: FlatScene, rays: Rays, hits: Hits) -> Surface:
         if len(which):
             place(flat, records["index"][which], rays[which], s, which)
     along = s.offset + _ALONG * hits.t
-    s.back = rays.direction * smaller(np.where(s.at_edge, _AT_EDGE * along, along), hits.t)
+    s.back = rays.direction * smaller(np.where(s.at_edge, _FROM_EDGE * along, along), hits.t)
     s.inside = dot(s.outward, rays.direction) > 0.0
     s.n = np.where(s.inside, -s.outward, s.outward)
     s.ns = np.where(dot(s.smooth, s.n) < 0.0, -s.smooth, s.smooth)
@@ -147,16 +148,19 @@ def _on_polygon(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Array
     polygon, normal, met = flat.polygons[index], xyz(flat.polygons[index]["normal"]), s.point[:, at]
     first, count = polygon["first"], polygon["count"]
     _flat_surface(s, at, xyz(flat.vertices[first]), normal, polygon["normal"][:, 3])
-    near, point = _edge_width(s.offset[at], rays, met), s.point[:, at]
-    for i in range(count.max(initial=0)):  # beyond its last corner each begins again
+    near, point, flatly = place_width(rays, met), s.point[:, at], np.abs(dot(normal, rays.direction))
+    few = count <= _EDGES
+    for i in range(count[few].max(initial=0)):  # beyond its last corner each begins again
         a, b = (xyz(flat.vertices[first + (i + step) % count]) for step in (-1, 0))
         e = b - a
-        s.at_edge[at] |= np.abs(dot(cross(normal, e), point - a)) <= near * largest_coordinate(e)
+        beside = np.abs(dot(cross(normal, e), point - a)) * flatly
+        s.at_edge[at] |= few & (beside <= near * largest_coordinate(e))
 
 
-def _edge_width(offset: Array, rays: Rays, point: Array) -> Array:
-    """How near to an edge of a flat surface a ray meets that edge."""
-    return _AT_EDGE * (offset + _ALONG * largest_coordinate(point - rays.origin))
+def place_width(rays: Rays, point: Array) -> Array:
+    """How far places across rays at points may be apart that are one but for rounding."""
+    far = largest_coordinate(point - rays.origin)
+    return np.float32(0.5) * (_OFFSET * largest_coordinate(point) + _ALONG * far)
 
 
 def _flat_surface(s: Surface, at: Array, origin: Array, normal: Array, size: Array | None = None) -> None:
@@ -180,8 +184,8 @@ def _on_triangle(flat: FlatScene, index: Array, rays: Rays, s: Surface, at: Arra
         s.outward[:, at] = np.where(largest_coordinate(normal) > 0, unit_of_any(normal), -rays.direction)
     s.offset[at], width = _leave_triangle(corners, normal)
     with np.errstate(all="ignore"):
-        inwards = smaller(smaller(u, v), 1.0 - u - v) * width
-    s.at_edge[at] = inwards <= _edge_width(s.offset[at], rays, met)
+        inwards = smaller(smaller(u, v), 1.0 - u - v) * width * np.abs(dot(s.outward[:, at], rays.direction))
+    s.at_edge[at] = inwards <= place_width(rays, met)
     first = triangle["normals"]
     n0, n1, n2 = (xyz(flat.normals[np.where(first < 0, 0, first + i)]) for i in range(3))
     s.smooth[:, at] = np.where(first < 0, np.float32(0.0), unit(n0 * (1.0 - u - v) + n1 * u + n2 * v))
