@@ -205,17 +205,17 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
     checked = read_arrays(arrays, at)
     mesh = msgspec.structs.replace(mesh, **checked)
     vertices, faces = checked["vertices"], checked["faces"]
-    normals = None if mesh.smooth is False else checked.get("normals")
-    if normals is None and mesh.smooth:
+    normals, uv = None if mesh.smooth is False else checked.get("normals"), checked.get("uv")
+    smooth = bool(mesh.smooth) or normals is not None
+    if not smooth:
+        check_flat(vertices, faces, at.key("faces"))
+    if isinstance(faces, tuple) and (smooth or uv is not None):
+        faces = _without_concave(vertices, faces, at)
+    if smooth and normals is None:  # of triangles that are in the mesh: others may face the other way
         from clrt.meshfiles.parts import vertex_normals
 
         normals = vertex_normals(vertices, faces if isinstance(faces, np.ndarray) else _fan(faces))
         normals.flags.writeable = False
-    if normals is None:
-        check_flat(vertices, faces, at.key("faces"))
-    uv = checked.get("uv")
-    if uv is not None and isinstance(faces, tuple):
-        faces = _without_concave(vertices, faces, at)
     mesh.__dict__["_data"] = MeshData(vertices, faces, normals, uv)
     return mesh
 
@@ -223,7 +223,7 @@ def _read_mesh(data: object, at: At, folder: Path | None, limits: Limits, others
 def _without_concave(vertices: np.ndarray, faces: tuple[np.ndarray, ...], at: At) -> tuple[np.ndarray, ...]:
     """The faces, with triangles in place of those that a fan about their first corner would not cover alone.
 
-    What shows a picture is made of fans, so these would reach beyond the face.
+    What is smooth or shows a picture is made of fans, so these would reach beyond the face.
     """
     from clrt.meshfiles.outlines import Outlines
 

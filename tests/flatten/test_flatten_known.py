@@ -141,3 +141,19 @@ def test_a_picture_that_comes_or_goes_makes_or_unmakes_triangles(back: bool, fol
     pictured = plain.replace({"shapes[0].material": {"color": PICTURE}})
     scene, then = (pictured, plain) if back else (plain, pictured)
     assert not differing(flatten(then, (scene, flatten(scene))), flatten(then))
+
+
+@pytest.mark.parametrize("keys", [{"smooth": True}, {"uv": [[0, 0], [1, 0], [1, 1], [0, 1]]}, {}])
+def test_a_face_that_gets_or_loses_a_dent_is_cut_anew(keys: dict[str, Any]) -> None:
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    dart = [*square[:1], [0.3, 0.3, 0], *square[2:]]
+    scenes = [
+        clrt.load_dict({"shapes": [{"type": "mesh", "vertices": corners, "faces": [[0, 1, 2, 3]], **keys}]})
+        for corners in (square, dart, square)
+    ]
+    scene, flat = scenes[0], flatten(scenes[0])
+    for fresh, corners in zip(scenes[1:], (dart, square), strict=True):
+        changed = scene.replace({"shapes[0].vertices": corners})
+        flat = flatten(changed, (scene, flat))
+        assert not differing(flat, flatten(fresh))
+        scene = changed

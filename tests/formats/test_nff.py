@@ -150,6 +150,17 @@ def test_nff_runs_of_polygons_become_one_mesh_a_material(tmp_path: Path) -> None
     assert [face.tolist() for face in data.faces] == [[0, 1, 2, 3], [4, 5, 6, 7]]
 
 
+def test_a_patch_with_a_dent_is_hit_where_the_polygon_is(tmp_path: Path) -> None:
+    corners = ["0.8 -0.8 0", "0.8 0 0", "0 0 0", "0 0.8 0", "-0.8 0.8 0", "-0.8 -0.8 0"]
+    rays = np.c_[np.random.default_rng(2).uniform(-1, 1, (1000, 2)), np.full(1000, 3.0)], [0.0, 0.0, -1.0]
+    met = []
+    for kind, normal in (("p", ""), ("pp", " 0 0 1")):
+        text = f"f 1 0 0 1 0 1 0 0\n{kind} 6\n" + "".join(f"{corner}{normal}\n" for corner in corners)
+        with clrt.Tracer(read(tmp_path, f"{kind}.nff", text)) as tracer:
+            met.append(np.isfinite(tracer.intersect(*rays).t))
+    assert np.array_equal(*met) and 300 < met[0].sum() < 700
+
+
 @pytest.mark.parametrize(
     ("text", "parts"),
     [

@@ -1,10 +1,11 @@
-"""Faces of a scene file's mesh with `uv`: concave ones are cut into triangles that cover them and no more."""
+"""Faces of a scene file's mesh with `uv` or normals: concave ones become triangles that cover just them."""
 
 from __future__ import annotations
 
 import warnings
 from collections import Counter
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,15 +13,16 @@ import pytest
 import clrt
 from clrt.meshfiles.outlines import Outlines
 from clrt.scene.mesh_arrays import FEW
+from validation.scenes.parts import KEYHOLE
 
 DART = [[0, 0, 0], [2, -1, 0], [0, 2, 0], [-2, -1, 0]]
 SQUARE = [[4, 0, 0], [5, 0, 0], [5, 1, 0], [4, 1, 0]]
 BOW = [[0, 0, 0], [3, 0, 0], [3, 2, 0], [1, -1, 0], [0, 2, 0]]
 
 
-def mesh(corners: list[list[float]], *faces: list[int]) -> clrt.Scene:
-    uv = [[x, y] for x, y, _ in corners]
-    shape = {"type": "mesh", "vertices": corners, "faces": list(faces), "uv": uv}
+def mesh(corners: list[list[float]], *faces: list[int], **keys: Any) -> clrt.Scene:
+    how = keys or {"uv": [[x, y] for x, y, _ in corners]}
+    shape = {"type": "mesh", "vertices": corners, "faces": list(faces), **how}
     return clrt.load_dict({"shapes": [shape], "ambient": 1.0})
 
 
@@ -55,9 +57,45 @@ def test_many_faces_and_faces_of_many_corners_are_cut_too(many: int) -> None:
     assert parts.min() > 0 and parts.sum(axis=1) == pytest.approx(np.full(many, sum(whole)))
 
 
-def test_a_face_that_crosses_itself_is_told_of() -> None:
+def stars(draw: np.random.Generator) -> Iterator[np.ndarray]:
+    """Outlines with dents, round about, the other way round, and one with a hole that a bridge leads to."""
+    yield np.roll(DART, -1, axis=0).astype(float)
+    for size in (5, 6, 9, 14):
+        for way in (1, -1):
+            angles = np.linspace(0, 2 * np.pi, size, endpoint=False)[::way] + draw.uniform(-0.1, 0.1, size)
+            lengths = np.where(np.arange(size) % 3 == 1, draw.uniform(0.1, 0.3, size), 1)
+            yield np.stack([lengths * np.cos(angles), lengths * np.sin(angles), 0 * angles], axis=1)
+    yield np.array(KEYHOLE)
+
+
+@pytest.mark.parametrize("names", [["smooth"], ["normals"], ["uv"], ["smooth", "uv"]])
+def test_rays_meet_its_outline_and_nothing_else(names: list[str]) -> None:
+    """As they do the polygon; also once a plain mesh has been changed to it. Computed normals are its own."""
+    draw = np.random.default_rng(7)
+    rays = np.c_[draw.uniform(-1.2, 1.2, (4000, 2)), np.full(4000, 3.0)], [0.0, 0.0, -1.0]
+    for corners in stars(draw):
+        size = len(corners)
+        keys = {"smooth": True, "normals": draw.uniform(0.1, 1, (size, 3)), "uv": corners[:, :2]}
+        shape = {"type": "mesh", "faces": [[*range(size)]], **{name: keys[name] for name in names}}
+        angles = np.linspace(0, 2 * np.pi, size, endpoint=False)
+        ring = np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
+        plain = clrt.load_dict({"ambient": 1.0, "shapes": [{**shape, "vertices": ring}]})
+        changed = plain.replace({"shapes[0].vertices": corners})
+        outline = {"type": "polygon", "points": corners.tolist()}
+        with clrt.Tracer({"ambient": 1.0, "shapes": [outline]}) as polygon, clrt.Tracer(plain) as tracer:
+            tracer.update(changed)
+            expected, met = (np.isfinite(each.intersect(*rays).t) for each in (polygon, tracer))
+        assert np.array_equal(met, expected) and expected.any()
+        (read,) = changed.shapes
+        if names[0] == "smooth":
+            up = np.tile([0, 0, np.sign(area(corners))], (size, 1))
+            assert read.data().normals == pytest.approx(up, abs=1e-12)
+
+
+@pytest.mark.parametrize("keys", [{}, {"smooth": True}])
+def test_a_face_that_crosses_itself_is_told_of(keys: dict[str, Any]) -> None:
     with pytest.warns(clrt.ClrtWarning, match=r"shapes\[0\].*cross"):
-        mesh(BOW, [0, 1, 2, 3, 4])
+        mesh(BOW, [0, 1, 2, 3, 4], **keys)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         mesh(SQUARE, [0, 1, 2, 3])

@@ -12,8 +12,9 @@ import pytest
 
 import clrt
 from clrt.base.resources import validation_module
+from clrt.scene.mesh import Mesh
 from tests.mesh_samples import write_sample
-from validation.oracle_mitsuba import Source, meshfile, patches
+from validation.oracle_mitsuba import Source, faces, meshfile, patches
 from validation.oracle_mitsuba.reading import read
 
 oracles = validation_module("oracles")
@@ -66,6 +67,28 @@ def test_both_readers_give_the_same_triangles(suffix: str, tmp_path: Path) -> No
             assert one.shape == other.shape and np.allclose(one, other, atol=1e-4), (file, said)
             judged += 1
     assert judged > 2 * unread
+
+
+@pytest.mark.parametrize("keys", [{"smooth": True}, {"normals": True}, {"uv": True}])
+def test_both_cut_a_face_with_a_dent_alike(keys: dict[str, Any]) -> None:
+    """One whose corners stand in a scene; where normals are blended, the cut is in the picture."""
+    pytest.importorskip("mapbox_earcut", reason="needs the optional dependency clrt[mesh]")
+    draw = np.random.default_rng(5)
+    for size in (4, 5, 7, 12):
+        for tilt in np.vstack([np.eye(3), draw.normal(size=(4, 3))]):
+            angles = np.linspace(0, 2 * np.pi, size, endpoint=False) + draw.uniform(-0.1, 0.1, size)
+            lengths = np.where(np.arange(size) % 3 == 1, -0.2 if size == 4 else 0.2, 1)
+            across = np.linalg.svd(tilt[None])[2][1:]
+            points = 3 + (lengths * np.array([np.cos(angles), np.sin(angles)])).T @ across
+            arrays = {"normals": draw.normal(size=(size, 3)), "uv": points[:, :2]}
+            given = {key: arrays.get(key, value) for key, value in keys.items()}
+            table = {"type": "mesh", "vertices": points, "faces": [[*range(size)]], **given}
+            (ours,) = clrt.load_dict({"shapes": [table]}).shapes
+            (theirs,) = read(Source({"shapes": [table]})).shapes
+            assert isinstance(ours, Mesh)
+            one, other = _rows(ours.data(), "uv" in keys), _rows(theirs.data(), "uv" in keys)
+            assert len(one) == size - 2 and np.allclose(one, other, atol=1e-5)
+            assert len(faces.triangles(theirs)[0].faces) == size - 2
 
 
 def _corners(path: Path, part: int | None = None) -> list[Any]:

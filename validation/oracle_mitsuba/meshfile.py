@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from . import gltffile, objfile, plyfile, stlfile
-from .patches import Patch, Patches, Unreadable, finite
+from .patches import Patch, Patches, Unreadable, dented, finite
 
 Array = np.ndarray
 _BROKEN = ArithmeticError, AttributeError, LookupError, OSError, RecursionError, TypeError, ValueError
@@ -44,9 +45,27 @@ def given(vertices: Any, faces: Any, normals: Any, smooth: bool | None, uv: Any 
     if alike:
         corners = np.asarray(faces, int).reshape(-1, 3)
     places = None if uv is None else np.asarray(uv, float)
+    if smooth or places is not None or (normals is not None and smooth is not False):
+        corners = corners if alike else [part for face in corners for part in _undented(points, face)]
     if normals is not None and smooth is not False:
         return Surface(points, corners, np.asarray(normals, float), places)
     return Surface(points, corners, area_weighted(points, corners) if smooth else None, places)
+
+
+def _undented(points: Array, face: Array) -> list[Array]:
+    """The face, or triangles where those about its first corner would cover more than it."""
+    local = points[face] - points[face[0]]
+    if len(face) == 3 or not dented(local[None])[0]:
+        return [face]
+    normal = np.cross(local, np.roll(local, -1, axis=0)).sum(axis=0)
+    axis = int(np.abs(normal).argmax())  # seen along it, as clrt does: other cuts blend normals otherwise
+    flat = np.ascontiguousarray(local[:, [(axis + 1) % 3, (axis + 2) % 3]])
+    ears = import_module("mapbox_earcut").triangulate_float64(flat, np.array([len(face)], np.uint32))
+    cut = ears.astype(int).reshape(-1, 3)
+    each = np.cross(local[cut[:, 1]] - local[cut[:, 0]], local[cut[:, 2]] - local[cut[:, 0]]) @ normal
+    if abs(np.abs(each).sum() - normal @ normal) > 1e-6 * (normal @ normal):  # it crosses itself
+        return [face]
+    return list(face[cut if each.sum() > 0 else cut[:, ::-1]])
 
 
 def read(path: Path, smooth: bool | None, part: int | None = None) -> Surface:

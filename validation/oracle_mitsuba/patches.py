@@ -69,8 +69,8 @@ def fans(points: Array, faces: Iterable[Sequence[int]]) -> Array:
     for size in np.unique(sizes[sizes > 2]):
         rows = np.flatnonzero(sizes == size)
         corners = np.array([listed[row] for row in rows])
-        if size > 3 and _dented(points[corners]).any():
-            row = rows[np.argmax(_dented(points[corners]))]
+        if size > 3 and dented(points[corners]).any():
+            row = rows[np.argmax(dented(points[corners]))]
             raise Unreadable(f"face {row} (from 0) of {size} corners is dented, or crosses itself")
         middle = np.arange(1, size - 1)
         cut = np.stack([np.zeros_like(middle), middle, middle + 1], axis=1)
@@ -80,7 +80,7 @@ def fans(points: Array, faces: Iterable[Sequence[int]]) -> Array:
     return np.concatenate(parts)[order]
 
 
-def _dented(points: Array) -> Array:
+def dented(points: Array) -> Array:
     """Which faces (m, n, 3) triangles about their first corner do not cover alone."""
     local = points - points[:, :1]
     each = np.cross(local[:, 1:-1], local[:, 2:])
