@@ -2,7 +2,8 @@
 
 It begins a little behind the surface (docs/model.md, "Rays, hits, normals"), and so behind whatever lies
 there, too: a floor under a block of glass that stands on it, the glass around a hollow that ends where the
-glass ends. Points of one surface that lie on the other, where both face one way, prove it, and it is told.
+glass ends. Flat pieces of both that lie on one another prove it, or points of one surface that lie on the
+other, where both face one way; and it is told.
 """
 
 from __future__ import annotations
@@ -14,14 +15,14 @@ from typing import Any, Final
 import numpy as np
 
 from clrt.base import notices
+from clrt.flatten.facets import PARALLEL, have_common_piece, is_flat, moved, place_of_flat, triangles_of
 from clrt.flatten.inside import count_inside
 from clrt.flatten.lightsurfaces import visible_lights
-from clrt.flatten.mesh import fans, joined
-from clrt.flatten.overlaps import POINTS, directions
+from clrt.flatten.overlaps import POINTS, directions, rings
 from clrt.scene.arealights import DiskLight, RectangleLight
 from clrt.scene.mesh import Mesh
 from clrt.scene.scene import Scene
-from clrt.scene.shapes import Disk, Paraboloid, Plane, Polygon, Quadric, Shape
+from clrt.scene.shapes import Cone, Cylinder, Disk, Paraboloid, Plane, Polygon, Quadric, Shape
 
 Found = tuple[np.ndarray, np.ndarray]
 _MOST_PAIRS: Final = 150  # looked at: this is a hint, and must not take long
@@ -30,8 +31,8 @@ _MOST_FACES: Final = 1 << 12  # of a mesh, or corners of a polygon, that is look
 _MOST_TESTS: Final = 1 << 15  # of these in all the pairs, and of points with triangles about them at once
 _TRIANGLES: Final = 64  # of a mesh, of which there are points
 _WITHIN: Final = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4]]) / [[3], [6], [6], [6]]
+_ALONG: Final = (np.arange(40) + 0.5) / 40  # a cylinder or cone: heights of circles of points
 _OFFSET: Final = 2e-6  # by which a ray starts behind a surface, of its coordinates; a little more
-_PARALLEL: Final = 0.99  # cosine between two normals
 _ENOUGH: Final = 3  # points: bodies may touch in one
 
 
@@ -48,7 +49,7 @@ def warn_of_flush(scene: Scene, low: np.ndarray, high: np.ndarray, passes: np.nd
         faces += sum(sizes)
         if faces > _MOST_TESTS:
             return
-        if _lies_on(one, other, low[b], high[b]) or _lies_on(other, one, low[a], high[a]):
+        if _meet(one, other, np.array([low[a], low[b]]), np.array([high[a], high[b]])):
             text = (
                 f"lies with a piece of its surface on shapes[{b}]: a ray that passes one of the two does not "
                 "meet the other; leave a gap of 0.0001 of their size, or let one reach as far into the other"
@@ -74,7 +75,7 @@ def warn_of_flush_lamps(scene: Scene, low: np.ndarray, high: np.ndarray) -> None
             if looked > _MOST_TESTS:
                 return
             there, normals = _on(scene.shapes[k], points, reach)
-            flush = there & (np.abs(normals @ normal) > _PARALLEL)
+            flush = there & (np.abs(normals @ normal) > PARALLEL)
             if flush.sum() >= _ENOUGH:
                 text = (
                     f"lies in the surface of shapes[{k}], so either may be seen there; move it off by 0.001 "
@@ -121,6 +122,21 @@ def _faces(shape: Shape) -> int:
     return len(faces) if len(faces) > _MOST_FACES or isinstance(faces, np.ndarray) else sum(map(len, faces))
 
 
+def _meet(one: Shape, other: Shape, low: np.ndarray, high: np.ndarray) -> bool:
+    """Whether they have a piece of surface in common; low, high: (2, 3) their boxes.
+
+    Of what is flat it is known; of what is curved points are asked.
+    """
+    both = low.max(axis=0), high.min(axis=0)
+    reach = _OFFSET * np.abs(both).max()
+    if np.isfinite(reach):
+        if have_common_piece(one, other, *both, float(reach)):
+            return True
+        if is_flat(one) and is_flat(other):
+            return False
+    return _lies_on(one, other, low[1], high[1]) or _lies_on(other, one, low[0], high[0])
+
+
 def _lies_on(surface: Shape, other: Shape, low: np.ndarray, high: np.ndarray) -> bool:
     """Whether several points of the surface lie on the other, which has that box and is parallel there."""
     points = _points_of(surface)
@@ -131,26 +147,23 @@ def _lies_on(surface: Shape, other: Shape, low: np.ndarray, high: np.ndarray) ->
     here, normals = _on(surface, points, reach)
     there, others = _on(other, points, reach)
     cosine = np.abs(np.einsum("ij,ij->i", normals, others))
-    return bool((here & there & (cosine > _PARALLEL)).sum() >= _ENOUGH)
+    return bool((here & there & (cosine > PARALLEL)).sum() >= _ENOUGH)
 
 
 def _points_of(shape: Shape) -> np.ndarray:
     """Points of a surface, in the world."""
     if isinstance(shape, Mesh):
-        corners = _corners(shape)
+        corners = triangles_of(shape)[0]
         return np.asarray(_WITHIN @ corners[:: 1 + len(corners) // _TRIANGLES]).reshape(-1, 3)
     sample = POINTS.get(type(shape))
-    return np.zeros((0, 3)) if sample is None else _moved(shape, np.asarray(sample(shape), np.float64))
-
-
-def _moved(shape: Shape, points: np.ndarray) -> np.ndarray:
-    return points @ shape.matrix[:3, :3].T + shape.matrix[:3, 3]
-
-
-def _corners(mesh: Mesh) -> np.ndarray:
-    """(n, 3, 3) the corners of its triangles, in the world."""
-    data = mesh.data()
-    return _moved(mesh, data.vertices.astype(np.float64))[fans(*joined(data.faces))]
+    if sample is None:
+        return np.zeros((0, 3))
+    points = np.asarray(sample(shape), np.float64)
+    if isinstance(shape, (Cone, Cylinder)):  # of which a part of the length may lie on another's
+        r0, r1 = (shape.r0, shape.r1) if isinstance(shape, Cone) else (shape.radius, shape.radius)
+        side = rings(shape.p0, np.subtract(shape.p1, shape.p0), _ALONG, r0 + (r1 - r0) * _ALONG)
+        points = np.concatenate([points, side])
+    return moved(shape, points)
 
 
 def _on(shape: Shape, points: np.ndarray, reach: float) -> Found:
@@ -171,7 +184,7 @@ def _on_body(shape: Shape, points: np.ndarray, reach: float) -> Found:
     normals /= np.where(lengths > 0, lengths, 1.0)
     on = np.abs(share.mean(axis=1) - 0.5) < 0.2
     for axis in _axes(shape) if shape.is_open else ():
-        on &= np.abs(normals @ axis) < _PARALLEL
+        on &= np.abs(normals @ axis) < PARALLEL
     return on, normals
 
 
@@ -197,21 +210,12 @@ def _on_disk(shape: Disk, points: np.ndarray, reach: float) -> Found:
 
 def _on_flat(shape: Shape, corner: Any, normal: Any, points: np.ndarray, reach: float) -> Found:
     """As if it had no end."""
-    (place,) = _moved(shape, np.array([corner], np.float64))
-    across = np.linalg.inv(shape.matrix[:3, :3]).T @ np.asarray(normal, np.float64)
-    across /= np.linalg.norm(across)
+    place, across = place_of_flat(shape, corner, normal)
     return np.abs((points - place) @ across) <= reach, np.broadcast_to(across, points.shape)
 
 
-def _on_polygon(shape: Polygon, points: np.ndarray, reach: float) -> Found:
-    """Of one that is not convex what its corners surround, too: a hint is no proof."""
-    corners = _moved(shape, np.array(shape.points, np.float64))
-    first = np.broadcast_to(corners[0], (len(corners) - 2, 3))
-    return _on_triangles(np.stack([first, corners[1:-1], corners[2:]], axis=1), points, reach)
-
-
-def _on_mesh(shape: Mesh, points: np.ndarray, reach: float) -> Found:
-    return _on_triangles(_corners(shape), points, reach)
+def _on_faces(shape: Mesh | Polygon, points: np.ndarray, reach: float) -> Found:
+    return _on_triangles(triangles_of(shape)[0], points, reach)
 
 
 def _on_triangles(corners: np.ndarray, points: np.ndarray, reach: float) -> Found:
@@ -236,5 +240,5 @@ def _on_triangles(corners: np.ndarray, points: np.ndarray, reach: float) -> Foun
 
 
 _ON: Final[dict[type[Shape], Callable[[Any, np.ndarray, float], Found]]] = {
-    Plane: _on_plane, Disk: _on_disk, Polygon: _on_polygon, Mesh: _on_mesh,
+    Plane: _on_plane, Disk: _on_disk, Polygon: _on_faces, Mesh: _on_faces,
 }  # fmt: skip

@@ -50,7 +50,7 @@ def _pairs(media: Media, priority: np.ndarray) -> Iterator[tuple[int, int]]:
     if len(media.numbers) == 0 or (media.numbers == media.numbers[0]).all():
         return
     found = 0
-    for a, b in _candidates(media):
+    for a, b in candidates(media.low, media.high):
         meets = ((media.low[a] <= media.high[b]) & (media.high[a] >= media.low[b])).all(axis=1)
         meets &= (priority[a] == priority[b]) & (media.numbers[a] != media.numbers[b])
         for k in np.flatnonzero(meets)[: _MOST_PAIRS - found]:
@@ -60,16 +60,19 @@ def _pairs(media: Media, priority: np.ndarray) -> Iterator[tuple[int, int]]:
             return
 
 
-def _candidates(media: Media) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Chunks of pairs a, b whose boxes meet along one axis, that on which fewest do."""
-    n = len(media.shapes)
+def candidates(low: np.ndarray, high: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Chunks of pairs a, b whose boxes meet along one axis, that on which fewest do; not all of very many.
+
+    low, high: (n, 3).
+    """
+    n = len(low)
     sweeps = []
     for axis in range(3):
-        order = np.argsort(media.low[:, axis], kind="stable")
+        order = np.argsort(low[:, axis], kind="stable")
         place = np.empty(n, np.int64)
         place[order] = np.arange(n)
         # the box that starts first sees the other
-        behind = np.searchsorted(media.low[order, axis], media.high[:, axis], "right") - place - 1
+        behind = np.searchsorted(low[order, axis], high[:, axis], "right") - place - 1
         sweeps.append((np.maximum(behind, 0), place, order))
     behind, place, order = min(sweeps, key=lambda sweep: int(sweep[0].sum()))
     ends = np.minimum(np.cumsum(behind), _MOST_BOXES)
@@ -116,19 +119,21 @@ def _of_cone(shape: Cone | Cylinder) -> np.ndarray:
     along = np.array([0, 0, 0, 0.25, 0.5, 0.75, 1, 1, 1])
     radius = r0 + (r1 - r0) * along
     radius[[0, 8]], radius[[1, 7]] = 0, radius[[1, 7]] / 2
-    return _rings(shape.p0, np.subtract(shape.p1, shape.p0), along, radius)
+    return rings(shape.p0, np.subtract(shape.p1, shape.p0), along, radius)
 
 
 def _of_paraboloid(shape: Paraboloid) -> np.ndarray:
     axis = np.asarray(shape.axis, np.float64) / np.linalg.norm(shape.axis)
     along = shape.height * np.array([0, 0.1, 0.3, 0.6, 1])
-    return _rings(shape.apex, axis, along, np.sqrt(4 * shape.focal * along))
+    return rings(shape.apex, axis, along, np.sqrt(4 * shape.focal * along))
 
 
-def _rings(start: Any, axis: np.ndarray, along: np.ndarray, radius: np.ndarray) -> np.ndarray:
-    """Circles of 12 points about start + along * axis."""
+def rings(
+    start: Any, axis: np.ndarray, along: np.ndarray, radius: np.ndarray, around: int = 12
+) -> np.ndarray:
+    """Circles about start + along * axis, of so many points: one after the other, (n, 3)."""
     across = np.linalg.svd(axis[None])[2][1:]
-    angle = np.arange(12) * np.pi / 6
+    angle = np.arange(around) * 2 * np.pi / around
     circle = np.cos(angle)[:, None] * across[0] + np.sin(angle)[:, None] * across[1]
     return np.asarray(start + along[:, None, None] * axis + radius[:, None, None] * circle).reshape(-1, 3)
 

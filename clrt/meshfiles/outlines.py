@@ -114,6 +114,20 @@ class Outlines:
             self._leave(_CROSSED)
         return rows[good], cuts[good]
 
+    def triangles(self, vertices: np.ndarray, faces: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
+        """Triangles (m, 3) of faces of 3 or more corners: fans, and others where these cover too much."""
+        found, sizes = [np.zeros((0, 3), np.int64)], np.fromiter(map(len, faces), np.int64, len(faces))
+        for size in np.unique(sizes):
+            corners = np.array([faces[int(k)] for k in np.flatnonzero(sizes == size)])
+            middle = np.arange(1, size - 1)
+            fan = np.stack([np.zeros_like(middle), middle, middle + 1], axis=1)
+            cuts = np.broadcast_to(fan, (len(corners), *fan.shape)).copy()
+            if size > 3:
+                rows, better = self.cut(vertices, corners)
+                cuts[rows] = better
+            found.append(corners[np.arange(len(corners))[:, None, None], cuts].reshape(-1, 3))
+        return np.concatenate(found)
+
     def few(self, vertices: np.ndarray, face: np.ndarray) -> tuple[np.ndarray, ...] | None:
         """What `cut` makes of one face of few corners: itself, or triangles. None where that is not clear.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
@@ -107,7 +107,7 @@ def _plane(shape: Any, low: np.ndarray, high: np.ndarray, around: int) -> Triang
 
 def _polygon(shape: Any, low: np.ndarray, high: np.ndarray, around: int) -> Triangles:
     points = np.asarray(shape.points, float)
-    return points, _triangulated(points, [np.arange(len(points))])
+    return points, Outlines(clipped).triangles(points, [np.arange(len(points))])
 
 
 def _box(shape: Any, low: np.ndarray, high: np.ndarray, around: int) -> Triangles:
@@ -119,23 +119,7 @@ def _mesh(shape: Any, low: np.ndarray, high: np.ndarray, around: int) -> Triangl
     data = shape.data()
     if isinstance(data.faces, np.ndarray) and data.faces.shape[1:] == (3,):
         return data.vertices, data.faces
-    return data.vertices, _triangulated(data.vertices, data.faces)
-
-
-def _triangulated(vertices: np.ndarray, faces: Sequence[np.ndarray]) -> np.ndarray:
-    """Triangles (m, 3) of faces of 3 or more corners: fans, and others where these would cover too much."""
-    outlines, found = Outlines(clipped), []
-    sizes = np.fromiter(map(len, faces), np.int64, len(faces))
-    for size in np.unique(sizes):
-        corners = np.array([faces[int(k)] for k in np.flatnonzero(sizes == size)])
-        middle = np.arange(1, size - 1)
-        fan = np.stack([np.zeros_like(middle), middle, middle + 1], axis=1)
-        cuts = np.broadcast_to(fan, (len(corners), *fan.shape)).copy()
-        if size > 3:
-            rows, better = outlines.cut(vertices, corners)
-            cuts[rows] = better
-        found.append(corners[np.arange(len(corners))[:, None, None], cuts].reshape(-1, 3))
-    return np.concatenate(found)
+    return data.vertices, Outlines(clipped).triangles(data.vertices, data.faces)
 
 
 def _quadric(shape: Any, low: np.ndarray, high: np.ndarray, around: int) -> Triangles:

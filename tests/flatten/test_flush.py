@@ -38,6 +38,8 @@ def ball(radius: float = 1.0, **more: Any) -> Table:
 
 PLANE: Table = {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0]}
 POLYGON: Table = {"type": "polygon", "points": FLOOR}
+NOTCH = [[2, 0, -2], [2, 0, 0], [0, 0, 0], [0, 0, 2], [-2, 0, 2], [-2, 0, -2]]
+NOTCHED: Table = {"type": "polygon", "points": NOTCH}
 MESH: Table = {"type": "mesh", "vertices": FLOOR, "faces": [[0, 1, 2], [0, 2, 3]]}
 AIR: Table = {**GLASS, "ior": "air", "priority": 1}
 TOLD = {
@@ -56,11 +58,18 @@ TOLD = {
         {"type": "quadric", "coefficients": [1, 0, 1, 0, 0, 0, 0, 0, 0, -1],
          "clip": [[-2, -2, -2], [2, 2, 2]], "material": GLASS}, rod(-1, 3, 1.0, SHEET, caps=False),
     ],
+    "a part of a cap": [rod(0, 1), {"type": "box", "min": [0.6, 1, 0.3], "max": [2, 2, 2]}],
+    "a part of a rod's length": [rod(-1, 1), rod(0.9, 2, material={"color": 0.5})],
+    "beside the notch of a floor": [box(x=-0.9), NOTCHED],
     "a mesh of glass": [{"type": "mesh", "material": GLASS, "vertices": [
         [0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1], [0, 1, 0], [1, 1, 0], [1, 1, 1], [0, 1, 1]], "faces": [
         [0, 1, 2, 3], [4, 7, 6, 5], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0]]}, PLANE],
 }  # fmt: skip
 UNTOLD = {
+    "in the notch of a floor": [box(), NOTCHED],
+    "edge on edge": [box(), {"type": "box", "min": [1, 2, 0], "max": [2, 3, 1]}],
+    "corner on corner": [box(), {"type": "box", "min": [1, 2, 1], "max": [2, 3, 2]}],
+    "one as far into the other": [box(), box(x=1 - 1e-4, material={"color": 0.5})],
     "a hollow that ends before": [rod(-1, 1), rod(-0.8, 0.9995, 0.85, AIR)],
     "above": [box(1e-4), PLANE], "into": [box(-1e-4), PLANE], "pierced": [rod(-1, 1, 0.5), PLANE],
     "touches": [ball(), PLANE],
@@ -89,6 +98,47 @@ def test_what_lies_on_another_is_told(name: str) -> None:
 def test_what_is_apart_is_not(name: str) -> None:
     assert told(clrt.load_dict({"shapes": UNTOLD[name]})) == []
     assert told(clrt.load_dict({"shapes": UNTOLD[name][::-1]})) == []
+
+
+SQUARES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+FACES = {"mesh": SQUARES, "triangles": SQUARES[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)}
+
+
+def block(kind: str, low: np.ndarray, high: np.ndarray, **more: Any) -> Table:
+    """A box, as such or as a mesh."""
+    if kind == "box":
+        return {"type": "box", "min": low.tolist(), "max": high.tolist(), **more}
+    ends = np.array([low, high])
+    corners = [[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    return {"type": "mesh", "vertices": corners, "faces": FACES[kind], **more}
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_all_blocks_that_share_a_part_of_a_face_are_told_and_none_that_share_an_edge(turned: bool) -> None:
+    """A twentieth of the smaller face is enough; faces of half a square are looked at as it is."""
+    draw = np.random.default_rng(11)
+    counts = {True: 0, False: 0}
+    while min(counts.values()) < 60:
+        size, place = draw.uniform(0.1, 3, (2, 3)), draw.uniform(-1, 1, (2, 3))
+        low, high = place - size / 2, place + size / 2
+        if touch := counts[False] < 60:  # side by side, and perhaps behind one another, too
+            axes = draw.permutation(2)[: draw.integers(1, 3)]
+            low[1, axes] = high[0, axes]
+            high[1, axes] = low[1, axes] + size[1, axes]
+        low[1, 2] = high[0, 2]  # the second stands on the first
+        high[1, 2] = low[1, 2] + size[1, 2]
+        shared = np.minimum(*high)[:2] - np.maximum(*low)[:2]
+        share = np.prod(np.maximum(shared, 0)) / np.prod(size[:, :2], axis=1).min()
+        if not touch and share < 0.05:
+            continue
+        turn = [{"rotate": [axis, draw.uniform(0, 360)]} for axis in "xyz"]
+        move = {"transform": [*turn, {"translate": draw.uniform(-9, 9, 3).tolist()}]} if turned else {}
+        shapes = [
+            block(str(kind), *ends, material=GLASS, **move)
+            for kind, ends in zip(draw.choice(["box", *FACES], 2), np.stack([low, high], axis=1), strict=True)
+        ]
+        assert len(told(clrt.load_dict({"shapes": shapes}))) == (not touch), (shapes, share)
+        counts[not touch] += 1
 
 
 @pytest.mark.parametrize("name", ["update", "sweep"])

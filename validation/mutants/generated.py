@@ -25,8 +25,8 @@ HOST: Final = ("flatten", "spectra", "engine/film.py", "engine/job.py", "engine/
                "engine/schedule.py", "engine/adaptive.py", "engine/coverage.py", "scene/transforms.py",
                "scene/materials.py", "scene/camera.py", "scene/arealights.py", "scene/adaptive.py")
 # what no picture is made with: queries by rays, a warning, a chart, the check of other media
-_ELSEWHERE: Final = ("query.cl", "crossings.cl", "crossings.clh", "asked.clh", "overlaps.py", "plot.py",
-                     "hidden.py")  # fmt: skip
+_ELSEWHERE: Final = ("query.cl", "crossings.cl", "crossings.clh", "asked.clh", "overlaps.py", "facets.py",
+                     "plot.py", "hidden.py")  # fmt: skip
 _TURNED: Final = {
     "+": "-", "-": "+", "*": "/", "/": "*", "<": ">=", ">": "<=", "<=": ">", ">=": "<", "==": "!=",
     "!=": "==", "&&": "||", "||": "&&", "+=": "-=", "-=": "+=", "*=": "/=", "and": "or", "or": "and",
