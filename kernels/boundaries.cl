@@ -25,22 +25,6 @@ inline void absorb(const World world, int medium, float t, uint i, __global floa
     }
 }
 
-#define vec_of(v) vec((v).x, (v).y, (v).z)
-
-// Whether a plane or endless quadric has the point on its inner side. A ray from there may never leave it.
-inline bool holds(const World world, int primitive, Vec point)
-{
-    const Primitive p = world.primitives[primitive];
-    if (p.kind == PLANE) {
-        const Plane plane = world.planes[p.index];
-        return dot3(vec_of(plane.normal), sub(point, vec_of(plane.point))) < 0.0f;
-    }
-    const Quadric q = world.quadrics[p.index];
-    const Vec l = sub(point, vec_of(q.center)), x = quadric_coordinates(q, l);
-    const Vec g = vec(q.axis_x.w, q.axis_y.w, q.axis_z.w), half_slope = add(product(vec_of(q.form), x), g);
-    return dot3(x, add(half_slope, g)) + q.form.w < 0.0f && quadric_clips(q, l);
-}
-
 // How many solids of a medium hold the point just behind a hit, on the inner side of its surface: endless ones by their
 // equations; of the others' surfaces a ray from there leaves so many more than it enters. -1 where that is not known after
 // ASKED surfaces.
@@ -56,7 +40,7 @@ inline int solids_about(const World world, __global const float *surfaces, uint 
     for (int k = 0; k < world.scene->unbounded; k++) {
         const int primitive = world.unbounded[k];
         if (world.materials[world.primitives[primitive].material].medium == medium)
-            solids += holds(world, primitive, ray.origin);
+            solids += endless_holds(world, primitive, ray.origin);
     }
     Hit hit = {0.0f, BEFORE_ALL};
     for (int k = 0; k < ASKED; k++) {
