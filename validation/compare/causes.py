@@ -8,6 +8,7 @@ depth, materials, objects).
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, field
 
@@ -17,6 +18,8 @@ from .metrics import Array, encoded, extended, parts
 
 VANISHED = 0.1  # a cause is proven when undoing it leaves no more of the error
 LIKELY = 0.5  # ... and likely when it leaves no more than this
+NOTHING = 0.01  # what leaves no more than this explains all: rounding and edges leave as much
+EXACT = 0.002  # ... and no other does better
 BYTE = 1.5 / 255  # tolerance for pictures of 8 bits, in encoded values; rounding, and curves that magnify it
 FLOAT = 1e-4  # tolerance for pictures of floats
 WORD = FLOAT + 1.5 / 65535  # tolerance for pictures of 16 bits; as those of 8 they end at white
@@ -34,6 +37,8 @@ class Cause:
     certain: bool = True  # False: what was tested must hold for this cause, but could hold for others
     hinted: bool = False  # likely for another reason than `left`
     blurs: bool = False  # undoing it takes means of pixels, which hides what it does not explain
+    shades: bool = False  # it only makes lighter, darker or of another hue, as faults of a scene do
+    numbers: int = 1  # that were chosen or fitted: the more, the more other mistakes it can feign
 
     @property
     def proven(self) -> bool:
@@ -101,12 +106,28 @@ def disagreement(picture: Array, reference: Array, tolerance: float) -> float:
 
 
 def ranked(causes: list[Cause]) -> list[Cause]:
-    """Each name once, proven ones first, of these those that only move pixels, then by what they explain."""
-    causes = sorted(causes, key=lambda cause: (not cause.proven, cause.proven and cause.blurs, cause.left))
+    """Each name once, proven ones first, of these those that only move pixels, then by what they explain.
+
+    What takes more numbers has to leave less: a curve of many explains a part of everything.
+    """
+    causes = sorted(causes, key=_rank)
     best: dict[str, Cause] = {}
     for cause in causes:
         best.setdefault(cause.name, cause)
     return list(best.values())
+
+
+def _rank(cause: Cause) -> tuple[bool, bool, float, float]:
+    price = max(cause.left, EXACT) * math.log2(1 + cause.numbers)
+    return not cause.proven, cause.proven and cause.blurs, price, cause.left
+
+
+def told(factor: float) -> str:
+    """A factor in two digits, or in as many as show how far from 1 it is."""
+    digits = 2
+    while abs(float(f"{factor:.{digits}g}") - factor) > abs(factor - 1) / 4:
+        digits += 1
+    return f"{factor:.{digits}g}"
 
 
 def remaining(undone: Array, reference: Array, before: float, tolerance: float) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+import itertools
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from clrt.images.file import decode, encode
 
-from .causes import VANISHED, Cause, disagreement, error_of, remaining
+from .causes import VANISHED, Cause, disagreement, error_of, remaining, told
 from .metrics import Array, beyond, decoded, encoded
 
 _QUALITIES = (95, 90, 80, 70, 60, 50, 40, 30, 20, 10)
@@ -17,7 +18,11 @@ _SUBSAMPLINGS = (2, 0)  # of colour, as Pillow counts: halved both ways (what mo
 _SEARCHED = 256  # pixels a side that qualities are tried on, in whole blocks of 16
 _BINS = 256
 _ONE_BIN = 0.8  # of what a curve moves: more of it in one bin, and it is none
+_SAMPLES = 4000  # pixels that kinds of grey are tried on
+_NO_COLOUR = 0.03  # of the colour: what is left of it in a grey picture
+_WEIGHTS = ((0.2126, 0.7152, 0.0722), (0.299, 0.587, 0.114), (1 / 3, 1 / 3, 1 / 3))  # of channels in a grey
 _SHOWN = (0.25, 0.5, 0.75)  # encoded values whose place on a curve is told
+_Curve = Callable[[Array], Array]
 
 
 def clipped(picture: Array, reference: Array, tolerance: float) -> Iterator[Cause]:
@@ -99,4 +104,60 @@ def recurved(picture: Array, reference: Array, tolerance: float) -> Iterator[Cau
         found = np.interp(_SHOWN, curve, at)
         told = ", ".join(f"{value:g} is {place:.2f}" for value, place in zip(_SHOWN, found, strict=True))
         text = f"values pass through another curve (of encoded values from 0 to 1, {told})"
-        yield Cause("another tone curve", text, left, undone)
+        yield Cause("another tone curve", text, left, undone, shades=True, numbers=_BINS)
+
+
+def faded(picture: Array, reference: Array, tolerance: float) -> Iterator[tuple[Cause, Array]]:
+    """The reference with less colour, or more, or none, and how it then looks.
+
+    All greys that are in use are tried: of linear values and of stored ones, by the weights of Rec. 709, of
+    Rec. 601, and their mean.
+    """
+    if picture.shape != reference.shape or _without_colour(reference, tolerance):
+        return
+    grey = _without_colour(picture, tolerance)
+    step = max(1, int(np.sqrt(reference.shape[0] * reference.shape[1] / _SAMPLES)))
+    sampled = picture[::step, ::step], reference[::step, ::step]
+    least = error_of(*sampled, tolerance)
+    found = []
+    for curves, weights in itertools.product(((_linear, _linear), (encoded, decoded)), _WEIGHTS):
+        amount = 0.0 if grey else _colour_left(*sampled, curves[0], weights)
+        looks = _with_colour(sampled[1], amount, curves, weights)
+        if grey:  # how bright it is tells nothing of the weights
+            looks = looks * (sampled[0].mean() / max(looks.mean(), 1e-9))
+        found.append((remaining(sampled[0], looks, least, tolerance), amount, curves, weights))
+    left, amount, curves, weights = min(found, key=lambda entry: entry[0])
+    if left > VANISHED and not grey:
+        return
+    looks = _with_colour(reference, amount, curves, weights)
+    left = remaining(picture, looks, error_of(picture, reference, tolerance), tolerance)
+    name, text = "in grey", "all channels are alike: there is no colour"
+    if amount > 0.0:
+        name = f"saturation times {told(amount)}"
+        text = f"colours are {amount:.3g} times as far from grey as they should be"
+    yield Cause(name, text, left, shades=True), looks
+
+
+def _without_colour(picture: Array, tolerance: float) -> bool:
+    return bool((np.ptp(encoded(picture), axis=-1) <= tolerance).all())
+
+
+def _linear(values: Array) -> Array:
+    return values
+
+
+def _colour_left(picture: Array, reference: Array, curve: _Curve, weights: tuple[float, ...]) -> float:
+    """How far the picture's colours are from the reference's greys, as a share of how far they should be."""
+    grey = (curve(reference) @ np.array(weights))[..., None]
+    colour = curve(reference) - grey
+    square = float((colour**2).sum())
+    amount = float((colour * (curve(picture) - grey)).sum()) / square if square else 1.0
+    return 0.0 if amount < _NO_COLOUR else amount
+
+
+def _with_colour(
+    reference: Array, amount: float, curves: tuple[_Curve, _Curve], weights: tuple[float, ...]
+) -> Array:
+    shown = curves[0](reference)
+    grey = (shown @ np.array(weights))[..., None]
+    return curves[1](grey + amount * (shown - grey))

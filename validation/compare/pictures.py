@@ -6,7 +6,7 @@ them, so that rounding and clipping alone are no difference; a note says what wa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,8 +16,19 @@ from clrt.judging.verdict import HALF, LOSSY, SHARED_EXPONENT
 from clrt.scene.scene import Scene
 
 from ..types import Gate
-from .causes import BYTE, FLOAT, Budget, Cause, disagreement, off_screen, ranked, tolerance_of
-from .curves import clipped, compressed, recurved
+from .causes import (
+    BYTE,
+    EXACT,
+    FLOAT,
+    NOTHING,
+    Budget,
+    Cause,
+    disagreement,
+    off_screen,
+    ranked,
+    tolerance_of,
+)
+from .curves import clipped, compressed, faded, recurved
 from .figures import measured
 from .lossy import said, told_apart
 from .metrics import (
@@ -42,11 +53,10 @@ from .wanted import asked, check_wanted
 SEARCH_SECONDS = 30.0  # of processor time, then the search for causes ends
 SIMILAR = 0.95  # SSIM from which pictures count as similar
 _NOT_FINITE = "not finite"
-_ALL = 0.01  # of the error: nothing else is to explain where a cause leaves no more
-_FINAL = ("JPEG compression", "another tone curve", "clipped")  # no scene is searched for what they explain
+_FINAL = ("JPEG compression", "clipped")  # no scene is searched for what they explain
 _LOOKED_AT = 1448  # pixels a side, in the middle of larger pictures, that tell of causes in all of it
 _PRESSED = 8  # times what a lossy file usually loses, below which nothing is taken for an object
-_LARGEST_PLACES = 0.95  # of the picture; what differs everywhere is no region
+_LARGEST_PLACES = 0.5  # of the picture; what differs in most of it is no region
 _Lossy = tuple[int, Array]  # one of LOSSY, and the picture that was not in such a file
 
 
@@ -217,7 +227,7 @@ def _causes(
     """Causes for a picture and its reference, also as it was before 8 bits rounded it; [] for none."""
     a, b, exact = pictures
     causes = explain(a, b, tolerance)
-    if scene and not any(cause.left <= _ALL or (cause.proven and cause.name in _FINAL) for cause in causes):
+    if scene and not any(_settles(cause) for cause in causes):
         causes = _causes_of_scene(causes, (a, exact), ~mask, tolerance, scene, report, budget)
     whole = scene.whole() if scene and not any(cause.proven for cause in causes) else None
     if whole and not (budget.over() or mask.any()):
@@ -225,6 +235,13 @@ def _causes(
     if not any(cause.proven for cause in causes):
         causes += regions(a, b, tolerance)
     return causes
+
+
+def _settles(cause: Cause) -> bool:
+    """Whether no scene needs to be searched: not where one of its lights may do what the cause does."""
+    if cause.shades:
+        return cause.left <= EXACT and cause.numbers == 1
+    return cause.left <= NOTHING or (cause.proven and cause.name in _FINAL)
 
 
 def _of_floats(bits: int) -> int:
@@ -268,11 +285,28 @@ def explain(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
         *moved(picture, reference, tolerance),
         *resized(picture, reference, tolerance),
     )
+    for fading, looks in faded(picture, reference, tolerance):
+        tried += (fading, *_beside(fading, undoable(picture, looks, tolerance)))
     if not any(cause.proven for cause in tried):
         tried += tuple(compressed(picture, reference, tolerance))
     if not any(cause.proven for cause in tried):
         tried += tuple(recurved(picture, reference, tolerance))
     return ranked([cause for cause in tried if cause.likely or picture.shape != reference.shape])
+
+
+def _beside(first: Cause, further: Iterable[Cause]) -> list[Cause]:
+    """What `further` explains of what `first` leaves."""
+    return [
+        replace(
+            more,
+            name=f"{first.name} and {more.name}",
+            text=f"{first.text}; {more.text}",
+            left=more.left * first.left,
+            numbers=more.numbers + first.numbers,
+        )
+        for more in further
+        if more.proven
+    ]
 
 
 def _middle(shape: tuple[int, ...]) -> tuple[slice, ...]:
@@ -292,33 +326,27 @@ def _causes_of_scene(
 ) -> list[Cause]:
     """`causes` and those found in the scene, in the picture as it is or with what is likely undone.
 
-    Only the pixels in `kept` (h, w) count.
+    Only the pixels in `kept` (h, w) count. Where pixels are moved or channels swapped, only with that undone.
+    Where another cause explains all, only the shares of lights and the like are fitted, which is cheap.
     """
 
-    def search(picture: Array) -> list[Cause]:
+    def search(picture: Array, known: bool) -> list[Cause]:
         def render(changed: Scene, shadows: bool = True, layer: str = "") -> Array:
             return (scene.layer(changed, layer) if layer else scene.render(changed, shadows))[kept]
 
         pixels = picture[kept], scene.scene, reference[kept]
-        return explain_by_scene(*pixels, render, tolerance, report, budget)
+        return explain_by_scene(*pixels, render, tolerance, report, budget, known)
 
     picture, reference = pictures
-    found = [] if any(cause.proven for cause in causes) else search(picture)
+    proven = [cause for cause in causes if cause.proven]
+    moved = any(not (cause.shades or cause.blurs) for cause in proven)
+    found = [] if moved else search(picture, any(cause.left <= NOTHING for cause in proven))
     for cause in undoable(picture, reference, tolerance):
-        if budget.over():
+        if budget.over() or any(other.left <= NOTHING for other in (*proven, *found)):
             break
-        if cause.undone is not None and cause.left < 0.9 and not any(other.proven for other in found):
-            further = search(cause.undone)
-            found += [
-                replace(
-                    more,
-                    name=f"{cause.name} and {more.name}",
-                    text=f"{cause.text}; {more.text}",
-                    left=more.left * cause.left,
-                )
-                for more in further
-                if more.proven
-            ]
+        likelier = cause.proven or not any(other.proven for other in found)
+        if cause.undone is not None and cause.left < 0.9 and likelier:
+            found += _beside(cause, search(cause.undone, False))
     return ranked([*causes, *found])
 
 
@@ -339,7 +367,7 @@ def regions(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     labels, count = ndimage.label(places)
     brighter = share(lighter[places])
     one_way = not 0.03 <= brighter <= 0.97
-    if not count or share(places) > (_LARGEST_PLACES if one_way else 0.5):
+    if not count or share(places) > _LARGEST_PLACES:
         return []
     beyond = np.maximum(difference - tolerance, 0)
     elsewhere = float(beyond[~places].sum() / beyond.sum())

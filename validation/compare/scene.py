@@ -22,14 +22,14 @@ from msgspec.structs import replace
 from clrt.base.errors import ClrtError, ClrtWarning
 from clrt.scene.scene import Material, Scene, edited
 
-from .causes import Budget, Cause, disagreement, ranked, remaining
+from .causes import EXACT, NOTHING, Budget, Cause, disagreement, ranked, remaining, told
 from .metrics import Array
 
 _OfMaterial = Callable[[Material], dict[str, Any]]
 Render = Callable[..., Array]  # (scene, shadows=True, layer="") -> linear picture, the pixels to compare
 _MOST_SHAPES = 24  # that are left out one by one
 _MOST_LIGHTS = 8
-_ALL = 0.01  # of the error: where a cause leaves no more, no better one is looked for
+_LIGHTS = "all lights"
 _SAME, _NONE = 0.02, 0.03  # a share nearer to 1 is all of it, nearer to 0 nothing
 
 
@@ -60,11 +60,13 @@ def explain_by_scene(
     tolerance: float,
     report: Callable[[str], None] | None = None,
     budget: Budget | None = None,
+    known: bool = False,
 ) -> list[Cause]:
     """Causes for the difference of a picture and `reference`, which `render(scene)` gave, the best first.
 
-    Pictures are (h, w, 3), or (n, 3) of the same n pixels. Stops at the first that is proven, or when
-    `budget` is spent. `report` gets the name of each cause before it is tried.
+    Pictures are (h, w, 3), or (n, 3) of the same n pixels. Stops where one explains all, or when `budget` is
+    spent. `report` gets the name of each cause before it is tried. known: another cause explains all, so
+    that only shares are fitted.
     """
     before = disagreement(picture, reference, tolerance)
     if before == 0:
@@ -72,6 +74,7 @@ def explain_by_scene(
     say, budget = report or (lambda name: None), budget or Budget(math.inf)
     causes: list[Cause] = []
     parts: dict[str, Array] = {}  # of what is independent: several may be wrong at once
+    lights: dict[str, Array] = {}  # all of them as one
     for component in _components(scene, reference, render):
         if budget.over():
             break
@@ -81,29 +84,32 @@ def explain_by_scene(
             continue
         if component.independent:
             parts[component.name] = part
+        elif component.name == _LIGHTS:
+            lights[component.name] = part
         cause = _mixed(picture, reference, [component.name], [part], before, tolerance)
         if component.lost and cause.name.endswith(" missing"):
             cause = dataclasses.replace(cause, text=component.lost)
         causes.append(cause)
-        if cause.left <= _ALL:
-            return [cause]
-        if cause.proven:
+        if cause.left <= EXACT:
             break
-    proven = any(cause.proven for cause in causes)
-    if not proven:  # several parts may feign what one change does, so that a mixture has to be better
-        causes.append(_mixed(picture, reference, list(parts), list(parts.values()), before, tolerance))
-        if causes[-1].left <= _ALL:
-            return [causes[-1]]
     causes = [cause for cause in causes if cause.name]
+    proven = any(cause.proven for cause in causes)
+    if not any(cause.left <= EXACT for cause in causes):
+        others = {name: part for name, part in parts.items() if not name.startswith("light ")}
+        for mixture in ({**lights, **others}, parts) if lights else (parts,):
+            cause = _mixed(picture, reference, list(mixture), list(mixture.values()), before, tolerance)
+            causes += [cause] if cause.name else []
+    # several parts may feign what one change does, so that a mixture has to be better
     changes = _falloffs(scene, reference, render)
-    for change in changes if proven else itertools.chain(changes, _changes(scene, render)):
-        if budget.over():
-            break
-        say(change.name)
-        changed = _quietly(change.picture, reference)
-        causes.append(Cause(change.name, change.text, remaining(picture, changed, before, tolerance)))
-        if causes[-1].left <= _ALL:
-            break
+    if not (known or any(cause.left <= NOTHING for cause in causes)):
+        for change in changes if proven else itertools.chain(changes, _changes(scene, render)):
+            if budget.over():
+                break
+            say(change.name)
+            changed = _quietly(change.picture, reference)
+            causes.append(Cause(change.name, change.text, remaining(picture, changed, before, tolerance)))
+            if causes[-1].left <= NOTHING:
+                break
     return ranked([cause for cause in causes if cause.likely])
 
 
@@ -148,9 +154,12 @@ def _mixed(
             said.append(f"{name} missing")
             texts.append(f"there is nothing of {name}")
         elif share != 1:
-            said.append(f"{name} times {share:.2g}")
-            texts.append(f"{name} is {share:.3g} times as strong as it should be")
-    return Cause(" and ".join(said), "; ".join(texts), remaining(picture, mixed, before, tolerance))
+            many = name.endswith("s") or name.startswith("the lights")
+            are, they = ("are", "they") if many else ("is", "it")
+            said.append(f"{name} times {told(share)}")
+            texts.append(f"{name} {are} {share:.3g} times as strong as {they} should be")
+    left = remaining(picture, mixed, before, tolerance)
+    return Cause(" and ".join(said), "; ".join(texts), left, numbers=len(said))
 
 
 def _components(scene: Scene, reference: Array, render: Render) -> Iterator[_Component]:
@@ -168,6 +177,9 @@ def _components(scene: Scene, reference: Array, render: Render) -> Iterator[_Com
     for index, light in enumerate(lights):
         name = f"light {index + 1} of {len(scene.lights)} ({_place(light)})"
         yield _Component(name, without(lights=(*scene.lights[:index], *scene.lights[index + 1 :])))
+    if len(lights) > 1:
+        lost = "no light reaches anything but what is ambient"
+        yield _Component(_LIGHTS, without(lights=()), independent=False, lost=lost)
     if lights and scene.shadow == "opaque":
         yield _Component("shadows", lambda: render(scene, shadows=False), independent=len(lights) == 1)
         for index, light in enumerate(lights if len(lights) > 1 else ()):

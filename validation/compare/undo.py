@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .causes import Cause, disagreement, error_of
+from .causes import Cause, disagreement, error_of, told
 from .metrics import Array, beyond, decoded, encoded
 
 _SAMPLES = 4000  # pixels that combinations are tried on
@@ -23,6 +23,8 @@ class _Part:
     text: str
     undo: Callable[[Array], Array]
     redo: Callable[[Array], Array] | None = None  # on the reference: undoing cannot bring back what clipped
+    shades: bool = False  # pixels stay where they are, and channels what they are
+    numbers: int = 1  # that were chosen or fitted
     scales: bool = False
 
     def error(self, picture: Array, reference: Array, tolerance: float) -> float:
@@ -34,7 +36,7 @@ class _Part:
 
 def _tone(name: str, text: str, curve: Callable[[Array], Array]) -> _Part:
     """A curve from black to white; what is beyond stays, or the curve would seem to explain it."""
-    return _Part(name, text, lambda image: curve(image) + beyond(image))
+    return _Part(name, text, lambda image: curve(image) + beyond(image), shades=True)
 
 
 _NOTHING = _Part("", "", lambda image: image)
@@ -93,10 +95,14 @@ def undoable(picture: Array, reference: Array, tolerance: float) -> Iterator[Cau
     sampled = reference[::step, ::step].astype(np.float64)
     found: list[tuple[float, tuple[_Part, ...]]] = []
     for turn, swap, tone in itertools.product(turns, _SWAPS, _TONES):
-        undone = tone.undo(swap.undo(turn.undo(picture)[::step, ::step].astype(np.float64)))
+        turned = turn.undo(picture)[::step, ::step].astype(np.float64)
+        undone = tone.undo(swap.undo(turned))
         for factor in (_NOTHING, _factor(undone, sampled), _balance(undone, sampled)):
             parts = tuple(part for part in (turn, swap, tone, factor) if part.name)
-            found.append((factor.error(undone, sampled, tolerance), parts))
+            error = factor.error(undone, sampled, tolerance)
+            if swap.name and factor.numbers > 1 and not _needed(tone.undo(turned), sampled, error, tolerance):
+                continue
+            found.append((error, parts))
     before = error_of(picture, reference, tolerance)
     factorless = [entry for entry in found if not any(part.scales for part in entry[1])]
     for parts in {_simplest(found, before): None, _simplest(factorless, before): None}:
@@ -106,14 +112,27 @@ def undoable(picture: Array, reference: Array, tolerance: float) -> Iterator[Cau
                 undone = part.undo(undone)
             left = parts[-1].error(undone, reference, tolerance) / (before or 1.0)
             names, texts = " and ".join(part.name for part in parts), "; ".join(part.text for part in parts)
-            yield Cause(names, texts, left, parts[-1].undo(undone))
+            shades, numbers = all(part.shades for part in parts), _numbers(parts)
+            yield Cause(names, texts, left, parts[-1].undo(undone), shades=shades, numbers=numbers)
+
+
+def _needed(unswapped: Array, reference: Array, error: float, tolerance: float) -> bool:
+    """Whether a swap of channels with a balance, which leave `error`, do more than a balance alone.
+
+    In a scene of one hue channels are each other's multiples: to swap them and scale them back is no change.
+    """
+    return 2 * error < _balance(unswapped, reference, least=0.0).error(unswapped, reference, tolerance)
+
+
+def _numbers(parts: tuple[_Part, ...]) -> int:
+    return sum(part.numbers for part in parts)
 
 
 def _simplest(found: list[tuple[float, tuple[_Part, ...]]], before: float) -> tuple[_Part, ...]:
-    """Of the combinations that do about as well as the best, the one with the fewest parts."""
+    """Of the combinations that do about as well as the best, the one with the fewest numbers."""
     bound = max(2 * min(error for error, _ in found), 0.02 * before)
     good = [entry for entry in found if entry[0] <= bound]
-    return min(good, key=lambda entry: (len(entry[1]), entry[0]))[1]
+    return min(good, key=lambda entry: (_numbers(entry[1]), entry[0]))[1]
 
 
 def _factor(undone: Array, reference: Array) -> _Part:
@@ -127,11 +146,11 @@ def _factor(undone: Array, reference: Array) -> _Part:
     direction = "bright" if factor > 1 else "dark"
     times = factor if factor > 1 else 1 / factor
     text = f"all of it is {times:.3g} times too {direction} ({np.log2(factor):+.2f} stops)"
-    return _scaling(f"exposure factor {factor:.2g}", text, np.array(factor))
+    return _scaling(f"exposure factor {told(factor)}", text, np.array(factor))
 
 
-def _balance(undone: Array, reference: Array) -> _Part:
-    """A factor for each channel."""
+def _balance(undone: Array, reference: Array, least: float = 4 * _FACTOR) -> _Part:
+    """A factor for each channel; none where they are less than `least` apart."""
     factors = []
     for channel in range(3):
         a, b = undone[..., channel], reference[..., channel]
@@ -139,10 +158,11 @@ def _balance(undone: Array, reference: Array) -> _Part:
         if np.count_nonzero(usable) < 10:
             return _NOTHING
         factors.append(_ratio(a[usable], b[usable]))
-    if np.ptp(factors) < 4 * _FACTOR:
+    if np.ptp(factors) < least:
         return _NOTHING  # the factor of exposure does it
     listed = ", ".join(f"{factor:.3g}" for factor in factors)
-    return _scaling("colour balance", f"red, green and blue are scaled by {listed}", np.array(factors))
+    text = f"red, green and blue are scaled by {listed}"
+    return _scaling("colour balance", text, np.array(factors))
 
 
 def _ratio(a: Array, b: Array) -> float:
@@ -155,7 +175,9 @@ def _ratio(a: Array, b: Array) -> float:
 
 def _scaling(name: str, text: str, factor: Array) -> _Part:
     redo = (lambda image: image * factor) if factor.max() > 1 else None
-    return _Part(name, text, lambda image: image / factor, redo, scales=True)
+    return _Part(
+        name, text, lambda image: image / factor, redo, shades=True, numbers=factor.size, scales=True
+    )
 
 
 def _usable(values: Array) -> Array:
