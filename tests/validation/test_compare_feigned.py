@@ -180,6 +180,13 @@ def test_less_colour_and_more_are_told(amount: float) -> None:
     assert best.name == f"saturation times {amount:g}" and best.proven
 
 
+def test_what_is_cut_off_has_its_colour() -> None:
+    """The right picture, taken to stored values and back, was clipped as well, and seemed to need no more."""
+    right = samples.picture() * np.float32(3)
+    found = pictures.explain(np.clip(right, 0, 1), right, causes.FLOAT)
+    assert found[0].name == "clipped" and not any("saturation" in cause.name for cause in found)
+
+
 def test_most_of_a_picture_is_no_place() -> None:
     """Where it differs nearly everywhere nothing can be said of what 'agrees elsewhere'."""
     right = samples.picture()

@@ -20,6 +20,7 @@ _BINS = 256
 _ONE_BIN = 0.8  # of what a curve moves: more of it in one bin, and it is none
 _SAMPLES = 4000  # pixels that kinds of grey are tried on
 _NO_COLOUR = 0.03  # of the colour: what is left of it in a grey picture
+_ALL_COLOUR = 0.02  # of it: what is nearer to all of it is no cause
 _WEIGHTS = ((0.2126, 0.7152, 0.0722), (0.299, 0.587, 0.114), (1 / 3, 1 / 3, 1 / 3))  # of channels in a grey
 _SHOWN = (0.25, 0.5, 0.75)  # encoded values whose place on a curve is told
 _Curve = Callable[[Array], Array]
@@ -127,7 +128,7 @@ def faded(picture: Array, reference: Array, tolerance: float) -> Iterator[tuple[
             looks = looks * (sampled[0].mean() / max(looks.mean(), 1e-9))
         found.append((remaining(sampled[0], looks, least, tolerance), amount, curves, weights))
     left, amount, curves, weights = min(found, key=lambda entry: entry[0])
-    if left > VANISHED and not grey:
+    if not grey and (left > VANISHED or abs(amount - 1) < _ALL_COLOUR):
         return
     looks = _with_colour(reference, amount, curves, weights)
     left = remaining(picture, looks, error_of(picture, reference, tolerance), tolerance)
@@ -160,4 +161,5 @@ def _with_colour(
 ) -> Array:
     shown = curves[0](reference)
     grey = (shown @ np.array(weights))[..., None]
-    return curves[1](grey + amount * (shown - grey))
+    clipped_off = beyond(reference) if curves[0] is encoded else 0.0
+    return curves[1](grey + amount * (shown - grey)) + clipped_off
