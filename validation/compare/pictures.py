@@ -56,7 +56,7 @@ _NOT_FINITE = "not finite"
 _FINAL = ("JPEG compression", "clipped")  # no scene is searched for what they explain
 _LOOKED_AT = 1448  # pixels a side, in the middle of larger pictures, that tell of causes in all of it
 _PRESSED = 8  # times what a lossy file usually loses, below which nothing is taken for an object
-_LARGEST_PLACES = 0.5  # of the picture; what differs in most of it is no region
+_LARGEST_PLACES = 0.75  # of the picture, as a light may reach; what differs in more of it is no region
 _Lossy = tuple[int, Array]  # one of LOSSY, and the picture that was not in such a file
 
 
@@ -367,7 +367,7 @@ def regions(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     labels, count = ndimage.label(places)
     brighter = share(lighter[places])
     one_way = not 0.03 <= brighter <= 0.97
-    if not count or share(places) > _LARGEST_PLACES:
+    if not count or share(places) > (_LARGEST_PLACES if one_way else 0.5):
         return []
     beyond = np.maximum(difference - tolerance, 0)
     elsewhere = float(beyond[~places].sum() / beyond.sum())
