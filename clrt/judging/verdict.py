@@ -37,7 +37,7 @@ else:
 
 PICTURES: Final = (".exr", ".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
 RADIANCE: Final = 32  # bits of a sample that does not end at white
-COMPARING: Final = 110  # bytes of memory for a pixel of the larger picture; strips of a fixed size come to it
+COMPARING: Final = 110  # bytes of memory for a pixel of the larger picture; blocks of a fixed size come to it
 HALF: Final = 30  # of floats of 16 bits, which hold 11 of a value
 SHARED_EXPONENT: Final = 24  # of Radiance's .hdr: 8 bits of what the pixel's largest channel has
 LOSSY: Final = {20: "dwaa", 21: "dwab", 22: "b44", 23: "b44a"}

@@ -91,3 +91,15 @@ def test_layers_of_one_number() -> None:
 def test_what_no_half_holds_is_not_lost() -> None:
     bright = np.full((20, 20, 3), 1e6, np.float32)
     assert np.isfinite(lossy.told_apart(bright, bright, BITS["dwaa"])).all()
+
+
+def test_wide_pictures_are_stored_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of whole blocks: what is lost is the same, and no part is large, nor too wide for the compressions."""
+    right = with_grain()
+    whole = [lossy.loss(right, bits) for bits in LOSSY]
+    monkeypatch.setattr(lossy, "_STORED", 96 * 28)
+    stored, sizes = lossy._stored, set()
+    monkeypatch.setattr(lossy, "_stored", lambda part, kind: sizes.add(part.shape) or stored(part, kind))
+    for bits, expected in zip(LOSSY, whole, strict=True):
+        assert np.array_equal(lossy.loss(right, bits), expected)
+    assert sizes == {(96, 24, 3), (96, 8, 3)}

@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import subprocess
 import sys
+import time
 import tracemalloc
 from pathlib import Path
 from typing import Any
@@ -194,15 +195,15 @@ def test_no_change_of_a_hundredth_of_the_pixels_is_equal(monkeypatch: pytest.Mon
                 assert not any("count as white" in note for note in found.notes), "nothing was clipped"
 
 
-def most_memory(height: int) -> int:
-    """Bytes that comparing two pictures 2000 wide takes a process at most; ru_maxrss begins with ours."""
+def most_memory(height: int, width: int = 2000) -> int:
+    """Bytes that comparing two pictures takes a process at most; ru_maxrss begins with ours."""
     code = (
         "import sys, numpy as np, clrt\n"
-        "a = np.random.default_rng(1).random((int(sys.argv[1]), 2000, 3), np.float32)\n"
-        "assert not clrt.compare(a, a[::-1] * np.float32(0.7))\n"
+        "a = np.random.default_rng(1).random((*map(int, sys.argv[1:]), 3), np.float32)\n"
+        "assert not clrt.compare(a, a[::-1, ::-1] * np.float32(0.7))\n"
         "print(open('/proc/self/status').read().partition('VmHWM:')[2].split()[0])"
     )
-    command = [sys.executable, "-c", code, str(height)]
+    command = [sys.executable, "-c", code, str(height), str(width)]
     return 1024 * int(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
 
 
@@ -215,6 +216,40 @@ def test_room_of_a_comparison() -> None:
     with pytest.raises(clrt.LimitError, match=r"comparing: host_bytes: 11 000 .*clrt.compare\(\.\.\., limi"):
         clrt.compare(small, small, limits=clrt.Limits(host_bytes=10_999))
     assert clrt.compare(small, small, limits=clrt.Limits(host_bytes=11_000))
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux, which counts such memory")
+@pytest.mark.parametrize("shape", [(1, 300_000), (300_000, 1)])
+def test_room_of_a_comparison_of_thin_pictures(shape: tuple[int, int]) -> None:
+    """What as many pixels in a square take, and a block's worth: measured 50 MB more; it was 260 and 600."""
+    assert most_memory(*shape) < most_memory(550, 550) + (128 << 20)
+
+
+@pytest.mark.parametrize("shape", [(5, 300, 3), (70, 190, 3), (300, 3, 3), (1, 90, 3)])
+def test_figures_do_not_depend_on_how_a_picture_is_cut(
+    shape: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of wide pictures the columns are, too: rows alone would not fit into memory."""
+    random = np.random.default_rng(5)
+    b = random.random(shape, np.float32)
+    a = np.clip(b + random.normal(0, 0.02, shape), 0, 2).astype(np.float32)
+    found = []
+    for pixels in (1 << 20, 1 << 11):
+        monkeypatch.setattr(metrics, "_BLOCK", pixels)
+        found.append(pictures.compare_pictures(a, b))
+    assert len([*metrics.blocks(shape)]) > 1
+    assert found[1].metrics == pytest.approx(found[0].metrics, rel=1e-9)
+    assert [cause.name for cause in found[0].causes] == [cause.name for cause in found[1].causes]
+
+
+@pytest.mark.parametrize("name", ["another size", "transpose"])
+def test_causes_of_a_picture_of_one_row(name: str) -> None:
+    """2 s; a filter as wide as the row is to shrink, or all its pixels as samples, took a minute and more."""
+    row = np.random.default_rng(6).random((1, 600_000, 3), np.float32)
+    other = row.swapaxes(0, 1) if name == "transpose" else row[:, :64]
+    started = time.process_time()
+    assert name in [cause.name for cause in pictures.compare_pictures(other, row).causes]
+    assert time.process_time() - started < 15
 
 
 @pytest.mark.filterwarnings("error")

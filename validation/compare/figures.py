@@ -1,4 +1,4 @@
-"""The figures of two pictures of one size, and the gates on them, strip by strip: pictures may be large."""
+"""The figures of two pictures of one size, and the gates on them, block by block: pictures may be large."""
 
 from __future__ import annotations
 
@@ -8,7 +8,20 @@ import numpy as np
 
 from ..types import Gate
 from .causes import BYTE
-from .metrics import BORDER, Array, decibels, encoded, extended, flip, largest, share, ssim, strips, to_white
+from .metrics import (
+    BORDER,
+    Array,
+    Where,
+    blocks,
+    decibels,
+    encoded,
+    extended,
+    flip,
+    largest,
+    share,
+    ssim,
+    to_white,
+)
 from .oracle import gate, limits
 
 FEWEST = 0.25  # of the pixels that have to be left for a verdict, where edges are left out
@@ -17,7 +30,7 @@ _BRIGHT = "PSNR above white"
 
 @dataclass
 class _Sums:
-    """What strips add up to, over the pixels that count; of differences the largest channel's."""
+    """What blocks add up to, over the pixels that count; of differences the largest channel's."""
 
     pixels: int = 0
     light: Array = field(default_factory=lambda: np.zeros(2))
@@ -46,10 +59,10 @@ class _Sums:
         self.largest_off = max(self.largest_off, float(off.max(initial=0.0)))
         self.largest_shown = max(self.largest_shown, float(shown_off.max(initial=0.0)))
 
-    def add_seen(self, a: Array, b: Array, here: slice, out: Array, inner: Array) -> None:
-        """Those of encoded pixels in their surroundings: rows `here` of a, b, the others are their halo.
+    def add_seen(self, a: Array, b: Array, here: Where, out: Array, inner: Array) -> None:
+        """Those of encoded pixels in their surroundings: `here` of a, b, the others are their halo.
 
-        out, inner (rows of `here`, w): which count, and for SSIM's mean.
+        out, inner (as large as `here`): which count, and for SSIM's mean.
         """
         windows = ssim(a, b)[1][here]
         self.windows += float(windows[inner].sum())
@@ -87,13 +100,17 @@ def measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[st
     for axis, side in enumerate(mask.shape):
         if side > 2 * BORDER:  # SSIM's mean leaves out windows that reach beyond the picture, as usual
             np.moveaxis(inner, axis, 0)[[*range(BORDER), *range(-BORDER, 0)]] = False
-    for rows, around in strips(mask.shape):
-        here = slice(rows.start - around.start, rows.stop - around.start)
+    for block, around in blocks(mask.shape):
+        rows, columns = (
+            slice(part.start - wider.start, part.stop - wider.start)
+            for part, wider in zip(block, around, strict=True)
+        )
+        here = rows, columns
         right = b[around].astype(np.float64)
         ours = np.where(mask[around][..., None], right, a[around].astype(np.float64))
-        out = ~mask[rows]
+        out = ~mask[block]
         sums.add_values(ours[here][out], right[here][out], tolerance)
-        sums.add_seen(encoded(ours), encoded(right), here, out, inner[rows])
+        sums.add_seen(encoded(ours), encoded(right), here, out, inner[block])
     metrics = {**sums.metrics(), "edges left out": share(mask)}
     if max(a.max(initial=0.0), b.max(initial=0.0)) > 1:
         metrics[_BRIGHT] = decibels(sums.bright_squares / (3 * max(sums.pixels, 1)))

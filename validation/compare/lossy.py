@@ -6,6 +6,7 @@ how hard DWA was told to press; the usual 45 is taken.
 
 from __future__ import annotations
 
+import itertools
 from typing import Final
 
 import numpy as np
@@ -20,7 +21,8 @@ from clrt.judging.verdict import LOSSY
 from .metrics import Array, held, largest, parts
 
 _AROUND: Final = 15  # pixels a side: what lies in one block of 8 x 8 with the middle one, wherever it begins
-_ROWS: Final = 256  # stored at a time: no compression joins more
+_ROWS: Final = 256  # no compression joins more; so many, or twice as many, ... are stored at a time
+_STORED: Final = 1 << 20  # pixels at a time; of wide pictures parts of rows
 _LARGEST: Final = 65504.0  # half float
 _FREE: Final = Limits(**dict.fromkeys(("file_bytes", "image_pixels", "image_bytes"), 1 << 62))
 
@@ -34,9 +36,13 @@ def said(bits: int) -> str:
 def loss(right: Array, bits: int) -> Array:
     """(h, w): the most that the compression of `bits`, one of LOSSY, changes near each pixel of a picture
     (h, w, 3), or of a layer (h, w)."""
-    found = np.empty(right.shape[:2], np.float32)
-    for row in range(0, len(right), _ROWS):
-        part = slice(row, row + _ROWS)
+    height, width = right.shape[:2]
+    found = np.empty((height, width), np.float32)
+    together = min(max(height, 8), _ROWS)  # of rows that are longer still the compressions end badly
+    columns = min(width, _STORED // together // 8 * 8)  # they are of blocks of 8 x 8
+    rows = max(_STORED // columns // _ROWS, 1) * _ROWS
+    for top, left in itertools.product(range(0, height, rows), range(0, width, columns)):
+        part = slice(top, top + rows), slice(left, left + columns)
         off = np.abs(_stored(right[part], LOSSY[bits]) - right[part])
         found[part] = off if off.ndim == 2 else largest(off)
     found = np.nextafter(found, np.float32(np.inf))  # rounded, it may be less than the difference itself

@@ -7,6 +7,7 @@ PSNR) works on `encoded` pictures: sRGB values in [0, 1] as floats, never rounde
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import math
 import os
 import re
@@ -24,27 +25,39 @@ EDGE_STEP = 0.05  # pixel, for one sample in each
 DIAGONAL = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0))
 _WINDOW = 11  # of SSIM: 2 * int(3.5 * 1.5 + 0.5) + 1 pixels
 BORDER = _WINDOW // 2  # pixels of a picture's border about which SSIM's windows are not whole
-_STRIP = 1 << 20  # pixels that are looked at together: figures take ten arrays of float64 of as many
-HALO = 16  # rows about a strip that its figures depend on: half of FLIP's widest filter; SSIM's is 5
+_BLOCK = 1 << 20  # pixels that are looked at together: figures take ten arrays of float64 of as many
+HALO = 16  # pixels about a block that its figures depend on: half of FLIP's widest filter; SSIM's is 5
 _DIM = 2.0**-8  # 13 of 255, as a screen shows it
 _LEAST_HALF = 2.0**-24  # the step of the smallest floats of 16 bits
 _ADDRESSES = 640 << 20  # with fewer, the linear algebra that scipy brings waits for more, without end
 
 Array = np.ndarray
+Where = tuple[slice, slice]  # rows and columns
 
 
-def strips(shape: tuple[int, ...], halo: int = HALO) -> Iterator[tuple[slice, slice]]:
-    """Rows to look at together: of strips, which follow each other, and with `halo` more on both sides."""
-    rows = max(2 * halo, _STRIP // max(1, int(np.prod(shape[1:2]))), 1)
-    for first in range(0, shape[0], rows):
-        last = min(first + rows, shape[0])
-        yield slice(first, last), slice(max(0, first - halo), min(last + halo, shape[0]))
+def blocks(shape: tuple[int, ...], halo: int = HALO) -> Iterator[tuple[Where, Where]]:
+    """Rows and columns to look at together: of blocks, which fill the picture, and with `halo` more around.
+
+    Whole rows, but of pictures that are wide beyond all use: else these alone would take all memory.
+    """
+    height, width = shape[:2]
+    least = max(2 * halo, 1)  # rows and columns: of fewer most would be halo
+    columns = max(min(width, _BLOCK // least), 1)
+    wide = max(columns, _WINDOW) if halo else columns  # for SSIM what is smaller than a window is widened
+    rows = max(least, _BLOCK // wide)
+    for top, left in itertools.product(range(0, height, rows), range(0, width, columns)):
+        here = slice(top, min(top + rows, height)), slice(left, min(left + columns, width))
+        upper, across = (
+            slice(max(0, part.start - halo), min(part.stop + halo, side))
+            for part, side in zip(here, shape, strict=False)
+        )
+        yield here, (upper, across)
 
 
 def parts(picture: Array) -> Iterator[Array]:
     """A picture (h, w, 3), or pixels (n, 3), part by part."""
-    for rows, _ in strips(picture.shape, 0):
-        yield picture[rows]
+    for where, _ in blocks(picture.shape, 0):
+        yield picture[where]
 
 
 def encoded(linear: Array) -> Array:
@@ -179,7 +192,7 @@ def brightening(reference: Array) -> float:
     Figures are made for what a screen shows: to them radiance of 1e-5 and black are one, though floats hold
     it as well as any. 1 where more than a hundredth of all pixels that are lit reach 1/256.
     """
-    most = np.concatenate([largest(part) for part in parts(np.asarray(reference))])
+    most = np.concatenate([largest(part).ravel() for part in parts(np.asarray(reference))])
     lit = most[(most > 0) & np.isfinite(most)]
     level = float(np.quantile(lit, 0.99)) if lit.size else 1.0
     return 1.0 if level >= _DIM else float(2.0 ** min(-math.frexp(level)[1], 120))

@@ -11,6 +11,7 @@ from .causes import Cause, disagreement, error_of, remaining
 from .metrics import Array, encoded
 
 _SEARCHED = 1 << 18  # pixels: of larger pictures means are compared; a template takes 900 bytes a pixel
+_FEWER = 32  # times the pixels a side that a picture is shrunk from: a filter's window grows as they do
 _TRIED = 128  # pixels a side that tell by how many pixels those means are off
 
 
@@ -92,11 +93,14 @@ def resized(picture: Array, reference: Array, tolerance: float) -> Iterator[Caus
         return
     from skimage.transform import resize
 
-    side = int(np.ceil(np.sqrt(max(picture.size, reference.size) / 3 / _SEARCHED)))
-    a, b = _means(picture, side), _means(reference, side)
+    # the second is of pictures thinner than that square: they are means along their length alone
+    pixels, longest = max(picture.size, reference.size) / 3, max(*picture.shape, *reference.shape)
+    side = int(np.ceil(max(np.sqrt(pixels / _SEARCHED), longest / _SEARCHED)))
+    a, b = _means(picture, side, side), _means(reference, side, side)
     before = error_of(a, b, tolerance)
     sizes = f"{picture.shape[1]} x {picture.shape[0]} in place of {reference.shape[1]} x {reference.shape[0]}"
-    scaled = resize(a, b.shape, order=1, anti_aliasing=True)
+    rows, columns = (have // (_FEWER * want) for have, want in zip(a.shape[:2], b.shape[:2], strict=True))
+    scaled = resize(_means(a, rows, columns), b.shape, order=1, anti_aliasing=True)
     left = remaining(scaled, b, before, tolerance)
     yield Cause("another size", f"the same view in {sizes} pixels", left)
     small, large = sorted((picture, reference), key=lambda image: image.shape[0])
@@ -110,19 +114,22 @@ def resized(picture: Array, reference: Array, tolerance: float) -> Iterator[Caus
         yield Cause(name, f"{part_of[0]} is a part of {part_of[1]}, from pixel ({x}, {y}) on: {sizes}", left)
 
 
-def _means(picture: Array, side: int) -> Array:
-    """Means over squares of `side` pixels; what is left over at the right and at the bottom is left out."""
-    height, width = (length // side for length in picture.shape[:2])
-    if side == 1 or not (height and width):
+def _means(picture: Array, rows: int, columns: int) -> Array:
+    """Means over so many pixels, or all there are; what is left over right and below is left out."""
+    wanted = zip((rows, columns), picture.shape[:2], strict=True)
+    rows, columns = (min(max(count, 1), length) for count, length in wanted)
+    if rows == columns == 1:
         return picture
-    return picture[: height * side, : width * side].reshape(height, side, width, side, 3).mean(axis=(1, 3))
+    height, width = picture.shape[0] // rows, picture.shape[1] // columns
+    whole = picture[: height * rows, : width * columns]
+    return whole.reshape(height, rows, width, columns, 3).mean(axis=(1, 3))
 
 
 def _place(small: Array, large: Array, side: int, tolerance: float) -> tuple[int, int]:
     """Row and column from which `small` is most like a part of `large`: among means, then pixel by pixel."""
     from skimage.feature import match_template
 
-    grey = [encoded(_means(image, side)).mean(axis=-1) for image in (large, small)]
+    grey = [encoded(_means(image, side, side)).mean(axis=-1) for image in (large, small)]
     score = match_template(*grey)
     near = [side * int(v) for v in np.unravel_index(np.argmax(score), score.shape)]
     if side == 1:

@@ -33,6 +33,7 @@ from .figures import measured
 from .lossy import said, told_apart
 from .metrics import (
     Array,
+    blocks,
     brightening,
     encoded,
     extended,
@@ -357,11 +358,11 @@ def regions(picture: Array, reference: Array, tolerance: float) -> list[Cause]:
     """
     from scipy import ndimage
 
-    both = zip(parts(picture), parts(reference), strict=True)
-    differences = [extended(a) - extended(b) for a, b in both]
-    # of the channel that differs most: another colour may be as bright as the right one
-    difference = np.concatenate([largest(part) for part in differences])
-    lighter = np.concatenate([part.sum(axis=-1) > 0 for part in differences])
+    difference, lighter = np.empty(picture.shape[:2]), np.empty(picture.shape[:2], bool)
+    for block, _ in blocks(picture.shape, 0):
+        part = extended(picture[block]) - extended(reference[block])
+        # of the channel that differs most: another colour may be as bright as the right one
+        difference[block], lighter[block] = largest(part), part.sum(axis=-1) > 0
     # what is less than two pixels wide is an edge that two correct programs draw differently
     places = ndimage.binary_opening(difference > 4 * tolerance, np.ones((2, 2)))
     labels, count = ndimage.label(places)

@@ -91,7 +91,9 @@ def undoable(picture: Array, reference: Array, tolerance: float) -> Iterator[Cau
     turns = [turn for turn in _TURNS if turn.undo(picture).shape == reference.shape]
     if not turns:
         return
-    step = max(1, int(np.sqrt(reference.shape[0] * reference.shape[1] / _SAMPLES)))
+    height, width = reference.shape[:2]
+    # of a picture thinner than a step the second: there is one row of samples, and it is as long
+    step = max(1, int(np.sqrt(height * width / _SAMPLES)), max(height, width) // _SAMPLES)
     sampled = reference[::step, ::step].astype(np.float64)
     found: list[tuple[float, tuple[_Part, ...]]] = []
     for turn, swap, tone in itertools.product(turns, _SWAPS, _TONES):
