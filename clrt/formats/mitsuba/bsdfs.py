@@ -119,8 +119,8 @@ class Materials:
             plugin.check(_TO_UV | {"color0": "x", "color1": "x"}, self.context.left_out)
             pair = [plugin.color("color0", 0.4), plugin.color("color1", 0.2)]
             return {"type": "checker", "colors": pair, "to_uv": _to_uv(plugin)}
-        if plugin.type not in ("mesh_attribute", "volume"):
-            known = ["bitmap", "checkerboard", "mesh_attribute", "volume"]
+        if plugin.type not in _OTHER_TEXTURES:
+            known = ["bitmap", "checkerboard", *_OTHER_TEXTURES]
             raise unknown(plugin.element, "texture", plugin.type, known)
         self.context.left_out[f"the texture {plugin.type}"] = None
         return 0.5
@@ -286,7 +286,9 @@ def _principled(plugin: Plugin, materials: Materials) -> Table:
 
 
 def _inner(plugin: Plugin, materials: Materials) -> Table:
-    plugin.check({}, materials.context.left_out)
+    plugin.check({"allow_transmission": "x"}, materials.context.left_out)
+    if plugin.flag("allow_transmission", False):
+        materials.context.left_out[f"allow transmission of {plugin.type}"] = None
     front = materials.context.first(plugin, "bsdf")  # a second one is that of the back
     if front is None:
         raise plugin.element.says(f"a {plugin.type} needs a bsdf within it")
@@ -341,6 +343,9 @@ _KINDS: Final[dict[str, Callable[[Plugin, Materials], Table]]] = {
     "blendbsdf": _blend,
 }  # fmt: skip
 _OTHERS: Final = (
-    "mask", "bumpmap", "null", "measured", "principledthin", "pplastic", "circular", "hair", "polarizer",
-    "retarder",
+    "mask", "bumpmap", "null", "measured", "measured_polarized", "principledthin", "pplastic", "circular",
+    "hair", "polarizer", "retarder",
+)  # fmt: skip
+_OTHER_TEXTURES: Final = (
+    "mesh_attribute", "volume", "uniform", "regular", "irregular", "blackbody", "d65", "srgb", "rawconstant",
 )  # fmt: skip

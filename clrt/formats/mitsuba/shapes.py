@@ -24,7 +24,7 @@ _KEYS: Final[dict[str, dict[str, str]]] = {
     "rectangle": _EVERY, "disk": _EVERY, "cube": _EVERY, "obj": _MESH, "ply": _MESH,
 }  # fmt: skip
 _OTHERS: Final = ("serialized", "shapegroup", "instance", "bsplinecurve", "linearcurve", "sdfgrid", "merge",
-                  "ellipsoids", "ellipsoidsmesh", "hair", "heightfield", "rectangles")  # fmt: skip
+                  "ellipsoids", "ellipsoidsmesh", "hair", "heightfield", "rectangles", "blender")  # fmt: skip
 _CORNERS: Final = np.array([[-1.0, -1, 0, 1], [1, -1, 0, 1], [1, 1, 0, 1], [-1, 1, 0, 1]])
 _EQUAL: Final = 1e-6  # of squares of lengths: files state six digits or more
 _PLAIN: Final = Element("bsdf", {"type": "diffuse"}, 0, "")  # of a shape that names none, as Mitsuba has it

@@ -25,8 +25,16 @@ _FILTER: Final = "gaussian"  # of a film that says nothing
 _SAMPLERS: Final = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
 _ANY: Final = dict.fromkeys(("samples_per_pass", "block_size", "timeout"), "-") | {"hide_emitters": "x"}
 _PATHS: Final = _ANY | {"max_depth": "x", "rr_depth": "-"}
+_DIRECT: Final = ("direct", "direct_projective")  # whatever max_depth they are given
+_PROJECTIVE: Final = _PATHS | dict.fromkeys(
+    ("sppc", "sppp", "sppi", "guiding", "guiding_proj", "guiding_rounds", "project_seed"), "-"
+)
 _INTEGRATORS: Final[dict[str, dict[str, str] | None]] = {
-    "path": _PATHS, "volpath": _PATHS, "volpathmis": _PATHS, "ptracer": _PATHS, "prb": _PATHS,
+    "path": _PATHS, "volpath": _PATHS, "volpathmis": _PATHS, "ptracer": _PATHS,
+    "prb": _PATHS, "prb_basic": _PATHS, "prbvolpath": _PATHS,
+    "direct_projective": _PROJECTIVE, "prb_projective": _PROJECTIVE,
+    # its max_depth is how many primitives that have no surface a ray meets
+    "volprim_rf_basic": _PATHS | {"max_depth": "-", "srgb_primitives": "-"},
     "direct": _ANY | dict.fromkeys(("shading_samples", "emitter_samples", "bsdf_samples"), "-"),
     "aov": _ANY | {"aovs": "-"}, "moment": _ANY, "depth": _ANY, "stokes": _ANY,
 } | dict.fromkeys(
@@ -184,9 +192,9 @@ def _depth(plugin: Plugin, context: Context) -> int | None:
     if plugin.flag("hide_emitters", False):
         context.left_out["that emitters are hidden"] = None
     found = None
-    if plugin.type == "direct":
+    if plugin.type in _DIRECT:
         found = 0
-    elif "max_depth" in plugin.values:
+    elif "max_depth" in plugin.values and (known is None or known["max_depth"] == "x"):
         most = plugin.whole("max_depth", -1, -1)
         found = None if most < 0 else min(max(most - 2, 0), context.limits.depth)
     if found is not None:
@@ -247,12 +255,13 @@ def _spot(plugin: Plugin) -> Table:
     }  # fmt: skip
 
 
-_OTHER_EMITTERS: Final = ("projector", "sunsky", "sky", "sun", "collimated")
+_OTHER_EMITTERS: Final = ("projector", "sunsky", "timed_sunsky", "sky", "sun", "collimated",
+                          "area", "directionalarea")  # fmt: skip
 _LIGHTS: Final = {"point": _point, "directional": _directional, "spot": _spot}
 _EMITTERS: Final[dict[str, dict[str, str]]] = {
     "point": dict.fromkeys(("position", "to_world", "intensity"), "x"),
     "directional": dict.fromkeys(("direction", "to_world", "irradiance"), "x"),
     "spot": dict.fromkeys(("to_world", "intensity", "cutoff_angle", "beam_width"), "x") | {"texture": ""},
-    "constant": {"radiance": "x"},
+    "constant": {"radiance": "x", "to_world": "-"},
     "envmap": {"filename": "x", "to_world": "x", "scale": "", "mis_compensation": "-"},
 }
