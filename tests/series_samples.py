@@ -35,4 +35,5 @@ def times() -> dict[str, int]:
 
 
 def run(*arguments: str) -> int:
-    return main(["sweep", "s.toml", "-o", "{index:02}_{camera.fov}.png", "--quiet", *arguments])
+    named = () if "-o" in arguments else ("-o", "{index:02}_{camera.fov}.png")
+    return main(["sweep", "s.toml", *named, "--quiet", *arguments])

@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
         changed = validation_module("oracle_mitsuba.xml").write_xml(
             scene, path, lambda text: with_itself(scene, path, text)
         )
-        if changed:
+        if changed and not options.quiet:
             say(f"{options.output}: Mitsuba lacks {changed} things of this scene; the first lines name them")
         return 0
     if Path(options.output).suffix.lower() == ".pov":

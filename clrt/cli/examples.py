@@ -31,6 +31,7 @@ EXAMPLES: Final[dict[str, tuple[tuple[str, str], ...]]] = {
     "convert": (
         ("clrt convert balls.nff balls.toml", "another format"),
         ("clrt convert showcase showcase.xml", "for Mitsuba"),
+        ("clrt convert -q showcase showcase.xml", "without a word of what Mitsuba lacks"),
         ("clrt convert balls.nff - | clrt render - -o balls.png", "within a pipe"),
     ),
     "sweep": (

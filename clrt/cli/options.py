@@ -59,8 +59,15 @@ class _Parser(argparse.ArgumentParser):
 
     commands: dict[str, Any]
 
+    def __init__(self, **how: Any) -> None:
+        super().__init__(**how)
+        self.given: dict[str, Any] = {}  # values by option
+        for action in (None, "store"):
+            self.register("action", action, _Single)
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[Any, list[str]]:
         """All must be known to the command: by `parse_args` it would be `clrt`, whose help has no option."""
+        self.given = {}
         options, left = super().parse_known_args(args, namespace)
         if left:
             self.error(f"unrecognized arguments: {' '.join(left)}")
@@ -162,6 +169,7 @@ def parser() -> _Parser:
     convert.add_argument("input", metavar="IN", help=_SCENE)
     text = ".toml, .json, .xml (for Mitsuba), .pov (POV-Ray), .nff, or '-': TOML to standard output"
     convert.add_argument("output", metavar="OUT", help=text)
+    convert.add_argument("-q", "--quiet", action="store_true", help="not what the other format lacks")
     _add_set(convert, _SET)
     _add_limit(convert)
 
@@ -183,7 +191,8 @@ def parser() -> _Parser:
     compare = command("compare", "Say how far a picture is from another one, or from its scene, and why.")
     compare.add_argument("a", metavar="A", help="picture (or scene) to judge")
     compare.add_argument("b", metavar="B", help="what it should show: a picture, or a scene to render")
-    compare.add_argument("more", metavar="C", nargs="*", help="with three or more, A is what all should show")
+    text = "with three or more, A is what all should show"
+    compare.add_argument("more", metavar="C", nargs="*", default=[], help=text)
     compare.add_argument("--mask", action="store_true", help="leave edges out, where correct programs differ")
     compare.add_argument("--json", action="store_true", help="print JSON")
     compare.add_argument("--report", metavar="OUT.html", help="write a page with both pictures and figures")
@@ -326,6 +335,17 @@ def _add_frame(parser: argparse.ArgumentParser, many: bool = False, crop: bool =
     parser.add_argument("--threads", type=whole, metavar="N", help="CPU threads")
     _add_set(parser, _SWEPT if many else _SET)
     _add_limit(parser)
+
+
+class _Single(argparse._StoreAction):
+    """An option's value; a second one is refused, since the first would be lost without a word."""
+
+    def __call__(self, parser: Any, namespace: Any, values: Any, option_string: str | None = None) -> None:
+        if self.option_strings and self.dest in parser.given:
+            both = f"{show(parser.given[self.dest])} and {show(values)}"
+            raise argparse.ArgumentError(self, f"is given twice, {both}; it takes one value")
+        parser.given[self.dest] = values
+        super().__call__(parser, namespace, values, option_string)
 
 
 class _Once(argparse.Action):

@@ -25,6 +25,9 @@ FAULT: Final = 2
 """The exit code where one line on stderr says what is wrong."""
 
 
+_NARROWEST: Final = 20  # letters of a line: a table of fewer has a letter in each
+
+
 def say(text: str, code: int = 0) -> int:
     """Put one line on stderr; return `code`."""
     if sys.stderr is not None:  # print takes None for stdout
@@ -131,7 +134,9 @@ def console(stderr: bool = False, **options: Any) -> Console:
 
     stream: Any = sys.stderr if stderr else sys.stdout
     file: Any = stream.raw() if isinstance(stream, Stream) else stream
-    return Printable(file=file, stderr=stderr, emoji=False, **options)
+    made = Printable(file=file, stderr=stderr, emoji=False, **options)
+    made.width = max(made.width, _NARROWEST)
+    return made
 
 
 def marked(text: str) -> str:

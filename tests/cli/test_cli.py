@@ -375,6 +375,31 @@ def test_what_is_given_twice_is_said(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("render bubble -o a.png -o b.exr", "-o/--output: is given twice, 'a.png' and 'b.exr'; it takes one"),
+        ("render bubble -o a.png --width 3 --width=4", "--width: is given twice, 3 and 4; it takes one"),
+        ("render bubble -o a.png --layers depth --layers normal", "--layers: is given twice, ('depth',) and"),
+        ("view bubble --port 0 --port 1", "--port: is given twice, 0 and 1"),
+        ("exercise start 1 d --device 0 --device 0", "--device: is given twice, 0 and 0"),
+    ],
+)
+def test_an_option_of_one_value_is_given_once(
+    words: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The last alone counted: of two pictures one was written, and nothing told of the other."""
+    monkeypatch.chdir(tmp_path)
+    assert main(words.split()) == 2
+    told = capsys.readouterr().err
+    assert f"argument {said}" in told and told.count("\n") == 1 and not list(tmp_path.iterdir())
+
+
+def test_what_a_comparison_needs_is_a_second_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", "a.png"]) == 2
+    assert "the following arguments are required: B;" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
     ("given", "says"),
     [
         ("camera.fov", "'camera.fov' is not KEY=VALUE, such as camera.fov=30"),

@@ -331,6 +331,21 @@ def test_short_options_are_the_long_ones(scene: str, capsys: pytest.CaptureFixtu
     assert capsys.readouterr().out == "" and Path("a.png").exists()
 
 
+def test_a_conversion_is_quiet_where_asked(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """What Mitsuba lacks stands in the file itself, too."""
+    Path(scene).write_text(ROOM.replace("material = {", "material = { highlight_color = [1, 0, 0],"))
+    for words, lines in (([], 1), (["-q"], 0)):
+        assert main(["convert", *words, scene, "a.xml"]) == 0
+        assert len(capsys.readouterr().err.splitlines()) == lines
+
+
+def test_a_terminal_of_one_column_gets_lines_all_the_same(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "1")
+    assert terminal.console().width == 20 and terminal.console(width=200).width == 200
+
+
 def test_selftest_and_validation_answer_programs(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["selftest", "--only", "arithmetic", "--json"]) == 0
     said = capsys.readouterr()
