@@ -35,7 +35,7 @@ from clrt.meshfiles.obj.mtl import text_of
 from clrt.meshfiles.outlines import Outlines
 from clrt.meshfiles.parts import Arrays, Part, Placed
 from clrt.meshfiles.planar import folded
-from clrt.meshfiles.ply import PlyColors, header, plain_ply, textures
+from clrt.meshfiles.ply import PlyColors, header, newlined, plain_ply, textures
 from clrt.meshfiles.stl import plain_stl
 from clrt.meshfiles.vertex_colors import spread
 
@@ -95,7 +95,8 @@ def mesh_bytes(path: Path, at: At, limits: Limits) -> bytes:
     """What is in a file whose suffix is a mesh file's."""
     if path.suffix.lower() not in SUFFIXES:
         raise at.error(path.name, f"a mesh file must end in one of {', '.join(SUFFIXES)}")
-    return read_bytes(path, limits)
+    data = read_bytes(path, limits)
+    return newlined(data) if path.suffix.lower() == ".ply" else data
 
 
 @contextmanager

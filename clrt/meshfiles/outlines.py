@@ -65,9 +65,14 @@ class Outlines:
     def ply(self, vertices: np.ndarray, faces: np.ndarray, elements: dict[str, Any]) -> np.ndarray:
         """The triangles (m, 3) that trimesh made of a PLY's `elements`, with its concave faces cut anew."""
         sizes = _sizes(elements)
-        if not np.any(sizes > 3):
-            return faces
-        faces = faces.copy()
+        if np.any(sizes > 3):
+            faces = self._cut_ply(vertices, faces.copy(), sizes)
+        if np.any(sizes < 3):
+            self.left_over["faces of fewer than 3 corners are left out"] = None
+        return faces
+
+    def _cut_ply(self, vertices: np.ndarray, faces: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+        """The triangles, changed in place, of faces of so many corners."""
         # trimesh's order: triangles, first halves of quadrilaterals, second halves, fans
         quads = np.sum(sizes == 4)
         first = np.sum(sizes == 3) + np.stack([np.arange(quads), quads + np.arange(quads)], axis=1)

@@ -29,6 +29,7 @@ _PROPERTY: Final = re.compile(rb"(?<=\n)(property[ \t]+)(\w+)([ \t]+)(\w+)(?=[ \
 _ELEMENT: Final = re.compile(rb"(?<=\n)(?=element[ \t])")
 _TEXTURE: Final = re.compile(rb"(?i)\ncomment[ \t]+texturefile[ \t]+([^\r\n]+)")
 _END: Final = b"end_header"
+_OLD: Final = re.compile(rb"(\xef\xbb\xbf)?ply[ \t]*\r(?!\n)")  # lines that end as on old Macintoshes
 _HEADER: Final = 1 << 20  # bytes within which a header ends
 _DIGITS: Final = 18  # of a number of rows
 _COLORED: Final = ("vertex", "face")
@@ -36,6 +37,15 @@ _NEAR: Final = 1e-6  # beyond 0 and 1, of floats: rounding
 _LISTS: Final = 16  # of a header: trimesh looks at all properties of an element anew for each
 _FREE: Final = 1 << 18  # rows and values of a text, each of which takes up to 190 bytes; and besides
 _SHARE: Final = 4  # bytes of the file for each
+
+
+def newlined(data: bytes) -> bytes:
+    """The file's data with lines that end in \\n, as trimesh knows them, not in \\r alone."""
+    if not _OLD.match(data):
+        return data
+    end = data.find(_END + b"\r", 0, _HEADER) + len(_END) + 1
+    head = data[:end].replace(b"\r", b"\n")
+    return head + (data[end:].replace(b"\r", b"\n") if b"\nformat ascii" in head else data[end:])
 
 
 def plain_ply(data: bytes) -> bytes:

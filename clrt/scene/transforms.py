@@ -94,7 +94,15 @@ def check(transform: Any, at: At) -> None:
         return
     stretch = np.linalg.svd(matrix[:3, :3], compute_uv=False)
     if stretch[2] <= 1e-7 * stretch[0]:
-        raise at.error(transform, "a transform must not be singular (flatten space)")
+        raise at.error(_stated(transform), "a transform must not be singular (flatten space)")
+
+
+def _stated(transform: Any) -> Any:
+    """A transform as a scene file states it, for messages."""
+    if not isinstance(transform[0], Step):
+        return transform
+    keys = ("translate", "rotate", "scale")
+    return [{key: value for key in keys if (value := getattr(step, key)) is not None} for step in transform]
 
 
 def _is_plain(rows: Any) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clrt.base.errors import SceneError
+from clrt.base.errors import ClrtWarning, SceneError
 from clrt.base.limits import Limits
 from clrt.base.places import At
 from clrt.meshfiles.file import read_mesh_file
@@ -137,3 +137,32 @@ def test_what_no_line_tells_is_told_of_the_file(tmp_path: Path) -> None:
     path = obj(tmp_path / "a.obj", "vt 0\nf 1/1 2/1 3/1\n")
     with pytest.raises(SceneError, match=r"a\.obj cannot be read as a mesh: uv must be 2 numbers"):
         corners(path)
+
+
+def ply(faces: list[str], kind: str = "ascii") -> str:
+    """The text of a PLY up to its faces, and these."""
+    rows = "".join(f"{x} {y} {z}\n" for x, y, z in POINTS)
+    head = f"ply\nformat {kind} 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
+    list_ = f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    return head + list_ + (rows + "".join(f"{face}\n" for face in faces) if kind == "ascii" else "")
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_ply_of_old_line_ends(mark: bytes, tmp_path: Path) -> None:
+    """As programs on old Macintoshes wrote them; of a binary file the header alone has lines."""
+    text, path = ply(["3 0 1 2", "4 3 4 5 6"]).encode(), tmp_path / "a.ply"
+    path.write_bytes(text)
+    expected = corners(path)
+    path.write_bytes(mark + text.replace(b"\n", b"\r"))
+    assert len(expected) == 3 and corners(path) == expected
+    rows = POINTS.astype("<f4").tobytes() + struct.pack("<B3i", 3, 0, 1, 13 % 8)
+    path.write_bytes(ply(["..."], "binary_little_endian").encode().replace(b"\n", b"\r") + rows)
+    assert corners(path) == [POINTS[[0, 1, 5]].tolist()]
+
+
+def test_narrow_faces_of_a_ply_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "a.ply"
+    path.write_text(ply(["3 0 1 2", "1 3", "0", "2 4 5", "4 3 4 5 6"]))
+    with pytest.warns(ClrtWarning, match=r"a.ply: its faces of fewer than 3 corners are left out") as told:
+        assert len(corners(path)) == 3
+    assert len(told) == 1

@@ -216,7 +216,7 @@ BAD: list[tuple[dict[str, Any], list[str]]] = [
     # transforms
     (ball(transform=[{"translte": [1, 0, 0]}]), ["shapes[1].transform[0]", "'translte'", "'translate'"]),
     (ball(transform=[{"scale": 0}]), ["shapes[1].transform", "singular"]),
-    (ball(transform=[{"scale": [1, 1, 0]}]), ["shapes[1].transform", "singular"]),
+    (ball(transform=[{"scale": [1, 1, 0]}]), ["transform: [{'scale': (1.0, 1.0, 0.0)}] is not", "singular"]),
     (ball(transform=[{"scale": 1, "translate": [0, 0, 0]}]), ["shapes[1].transform[0]", "exactly one of"]),
     (ball(transform=[{}]), ["shapes[1].transform[0]", "exactly one of"]),
     (ball(transform=[{"rotate": [[0, 0, 0], 30]}]), ["shapes[1].transform[0].rotate", "zero"]),
