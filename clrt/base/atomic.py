@@ -50,7 +50,8 @@ def replacing(path: str | os.PathLike[str], told: bool = True) -> Iterator[Path]
         if told:
             note_saved(target)
         if os.name == "posix":
-            _sync(target.parent)
+            with suppress(OSError):  # the file is there; its folder may not be read, or know nothing of this
+                _sync(target.parent)
     except OSError as error:
         raise ClrtError(f"{path}: cannot be written: {error.strerror or error}") from None
     finally:

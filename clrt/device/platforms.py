@@ -221,17 +221,19 @@ def _default(found: list[tuple[DeviceInfo, cl.Device]]) -> tuple[DeviceInfo, cl.
     if len(ranked) == 1:  # there is nothing to choose; what is wrong with it comes out when it builds kernels
         _check_here(ranked[0][0])
         return ranked[0]
-    faults = []
+    faults, ended = [], True
     for info, device in ranked:
         fault, tried = trial.verdict(info)
         if not fault:
             return info, device
+        ended = ended and trial.ended(fault)
         faults.append(f"{info.label}: {fault}")
         if tried:
             notices.warn("", "", f"{faults[-1]}; another driver is used")
-    raise DeviceError(
-        f"no driver works here: {'; '.join(faults)}; what mends it: {mending(faults[0])}"
-    )
+    text = f"no driver works here: {'; '.join(faults)}"
+    if ended and trial.circumstances():
+        raise DeviceError(trial.broken(text))
+    raise DeviceError(f"{text}; what mends it: {mending(faults[0])}")
 
 
 def unhiding() -> str:

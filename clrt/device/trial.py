@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -22,7 +23,7 @@ from pathlib import Path
 from typing import Final
 
 from clrt.base.atomic import replacing
-from clrt.base.errors import ClrtError, DeviceError, one_line
+from clrt.base.errors import ClrtError, DeviceError, one_line, show
 from clrt.base.room import process_limit
 from clrt.device import kernelcache, vendors
 from clrt.device.added import added
@@ -46,6 +47,7 @@ _LIMITS: Final = {
 }
 # what ends a trial from without, and says nothing of the driver: signals that others send, a disk
 _FROM_WITHOUT: Final = ("(exit code -9", "(exit code -15", "No space left", "File too large")
+_LINKER: Final = "ld"
 _unkept: Final[dict[Path, str]] = {}  # verdicts of this process alone
 _UNKNOWN_PROCESSOR: Final = "unknown target CPU"
 _ENDS: Final = "it ends the process"
@@ -56,7 +58,8 @@ _LONGEST: Final = 300  # characters of a driver's log that a message shows
 def circumstances() -> list[str]:
     """What this process has, or lacks, that may break a driver which works elsewhere.
 
-    Variables, narrow limits, and a /sys that sandboxes leave out: PoCL's library then ends the process.
+    Variables, narrow limits, and a /sys or a linker that sandboxes leave out: PoCL's library then ends the
+    process.
     """
     found = sorted(
         f"{name}={value}" for name, value in os.environ.items()
@@ -68,6 +71,9 @@ def circumstances() -> list[str]:
             found.append(f"ulimit {option} {limit // unit:.0f}")
     if sys.platform == "linux" and not os.path.isdir(_PROCESSORS):
         found.append(f"no {_PROCESSORS}")
+    path = os.environ.get("PATH", "")
+    if sys.platform == "linux" and shutil.which(_LINKER, path=path) is None:
+        found.append(f"no {_LINKER}, with which PoCL links kernels, in PATH ({show(path)})")
     return found
 
 

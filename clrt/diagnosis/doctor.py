@@ -140,6 +140,7 @@ def _device(wanted: int | str | None) -> Iterator[Finding]:
 def _probed(told: dict[str, Any]) -> Iterator[Finding]:
     from clrt.device.platforms import NO_DEVICE, mending, unhiding
 
+    odd = _unset(told.get("error", ""))
     for device in told.get("devices", []):
         mark = ", used" if device["used"] else ""
         memory = f"{device['memory'] / _GIB:.1f} GiB"
@@ -148,11 +149,11 @@ def _probed(told: dict[str, Any]) -> Iterator[Finding]:
         if not device["fault"]:
             yield Finding("devices", "fine", text)
         else:  # in the way only where no other device works
-            mend = "clrt takes another device by itself" if told["works"] else mending(text)
+            mend = "clrt takes another device by itself" if told["works"] else odd or mending(text)
             state: State = "advice" if told["works"] else "wrong"
             yield Finding("devices", state, f"{text} does not work: {device['fault']}", mend)
     if "error" in told:
-        mend = _unset(told["error"]) or mending(told["error"] if told.get("devices") else "")
+        mend = odd or mending(told["error"] if told.get("devices") else "")
         mend = (unhiding() if told["error"].startswith(NO_DEVICE) else "") or mend
         yield Finding("devices", "wrong", told["error"], mend)
         return
@@ -177,6 +178,8 @@ def _unset(error: str) -> str:
         return f"{limit.group()} unlimited"
     if error.startswith("no /sys"):
         return "mount /sys there, too   (bwrap --ro-bind /sys /sys; docker has it by itself)"
+    if error.startswith("no ld"):
+        return "export PATH=$PATH:/usr/bin   (where ld is; where it is missing: apt-get install binutils)"
     if error.startswith("device "):
         named = "CLRT_DEVICE" in os.environ and repr(os.environ["CLRT_DEVICE"]) in error
         return "unset CLRT_DEVICE" if named else "clrt devices   (and choose one of them: --device)"

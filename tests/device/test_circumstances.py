@@ -216,3 +216,22 @@ def test_other_exceptions_pass() -> None:
         assert raised.value is error
     assert exhausted(ImportError("x.so: failed to map segment from shared object"))
     assert not exhausted(ImportError("no module")) and not exhausted(ValueError("too many open files"))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="PoCL's linker")
+def test_without_a_linker_there_is_a_line_that_names_it_and_nothing_is_kept(tmp_path: Path) -> None:
+    """PoCL ended the process at the first kernel that it had not kept; and where nothing was, a refusal was kept
+    for a day that other processes, with a linker, got too."""
+    scene, empty = ["hash", "scene.json", "--width", "8"], tmp_path / "empty"
+    empty.mkdir()
+    for cache in ("warm", "cold"):
+        variables = {"POCL_CACHE_DIR": "", "XDG_CACHE_HOME": str(tmp_path / cache)}
+        if cache == "warm":
+            assert command(tmp_path, *scene, **variables).returncode == 0
+        done = subprocess.run(
+            [sys.executable, "-m", "clrt", "hash", "showcase", "--width", "8"], cwd=tmp_path, capture_output=True,
+            env={**os.environ, **variables, "PATH": str(empty)}, text=True, timeout=120, check=False,
+        )  # fmt: skip
+        if done.returncode:  # a driver that needs none, as Intel's, goes on
+            assert done.returncode == 2 and f"no ld, with which PoCL links kernels, in PATH ('{empty}')"[:40] in done.stderr
+        assert command(tmp_path, *scene, **variables).returncode == 0

@@ -196,6 +196,7 @@ def test_what_was_asked_for_is_not_mended_by_another_driver(said: str) -> None:
         ("x: it may be due to POCL_DEBUG=all, ulimit -n 30: change that", "unset POCL_DEBUG"),
         ("x: it may be due to ulimit -n 30: change that", "ulimit -n unlimited"),
         ("x: it may be due to no /sys/devices/system/cpu: change that", "mount /sys there, too"),
+        ("x: it may be due to no ld, with which PoCL links, in PATH ('/x'): change that", "export PATH="),
         ("device 'x' is not here; this machine offers 0: y", "devices   (and choose one of them: --device)"),
     ],
 )

@@ -52,6 +52,24 @@ def test_an_outline_looks_like_what_is_on_one_of_its_sides(
     assert np.count_nonzero(nearest > 0.01) == 0
 
 
+@pytest.mark.parametrize("kind", ["box", "mesh", "polygons"])
+@pytest.mark.parametrize("beside", ["ground", "room"])
+def test_a_room_hides_what_it_stands_on_and_beside(kind: str, beside: str) -> None:
+    """Pixels that lie exactly on the seam of floor and wall showed the ground under the floor, or the next
+    room: outer sides that are met at the edge, in the place of its inner ones."""
+    green, red = {"color": [0, 1, 0]}, {"color": [1, 0, 0]}
+    other = [{"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": green}]
+    if beside == "room":
+        other = cube("mesh", FACES, green, CORNERS + np.array([2, 0, 0]))
+    camera = {"origin": [0, 0, 0], "target": [1, 0, 0], "fov": 120, "width": 65, "height": 65}
+    pixels = clrt.render({
+        "ambient": 0.3, "camera": camera,
+        "lights": [{"type": "point", "position": [0, 0.5, 0], "intensity": 1}],
+        "shapes": [*cube(kind, FACES, red), *other],
+    }).pixels  # fmt: skip
+    assert pixels[..., 1].max() == 0 and pixels[..., 0].min() > 0
+
+
 def turned(draw: np.random.Generator) -> np.ndarray:
     q, _ = np.linalg.qr(draw.normal(size=(3, 3)))
     return np.asarray(q * np.sign(np.linalg.det(q)))

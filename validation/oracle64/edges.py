@@ -47,12 +47,22 @@ def nearest_faces(world: World, origin: Array, u: Array, after: Hit | None = Non
     rows, outward, extent = rows[edge], outward[edge], extent[edge]
     at, number = t[rows], primitive[rows]
 
+    back, faces = [outward], []  # normals of inner sides; rays, hits and normals of outer ones
+
     def visit(asked: Ints, distance: Array, other: Ints, normal: Array) -> Bools:
-        face = (dot(normal, u[rows[asked]]) <= 0) & (np.abs(dot(normal, outward[asked])) < PARALLEL)
-        t[rows[asked[face]]], primitive[rows[asked[face]]] = distance[face], other[face]
-        return np.asarray(~face)
+        rear = dot(normal, u[rows[asked]]) > 0
+        hits, reach = (distance, other), np.maximum(extent[asked], distance)
+        face = ~rear & at_edge(world, origin[rows[asked]], u[rows[asked]], hits, reach)
+        faces.append((asked[face], distance[face], other[face], normal[face]))
+        back.append(np.zeros_like(outward))
+        back[-1][asked[rear]] = normal[rear]
+        return np.ones(len(asked), bool)
 
     _visit_place(world, origin[rows], u[rows], (at, number), OFFSET * np.maximum(extent, at), visit)
+    for asked, distance, other, normal in reversed(faces):  # the first is what counts
+        upon = [np.abs(dot(normal, side[asked])) >= PARALLEL for side in back]
+        alone = ~np.any(upon, axis=0)
+        t[rows[asked[alone]]], primitive[rows[asked[alone]]] = distance[alone], other[alone]
     return t, primitive
 
 

@@ -26,16 +26,21 @@ def nearest_faces(flat: FlatScene, rays: Rays, after: Hits | None = None) -> Hit
     s = surface_at(flat, rays[which], met)
     asked = s.inside & s.at_edge & (s.material["medium"] == _NONE)
     which, s, met = which[asked], s[asked], Hits(met.t[asked], met.primitive[asked])
-    found = np.zeros(len(which), bool)
+    back, faces = [s.n], []  # normals of inner sides; rays, hits and normals of outer ones
 
     def visit(going: Array, other: Hits, there: Surface) -> Array:
-        face = ~there.inside & (np.abs(dot(there.outward, s.n[:, going])) < _PARALLEL)
-        at = which[going[face]]
-        out.t[at], out.primitive[at] = other.t[face], other.primitive[face]
-        found[going[face]] = True
-        return ~face
+        face = ~there.inside & there.at_edge
+        faces.append((going[face], Hits(other.t[face], other.primitive[face]), there.outward[:, face]))
+        back.append(np.zeros((3, len(which)), np.float32))
+        back[-1][:, going[there.inside]] = there.outward[:, there.inside]
+        return np.ones(len(going), bool)
 
     _visit_place(flat, rays[which], s.n, met, np.arange(len(which)), visit)
+    for going, other, outward in reversed(faces):  # the first is what counts
+        upon = [np.abs(dot(outward, normal[:, going])) >= _PARALLEL for normal in back]
+        alone = ~np.any(upon, axis=0)
+        at = which[going[alone]]
+        out.t[at], out.primitive[at] = other.t[alone], other.primitive[alone]
     return out
 
 
