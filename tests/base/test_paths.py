@@ -353,3 +353,21 @@ def test_what_is_replaced_keeps_its_permissions(tmp_path: Path, monkeypatch: pyt
     monkeypatch.setattr(os, "chmod", refused)
     write_text(file, "new")
     assert file.read_text() == "new"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="folders are synced on POSIX")
+def test_a_file_is_written_though_its_folder_cannot_be_synced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a folder to hand in to (mode 0300), or on a system that syncs no folders: the file was there, and
+    told to be one that cannot be written."""
+    opened = os.open
+
+    def refused(path: Any, flags: int, *more: Any, **named: Any) -> int:
+        if Path(path) == tmp_path:
+            raise PermissionError(13, "Permission denied")
+        return opened(path, flags, *more, **named)
+
+    monkeypatch.setattr(os, "open", refused)
+    write_text(tmp_path / "a.txt", "new")
+    assert (tmp_path / "a.txt").read_text() == "new"

@@ -220,8 +220,8 @@ def test_other_exceptions_pass() -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="PoCL's linker")
 def test_without_a_linker_there_is_a_line_that_names_it_and_nothing_is_kept(tmp_path: Path) -> None:
-    """PoCL ended the process at the first kernel that it had not kept; and where nothing was, a refusal was kept
-    for a day that other processes, with a linker, got too."""
+    """PoCL ended the process at the first kernel that it had not kept. Where nothing was kept, a refusal was,
+    for a day, and other processes, with a linker, got it."""
     scene, empty = ["hash", "scene.json", "--width", "8"], tmp_path / "empty"
     empty.mkdir()
     for cache in ("warm", "cold"):
@@ -229,9 +229,10 @@ def test_without_a_linker_there_is_a_line_that_names_it_and_nothing_is_kept(tmp_
         if cache == "warm":
             assert command(tmp_path, *scene, **variables).returncode == 0
         done = subprocess.run(
-            [sys.executable, "-m", "clrt", "hash", "showcase", "--width", "8"], cwd=tmp_path, capture_output=True,
-            env={**os.environ, **variables, "PATH": str(empty)}, text=True, timeout=120, check=False,
+            [sys.executable, "-m", "clrt", "hash", "showcase", "--width", "8"],
+            cwd=tmp_path, env={**os.environ, **variables, "PATH": str(empty)},
+            capture_output=True, text=True, timeout=120, check=False,
         )  # fmt: skip
         if done.returncode:  # a driver that needs none, as Intel's, goes on
-            assert done.returncode == 2 and f"no ld, with which PoCL links kernels, in PATH ('{empty}')"[:40] in done.stderr
+            assert done.returncode == 2 and "no ld, with which PoCL links kernels, in PATH" in done.stderr
         assert command(tmp_path, *scene, **variables).returncode == 0

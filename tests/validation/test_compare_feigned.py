@@ -194,3 +194,26 @@ def test_most_of_a_picture_is_no_place() -> None:
         shaded = right.copy()
         shaded[-rows:] *= np.float32(0.6)
         assert len(pictures.regions(shaded, right, causes.FLOAT)) == count
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "undo"),
+    [
+        ("horizontal flip and all lights times 0.5", lit(0.5, 0.5), np.s_[:, ::-1]),
+        ("vertical flip and ambient light times 2", {"ambient": 0.2}, np.s_[::-1]),
+        ("red and blue swapped and all lights times 2", lit(2, 2), np.s_[..., ::-1]),
+    ],
+)
+def test_lights_of_a_picture_that_is_turned_or_swapped_need_no_exposure(
+    name: str, change: dict[str, Any], undo: Any
+) -> None:
+    """An exposure was undone first, and then explained away by four shares: a proven list of faults that were
+    not there."""
+    scene = of_clay().replace({
+        "materials.clay.color": [0.8, 0.5, 0.2], "background": [0.1, 0.15, 0.3],
+        "lights[0].intensity": [0.6, 0.5, 0.4], "shapes[0].center": [0.9, 0.8, 0],
+    })  # fmt: skip
+    changed = {place: value * np.array([1, 5 / 6, 4 / 6]) if place == "lights[0].intensity" else value
+               for place, value in change.items()}  # fmt: skip
+    picture = clrt.render(scene.replace(changed)).pixels[undo]
+    assert first_cause(np.ascontiguousarray(picture), scene).name == name

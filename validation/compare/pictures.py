@@ -342,12 +342,14 @@ def _causes_of_scene(
     proven = [cause for cause in causes if cause.proven]
     moved = any(not (cause.shades or cause.blurs) for cause in proven)
     found = [] if moved else search(picture, any(cause.left <= NOTHING for cause in proven))
-    # fewer numbers first: with a factor the shares of lights explain what they explain without it, too
-    for cause in sorted(undoable(picture, reference, tolerance), key=lambda cause: cause.numbers):
+    # fewer numbers first, also where they leave much by themselves: with a factor of its own, too, shares of
+    # lights explain what they explain without it
+    undone = sorted(undoable(picture, reference, tolerance), key=lambda cause: cause.numbers)
+    for cause in undone:
         if budget.over() or any(other.left <= NOTHING for other in (*proven, *found)):
             break
         likelier = cause.proven or not any(other.proven for other in found)
-        if cause.undone is not None and cause.left < 0.9 and likelier:
+        if cause.undone is not None and likelier and (cause.left < 0.9 or undone[-1].left < 0.9):
             found += _beside(cause, search(cause.undone, False))
     return ranked([*causes, *found])
 
