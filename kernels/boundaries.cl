@@ -2,8 +2,8 @@
 // medium it is in unchanged, to the first that does not; what that medium has absorbed on the way is taken off the
 // ray's weight, and the materials are noted whose indices meet at the hit. One work-item a packet.
 //
-// Nearly all rays are in no medium or in one, and stop at the first surface, at no edge: those lanes are done together
-// (`settled`). The others go one after the other.
+// Nearly all rays are in no medium or in one, and stop at the first surface, at no edge: those lanes are done
+// together (`settled`). The others go one after the other.
 //
 // At an edge two sides of one solid are in one place. A ray that has just gone in, or out, by one of them does not cross
 // the other (`solids_about`), and one that only touches the edge crosses neither (`touched`).
@@ -25,9 +25,9 @@ inline void absorb(const World world, int medium, float t, uint i, __global floa
     }
 }
 
-// How many solids of a medium hold the point just behind a hit, on the inner side of its surface: endless ones by their
-// equations; of the others' surfaces a ray from there leaves so many more than it enters. -1 where that is not known after
-// ASKED surfaces.
+// How many solids of a medium hold the point just behind a hit, on the inner side of its surface: endless ones by
+// their equations; of the others' surfaces a ray from there leaves so many more than it enters. -1 where that is not
+// known after ASKED surfaces.
 #define ASKED 4096
 inline int solids_about(const World world, __global const float *surfaces, uint i, bool inside, int medium)
 {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -35,3 +36,10 @@ def scene_in(folder: Path) -> Path:
 def run(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "clrt", *map(str, arguments)]
     return subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True)
+
+
+def with_options(command: str, **values: object) -> str:
+    """The command with these options, in the place of its own: each is given once."""
+    for name, value in values.items():
+        command = re.sub(rf" --{name} \S+", "", command) + f" --{name} {value}"
+    return command

@@ -15,6 +15,7 @@ import pytest
 
 import clrt
 from clrt.cli import main
+from tests.cli_samples import with_options
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE = (DOCS / "api.md").read_text()
@@ -91,18 +92,18 @@ def test_the_commands_about_many_pictures_run(tmp_path: Path, monkeypatch: pytes
     text = (DOCS / "sweeps.md").read_text("utf-8")
     (toml,) = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)
     block = text.split("## On the command line\n\n")[1].split("\n\n")[0]
-    lines = [shlex.split(line) for line in block.splitlines()]
-    assert [line[1] for line in lines] == ["-p", "sweep", "turntable", "sweep"]
+    folder, *lines = map(str.strip, block.splitlines())
+    assert folder.startswith("mkdir -p ")
+    assert [line.split()[1] for line in lines] == ["sweep", "turntable", "sweep"]
     monkeypatch.chdir(tmp_path)
     (tmp_path / "path.toml").write_text(toml)
-    (tmp_path / lines[0][2]).mkdir()
-    for _, *words in lines[1:]:
-        film = words[-1].endswith(".mp4")
+    (tmp_path / folder.split()[2]).mkdir()
+    for line in lines:
+        film = line.endswith(".mp4")
         if film and not importlib.util.find_spec("av"):
             continue
-        words += ["--width", "16", "--height", "10", "--quiet"]
-        words += ["--frames", "4"] if film else []
-        assert main(words) == 0
+        smaller = with_options(line, width=16, height=10, **{"frames": 4} if film else {})
+        assert main([*shlex.split(smaller)[1:], "--quiet"]) == 0
     names = {file.name for file in (tmp_path / "out").iterdir()}
     assert len([name for name in names if name.endswith(".png")]) == 10 and "000_20.png" in names
     if importlib.util.find_spec("av"):

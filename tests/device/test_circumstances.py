@@ -218,7 +218,7 @@ def test_other_exceptions_pass() -> None:
     assert not exhausted(ImportError("no module")) and not exhausted(ValueError("too many open files"))
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="PoCL's linker")
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nobody looks for PoCL's linker")
 def test_without_a_linker_there_is_a_line_that_names_it_and_nothing_is_kept(tmp_path: Path) -> None:
     """PoCL ended the process at the first kernel that it had not kept. Where nothing was kept, a refusal was,
     for a day, and other processes, with a linker, got it."""
@@ -236,3 +236,18 @@ def test_without_a_linker_there_is_a_line_that_names_it_and_nothing_is_kept(tmp_
         if done.returncode:  # a driver that needs none, as Intel's, goes on
             assert done.returncode == 2 and "no ld, with which PoCL links kernels, in PATH" in done.stderr
         assert command(tmp_path, *scene, **variables).returncode == 0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nobody looks for PoCL's linker")
+def test_a_missing_linker_is_a_circumstance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever driver is here: the process above goes on where that needs none."""
+    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    assert not [odd for odd in trial.circumstances() if odd.startswith("no ld")]
+    there = trial._file("a driver")
+    for path in (str(tmp_path), None):
+        if path is None:
+            monkeypatch.delenv("PATH")  # PoCL then finds none, though a shell would
+        else:
+            monkeypatch.setenv("PATH", path)
+        assert "it may be due to no ld, with which PoCL" in trial.broken("it ends the process")
+        assert trial._file("a driver") != there, "what is found out here is kept by itself"

@@ -18,7 +18,8 @@ from clrt.cli.options import parser
 
 ROOT = Path(__file__).resolve().parents[2]
 FOREIGN = {"--help"}  # options of argparse itself
-PACKAGES = {"povray", "pocl-opencl-icd", "g++", "libembree-dev", "chromium", "pocl"}  # of Debian and Homebrew
+# of Debian and Homebrew
+PACKAGES = {"binutils", "chromium", "g++", "libembree-dev", "pocl", "pocl-opencl-icd", "povray"}
 # the parser itself; what other programs are called with, or (pytest) take from us
 OTHERS_OPTIONS = {
     "options.py", "install.py", "doctor.py", "host.py", "embree.py", "scaling.py", "plugin.py",

@@ -14,6 +14,7 @@ import pytest
 
 import clrt
 from clrt.cli.examples import EXAMPLES
+from tests.cli_samples import with_options
 from tests.diagnosis.test_advice import ROOT, messages
 
 SCENE = """max_depth = 1
@@ -33,8 +34,8 @@ FILLED = {
     "clrt render showcase -o showcase.png": "clrt render showcase -o showcase.png --width 16",
 }
 """What stands for a placeholder; and a smaller picture, where the time is the size's alone."""
-SMALLER = {"sweep": " --width 32", "turntable": " --width 32 --frames 2"}
-"""Added to all of a command's: its frames, and the path's, are 120."""
+SMALLER = {"sweep": {"width": 32}, "turntable": {"width": 32, "frames": 2}}
+"""In the place of a command's own: its frames, and the path's, are 120."""
 
 ELSEWHERE = {
     "clrt bench": "takes minutes",
@@ -56,7 +57,7 @@ def quoted() -> list[str]:
 
 def typed(command: str) -> str:
     """As somebody types it."""
-    return FILLED.get(command, command + SMALLER.get(command.split()[1], ""))
+    return FILLED.get(command) or with_options(command, **SMALLER.get(command.split()[1], {}))
 
 
 RUN = [command for command in quoted() if not command.startswith(tuple(ELSEWHERE))]

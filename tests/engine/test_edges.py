@@ -59,9 +59,10 @@ def test_a_room_hides_what_it_stands_on_and_beside(kind: str, beside: str) -> No
     room: outer sides that are met at the edge, in the place of its inner ones."""
     green, red = {"color": [0, 1, 0]}, {"color": [1, 0, 0]}
     other = [{"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0], "material": green}]
-    if beside == "room":
-        other = cube("mesh", FACES, green, CORNERS + np.array([2, 0, 0]))
     camera = {"origin": [0, 0, 0], "target": [1, 0, 0], "fov": 120, "width": 65, "height": 65}
+    if beside == "room":
+        other = cube("mesh", FACES, green, CORNERS + np.array([0, 0, 2]))
+        camera = {**camera, "target": [1, 0, 1], "fov": 70}
     pixels = clrt.render({
         "ambient": 0.3, "camera": camera,
         "lights": [{"type": "point", "position": [0, 0.5, 0], "intensity": 1}],

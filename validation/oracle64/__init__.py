@@ -15,6 +15,7 @@ transmitted ray return.
     palette     colours as the numbers that rays carry
     surfaces    materials as arrays, checker colours
     media       what rays are inside of
+    edges       what a ray meets where two faces are in one place
     spot        the surface and the media where a ray hits
     optics      reflection, refraction, Fresnel, metals
     hashing     what looks random: jitter and ambient directions
