@@ -71,6 +71,18 @@ def test_a_room_hides_what_it_stands_on_and_beside(kind: str, beside: str) -> No
     assert pixels[..., 1].max() == 0 and pixels[..., 0].min() > 0
 
 
+def test_what_is_behind_an_edge_is_not_at_it() -> None:
+    """Another solid's edge behind the seam of a room, a hundred times as far off as places are wide."""
+    turn, gap = np.radians(20), 4e-5
+    edge = (CORNERS[:, [0, 2]] + 1) @ [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]] + 1 + gap
+    corners = np.stack([edge[:, 0], CORNERS[:, 1], edge[:, 1]], axis=1)
+    shapes = cube("mesh", FACES, {"color": [1, 0, 0]}) + cube("mesh", FACES, {"color": [0, 1, 0]}, corners)
+    camera = {"origin": [0, 0, 0], "target": [1, 0, 1], "fov": 70, "width": 65, "height": 65}
+    lights = [{"type": "point", "position": [0, 0.5, 0], "intensity": 1}]
+    pixels = clrt.render({"ambient": 0.3, "camera": camera, "lights": lights, "shapes": shapes}).pixels
+    assert pixels[..., 1].max() == 0 and pixels[..., 0].min() > 0
+
+
 def turned(draw: np.random.Generator) -> np.ndarray:
     q, _ = np.linalg.qr(draw.normal(size=(3, 3)))
     return np.asarray(q * np.sign(np.linalg.det(q)))
