@@ -214,14 +214,15 @@ def bits_of_file(path: str | os.PathLike[str], limits: Limits | None = None) -> 
     if os.fspath(path).lower().endswith(".hdr"):
         return SHARED_EXPONENT
     with open_picture(path, limits or Limits()) as (source, _):
-        find_picture(source, os.fspath(path))
+        channels = find_picture(source, os.fspath(path))
         spec = source.spec()
-        half, compression = spec.format.basetype == oiio.HALF, str(spec.getattribute("compression"))
+        # each channel of an EXR has a type of its own, and depth's is longer than its colours'
+        half = oiio.HALF in [spec.channelformat(channel).basetype for channel in range(*channels)]
+        compression = str(spec.getattribute("compression"))
         for bits, name in LOSSY.items():
             if compression == name and (half or name.startswith("dwa")):  # B44 leaves longer floats alone
                 return bits
-        kinds = {oiio.UINT8: 8, oiio.UINT16: 16, oiio.HALF: HALF}
-        return kinds.get(spec.format.basetype, RADIANCE)
+        return HALF if half else {oiio.UINT8: 8, oiio.UINT16: 16}.get(spec.format.basetype, RADIANCE)
 
 
 def _stored(name: str, given: Any, limits: Limits) -> tuple[np.ndarray, int]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
 import clrt
@@ -77,6 +78,23 @@ def test_bits_of_files(tmp_path: Path) -> None:
         assert np.array_equal(clrt.read_image(path), right) == whole
     for compression in ("zip", "piz", "none", "rle"):
         assert bits_of_file(put(path, right, compression)) == HALF
+
+
+@pytest.mark.parametrize(("compression", "bits"), [("zip", HALF), *BITS.items()])
+def test_a_float_depth_beside_them_makes_no_floats_of_colours(
+    tmp_path: Path, compression: str, bits: int
+) -> None:
+    """As many renderers write both. A right picture was wrong by what halves, and B44, lose."""
+    right, path = with_grain(), str(tmp_path / "a.exr")
+    spec = oiio.ImageSpec(128, 96, 4, oiio.FLOAT)
+    spec.channelnames = "R", "G", "B", "Z"
+    spec.attribute("compression", compression)
+    pixels = oiio.ImageBuf(spec)
+    pixels.set_pixels(oiio.ROI(), np.concatenate([right, 5 + right[..., :1]], axis=2))
+    pixels.set_write_format((oiio.HALF, oiio.HALF, oiio.HALF, oiio.FLOAT))
+    assert pixels.write(path) and bits_of_file(path) == bits
+    assert oiio.ImageBuf(path).nativespec().channelformat(3) == "float"
+    assert clrt.compare(path, right).verdict == "equal" and not clrt.compare(path, right * 1.01)
 
 
 def test_layers_of_one_number() -> None:
