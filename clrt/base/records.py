@@ -9,10 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from ctypes import c_float
+from datetime import date, time, timedelta
+from decimal import Decimal
 from functools import cache, partial
 from itertools import chain
 from numbers import Rational
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from uuid import UUID
 
 import msgspec
 import numpy as np
@@ -26,7 +29,8 @@ from clrt.base.suggest import did_you_mean
 
 _TINY, _HUGE = 1e-30, 1e30  # well within float32
 _ENTRIES = 1 << 27  # of an array; a view of one number may have as many as there are addresses
-NO_ORDER = "a set has no order; give a list or a tuple"
+_TEXTS = (bytes, bytearray, memoryview, date, time, timedelta, Decimal, UUID)
+"""Of which msgspec makes texts."""
 _DEEP = 64  # levels of tables and lists in one another that anything here has
 Triple = tuple[float, float, float]
 if TYPE_CHECKING:
@@ -186,8 +190,8 @@ def plain(data: object, cls: type, at: At) -> dict[str, Any]:
     """`data` as a dict of built-in types: numpy arrays become lists, records become dicts."""
     if not isinstance(data, (Mapping, cls)):
         raise at.error(data, f"must be a table of keys or a {cls.__name__}")
-    if holds_set(data):
-        raise at.says(NO_ORDER)
+    if fault := misfit(data):
+        raise at.says(fault)
     try:
         found: dict[str, Any]
         found = msgspec.to_builtins(dict(data) if isinstance(data, Mapping) else data, enc_hook=_from_numpy)
@@ -242,19 +246,24 @@ def float32(values: Any) -> np.ndarray:
     return np.asarray(values, np.float32).astype(np.float64)
 
 
-def holds_set(data: object) -> bool:
-    """Whether a set stands somewhere in tables and lists; level by level, for there may be many numbers."""
+def misfit(data: object) -> str:
+    """What is wrong with a kind of value that stands somewhere in tables and lists; '' where none is.
+
+    Only of kinds that msgspec makes something else of. Level by level, for there may be many numbers.
+    """
     level: list[Any] = [data]
     for _ in range(_DEEP):
         kinds = {*map(type, level)}
         if any(issubclass(kind, (set, frozenset)) for kind in kinds):
-            return True
+            return "a set has no order; give a list or a tuple"
+        if found := next((kind for kind in kinds if issubclass(kind, _TEXTS)), None):
+            return f"an object of class {found.__name__} cannot be part of a scene; give a text or a number"
         if not any(issubclass(kind, (list, tuple, Mapping)) for kind in kinds):
-            return False
+            return ""
         inner = (value.values() if isinstance(value, Mapping) else value for value in level
                  if isinstance(value, (list, tuple, Mapping)))  # fmt: skip
         level = [*chain.from_iterable(inner)]
-    return False  # what is deeper is refused
+    return ""  # what is deeper is refused
 
 
 def _from_numpy(value: object) -> object:

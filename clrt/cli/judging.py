@@ -10,7 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clrt.base.errors import ClrtError
+from clrt.base.errors import ClrtError, show
+from clrt.base.places import listed
 from clrt.base.resources import scene_file
 from clrt.cli.terminal import console, marked
 from clrt.judging.verdict import PICTURES, RADIANCE, bits_of_file, check_room
@@ -67,8 +68,13 @@ def read(name: str, options: argparse.Namespace) -> Any:
 
         return read_samples(name, limits)
     import clrt
+    from clrt.formats import READERS
 
-    scene = clrt.load(scene_file(name), limits=limits)
+    file = scene_file(name)
+    if file.suffix.lower() not in READERS:
+        what = "this is a folder" if file.is_dir() else f"the suffix {show(file.suffix)} is not known"
+        raise ClrtError(f"{name}: {what}; pictures are {listed(PICTURES)} files, scenes {listed(READERS)}")
+    scene = clrt.load(file, limits=limits)
     if scene.camera is None:
         raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
     return scene.override(spp=options.spp)

@@ -150,7 +150,7 @@ def _read(path: str, limits: Limits) -> list[Row]:
     if not Path(path).exists():
         return []
     with inputs.watched(False), opened(path, limits) as binary:
-        file = io.TextIOWrapper(binary, encoding="utf-8", errors="surrogateescape", newline="")
+        file = io.TextIOWrapper(binary, encoding="utf-8-sig", errors="surrogateescape", newline="")
         first = file.read(len(_FIRST))
         if first and first != _FIRST:
             text = "is there, and is no manifest of clrt; give --manifest the name of another file"

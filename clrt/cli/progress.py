@@ -23,7 +23,7 @@ def progress(name: str, quiet: bool) -> Iterator[Report | None]:
         return
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    from clrt.device import kernelcache
+    from clrt.device import turns
 
     columns = (
         TextColumn("{task.description}"),
@@ -44,8 +44,8 @@ def progress(name: str, quiet: bool) -> Iterator[Report | None]:
             bar.update(task, doing=what)
             bar.refresh()
 
-        kernelcache.watchers.append(waits)
+        turns.watchers.append(waits)
         try:
             yield report
         finally:
-            kernelcache.watchers.remove(waits)
+            turns.watchers.remove(waits)

@@ -20,7 +20,7 @@ from clrt.base.atomic import replacing
 from clrt.base.elsewhere import apart, relative
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
-from clrt.device import kernelcache, vendors
+from clrt.device import cachefolder, turns, vendors
 from clrt.device.added import added
 from clrt.device.opencl import cl
 from clrt.device.processor import signature
@@ -36,7 +36,7 @@ def built(context: cl.Context, source: str, options: list[str]) -> cl.Program:
     if binary:
         with suppress(cl.Error):
             return quietly(context, cl.Program(context, [device], [binary]), options)
-    with kernelcache.waiting("compiling kernels"):
+    with turns.waiting("compiling kernels"):
         program = quietly(context, cl.Program(context, source), options)
     _write(file, name, program)
     return program
@@ -49,13 +49,13 @@ def _place(device: cl.Device, source: str, options: list[str]) -> tuple[Path, by
         *map("=".join, added().items()), source,
     )  # fmt: skip
     name = hashlib.sha256("\0".join(parts).encode()).hexdigest()
-    return kernelcache.ours("binaries", name[:32]), name.encode()
+    return cachefolder.ours("binaries", name[:32]), name.encode()
 
 
 def _read(file: Path, name: bytes) -> bytes:
     """The binary that a file holds; b"" where there is none, or not this one, whole."""
     try:
-        data = kernelcache.contents(file, _MOST)
+        data = cachefolder.contents(file, _MOST)
     except OSError:
         return b""
     head, binary = data[:130], data[130:]
@@ -70,7 +70,7 @@ def _write(file: Path, name: bytes, program: cl.Program) -> None:
     with suppress(OSError, ClrtError, cl.Error):  # only time is lost
         binary: bytes = program.get_info(cl.program_info.BINARIES)[0]  # type: ignore[index]
         if binary:
-            kernelcache.make(file.parent)
+            cachefolder.make(file.parent)
             with replacing(file, told=False) as temporary:
                 temporary.write_bytes(_head(name, binary) + binary)
 

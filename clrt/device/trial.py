@@ -25,7 +25,7 @@ from typing import Final
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError, DeviceError, one_line, show
 from clrt.base.room import process_limit
-from clrt.device import kernelcache, vendors
+from clrt.device import cachefolder, vendors
 from clrt.device.added import added
 from clrt.device.info import DeviceInfo
 from clrt.device.processor import signature
@@ -63,7 +63,7 @@ def circumstances() -> list[str]:
     """
     found = sorted(
         f"{name}={value}" for name, value in os.environ.items()
-        if name.startswith("POCL_") and name != kernelcache.VARIABLE
+        if name.startswith("POCL_") and name != cachefolder.VARIABLE
     )  # fmt: skip
     for name, (option, unit, plenty, _) in _LIMITS.items():
         limit = process_limit(name)
@@ -136,7 +136,7 @@ def _verdict(key: str, label: str, tried: Callable[[], str], anew: bool) -> tupl
         _unkept[file] = fault
         return fault, True
     with suppress(OSError, ClrtError):  # it is tried again next time
-        kernelcache.make(file.parent)
+        cachefolder.make(file.parent)
         with replacing(file, told=False) as temporary:
             temporary.write_text(json.dumps({"device": label, "fault": fault}), encoding="utf-8")
     return fault, True
@@ -146,7 +146,7 @@ def _kept(file: Path) -> str | None:
     """The verdict that a file holds; None where there is none that still counts."""
     with suppress(OSError, ValueError, TypeError, KeyError, RecursionError):
         age = time.time() - file.stat().st_mtime
-        known = str(json.loads(kernelcache.contents(file))["fault"])
+        known = str(json.loads(cachefolder.contents(file))["fault"])
         if not known or 0 <= age < (_MOMENT if ended(known) else _DAY):
             return known
     return None
@@ -169,7 +169,7 @@ def plain(text: str) -> str:
 def _file(key: str) -> Path:
     parts = "\0".join((key, signature(), repr(added()), *circumstances()))
     name = hashlib.sha256(os.fsencode(parts)).hexdigest()[:32]
-    return kernelcache.ours("verdicts", f"{name}.json")
+    return cachefolder.ours("verdicts", f"{name}.json")
 
 
 def _tried(info: DeviceInfo) -> str:

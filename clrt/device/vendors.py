@@ -18,10 +18,10 @@ from typing import Final
 
 from clrt.base.install import pip_install
 from clrt.base.resources import PACKAGE
-from clrt.device import kernelcache
+from clrt.device import cachefolder
 
 VARIABLE: Final = "OCL_ICD_VENDORS"
-PLACES: Final = (VARIABLE, "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES", "LD_LIBRARY_PATH", kernelcache.VARIABLE)
+PLACES: Final = (VARIABLE, "OPENCL_VENDOR_PATH", "OCL_ICD_FILENAMES", "LD_LIBRARY_PATH", cachefolder.VARIABLE)
 """Variables that name where drivers are, or what they read."""
 
 USUAL_FOLDER: Final = Path("/etc/OpenCL/vendors")
@@ -61,7 +61,7 @@ def vendor_folders() -> list[Path]:
 
 def announced() -> str:
     """All that decides which drivers a loader starts here: another text means that others may be."""
-    told = [f"{name}={os.environ.get(name)}" for name in PLACES if name != kernelcache.VARIABLE]
+    told = [f"{name}={os.environ.get(name)}" for name in PLACES if name != cachefolder.VARIABLE]
     for folder in vendor_folders():
         for file in [folder] if os.path.isfile(folder) else sorted(folder.glob("*.icd")):
             told.append(f"{file} {file.stat().st_mtime_ns if file.exists() else 0}")

@@ -24,7 +24,7 @@ from clrt.base.install import install_extra, pip_install
 from clrt.base.interrupts import ended_by
 from clrt.base.limits import Limits
 from clrt.base.resources import validation_module
-from clrt.device import kernelcache, vendors
+from clrt.device import cachefolder, kernelcache, vendors
 from clrt.version import __version__
 
 State = Literal["fine", "advice", "wrong"]
@@ -189,15 +189,15 @@ def _unset(error: str) -> str:
 
 def _cache() -> Iterator[Finding]:
     folder = kernelcache.usual_folder()
-    said = f" ({kernelcache.VARIABLE} says so)" if kernelcache.given() else ""
+    said = f" ({cachefolder.VARIABLE} says so)" if kernelcache.given() else ""
     fault = kernelcache.problem(folder)
     if fault:
-        mend = f"export {kernelcache.VARIABLE}=FOLDER   (one that can be written to; or mend that one)"
+        mend = f"export {cachefolder.VARIABLE}=FOLDER   (one that can be written to; or mend that one)"
         yield Finding("kernel cache", "wrong", f"{fault}: kernels are compiled anew in each run", mend)
         return
     # all versions' kernels, which stand side by side in clrt's own folder
     top = folder if kernelcache.given() else folder.parent
-    sizes = [*kernelcache.regular_files(top)]
+    sizes = [*cachefolder.regular_files(top)]
     text = f"{folder}{said}: {sum(sizes) / 1e6:.1f} MB in {len(sizes)} files"
     yield Finding("kernel cache", "fine", text)
 

@@ -26,6 +26,7 @@ from clrt.flatten.mapping import mappings
 from clrt.flatten.materials import MaterialTable, flatten_lights, shows_pictures
 from clrt.flatten.media import Extents, Media, extents_of, media_of, needs_lists
 from clrt.flatten.overlaps import warn_of_overlaps
+from clrt.flatten.rims import warn_of_open_meshes
 from clrt.flatten.shapes import collect, pictured_meshes
 from clrt.images.file import read_image
 from clrt.layout import ceilings
@@ -188,6 +189,7 @@ def flatten(scene: Scene, known: tuple[Scene, FlatScene] | None = None) -> FlatS
     told = _passes(before.materials, before.extents) if before and before.extents else False
     if (passes > told).any():
         warn_of_flush(scene, extents.low, extents.high, passes)
+        warn_of_open_meshes(scene, passes)
     add_surfaces(scene, sections, glowing)
     shown = materials.pictures(known[1].pictures if known else None)
     pictures = None

@@ -9,10 +9,12 @@ import numpy as np
 from clrt.base import notices
 from clrt.flatten.camera import flatten_camera, near_corners
 from clrt.flatten.inside import count_inside
+from clrt.flatten.rims import has_rim
 from clrt.scene.mesh import Mesh
 from clrt.scene.scene import Plane, Quadric, Scene, Shape
 
 _MOST_WALLS: Final = 32  # shapes that are looked at
+_MOST_FACES: Final = 1 << 18  # of a mesh
 _MOST_ANGLES: Final = 1 << 21  # points times faces of a mesh
 
 
@@ -42,7 +44,7 @@ def _is_wall(scene: Scene, shape: Shape) -> bool:
     material = scene.material_of(shape)
     if material.kt > 0 or shape.is_open or isinstance(shape, Quadric):
         return False
-    return not isinstance(shape, Mesh) or _is_closed(shape)
+    return not isinstance(shape, Mesh) or (shape.primitives <= _MOST_FACES and not has_rim(shape))
 
 
 def _parts(scene: Scene, shape: Shape, eyes: np.ndarray, middles: np.ndarray) -> bool:
@@ -60,17 +62,3 @@ def _parts(scene: Scene, shape: Shape, eyes: np.ndarray, middles: np.ndarray) ->
         return False
     beyond = [np.dot(d, shape.normal) < 0 if isinstance(shape, Plane) else False for d in far]
     return bool((np.append(count_inside(shape, others) > 0, beyond) != inside[0]).all())
-
-
-def _is_closed(mesh: Mesh) -> bool:
-    """Whether every edge of a mesh's faces has one that runs the other way: by number of vertices."""
-    faces = mesh.data().faces
-    counts = np.fromiter(map(len, faces), np.int64, len(faces))
-    if counts.sum() > _MOST_ANGLES:
-        return False
-    corners, ends = np.concatenate(faces).astype(np.int64), np.cumsum(counts)
-    following = np.arange(1, len(corners) + 1)
-    following[ends - 1] = ends - counts
-    edges = np.stack([corners, corners[following]], axis=1)
-    forth, back = np.sort(edges @ [1 << 32, 1]), np.sort(edges @ [1, 1 << 32])
-    return bool((forth == back).all())

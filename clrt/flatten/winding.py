@@ -42,6 +42,11 @@ def winding_numbers(vertices: np.ndarray, triangles: np.ndarray, points: np.ndar
     return out
 
 
+def is_open(vertices: np.ndarray, triangles: np.ndarray) -> bool:
+    """Whether an edge of a mesh has none that runs the other way; places that are one to float32 are one."""
+    return len(_closed(vertices, triangles)[1]) > 0
+
+
 def _closed(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """A mesh closed by a fan, and the fan: triangles (t + k, 3, 3) and (k, 3, 3); of a closed one none."""
     rim = _rim(triangles)

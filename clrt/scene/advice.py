@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from clrt.base import notices
 from clrt.base.errors import show
 from clrt.base.places import At
+from clrt.scene.arealights import AreaLight
 from clrt.scene.materials import Checker, ImageTexture, Material
 from clrt.spectra.colors import color_fields
 from clrt.spectra.curves import D_LINE, curve_of
@@ -65,7 +66,9 @@ def materials(scene: Scene) -> Iterator[tuple[At, Material]]:
 
 def warn(scene: Scene) -> None:
     """Warn, once each, of what is allowed but probably not meant."""
-    for kind in (_makes_light, _open_glass, _rough_matte, _too_bright, _of_bytes, _unlit, _undispersed):
+    for kind in (
+        _makes_light, _open_glass, _lit_twice, _rough_matte, _too_bright, _of_bytes, _unlit, _undispersed,
+    ):  # fmt: skip
         found = kind(scene)
         if found:
             notices.warn(scene.source, *found)
@@ -87,6 +90,18 @@ def _open_glass(scene: Scene) -> tuple[str, str] | None:
     kind = scene.shapes[sheet[0]].type
     text = f"an open {kind} transmits but encloses nothing; a sheet of glass has thin = true"
     return f"shapes[{sheet[0]}]", text
+
+
+def _lit_twice(scene: Scene) -> tuple[str, str] | None:
+    """Light behind glass that feelers go through, and that ambient rays then meet."""
+    if scene.shadow != "tinted" or not scene.ambient_samples:
+        return None
+    if not any(isinstance(light, AreaLight) and light.visible for light in scene.lights):
+        return None
+    if _first(scene, lambda material: material.kt > 0) is None:
+        return None
+    text = "tinted feelers and ambient rays both count the light of visible lights behind what transmits"
+    return "shadow", f"{text}; let the lights be not visible, or shadow be 'opaque'"
 
 
 def _rough_matte(scene: Scene) -> tuple[str, str] | None:

@@ -21,7 +21,7 @@ from clrt.base import scratch as scratches
 from clrt.base.atomic import write_text
 from clrt.base.scratch import placed, scratch
 from clrt.cli import main
-from clrt.device import kernelcache, trial
+from clrt.device import cachefolder, trial
 from tests.base.test_interrupts import started
 
 
@@ -50,7 +50,7 @@ def test_what_clrt_keeps_for_itself_is_not_told_as_saved(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(interrupts, "saved", [])
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
     assert trial.kept_verdict("key", "device", lambda: "") == "" and [*tmp_path.rglob("*.json")]
     assert not interrupts.saved
 
@@ -73,7 +73,7 @@ def test_a_private_folder_of_kernels_goes_with_an_interrupted_command(tmp_path: 
     words = [sys.executable, "-m", "clrt", "render", "showcase", "--width", "8", "-o"]
     words += [str(tmp_path / "a.png")]
     variables = {**os.environ, "HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null/x", "TMPDIR": str(tmp_path)}
-    variables.pop(kernelcache.VARIABLE, None)
+    variables.pop(cachefolder.VARIABLE, None)
     command = subprocess.Popen(words, env=variables, stderr=subprocess.PIPE)
     while not [*tmp_path.glob("clrt-kernels-*/*/*/*")]:
         assert command.poll() is None
@@ -103,7 +103,7 @@ def run(options):
     import numpy as np
     import clrt
     from clrt.base.scratch import scratch
-    from clrt.device import kernelcache
+    from clrt.device import cachefolder, kernelcache
     from clrt.exercises import folder
     from clrt.images import image
 

@@ -117,10 +117,13 @@ def test_json(folder: Path, capsys: Printed):
     ("missing.toml", "no such file"),
     ("broken.png", "not an EXR, HDR, PNG, JPEG, TIFF or BMP picture"),
     ("blind.toml", "camera: missing; a picture needs a [camera]"),
+    ("mine.pfm", "the suffix '.pfm' is not known; pictures are .exr, .png, .tif"),
+    ("", "this is a folder; pictures are .exr"),
 ])  # fmt: skip
 def test_faults_are_one_line(folder: Path, capsys: Printed, a: str, says: str):
     (folder / "broken.png").write_text("no picture")
     (folder / "blind.toml").write_text("max_depth = 1")
+    (folder / "mine.pfm").write_text("PF")
     assert main(["compare", str(folder / a), str(folder / "right.png")]) == 2
     err = capsys.readouterr().err
     assert err.startswith("clrt: error: ") and says in err and err.count("\n") == 1

@@ -91,6 +91,14 @@ def test_a_folder_for_each_picture(scene: Path, capsys: pytest.CaptureFixture[st
     assert [row["file"] for row in rows("20.csv")] == ["out/20/f.png", "out/40/f.png"]
 
 
+def test_a_manifest_that_a_spreadsheet_saved_is_one(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With a mark of its encoding before the first line."""
+    words = ["sweep", "s.toml", "-o", "{camera.fov}.png", "--set", "camera.fov=20,40"]
+    assert main(words) == 0
+    Path("frames.csv").write_bytes(b"\xef\xbb\xbf" + Path("frames.csv").read_bytes())
+    assert main(words) == 0 and "2 pictures, 2 " in capsys.readouterr().out
+
+
 def test_a_manifest_of_many_columns_is_read_in_linear_time(scene: Path) -> None:
     def make(n: int) -> Callable[[], object]:
         names = ["index", "file", *(f"c{k}" for k in range(n)), "picture", "sha256", "identity", "rays"]

@@ -16,7 +16,7 @@ import pytest
 import clrt
 from clrt.base.arguments import public
 from clrt.base.errors import exhausted
-from clrt.device import kernelcache, platforms, trial
+from clrt.device import cachefolder, platforms, trial
 
 SCENE = {
     "camera": {"origin": [0, 1, 4], "target": [0, 0, 0], "width": 16, "height": 12},
@@ -101,7 +101,7 @@ def test_variables_of_openmp_do_not_end_a_comparison(tmp_path: Path, name: str) 
 def test_what_is_kept_of_a_driver_depends_on_the_circumstances(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
     monkeypatch.setattr(trial, "_tried", lambda info: "it ends the process (exit code -6)")
     assert trial.verdict(INFO)[1] and not trial.verdict(INFO)[1]
     monkeypatch.setenv("POCL_AFFINITY", "1")
@@ -120,7 +120,7 @@ def test_what_ends_a_trial_from_without_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Somebody's SIGKILL, a full disk: this process asks no more, the next one does."""
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
     for said in ("(exit code -9)", "(exit code -15)", "(exit code 1: LLVM ERROR: File too large)"):
         fault = f"it ends the process {said}"
         monkeypatch.setattr(trial, "_unkept", {})
@@ -136,7 +136,7 @@ def test_what_ends_a_trial_from_without_is_not_kept(
 def test_what_is_kept_of_all_drivers_is_that_of_the_drivers_here(
     anew: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
     monkeypatch.setenv("POCL_AFFINITY", "1")
     monkeypatch.setattr(trial, "_run", lambda what: tried.append(what) or "")
     folder, tried = tmp_path / "vendors", list[str]()
@@ -165,7 +165,7 @@ def test_a_bad_moment_is_forgotten_soon(
     fault: str, kept: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Under a narrow limit, or on a busy machine, a good driver fails its trial."""
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
     monkeypatch.setattr(trial, "_tried", lambda info: fault)
     trial.verdict(INFO)
     (file,) = (tmp_path / ".clrt" / "verdicts").iterdir()
@@ -241,7 +241,7 @@ def test_without_a_linker_there_is_a_line_that_names_it_and_nothing_is_kept(tmp_
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nobody looks for PoCL's linker")
 def test_a_missing_linker_is_a_circumstance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever driver is here: the process above goes on where that needs none."""
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
     assert not [odd for odd in trial.circumstances() if odd.startswith("no ld")]
     there = trial._file("a driver")
     for path in (str(tmp_path), None):

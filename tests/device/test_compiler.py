@@ -12,7 +12,7 @@ import pytest
 
 import clrt
 from clrt.base import interrupts
-from clrt.device import beside, compiler, kernelcache
+from clrt.device import beside, cachefolder, compiler
 from clrt.device.device import Device
 from clrt.device.platforms import choose, pocl_version
 from clrt.device.settings import Settings
@@ -106,7 +106,7 @@ from clrt.cli import program; program()
 """
     done = subprocess.run(
         [sys.executable, "-c", code, "hash", str(tmp_path / "a.json")],
-        env={**os.environ, kernelcache.VARIABLE: str(cache)}, capture_output=True, text=True, check=False,
+        env={**os.environ, cachefolder.VARIABLE: str(cache)}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split()[0] == clrt.render(clrt.load_dict(SCENES["plain"])).hash

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from clrt.device import binaries, kernelcache, platforms, trial
+from clrt.device import binaries, cachefolder, damage, kernelcache, platforms, trial, turns
 
 
 def test_a_folder_that_others_may_write_to_is_not_used(tmp_path: Path) -> None:
@@ -50,24 +50,24 @@ def laid_out(folder: Path, count: int) -> list[Path]:
 
 
 def test_only_what_is_new_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    files, opened, whole = laid_out(tmp_path, 20), [], kernelcache.whole
+    files, opened, whole = laid_out(tmp_path, 20), [], damage.whole
 
     def looked_at(file: Path) -> bool:
         opened.append(file)
         return whole(file)
 
-    monkeypatch.setattr(kernelcache, "whole", looked_at)
+    monkeypatch.setattr(damage, "whole", looked_at)
     time.sleep(0.02)  # longer than a tick of a file system's clock
-    assert kernelcache.remove_damaged(tmp_path) == [] and sorted(opened) == sorted(files)
+    assert damage.remove_damaged(tmp_path) == [] and sorted(opened) == sorted(files)
     opened.clear()
-    assert kernelcache.remove_damaged(tmp_path) == [] and opened == []
+    assert damage.remove_damaged(tmp_path) == [] and opened == []
     damaged = [files[4], files[11]]  # in place, and by another file in its place with the time of long ago
     damaged[0].write_bytes(b"")
     (tmp_path / "other").write_bytes(b"BC")
     os.utime(tmp_path / "other", (1, 1))
     (tmp_path / "other").replace(damaged[1])
     programs = sorted(file.relative_to(tmp_path).parts[0] for file in damaged)
-    found = kernelcache.remove_damaged(tmp_path)
+    found = damage.remove_damaged(tmp_path)
     assert [program.parent.name for program in found] == programs
     assert set(damaged) <= set(opened)
     assert {file.relative_to(tmp_path).parts[0] for file in opened} == set(programs)
@@ -82,10 +82,10 @@ def test_a_program_that_is_put_there_is_opened(tmp_path: Path) -> None:
     for file in kept.rglob("*.so"):
         file.write_bytes(b"")
     time.sleep(0.02)
-    assert kernelcache.remove_damaged(tmp_path / "cache") == []
+    assert damage.remove_damaged(tmp_path / "cache") == []
     time.sleep(0.02)
     kept.rename(damaged)
-    assert [program.parent for program in kernelcache.remove_damaged(tmp_path / "cache")] == [damaged]
+    assert [program.parent for program in damage.remove_damaged(tmp_path / "cache")] == [damaged]
     assert old.exists()
 
 
@@ -107,12 +107,12 @@ def test_what_is_not_the_drivers_stays(tmp_path: Path, monkeypatch: pytest.Monke
     (cache / "AP").symlink_to(elsewhere)
     (cache / "AA" / ("B" * 37)).symlink_to(elsewhere / "AA" / digest)  # a program of the driver: unlinked
     (elsewhere / "AA" / digest / "program.bc").write_bytes(b"")
-    monkeypatch.setenv(kernelcache.VARIABLE, str(cache))
-    with kernelcache.compiling("005af56b4a3230b5", "arrange", 1, True):
-        mark = kernelcache.ours("launched", "005af56b4a3230b5-arrange-1-True")
+    monkeypatch.setenv(cachefolder.VARIABLE, str(cache))
+    with turns.compiling("005af56b4a3230b5", "arrange", 1, True):
+        mark = cachefolder.ours("launched", "005af56b4a3230b5-arrange-1-True")
     assert mark.exists()
     before = set(tmp_path.rglob("*"))
-    assert kernelcache.remove_damaged(cache) == [cache / "AA" / ("B" * 37)]
+    assert damage.remove_damaged(cache) == [cache / "AA" / ("B" * 37)]
     gone = before - set(tmp_path.rglob("*"))
     assert {path.relative_to(cache) for path in gone if path.parent.parent != elsewhere} == {
         Path("AA", "B" * 37), mark.relative_to(cache)
@@ -129,11 +129,11 @@ def deep(tmp_path: Path) -> Iterator[Path]:
 
 def test_folders_may_be_deeper_than_python_goes(deep: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In a program's folder, damaged or not, and in place of a lock: what cannot be removed stays."""
-    monkeypatch.setenv(kernelcache.VARIABLE, str(deep))
+    monkeypatch.setenv(cachefolder.VARIABLE, str(deep))
     files, here = laid_out(deep, 2), Path.cwd()
     whole, damaged = files[0].parent, files[-1].parent
     assert whole != damaged
-    lock = kernelcache.ours("clrt.lock")
+    lock = cachefolder.ours("clrt.lock")
     for place in (whole, damaged, lock):
         place.mkdir(parents=True, exist_ok=True)
         os.chdir(place)
@@ -144,9 +144,9 @@ def test_folders_may_be_deeper_than_python_goes(deep: Path, monkeypatch: pytest.
         finally:
             os.chdir(here)
     files[-1].write_bytes(b"")
-    with kernelcache.lock():
-        assert len(kernelcache.remove_damaged(deep)) == 1
-    assert len([*kernelcache.regular_files(deep)]) >= len(files) - 1
+    with turns.lock():
+        assert len(damage.remove_damaged(deep)) == 1
+    assert len([*cachefolder.regular_files(deep)]) >= len(files) - 1
 
 
 def test_a_folder_s_name_may_be_relative(tmp_path: Path) -> None:
@@ -167,18 +167,18 @@ def test_a_folder_of_processes_that_is_linked_stops_nobody(tmp_path: Path) -> No
     (tmp_path / "AA").symlink_to("/proc")
     (tmp_path / "AB").mkdir()
     (tmp_path / "AB" / ("A" * 37)).symlink_to("/proc")
-    assert len(kernelcache.remove_damaged(tmp_path)) == 1
+    assert len(damage.remove_damaged(tmp_path)) == 1
 
 
 def test_after_a_start_of_the_machine_all_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A file may be lost with its power though it was whole when it was looked at, and keep its time."""
     laid_out(tmp_path, 3)
     time.sleep(0.02)
-    kernelcache.remove_damaged(tmp_path)
-    monkeypatch.setattr(kernelcache, "whole", lambda file: False)
-    assert kernelcache.remove_damaged(tmp_path) == []
+    damage.remove_damaged(tmp_path)
+    monkeypatch.setattr(damage, "whole", lambda file: False)
+    assert damage.remove_damaged(tmp_path) == []
     monkeypatch.setattr(time, "monotonic_ns", lambda: 0)
-    assert len(kernelcache.remove_damaged(tmp_path)) == 3
+    assert len(damage.remove_damaged(tmp_path)) == 3
 
 
 @pytest.mark.parametrize("planted", ["folder", "pipe", "link", "time to come"])
@@ -195,10 +195,10 @@ def test_what_lies_where_the_last_look_is_noted_stops_nobody(tmp_path: Path, pla
         looked.touch()
         os.utime(looked, (2e10, 2e10))
         files[1].write_bytes(b"")
-        assert len(kernelcache.remove_damaged(tmp_path)) == 1
-    assert kernelcache.remove_damaged(tmp_path) == []
+        assert len(damage.remove_damaged(tmp_path)) == 1
+    assert damage.remove_damaged(tmp_path) == []
     files[-1].write_bytes(b"")
-    assert len(kernelcache.remove_damaged(tmp_path)) == 1
+    assert len(damage.remove_damaged(tmp_path)) == 1
     assert not list(looked.parent.glob("looking-*"))
 
 
@@ -230,7 +230,7 @@ def test_what_the_driver_leaves_behind_goes_when_it_is_old(tmp_path: Path) -> No
         (tmp_path / name).write_bytes(b"x" if name == "tempfile_fulful" else b"")
         if name != "tempfile_newnew":
             os.utime(tmp_path / name, (1, 1))
-    kernelcache.remove_damaged(tmp_path)
+    damage.remove_damaged(tmp_path)
     assert {file.name for file in tmp_path.iterdir()} == stay | {".clrt"}
     assert [file.name for file in (tmp_path / ".clrt").iterdir()] == ["looked"]
 
@@ -258,8 +258,8 @@ def test_such_a_folder_is_passed_over_with_a_warning(tmp_path: Path) -> None:
 
 def test_commands_that_read_do_not_wait_and_others_say_for_whom(tmp_path: Path) -> None:
     hold = (
-        "import os, time; from clrt.device import kernelcache; kernelcache.prepare()\n"
-        "with kernelcache.lock(): print(os.getpid(), flush=True); time.sleep(60)"
+        "import os, time; from clrt.device import kernelcache, turns; kernelcache.prepare()\n"
+        "with turns.lock(): print(os.getpid(), flush=True); time.sleep(60)"
     )
     environment = {**os.environ, "POCL_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-c", hold]
@@ -271,7 +271,7 @@ def test_commands_that_read_do_not_wait_and_others_say_for_whom(tmp_path: Path) 
         run = {"env": environment, "capture_output": True, "text": True}
         done = subprocess.run([sys.executable, "-m", "clrt", "devices"], **run, check=True)
         assert time.perf_counter() - start < 30 and "waiting" not in done.stderr
-        waits = "import clrt; from clrt.device import kernelcache as k; clrt.devices()\nwith k.lock(): pass"
+        waits = "import clrt; from clrt.device import turns; clrt.devices()\nwith turns.lock(): pass"
         command = [sys.executable, "-c", waits]
         waiting = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
         assert waiting.stderr
@@ -289,22 +289,22 @@ def test_programs_of_their_own_are_compiled_side_by_side(
     kernelcache.prepare()
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
     told: list[str] = []
-    monkeypatch.setattr(kernelcache, "watchers", [told.append])
-    with kernelcache.compiling("one"), kernelcache.compiling("another", "kernel", 16) as known:
+    monkeypatch.setattr(turns, "watchers", [told.append])
+    with turns.compiling("one"), turns.compiling("another", "kernel", 16) as known:
         assert not known
     assert not [text for text in told if text.startswith("waiting")]
-    with kernelcache.compiling("one") as known:
+    with turns.compiling("one") as known:
         assert known
 
 
 def test_a_kernel_is_compiled_by_one_process_at_a_time_and_others_beside(tmp_path: Path) -> None:
     hold = (
-        "import os, sys; from clrt.device import kernelcache as k; k.prepare()\n"
-        "with k.compiling('one', 'kernel', 16): print(os.getpid(), flush=True); sys.stdin.read()"
+        "import os, sys; from clrt.device import kernelcache, turns; kernelcache.prepare()\n"
+        "with turns.compiling('one', 'kernel', 16): print(os.getpid(), flush=True); sys.stdin.read()"
     )
     meet = (
-        "from clrt.device import kernelcache as k; k.prepare()\n"
-        "with k.compiling('one', {}) as known: print(known)"
+        "from clrt.device import kernelcache, turns; kernelcache.prepare()\n"
+        "with turns.compiling('one', {}) as known: print(known)"
     )
     environment = {**os.environ, "POCL_CACHE_DIR": str(tmp_path)}
     run = {"env": environment, "stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
@@ -326,11 +326,11 @@ def test_watchers_are_told_what_goes_on(monkeypatch: pytest.MonkeyPatch, tmp_pat
     kernelcache.prepare()
     monkeypatch.setenv("POCL_CACHE_DIR", str(tmp_path))
     told: list[str] = []
-    monkeypatch.setattr(kernelcache, "watchers", [told.append])
-    with kernelcache.compiling("a kernel"):
+    monkeypatch.setattr(turns, "watchers", [told.append])
+    with turns.compiling("a kernel"):
         assert told == ["compiling kernels"]
     assert told == ["compiling kernels", ""]
-    with kernelcache.compiling("a kernel") as known:
+    with turns.compiling("a kernel") as known:
         assert known and len(told) == 2
 
 
@@ -382,19 +382,19 @@ def test_what_is_no_file_is_damage_and_nobody_waits_for_it(
     """Found in a cache folder, these end the driver's process, or are read for ever."""
     for name in ("split.so", "program.bc"):
         make(tmp_path / name)
-        assert not kernelcache.whole(tmp_path / name)
+        assert not damage.whole(tmp_path / name)
         with pytest.raises(OSError, match=r"regular|symbolic"):
-            kernelcache.contents(tmp_path / name)
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
-    kernelcache.make(kernelcache.ours())
-    make(kernelcache.ours("clrt.lock.holder"))
-    make(kernelcache.ours("clrt.lock"))  # held by nobody, it would keep all from removing damage
-    with kernelcache.lock() as got:
-        assert got and kernelcache._holder(kernelcache.ours("clrt.lock.holder")) == 0
+            cachefolder.contents(tmp_path / name)
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
+    cachefolder.make(cachefolder.ours())
+    make(cachefolder.ours("clrt.lock.holder"))
+    make(cachefolder.ours("clrt.lock"))  # held by nobody, it would keep all from removing damage
+    with turns.lock() as got:
+        assert got and turns._holder(cachefolder.ours("clrt.lock.holder")) == 0
     monkeypatch.setattr(trial, "_tried", lambda info: "")
     info = platforms.DeviceInfo(0, "name", "platform", "1.0", "CPU", 2, 1 << 30, "7")
     trial.verdict(info)
-    (verdict,) = kernelcache.ours("verdicts").iterdir()
+    (verdict,) = cachefolder.ours("verdicts").iterdir()
     verdict.unlink()
     make(verdict)
     assert trial.verdict(info) == ("", True)
@@ -406,6 +406,6 @@ def test_bitcode_that_goes_on_with_nothing_is_damage(tmp_path: Path) -> None:
     """As a disk leaves it that lost what was written last; 40 GB of zeros were read eight bytes at a time."""
     file = tmp_path / "program.bc"
     file.write_bytes(b"BC\xc0\xde" + struct.pack("<III", 8, 1, 0))
-    assert kernelcache.whole(file)
+    assert damage.whole(file)
     os.truncate(file, 40 << 30)
-    assert not kernelcache.whole(file)
+    assert not damage.whole(file)

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.device import kernelcache
+from clrt.device import cachefolder, damage, kernelcache, turns
 from clrt.device.opencl import cl
 from clrt.engine import passes
 from clrt.images.image import Image
@@ -166,13 +166,13 @@ def test_a_damaged_kernel_cache_is_compiled_anew(tmp_path: Path, tracer: clrt.Tr
         assert "PoCL" not in tracer.device.info.label, "PoCL keeps its kernels elsewhere now: look there"
         # other drivers' programs are damaged in test_kernelcache.py
         pytest.skip("PoCL alone keeps kernels there: CLRT_DEVICE=PoCL runs this, as CI does with Debian's")
-    assert all(map(kernelcache.whole, (*kernels, *programs)))
+    assert all(map(damage.whole, (*kernels, *programs)))
     for file in (kernels[0], programs[0]):
         data = file.read_bytes()
         cut = [data[:length] for length in (0, 10, 64, len(data) // 8 * 4, len(data) - 4)]
         for wrong in (*cut, os.urandom(len(data)), bytes(len(data))):
             file.write_bytes(wrong)
-            assert not kernelcache.whole(file), (file, len(wrong))
+            assert not damage.whole(file), (file, len(wrong))
         file.write_bytes(data)
     for file in kernels:
         file.write_bytes(file.read_bytes()[:3000])
@@ -183,34 +183,34 @@ def test_a_damaged_kernel_cache_is_compiled_anew(tmp_path: Path, tracer: clrt.Tr
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split()[0] == clrt.render(clrt.load(scene)).hash
-    assert all(map(kernelcache.whole, cache.glob("*/*/*/*/*.so")))
+    assert all(map(damage.whole, cache.glob("*/*/*/*/*.so")))
 
 
 def test_a_stuck_process_is_passed_by(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
-    monkeypatch.setattr(kernelcache, "PATIENCE", 0.3)
-    monkeypatch.setattr(kernelcache, "_hurry", [])
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
+    monkeypatch.setattr(turns, "PATIENCE", 0.3)
+    monkeypatch.setattr(turns, "_hurry", [])
     patience: list[float] = []
-    acquire = kernelcache.FileLock.acquire
+    acquire = turns.FileLock.acquire
 
-    def acquired(self: kernelcache.FileLock, timeout: float) -> None:
+    def acquired(self: turns.FileLock, timeout: float) -> None:
         patience.append(timeout)
         acquire(self, timeout)
 
-    kernelcache.make(kernelcache.ours())
-    held = kernelcache.FileLock(kernelcache.ours("clrt.lock"))
+    cachefolder.make(cachefolder.ours())
+    held = turns.FileLock(cachefolder.ours("clrt.lock"))
     held.acquire(0)
     with ExitStack() as stack:
         stack.callback(held.release)
-        monkeypatch.setattr(kernelcache.FileLock, "acquire", acquired)
+        monkeypatch.setattr(turns.FileLock, "acquire", acquired)
         for _ in range(3):
-            with kernelcache.lock() as alone:
+            with turns.lock() as alone:
                 assert not alone
     assert sum(patience) == pytest.approx(0.3), "the second time nobody waits"
-    monkeypatch.setattr(kernelcache, "_hurry", [])
-    with kernelcache.compiling("some kernel") as known:
+    monkeypatch.setattr(turns, "_hurry", [])
+    with turns.compiling("some kernel") as known:
         assert not known
-    with kernelcache.compiling("some kernel") as known:
+    with turns.compiling("some kernel") as known:
         assert known
 
 
@@ -221,11 +221,11 @@ def test_where_a_folder_has_no_locks_kernels_are_compiled_without(
     def fail(*args: object, **named: object) -> None:
         raise error
 
-    monkeypatch.setenv(kernelcache.VARIABLE, str(tmp_path))
-    monkeypatch.setattr(kernelcache.FileLock, "acquire", fail)
-    with kernelcache.compiling("some kernel") as known:
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
+    monkeypatch.setattr(turns.FileLock, "acquire", fail)
+    with turns.compiling("some kernel") as known:
         assert not known
-    with kernelcache.compiling("some kernel") as known:
+    with turns.compiling("some kernel") as known:
         assert known, "it was noted all the same"
 
 

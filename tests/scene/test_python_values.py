@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import datetime
+import uuid
+from decimal import Decimal
 from enum import Enum
 from fractions import Fraction
 from pathlib import Path
@@ -30,6 +33,25 @@ def test_sets_have_no_order(table: dict[str, Any]) -> None:
     scene = clrt.load_dict({"shapes": [BALL]})
     with pytest.raises(clrt.SceneError, match="a set has no order"):
         scene.replace({"shapes[0].center": {1.0, 2.0, 3.0}})
+
+
+@pytest.mark.parametrize("value", [
+    b"red", bytearray(b"red"), np.bytes_(b"red"), memoryview(np.ones(3)), Decimal("0.5"), uuid.UUID(int=5),
+    datetime.date(2026, 1, 2), datetime.datetime(2026, 1, 2), datetime.time(3), datetime.timedelta(4),
+])  # fmt: skip
+def test_no_texts_are_made_of_other_things(value: Any) -> None:
+    """A shape was called 'YmFsbA==' that was to be b"ball"; of a Decimal it was said that it is a text."""
+    says = rf"an object of class {type(value).__name__} cannot be part of a scene; give a text or a number"
+    for table in (
+        {"shapes": [{**BALL, "name": value}]}, {"shapes": [{**BALL, "material": {"color": value}}]},
+        {"background": value}, {"shapes": [{**TRIANGLE, "vertices": value}]},
+        {"shapes": [{**TRIANGLE, "vertices": [[0, 0, value], *CORNERS[1:]]}]},
+        {"materials": {"a": {"ior": value}}},
+    ):  # fmt: skip
+        with pytest.raises(clrt.SceneError, match=says):
+            clrt.load_dict(table)
+    with pytest.raises(clrt.SceneError, match=says):
+        clrt.load_dict({"shapes": [BALL]}).replace({"shapes[0].name": value})
 
 
 @pytest.mark.parametrize("kind", [np.longdouble, np.float64, np.float32, np.float16])

@@ -277,6 +277,24 @@ def test_open_glass_is_warned_about(shape: dict[str, object], opens: bool) -> No
     assert warned({"shapes": [shape]}) == []
 
 
+@pytest.mark.parametrize(("table", "visible", "transmission", "told"), [
+    ({}, True, 1.0, True), ({"shadow": "opaque"}, True, 1.0, False),
+    ({"ambient_samples": 0}, True, 1.0, False),
+    ({}, False, 1.0, False), ({}, True, 0.0, False),
+])  # fmt: skip
+def test_light_behind_glass_that_is_counted_twice_is_told(
+    table: dict[str, object], visible: bool, transmission: float, told: bool
+) -> None:
+    """By tinted feelers and by ambient rays: below a lamp and a clear sheet a floor was twice as bright."""
+    lamp = {"type": "rectangle", "center": [0, 2, 0], "u": [1, 0, 0], "v": [0, 0, 1], "radiance": 1}
+    material = {"diffuse": 0.0, "transmission": transmission, "thin": True}
+    sheet = {"type": "disk", "center": [0, 1, 0], "normal": [0, 1, 0], "radius": 3, "material": material}
+    given = {"shadow": "tinted", "ambient": 1, "ambient_samples": 16, "shapes": [sheet]}
+    said = warned({**given, "lights": [{**lamp, "visible": visible}], **table})
+    starts = "room.toml: shadow: tinted feelers and ambient rays"
+    assert [text.startswith(starts) for text in said] == [True] * told
+
+
 @pytest.mark.parametrize(("more", "told"), [
     ({}, True), ({"specular": 0.5, "fresnel": "schlick"}, True), ({"reflection": 0.2}, False),
     ({"conductor": "gold"}, False), ({"roughness": 0.0}, False),

@@ -24,8 +24,8 @@ from clrt.base import interrupts
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE, kernel_folder
 from clrt.base.scratch import placed, scratch
+from clrt.device.cachefolder import VARIABLE as CACHE
 from clrt.device.device import Device
-from clrt.device.kernelcache import VARIABLE as CACHE
 from clrt.formats import load_dict
 from clrt.scene.scene import Scene
 

@@ -23,8 +23,8 @@ from typing import Any, Final
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
 from clrt.base.scratch import placed
+from clrt.device.cachefolder import VARIABLE as CACHE
 from clrt.device.device import Device
-from clrt.device.kernelcache import VARIABLE as CACHE
 
 from ..cases import matrix_cases
 from ..types import OracleImage

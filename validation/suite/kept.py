@@ -33,8 +33,8 @@ from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE, kernel_folder
 from clrt.device.added import added
+from clrt.device.cachefolder import shared_with
 from clrt.device.foreign import VARIABLE as FOREIGN
-from clrt.device.kernelcache import shared_with
 from clrt.device.platforms import choose
 
 from ..cases import case_named
