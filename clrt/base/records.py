@@ -7,7 +7,7 @@ one place that decides whether a value can be trusted. Types and ranges stand in
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from ctypes import c_float
 from datetime import date, time, timedelta
 from decimal import Decimal
@@ -190,8 +190,7 @@ def plain(data: object, cls: type, at: At) -> dict[str, Any]:
     """`data` as a dict of built-in types: numpy arrays become lists, records become dicts."""
     if not isinstance(data, (Mapping, cls)):
         raise at.error(data, f"must be a table of keys or a {cls.__name__}")
-    if fault := misfit(data):
-        raise at.says(fault)
+    check_kinds(data, at)
     try:
         found: dict[str, Any]
         found = msgspec.to_builtins(dict(data) if isinstance(data, Mapping) else data, enc_hook=_from_numpy)
@@ -246,24 +245,37 @@ def float32(values: Any) -> np.ndarray:
     return np.asarray(values, np.float32).astype(np.float64)
 
 
-def misfit(data: object) -> str:
-    """What is wrong with a kind of value that stands somewhere in tables and lists; '' where none is.
+def check_kinds(data: object, at: At) -> None:
+    """Raise where a value that msgspec makes something else of stands somewhere in tables and lists.
 
-    Only of kinds that msgspec makes something else of. Level by level, for there may be many numbers.
+    Level by level, for there may be many numbers; what is deeper is refused by itself.
     """
     level: list[Any] = [data]
-    for _ in range(_DEEP):
+    for depth in range(_DEEP):
         kinds = {*map(type, level)}
         if any(issubclass(kind, (set, frozenset)) for kind in kinds):
-            return "a set has no order; give a list or a tuple"
+            raise at.says("a set has no order; give a list or a tuple")
         if found := next((kind for kind in kinds if issubclass(kind, _TEXTS)), None):
-            return f"an object of class {found.__name__} cannot be part of a scene; give a text or a number"
+            place, value = next(pair for pair in _placed(data, at, depth) if type(pair[1]) is found)
+            right = f"an object of class {found.__name__} cannot be part of a scene; give a text or a number"
+            raise place.error(str(value), right)
         if not any(issubclass(kind, (list, tuple, Mapping)) for kind in kinds):
-            return ""
+            return
         inner = (value.values() if isinstance(value, Mapping) else value for value in level
                  if isinstance(value, (list, tuple, Mapping)))  # fmt: skip
         level = [*chain.from_iterable(inner)]
-    return ""  # what is deeper is refused
+
+
+def _placed(data: Any, at: At, depth: int) -> Iterator[tuple[At, Any]]:
+    """What stands so deep in tables and lists, each with its place."""
+    if not depth:
+        yield at, data
+    elif isinstance(data, Mapping):
+        for key, value in data.items():
+            yield from _placed(value, at.key(str(key)), depth - 1)
+    elif isinstance(data, (list, tuple)):
+        for i, value in enumerate(data):
+            yield from _placed(value, at.item(i), depth - 1)
 
 
 def _from_numpy(value: object) -> object:

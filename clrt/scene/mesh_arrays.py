@@ -11,7 +11,7 @@ import numpy as np
 
 from clrt.base.explain import FLOAT32_MAX, REFUSALS
 from clrt.base.places import At
-from clrt.base.records import misfit
+from clrt.base.records import check_kinds
 from clrt.meshfiles.planar import flaws, is_sound
 
 FEW = 8  # faces for which numpy takes far longer than Python
@@ -126,8 +126,7 @@ def _frozen(flat: np.ndarray, own: bool) -> np.ndarray:
 
 
 def _rows(value: object, kind: Any, at: At, right: str) -> Any:
-    if fault := misfit(value):
-        raise at.says(fault)
+    check_kinds(value, at)
     try:
         return msgspec.convert(msgspec.to_builtins(value, enc_hook=lambda item: item.tolist()), kind)
     except (*REFUSALS, TypeError, AttributeError) as error:
