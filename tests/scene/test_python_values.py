@@ -42,11 +42,13 @@ def test_sets_have_no_order(table: dict[str, Any]) -> None:
 def test_no_texts_are_made_of_other_things(value: Any) -> None:
     """A shape was called 'YmFsbA==' that was to be b"ball"; of a Decimal it was said that it is a text."""
     says = rf"an object of class {type(value).__name__} cannot be part of a scene; give a text or a number"
+    checker = {"type": "checker", "colors": [0.1, 0.2]}
     for table in (
         {"shapes": [BALL, {**BALL, "name": value}]}, {"shapes": [{**BALL, "material": {"color": value}}]},
         {"background": value}, {"shapes": [{**TRIANGLE, "vertices": value}]},
         {"shapes": [{**TRIANGLE, "vertices": [[0, 0, value], *CORNERS[1:]]}]},
         {"materials": {"a": {"ior": value}}},
+        {"shapes": [{**BALL, "material": {"color": checker, "specular": {**checker, "colors": [0, value]}}}]},
     ):  # fmt: skip
         with pytest.raises(clrt.SceneError, match=says):
             clrt.load_dict(table)
