@@ -258,7 +258,7 @@ def check_kinds(data: object, at: At) -> None:
         if found := next((kind for kind in kinds if issubclass(kind, _TEXTS)), None):
             place, value = next(pair for pair in _placed(data, at, depth) if type(pair[1]) is found)
             right = f"an object of class {found.__name__} cannot be part of a scene; give a text or a number"
-            raise place.error(str(value), right)
+            raise place.error(str(value) if isinstance(value, (date, time)) else value, right)
         if not any(issubclass(kind, (list, tuple, Mapping)) for kind in kinds):
             return
         inner = (value.values() if isinstance(value, Mapping) else value for value in level

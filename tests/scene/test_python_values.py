@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime
+import subprocess
+import sys
 import uuid
 from decimal import Decimal
 from enum import Enum
@@ -54,6 +56,13 @@ def test_no_texts_are_made_of_other_things(value: Any) -> None:
             clrt.load_dict(table)
     with pytest.raises(clrt.SceneError, match=says):
         clrt.load_dict({"shapes": [BALL]}).replace({"shapes[0].name": value})
+
+
+def test_bytes_are_refused_in_words_where_python_warns_of_them() -> None:
+    """`python -bb` makes an error of `str(b"...")`: it was that in the place of the refusal."""
+    code = f"import clrt\nclrt.load_dict({{'shapes': [{{**{BALL}, 'name': b'ball'}}]}})"
+    done = subprocess.run([sys.executable, "-bb", "-c", code], capture_output=True, text=True)
+    assert "shapes[0].name: b'ball' is not allowed; an object of class bytes" in done.stderr, done.stderr
 
 
 @pytest.mark.parametrize("kind", [np.longdouble, np.float64, np.float32, np.float16])
