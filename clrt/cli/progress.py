@@ -23,7 +23,7 @@ def progress(name: str, quiet: bool) -> Iterator[Report | None]:
         return
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    from clrt.device import turns
+    from clrt.device import cachelock
 
     columns = (
         TextColumn("{task.description}"),
@@ -44,8 +44,8 @@ def progress(name: str, quiet: bool) -> Iterator[Report | None]:
             bar.update(task, doing=what)
             bar.refresh()
 
-        turns.watchers.append(waits)
+        cachelock.watchers.append(waits)
         try:
             yield report
         finally:
-            turns.watchers.remove(waits)
+            cachelock.watchers.remove(waits)

@@ -27,7 +27,7 @@ from clrt.base.errors import ClrtError, DeviceError, MemoryLimitError, exhausted
 from clrt.base.resources import validation_module
 from clrt.cluster.orders import Answer, Lacking, Order, Refusal, Worker, sealed
 from clrt.cluster.parcels import LARGE, digest, unpacked
-from clrt.device import foreign, trial, turns
+from clrt.device import cachelock, foreign, trial
 from clrt.device.device import Device
 from clrt.device.settings import Settings
 from clrt.engine.job import Job
@@ -250,7 +250,7 @@ def check(device: Device) -> None:
     """
     what = f"selftest {__version__} {foreign.source_hash(layout.RayFormat())}"
     key = hashlib.sha256(f"{what} {device.info.label} {device.info.driver}".encode()).hexdigest()
-    with turns.lock(name=f"selftest-{key[:16]}"):
+    with cachelock.lock(name=f"selftest-{key[:16]}"):
         fault = trial.kept_verdict(f"selftest-{key}", device.info.label, lambda: _fault(device))
     if fault:
         raise DeviceError(f"{device.info.label}: fails the self-test: {fault}; see `clrt selftest`")

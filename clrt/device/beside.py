@@ -2,7 +2,7 @@
 
 PoCL compiles a kernel when it is first launched, one at a time in a process: `showcase` waits for 22 of them,
 one after the other. Two processes with one folder of kernels compile side by side, each kernel under its own
-lock (`clrt.device.turns`), and meet in the middle.
+lock (`clrt.device.cachelock`), and meet in the middle.
 
 Only a command of clrt starts one, and only where nobody has compiled its program before. Nobody waits for it
 but for a kernel that it is compiling; where it cannot be started, fails or is ended, the other one compiles

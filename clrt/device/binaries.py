@@ -20,7 +20,7 @@ from clrt.base.atomic import replacing
 from clrt.base.elsewhere import apart, relative
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
-from clrt.device import cachefolder, turns, vendors
+from clrt.device import cachefolder, cachelock, vendors
 from clrt.device.added import added
 from clrt.device.opencl import cl
 from clrt.device.processor import signature
@@ -36,7 +36,7 @@ def built(context: cl.Context, source: str, options: list[str]) -> cl.Program:
     if binary:
         with suppress(cl.Error):
             return quietly(context, cl.Program(context, [device], [binary]), options)
-    with turns.waiting("compiling kernels"):
+    with cachelock.waiting("compiling kernels"):
         program = quietly(context, cl.Program(context, source), options)
     _write(file, name, program)
     return program

@@ -12,7 +12,7 @@ import numpy as np
 
 from clrt import layout
 from clrt.base.errors import DeviceError, MemoryLimitError
-from clrt.device import turns
+from clrt.device import cachelock
 from clrt.device.driver import TRACKS, Driver
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, pocl_version
@@ -133,7 +133,7 @@ class Device:
         if not pocl_version(self.info):  # others compile all there is to compile when they build the program
             self.kernels.launched.add(sizes)
             return self.driver.guard(enqueue, f"kernel {sizes[0]}")
-        with turns.compiling(self.kernels.key, *sizes) as known:
+        with cachelock.compiling(self.kernels.key, *sizes) as known:
             event = self.driver.guard(enqueue, f"kernel {sizes[0]}")
             if not known:
                 self.driver.wait(event.wait, f"kernel {sizes[0]}")

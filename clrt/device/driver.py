@@ -22,7 +22,7 @@ from clrt import layout
 from clrt.base.errors import DeviceError
 from clrt.base.log import log
 from clrt.base.resources import kernel_folder, kernel_text
-from clrt.device import beside, binaries, foreign, intel, kernelpool, turns, waiter
+from clrt.device import beside, binaries, cachelock, foreign, intel, kernelpool, waiter
 from clrt.device.opencl import cl
 from clrt.device.platforms import check_process, choose, command, pocl_version, starting
 from clrt.device.settings import Settings
@@ -125,7 +125,7 @@ class Driver:
 
     def _build(self, source: str, anew: Callable[[], None] | None) -> cl.Program:
         check_process()
-        with turns.compiling(self._program_name(source)) as known:
+        with cachelock.compiling(self._program_name(source)) as known:
             if anew and not known:
                 anew()
             given = self.given(source)
@@ -154,7 +154,7 @@ class Driver:
 
     def is_compiled(self, source: str) -> bool:
         """Whether a program has been built here before."""
-        return turns.was_compiled(self._program_name(source))
+        return cachelock.was_compiled(self._program_name(source))
 
     def given(self, source: str) -> str:
         """What the driver's compiler is given of a source."""

@@ -22,9 +22,9 @@ from clrt.base import notices
 from clrt.base.errors import DeviceError, show
 from clrt.base.resources import kernel_folder, kernel_text
 from clrt.base.scratch import noted
+from clrt.device.cachedamage import remove_damaged
 from clrt.device.cachefolder import VARIABLE, make, remove, shared_with
-from clrt.device.damage import remove_damaged
-from clrt.device.turns import lock
+from clrt.device.cachelock import lock
 
 LONGEST: Final = 700  # bytes of its name: of a file in it PoCL holds 1,024, and ends the process beyond
 ROOM: Final = 32 << 20  # bytes that must be free: compiling all kernels takes about 4 MB

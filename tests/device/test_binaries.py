@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import clrt
-from clrt.device import binaries, cachefolder, intel, kernelcache, turns
+from clrt.device import binaries, cachefolder, cachelock, intel, kernelcache
 from clrt.device import driver as driver_module
 from clrt.device.opencl import cl
 
@@ -34,11 +34,11 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def build(source: str = SOURCE, threads: int | None = None) -> tuple[list[str], list[str]]:
     """Build anew, as in a new process: what watchers were told, and the kernels' names."""
     context, told = driver_module.Driver(None, clrt.Settings(threads=threads), None).context, []
-    turns.watchers.append(told.append)
+    cachelock.watchers.append(told.append)
     try:
         program = driver_module._program.__wrapped__(context, source)
     finally:
-        turns.watchers.clear()
+        cachelock.watchers.clear()
     return [what for what in told if what], [kernel.function_name for kernel in program.all_kernels()]
 
 

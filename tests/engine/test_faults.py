@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import clrt
-from clrt.device import cachefolder, damage, kernelcache, turns
+from clrt.device import cachedamage, cachefolder, cachelock, kernelcache
 from clrt.device.opencl import cl
 from clrt.engine import passes
 from clrt.images.image import Image
@@ -164,15 +164,15 @@ def test_a_damaged_kernel_cache_is_compiled_anew(tmp_path: Path, tracer: clrt.Tr
     kernels, programs = sorted(cache.glob("*/*/*/*/*.so")), sorted(cache.glob("*/*/program.bc"))
     if not kernels:
         assert "PoCL" not in tracer.device.info.label, "PoCL keeps its kernels elsewhere now: look there"
-        # other drivers' programs are damaged in test_kernelcache.py
+        # other drivers' programs are damaged in test_cachedamage.py
         pytest.skip("PoCL alone keeps kernels there: CLRT_DEVICE=PoCL runs this, as CI does with Debian's")
-    assert all(map(damage.whole, (*kernels, *programs)))
+    assert all(map(cachedamage.whole, (*kernels, *programs)))
     for file in (kernels[0], programs[0]):
         data = file.read_bytes()
         cut = [data[:length] for length in (0, 10, 64, len(data) // 8 * 4, len(data) - 4)]
         for wrong in (*cut, os.urandom(len(data)), bytes(len(data))):
             file.write_bytes(wrong)
-            assert not damage.whole(file), (file, len(wrong))
+            assert not cachedamage.whole(file), (file, len(wrong))
         file.write_bytes(data)
     for file in kernels:
         file.write_bytes(file.read_bytes()[:3000])
@@ -183,34 +183,34 @@ def test_a_damaged_kernel_cache_is_compiled_anew(tmp_path: Path, tracer: clrt.Tr
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.split()[0] == clrt.render(clrt.load(scene)).hash
-    assert all(map(damage.whole, cache.glob("*/*/*/*/*.so")))
+    assert all(map(cachedamage.whole, cache.glob("*/*/*/*/*.so")))
 
 
 def test_a_stuck_process_is_passed_by(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
-    monkeypatch.setattr(turns, "PATIENCE", 0.3)
-    monkeypatch.setattr(turns, "_hurry", [])
+    monkeypatch.setattr(cachelock, "PATIENCE", 0.3)
+    monkeypatch.setattr(cachelock, "_hurry", [])
     patience: list[float] = []
-    acquire = turns.FileLock.acquire
+    acquire = cachelock.FileLock.acquire
 
-    def acquired(self: turns.FileLock, timeout: float) -> None:
+    def acquired(self: cachelock.FileLock, timeout: float) -> None:
         patience.append(timeout)
         acquire(self, timeout)
 
     cachefolder.make(cachefolder.ours())
-    held = turns.FileLock(cachefolder.ours("clrt.lock"))
+    held = cachelock.FileLock(cachefolder.ours("clrt.lock"))
     held.acquire(0)
     with ExitStack() as stack:
         stack.callback(held.release)
-        monkeypatch.setattr(turns.FileLock, "acquire", acquired)
+        monkeypatch.setattr(cachelock.FileLock, "acquire", acquired)
         for _ in range(3):
-            with turns.lock() as alone:
+            with cachelock.lock() as alone:
                 assert not alone
     assert sum(patience) == pytest.approx(0.3), "the second time nobody waits"
-    monkeypatch.setattr(turns, "_hurry", [])
-    with turns.compiling("some kernel") as known:
+    monkeypatch.setattr(cachelock, "_hurry", [])
+    with cachelock.compiling("some kernel") as known:
         assert not known
-    with turns.compiling("some kernel") as known:
+    with cachelock.compiling("some kernel") as known:
         assert known
 
 
@@ -222,10 +222,10 @@ def test_where_a_folder_has_no_locks_kernels_are_compiled_without(
         raise error
 
     monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
-    monkeypatch.setattr(turns.FileLock, "acquire", fail)
-    with turns.compiling("some kernel") as known:
+    monkeypatch.setattr(cachelock.FileLock, "acquire", fail)
+    with cachelock.compiling("some kernel") as known:
         assert not known
-    with turns.compiling("some kernel") as known:
+    with cachelock.compiling("some kernel") as known:
         assert known, "it was noted all the same"
 
 

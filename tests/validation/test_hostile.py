@@ -198,11 +198,11 @@ def test_what_a_command_has_to_leave_is_no_fault(
 BUILDS = """
 import time
 import clrt
-from clrt.device import kernelcache, turns
+from clrt.device import kernelcache, cachelock
 whole = clrt.render
 def render(*a, **k):
     folder = kernelcache.prepare()
-    with turns.compiling("planted"):
+    with cachelock.compiling("planted"):
         end = time.process_time() + 1.5
         while time.process_time() < end: pass
     (folder / ".clrt" / "launched" / "planted").unlink()  # else it is known the next time

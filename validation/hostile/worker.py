@@ -22,7 +22,7 @@ from traceback import walk_tb
 from typing import Any, Final
 
 import clrt
-from clrt.device import turns
+from clrt.device import cachelock
 from clrt.device.opencl import cl
 from clrt.engine import wavefront
 from clrt.scene.mesh import Mesh
@@ -147,7 +147,7 @@ class _Builds:
     @classmethod
     def watch(cls) -> None:
         """Count programs that are built, and launches for which the driver compiles: PoCL does most then."""
-        build, compiling = cl.Program.build, turns.compiling
+        build, compiling = cl.Program.build, cachelock.compiling
 
         def timed(*arguments: Any, **options: Any) -> Any:
             with cls._counted():
@@ -159,7 +159,7 @@ class _Builds:
                 yield known
 
         cl.Program.build = timed  # type: ignore[method-assign]
-        turns.compiling = watched
+        cachelock.compiling = watched
 
     @classmethod
     @contextmanager

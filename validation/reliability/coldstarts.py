@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 import clrt
-from clrt.device import cachefolder, damage
+from clrt.device import cachedamage, cachefolder
 
 from .figures import Figure, Tell, listed
 from .scene import write_alone
@@ -37,7 +37,7 @@ def run(count: int, tell: Tell, together: int = TOGETHER) -> Figure:
                     if (code, out.split()[:1]) != (0, [expected]):
                         found.append(f"round {number}: exit code {code}: {out} {err[-300:]}")
                 longest = max(longest, time.perf_counter() - begun)
-                damaged = damage.remove_damaged(Path(cache))
+                damaged = cachedamage.remove_damaged(Path(cache))
                 found += [f"round {number}: {file} is damaged" for file in damaged]
             tell((number + 1) / rounds)
     detail = f"{rounds} times {together} at once, at most {longest:.0f} s until the last has its picture"

@@ -16,7 +16,7 @@ from typing import Final
 
 from clrt.base import interrupts
 from clrt.device.cachefolder import OURS, entries_of, make, remove, within
-from clrt.device.turns import forget_launches
+from clrt.device.cachelock import forget_launches
 
 _LEFT: Final = 24 * 3600  # seconds after which nobody needs a temporary file any more
 _LEFT_OVER: Final = re.compile(r"tempfile_\w{6}|looking-\w{8}")
