@@ -111,6 +111,52 @@ def test_cameras(tmp_path: Path) -> None:
     many = camera('<sampler type="multijitter"><integer name="sample_count" value="1024"/></sampler>')
     assert many.spp == 16
     assert camera('<film type="hdrfilm"><rfilter type="box"/></film>').filter == "box"
+    for kind in ("perspective", "orthographic"):
+        assert camera('<float name="focus_distance" value="1000"/>', kind).aperture == 0
+
+
+def _turned(steps: str) -> str:
+    return f'<transform name="to_world">{steps}</transform>'
+
+
+@pytest.mark.parametrize("looks", ["1,2,3 4,-1,2", "0,0,5 0,0,0", "0,0,0 0,3,0", "3,0,0 -1,-2,4"])
+def test_looks_without_up_have_mitsubas(tmp_path: Path, looks: str) -> None:
+    """As of <sensor type="perspective"> in Mitsuba 3.9: `world_transform()`, the second axis."""
+    origin, target = (np.array([*map(float, part.split(","))]) for part in looks.split())
+    x, y, z = (target - origin) / np.linalg.norm(target - origin)
+    sign = 1.0 if z >= 0 else -1.0
+    right = np.array([1 - x * x / (1 + abs(z)), -x * y / (sign + z) * sign, -sign * x])
+    step = f'<lookat origin="{looks.split()[0]}" target="{looks.split()[1]}" {{}}/>'
+    for up in ("", 'up="0 0 0"'):
+        found = read(tmp_path, f'<sensor type="perspective">{_turned(step.format(up))}</sensor>').camera
+        assert found is not None and found.up == pytest.approx(right, abs=1e-12)
+
+
+def test_axes_of_lights_that_are_scaled(tmp_path: Path) -> None:
+    """Mitsuba compares a spot's directions in its own space, and takes a sun's axis as long as it is."""
+    sun = '<emitter type="directional">{}<rgb name="irradiance" value="1 1 1"/></emitter>'
+    turned = _turned('<scale value="3"/><rotate y="1" angle="90"/>')
+    scaled, plain = (table(tmp_path, sun.format(way))["lights"][0]["intensity"] for way in (turned, ""))
+    assert scaled == pytest.approx([3 * part for part in plain], rel=1e-12)
+    given = table(tmp_path, sun.format('<vector name="direction" value="0 0 3"/>'))["lights"][0]
+    assert given["intensity"] == plain
+    look = '<lookat origin="0 0 5" target="0 0 0" up="0 1 0"/>'
+    spot = '<emitter type="spot">{}</emitter>'
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, spot.format(_turned(f'<scale value="-2"/>{look}')))
+    for axis in "xyz":
+        with pytest.warns(clrt.ClrtWarning, match="no counterpart: the stretch of a spot$"):
+            read(tmp_path, spot.format(_turned(f'<scale {axis}="2"/>{look}')))
+
+
+def test_what_builds_trees_changes_no_picture(tmp_path: Path) -> None:
+    kinds = "".join(f'<shape type="{kind}"><boolean name="face_normals" value="true"/></shape>'
+                    for kind in ("rectangle", "cube"))  # fmt: skip
+    robust = '<boolean name="embree_use_robust_intersections" value="true"/>'
+    assert len(read(tmp_path, f'{robust}<integer name="kd_max_depth" value="4"/>{kinds}').shapes) == 2
+    with pytest.raises(clrt.ClrtError, match="there is no element 'integer'"):
+        read(tmp_path, '<integer name="max_depth" value="4"/>')
 
 
 @pytest.mark.parametrize(

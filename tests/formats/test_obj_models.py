@@ -60,6 +60,16 @@ def load(folder: Path, mtl: str, obj: str = "usemtl m\nf 1 2 3\n", **options: An
             "color": [0.0] * 3, "diffuse": 0.0, "transmission": 1.0, "ior": 1.25,
         }),
         ("Kd 1 1 1\nillum 4", {"color": [1.0] * 3}),
+        ("illum 4\nKd 0.5 0.2 0.2\nKa 0 0 0\nTf 1 1 1\nNi 1", {"color": [0.5, 0.2, 0.2]}),  # Maya's
+        ("illum 9\nKd 0 0 0\nTf 1 1 0.5", {
+            "color": [0.0] * 3, "diffuse": 0.0, "transmission": 1.0, "transmission_color": [1.0, 1.0, 0.5],
+            "thin": True,
+        }),
+        ("illum 9\nTf 1 1 0.5", {"color": [0.8] * 3}),
+        ("Kd 1 0 0\nTf 1 1 1\nNi 1.25\nillum 6", {
+            "color": [1.0, 0.0, 0.0], "diffuse": 0.0, "transmission": 1.0, "ior": 1.25,
+            "transmission_color": [1.0] * 3,
+        }),
         ("Kd 1 0.5 0\nPr 0\nPm 1\nKe 1 0 0", {
             "color": [1.0, 0.5, 0.0], "diffuse": 0.0, "fresnel": "schlick", "specular": 100.0,
             "shininess": 199.5, "highlight_color": [1.0, 0.5, 0.0], "reflection": 1.0,
@@ -125,6 +135,44 @@ def test_parts_in_a_scene_file(tmp_path: Path) -> None:
     for shape, other in zip(scene.shapes, again.shapes, strict=True):
         assert isinstance(shape, Mesh) and isinstance(other, Mesh)
         assert shape.data().vertices.tolist() == other.data().vertices.tolist()
+
+
+def test_transparency_that_leaves_nothing_is_opacity(tmp_path: Path) -> None:
+    """`Tr 1.000000` without `d`, as scans are written; next to 1 it is what it says."""
+    with pytest.warns(clrt.ClrtWarning, match="Tr 1 without d, which would leave nothing that is seen"):
+        scene = load(tmp_path, "newmtl m\nKd 1 1 1\nTr 1.000000\nillum 1\n")
+    assert scene.materials["m"].diffuse == 1 and scene.materials["m"].kt == 0
+    clear = load(tmp_path, "newmtl m\nKd 1 1 1\nTr 0.99\nillum 1\n").materials["m"]
+    assert clear.transmission == pytest.approx(0.99)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_names_with_a_sign_of_comments(tmp_path: Path, end: str, recwarn: pytest.WarningsRecorder) -> None:
+    """3ds Max calls materials `Material #25`; Blender writes that as `Material_#25`."""
+    (tmp_path / "Map #3.png").write_bytes(PICTURE)
+    colors = {"M_#1": "1 0 0", "M_#2": "0 1 0", "M #3": "0 0 1", "M #4": "1 1 0", "plain # told": "0 1 1"}
+    mtl = end.join(f"newmtl {name}{end}Kd {color}" for name, color in colors.items())
+    used = [*colors, "plain", "M_#1 # a comment"]
+    obj = "".join(f"usemtl {name}{end}f 1/1 2/1 {k % 3 + 3}/1 # {k}{end}" for k, name in enumerate(used))
+    (tmp_path / "a #1.mtl").write_bytes((mtl + f"{end}newmtl p#{end}map_Kd Map #3.png{end}").encode())
+    head = f"mtllib a #1.mtl{end}{CORNERS}vt 0 0{end}"
+    (tmp_path / "a.obj").write_bytes(f"{head}{obj}usemtl p#{end}f 1/1 2/1 3/1{end}".encode())
+    scene = clrt.load(tmp_path / "a.obj")
+    pictured = scene.materials["p#"].color
+    assert isinstance(pictured, ImageTexture) and pictured.file == "Map #3.png"
+    right = {**colors, "plain # told-2": colors["plain # told"], "M_#1-2": colors["M_#1"]}
+    found = {name: material.color for name, material in scene.materials.items() if name != "p#"}
+    assert found == {name: tuple(map(float, color.split())) for name, color in right.items()}
+    assert [str(warning.message) for warning in recwarn] == []
+    (tmp_path / "b.mtl").write_text("newmtl M_#1\nmap_Kd b.png # it\n")
+    (tmp_path / "b.png").write_bytes(PICTURE)
+    (tmp_path / "a.obj").write_text(f"mtllib b.mtl # its\n{CORNERS}{WITH_UV.replace(' m', ' M_#1')}")
+    pictured = clrt.load(tmp_path / "a.obj").materials["M_#1"].color
+    assert isinstance(pictured, ImageTexture) and pictured.file == "b.png"
+    assert [str(warning.message) for warning in recwarn] == []
+    (tmp_path / "a.obj").write_text(f"mtllib a #1.mtl\n{CORNERS}usemtl M\nf 1 2 3\n")
+    with pytest.warns(clrt.ClrtWarning, match="the material 'M', which its library lacks"):
+        clrt.load(tmp_path / "a.obj")
 
 
 def test_libraries(tmp_path: Path) -> None:

@@ -13,9 +13,10 @@ from clrt.base.files import read_text_bytes, resolve
 from clrt.base.limits import Limits, written
 from clrt.base.mark import unmarked
 from clrt.base.places import At
-from clrt.formats.mitsuba.values import OBJECTS, Plugin, snake
+from clrt.formats.mitsuba.values import OBJECTS, VALUES, Plugin, snake
 from clrt.formats.xml_tree import MOST, Element, filled, parse, unknown
 
+_TREES: Final = ("embree_", "kd_")  # begin the values of a scene itself: how its trees are built
 _NOWHERE: Final = ("default", "include", "alias", "path")
 _AGAIN: Final = 1 << 18  # points of curves that are taken more than once: 250 bytes each
 
@@ -160,6 +161,8 @@ def _objects(
             aliases.append(child)
         elif child.tag in OBJECTS:
             yield child
+        elif child.tag in VALUES and snake(child.get("name")).startswith(_TREES):
+            pass
         elif child.tag not in _NOWHERE:
             raise unknown(child, "element", child.tag, [*OBJECTS, *_NOWHERE])
 

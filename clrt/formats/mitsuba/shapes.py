@@ -21,7 +21,8 @@ _MESH: Final = _EVERY | {"filename": "x", "face_normals": "x", "flip_tex_coords"
 _KEYS: Final[dict[str, dict[str, str]]] = {
     "sphere": _EVERY | {"center": "x", "radius": "x"},
     "cylinder": _EVERY | {"p0": "x", "p1": "x", "radius": "x"},
-    "rectangle": _EVERY, "disk": _EVERY, "cube": _EVERY, "obj": _MESH, "ply": _MESH,
+    "rectangle": _EVERY | {"face_normals": "-"}, "cube": _EVERY | {"face_normals": "-"}, "disk": _EVERY,
+    "obj": _MESH, "ply": _MESH,
 }  # fmt: skip
 _OTHERS: Final = ("serialized", "shapegroup", "instance", "bsplinecurve", "linearcurve", "sdfgrid", "merge",
                   "ellipsoids", "ellipsoidsmesh", "hair", "heightfield", "rectangles", "blender")  # fmt: skip

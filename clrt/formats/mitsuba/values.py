@@ -259,10 +259,19 @@ def _given(step: Element) -> Array:
 
 
 def looks(step: Element) -> tuple[Rgb, Rgb, Rgb]:
-    """Origin, target and up of a <lookat>."""
-    found = (tuple(numbers(step, step.get(key), 3)) for key in ("origin", "target", "up"))
-    origin, target, up = found
-    return origin, target, up  # type: ignore[return-value]
+    """Origin, target and up of a <lookat>, which need say no up: then any will do, and Mitsuba's is taken."""
+    origin, target = (tuple(numbers(step, step.get(key), 3)) for key in ("origin", "target"))
+    up = tuple(numbers(step, step.keys.get("up", "0 0 0"), 3))
+    return origin, target, up if any(up) else _beside(origin, target)  # type: ignore[return-value]
+
+
+def _beside(origin: Sequence[float], target: Sequence[float]) -> tuple[float, ...]:
+    """Across the way from one to the other, as Mitsuba has it (Duff et al. 2017, eq. 5)."""
+    way = np.subtract(target, origin)
+    x, y, z = way / (np.linalg.norm(way) or 1.0)
+    sign = math.copysign(1.0, z)
+    a = -1 / (sign + z)
+    return sign * x * x * a + 1, sign * x * y * a, -sign * x
 
 
 def _aimed(step: Element) -> Array:

@@ -13,6 +13,7 @@ from clrt.formats.mitsuba.file import Context
 from clrt.formats.mitsuba.values import Array, Plugin, looks, times
 from clrt.formats.xml_tree import Element, unknown
 from clrt.scene.pinhole import ahead
+from clrt.scene.transforms import is_similarity
 
 Table = dict[str, Any]
 MOST_SAMPLES: Final = 16
@@ -44,7 +45,9 @@ _INTEGRATORS: Final[dict[str, dict[str, str] | None]] = {
 _VIEW: Final = dict.fromkeys(
     ("to_world", "fov", "fov_axis", "focal_length", "principal_point_offset_x", "principal_point_offset_y"),
     "x",
-) | dict.fromkeys(("near_clip", "far_clip", "shutter_open", "shutter_close"), "-") | {"srf": ""}  # fmt: skip
+) | dict.fromkeys(
+    ("near_clip", "far_clip", "focus_distance", "shutter_open", "shutter_close"), "-"
+) | {"srf": ""}  # fmt: skip
 _OTHER_SENSORS: Final = ("radiancemeter", "irradiancemeter", "distant", "batch")
 _LENS: Final = {"aperture_radius": "x", "focus_distance": "x"}
 _SENSORS: Final[dict[str, dict[str, str]]] = {
@@ -224,6 +227,8 @@ def emitter(plugin: Plugin, context: Context, scene: Table) -> None:
         if not np.allclose(plugin.to_world(), _HALF_TURN, atol=1e-6):
             context.left_out["turns of an envmap"] = None
     else:
+        if plugin.type == "spot" and not is_similarity(plugin.to_world()):
+            context.left_out["the stretch of a spot"] = None
         scene["lights"].append(_LIGHTS[plugin.type](plugin))
 
 
@@ -236,8 +241,10 @@ def _point(plugin: Plugin) -> Table:
 
 def _directional(plugin: Plugin) -> Table:
     way = plugin.vector("direction", tuple(_unit(plugin, 2).tolist()))
+    # of an axis that is scaled the length counts, of a direction not
+    length = 1.0 if "direction" in plugin.values else float(np.linalg.norm(plugin.to_world()[:3, 2]))
     return {"type": "directional", "direction": list(way),
-            "intensity": times(plugin.color("irradiance", 1.0), 1 / math.pi)}  # fmt: skip
+            "intensity": times(plugin.color("irradiance", 1.0), length / math.pi)}  # fmt: skip
 
 
 def _spot(plugin: Plugin) -> Table:

@@ -28,6 +28,7 @@ _ODD: Final = re.compile(
 _GOES_ON: Final = re.compile(rb"\\(?:\r\n?|\n)")
 _LEAST: Final = {b"v": 3, b"vt": 1, b"vn": 3, b"f": 3}  # words behind them
 _COUNTED: Final = (b"v", b"vt", b"vn")
+_NAMES: Final = (b"usemtl", b"newmtl", b"mtllib", b"norm", b"o", b"g")  # keywords that a name follows
 _UNREAD: Final = {
     b"l": "lines", b"p": "points", b"curv": "curves", b"surf": "free-form surfaces",
     b"fo": "faces of the old kind 'fo'",
@@ -55,7 +56,7 @@ def plain_obj(data: bytes) -> bytes:
     lines: list[bytes] = []
     counts = dict.fromkeys(_COUNTED, 0)
     for line in _GOES_ON.sub(b" ", data).splitlines():  # of bytes: at \n, \r and \r\n only
-        words = line.partition(b"#")[0].split()
+        words = words_of(line)
         if not words:
             continue
         if words[0] in counts:
@@ -64,6 +65,13 @@ def plain_obj(data: bytes) -> bytes:
             words[1:] = [_from_start(corner, counts) for corner in words[1:]]
         lines.append(b" ".join(words))
     return b"\n".join(lines) + b"\n"
+
+
+def words_of(line: bytes) -> list[bytes]:
+    """The words of a line before its comment. In a name `#` is a letter, as 3ds Max has it: `Material #25`."""
+    words = line.partition(b"#")[0].split()
+    key = words[0].lower() if words else b""
+    return line.split() if key in _NAMES or key.startswith(b"map_") else words
 
 
 def _check_end(data: bytes) -> None:
@@ -108,7 +116,7 @@ def _numbered(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
         goes_on = line.endswith(b"\\")
         parts.append(line[:-1] if goes_on else line)
         if not goes_on:
-            words = b" ".join(parts).partition(b"#")[0].split()
+            words = words_of(b" ".join(parts))
             if words:
                 yield number - len(parts) + 1, words
             parts.clear()

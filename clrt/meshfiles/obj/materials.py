@@ -13,7 +13,7 @@ from clrt.meshfiles.gltf.textures import Itself
 from clrt.meshfiles.look import NONE, Look, Names, Used, textures_without_uv
 from clrt.meshfiles.obj.lines import formed, has_colors, mixed_forms
 from clrt.meshfiles.obj.maps import Beside
-from clrt.meshfiles.obj.mtl import Phong, earlier, name_of, read_mtl, text_of
+from clrt.meshfiles.obj.mtl import Phong, earlier, name_of, read_mtl, said, text_of
 
 LIBRARY: Final = "clrt.mtl"
 """The materials file that is made up, so that trimesh keeps materials apart."""
@@ -80,7 +80,9 @@ class Materials:
         known: dict[bytes, tuple[Phong, Beside]] = {}
         seen: set[Path] = set()  # a library may be named often, and in many ways
         for name in dict.fromkeys(self.libraries):
-            files = [name] if fetch(name) is not None else name.split()  # names may have spaces
+            plain = name.partition("#")[0].strip()
+            # names may have spaces, and ` #`
+            files = next(([whole] for whole in (name, plain) if fetch(whole) is not None), plain.split())
             for file in dict.fromkeys(files):
                 there = fetch(file)
                 if there is None:
@@ -93,8 +95,13 @@ class Materials:
                         phong.left_out.update(earlier(called) if called in known else {})
                         known[called] = (phong, place)
         names = Names()  # of other bytes may be the same text
+        plain: dict[bytes, bytes | None] = {}
+        for called in known:
+            plain[said(called)] = None if said(called) in plain else called
         for number, uv in used:
             its_name = self.names[number]
+            if its_name not in known:  # it has a comment, or the library's has
+                its_name = said(its_name) if said(its_name) in known else plain.get(its_name) or its_name
             if its_name in known:
                 phong, its = known[its_name]
                 phong = phong.with_pictures(its, itself.shows)

@@ -13,11 +13,12 @@ from clrt.images.file import KINDS
 from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.facets import Facets, Rgb, shown, unlit
 from clrt.meshfiles.look import Table, not_there
+from clrt.meshfiles.obj.lines import words_of
 from clrt.meshfiles.obj.maps import Beside, finite, normals_of, texture
 
 _MIRRORS: Final = (3, 5, 8)  # models of illumination with reflections
 _GLASSES: Final = (4, 6, 7, 9)
-_BENDING: Final = (6, 7)
+_BENDING: Final = (6, 7)  # the others many programs write for all materials, with Tf 1 1 1
 _ROUNDED: Final = 0.01  # by which d and 1 - Tr of one material may differ
 _FRESNEL: Final = 5
 _PASSED_OVER: Final = ("ka", "sharpness", "map_ka", "map_ks", "map_ns", "aniso", "anisor")
@@ -56,7 +57,8 @@ class Phong:
         for key in ("map_kd", "map_ke", "norm"):
             picture = getattr(self, key)
             if picture is not None:
-                file = beside(picture["file"])
+                name = picture["file"]
+                file = beside(name) or beside(name.partition(" #")[0])  # a comment, if it is no letter of it
                 if file is None:
                     self.left_out[not_there(picture["file"])] = None
                 elif not shows(file):
@@ -72,7 +74,9 @@ class Phong:
 
     def table(self, uv: bool) -> Table:
         """The material, as a scene file has it; without pictures where what has it has no uv."""
-        if self.tr is not None and not math.isclose(self.d, 1.0 - self.tr, abs_tol=_ROUNDED):
+        if self._inverse:
+            self.left_out["Tr 1 without d, which would leave nothing that is seen"] = None
+        elif self.tr is not None and not math.isclose(self.d, 1.0 - self.tr, abs_tol=_ROUNDED):
             self.left_out[f"Tr {self.tr:g}, which contradicts d {self.d:g}"] = None
         if not uv and self.pictured:
             return replace(self, map_kd=None, map_ke=None, norm=None).table(True)
@@ -103,7 +107,12 @@ class Phong:
         `d`."""
         if self.dissolve is not None:
             return self.dissolve
-        return 1.0 if self.tr is None else 1.0 - self.tr
+        return 1.0 if self.tr is None or self._inverse else 1.0 - self.tr
+
+    @property
+    def _inverse(self) -> bool:
+        """Whether `Tr` alone would leave nothing that is seen: many programs write so what is opaque."""
+        return self.dissolve is None and self.tr == 1
 
     @property
     def _base(self) -> Rgb:
@@ -113,7 +122,9 @@ class Phong:
     @property
     def _clear(self) -> bool:
         """Whether all light passes but for what `Tf` takes."""
-        return self.illum in _GLASSES and self.d == 1 and self.tf is not None and any(self.tf)
+        lets = self.d == 1 and self.tf is not None and any(self.tf)
+        dark = self.map_kd is None and self.kd is not None and not any(self.kd)
+        return lets and (self.illum in _BENDING or (self.illum in _GLASSES and dark))
 
     def _passing(self) -> Table:
         """What of the table is of light that passes."""
@@ -154,7 +165,7 @@ def read_mtl(data: bytes, name: str) -> dict[bytes, Phong]:
     current: bytes | None = None
     # lines and words of bytes: a text has far more characters that end a line, or are space
     for number, line in enumerate(unmarked(data).splitlines(), 1):
-        words = line.partition(b"#")[0].split()
+        words = words_of(line)
         key = text_of(words[0]).lower() if words else ""
         if key == "newmtl":
             current = name_of(words[1:])
@@ -171,6 +182,11 @@ def read_mtl(data: bytes, name: str) -> dict[bytes, Phong]:
 def name_of(words: Sequence[bytes]) -> bytes:
     """A name of some words, which spaces are between: compared as bytes, whatever letters they stand for."""
     return b" ".join(words)
+
+
+def said(name: bytes) -> bytes:
+    """A name without the comment behind it, if ` #` begins one and is no letter of the name."""
+    return name.partition(b" #")[0]
 
 
 def text_of(data: bytes) -> str:
