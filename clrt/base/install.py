@@ -6,12 +6,13 @@ import importlib.metadata
 import importlib.util
 import re
 import shlex
-import sys
+
+from clrt.base import child
 
 
 def pip_install(*packages: str) -> str:
     """The command that installs packages for this Python."""
-    python = shlex.quote(sys.executable or "python")
+    python = shlex.quote(child.interpreter() or "python")
     names = " ".join(map(shlex.quote, packages))
     if importlib.util.find_spec("pip") is None:  # environments that uv makes
         return f"uv pip install --python {python} {names}"

@@ -19,6 +19,8 @@ from clrt.base.room import check_date
 from clrt.base.suggest import nearest
 
 PACKAGE = Path(__file__).resolve().parents[1]
+if not PACKAGE.is_dir():
+    raise ImportError(f"{PACKAGE}: clrt cannot run from within an archive; unpack or install it")
 SCENE_SUFFIXES = (".toml", ".json", ".nff", ".txt", ".xml", ".py")
 TOOL_PREFIX = "generate_"  # scripts that write what scenes load, and are none themselves
 

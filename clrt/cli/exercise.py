@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import shlex
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
+from clrt.base import child
 from clrt.base.atomic import write_json
 from clrt.base.errors import ClrtError, legible
-from clrt.base.resources import PACKAGE
 from clrt.base.scratch import scratch
 from clrt.cli.outputs import check_named
 from clrt.cli.terminal import say
@@ -111,14 +109,13 @@ def _apart(options: argparse.Namespace) -> list[dict[str, Any]]:
 
 
 def _by_child(name: str, options: argparse.Namespace, into: Path) -> dict[str, Any]:
-    command = [sys.executable, "-P", "-m", "clrt", "exercise", "check", "--into", str(into)]
+    command = child.command("clrt", "exercise", "check", "--into", str(into))
     command += [] if options.device is None else ["--device", str(options.device)]
-    paths = os.pathsep.join(part for part in (str(PACKAGE.parent), os.environ.get("PYTHONPATH")) if part)
     row: dict[str, Any] = {"folder": name, "mended": False}
     try:
         done = subprocess.run(
             [*command, "--", name], capture_output=True, timeout=options.timeout, check=False,
-            stdin=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": paths},
+            stdin=subprocess.DEVNULL, env=child.environment(),
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return {**row, "error": f"no answer within {options.timeout:g} s"}

@@ -21,8 +21,7 @@ from contextlib import suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
 
-from clrt.base import interrupts
-from clrt.base.resources import PACKAGE
+from clrt.base import child, interrupts
 from clrt.device import trial
 
 if TYPE_CHECKING:
@@ -37,21 +36,20 @@ def start(label: str, settings: Settings, ray_format: layout.RayFormat, needed: 
 
     label: of the device. needed: whether their work-items take packets.
     """
-    if not (needed and interrupts.running() and sys.executable and _cores() > 1 and settings.threads != 1):
+    if not (needed and interrupts.running() and _cores() > 1 and settings.threads != 1):
         return
     if trial.circumstances():  # the driver may break
         return
     told = {name: getattr(settings, name) for name in _SETTINGS}
     asked = {"device": label, "settings": told, "rays": asdict(ray_format), "needed": needed}
-    paths = os.pathsep.join(part for part in (str(PACKAGE.parent), os.environ.get("PYTHONPATH")) if part)
     apart: dict[str, Any] = {"start_new_session": True}
     if sys.platform == "win32":
         apart = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
     with suppress(OSError, ValueError):  # it is done without
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "clrt.device.compiler"], stdin=subprocess.PIPE,
+            child.command("clrt.device.compiler"), stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": paths}, **apart,
+            env=child.environment(), **apart,
         )  # fmt: skip
         interrupts.helpers.add(process.pid)
         atexit.register(_end, process)

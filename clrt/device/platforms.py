@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from clrt.base import handlers, notices
+from clrt.base import child, handlers, notices
 from clrt.base.elsewhere import relative, within
 from clrt.base.errors import DeviceError, show
 from clrt.base.resources import PACKAGE
@@ -253,4 +253,4 @@ def command(name: str) -> str:
     """How a command of clrt is typed here: its script may not be on the PATH."""
     script = shutil.which("clrt")
     here = script and Path(script).absolute().parent == Path(sys.executable).absolute().parent
-    return f"clrt {name}" if here else f"{sys.executable or 'python'} -m clrt {name}"
+    return f"clrt {name}" if here else f"{child.interpreter() or 'python'} -m clrt {name}"

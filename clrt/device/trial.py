@@ -22,6 +22,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
+from clrt.base import child
 from clrt.base.atomic import replacing
 from clrt.base.errors import ClrtError, DeviceError, one_line, show
 from clrt.base.room import process_limit
@@ -31,6 +32,8 @@ from clrt.device.info import DeviceInfo
 from clrt.device.processor import signature
 
 PATIENCE: Final = 120.0  # seconds: a busy machine takes 5
+_TRIAL: Final = "CLRT_TRIAL"
+"""A variable of a trial's own process, which tries no further one."""
 _DAY: Final = 24 * 3600
 _MOMENT: Final = 600
 _PROCESSORS: Final = "/sys/devices/system/cpu"
@@ -177,15 +180,13 @@ def _tried(info: DeviceInfo) -> str:
 
 
 def _run(what: str) -> str:
-    if not sys.executable:  # embedded in another program: nothing can be started
+    if os.environ.get(_TRIAL):  # this is one, whatever was started
         return ""
-    root = str(Path(__file__).resolve().parents[2])  # a checkout need not be installed
-    paths = os.pathsep.join(part for part in (root, os.environ.get("PYTHONPATH")) if part)
     try:
         done = subprocess.run(
-            [sys.executable, "-P", "-m", "clrt.device.attempt", what],
+            child.command("clrt.device.attempt", what),
             capture_output=True, timeout=PATIENCE, check=False, stdin=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": paths},
+            env=child.environment(**{_TRIAL: "1"}),
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         return f"{_HANGS} after {PATIENCE:.0f} s"

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from clrt.base import child
 from clrt.base.install import pip_install
 from clrt.base.resources import PACKAGE
 from clrt.device import cachefolder
@@ -120,10 +121,12 @@ def why_none() -> str:
 
 def load_fault(library: str) -> str:
     """Why a library cannot be loaded; tried in another process, since a driver may do anything."""
-    code = "import ctypes, sys; ctypes.CDLL(sys.argv[1])"
+    code, python = "import ctypes, sys; ctypes.CDLL(sys.argv[1])", child.interpreter()
+    if python is None:  # nothing is known against it
+        return ""
     try:
         done = subprocess.run(
-            [sys.executable, "-P", "-c", code, library],
+            [python, "-P", "-c", code, library],
             capture_output=True, text=True, timeout=30, check=False, cwd=PACKAGE,
         )  # fmt: skip
     except subprocess.TimeoutExpired:

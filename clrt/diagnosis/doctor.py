@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal
 
+from clrt.base import child
 from clrt.base.errors import ClrtError, one_line
 from clrt.base.install import install_extra, pip_install
 from clrt.base.interrupts import ended_by
@@ -113,14 +114,16 @@ def _intel() -> Iterator[Finding]:
 
 def _device(wanted: int | str | None) -> Iterator[Finding]:
     """What a small render on the device says."""
-    command = [sys.executable, "-P", "-m", "clrt.diagnosis.probe", *([] if wanted is None else [str(wanted)])]
-    root = str(Path(__file__).resolve().parents[2])  # a checkout need not be installed
-    paths = os.pathsep.join(part for part in (root, os.environ.get("PYTHONPATH")) if part)
+    if child.interpreter() is None:
+        text = "not tried: this program is no Python that could be started in a process of its own"
+        yield Finding("small render", "advice", text)
+        return
+    command = child.command("clrt.diagnosis.probe", *([] if wanted is None else [str(wanted)]))
     clean = f"rm -r {kernelcache.usual_folder()}"
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False,
-            env={**os.environ, "PYTHONPATH": paths},
+            env=child.environment(),
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         text = f"a small picture is not done after {PROBE_SECONDS:.0f} s"

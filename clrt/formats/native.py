@@ -112,7 +112,7 @@ def value_list(text: str, limits: Limits, source: str) -> list[Any]:
         values = [first + step * k for k in range(count)]
         plain = all(end.lstrip("+-").isdecimal() for end in found.groups()[:2]) and step == int(step)
         return [int(value) for value in values] if plain else values
-    if text.count(":") == 2 and re.match(r"\s*[+-]?[0-9.]", text):
+    if text.count(":") in (1, 2) and re.match(r"\s*[+-]?[0-9.][^,\"']*:", text):
         right = "FIRST:LAST:COUNT are two numbers and how many values, such as 20:60:5"
         raise SceneError(located(source, "", f"{show(text)} is no range; {right}"))
     values = _value(f"[{text}]", limits, source)

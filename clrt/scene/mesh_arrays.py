@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from clrt.base.errors import one_line
 from clrt.base.explain import FLOAT32_MAX, REFUSALS
 from clrt.base.places import At
 from clrt.base.records import check_kinds
@@ -20,6 +21,7 @@ _ROWS = 1 << 16  # looked at at a time
 
 def read_arrays(arrays: dict[str, Any], at: At, own: bool = False) -> dict[str, Any]:
     """The checked arrays of a mesh, read-only, by the keys of its table; own: arrays need not be copied."""
+    arrays = {key: _array(value, at.key(key)) for key, value in arrays.items()}
     vertices = _points(arrays["vertices"], at.key("vertices"), "vertices", own)
     checked: dict[str, Any] = {
         "vertices": vertices,
@@ -67,6 +69,17 @@ def _points(value: object, at: At, noun: str, own: bool, width: int = 3) -> np.n
             raise at.item(row).error(points[row].tolist(), f"{noun} must be finite in float32")
     points.flags.writeable = False
     return points
+
+
+def _array(value: object, at: At) -> object:
+    """The array that others' tables, tensors and the like give of themselves."""
+    if isinstance(value, (np.ndarray, np.generic)) or not hasattr(value, "__array__"):
+        return value
+    try:
+        return np.asarray(value)
+    except Exception as error:  # of whatever package it is
+        why = one_line(str(error))[:80]
+        raise at.says(f"a {type(value).__name__} is no array of numbers ({why})") from None
 
 
 def _plain(array: np.ndarray, at: At) -> np.ndarray:

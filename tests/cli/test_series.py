@@ -243,7 +243,7 @@ def test_a_range_of_whole_numbers_is_of_whole_numbers() -> None:
     assert scene.max_depth == 3
 
 
-@pytest.mark.parametrize("text", ["1:2:-1", "30:inf:3", "1:2:1.5", "1::3"])
+@pytest.mark.parametrize("text", ["1:2:-1", "30:inf:3", "1:2:1.5", "1::3", "20:30", "7:3,4"])
 def test_what_is_no_range_is_said(text: str) -> None:
     with pytest.raises(clrt.ClrtError, match="is no range; FIRST:LAST:COUNT are two numbers"):
         value_list(text, clrt.Limits(), "--set camera.fov")

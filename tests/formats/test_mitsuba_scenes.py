@@ -388,3 +388,48 @@ def test_v_of_a_ply_runs_upwards(tmp_path: Path) -> None:
 )
 def test_depths(integrator: str, depth: int, tmp_path: Path) -> None:
     assert read(tmp_path, integrator, "0.6.0").max_depth == depth
+
+
+def test_folders_in_which_files_lie(tmp_path: Path) -> None:
+    """Those that <path> names come before the scene's own, the last of them first."""
+    corners = "v 0 0 0\nv {0} 0 0\nv 0 {0} 0\nf 1 2 3\n"
+    for number, folder in enumerate(("", "b", "c/d"), 1):
+        (tmp_path / folder).mkdir(parents=True, exist_ok=True)
+        (tmp_path / folder / "a.obj").write_text(corners.format(number))
+    (tmp_path / "e.obj").write_text(corners.format(9))
+    (tmp_path / "b" / "in.xml").write_text('<bsdf version="3.0.0" type="diffuse"/>')
+
+    def sizes(head: str) -> list[float]:
+        file = '<shape type="obj"><string name="filename" value="{}.obj"/></shape>'
+        shapes = file.format("a") + file.format("e")
+        return [float(shape.data().vertices.max()) for shape in read(tmp_path, head + shapes).shapes]
+
+    assert sizes("") == [1, 9]
+    assert sizes('<path value="b"/><include filename="in.xml"/>') == [2, 9]
+    assert sizes('<path value="b"/><path value="./c\\d"/><path value="b"/>') == [3, 9]
+    for elsewhere in ("..", "/", "gone", "e.obj", "", "."):
+        if elsewhere in ("", "."):
+            assert sizes(f'<path value="{elsewhere}"/>') == [1, 9]
+        else:
+            with pytest.warns(clrt.ClrtWarning, match="the <path> '.*', which is no folder in the scene's"):
+                assert sizes(f'<path value="{elsewhere}"/>') == [1, 9]
+    many = "".join(f'<path value="f{k}"/>' for k in range(65))
+    for k in range(65):
+        (tmp_path / f"f{k}").mkdir()
+    with pytest.raises(clrt.ClrtError, match="more than 64 folders of <path>"):
+        sizes(many)
+
+
+def test_files_included_within_objects(tmp_path: Path) -> None:
+    (tmp_path / "red.xml").write_text(
+        '<bsdf version="3.0.0" type="diffuse"><rgb name="reflectance" value="$red 0 0"/></bsdf>'
+    )
+    body = '<default name="red" value="0.5"/><default name="which" value="red"/>{}'
+    shape = '<shape type="sphere"><include filename="$which.xml"/></shape>'
+    found = read(tmp_path, body.format(shape))
+    assert found.material_of(found.shapes[0]).color == (0.5, 0, 0)
+    with pytest.raises(clrt.ClrtError, match=r"red\.xml is included twice|'red.xml' is included twice"):
+        read(tmp_path, body.format(shape * 2))
+    (tmp_path / "red.xml").write_text(f'<scene version="3.0.0">{shape}</scene>')
+    with pytest.raises(clrt.ClrtError, match="an included file includes no other"):
+        read(tmp_path, body.format(shape))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -155,3 +156,17 @@ def test_numbers_that_are_not_there_are_named(tmp_path: Path, corner: str, word:
     (tmp_path / "a.obj").write_text(f"{MESH}{face}\n")
     with pytest.warns(clrt.ClrtWarning, match=f"its faces name {word} that are not there"):
         clrt.load(tmp_path / "a.obj")
+
+
+@pytest.mark.parametrize(
+    "line", ["# from C:\\temp\\", "g C:\\temp\\", "o C:\\", "usemtl a\\", "v 0 0 9 # C:\\"]
+)
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_folders_end_no_line_over_the_next(line: str, end: str, tmp_path: Path) -> None:
+    """A comment or a name that ends in a backslash went on in the next line, whose face was lost."""
+    rows = ["v 0 0 0", "v 1 0 0", "v 0 1 0", "v 1 1 0", line, "f 1 2 3", "f 2 4 \\", "3 # C:\\", "f 1 2 4"]
+    (tmp_path / "a.obj").write_bytes(end.join([*rows, ""]).encode())
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", clrt.ClrtWarning)
+        scene = clrt.load(tmp_path / "a.obj")
+    assert sum(shape.primitives for shape in scene.shapes) == 3

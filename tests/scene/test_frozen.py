@@ -138,6 +138,27 @@ def test_masks_that_hide_nothing_and_matrices_are_arrays() -> None:
     assert {type(scene.shapes[0].data().vertices) for scene in scenes} == {np.ndarray}  # type: ignore[attr-defined]
 
 
+class Table:
+    """As of pandas, xarray and the like."""
+
+    def __init__(self, values: list[list[float]] | str) -> None:
+        self.values = values
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        if isinstance(self.values, str):
+            raise ValueError(self.values)
+        return np.array(self.values, dtype)
+
+
+def test_what_gives_an_array_of_itself_is_one() -> None:
+    plain = {"type": "mesh", "vertices": CORNERS, "faces": [[0, 1, 2]]}
+    given = {"type": "mesh", "vertices": Table(CORNERS), "faces": Table([[0, 1, 2]])}
+    assert clrt.load_dict({"shapes": [given]}) == clrt.load_dict({"shapes": [plain]})
+    refused = {**plain, "vertices": Table("on a GPU:\n call cpu()")}
+    with pytest.raises(clrt.SceneError, match=r"vertices: a Table is no array of numbers \(on a GPU: call"):
+        clrt.load_dict({"shapes": [refused]})
+
+
 def test_masked_tables_and_pictures_are_refused() -> None:
     pixels = np.ma.masked_equal(np.zeros((2, 2, 3), np.float32), 0)
     with pytest.raises(clrt.ClrtError, match="pixels: 12 of its numbers are masked"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -18,6 +19,7 @@ from clrt.formats.xml_tree import MOST, Element, filled, parse, unknown
 
 _TREES: Final = ("embree_", "kd_")  # begin the values of a scene itself: how its trees are built
 _NOWHERE: Final = ("default", "include", "alias", "path")
+_PATHS: Final = 64
 _AGAIN: Final = 1 << 18  # points of curves that are taken more than once: 250 bytes each
 
 
@@ -36,12 +38,31 @@ class Context:
     filled: int = 0  # letters that parameters have added
     used: set[tuple[str, int]] = field(default_factory=set)
     again: int = 0
+    read: int = 0  # bytes of the file and of those that it includes
+    paths: list[str] = field(default_factory=list)  # folders, too, in which files may lie
 
     def file(self, element: Element) -> str:
         """The name of a file that a value names, which lies in the scene's folder."""
-        name = element.get("value").replace("\\", "/")
-        path = resolve(name, self.folder, At(f"{element.source}:{element.line}", element.name))
+        path = self.found(element.get("value"), At(f"{element.source}:{element.line}", element.name))
         return path.relative_to(self.folder.resolve()).as_posix()
+
+    def found(self, name: str, at: At) -> Path:
+        """The file of a name, in the first folder of `paths` that has it, else in the scene's."""
+        name = name.replace("\\", "/")
+        names = (f"{folder}/{name}" for folder in self.paths)
+        there = (found for found in names if os.path.isfile(self.folder / found))
+        return resolve(next(there, name), self.folder, at)
+
+    def look_in(self, element: Element) -> None:
+        """Look for files first in the folder that a <path> names, if it lies in the scene's."""
+        name, root = element.get("value").replace("\\", "/"), os.path.realpath(self.folder)
+        folder = os.path.realpath(os.path.join(root, name)) if "\0" not in name else ""
+        if not (os.path.isdir(folder) and Path(folder).is_relative_to(root)):
+            self.left_out[f"the <path> {show(name[:60])}, which is no folder in the scene's"] = None
+        elif (inside := os.path.relpath(folder, root)) not in self.paths:
+            self.paths.insert(0, inside)
+        if len(self.paths) > _PATHS:
+            raise element.says(f"more than {_PATHS} folders of <path>; put files together")
 
     def elements(self, plugin: Plugin, tag: str) -> list[Element]:
         """The objects of kind `tag` within another, or referred to there, as often as they stand."""
@@ -127,7 +148,8 @@ def opened(data: bytes, context: Context) -> tuple[list[Element], dict[str, str]
         raise root.says(f"version: {show(root.keys['version'])} is not allowed; it must be like 3.0.0")
     parameters: dict[str, str] = {}
     aliases: list[Element] = []
-    tops = [*_objects(root, context, parameters, aliases, len(data))]
+    context.read = len(data)
+    tops = [*_objects(root, context, parameters, aliases)]
     for top in tops:
         for element in top.walk():
             if "id" in element.keys and element.tag != "ref":
@@ -141,24 +163,33 @@ def opened(data: bytes, context: Context) -> tuple[list[Element], dict[str, str]
 
 
 def _objects(
-    root: Element, context: Context, parameters: dict[str, str], aliases: list[Element], size: int,
+    root: Element, context: Context, parameters: dict[str, str], aliases: list[Element],
     included: bool = False,
 ) -> Iterator[Element]:
     """The root's children without those that only say how to read others."""
     for child in root.children:
-        for element in child.walk():
+        for element in child.walk():  # which goes on with the children that are there then
             context.filled += filled(element, parameters)
             if context.filled > MOST:
                 raise element.says(f"parameters filled in add more than {written(MOST)} letters; write less")
             if element.tag == "default":
                 parameters.setdefault(element.get("name"), element.get("value"))
+            if any(inner.tag == "include" for inner in element.children):
+                children, element.children = element.children, []
+                for inner in children:
+                    if inner.tag == "include":
+                        context.filled += filled(inner, parameters)
+                        beside = _included(inner, context, included)
+                        element.children += _objects(beside, context, parameters, aliases, included=True)
+                    else:
+                        element.children.append(inner)
         if child.tag == "include":
-            if included:
-                raise child.says("an included file includes no other; name both in the scene's file")
-            beside, size = _included(child, context, size)
-            yield from _objects(beside, context, parameters, aliases, size, included=True)
+            beside = _included(child, context, included)
+            yield from _objects(beside, context, parameters, aliases, included=True)
         elif child.tag == "alias":
             aliases.append(child)
+        elif child.tag == "path":
+            context.look_in(child)
         elif child.tag in OBJECTS:
             yield child
         elif child.tag in VALUES and snake(child.get("name")).startswith(_TREES):
@@ -167,20 +198,22 @@ def _objects(
             raise unknown(child, "element", child.tag, [*OBJECTS, *_NOWHERE])
 
 
-def _included(element: Element, context: Context, size: int) -> tuple[Element, int]:
-    """The root of an included file, and how many bytes have been read so far with it."""
+def _included(element: Element, context: Context, included: bool) -> Element:
+    """The root of an included file."""
+    if included:
+        raise element.says("an included file includes no other; name both in the scene's file")
     at = At(f"{element.source}:{element.line}", "filename")
-    path = resolve(element.get("filename"), context.folder, at)
+    path = context.found(element.get("filename"), at)
     if path in context.included:  # all of it would stand twice at one place, and few bytes ask for much
         before = context.included[path]
         raise element.says(f"{show(path.name)} is included twice, first in line {before}; leave one out")
     context.included[path] = element.line
     data = read_text_bytes(path, context.limits)
-    size += len(data)
-    context.limits.check("text_bytes", size, located(context.source, "", path.name))
+    context.read += len(data)
+    context.limits.check("text_bytes", context.read, located(context.source, "", path.name))
     root, _ = parse(unmarked(data), context.limits, path.name)
     if root.tag == "scene":
-        return root, size
+        return root
     above = Element("scene", {}, root.line, root.source)
     above.children = [root]
-    return above, size
+    return above

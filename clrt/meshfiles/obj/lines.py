@@ -25,7 +25,7 @@ _ODD: Final = re.compile(
     rb"|\\\r?\n",  # a line that goes on in the next
     re.MULTILINE,
 )
-_GOES_ON: Final = re.compile(rb"\\(?:\r\n?|\n)")
+_FREE: Final = re.compile(rb"[^#]*#|[ \t]*(?:usemtl|mtllib|[og])[ \t]")  # lines that say what they like
 _LEAST: Final = {b"v": 3, b"vt": 1, b"vn": 3, b"f": 3}  # words behind them
 _COUNTED: Final = (b"v", b"vt", b"vn")
 _NAMES: Final = (b"usemtl", b"newmtl", b"mtllib", b"norm", b"o", b"g")  # keywords that a name follows
@@ -55,20 +55,19 @@ def plain_obj(data: bytes) -> bytes:
         return data
     lines: list[bytes] = []
     counts = dict.fromkeys(_COUNTED, 0)
-    for line in _GOES_ON.sub(b" ", data).splitlines():  # of bytes: at \n, \r and \r\n only
-        words = words_of(line)
-        if not words:
-            continue
+    for _, words in _numbered(data):
         if words[0] in counts:
             counts[words[0]] += 1
         elif words[0] == b"f":
             words[1:] = [_from_start(corner, counts) for corner in words[1:]]
+        elif words[0] in _NAMES:  # to trimesh such a line, too, would go on
+            words[-1] = words[-1].rstrip(b"\\")
         lines.append(b" ".join(words))
     return b"\n".join(lines) + b"\n"
 
 
 def words_of(line: bytes) -> list[bytes]:
-    """The words of a line before its comment. In a name `#` is a letter, as 3ds Max has it: `Material #25`."""
+    """The words of a line before its comment. In names `#` is a letter, as 3ds Max has it: `Material #25`."""
     words = line.partition(b"#")[0].split()
     key = words[0].lower() if words else b""
     return line.split() if key in _NAMES or key.startswith(b"map_") else words
@@ -112,8 +111,9 @@ def check_lines(data: bytes) -> None:
 def _numbered(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
     """The words of each line that has some, and its number: the first of those over which it goes on."""
     parts: list[bytes] = []
-    for number, line in enumerate([*data.splitlines(), b""], 1):
-        goes_on = line.endswith(b"\\")
+    for number, line in enumerate([*data.splitlines(), b""], 1):  # of bytes: at \n, \r and \r\n only
+        # a comment, or a name, may be a folder's
+        goes_on = line.endswith(b"\\") and not _FREE.match(line)
         parts.append(line[:-1] if goes_on else line)
         if not goes_on:
             words = words_of(b" ".join(parts))

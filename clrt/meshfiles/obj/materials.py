@@ -95,13 +95,13 @@ class Materials:
                         phong.left_out.update(earlier(called) if called in known else {})
                         known[called] = (phong, place)
         names = Names()  # of other bytes may be the same text
-        plain: dict[bytes, bytes | None] = {}
+        bare: dict[bytes, bytes | None] = {}
         for called in known:
-            plain[said(called)] = None if said(called) in plain else called
+            bare[said(called)] = None if said(called) in bare else called
         for number, uv in used:
             its_name = self.names[number]
             if its_name not in known:  # it has a comment, or the library's has
-                its_name = said(its_name) if said(its_name) in known else plain.get(its_name) or its_name
+                its_name = said(its_name) if said(its_name) in known else bare.get(its_name) or its_name
             if its_name in known:
                 phong, its = known[its_name]
                 phong = phong.with_pictures(its, itself.shows)
