@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
+from contextlib import suppress
 from typing import Final
 
 from clrt.base.resources import PACKAGE
@@ -29,6 +30,14 @@ def command(module: str, *arguments: str) -> list[str]:
 
 
 def environment(**more: str) -> dict[str, str]:
-    """Its variables: a checkout need not be installed."""
-    paths = os.pathsep.join(part for part in (str(PACKAGE.parent), os.environ.get("PYTHONPATH")) if part)
-    return {**os.environ, "PYTHONPATH": paths, **more}
+    """Its variables: what this process finds packages in, which it may have been told only as it ran.
+
+    But not what was put there for the script, or the folder, that was started: anything may lie there.
+    """
+    script = getattr(sys.modules.get("__main__"), "__file__", None)
+    apart = {os.path.dirname(os.path.abspath(script)) if script else ""}
+    with suppress(OSError):  # it may have been removed
+        apart.add(os.getcwd())
+    found = [path for path in sys.path if os.path.isabs(path) and path not in apart]
+    paths = dict.fromkeys([str(PACKAGE.parent), *found, *filter(None, [os.environ.get("PYTHONPATH")])])
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), **more}

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import msgspec
 
 from clrt.base.atomic import write_json
-from clrt.base.errors import ClrtError, show
+from clrt.base.errors import ClrtError, one_line, show
 from clrt.base.files import read_text_bytes
 from clrt.base.limits import Limits
 from clrt.bench import bands, live, queries, roof
@@ -65,7 +65,8 @@ def load(path: str | Path) -> Report:
                 raise ValueError(f"its times or items are none: {row.seconds[:3]}, {show(row.items)}")
         return Report(msgspec.convert(content["machine"], dict[str, Any]), rows)
     except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise ClrtError(f"{path}: not a report of `clrt bench --json`: {error!r}") from None
+        why = f"it has no {error}" if isinstance(error, KeyError) else one_line(str(error))
+        raise ClrtError(f"{path}: not a report of `clrt bench --json`: {why}") from None
 
 
 def tables(report: Report) -> Iterable[Table]:

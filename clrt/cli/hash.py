@@ -5,14 +5,20 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import Final
 
 from clrt.base.errors import ClrtError, in_line, legible
 from clrt.cli.source import scene_path
 
+_OTHERS: Final = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp", ".hdr")
+
 
 def run(options: argparse.Namespace) -> int:
     """Print `HASH  NAME` for a rendered scene, or for the pixels that an .exr file holds."""
-    if Path(options.scene).suffix.lower() == ".exr":
+    suffix = Path(options.scene).suffix.lower()
+    if suffix in _OTHERS:
+        raise ClrtError(f"{options.scene}: of pictures only an .exr has a hash; {suffix} rounds its values")
+    if suffix == ".exr":
         _check_unasked(options)
         from clrt.images.file import read_samples
         from clrt.images.image import pixel_hash

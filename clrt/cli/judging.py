@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from clrt.base.errors import ClrtError, show
 from clrt.base.places import listed
-from clrt.base.resources import scene_file
+from clrt.cli import source
 from clrt.cli.terminal import console, marked
 from clrt.judging.verdict import PICTURES, RADIANCE, bits_of_file, check_room
 
@@ -67,14 +67,13 @@ def read(name: str, options: argparse.Namespace) -> Any:
         from clrt.images.file import read_samples
 
         return read_samples(name, limits)
-    import clrt
     from clrt.formats import READERS
 
-    file = scene_file(name)
-    if file.suffix.lower() not in READERS:
+    file = source.scene_path(name)
+    if name != source.STREAM and file.suffix.lower() not in READERS:
         what = "this is a folder" if file.is_dir() else f"the suffix {show(file.suffix)} is not known"
         raise ClrtError(f"{name}: {what}; pictures are {listed(PICTURES)} files, scenes {listed(READERS)}")
-    scene = clrt.load(file, limits=limits)
+    scene = source.read(file, limits)
     if scene.camera is None:
         raise ClrtError(f"{name}: camera: missing; a picture needs a [camera]")
     return scene.override(spp=options.spp)

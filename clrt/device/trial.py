@@ -122,22 +122,22 @@ def is_known_good(info: DeviceInfo) -> bool:
     return _kept(_file(_key(info))) == ""
 
 
-def kept_verdict(key: str, label: str, tried: Callable[[], str]) -> str:
+def kept_verdict(key: str, label: str, tried: Callable[[], str | None]) -> str:
     """What is wrong with a device ('' where nothing is) by another trial, kept as those of drivers are."""
     return _verdict(key, label, tried, anew=False)[0]
 
 
-def _verdict(key: str, label: str, tried: Callable[[], str], anew: bool) -> tuple[str, bool]:
-    """The verdict that is kept under a key, or that of a new trial."""
+def _verdict(key: str, label: str, tried: Callable[[], str | None], anew: bool) -> tuple[str, bool]:
+    """The verdict that is kept under a key, or that of a new trial; "" where there was none."""
     file = _file(key)
     known = None if anew else _unkept.get(file, _kept(file))
     if known is not None:
         return known, False
     fault = tried()
     _unkept.pop(file, None)
-    if any(sign in fault for sign in _FROM_WITHOUT):
-        _unkept[file] = fault
-        return fault, True
+    if fault is None or any(sign in fault for sign in _FROM_WITHOUT):
+        _unkept[file] = fault or ""
+        return fault or "", True
     with suppress(OSError, ClrtError):  # it is tried again next time
         cachefolder.make(file.parent)
         with replacing(file, told=False) as temporary:
@@ -175,13 +175,14 @@ def _file(key: str) -> Path:
     return cachefolder.ours("verdicts", f"{name}.json")
 
 
-def _tried(info: DeviceInfo) -> str:
+def _tried(info: DeviceInfo) -> str | None:
     return _run(str(info.index))
 
 
-def _run(what: str) -> str:
+def _run(what: str) -> str | None:
+    """What goes wrong in a trial; None where there was none, since no process gets as far as the driver."""
     if os.environ.get(_TRIAL):  # this is one, whatever was started
-        return ""
+        return None
     try:
         done = subprocess.run(
             child.command("clrt.device.attempt", what),
@@ -191,12 +192,14 @@ def _run(what: str) -> str:
     except subprocess.TimeoutExpired:
         return f"{_HANGS} after {PATIENCE:.0f} s"
     except OSError:  # no process can be started here
-        return ""
+        return None
     said = done.stdout.decode(errors="replace")
     if done.returncode == 0:
         return ""
     if done.returncode == 1 and said.strip():
         return said.strip()
+    if done.returncode == 1:  # as Python says that it found no module
+        return None
     last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
     why = f": {one_line(last[0])[-_LONGEST:]}" if last else ""
     return f"{_ENDS} (exit code {done.returncode}{why})"

@@ -5,6 +5,7 @@ What measures and explains is the validation package, which is reached when it i
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections.abc import Iterator, Mapping
@@ -140,6 +141,9 @@ def compare(
     if gates is not None:
         given = arguments.mapping("gates", gates)
         wanted = {name: arguments.number(f"gates[{name!r}]", value) for name, value in given.items()}
+        for name, value in wanted.items():
+            if math.isnan(value):
+                raise ClrtError(fault("", f"gates[{name!r}]", value, "it must be a number"))
     mask, seconds = arguments.flag("mask", mask), arguments.number("seconds", seconds)
     if not seconds >= 0:
         raise ClrtError(fault("", "seconds", seconds, "it must be a number >= 0"))

@@ -7,18 +7,16 @@ binary file whose length is not the one that it declares is to it a text without
 from __future__ import annotations
 
 import re
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from typing import Final
 
 from clrt.base.errors import show
 from clrt.base.mark import unmarked
-from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.broken import BrokenMesh, check_narrow
 
 _MOST: Final = 64  # solids that are kept apart: trimesh's time grows with their square
 _HEAD: Final = 84  # bytes of a binary file before its triangles: a text and how many there are
 _TRIANGLE: Final = 50
 _TEXT: Final = re.compile(rb"(?i)facet\s+normal\s")
-_WIDE: Final = (BOM_UTF16_LE, BOM_UTF16_BE)
 _ENDS: Final = {b"facet": b"endfacet", b"solid": b"endsolid"}
 
 
@@ -30,8 +28,7 @@ def plain_stl(data: bytes) -> bytes:
     """
     if len(data) == _HEAD + _TRIANGLE * int.from_bytes(data[80:_HEAD], "little"):
         return data
-    if data.startswith(_WIDE):
-        raise BrokenMesh("its text is UTF-16; save it as UTF-8")
+    check_narrow(data)
     if b"\0" in data and not _TEXT.search(data):
         raise BrokenMesh(_length(data))
     data = unmarked(data).replace(b"\0", b" ")  # zeros stand behind some texts

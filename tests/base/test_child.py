@@ -8,6 +8,7 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from clrt.base import child
@@ -45,7 +46,7 @@ def test_what_is_an_interpreter(
     assert child.interpreter() == (name if known else None)
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: pytest.fail("a process was started"))
     if not known:
-        assert trial._run("0") == vendors.load_fault("libOpenCL.so") == ""
+        assert trial._run("0") is None and vendors.load_fault("libOpenCL.so") == ""
         assert pip_install("numpy").startswith("python -m pip")
         assert [finding.state for finding in doctor._device(None)] == ["advice"]
 
@@ -74,7 +75,7 @@ def test_a_trial_tries_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(trial.subprocess, "run", run)
     assert trial._run("0") == "refused"
     monkeypatch.setattr(os, "environ", found[0])
-    assert trial._run("0") == "" and len(found) == 1
+    assert trial._run("0") is None and len(found) == 1
 
 
 def test_within_an_archive_it_says_so(tmp_path: Path) -> None:
@@ -87,3 +88,41 @@ def test_within_an_archive_it_says_so(tmp_path: Path) -> None:
     assert done.returncode == 1
     last = done.stderr.splitlines()[-1]
     assert last.endswith("clrt cannot run from within an archive; unpack or install it")
+
+
+def test_packages_are_where_a_program_put_them(tmp_path: Path) -> None:
+    """With `sys.path`, as of Blender's add-ons: a trial found none, and the driver was called broken."""
+    packages = Path(np.__file__).parents[1]
+    code = f"import sys; sys.path += [{str(PACKAGE.parent)!r}, {str(packages)!r}]; " + """
+from clrt.device import platforms, trial
+for info, _ in platforms.listed():
+    print(trial._tried(info))
+"""
+    bare = {**os.environ, "PYTHONPATH": "", "XDG_CACHE_HOME": str(tmp_path)}
+    base = [getattr(sys, "_base_executable", sys.executable), "-S", "-c", code]
+    done = subprocess.run(base, capture_output=True, text=True, env=bare, check=False, cwd=tmp_path)
+    assert done.returncode == 0 and "None" not in done.stdout.split(), done.stderr
+    assert done.stdout.split("\n")[0] == ""  # the first driver works
+
+
+def test_what_a_script_lies_beside_is_no_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setattr(sys.modules["__main__"], "__file__", str(tmp_path / "a.py"), raising=False)
+    places = ["", ".", str(tmp_path), str(tmp_path / "here"), "beside", str(tmp_path / "packages")]
+    monkeypatch.setattr(sys, "path", places)
+    monkeypatch.delenv("PYTHONPATH", raising=False)
+    found = child.environment()["PYTHONPATH"].split(os.pathsep)
+    assert found == [str(PACKAGE.parent), str(tmp_path / "packages")]
+    (tmp_path / "here").rmdir()
+    assert child.environment(CLRT_A="b")["CLRT_A"] == "b"
+
+
+def test_what_never_came_to_its_driver_is_no_verdict(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(trial.cachefolder, "ours", lambda *parts: tmp_path.joinpath(*parts))
+    monkeypatch.setattr(trial, "_unkept", {})
+    assert trial.kept_verdict("key", "label", lambda: None) == ""
+    assert trial.kept_verdict("key", "label", lambda: pytest.fail("once a process is enough")) == ""
+    assert [*tmp_path.rglob("*.json")] == []

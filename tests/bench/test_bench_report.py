@@ -51,6 +51,9 @@ def test_what_a_report_holds_is_checked_before_an_hour_of_measuring(tmp_path: Pa
     (tmp_path / "b.json").write_text(json.dumps(content))
     with pytest.raises(ClrtError, match=r"b\.json: not a report of `clrt bench --json`"):
         report.load(tmp_path / "b.json")
+    (tmp_path / "b.json").write_text("{}")
+    with pytest.raises(ClrtError, match=r"not a report of `clrt bench --json`: it has no 'format'$"):
+        report.load(tmp_path / "b.json")
     (tmp_path / "b.json").write_text(json.dumps(content | {"machine": ["x"], "measurements": [row]}))
     with pytest.raises(ClrtError, match=r"b\.json: not a report of `clrt bench --json`"):
         report.load(tmp_path / "b.json")

@@ -275,6 +275,8 @@ def test_hash_is_the_one_of_the_picture(scene: Path, capsys: pytest.CaptureFixtu
                            ("--crop", 0, 0, 1, 1), ("--max-depth", 0), ("--limit", "depth=1")):  # fmt: skip
         said = fault(capsys, "hash", scene.with_name("a.exr"), option, *given)
         assert option in said and "a.exr is a picture already; only a scene is rendered" in said
+    said = fault(capsys, "hash", "a.PNG")
+    assert said == "clrt: error: a.PNG: of pictures only an .exr has a hash; .png rounds its values\n"
 
 
 @pytest.mark.parametrize("text", ["1_0", "\u0661", "\uff11", " 1", "0x1", "", "1e", "."])

@@ -48,6 +48,9 @@ def test_a_scene_comes_from_standard_input(
     typed(monkeypatch, data)
     assert main(["hash", "-"]) == 0
     assert capsys.readouterr().out == f"{clrt.render(scene).hash}  -\n"
+    clrt.render(scene).save("ball.exr")
+    typed(monkeypatch, data)
+    assert main(["compare", "ball.exr", "-"]) == 0
 
 
 @pytest.mark.parametrize(

@@ -181,11 +181,12 @@ def test_a_verdict_is_kept_by_driver_and_processor_and_a_bad_one_for_a_day(
     [
         (1, "error: unknown target CPU 'generic'\n", "error: unknown target CPU 'generic'"),
         (0, "", ""),
-        (-6, "", "it ends the process (exit code -6)"),
+        (1, "", None),
+        (-6, "", "it ends the process (exit code -6: ModuleNotFoundError: no pyopencl)"),
     ],
 )
-def test_how_a_trial_ends(code: int, out: str, says: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    ended = subprocess.CompletedProcess([], code, out.encode(), b"")
+def test_how_a_trial_ends(code: int, out: str, says: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    ended = subprocess.CompletedProcess([], code, out.encode(), b"ModuleNotFoundError: no pyopencl")
     monkeypatch.setattr(trial.subprocess, "run", lambda *_, **__: ended)
     assert trial._tried(platforms.DeviceInfo(0, "", "", "", "", 1, 1)) == says
 

@@ -146,13 +146,22 @@ def test_transparency_that_leaves_nothing_is_opacity(tmp_path: Path) -> None:
     assert clear.transmission == pytest.approx(0.99)
 
 
+def test_a_black_colour_takes_no_picture_away(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(PICTURE)
+    with pytest.warns(clrt.ClrtWarning, match="Kd 0 0 0, which would leave a map_Kd black"):
+        scene = load(tmp_path, "newmtl m\nillum 4\nKd 0 0 0\nTf 1 1 1\nmap_Kd a.png\n", WITH_UV)
+    found = scene.materials["m"]
+    assert isinstance(found.color, ImageTexture) and found.color.tint == (1, 1, 1) and found.kt == 0
+    assert load(tmp_path, "newmtl m\nKd 0 0 0\n", WITH_UV).materials["m"].color == (0, 0, 0)
+
+
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_names_with_a_sign_of_comments(tmp_path: Path, end: str, recwarn: pytest.WarningsRecorder) -> None:
     """3ds Max calls materials `Material #25`; Blender writes that as `Material_#25`."""
     (tmp_path / "Map #3.png").write_bytes(PICTURE)
-    colors = {"M_#1": "1 0 0", "M_#2": "0 1 0", "M #3": "0 0 1", "M #4": "1 1 0", "plain # told": "0 1 1"}
+    colors = {"M_#1": "1 0 0", "M_#2": "0 1 0", "M #3": "0 0 1", "M #4": "1 1 0", "plain #told": "0 1 1"}
     mtl = end.join(f"newmtl {name}{end}Kd {color}" for name, color in colors.items())
-    used = [*colors, "plain", "M_#1 # a comment"]
+    used = [*colors, "plain", "M_#1 # a comment", "M_#1 #another"]
     obj = "".join(f"usemtl {name}{end}f 1/1 2/1 {k % 3 + 3}/1 # {k}{end}" for k, name in enumerate(used))
     (tmp_path / "a #1.mtl").write_bytes((mtl + f"{end}newmtl p#{end}map_Kd Map #3.png{end}").encode())
     head = f"mtllib a #1.mtl{end}{CORNERS}vt 0 0{end}"
@@ -160,11 +169,11 @@ def test_names_with_a_sign_of_comments(tmp_path: Path, end: str, recwarn: pytest
     scene = clrt.load(tmp_path / "a.obj")
     pictured = scene.materials["p#"].color
     assert isinstance(pictured, ImageTexture) and pictured.file == "Map #3.png"
-    right = {**colors, "plain # told-2": colors["plain # told"], "M_#1-2": colors["M_#1"]}
+    right = {**colors, "plain #told-2": colors["plain #told"], "M_#1-2": colors["M_#1"]}
     found = {name: material.color for name, material in scene.materials.items() if name != "p#"}
     assert found == {name: tuple(map(float, color.split())) for name, color in right.items()}
     assert [str(warning.message) for warning in recwarn] == []
-    (tmp_path / "b.mtl").write_text("newmtl M_#1\nmap_Kd b.png # it\n")
+    (tmp_path / "b.mtl").write_text("newmtl M_#1\nmap_Kd b.png #it\n")
     (tmp_path / "b.png").write_bytes(PICTURE)
     (tmp_path / "a.obj").write_text(f"mtllib b.mtl # its\n{CORNERS}{WITH_UV.replace(' m', ' M_#1')}")
     pictured = clrt.load(tmp_path / "a.obj").materials["M_#1"].color

@@ -97,6 +97,7 @@ def test_gates_alone_decide(files: dict[str, Any]) -> None:
     (("array", "array", {"SIMM": 1}), "gates: 'SIMM' is no figure; did you mean 'SSIM'? (figures: SSIM"),
     (("array", "array", {}), "gates: {} asks for nothing; name a figure and its limit"),
     (("array", "array", {"SSIM": "high"}), "gates['SSIM']: 'high' is not allowed; it must be a number"),
+    (("array", "array", {"SSIM": float("nan")}), "gates['SSIM']: nan is not allowed; it must be a number"),
     (("array", "array", 0.9), "gates: 0.9 is not allowed; it must be a dict"),
 ])  # fmt: skip
 def test_wrong_arguments(files: dict[str, Any], arguments: tuple[Any, ...], says: str) -> None:

@@ -170,3 +170,10 @@ def test_folders_end_no_line_over_the_next(line: str, end: str, tmp_path: Path) 
         warnings.simplefilter("ignore", clrt.ClrtWarning)
         scene = clrt.load(tmp_path / "a.obj")
     assert sum(shape.primitives for shape in scene.shapes) == 3
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
+def test_wide_letters_are_named(encoding: str, tmp_path: Path) -> None:
+    (tmp_path / "a.obj").write_bytes("\ufeffv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".encode(encoding))
+    with pytest.raises(clrt.ClrtError, match=r"a\.obj: .*its text is UTF-16; save it as UTF-8"):
+        clrt.load(tmp_path / "a.obj")

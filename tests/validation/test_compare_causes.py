@@ -426,3 +426,14 @@ def test_a_part_with_the_picture_s_own_proportions_is_one() -> None:
     assert "from pixel (20, 10) on" in part.causes[0].text
     turned = clrt.render(scene, width=64, height=48).pixels[::-1].copy()
     assert clrt.compare(turned, scene).causes[0].name == "vertical flip"
+
+
+def test_what_a_scene_has_not_is_not_missing() -> None:
+    """Of a reference that renders another scene, all that differs looked like each part that is not there."""
+    scene = replace(dull(), ambient=0.0, background=0.0)
+    right = render(scene)
+    wrong = right + np.linspace(0.1, 0.3, right.size, dtype=np.float32).reshape(right.shape)
+    of = Reference(scene, samples.WIDTH, samples.HEIGHT)
+    names = [cause.name for cause in pictures.compare_pictures(right, wrong, scene=of).causes]
+    absent = ("ambient", "background", "highlights", "emission")
+    assert not any(word in name for word in absent for name in names), names

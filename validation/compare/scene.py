@@ -184,10 +184,14 @@ def _components(scene: Scene, reference: Array, render: Render) -> Iterator[_Com
         yield _Component("shadows", lambda: render(scene, shadows=False), independent=len(lights) == 1)
         for index, light in enumerate(lights if len(lights) > 1 else ()):
             yield _Component(f"shadow of light {index + 1}", partial(no_shadow_of, light))
-    yield _Component("ambient light", without(ambient=0.0))
-    yield _Component("background", without(background=0.0))
-    yield _Component("highlights", plain(lambda m: {"specular": 0.0}))
-    yield _Component("emission", plain(lambda m: {"emission": 0.0}))
+    materials = [scene.material_of(shape) for shape in scene.shapes]
+    there = {  # what a scene has not, cannot be missing
+        "ambient light": (scene.ambient != 0, without(ambient=0.0)),
+        "background": (scene.background != 0, without(background=0.0)),
+        "highlights": (any(m.specular for m in materials), plain(lambda m: {"specular": 0.0})),
+        "emission": (any(m.emission != 0 for m in materials), plain(lambda m: {"emission": 0.0})),
+    }
+    yield from (_Component(name, absent) for name, (has, absent) in there.items() if has)
     kinds = {shape.type for shape in scene.shapes}
     for kind in sorted(kinds) if len(kinds) > 1 else ():
         absent = partial(_unlit, scene, kind, render)

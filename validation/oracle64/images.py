@@ -171,11 +171,14 @@ class Images:
         if file in self._read:
             return self._read[file]
         with PictureFiles(Limits()).file((self.scene.folder or Path()) / picture.file, picture.part) as path:
-            source = oiio.ImageInput.open(str(path))
-            assert source is not None
-            kind = str(source.spec().format)
-            samples = np.asarray(source.read_image(oiio.FLOAT), float)
-            source.close()
+            apart = oiio.ImageSpec()
+            apart.attribute("oiio:UnassociatedAlpha", 1)  # or colours come multiplied by it
+            stored = oiio.ImageBuf(str(path), 0, 0, apart)
+            kind = str(stored.spec().format)
+            whole = stored.roi_full if stored.file_format_name == "openexr" else stored.roi
+            upright = oiio.ImageBufAlgo.reorient(oiio.ImageBufAlgo.cut(stored, whole))
+            assert not upright.has_error, upright.geterror()
+            samples = np.asarray(upright.get_pixels(oiio.FLOAT), float)
         colors = samples[:, :, :3] if samples.shape[2] > 2 else samples[:, :, :1]
         bits = {"uint8": 8, "uint16": 16}.get(kind, 0)
         self._read[file] = np.broadcast_to(colors, (*colors.shape[:2], 3)), bits

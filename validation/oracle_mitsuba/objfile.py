@@ -15,7 +15,8 @@ _NUMBERS = {b"v": (3, 4, 6), b"vt": (2, 3), b"vn": (3,)}  # how many a line may 
 _WIDTHS = {b"v": 3, b"vt": 2, b"vn": 3}  # of which so many are of use
 _PASSED_OVER = (b"o", b"g", b"s", b"l", b"p")  # names, and what has no surface
 _MANY = 64  # materials up to which a file is always taken apart
-_GOES_ON = re.compile(rb"\\(?:\r\n?|\n)")
+_NAME = re.compile(rb"[ \t]*(?:usemtl|mtllib|[og])[ \t](?:(?!\s#(?:\s|$)).)*")  # in which `#25` is a word
+_GOES_ON = re.compile(rb"((?:^[ \t]*(?:usemtl|mtllib|[og])[ \t]|#)[^\r\n]*)|\\(?:\r\n?|\n)", re.MULTILINE)
 _WHOLE = re.compile(rb"[-+]?[0-9]+")
 
 Corner = tuple[int, int | None, int | None]
@@ -69,9 +70,10 @@ def _untold(materials: list[bytes | None], groups: int, library: bool) -> str:
 
 def _lines(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
     """The words of each line that has some, and its number; lines that go on in the next count as one."""
-    whole = _GOES_ON.sub(b" ", data.removeprefix(b"\xef\xbb\xbf"))
+    whole = _GOES_ON.sub(lambda found: found[1] or b" ", data.removeprefix(b"\xef\xbb\xbf"))
     for number, line in enumerate(whole.splitlines(), 1):
-        words = line.partition(b"#")[0].split()
+        named = _NAME.match(line)
+        words = (named[0] if named else line.partition(b"#")[0]).split()
         if words:
             yield number, words
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenImageIO as oiio
 
 from .records import (
     LIGHTS,
@@ -61,7 +63,25 @@ def read(source: Source) -> Scene:
             resized = replace(resized, K=np.array(stated.K, float) * scale[:, None])
         tables["camera"] = resized
     scene = Scene(**tables, folder=source.folder)
+    for name in {file for shape in scene.shapes for file in scene.material_of(shape).pictures}:
+        _check_stored(Path(scene.folder or ".") / name)
+    if scene.background_path is not None:
+        _check_stored(scene.background_path)
     return scene if source.max_depth is None else replace(scene, max_depth=source.max_depth)
+
+
+def _check_stored(path: Path) -> None:
+    """Mitsuba takes the samples as they are stored, from the corner of what is stored on."""
+    picture = oiio.ImageInput.open(str(path))
+    if picture is None:  # of colours of a mesh, or who reads it says so
+        oiio.geterror()
+        return
+    spec, exr = picture.spec(), picture.format_name() == "openexr"
+    picture.close()
+    if spec.get_int_attribute("Orientation", 1) != 1:
+        raise Untranslated("pictures that their file says to turn are not translated")
+    if exr and oiio.get_roi(spec) != oiio.get_roi_full(spec):
+        raise Untranslated("pictures of which a file stores a part, or more, are not translated")
 
 
 def frozen(value: Any) -> Any:

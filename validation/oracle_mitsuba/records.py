@@ -113,13 +113,11 @@ class Material:
     normal_map: NormalMap | None = None
 
     @property
-    def pictures(self) -> bool:
-        """Whether anything of it is a picture."""
-        return self.normal_map is not None or any(
-            isinstance(value, Picture)
-            for value in (self.color, self.highlight_color, self.reflection_color, self.transmission_color,
-                          self.emission)
-        )  # fmt: skip
+    def pictures(self) -> list[str]:
+        """The files of its pictures and normals."""
+        values = (self.color, self.highlight_color, self.reflection_color, self.transmission_color,
+                  self.emission, self.normal_map)  # fmt: skip
+        return [value.file for value in values if isinstance(value, (Picture, NormalMap))]
 
     @property
     def ka(self) -> float:

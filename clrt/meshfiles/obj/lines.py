@@ -14,7 +14,7 @@ from typing import Final
 
 from clrt.base.errors import show
 from clrt.base.mark import unmarked
-from clrt.meshfiles.broken import BrokenMesh
+from clrt.meshfiles.broken import BrokenMesh, check_narrow
 
 _ODD: Final = re.compile(
     rb"^[ \t]++[a-z]"  # indented
@@ -49,6 +49,7 @@ def plain_obj(data: bytes) -> bytes:
 
     BrokenMesh for a vertex number that is 0, or counts back beyond the start.
     """
+    check_narrow(data)
     data = unmarked(data)
     _check_end(data)
     if not _ODD.search(data):
@@ -67,10 +68,13 @@ def plain_obj(data: bytes) -> bytes:
 
 
 def words_of(line: bytes) -> list[bytes]:
-    """The words of a line before its comment. In names `#` is a letter, as 3ds Max has it: `Material #25`."""
+    """The words of a line before its comment. In names `#25` is a word, as of 3ds Max, and `# 25` none."""
     words = line.partition(b"#")[0].split()
     key = words[0].lower() if words else b""
-    return line.split() if key in _NAMES or key.startswith(b"map_") else words
+    if key in _NAMES or key.startswith(b"map_"):
+        words = line.split()
+        return words[: words.index(b"#")] if b"#" in words else words
+    return words
 
 
 def _check_end(data: bytes) -> None:

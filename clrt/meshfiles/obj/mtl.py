@@ -78,6 +78,8 @@ class Phong:
             self.left_out["Tr 1 without d, which would leave nothing that is seen"] = None
         elif self.tr is not None and not math.isclose(self.d, 1.0 - self.tr, abs_tol=_ROUNDED):
             self.left_out[f"Tr {self.tr:g}, which contradicts d {self.d:g}"] = None
+        if self.map_kd is not None and self.kd is not None and not any(self.kd):
+            self.left_out["Kd 0 0 0, which would leave a map_Kd black"] = None
         if not uv and self.pictured:
             return replace(self, map_kd=None, map_ke=None, norm=None).table(True)
         light = (1.0, 1.0, 1.0) if self.map_ke is not None and not any(self.ke) else self.ke
@@ -116,8 +118,11 @@ class Phong:
 
     @property
     def _base(self) -> Rgb:
-        """The diffuse colour, which multiplies a picture: where a file has that alone, it is 1."""
-        return self.kd or ((0.8, 0.8, 0.8) if self.map_kd is None else (1.0, 1.0, 1.0))
+        """The diffuse colour, which multiplies a picture: where a file has that alone, it is 1, and so where
+        nothing would be seen of the picture, as Maya writes it."""
+        if self.map_kd is None:
+            return self.kd or (0.8, 0.8, 0.8)
+        return self.kd if self.kd is not None and any(self.kd) else (1.0, 1.0, 1.0)
 
     @property
     def _clear(self) -> bool:
