@@ -276,3 +276,34 @@ def test_a_failure_is_one_reason(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(client.PovrayError) as caught:
         client.render(samples.scene())
     assert "\n" not in str(caught.value) and "POV-Ray wrote no picture: " in str(caught.value)
+
+
+@pytest.mark.parametrize("by", [1e-5, 1e-3, 1e4, 1e7])
+@pytest.mark.parametrize("view", ["perspective", "orthographic"])
+def test_scenes_of_any_size_are_written(by: float, view: str) -> None:
+    """POV-Ray drops hits nearer than 1e-3 and sees no farther than 1e7: all is scaled before."""
+    lights = [{"type": "point", "position": [3, 5, 4], "intensity": 40.0, "falloff": "inverse-square"},
+              {"type": "directional", "direction": [1, -1.5, -1], "intensity": 0.3}]  # fmt: skip
+    looks = {"perspective": {"fov": 50}, "orthographic": {"type": "orthographic", "size": 7}}[view]
+    glass = {"diffuse": 0, "reflection": 0.1, "transmission": 0.9, "ior": 1.5}
+    shapes = [
+        {"type": "plane", "point": [0, -1, 0], "normal": [0, 1, 0]},
+        {"type": "sphere", "center": [0.2, 0.2, 1.5], "radius": 0.7, "material": glass},
+        {"type": "box", "min": [-2.5, -1, -1], "max": [-1.2, 0.5, 0.5], "transform": [{"rotate": ["y", 20]}]},
+        {"type": "mesh", "vertices": [[1.5, -1, 0], [2.5, -1, 0], [2, 1, 0]], "faces": [[0, 1, 2]]},
+    ]
+
+    def scene(size: float) -> clrt.Scene:
+        def moved(table: Any, keys: tuple[str, ...]) -> Any:
+            return {k: (np.array(v) * size).tolist() if k in keys else v for k, v in table.items()}
+
+        places = ("origin", "target", "size", "position", "point", "center", "radius", "min", "max",
+                  "vertices")  # fmt: skip
+        camera = {"origin": [0, 1, 6], "target": [0, 0, 0], "width": 60, "height": 40, **looks}
+        light = {**moved(lights[0], places), "intensity": 40.0 * size**2}
+        made = [moved(shape, places) for shape in shapes]
+        return clrt.load_dict({"camera": moved(camera, places), "lights": [light, lights[1]], "shapes": made})
+
+    found = client.render(scene(by)).pixels
+    off = np.abs(found - np.clip(clrt.render(scene(1.0)).pixels, 0, 1)).max(axis=2)
+    assert (off > 2e-3).mean() < 0.02, "edges of shadows and glass alone"

@@ -11,17 +11,31 @@ import os
 from collections.abc import Callable, Iterable
 from typing import Any, Final
 
+import msgspec
 import numpy as np
 
 from clrt.base.atomic import write_text
 from clrt.base.errors import ClrtError, located
-from clrt.scene.scene import Camera, Checker, DirectionalLight, Material, PointLight, Scene
+from clrt.scene.scene import (
+    Camera,
+    Checker,
+    DirectionalLight,
+    Material,
+    Mesh,
+    PointLight,
+    Quadric,
+    Scene,
+)
 
 from ..oracle64.camera import basis
 
 _FAR: Final = 1e5  # where a directional light stands
 _DEEPEST: Final = 255  # its max_trace_level is 256 at most
 _ENDS: Final = 1e7  # units from the camera on which it sees nothing
+_USUAL: Final = (0.1, 1e3)  # reaches of scenes that are written as they are: it drops hits nearer than 1e-3
+_LENGTHS: Final = ("origin", "target", "position", "center", "radius", "radii", "min", "max", "p0", "p1",
+                   "r0", "r1", "point", "points")  # fmt: skip
+"""Fields of cameras, lights and shapes that are places and lengths."""
 _FADE: Final = 1e-3  # POV-Ray fades by 2 / (1 + (r / d)^2), which is 2 d^2 / r^2 where r is far above d
 
 
@@ -72,10 +86,45 @@ def too_far(scene: Scene) -> str | None:
     assert camera is not None
     endless = any(shape.type == "plane" for shape in scene.shapes)
     rows = max(camera.width, camera.height) if endless else 1
-    names = ("origin", "position", "center", "radius", "radii", "min", "max", "p0", "p1", "point", "points")
-    found = [getattr(one, name, 0.0) for one in (camera, *scene.lights, *scene.shapes) for name in names]
-    reach = rows * max(float(np.abs(np.asarray(value, float)).max()) for value in found)
+    reach = rows * _reach(scene) * _scale(scene)
     return None if reach < _ENDS else f"POV-Ray sees no farther than {_ENDS:g} units"
+
+
+def _reach(scene: Scene) -> float:
+    """The largest coordinate or length, about."""
+    most = 0.0
+    for one in (scene.camera, *scene.lights, *scene.shapes):
+        found = [getattr(one, name, 0.0) for name in _LENGTHS]
+        found += [one.data().vertices] if isinstance(one, Mesh) else []
+        found += [one.clip] if isinstance(one, Quadric) and one.clip is not None else []
+        reach = max(float(np.abs(np.asarray(value, float)).max()) for value in found)
+        matrix = np.asarray(getattr(one, "matrix", np.eye(4)), float)
+        moved = float(np.abs(matrix[:3, 3]).max())
+        most = max(most, reach * float(np.linalg.norm(matrix[:3, :3], 2)) + moved)
+    return most
+
+
+def _scale(scene: Scene) -> float:
+    """By how much all is scaled, so that it is neither too small nor too large for POV-Ray: a power of 10."""
+    reach = _reach(scene)
+    return 1.0 if reach == 0 or _USUAL[0] <= reach <= _USUAL[1] else 10.0 ** round(1 - math.log10(reach))
+
+
+def _scaled(one: Any, by: float) -> Any:
+    """A light or a shape that many times as large, and as far off."""
+    stated = {name: getattr(one, name, None) for name in _LENGTHS}
+    changes: dict[str, Any] = {name: _times(of, by) for name, of in stated.items() if of is not None}
+    if isinstance(one, PointLight) and one.falloff == "inverse-square":
+        changes["intensity"] = _times(one.intensity, by**2)
+    elif isinstance(one, (Mesh, Quadric)) or getattr(one, "transform", None) is not None:
+        matrix = np.array(one.matrix, float)
+        matrix[:3] *= by if isinstance(one, (Mesh, Quadric)) else [1.0, 1.0, 1.0, by]
+        changes["transform"] = matrix.tolist()
+    return msgspec.structs.replace(one, **changes)
+
+
+def _times(value: Any, by: float) -> Any:
+    return (np.asarray(value, float) * by).tolist()
 
 
 def _plain(values: Iterable[Any]) -> bool:
@@ -158,17 +207,20 @@ def to_pov(scene: Scene) -> str:
     reason = not_in_pov(scene)
     if reason:
         raise ClrtError(located(scene.source, "", reason))
-    assert scene.camera is not None
+    by = _scale(scene)
+    lights = scene.lights if by == 1 else [_scaled(light, by) for light in scene.lights]
     lines = [
         "#version 3.7;",
         f"global_settings {{ assumed_gamma 1 max_trace_level {scene.max_depth + 1} adc_bailout 0 "
         f"ambient_light rgb {_vector(_rgb(scene.ambient))} }}",
         f"background {{ color rgb {_vector(_rgb(scene.background))} }}",
-        *_camera(scene.camera),
-        *(_light(light) for light in scene.lights),
+        *_camera(scene.camera, by),
+        *(_light(light) for light in lights),
     ]
     for shape in scene.shapes:
         material = scene.material_of(shape)
+        if by != 1:
+            shape = _scaled(shape, by)
         form, closed = _SHAPES[shape.type](shape)
         stays = shape.type == "mesh" or getattr(shape, "transform", None) is None
         moved = "" if stays else _matrix(shape.matrix)
@@ -188,11 +240,12 @@ def write_pov(scene: Scene, path: str | os.PathLike[str]) -> None:
     write_text(path, to_pov(scene))
 
 
-def _camera(camera: Camera) -> list[str]:
+def _camera(camera: Camera, by: float) -> list[str]:
+    """The camera of a scene that is `by` times as large."""
     forward, right, up = basis(camera)
     width, height = camera.width, camera.height
     orthographic = camera.type == "orthographic"
-    half = camera.size / 2 if orthographic else np.tan(np.radians(camera.fov) / 2)
+    half = by * camera.size / 2 if orthographic else np.tan(np.radians(camera.fov) / 2)
     across = half if camera.fov_axis == "horizontal" else half * width / height
     down = across * height / width
     shift = np.array(camera.shift, float)
@@ -201,9 +254,9 @@ def _camera(camera: Camera) -> list[str]:
         across, down = width / (2 * fx), height / (2 * fy)
         shift += width / 2 - cx, height / 2 - cy
     moved = 2 * shift[0] / width * across * right - 2 * shift[1] / height * down * up
-    origin = np.asarray(camera.origin, float)
+    origin = by * np.asarray(camera.origin, float)
     if orthographic:
-        origin, direction = origin + moved + camera.near * forward, forward
+        origin, direction = origin + moved + by * camera.near * forward, forward
     else:
         direction = forward + moved
     return [
