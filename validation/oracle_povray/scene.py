@@ -207,6 +207,7 @@ def to_pov(scene: Scene) -> str:
     reason = not_in_pov(scene)
     if reason:
         raise ClrtError(located(scene.source, "", reason))
+    assert scene.camera is not None
     by = _scale(scene)
     lights = scene.lights if by == 1 else [_scaled(light, by) for light in scene.lights]
     lines = [
