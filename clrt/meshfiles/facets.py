@@ -25,6 +25,7 @@ _UNBENT: Final = 1e-3  # the least index of refraction (clrt.scene.materials)
 class Facets:
     """A surface: `f0` is what it reflects head-on where it is no metal, `alpha` how much of it is there.
 
+    `weight` is the share of what is reflected where it is no metal, at all angles (glTF's `specularFactor`).
     `transmission` is the share of what is no metal that light passes, `solid` whether it then enters a
     medium, of `absorption` per unit of length. `picture` (an image of a scene file) multiplies `base`, `glow`
     the `emission`.
@@ -38,6 +39,7 @@ class Facets:
     roughness: float = 1.0
     ior: float = 1.5
     f0: Rgb | None = None
+    weight: float = 1.0
     alpha: float = 1.0
     transmission: float = 0.0
     solid: bool = False
@@ -73,8 +75,9 @@ class Facets:
     def _surface(self, share: float) -> Table:
         """What is no glass; a `share` of it is there, and the rest lets light pass as it is."""
         table = self._matte(share)
-        if share > 0 and self._mirrors(share < 1):
-            table |= {"reflection": share, "reflection_color": table["highlight_color"]}
+        strength = share * self._strength()
+        if strength > 0 and self._mirrors(share < 1):
+            table |= {"reflection": strength, "reflection_color": table["highlight_color"]}
             table |= {"roughness": self.roughness} if self.roughness >= SMOOTHEST else {}
         return table | ({"transmission": 1.0 - share, "thin": True} if share < 1 else {})
 
@@ -86,12 +89,14 @@ class Facets:
 
     def _matte(self, share: float) -> Table:
         """What scatters light, with the highlights of lights; a `share` of it."""
+        strength = self._strength() or 1.0
         pairs = zip(self._f0(), self.base, strict=True)
-        tint: Any = [_mix(here, base, self.metallic) for here, base in pairs]
+        tint: Any = [_mix(self._weight() * here, base, self.metallic) / strength for here, base in pairs]
         if self.picture is not None and self.metallic > 0:
-            red, green, blue = (part * self.metallic for part in self.base)
+            red, green, blue = (part * self.metallic / strength for part in self.base)
             tint = shown(self.picture, (red, green, blue))
         specular, shininess = _lobe(self.roughness)
+        specular *= self._strength()
         return {
             "color": shown(self.picture, self.base),
             "diffuse": share * self._diffuse(),
@@ -112,7 +117,8 @@ class Facets:
             "reflection": share,
             "transmission": share,
             "transmission_color": shown(self.picture, self.base),
-            "specular": min(specular * max(self._f0()), share),  # in place of the lamp's mirror image
+            # in place of the lamp's mirror image
+            "specular": min(specular * self._weight() * max(self._f0()), share),
             "shininess": shininess,
         }
         if not self.solid:
@@ -122,8 +128,16 @@ class Facets:
     def _f0(self) -> Rgb:
         return (fresnel_of(self.ior),) * 3 if self.f0 is None else self.f0
 
+    def _weight(self) -> float:
+        """None of what does not bend light: Schlick's curve would go to 1 there, too."""
+        return 0.0 if self.ior == 1.0 and not any(self._f0()) else self.weight
+
+    def _strength(self) -> float:
+        """What is reflected of light that grazes it, of all of it."""
+        return 1.0 if self._weight() == 1.0 else _mix(self._weight(), 1.0, self.metallic)
+
     def _diffuse(self) -> float:
-        return (1.0 - self.metallic) * (1.0 - max(self._f0()))
+        return (1.0 - self.metallic) * (1.0 - self._weight() * max(self._f0()))
 
 
 def unlit(picture: Table | None, color: Rgb, alpha: float) -> Table:

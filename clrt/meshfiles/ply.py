@@ -20,6 +20,7 @@ from clrt.base.mark import unmarked
 from clrt.images.file import decode, uncurved
 from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.outlines import rows_of
+from clrt.meshfiles.plylists import as_text
 
 _COLORS: Final = (b"red", b"green", b"blue")
 _OTHERS: Final = ((b"diffuse_red", b"diffuse_green", b"diffuse_blue"), (b"r", b"g", b"b"))
@@ -57,6 +58,10 @@ def plain_ply(data: bytes) -> bytes:
     head = header(data)
     if not head:
         raise BrokenMesh(f"its header does not end within {_HEADER} bytes")
+    start = data.find(b"\n", len(head)) + 1 or len(data)
+    spelt = as_text(data, start)
+    if spelt is not None:
+        return plain_ply(spelt)
     elements = map(_named, _ELEMENT.split(head))
     text = b"ascii" in b"".join(head.split(b"\n", 2)[1:2]).lower()
     declared = _Declared.of(head)

@@ -107,8 +107,14 @@ HALF_GLASS = {"KHR_materials_transmission": {"transmissionFactor": 0.5}}
             "KHR_materials_emissive_strength": {"emissiveStrength": 3},
             "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [1, 0.5, 100]},
          }), {
-            "color": [0.0] * 3, "diffuse": 0.5, "fresnel": "schlick", "specular": 0.25, "shininess": 1.0,
-            "highlight_color": [0.02, 0.01, 0.5], "emission": [3.0, 1.5, 0.0],
+            "color": [0.0] * 3, "diffuse": 0.5, "fresnel": "schlick", "specular": 0.125, "shininess": 1.0,
+            "highlight_color": [0.04, 0.02, 1.0], "emission": [3.0, 1.5, 0.0],
+        }),
+        (metal_rough([1, 0.5, 0], 0.5, 0.2, extensions={"KHR_materials_specular": {"specularFactor": 0.5}}), {
+            "color": [1.0, 0.5, 0.0], "diffuse": 0.5 * 0.98, "fresnel": "schlick", "reflection": 0.75,
+            "roughness": 0.2, "reflection_color": [0.51 / 0.75, 0.26 / 0.75, 0.01 / 0.75],
+            "highlight_color": [0.51 / 0.75, 0.26 / 0.75, 0.01 / 0.75],
+            "specular": 0.75 * lobe(0.2)["specular"], "shininess": lobe(0.2)["shininess"],
         }),
     ],
 )  # fmt: skip
@@ -119,6 +125,26 @@ def test_what_a_material_becomes(tmp_path: Path, table: dict[str, Any], expected
     for name, value in kept.items():
         right = value if isinstance(value, (str, bool)) else pytest.approx(value, rel=1e-12)
         assert found[name] == right, name
+
+
+NOTHING = {"KHR_materials_specular": {"specularFactor": 0}}
+
+
+@pytest.mark.parametrize("extensions", [NOTHING, {"KHR_materials_ior": {"ior": 1}}])
+@pytest.mark.parametrize("rough", [0.0, 0.2, 0.5, 1.0])
+def test_what_reflects_nothing_is_black_at_grazing_angles(
+    tmp_path: Path, extensions: dict[str, Any], rough: float
+) -> None:
+    """Schlick's curve went to 1 there: a black floor had highlights of 9 and a mirror."""
+    found = material(tmp_path, metal_rough([0, 0, 0], 0, rough, extensions=extensions))
+    floor = {"type": "plane", "point": [0, 0, 0], "normal": [0, 1, 0], "material": found}
+    scene = clrt.load_dict({
+        "camera": {"origin": [0, 0.2, 3], "target": [0, 0, 0], "width": 24, "height": 16},
+        "lights": [{"type": "directional", "direction": [0, -0.1, 1], "intensity": 1}],
+        "background": 1.0, "shapes": [floor], "max_depth": 2,
+    })  # fmt: skip
+    image = clrt.render(scene, layers=["shape"])
+    assert not image.pixels[image.layers["shape"] >= 0].any() and (image.layers["shape"] >= 0).any()
 
 
 def test_no_such_material_is_said_to_make_light(tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:

@@ -379,7 +379,6 @@ def test_maps_lie_beside_their_library(tmp_path: Path) -> None:
         ("newmtl m\nd nan\n", "line 2: 'd nan'"),
         ("newmtl m\nillum 2.5\n", "line 2: 'illum 2.5'"),
         ("newmtl m\nKd 1e999 0 0\n", "line 2: 'Kd 1e999 0 0'"),
-        ("newmtl m\nmap_Kd -what a.png\n", "line 2: 'map_Kd -what a"),
         ("newmtl m\nmap_Kd -s a.png\n", "line 2: 'map_Kd -s a"),
         ("newmtl m\nmap_Kd -clamp\n", "line 2: 'map_Kd -clamp'"),
     ],
@@ -387,6 +386,36 @@ def test_maps_lie_beside_their_library(tmp_path: Path) -> None:
 def test_broken_lines(tmp_path: Path, mtl: str, says: str) -> None:
     with pytest.raises(SceneError, match=rf"a\.obj: .*{says}"):
         load(tmp_path, mtl)
+
+
+@pytest.mark.parametrize("line", ["map_Kd \"a b.png\"", "map_Kd 'a b.png'", "illum 2.000000\nmap_Kd a b.png"])
+def test_what_others_write_and_read(line: str, tmp_path: Path, recwarn: pytest.WarningsRecorder) -> None:
+    (tmp_path / "a b.png").write_bytes(PICTURE)
+    (tmp_path / "a.mtl").write_text(f"newmtl m\n{line}\n")
+    (tmp_path / "a.obj").write_text(f'mtllib\nmtllib "a.mtl"\n{CORNERS}{WITH_UV}')
+    assert clrt.load(tmp_path / "a.obj").materials["m"].color == ImageTexture(file="a b.png")
+    assert [str(warning.message) for warning in recwarn] == []
+
+
+def test_an_unknown_option_leaves_a_map_out(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_bytes(PICTURE)
+    with pytest.warns(clrt.ClrtWarning, match="a picture with the option '-colorspace'"):
+        found = load(tmp_path, "newmtl m\nKd 1 0 0\nmap_Kd -colorspace sRGB a.png\n", WITH_UV).materials["m"]
+    assert found.color == (1, 0, 0)
+
+
+@pytest.mark.parametrize("lost", ["gone.png", "pic.tga", "-colorspace sRGB a.png", "a.png"])
+@pytest.mark.parametrize("more", ["", "Pr 0.5\n"])
+def test_what_is_opaque_stays_so_without_its_picture(lost: str, more: str, tmp_path: Path) -> None:
+    """Maya's textured materials, whose picture is missing, of another kind, or whose faces have no uv."""
+    (tmp_path / "a.png").write_bytes(PICTURE)
+    (tmp_path / "pic.tga").write_bytes(b"\0\0\2" + bytes(40))
+    mtl = f"newmtl m\nillum 4\nKd 0 0 0\nTf 1 1 1\nmap_Kd {lost}\nNi 1.5\n{more}"
+    obj = "usemtl m\nf 1 2 3\n" if lost == "a.png" else WITH_UV
+    with pytest.warns(clrt.ClrtWarning, match="Kd 0 0 0"):
+        scene = load(tmp_path, mtl, obj)
+    (found,) = scene.materials.values()
+    assert found.kt == 0 and found.color == pytest.approx((0.8, 0.8, 0.8)) and found.diffuse > 0.9
 
 
 def test_libraries_stay_in_the_folder(tmp_path: Path) -> None:

@@ -259,7 +259,8 @@ def _plastic(plugin: Plugin, materials: Materials) -> Table:
     if plugin.flag("nonlinear", False):
         materials.context.left_out[f"nonlinear of {plugin.type}"] = None
     roughness = math.sqrt(_alpha_of(plugin, materials)) if rough else 0.0
-    index = ior(plugin, "int_ior", "polypropylene")
+    outside = ior(plugin, "ext_ior", "air")
+    index = ior(plugin, "int_ior", "polypropylene") / (1.0 if outside == IOR["air"] else outside)
     color = materials.color(plugin, "diffuse_reflectance", 0.5)
     table = Facets(roughness=roughness, ior=index, f0=(fresnel_of(index),) * 3).table()
     return table | {"color": color}

@@ -32,7 +32,7 @@ class Ior(Table, frozen=True, gc=False):
 class Volume(Table, frozen=True, gc=False):
     thicknessFactor: NotNegative = 0.0
     thicknessTexture: Info | None = None
-    attenuationDistance: Annotated[float, Meta(gt=0)] = math.inf
+    attenuationDistance: NotNegative | None = None  # 0 and null, as three.js writes infinity, are without end
     attenuationColor: Vector3 = (1.0, 1.0, 1.0)
 
 
@@ -119,8 +119,7 @@ def _surface(
     _, rough, metallic = textures.mean(metal.metallicRoughnessTexture)
     specular: Specular = more["specular"]
     least = fresnel_of(more["ior"].ior)
-    factor = _share(specular.specularFactor)
-    f0 = (_share(least * max(c, 0.0)) * factor for c in specular.specularColorFactor)
+    f0 = (_share(least * max(c, 0.0)) for c in specular.specularColorFactor)
     volume: Volume = more["volume"]
     strength = more["emissive_strength"].emissiveStrength
     found = Facets(
@@ -132,14 +131,17 @@ def _surface(
         roughness=_share(metal.roughnessFactor * rough),
         ior=more["ior"].ior,
         f0=_rgb(f0),
+        weight=_share(specular.specularFactor),
         alpha=_alpha(material, alpha),
         transmission=_share(more["transmission"].transmissionFactor),
         solid=volume.thicknessFactor > 0,
-        absorption=absorption_of(volume.attenuationColor, volume.attenuationDistance),
+        absorption=absorption_of(volume.attenuationColor, volume.attenuationDistance or math.inf),
         emission=_rgb(max(c, 0.0) * strength for c in material.emissiveFactor),
     )
     if found.blurred:
         left_out["the roughness of glass"] = None
+    if found.passes > 0 and found.weight < 1:
+        left_out["the specularFactor of glass"] = None
     if found.passes > 0 and found.alpha < 1:
         left_out["the alpha of glass"] = None
     return found

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from clrt.base.errors import decimal
+from clrt.base.errors import decimal, show
 from clrt.meshfiles.look import Table, placement_of
 
 Beside = Callable[[str], str | None]
@@ -50,18 +50,24 @@ def texture(words: list[str], left_out: dict[str, None], normals: bool = False) 
             if base != 0 or gain < 0 or (normals and gain != 1):
                 left_out["the range of textures (-mm)"], gain = None, 1.0
         else:
-            raise ValueError(option)
+            left_out[f"a picture with the option {show(option[:20])}"] = None
+            return None
     if not left:
         left_out["a picture without a name"] = None
         return None
     (su, sv), (ou, ov) = places["-s"], places["-o"]
-    table: Table = {"type": "image", "file": " ".join(left).replace("\\", "/")}
+    table: Table = {"type": "image", "file": unquoted(" ".join(left)).replace("\\", "/")}
     table |= {"wrap": wrap} if wrap != "repeat" else {}
     table |= {"scale": [su, sv]} if (su, sv) != (1.0, 1.0) else {}
     table |= {"tint": [gain] * 3} if gain != 1 else {}
     table |= {"strength": strength} if normals and strength != 1 else {}
     offset = [ou, 1.0 - sv - ov]
     return table | ({"offset": offset} if any(offset) else {})
+
+
+def unquoted(name: str) -> str:
+    """A name of a file without the quotes around it, which some programs write."""
+    return name[1:-1] if len(name) > 1 and name[0] == name[-1] and name[0] in "\"'" else name
 
 
 def normals_of(picture: Table) -> Table:

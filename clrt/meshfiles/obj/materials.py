@@ -12,7 +12,7 @@ from clrt.base.errors import show
 from clrt.meshfiles.gltf.textures import Itself
 from clrt.meshfiles.look import NONE, Look, Names, Used, textures_without_uv
 from clrt.meshfiles.obj.lines import formed, has_colors, mixed_forms
-from clrt.meshfiles.obj.maps import Beside
+from clrt.meshfiles.obj.maps import Beside, unquoted
 from clrt.meshfiles.obj.mtl import Phong, earlier, name_of, read_mtl, said, text_of
 
 LIBRARY: Final = "clrt.mtl"
@@ -45,7 +45,7 @@ class Materials:
             elif line.startswith(b"usemtl"):
                 now = numbers.setdefault(name_of(line[6:].split()), len(numbers))
             elif line.startswith(b"mtllib"):
-                self.libraries.append(text_of(line[6:].strip()))
+                self.libraries += filter(None, [unquoted(text_of(line[6:].strip()))])
             else:
                 head.append(line)
         self.names = list(numbers)

@@ -46,6 +46,7 @@ class Phong:
     pr: float | None = None
     pm: float | None = None
     map_kd: Table | None = None
+    textured: bool = False  # whether a map_Kd stands there, whatever becomes of it
     map_ke: Table | None = None
     norm: Table | None = None
     left_out: dict[str, None] = field(default_factory=dict)
@@ -78,7 +79,7 @@ class Phong:
             self.left_out["Tr 1 without d, which would leave nothing that is seen"] = None
         elif self.tr is not None and not math.isclose(self.d, 1.0 - self.tr, abs_tol=_ROUNDED):
             self.left_out[f"Tr {self.tr:g}, which contradicts d {self.d:g}"] = None
-        if self.map_kd is not None and self.kd is not None and not any(self.kd):
+        if self.textured and self.kd is not None and not any(self.kd):
             self.left_out["Kd 0 0 0, which would leave a map_Kd black"] = None
         if not uv and self.pictured:
             return replace(self, map_kd=None, map_ke=None, norm=None).table(True)
@@ -120,15 +121,14 @@ class Phong:
     def _base(self) -> Rgb:
         """The diffuse colour, which multiplies a picture: where a file has that alone, it is 1, and so where
         nothing would be seen of the picture, as Maya writes it."""
-        if self.map_kd is None:
-            return self.kd or (0.8, 0.8, 0.8)
-        return self.kd if self.kd is not None and any(self.kd) else (1.0, 1.0, 1.0)
+        stated = self.kd is not None and (any(self.kd) or not self.textured)
+        return self.kd if stated and self.kd else (0.8, 0.8, 0.8) if self.map_kd is None else (1.0, 1.0, 1.0)
 
     @property
     def _clear(self) -> bool:
         """Whether all light passes but for what `Tf` takes."""
         lets = self.d == 1 and self.tf is not None and any(self.tf)
-        dark = self.map_kd is None and self.kd is not None and not any(self.kd)
+        dark = not self.textured and self.kd is not None and not any(self.kd)
         return lets and (self.illum in _BENDING or (self.illum in _GLASSES and dark))
 
     def _passing(self) -> Table:
@@ -223,9 +223,13 @@ def _say(material: Phong, key: str, words: list[str]) -> None:
     elif key == "tr":
         material.tr = _share(words[0])
     elif key == "illum":
-        material.illum = int(words[0])
+        number = finite(words[0])  # some write 2.000000
+        if number != int(number):
+            raise ValueError(words[0])
+        material.illum = int(number)
     elif key in ("map_kd", "map_ke", "norm"):
         setattr(material, key, texture(words, material.left_out, normals=key == "norm"))
+        material.textured |= key == "map_kd" and bool(words)
     else:
         material.left_out[_OTHERS.get(key, "textures" if key.startswith("map_") else show(key[:20]))] = None
 

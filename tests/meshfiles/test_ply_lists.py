@@ -1,0 +1,62 @@
+"""Binary PLY files with faces of different numbers of corners."""
+
+from __future__ import annotations
+
+import struct
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import clrt
+from clrt.scene.mesh import Mesh
+
+POINTS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0), (1.5, 2, 0), (0.25, 0.5, 1)]
+FACES = [(0, 1, 2, 3), (0, 1, 7), (1, 4, 5, 6, 2), (2, 3, 7)]
+
+
+def _mixed(form: str, wedges: bool) -> bytes:
+    """Faces of 3 to 5 corners with a colour and, behind it, a second list, which is not read."""
+    order = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}[form]
+    lines = [f"ply\nformat {form} 1.0", f"element vertex {len(POINTS)}"]
+    lines += [f"property float {x}" for x in "xyz"]
+    lines += [f"element face {len(FACES)}", "property list uchar int vertex_indices"]
+    lines += [f"property uchar {name}" for name in ("red", "green", "blue")]
+    lines += ["property list uchar float texcoord", "property int texnumber"] if wedges else []
+    data = "\n".join([*lines, "end_header\n"]).encode()
+    rows: list[list[tuple[str, Any]]] = [[("f", x) for x in point] for point in POINTS]
+    for number, face in enumerate(FACES):
+        color = ("B", 255), ("B", 60 * number), ("B", 0)
+        row = [("B", len(face)), *(("i", corner) for corner in face), *color]
+        more = [("B", 2 * len(face)), *(("f", 0.5 * k) for k in range(2 * len(face))), ("i", 0)]
+        rows.append([*row, *(more if wedges else [])])
+    if not order:
+        return data + "\n".join(" ".join(repr(x) for _, x in row) for row in rows).encode() + b"\n"
+    return data + b"".join(struct.pack(order + code, x) for row in rows for code, x in row)
+
+
+@pytest.mark.parametrize("wedges", [False, True])
+@pytest.mark.parametrize("form", ["binary_little_endian", "binary_big_endian"])
+def test_faces_of_any_number_of_corners(form: str, wedges: bool, tmp_path: Path) -> None:
+    """As Blender writes them; trimesh took the first number for all, and said that bytes are missing."""
+    found = []
+    for name in ("ascii", form):
+        (tmp_path / f"{name}.ply").write_bytes(_mixed(name, wedges and name != "ascii"))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", clrt.ClrtWarning)
+            scene = clrt.load(tmp_path / f"{name}.ply")
+        (shape,) = scene.shapes
+        assert isinstance(shape, Mesh) and shape.primitives == 2 + 1 + 3 + 1
+        found.append(shape.data())
+    for name in ("vertices", "faces", "uv"):
+        one, other = (getattr(data, name) for data in found)
+        assert (one is None) == (other is None) and (one is None or np.array_equal(one, other)), name
+
+
+@pytest.mark.parametrize("cut", [1, 9, 40])
+def test_a_binary_file_that_is_cut_says_so(cut: int, tmp_path: Path) -> None:
+    (tmp_path / "a.ply").write_bytes(_mixed("binary_little_endian", False)[:-cut])
+    with pytest.raises(clrt.ClrtError, match="it is shorter than its header declares; it may be cut short"):
+        clrt.load(tmp_path / "a.ply")
