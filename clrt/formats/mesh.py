@@ -110,6 +110,8 @@ def _colored(piece: Piece) -> bool:
 def _painted(table: dict[str, Any], facets: Facets | None, piece: Piece, path: Path) -> dict[str, Any]:
     """A material times the colours of a piece's vertices; `facets` is what it was made of, if of those."""
     key = "emission" if table.get("color") == 0.0 else "color"  # of what is unlit
+    if key == "emission" and key not in table:  # nothing of it is there
+        return table
     value = table.get(key, 1.0)
     if piece.colors is not None:
         image = {"type": "image", "file": path.name, "part": piece.colors, "wrap": "clamp"}

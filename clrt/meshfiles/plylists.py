@@ -21,7 +21,7 @@ _FORMAT: Final = re.compile(rb"(?<=\n)format[ \t]+binary_(little|big)_endian[ \t
 _LIST: Final = re.compile(rb"\n(property[ \t]+list[ \t][^\r\n]*?(\w+))(?=[ \t]*\r?\n)")
 _FACES: Final = ("vertex_indices", "vertex_index")
 _Part = tuple[Struct, str, bool]
-"""What unpacks numbers; the code of a list whose length it unpacks, "" of plain numbers; whether it is kept."""
+"""What unpacks numbers; the code of a list whose length it unpacks, "" of plain numbers; is it kept."""
 
 
 def as_text(data: bytes, start: int) -> bytes | None:

@@ -19,8 +19,8 @@ FLAT = {"type": "orthographic", "orthographic": {"xmag": 0, "ymag": 1}}
     [
         (model([{"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1]}}]),
          r"materials\[0\] are not those of a glTF file: Expected `array` of length 4"),
-        (model([{"extensions": {"KHR_materials_volume": {"attenuationDistance": 0}}}]),
-         r"materials\[0\]\.extensions\.KHR_materials_volume are not those of a glTF file: .*> 0"),
+        (model([{"extensions": {"KHR_materials_volume": {"attenuationDistance": -1}}}]),
+         r"materials\[0\]\.extensions\.KHR_materials_volume are not those of a glTF file: .*>= 0"),
         ({**model([{}]), "materials": []}, r"there is no materials\[0\]"),
         ({**model([{}]), "materials": 1}, "its materials are not those of a glTF file"),
         (model([], ({"camera": 0},)), r"there is no cameras\[0\]"),

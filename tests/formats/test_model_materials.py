@@ -154,3 +154,21 @@ def test_no_such_material_is_said_to_make_light(tmp_path: Path, recwarn: pytest.
     tables += [PLASTIC | {"alphaMode": mode, "alphaCutoff": 0.5} for mode in ("BLEND", "MASK")]
     clrt.load(write_glb(tmp_path / "a.glb", model(tables)))
     assert [str(warning.message) for warning in recwarn if "make" in str(warning.message)] == []
+
+
+@pytest.mark.parametrize("far", [None, 0, 1e30])
+def test_glass_without_an_attenuation(tmp_path: Path, far: float | None) -> None:
+    """three.js writes null for infinity, the distance of glass that states none."""
+    more = {"KHR_materials_transmission": {"transmissionFactor": 1}}
+    volume = {"thicknessFactor": 1, "attenuationColor": [0.5, 1, 1], "attenuationDistance": far}
+    both = {**more, "KHR_materials_volume": volume}
+    found = material(tmp_path, metal_rough([1, 1, 1], 0, 0, extensions=both))
+    assert max(found.get("absorption", [0.0])) < 1e-20 and found["transmission"] == 1
+
+
+def test_what_glows_by_a_picture_that_is_not_there_is_dark(tmp_path: Path) -> None:
+    table = model([{"emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}}])
+    table |= {"textures": [{"source": 0}], "images": [{"uri": "gone.png"}]}
+    with pytest.warns(clrt.ClrtWarning, match="the light of what glows by a picture that is left out"):
+        scene = clrt.load(write_glb(tmp_path / "a.glb", table))
+    assert [m.emission for m in scene.materials.values()] == [0]

@@ -268,9 +268,9 @@ def test_maps(tmp_path: Path, line: str, key: str, expected: dict[str, Any]) -> 
     assert getattr(material, key) == ImageTexture(file="a b.png", **expected)
     bumps = NormalMap(file="a b.png", placement=Placement())
     assert material.normal_map == (bumps if "illum" not in line else None)
-    with pytest.warns(clrt.ClrtWarning, match="counterpart: textures of 'm' where it has no uv"):
+    with pytest.warns(clrt.ClrtWarning, match="counterpart: .*textures of 'm' where it has no uv"):
         plain = load(tmp_path, f"newmtl m\nKd 1 1 1\nnorm a b.png\n{line}\n").materials["m"]
-    assert not plain.pictures
+    assert not plain.pictures and (plain.emission in (0, (0, 0, 0)) or "illum 0" in line)
 
 
 def test_glass_is_smooth_and_its_roughness_named(tmp_path: Path) -> None:
@@ -416,6 +416,12 @@ def test_what_is_opaque_stays_so_without_its_picture(lost: str, more: str, tmp_p
         scene = load(tmp_path, mtl, obj)
     (found,) = scene.materials.values()
     assert found.kt == 0 and found.color == pytest.approx((0.8, 0.8, 0.8)) and found.diffuse > 0.9
+
+
+def test_what_glows_by_a_picture_is_dark_without_it(tmp_path: Path) -> None:
+    with pytest.warns(clrt.ClrtWarning, match="the light of what glows by a picture that is left out"):
+        scene = load(tmp_path, "newmtl m\nKd 0.1 0.1 0.1\nKe 1 1 1\nmap_Ke gone.png\n", WITH_UV)
+    assert scene.materials["m"].emission in (0, (0, 0, 0))
 
 
 def test_libraries_stay_in_the_folder(tmp_path: Path) -> None:

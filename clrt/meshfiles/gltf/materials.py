@@ -122,10 +122,14 @@ def _surface(
     f0 = (_share(least * max(c, 0.0)) for c in specular.specularColorFactor)
     volume: Volume = more["volume"]
     strength = more["emissive_strength"].emissiveStrength
+    glow = textures.picture(material.emissiveTexture, uv)
+    if material.emissiveTexture is not None and glow is None and any(material.emissiveFactor):
+        left_out["the light of what glows by a picture that is left out"] = None
+        strength = 0.0
     found = Facets(
         base=(red, green, blue),
         picture=picture,
-        glow=textures.picture(material.emissiveTexture, uv),
+        glow=glow,
         normal_map=_normal_map(textures.picture(material.normalTexture, uv), material.normalTexture, picture),
         metallic=_share(metal.metallicFactor * metallic),
         roughness=_share(metal.roughnessFactor * rough),

@@ -140,10 +140,11 @@ class Textures:
         return table | ({"offset": list(moved.offset)} if moved.offset != (0.0, 0.0) else {})
 
     def mean(self, info: Info | None) -> tuple[float, float, float]:
-        """The mean of a texture's numbers as they are stored; 1 where there is none."""
+        """The mean of a texture's numbers as they are stored; 1 where there is none. Of one that is left out
+        what is no metal: factors of 1 beside it would make one of all."""
         source = self._source(info.index) if info is not None else None
         if source is None:
-            return 1.0, 1.0, 1.0
+            return 1.0, 1.0, 1.0 if info is None else 0.0
         red, green, blue = self._itself.mean(source["file"], source.get("part")).tolist()
         return red, green, blue
 

@@ -48,6 +48,7 @@ class Phong:
     map_kd: Table | None = None
     textured: bool = False  # whether a map_Kd stands there, whatever becomes of it
     map_ke: Table | None = None
+    glowing: bool = False  # likewise of a map_Ke
     norm: Table | None = None
     left_out: dict[str, None] = field(default_factory=dict)
 
@@ -84,6 +85,9 @@ class Phong:
         if not uv and self.pictured:
             return replace(self, map_kd=None, map_ke=None, norm=None).table(True)
         light = (1.0, 1.0, 1.0) if self.map_ke is not None and not any(self.ke) else self.ke
+        if self.glowing and self.map_ke is None and any(light):
+            self.left_out["the light of what glows by a picture that is left out"] = None
+            light = (0.0, 0.0, 0.0)
         if self.pr is not None or self.pm is not None:
             facets = self._facets(light)
             if facets.blurred:
@@ -230,6 +234,7 @@ def _say(material: Phong, key: str, words: list[str]) -> None:
     elif key in ("map_kd", "map_ke", "norm"):
         setattr(material, key, texture(words, material.left_out, normals=key == "norm"))
         material.textured |= key == "map_kd" and bool(words)
+        material.glowing |= key == "map_ke" and bool(words)
     else:
         material.left_out[_OTHERS.get(key, "textures" if key.startswith("map_") else show(key[:20]))] = None
 
