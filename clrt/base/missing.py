@@ -24,7 +24,7 @@ FEATURES: Final[dict[str, tuple[str, ...]]] = {
     "subsurface scattering": ("subsurface", "sss", "bssrdf", "translucency"),
     "fog and clouds": ("fog", "haze", "mist", "smoke", "cloud", "clouds", "volume", "volumetric",
                        "scattering", "participating_medium", "phase_function"),
-    "lights of other forms": ("mesh_light", "polygon_light", "tube", "tube_light", "line_light", "emitter",
+    "lights of other forms": ("mesh_light", "polygon_light", "tube", "tube_light", "line_light",
                               "triangle_light"),
     "measured lights": ("ies", "ies_profile", "photometric", "goniometric"),
     "environment lighting": ("environment_light", "envmap", "environment_map", "hdri", "sky_light",
@@ -39,7 +39,7 @@ FEATURES: Final[dict[str, tuple[str, ...]]] = {
     "animation": ("animation", "animate", "keyframe", "keyframes", "frame", "frames", "timeline", "fps"),
     "constructive solid geometry": ("csg", "union", "intersection", "difference", "merge", "boolean",
                                     "subtract", "clipped_by"),
-    "instances and groups": ("instance", "instances", "instancing", "groups", "include", "object",
+    "instances and groups": ("instance", "instances", "instancing", "groups", "include",
                              "prototype", "reference"),
     "curved shapes of higher order": ("torus", "nurbs", "bezier", "bezier_patch", "bilinear_patch", "patch",
                                       "spline", "blob", "metaball", "isosurface", "julia", "quartic", "cubic",
@@ -88,8 +88,17 @@ OTHER_WORDS: Final[dict[str, str]] = {
     "look_from": "origin",
     "eye": "origin",
     "field_of_view": "fov",
+    "fovy": "fov",
+    "fov_y": "fov",
+    "vertical_fov": "fov",
+    "object": "shapes",
+    "objects": "shapes",
+    "primitives": "shapes",
+    "emitter": "lights",
+    "emitters": "lights",
+    "reflectivity": "reflection",
+    "dispersion": "ior",
     "rough": "roughness",
-    "glossy": "roughness",
     "glossiness": "roughness",
     "microfacet": "roughness",
     "ggx": "roughness",
@@ -112,6 +121,19 @@ OTHER_WORDS: Final[dict[str, str]] = {
     "kt": "transmission",
 }
 
+# likewise of types of shapes, where lights may have the same
+OTHER_SHAPES: Final[dict[str, str]] = {
+    "quad": "polygon", "square": "polygon", "rectangle": "polygon", "triangle": "polygon", "cube": "box",
+    "cuboid": "box", "tube": "cylinder", "pipe": "cylinder", "circle": "disk", "ball": "sphere",
+}  # fmt: skip
+
+# what is another number there
+_MIND: Final[dict[str, str]] = {
+    "glossiness": "1 less it", "fovy": 'with fov_axis = "vertical"', "fov_y": 'with fov_axis = "vertical"',
+    "vertical_fov": 'with fov_axis = "vertical"', "cone_angle": "from the axis, half of a whole cone",
+    "spot_angle": "from the axis, half of a whole cone",
+}  # fmt: skip
+
 # the keys of the scene itself, which a TOML file must have before its first table
 SCENE_KEYS: Final = frozenset({
     "version", "max_depth", "min_weight", "depth_color", "background", "ambient", "ambient_samples",
@@ -124,8 +146,11 @@ _FEATURE: Final = {word: feature for feature, words in FEATURES.items() for word
 def advice(word: object, known: list[str]) -> str:
     """'; ...' on a key or name that is not among the `known` ones of its place; "" for an unknown word."""
     plain = _plain(word)
-    if (other := OTHER_WORDS.get(plain)) in known:
-        return f"; clrt calls it {other!r}"
+    for table in (OTHER_WORDS, OTHER_SHAPES):
+        if (other := table.get(plain)) in known:
+            return f"; clrt calls it {other!r}" + (f", {_MIND[plain]}" if plain in _MIND else "")
+    if f"{plain}s" in known:
+        return f"; did you mean {f'{plain}s'!r}?"
     if plain in _FEATURE:
         return f"; clrt has no {_FEATURE[plain]} ({PAGE})"
     if plain in SCENE_KEYS:

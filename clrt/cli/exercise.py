@@ -17,6 +17,7 @@ from clrt.cli.outputs import check_named
 from clrt.cli.terminal import say
 
 NOT_YET = 1  # exit code
+_ROUNDING = 1e-5  # of radiance: what the same formula in another order differs by
 
 
 def run(options: argparse.Namespace) -> int:
@@ -92,7 +93,8 @@ def _checked(name: str, options: argparse.Namespace) -> dict[str, Any]:
         "folder": name, "exercise": one.number, "title": one.title, "hints": found.hints, "error": None,
     }  # fmt: skip
     for finding in judged(one, found.kernels, options.device):
-        row |= {"scene": finding.scene, "share": finding.share, "pixel": finding.pixel}
+        row |= {"scene": finding.scene, "share": finding.share, "pixel": finding.pixel,
+                "largest": finding.largest}  # fmt: skip
     row["mended"] = row["pixel"] is None
     return row
 
@@ -148,6 +150,9 @@ def _words(row: dict[str, Any]) -> list[str]:
     own = row["scene"] == one.scene
     scene = f"scenes/{row['scene']}.toml"
     lines = [f"{name}: not yet; {_percent(row['share'])} of the pixels of {scene} are wrong"]
+    if row["largest"] <= _ROUNDING:
+        most = f"by no more than {row['largest']:.1g}, as of the right formula in another order"
+        lines.append(f"{most}: write it as the lines around it do")
     if not own:
         why = "more was changed than the fault, or the wrong place was mended"
         lines.append(f"scenes/{one.scene}.toml is right, so {why}")

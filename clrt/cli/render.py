@@ -11,6 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from clrt.base import notices
 from clrt.base.atomic import check_replaceable, write_json
 from clrt.base.errors import ClrtError
 from clrt.base.records import Unstated
@@ -30,6 +31,11 @@ _DEEPEST = 1000  # generation whose layer's file is looked at beforehand: render
 
 
 _ONE: Final = ("stats", "trace", "checkpoint")  # files that a render of several scenes has no names for
+
+_BLACK: Final = (
+    "the picture is black: no light comes to what it shows; do the lights point there, and does nothing "
+    "stand before them?"
+)
 
 _FIELDS: Final = re.compile(r"\{(name|index)[:}]")
 
@@ -90,6 +96,8 @@ def _run(options: argparse.Namespace, keep: bool = False) -> int:
         with tracing(options.trace) as save_trace:
             image = render(file, options, layers=options.layers)
         seconds = time.perf_counter() - start
+        if not (image.pixels.any() or options.crop):
+            notices.warn(options.scene, "", _BLACK)
         saved = image.save(options.output, options.exposure, options.bits, options.view)
         beside = []
         if image.layers and not _holds_layers(options.output):

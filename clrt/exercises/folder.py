@@ -24,7 +24,7 @@ from clrt.base.limits import Limits
 from clrt.base.resources import kernel_folder, kernel_text
 from clrt.device.foreign import VARIABLE
 from clrt.exercises.judge import right_picture
-from clrt.exercises.table import HINTS, Exercise, exercise, scenes
+from clrt.exercises.table import HINTS, SCENES, Exercise, exercise
 from clrt.version import __version__
 
 _STATE: Final = "exercise.json"
@@ -75,7 +75,7 @@ def start(number: int, folder: Path, device: int | str | None = None) -> Started
         planted = chosen.planted(kernel_text(kernel_folder() / chosen.file))
         (temporary / "kernels" / chosen.file).write_text(planted, encoding="utf-8")
         (temporary / "scenes").mkdir()
-        for file in scenes().values():
+        for file in SCENES.iterdir():
             shutil.copy(file, temporary / "scenes")
         picture.save(temporary / "right.png")
         picture.save(temporary / "right.exr")

@@ -19,11 +19,13 @@ from clrt.images.image import Image
 
 @dataclass(frozen=True)
 class Finding:
-    """What became of one scene. `share`: of its pixels that differ from the right ones, 0 to 1."""
+    """What became of one scene. `share`: of its pixels that differ from the right ones, 0 to 1, by `largest`
+    at most, of linear radiance or, above 1, of the right pixel."""
 
     scene: str
     share: float
     pixel: tuple[int, int] | None  # (column, row) of the one that differs most
+    largest: float = 0.0
 
     @property
     def right(self) -> bool:
@@ -50,9 +52,10 @@ def compared(scene: str, right: Image, mine: Image) -> Finding:
         return Finding(scene, 0.0, None)
     with np.errstate(all="ignore"):
         off = np.abs(mine.pixels - right.pixels).max(axis=2)
+        off /= np.maximum(np.abs(right.pixels).max(axis=2), 1.0)
     off[differ & ~np.isfinite(off)] = np.inf
     row, column = divmod(int(np.argmax(np.where(differ, off, -1.0))), differ.shape[1])
-    return Finding(scene, float(differ.mean()), (column, row))
+    return Finding(scene, float(differ.mean()), (column, row), float(off[row, column]))
 
 
 @cache

@@ -13,6 +13,7 @@ import msgspec
 from clrt.base.errors import ClrtError
 
 _FOLDER: Final = Path(__file__).parent
+SCENES: Final = _FOLDER / "scenes"
 HINTS: Final = 3
 
 
@@ -56,4 +57,4 @@ def exercise(number: int) -> Exercise:
 @cache
 def scenes() -> dict[str, Path]:
     """The scenes that exercises are judged by, name -> file: together they show every fault."""
-    return {file.stem: file for file in sorted((_FOLDER / "scenes").glob("*.toml"))}
+    return {file.stem: file for file in sorted(SCENES.glob("*.toml"))}

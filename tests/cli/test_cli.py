@@ -451,3 +451,13 @@ def test_an_interrupt_that_a_library_takes_for_a_fault_ends_as_one(
     monkeypatch.setattr("clrt.cli.scenes.run", run)
     assert main(["scenes"]) == 130
     assert capsys.readouterr().err == "clrt: interrupted; nothing was saved\n"
+
+
+def test_a_black_picture_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    ball = {"type": "sphere", "center": [0, 0, 0], "radius": 1}
+    for place, black in ([0, 0, 0], True), ([0, 0, 5], False):
+        light = {"type": "point", "position": place}
+        table = {"camera": {"origin": [0, 0, 5], "target": [0, 0, 0]}, "lights": [light], "shapes": [ball]}
+        (tmp_path / "a.json").write_text(json.dumps(table))
+        assert main(["render", str(tmp_path / "a.json"), "-o", str(tmp_path / "a.png"), "--width", "8"]) == 0
+        assert ("the picture is black: no light comes to what it shows" in capsys.readouterr().err) == black

@@ -433,3 +433,22 @@ def test_files_included_within_objects(tmp_path: Path) -> None:
     (tmp_path / "red.xml").write_text(f'<scene version="3.0.0">{shape}</scene>')
     with pytest.raises(clrt.ClrtError, match="an included file includes no other"):
         read(tmp_path, body.format(shape))
+
+
+def test_plastic_in_another_medium(tmp_path: Path) -> None:
+    """Its index is one against what is around it; one of principled, or both alike, reflects nothing."""
+    def mirror(bsdf: str) -> Any:
+        found = read(tmp_path, f'<shape type="sphere">{bsdf}</shape>')
+        material = found.material_of(found.shapes[0])
+        return material.highlight_color, material.kr
+
+    plain = '<bsdf type="plastic"><float name="int_ior" value="1.5"/>{}</bsdf>'
+    (color, kr), (wet, _) = (
+        mirror(plain.format(ext)) for ext in ("", '<float name="ext_ior" value="1.33"/>')
+    )
+    assert kr == 1 and color[0] == pytest.approx(0.04, rel=1e-6)
+    assert wet[0] == pytest.approx((0.17 / 2.83) ** 2, rel=1e-9)
+    assert mirror(plain.format('<float name="ext_ior" value="1.5"/>'))[1] == 0
+    for value in ('"specular" value="0"', '"eta" value="1"'):
+        bsdf = f'<bsdf type="principled"><float name={value}/><float name="roughness" value="0.2"/></bsdf>'
+        assert mirror(bsdf)[1] == 0

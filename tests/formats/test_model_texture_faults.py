@@ -77,7 +77,7 @@ def test_what_is_no_picture_by_its_first_bytes_is_left_out(tmp_path: Path, kind:
     left = "textures of roughness and metal, but for their mean, textures that are neither PNG nor JPEG"
     assert text == f"a.glb: left out, since there is no counterpart: {left}"
     (made,) = scene.materials.values()
-    assert made.pictures.keys() == {"color"} and made.diffuse == 0.96, "no metal: beside a texture 1 is a factor"
+    assert made.pictures.keys() == {"color"} and made.diffuse == 0.96, "beside a texture 1 is a factor"
     clrt.render(scene, width=4, height=4)
 
 

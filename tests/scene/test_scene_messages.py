@@ -320,3 +320,20 @@ def test_a_key_that_stands_twice_is_named(tmp_path: Path):
     assert "is there already" in of_file(tmp_path, "lights = [{}]\n[[lights]]\n")
     assert "'max_depth' stands twice" in of_file(tmp_path, '{"max_depth": 1, "max_depth": 2}', ".json")
     assert "already" not in of_file(tmp_path, "max_depth = \n")
+
+
+@pytest.mark.parametrize(
+    ("word", "known", "says"),
+    [
+        ("keyframe", ["keyframes", "closed"], "did you mean 'keyframes'?"),
+        ("glossiness", ["roughness"], "clrt calls it 'roughness', 1 less it"),
+        ("fovy", ["fov"], "clrt calls it 'fov', with fov_axis = \"vertical\""),
+        ("spot_angle", ["angle"], "clrt calls it 'angle', from the axis, half of a whole cone"),
+        ("object", ["shapes", "lights"], "clrt calls it 'shapes'"), ("emitter", ["lights"], "'lights'"),
+        ("tube", ["sphere", "cylinder"], "'cylinder'"), ("quad", ["polygon"], "'polygon'"),
+        ("quad", ["rectangle", "point"], "'rectangle'"),
+        ("tube", ["rectangle", "point"], "lights of other forms"),
+    ],
+)  # fmt: skip
+def test_words_of_others_have_advice_of_their_place(word: str, known: list[str], says: str) -> None:
+    assert says in missing.advice(word, known)
