@@ -19,7 +19,8 @@ def warn_of_coarse_meshes(scene: Scene, low: np.ndarray, high: np.ndarray) -> No
     low, high: of boxes around shapes, (n, 3), which may be larger than they are.
     """
     far = np.maximum(np.abs(low), np.abs(high)).max(axis=1, initial=0.0)
-    step = np.spacing(far.astype(np.float32)).astype(np.float64)
+    with np.errstate(all="ignore"):  # of planes
+        step = np.spacing(far.astype(np.float32)).astype(np.float64)
     for k in np.flatnonzero(step * (_STEPS * _LOOSE) > (high - low).max(axis=1, initial=0.0)).tolist():
         shape = scene.shapes[k]
         if isinstance(shape, Mesh) and len(shape.data().vertices):

@@ -20,8 +20,11 @@ _CODES: Final = {
 _FORMAT: Final = re.compile(rb"(?<=\n)format[ \t]+binary_(little|big)_endian[ \t]+([0-9.]+)(?=[ \t]*\r?\n)")
 _LIST: Final = re.compile(rb"\n(property[ \t]+list[ \t][^\r\n]*?(\w+))(?=[ \t]*\r?\n)")
 _FACES: Final = ("vertex_indices", "vertex_index")
+_FREE: Final = 1 << 18  # rows and values, each of which takes up to 190 bytes; and one for two bytes besides
 _Part = tuple[Struct, str, bool]
 """What unpacks numbers; the code of a list whose length it unpacks, "" of plain numbers; is it kept."""
+_Element = tuple[int, list[_Part], int]
+"""How many rows it has, what these are made of, and of how many numbers and lists."""
 
 
 def as_text(data: bytes, start: int) -> bytes | None:
@@ -32,11 +35,12 @@ def as_text(data: bytes, start: int) -> bytes | None:
     order = "<" if found[1] == b"little" else ">"
     try:
         elements = list(_elements(data[:start].decode("latin-1"), order))
-        lists = any(code for _, parts in elements for _, code, _ in parts)
-        if not lists or _uniform(data, start, elements, order):
+        lists = any(code for _, parts, _ in elements for _, code, _ in parts)
+        many = sum(count * (1 + values) for count, _, values in elements)
+        if not lists or many > _FREE + len(data) // 2 or _uniform(data, start, elements, order):
             return None
         rows = list(_rows(data, start, elements, order))
-    except (KeyError, ValueError, IndexError):  # types or counts that are none
+    except (KeyError, ValueError, IndexError, OverflowError):  # types or counts that are none
         return None
     except error:
         raise BrokenMesh("it is shorter than its header declares; it may be cut short") from None
@@ -46,34 +50,35 @@ def as_text(data: bytes, start: int) -> bytes | None:
     return head + "\n".join([*rows, ""]).encode()
 
 
-def _elements(head: str, order: str) -> Iterator[tuple[int, list[_Part]]]:
-    """Of each element how many rows it has, and what of."""
+def _elements(head: str, order: str) -> Iterator[_Element]:
+    """The elements that a header declares."""
     for text in re.split(r"\nelement[ \t]", head)[1:]:
         first, *lines = text.splitlines()
         parts: list[_Part] = []
-        plain = ""
+        plain, values = "", 0
         for words in map(str.split, lines):
+            values += words[:1] == ["property"]
             if words[:2] == ["property", "list"]:
                 parts += [(Struct(order + plain), "", True)] if plain else []
                 parts.append((Struct(order + _CODES[words[2]]), _CODES[words[3]], words[4] in _FACES))
                 plain = ""
             elif words[:1] == ["property"]:
                 plain += _CODES[words[1]]
-        yield int(first.split()[1]), [*parts, *([(Struct(order + plain), "", True)] if plain else [])]
+        yield int(first.split()[1]), [*parts, *([(Struct(order + plain), "", True)] if plain else [])], values
 
 
-def _uniform(data: bytes, start: int, elements: list[tuple[int, list[_Part]]], order: str) -> bool:
+def _uniform(data: bytes, start: int, elements: list[_Element], order: str) -> bool:
     """Whether the file is as long as it is if each list of an element is as long as the first one is."""
     at = start
-    for count, parts in elements:
+    for count, parts, _ in elements:
         at += count * (_row(data, at, parts, order)[0] - at) if count else 0
     return at == len(data)
 
 
-def _rows(data: bytes, start: int, elements: list[tuple[int, list[_Part]]], order: str) -> Iterator[str]:
+def _rows(data: bytes, start: int, elements: list[_Element], order: str) -> Iterator[str]:
     """The rows of all elements as lines of a text."""
     at = start
-    for count, parts in elements:
+    for count, parts, _ in elements:
         for _ in range(count):
             at, numbers = _row(data, at, parts, order)
             yield " ".join(map(repr, numbers))

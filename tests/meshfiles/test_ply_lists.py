@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import time
 import warnings
 from pathlib import Path
 from typing import Any
@@ -59,4 +60,23 @@ def test_faces_of_any_number_of_corners(form: str, wedges: bool, tmp_path: Path)
 def test_a_binary_file_that_is_cut_says_so(cut: int, tmp_path: Path) -> None:
     (tmp_path / "a.ply").write_bytes(_mixed("binary_little_endian", False)[:-cut])
     with pytest.raises(clrt.ClrtError, match="it is shorter than its header declares; it may be cut short"):
+        clrt.load(tmp_path / "a.ply")
+
+
+@pytest.mark.parametrize("rows", ["element x 1000000000000\n", "element x 900000\nproperty uchar a\n"])
+def test_rows_that_take_no_room_cost_none(rows: str, tmp_path: Path) -> None:
+    """As many lines of a text would take hours, or a hundred times the file in memory."""
+    whole = _mixed("binary_little_endian", False).replace(b"end_header", rows.encode() + b"end_header")
+    (tmp_path / "a.ply").write_bytes(whole + bytes(900_000))
+    started = time.process_time()
+    with pytest.raises(clrt.ClrtError, match=r"a\.ply: cannot be read"):
+        clrt.load(tmp_path / "a.ply")
+    assert time.process_time() - started < 2
+
+
+@pytest.mark.parametrize("count", ["float", "double", "int"])
+def test_lengths_that_are_none(count: str, tmp_path: Path) -> None:
+    data = _mixed("binary_little_endian", False).replace(b"list uchar int", f"list {count} int".encode())
+    (tmp_path / "a.ply").write_bytes(data + struct.pack("<3d", np.inf, np.nan, -1))
+    with pytest.raises(clrt.ClrtError, match=r"a\.ply: (cannot be read|it has no faces)"):
         clrt.load(tmp_path / "a.ply")
