@@ -14,10 +14,10 @@ from tests.model_samples import write_glb
 from tests.vertex_color_samples import CORNERS, FACES, VIEW, expected, seen
 
 
-def write_glb_colors(path: Path, kind: str, plain: bool = False, metallic: float = 0.0) -> Path:
+def write_glb_colors(path: Path, kind: str, plain: bool = False, metallic: float = 0.0, **more: Any) -> Path:
     """The triangles as three parts of one node, of one material with the base colour (1, 0.5, 0.25).
 
-    `plain`: the last part has no colours.
+    `plain`: the last part has no colours; `more` of the material.
     """
     surface = {"baseColorFactor": [1, 0.5, 0.25, 1], "metallicFactor": metallic}
     linear = decode(np.array([corner[2:] for corner in CORNERS], np.uint8)).astype(float)
@@ -36,7 +36,7 @@ def write_glb_colors(path: Path, kind: str, plain: bool = False, metallic: float
         "meshes": [{"primitives": [
             {"attributes": attributes[k], "indices": 2 + k, "material": 0} for k in range(3)
         ]}],
-        "materials": [{"pbrMetallicRoughness": surface}],
+        "materials": [{"pbrMetallicRoughness": surface, **more}],
         "accessors": [
             {"bufferView": 0, "componentType": 5126, "count": 5, "type": "VEC3"},
             {"bufferView": 1, "componentType": code, "count": 5, "type": "VEC4", "normalized": True},
@@ -81,6 +81,14 @@ def test_colors_of_vertices_tint_what_is_metal_of_a_material_too(metallic: float
     assert table["color"] == image | {"tint": [1, 0.5, 0.25]}
     mirrored = image | {"tint": [metallic, 0.5 * metallic, 0.25 * metallic]}
     assert table["highlight_color"] == table["reflection_color"] == mirrored
+
+
+def test_what_is_unlit_and_not_there_does_not_glow_by_its_corners(tmp_path: Path) -> None:
+    clear = {"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0]}, "alphaMode": "BLEND"}
+    unlit = {"extensions": {"KHR_materials_unlit": {}}}
+    for more, glows in (clear, False), ({}, True):
+        scene = clrt.load(write_glb_colors(tmp_path / "scan.glb", "u1", **more, **unlit))
+        assert bool(scene.material_of(scene.shapes[0]).emission) == glows
 
 
 def test_gltf_pictures_that_are_not_there(tmp_path: Path) -> None:

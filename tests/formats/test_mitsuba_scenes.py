@@ -425,7 +425,7 @@ def test_files_included_within_objects(tmp_path: Path) -> None:
         '<bsdf version="3.0.0" type="diffuse"><rgb name="reflectance" value="$red 0 0"/></bsdf>'
     )
     body = '<default name="red" value="0.5"/><default name="which" value="red"/>{}'
-    shape = '<shape type="sphere"><include filename="$which.xml"/></shape>'
+    shape = '<shape type="sphere"><float name="radius" value="2"/><include filename="$which.xml"/></shape>'
     found = read(tmp_path, body.format(shape))
     assert found.material_of(found.shapes[0]).color == (0.5, 0, 0)
     with pytest.raises(clrt.ClrtError, match=r"red\.xml is included twice|'red.xml' is included twice"):

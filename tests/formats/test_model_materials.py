@@ -172,3 +172,9 @@ def test_what_glows_by_a_picture_that_is_not_there_is_dark(tmp_path: Path) -> No
     with pytest.warns(clrt.ClrtWarning, match="the light of what glows by a picture that is left out"):
         scene = clrt.load(write_glb(tmp_path / "a.glb", table))
     assert [m.emission for m in scene.materials.values()] == [0]
+
+
+def test_the_factor_of_glass_is_named(tmp_path: Path) -> None:
+    more = {"KHR_materials_transmission": {"transmissionFactor": 1}, **NOTHING}
+    with pytest.warns(clrt.ClrtWarning, match="the specularFactor of glass"):
+        material(tmp_path, metal_rough([1, 1, 1], 0, 0, extensions=more))

@@ -80,3 +80,10 @@ def test_lengths_that_are_none(count: str, tmp_path: Path) -> None:
     (tmp_path / "a.ply").write_bytes(data + struct.pack("<3d", np.inf, np.nan, -1))
     with pytest.raises(clrt.ClrtError, match=r"a\.ply: (cannot be read|it has no faces)"):
         clrt.load(tmp_path / "a.ply")
+
+
+def test_types_that_are_none_are_refused(tmp_path: Path) -> None:
+    data = _mixed("binary_little_endian", False).replace(b"property uchar red", b"property colour red")
+    (tmp_path / "a.ply").write_bytes(data)
+    with pytest.raises(clrt.ClrtError, match=r"a\.ply: cannot be read"):
+        clrt.load(tmp_path / "a.ply")

@@ -133,8 +133,8 @@ def test_a_scene_of_a_few_rows_has_one_at_least(tmp_path: Path) -> None:
 def test_what_povray_cannot_show_at_the_ends_of_scale_is_not_asked_of_it(
     tmp_path: Path, capsys: Printed
 ) -> None:
-    """It was called unproven: a horizon nearer than ours, which is none once all is scaled, hits too near, and
-    a picture that 16 bits cannot hold."""
+    """It was called unproven: a horizon nearer than ours, which is none once all is scaled, hits too near,
+    and a picture that 16 bits cannot hold."""
     texts = {"usual": _ball(), "large": _ball(size=1e5), "small": _ball(size=1e-4),
              "dark": _ball(light=1e-7).replace("0.1", "0").replace("0.2", "0")}  # fmt: skip
     for name, text in texts.items():
