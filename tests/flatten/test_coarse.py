@@ -40,3 +40,12 @@ def test_others_are_not(offset: Any, size: float) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         flatten(scene(offset, size))
+
+
+@pytest.mark.parametrize(("size", "told"), [(500.0, True), (700.0, False)])
+def test_as_many_steps_as_are_not_seen(size: float, told: bool) -> None:
+    """2,000 units are 4,000 steps of 0.5 there, 2,800 are 5,600."""
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        flatten(scene(MAP, size))
+    assert ["rounded to 0.5" in str(one.message) for one in found] == [True] * told
