@@ -61,6 +61,12 @@ def test_the_wheel_holds_the_files_of_the_tree(wheel: Path):
     assert f"Version: {__version__}\n" in text and "License-File: LICENSE\n" in text
 
 
+def test_nothing_in_the_tree_is_a_link():
+    """A wheel holds what a link leads to on the machine of who built it, and pip takes no sdist with one."""
+    folders = (*PACKED, "docs", "installers", "tests", ".ci")
+    assert [file for folder in folders for file in (ROOT / folder).rglob("*") if file.is_symlink()] == []
+
+
 @pytest.mark.slow
 def test_an_installed_wheel_renders_from_another_folder(wheel: Path, tmp_path: Path):
     """In a new environment that has nothing but what the wheel says it needs."""

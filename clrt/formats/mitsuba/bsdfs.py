@@ -27,6 +27,8 @@ IOR: Final = {
     "amber": 1.55, "pet": 1.5750, "diamond": 2.419,
 }  # fmt: skip
 """Mitsuba's names of indices of refraction."""
+_DIFFUSE: Final = ("reflectance", "diffuse_reflectance", "base_color")
+"""What a BSDF that is none of these may call the colour that it has most of."""
 METALS: Final = {"Au": "gold", "Ag": "silver", "Cu": "copper", "Al": "aluminium"}
 _ALPHA: Final = {"alpha": "alpha", "alpha_u": "", "alpha_v": "", "distribution": "distribution",
                  "sample_visible": "-"}  # fmt: skip
@@ -77,11 +79,16 @@ class Materials:
         make = _KINDS.get(plugin.type)
         if make is not None:
             return make(plugin, self)
-        if plugin.type not in _OTHERS:
-            raise unknown(plugin.element, "bsdf", plugin.type, [*_KINDS, *_OTHERS])
-        self.context.left_out[f"the bsdf {plugin.type}"] = None
+        self.context.without(plugin, [*_KINDS], _OTHERS)
         inner = self.context.first(plugin, "bsdf")
-        return {"color": 0.5, "diffuse": 1.0} if inner is None else self.of(inner)
+        if inner is not None:
+            return self.of(inner)
+        name = next((name for name in _DIFFUSE if self.has(plugin, name)), _DIFFUSE[0])
+        return {"color": self.color(plugin, name, 0.5), "diffuse": 1.0}
+
+    def has(self, plugin: Plugin, name: str) -> bool:
+        """Whether it has a value or an object of that name."""
+        return name in plugin.values or self.context.called(plugin, name) is not None
 
     def inner(self, plugin: Plugin, count: int = 1) -> list[Table]:
         """The BSDFs within another, exactly so many."""
@@ -113,23 +120,21 @@ class Materials:
     def texture(self, plugin: Plugin) -> Any:
         """A texture as a scene file has it; what there is none of is grey."""
         if plugin.type == "bitmap":
-            plugin.check(_BITMAP, self.context.left_out)
+            plugin.check(_BITMAP, self.context)
             return self._bitmap(plugin)
         if plugin.type == "checkerboard":
-            plugin.check(_TO_UV | {"color0": "x", "color1": "x"}, self.context.left_out)
+            plugin.check(_TO_UV | {"color0": "x", "color1": "x"}, self.context)
             pair = [plugin.color("color0", 0.4), plugin.color("color1", 0.2)]
             return {"type": "checker", "colors": pair, "to_uv": _to_uv(plugin)}
-        if plugin.type not in _OTHER_TEXTURES:
-            known = ["bitmap", "checkerboard", *_OTHER_TEXTURES]
-            raise unknown(plugin.element, "texture", plugin.type, known)
-        self.context.left_out[f"the texture {plugin.type}"] = None
-        return 0.5
+        self.context.without(plugin, ["bitmap", "checkerboard"], _OTHER_TEXTURES)
+        inner = self.context.first(plugin, "texture") if self.context.first_version else None
+        return 0.5 if inner is None else self.texture(Plugin.of(inner))
 
     def _bitmap(self, plugin: Plugin) -> Table:
         if "filename" not in plugin.values:
             raise plugin.element.says("a bitmap needs its filename")
         wrap = plugin.one_of("wrap_mode", "repeat", {name: name for name in ("repeat", "mirror", "clamp")})
-        kind = plugin.one_of("filter_type", "bilinear", {"bilinear": "linear", "nearest": "nearest"})
+        kind = plugin.one_of("filter_type", "bilinear", _FILTERS)
         table: Table = {"type": "image", "file": self.context.file(plugin.values["filename"]), "wrap": wrap,
                         "filter": kind}  # fmt: skip
         to_uv = _to_uv(plugin)
@@ -137,12 +142,19 @@ class Materials:
             self.context.left_out["rotations of textures"] = None
         table |= {"scale": [float(to_uv[0, 0]), float(to_uv[1, 1])]}
         table |= {"offset": [float(to_uv[0, 3]), float(to_uv[1, 3])]}
-        return table | ({"encoding": "linear"} if plugin.flag("raw", False) else {})
+        gamma = plugin.number("gamma", _FILE_GAMMA)
+        if gamma not in (1, 2.2, _FILE_GAMMA):
+            self.context.left_out["the gamma of a bitmap"] = None
+        linear = plugin.flag("raw", False) or gamma == 1
+        return table | ({"encoding": "linear"} if linear else {})
 
 
 _TO_UV: Final = dict.fromkeys(("to_uv", "uscale", "vscale", "uoffset", "voffset"), "x")
-_BITMAP: Final = _TO_UV | dict.fromkeys(("filename", "filter_type", "wrap_mode", "raw"), "x") | {
+_BITMAP: Final = _TO_UV | dict.fromkeys(("filename", "filter_type", "wrap_mode", "raw", "gamma"), "x") | {
     "format": "-", "accel": "-"}  # fmt: skip
+_FILTERS: Final = dict.fromkeys(("bilinear", "trilinear", "ewa"), "linear") | {"nearest": "nearest"}
+"""The second and third are of the first version."""
+_FILE_GAMMA: Final = -1.0  # in the first version: that of the file
 
 
 def _to_uv(plugin: Plugin) -> Array:
@@ -206,13 +218,13 @@ def _alpha_of(plugin: Plugin, materials: Materials) -> float:
 
 
 def _diffuse(plugin: Plugin, materials: Materials) -> Table:
-    plugin.check({"reflectance": "color"}, materials.context.left_out)
+    plugin.check({"reflectance": "color"}, materials.context)
     return {"color": materials.color(plugin, "reflectance", 0.5), "diffuse": 1.0}
 
 
 def _conductor(plugin: Plugin, materials: Materials) -> Table:
     rough = plugin.type == "roughconductor"
-    plugin.check(_CONDUCTOR | (_ALPHA if rough else {}), materials.context.left_out)
+    plugin.check(_CONDUCTOR | (_ALPHA if rough else {}), materials.context)
     metal = plugin.text("material", "none")
     tint = materials.tint(plugin, "specular_reflectance", 1.0)
     table = {"diffuse": 0.0, "reflection": 1.0, "reflection_color": tint}
@@ -241,7 +253,7 @@ def _surroundings(plugin: Plugin, materials: Materials) -> None:
 
 def _dielectric(plugin: Plugin, materials: Materials) -> Table:
     rough = plugin.type == "roughdielectric"
-    plugin.check(_DIELECTRIC | (_ALPHA if rough else {}), materials.context.left_out)
+    plugin.check(_DIELECTRIC | (_ALPHA if rough else {}), materials.context)
     _surroundings(plugin, materials)
     if rough:
         materials.context.left_out["the roughness of glass"] = None
@@ -255,7 +267,7 @@ def _dielectric(plugin: Plugin, materials: Materials) -> Table:
 
 def _plastic(plugin: Plugin, materials: Materials) -> Table:
     rough = plugin.type == "roughplastic"
-    plugin.check(_PLASTIC | (_ALPHA if rough else {}), materials.context.left_out)
+    plugin.check(_PLASTIC | (_ALPHA if rough else {}), materials.context)
     if plugin.flag("nonlinear", False):
         materials.context.left_out[f"nonlinear of {plugin.type}"] = None
     roughness = math.sqrt(_alpha_of(plugin, materials)) if rough else 0.0
@@ -268,7 +280,7 @@ def _plastic(plugin: Plugin, materials: Materials) -> Table:
 
 def _principled(plugin: Plugin, materials: Materials) -> Table:
     context = materials.context
-    plugin.check(_PRINCIPLED, context.left_out)
+    plugin.check(_PRINCIPLED, context)
     shares = [min(max(plugin.number(name, default), 0.0), 1.0)
               for name, default in (("metallic", 0.0), ("roughness", 0.5), ("spec_trans", 0.0))]  # fmt: skip
     names = ("metallic", "roughness", "spec_trans")
@@ -287,7 +299,7 @@ def _principled(plugin: Plugin, materials: Materials) -> Table:
 
 
 def _inner(plugin: Plugin, materials: Materials) -> Table:
-    plugin.check({"allow_transmission": "x"}, materials.context.left_out)
+    plugin.check({"allow_transmission": "x"}, materials.context)
     if plugin.flag("allow_transmission", False):
         materials.context.left_out[f"allow transmission of {plugin.type}"] = None
     front = materials.context.first(plugin, "bsdf")  # a second one is that of the back
@@ -299,7 +311,7 @@ def _inner(plugin: Plugin, materials: Materials) -> Table:
 
 
 def _normal_map(plugin: Plugin, materials: Materials) -> Table:
-    plugin.check({"flip_invalid_normals": "-", "use_shadowing_function": "-"}, materials.context.left_out)
+    plugin.check({"flip_invalid_normals": "-", "use_shadowing_function": "-"}, materials.context)
     found = materials.inner(plugin)[0]
     picture = materials.color(plugin, "normalmap", 0.5)
     if not isinstance(picture, dict) or picture["type"] != "image":
@@ -310,7 +322,7 @@ def _normal_map(plugin: Plugin, materials: Materials) -> Table:
 def _blend(plugin: Plugin, materials: Materials) -> Table:
     """The sum of two: each coefficient of theirs, with what goes with it."""
     context = materials.context
-    plugin.check({"weight": "x"}, context.left_out)
+    plugin.check({"weight": "x"}, context)
     first, second = materials.inner(plugin, 2)
     weight = plugin.number("weight", 0.5)
     if context.called(plugin, "weight") is not None:

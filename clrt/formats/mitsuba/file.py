@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -33,6 +33,7 @@ class Context:
     ids: dict[str, Element] = field(default_factory=dict)
     included: dict[Path, int] = field(default_factory=dict)  # the line that names a file
     left_out: dict[str, None] = field(default_factory=dict)
+    first_version: bool = False  # a file of Mitsuba's first version
     ior: float | None = None  # around all glass
     depths: dict[int, int | None] = field(default_factory=dict)  # of integrators
     filled: int = 0  # letters that parameters have added
@@ -87,6 +88,19 @@ class Context:
                 child.asked = True
                 return self.referred(child)
         return None
+
+    def other(self, element: Element, what: str, name: str, known: list[str]) -> None:
+        """A name that Mitsuba 3 has not: SceneError, but in files of its first version, which had more."""
+        if not self.first_version:
+            raise unknown(element, what, name, known)
+        self.left_out[f"the {what} {show(name[:40])}"] = None
+
+    def without(self, plugin: Plugin, known: list[str], others: Collection[str]) -> None:
+        """Leave out an object of a type that only Mitsuba has: one of `others`, or as in `other`."""
+        if plugin.type in others:
+            self.left_out[f"the {plugin.element.tag} {plugin.type}"] = None
+        else:
+            self.other(plugin.element, plugin.element.tag, plugin.type, [*known, *others])
 
     def lost(self, tops: list[Element]) -> None:
         """Name what nobody asked for in objects that are understood, once all is read."""
@@ -144,8 +158,10 @@ def opened(data: bytes, context: Context) -> tuple[list[Element], dict[str, str]
     root, notes = parse(unmarked(data), context.limits, context.source)
     if root.tag != "scene":
         raise root.says(f"a Mitsuba file holds a <scene>, not <{root.tag}>")
-    if not re.fullmatch(r"[0-9]+(\.[0-9]+){2}", root.keys.get("version", "3.0.0")):
-        raise root.says(f"version: {show(root.keys['version'])} is not allowed; it must be like 3.0.0")
+    version = root.keys.get("version", "3.0.0")
+    if not re.fullmatch(r"[0-9]+(\.[0-9]+){2}", version):
+        raise root.says(f"version: {show(version)} is not allowed; it must be like 3.0.0")
+    context.first_version = int(version.partition(".")[0]) == 0
     parameters: dict[str, str] = {}
     aliases: list[Element] = []
     context.read = len(data)

@@ -53,11 +53,9 @@ class Shapes:
         """One shape, or the light that it is."""
         plugin, context = Plugin.of(element), self.materials.context
         if plugin.type not in _KEYS:
-            if plugin.type not in _OTHERS:
-                raise unknown(element, "shape", plugin.type, [*_KEYS, *_OTHERS])
-            context.left_out[f"the shape {plugin.type}"] = None
+            context.without(plugin, [*_KEYS], _OTHERS)
             return
-        plugin.check(_KEYS[plugin.type], context.left_out)
+        plugin.check(_KEYS[plugin.type], context)
         if context.elements(plugin, "medium"):
             context.left_out["media"] = None
         radiance = self._radiance(plugin)
@@ -122,7 +120,7 @@ class Shapes:
             return 0.0
         if emitter.type != "area":
             raise unknown(emitter.element, "emitter of a shape", emitter.type, ["area", "directionalarea"])
-        emitter.check({"radiance": "x", "sampling_weight": "-"}, self.materials.context.left_out)
+        emitter.check({"radiance": "x", "sampling_weight": "-"}, self.materials.context)
         color = self.materials.tint(emitter, "radiance", 1.0)
         if isinstance(color, dict):
             self.materials.context.left_out["textures of lights"] = None

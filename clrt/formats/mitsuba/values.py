@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -14,9 +14,15 @@ from clrt.base import notices
 from clrt.base.errors import decimal, fault, show
 from clrt.formats.xml_tree import Element, unknown
 
+if TYPE_CHECKING:
+    from clrt.formats.mitsuba.file import Context
+
 Rgb = tuple[float, float, float]
 Array = np.ndarray
-VALUES: Final = ("float", "integer", "boolean", "string", "rgb", "spectrum", "point", "vector", "transform")
+VALUES: Final = (
+    "float", "integer", "boolean", "string", "rgb", "srgb", "spectrum", "blackbody", "point", "vector",
+    "transform",
+)  # fmt: skip
 OBJECTS: Final = (
     "integrator", "sensor", "film", "rfilter", "sampler", "shape", "bsdf", "emitter", "texture", "medium",
     "phase", "volume", "ref",
@@ -26,6 +32,7 @@ UNIT: Final[Array] = np.eye(4)
 UNIT.flags.writeable = False
 _ROUNDED: Final = 1e-3  # by which a unit axis of few digits may be off
 _CAMEL: Final = re.compile(r"(?<=[a-z])(?=[A-Z])")
+_HEX: Final = re.compile(r"\s*#[0-9a-fA-F]{6}\s*")
 _BOOLEAN: Final = {"true": True, "false": False}
 
 
@@ -57,8 +64,8 @@ class Plugin:
                 raise unknown(child, "element", child.tag, [*VALUES, *OBJECTS])
         return plugin
 
-    def check(self, known: dict[str, str], left_out: dict[str, None]) -> None:
-        """Raise for a value that the plugin has not; what it has, but we have not, goes to `left_out`.
+    def check(self, known: dict[str, str], context: Context) -> None:
+        """Raise for a value that the plugin has not; what it has, but we have not, is left out.
 
         known: what each value becomes, "" of those without a counterpart, "-" of those that change nothing.
         """
@@ -66,9 +73,9 @@ class Plugin:
         for name, element in self.values.items():
             if name not in known:
                 what = f"value of {self.element.tag} {show(self.type)} called"
-                raise unknown(element, what, name, [*known])
-            if known[name] == "":
-                left_out[f"{name.replace('_', ' ')} of {self.type}"] = None
+                context.other(element, what, name, [*known])
+            elif known[name] == "":
+                context.left_out[f"{name.replace('_', ' ')} of {self.type}"] = None
 
     def number(self, name: str, default: float) -> float:
         """A float or an integer."""
@@ -166,19 +173,35 @@ _VISIBLE: Final = (360.0, 830.0)  # nm
 
 def color(element: Element) -> Any:
     """A colour as scene files have it."""
+    if element.tag == "blackbody":
+        text = 'a blackbody is not read; write <spectrum value="400:0.1, 700:0.2"/>'
+        raise element.says(f"{element.name}: {text}")
     if element.tag == "spectrum" and "value" not in element.keys:
         kind = "from a file" if "filename" in element.keys else f"of type {show(element.get('type'))}"
         raise element.says(f'{element.name}: a spectrum {kind} is not read; write value="400:0.1, 700:0.2"')
     text = element.get("value")
+    if _HEX.fullmatch(text) and element.tag in ("rgb", "srgb"):
+        return _decoded(element, [part / 255 for part in bytes.fromhex(text.strip()[1:])])
     if element.tag == "spectrum" and ":" in text:
         pairs = [pair.split(":") for pair in text.replace(",", " ").split()]
         return _closed([numbers(element, " ".join(pair), 2) for pair in pairs])
     found = numbers(element, text, 1, 3)
-    if len(found) > 1:
-        return found
+    if len(found) > 1 or element.tag == "srgb":
+        return _decoded(element, found if len(found) > 1 else found * 3)
     if element.tag == "spectrum" and snake(element.get("name")) in _OF_LIGHT:  # as much of each wavelength
         return [[nm, found[0]] for nm in _VISIBLE]
     return found[0]
+
+
+def _decoded(element: Element, parts: list[float]) -> list[float]:
+    """The linear colour of three numbers, which an <srgb> has encoded."""
+    if element.tag != "srgb":
+        return parts
+    if not all(0 <= part <= 1 for part in parts):
+        raise element.says(fault("", element.name, element.get("value"), "each part must be from 0 to 1"))
+    from clrt.images.file import uncurved
+
+    return [float(part) for part in uncurved(np.array(parts))]
 
 
 def _closed(pairs: list[list[float]]) -> list[list[float]]:
@@ -209,9 +232,10 @@ def transform(element: Element) -> Array:
     matrix = np.eye(4)
     with np.errstate(all="ignore"):
         for step in element.children:
-            if step.tag not in _STEPS:
+            name = snake(step.tag)
+            if name not in _STEPS:
                 raise unknown(step, "step of a transform called", step.tag, [*_STEPS])
-            matrix = _STEPS[step.tag](step) @ matrix
+            matrix = _STEPS[name](step) @ matrix
     if not np.isfinite(matrix).all():
         raise element.says("the numbers of a transform must not leave the range of float64")
     return matrix

@@ -11,7 +11,7 @@ import numpy as np
 from clrt.base.errors import fault, show
 from clrt.formats.mitsuba.file import Context
 from clrt.formats.mitsuba.values import Array, Plugin, looks, times
-from clrt.formats.xml_tree import Element, unknown
+from clrt.formats.xml_tree import Element
 from clrt.scene.pinhole import ahead
 from clrt.scene.transforms import is_similarity
 
@@ -23,8 +23,10 @@ _FILTERS: Final = {
     "lanczos": "mitchell",
 }  # fmt: skip
 _FILTER: Final = "gaussian"  # of a film that says nothing
-_SAMPLERS: Final = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
-_ANY: Final = dict.fromkeys(("samples_per_pass", "block_size", "timeout"), "-") | {"hide_emitters": "x"}
+_SAMPLERS: Final = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler", "sobol", "halton",
+                    "hammersley")  # fmt: skip
+_ANY: Final = dict.fromkeys(("samples_per_pass", "block_size", "timeout", "strict_normals"), "-") | {
+    "hide_emitters": "x"}  # fmt: skip
 _PATHS: Final = _ANY | {"max_depth": "x", "rr_depth": "-"}
 _DIRECT: Final = ("direct", "direct_projective")  # whatever max_depth they are given
 _PROJECTIVE: Final = _PATHS | dict.fromkeys(
@@ -65,12 +67,10 @@ _HALF_TURN: Final = np.diag([-1.0, 1.0, -1.0, 1.0])
 
 def camera(plugin: Plugin, context: Context) -> Table | None:
     """The camera of a sensor; None where it is another instrument."""
-    if plugin.type in _OTHER_SENSORS:
-        context.left_out[f"the sensor {plugin.type}"] = None
-        return None
     if plugin.type not in _SENSORS:
-        raise unknown(plugin.element, "sensor", plugin.type, [*_SENSORS, *_OTHER_SENSORS])
-    plugin.check(_SENSORS[plugin.type], context.left_out)
+        context.without(plugin, [*_SENSORS], _OTHER_SENSORS)
+        return None
+    plugin.check(_SENSORS[plugin.type], context)
     orthographic = plugin.type == "orthographic"
     table: Table = _film(plugin, context) | _samples(plugin, context) | _place(plugin)
     width, height = table["width"], table["height"]
@@ -92,7 +92,7 @@ def camera(plugin: Plugin, context: Context) -> Table | None:
 def _place(plugin: Plugin) -> Table:
     """Where it is and looks to. Mitsuba's +x is to the left; where it is to the right, it is a mirror's."""
     element = plugin.values.get("to_world")
-    if element is not None and [step.tag for step in element.children] == ["lookat"]:
+    if element is not None and [step.tag.lower() for step in element.children] == ["lookat"]:
         told = zip(("origin", "target", "up"), looks(element.children[0]), strict=True)
         return {key: list(value) for key, value in told}
     matrix = plugin.to_world()
@@ -141,13 +141,14 @@ def _angle(plugin: Plugin, width: int, height: int) -> Table:
 
 
 def _within(plugin: Plugin, tag: str, known: Collection[str], context: Context) -> Plugin | None:
-    """The plugin of this tag within another; ClrtError where its type is none of those known."""
+    """The plugin of this tag within another; ClrtError where its type is none of those known, but in files of
+    the first version."""
     element = context.first(plugin, tag)
     if element is None:
         return None
     found = Plugin.of(element)
     if found.type not in known:
-        raise unknown(element, tag, found.type, [*known])
+        context.other(element, tag, found.type, [*known])
     return found
 
 
@@ -156,22 +157,24 @@ def _film(plugin: Plugin, context: Context) -> Table:
     film = _within(plugin, "film", _FILMS, context)
     if film is None:
         return found | {"filter": _FILTER}
-    film.check(_FILM, context.left_out)
+    film.check(_FILM, context)
     if (pixels := film.text("pixel_format", "rgb")).startswith("luminance"):
         context.left_out[f"pixel format {show(pixels)}"] = None
     found = {name: film.whole(name, found[name], 1) for name in found}
     kind = _within(film, "rfilter", _FILTERS, context)
     if kind is None:
         return found | {"filter": _FILTER}
-    kind.check(dict.fromkeys(("radius", "stddev", "b", "c", "lobes"), ""), context.left_out)
-    return found if _FILTERS[kind.type] == "box" else found | {"filter": _FILTERS[kind.type]}
+    kind.check(dict.fromkeys(("radius", "stddev", "b", "c", "lobes"), ""), context)
+    kept = _FILTERS.get(kind.type, _FILTER)
+    return found if kept == "box" else found | {"filter": kept}
 
 
 def _samples(plugin: Plugin, context: Context) -> Table:
     sampler = _within(plugin, "sampler", _SAMPLERS, context)
     if sampler is None:
         return {}
-    sampler.check({"sample_count": "x", "seed": "-", "jitter": "-"}, context.left_out)
+    same = dict.fromkeys(("seed", "jitter", "dimension", "scramble"), "-")
+    sampler.check({"sample_count": "x"} | same, context)
     root = math.isqrt(min(sampler.whole("sample_count", 4, 1), MOST_SAMPLES))
     return {"spp": root * root}
 
@@ -188,10 +191,10 @@ def depth(element: Element, context: Context) -> int | None:
 
 def _depth(plugin: Plugin, context: Context) -> int | None:
     if plugin.type not in _INTEGRATORS:
-        raise unknown(plugin.element, "integrator", plugin.type, [*_INTEGRATORS])
-    known = _INTEGRATORS[plugin.type]
+        context.other(plugin.element, "integrator", plugin.type, [*_INTEGRATORS])
+    known = _INTEGRATORS.get(plugin.type)
     if known is not None:
-        plugin.check(known, context.left_out)
+        plugin.check(known, context)
     if plugin.flag("hide_emitters", False):
         context.left_out["that emitters are hidden"] = None
     found = None
@@ -208,12 +211,10 @@ def _depth(plugin: Plugin, context: Context) -> int | None:
 
 def emitter(plugin: Plugin, context: Context, scene: Table) -> None:
     """Put a light, or what surrounds a scene, into it. What falls on a white wall is pi times the model's."""
-    if plugin.type in _OTHER_EMITTERS:
-        context.left_out[f"the emitter {plugin.type}"] = None
-        return
     if plugin.type not in _EMITTERS:
-        raise unknown(plugin.element, "emitter", plugin.type, [*_EMITTERS, *_OTHER_EMITTERS])
-    plugin.check(_EMITTERS[plugin.type] | {"sampling_weight": "-"}, context.left_out)
+        context.without(plugin, [*_EMITTERS], _OTHER_EMITTERS)
+        return
+    plugin.check(_EMITTERS[plugin.type] | {"sampling_weight": "-"}, context)
     if plugin.type in ("constant", "envmap") and "background" in scene:
         context.left_out["surroundings but the last"] = None
     if plugin.type == "constant":
