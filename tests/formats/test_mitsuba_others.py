@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import warnings
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,10 @@ import numpy as np
 import pytest
 
 import clrt
-from tests.mitsuba_samples import read, table
+from clrt.scene.textures import ImageTexture
+from tests.mitsuba_samples import BALL, SCENES, read, table
+
+FILE = '<string name="filename" value="{}"/>'
 
 
 def _turned(steps: str) -> str:
@@ -46,6 +50,58 @@ def test_axes_of_lights_that_are_scaled(tmp_path: Path) -> None:
     for axis in "xyz":
         with pytest.warns(clrt.ClrtWarning, match="no counterpart: the stretch of a spot$"):
             read(tmp_path, spot.format(_turned(f'<scale {axis}="2"/>{look}')))
+
+
+def test_what_is_nearer_than_the_near_clip_is_not_seen(tmp_path: Path) -> None:
+    """Across the view from there on, as in Mitsuba 3."""
+    for kind in ("perspective", "thinlens", "orthographic"):
+        for clip, near in ("", 0.0), ('<float name="near_clip" value="1.5"/>', 1.5):
+            camera = read(tmp_path, f'<sensor type="{kind}">{clip}</sensor>').camera
+            assert camera is not None and camera.near == near
+
+
+@pytest.mark.parametrize(("steps", "scale", "offset", "named"), [
+    ('<rotate z="1" angle="180"/>', (-1, -1), (0, 0), False),
+    ('<rotate z="1" angle="90"/><translate x="0.25"/>', (1, 1), (-0.75, 0), True),
+    ('<scale x="2" y="3"/><rotate z="1" angle="30"/>', (2, 3), None, True),
+])  # fmt: skip
+def test_turned_pictures_are_as_large(
+    tmp_path: Path, steps: str, scale: tuple[float, float], offset: tuple[float, float] | None, named: bool
+) -> None:
+    """A turn by half is a scale; of others the turn alone is left out, and the middle stays where it is."""
+    shutil.copy(SCENES / "tiles.png", tmp_path / "a.png")
+    moved = f'<transform name="to_uv">{steps}</transform>'
+    bitmap = f'<texture type="bitmap" name="reflectance">{FILE.format("a.png")}{moved}</texture>'
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        scene = read(tmp_path, BALL.format(f'<bsdf type="diffuse">{bitmap}</bsdf>'))
+    assert [str(one.message).split(": ")[-1] for one in said] == ["rotations of textures"] * named
+    found = scene.material_of(scene.shapes[0]).color
+    assert isinstance(found, ImageTexture) and found.scale == pytest.approx(scale)
+    if offset is not None:
+        assert found.offset == pytest.approx(offset, abs=1e-12)
+
+
+def test_pictures_on_meshes_without_uv_are_left_out(tmp_path: Path) -> None:
+    shutil.copy(SCENES / "tiles.png", tmp_path / "a.png")
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    (tmp_path / "b.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\n")
+    vertex = "element vertex 3\n" + "".join(f"property float {name}\n" for name in "xyz")
+    head = f"ply\nformat ascii 1.0\n{vertex}{{}}element face 1\nproperty list uchar int vertex_indices\n"
+    (tmp_path / "a.ply").write_text(head.format("") + "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    uv = head.format("property float s\nproperty float t\n") + "end_header\n"
+    (tmp_path / "b.ply").write_text(f"{uv}0 0 0 0 0\n1 0 0 1 0\n0 1 0 0 1\n3 0 1 2\n")
+    picture = '<texture type="bitmap" name="{}">' + FILE.format("a.png") + "</texture>"
+    bsdf = f'<bsdf type="diffuse">{picture.format("reflectance")}</bsdf>'
+    mapped = f'<bsdf type="normalmap">{picture.format("normalmap")}{bsdf}</bsdf>'
+    for kind in ("obj", "ply"):
+        for inner in (bsdf, mapped):
+            meshes = [f'<shape type="{kind}">{FILE.format(f"{name}.{kind}")}{inner}</shape>' for name in "ab"]
+            with pytest.warns(clrt.ClrtWarning, match=f"textures of '{kind}' where it has no uv$"):
+                scene = read(tmp_path, "".join(meshes))
+            bare, shown = (scene.material_of(shape) for shape in scene.shapes)
+            assert (bare.color, bare.normal_map) == (0.5, None)
+            assert isinstance(shown.color, ImageTexture) and (shown.normal_map is None) == (inner == bsdf)
 
 
 def test_what_builds_trees_changes_no_picture(tmp_path: Path) -> None:

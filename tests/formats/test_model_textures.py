@@ -104,6 +104,8 @@ def test_a_glowing_model_with_textures_and_the_same_scene_by_hand_have_one_hash(
         (BASE, {"images": ({"uri": DATA, "mimeType": "image/png"},)}, "color",
          ImageTexture(file="a.glb", part=0)),
         (BASE, {"images": ({"uri": "in%20there/b.png"},)}, "color", ImageTexture(file="in there/b.png")),
+        (BASE, {"images": ({"uri": "in there\\b.png", "mimeType": "image/jpg"},)}, "color",
+         ImageTexture(file="in there/b.png")),
         (BASE, {"textures": [{"source": 0, "sampler": 0}],
                 "samplers": [{"wrapS": 33071, "wrapT": 33071, "magFilter": 9728}]},
          "color", ImageTexture(file="a.glb", part=0, wrap="clamp", filter="nearest")),

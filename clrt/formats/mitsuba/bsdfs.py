@@ -138,10 +138,12 @@ class Materials:
         table: Table = {"type": "image", "file": self.context.file(plugin.values["filename"]), "wrap": wrap,
                         "filter": kind}  # fmt: skip
         to_uv = _to_uv(plugin)
-        if to_uv[0, 1] or to_uv[1, 0]:
+        scale, offset = np.diag(to_uv)[:2], to_uv[:2, 3]
+        if max(abs(to_uv[0, 1]), abs(to_uv[1, 0])) > _ROUNDED * np.abs(to_uv[:2, :2]).max():
             self.context.left_out["rotations of textures"] = None
-        table |= {"scale": [float(to_uv[0, 0]), float(to_uv[1, 1])]}
-        table |= {"offset": [float(to_uv[0, 3]), float(to_uv[1, 3])]}
+            scale = np.linalg.norm(to_uv[:2, :2], axis=0)
+            offset = offset + (to_uv[:2, :2].sum(axis=1) - scale) / 2  # about the middle of the picture
+        table |= {"scale": scale.tolist(), "offset": offset.tolist()}
         gamma = plugin.number("gamma", _FILE_GAMMA)
         if gamma not in (1, 2.2, _FILE_GAMMA):
             self.context.left_out["the gamma of a bitmap"] = None
@@ -154,6 +156,7 @@ _BITMAP: Final = _TO_UV | dict.fromkeys(("filename", "filter_type", "wrap_mode",
     "format": "-", "accel": "-"}  # fmt: skip
 _FILTERS: Final = dict.fromkeys(("bilinear", "trilinear", "ewa"), "linear") | {"nearest": "nearest"}
 """The second and third are of the first version."""
+_ROUNDED: Final = 1e-6  # of a sine of half a turn, in files of seven digits
 _FILE_GAMMA: Final = -1.0  # in the first version: that of the file
 
 

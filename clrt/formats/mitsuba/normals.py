@@ -1,9 +1,10 @@
-"""Normals that Mitsuba computes where a file has none: of faces that share a number, not a place."""
+"""What files of meshes lack: uv, and normals, which Mitsuba has of faces that share a number, not a place."""
 
 from __future__ import annotations
 
 import copy
 import re
+from pathlib import Path
 from typing import Any, Final
 
 import msgspec
@@ -11,6 +12,7 @@ import numpy as np
 
 from clrt.base import notices
 from clrt.base.files import read_bytes
+from clrt.base.limits import Limits
 from clrt.base.places import At
 from clrt.meshfiles.file import broken_said, open_mesh
 from clrt.meshfiles.parts import smooth_normals, vertex_normals
@@ -20,6 +22,8 @@ from clrt.scene.scene import Scene
 
 _NEAR: Final = 1e-6
 _STATED: Final = {".obj": re.compile(rb"(?:^|[\r\n])[ \t]*vn[ \t]"), ".ply": re.compile(rb"\snx[ \t]*[\r\n]")}
+_UV: Final = {".obj": re.compile(rb"(?:^|[\r\n])[ \t]*vt[ \t]"),
+              ".ply": re.compile(rb"\s(?:u|s|texture_u|texture_s)[ \t]*[\r\n]")}  # fmt: skip
 _USEMTL: Final = re.compile(rb"(?:(?<=[\r\n])|\A)[ \t]*usemtl\b[^\r\n]*")
 
 
@@ -43,6 +47,16 @@ def by_number(scene: Scene) -> Scene:
     other = copy.copy(scene)
     msgspec.structs.force_setattr(other, "shapes", tuple(shapes))
     return other
+
+
+def has_uv(path: Path, limits: Limits) -> bool:
+    """Whether an OBJ or a PLY states uv; a file of another name may."""
+    suffix = path.suffix.lower()
+    if suffix not in _UV:
+        return True
+    text = read_bytes(path, limits)  # of which nothing is known yet
+    end = text.find(b"end_header") if suffix == ".ply" else -1
+    return _UV[suffix].search(text, 0, end if end >= 0 else len(text)) is not None
 
 
 def _numbered(mesh: Mesh, scene: Scene) -> MeshData | None:

@@ -10,9 +10,10 @@ import numpy as np
 
 from clrt.formats.mitsuba.bsdfs import Materials, mean
 from clrt.formats.mitsuba.checkers import checker_of
+from clrt.formats.mitsuba.normals import has_uv
 from clrt.formats.mitsuba.values import UNIT, Array, Plugin, rows
 from clrt.formats.xml_tree import Element, unknown
-from clrt.meshfiles.look import Names, placement_of
+from clrt.meshfiles.look import Names, placement_of, textures_without_uv
 from clrt.scene.transforms import is_similarity
 
 Table = dict[str, Any]
@@ -48,6 +49,7 @@ class Shapes:
     _called: dict[int, str] = field(default_factory=dict)
     _alike: dict[str, str] = field(default_factory=dict)
     _radiances: dict[int, Any] = field(default_factory=dict)
+    _with_uv: dict[str, bool] = field(default_factory=dict)  # by names of files
 
     def add(self, element: Element) -> None:
         """One shape, or the light that it is."""
@@ -80,6 +82,9 @@ class Shapes:
         shape = _MAKE[plugin.type](plugin)
         if plugin.type in ("obj", "ply"):
             shape |= self._file(plugin)
+            if _pictured(material) and not self._uv(shape["file"]):
+                context.left_out[textures_without_uv(bsdf.keys.get("id", plugin.type))] = None
+                material = self._bare(material)
         elif plugin.type == "rectangle" and _pictured(material):
             shape = {"type": "mesh", "vertices": np.array(shape["points"]), **_sheet(plugin, table)}
         if radiance is None:
@@ -132,6 +137,21 @@ class Shapes:
             raise plugin.element.says(f"the shape {plugin.type} needs its filename")
         name = self.materials.context.file(plugin.values["filename"])
         return {"file": name, "smooth": not plugin.flag("face_normals", False)}
+
+    def _uv(self, file: str) -> bool:
+        if file not in self._with_uv:
+            context = self.materials.context
+            self._with_uv[file] = has_uv(context.folder / file, context.limits)
+        return self._with_uv[file]
+
+    def _bare(self, table: Table) -> Table:
+        """A material without pictures: grey, as what other textures leave."""
+        key = id(table), "bare"
+        if key not in self._made:
+            left = {name: 0.5 if _is_image(value) else value for name, value in table.items()}
+            left.pop("normal_map", None)
+            self._made[key] = left
+        return self._made[key]
 
     def _settled(self, table: Table) -> Table:
         """A material whose normal map has a placement only where it lies otherwise than that of `color`."""

@@ -45,10 +45,10 @@ _INTEGRATORS: Final[dict[str, dict[str, str] | None]] = {
 )  # fmt: skip
 """Their values; None where Mitsuba 3 has no such integrator: of these, which others have, all are taken."""
 _VIEW: Final = dict.fromkeys(
-    ("to_world", "fov", "fov_axis", "focal_length", "principal_point_offset_x", "principal_point_offset_y"),
-    "x",
+    ("to_world", "fov", "fov_axis", "focal_length", "principal_point_offset_x", "principal_point_offset_y",
+     "near_clip"), "x",
 ) | dict.fromkeys(
-    ("near_clip", "far_clip", "focus_distance", "shutter_open", "shutter_close"), "-"
+    ("far_clip", "focus_distance", "shutter_open", "shutter_close"), "-"
 ) | {"srf": ""}  # fmt: skip
 _OTHER_SENSORS: Final = ("radiancemeter", "irradiancemeter", "distant", "batch")
 _LENS: Final = {"aperture_radius": "x", "focus_distance": "x"}
@@ -74,6 +74,8 @@ def camera(plugin: Plugin, context: Context) -> Table | None:
     orthographic = plugin.type == "orthographic"
     table: Table = _film(plugin, context) | _samples(plugin, context) | _place(plugin)
     width, height = table["width"], table["height"]
+    if near := plugin.number("near_clip", 0.0):
+        table["near"] = near
     if orthographic:
         across, up = np.linalg.norm(plugin.to_world()[:3, :2], axis=0).tolist()
         if abs(across - up) > 1e-6 * across:

@@ -18,7 +18,6 @@ from clrt.meshfiles.look import not_there
 
 _WRAPS: Final = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
 _NEAREST: Final = 9728
-_READ: Final = ("", "image/png", "image/jpeg")
 _NEITHER: Final = "textures that are neither PNG nor JPEG"
 
 HEAD: Final = 8
@@ -157,14 +156,14 @@ class Textures:
             self._samplers = decode(document.samplers, tuple[Sampler, ...], "samplers")
         source = item(self._textures, number, "textures").source
         image = Image() if source is None else item(self._images, source, "images")
-        if source is None or image.mimeType not in _READ:
+        if source is None:  # mimeType is not asked: several exporters write image/jpg
             return self._without(_NEITHER)
         if image.uri is None or is_data(image.uri):
             if source not in self._readable:
                 self._readable[source] = readable(self._itself.within(image, source))
             found = {"file": self._itself.name, "part": source}
             return found if self._readable[source] else self._without(_NEITHER)
-        file = self._itself.beside(image.uri)
+        file = self._itself.beside(image.uri) or self._itself.beside(image.uri.replace("\\", "/"))
         if file is None:
             return self._without(not_there(image.uri))
         return {"file": file} if self._itself.shows(file) else self._without(_NEITHER)
