@@ -121,12 +121,12 @@ def test_matrices_of_a_perspective_are_refused(body: str, last: str, tmp_path: P
         ('<bsdf type="diffuse"><texture name="reflectance" type="bitmab"/></bsdf>', "did you mean 'bitmap'"),
         ('<bsdf type="diffuse"><texture name="reflectance" type="bitmap"/></bsdf>', "needs its filename"),
         (
-            '<emitter type="point"><spectrum name="intensity" type="d65"/></emitter>',
-            "intensity: a spectrum of type 'd65' is not read; write value=",
+            '<emitter type="point"><spectrum name="intensity" type="d66"/></emitter>',
+            "there is no spectrum 'd66'; did you mean 'd65'?",
         ),
         (
             BALL.format('<bsdf type="diffuse"><spectrum name="reflectance" filename="a.spd"/></bsdf>'),
-            "reflectance: a spectrum from a file is not read; write value=",
+            "reflectance: a spectrum from a file is not read; write <spectrum value=",
         ),
         (
             BALL.format('<bsdf type="diffuse"><spectrum name="reflectance" value="600:0.5"/></bsdf>'),

@@ -77,7 +77,7 @@ def test_colours_that_are_none(tmp_path: Path) -> None:
     for stated, says in {
         '<srgb name="reflectance" value="2"/>': "each part must be from 0 to 1",
         '<rgb name="reflectance" value="#ff80"/>': "must be a number",
-        '<blackbody name="reflectance" temperature="5000"/>': "a blackbody is not read; write <spectrum",
+        '<blackbody name="reflectance" temperature="5000"/>': "a blackbody of the first version is not read",
     }.items():
         with pytest.raises(clrt.ClrtError, match=says):
             color(tmp_path, DIFFUSE.format(stated))

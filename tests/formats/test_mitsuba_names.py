@@ -68,7 +68,7 @@ def test_no_plugin_of_mitsuba_is_told_not_to_be_there(
         ('<emitter type="timed_sunsky"/>', "the emitter timed_sunsky"),
         ('<emitter type="area"/>', "the emitter area"),
         (BALL.format('<bsdf type="measured_polarized"/>'), "the bsdf measured_polarized"),
-        (TEXTURE.format('<texture name="reflectance" type="d65"/>'), "the texture d65"),
+        (TEXTURE.format('<texture name="reflectance" type="volume"/>'), "the texture volume"),
         ('<shape type="blender"/>', "the shape blender"),
         (
             BALL.format(

@@ -175,3 +175,28 @@ def test_plastic_in_another_medium(tmp_path: Path) -> None:
     for value in ('"specular" value="0"', '"eta" value="1"'):
         bsdf = f'<bsdf type="principled"><float name={value}/><float name="roughness" value="0.2"/></bsdf>'
         assert mirror(bsdf)[1] == 0
+
+
+@pytest.mark.parametrize(("metal", "mitsubas"), [
+    ("Au", (0.967, 0.802, 0.324)), ("Cu", (0.952, 0.620, 0.511)), ("Ag", (0.975, 0.958, 0.906)),
+    ("Al", (0.928, 0.918, 0.919)),
+])  # fmt: skip
+def test_highlights_of_rough_metals_have_their_colour(
+    tmp_path: Path, metal: str, mitsubas: tuple[float, ...]
+) -> None:
+    """What Mitsuba 3.9.1's conductors reflect straight on; its tables are others, up to 0.08 apart."""
+    shutil.copy(SCENES / "tiles.png", tmp_path / "a.png")
+    said = f'<string name="material" value="{metal}"/><float name="alpha" value="0.3"/>'
+    rough = f'<bsdf type="roughconductor">{said}{{}}</bsdf>'
+
+    def highlight(tint: str) -> Any:
+        scene = read(tmp_path, BALL.format(rough.format(tint)))
+        return scene.material_of(scene.shapes[0]).highlight_color
+
+    plain = np.array(highlight(""))
+    np.testing.assert_allclose(plain, mitsubas, atol=0.08)
+    half = highlight('<rgb name="specular_reflectance" value="0.5 0.5 0.25"/>')
+    np.testing.assert_allclose(half, plain * (0.5, 0.5, 0.25), rtol=1e-12)
+    bitmap = f'<texture type="bitmap" name="specular_reflectance">{FILE.format("a.png")}</texture>'
+    picture = highlight(bitmap)
+    assert isinstance(picture, ImageTexture) and picture.tint == pytest.approx(plain)

@@ -11,11 +11,13 @@ import numpy as np
 
 from clrt.base.errors import fault, show
 from clrt.formats.mitsuba.file import Context
-from clrt.formats.mitsuba.values import Array, Plugin, moved
+from clrt.formats.mitsuba.spectra import SPECTRA
+from clrt.formats.mitsuba.values import Array, Plugin, color, moved
 from clrt.formats.xml_tree import Element, unknown
 from clrt.meshfiles.facets import Facets, Rgb, fresnel_of
 from clrt.meshfiles.look import placement_of
-from clrt.spectra.bands import reflectance
+from clrt.spectra.bands import conductor, reflectance
+from clrt.spectra.curves import normal_reflectance
 from clrt.spectra.spectrum import Spectrum
 
 Table = dict[str, Any]
@@ -126,7 +128,9 @@ class Materials:
             plugin.check(_TO_UV | {"color0": "x", "color1": "x"}, self.context)
             pair = [plugin.color("color0", 0.4), plugin.color("color1", 0.2)]
             return {"type": "checker", "colors": pair, "to_uv": _to_uv(plugin)}
-        self.context.without(plugin, ["bitmap", "checkerboard"], _OTHER_TEXTURES)
+        if plugin.type in SPECTRA:
+            return color(plugin.element)
+        self.context.without(plugin, ["bitmap", "checkerboard", *SPECTRA], _OTHER_TEXTURES)
         inner = self.context.first(plugin, "texture") if self.context.first_version else None
         return 0.5 if inner is None else self.texture(Plugin.of(inner))
 
@@ -241,7 +245,17 @@ def _conductor(plugin: Plugin, materials: Materials) -> Table:
     table["roughness"] = math.sqrt(alpha)
     square = max(alpha, 0.0025) ** 2
     lobe = {"specular": 0.25 / square, "shininess": max(1.0, 0.5 / square - 0.5)}
-    return table | lobe | {"highlight_color": tint if metal == "none" else 1.0}
+    return table | lobe | {"highlight_color": _highlight(tint, table.get("conductor"))}
+
+
+def _highlight(tint: Any, metal: str | None) -> Any:
+    """The tint times what a metal reflects straight on, which is coloured for mirrors alone."""
+    if metal is None:
+        return tint
+    own = normal_reflectance(*conductor(metal, None))
+    if isinstance(tint, dict):
+        return tint | {"tint": own.tolist()}
+    return (own * _rgb(tint)).tolist()
 
 
 def _surroundings(plugin: Plugin, materials: Materials) -> None:
@@ -362,6 +376,4 @@ _OTHERS: Final = (
     "mask", "bumpmap", "null", "measured", "measured_polarized", "principledthin", "pplastic", "circular",
     "hair", "polarizer", "retarder",
 )  # fmt: skip
-_OTHER_TEXTURES: Final = (
-    "mesh_attribute", "volume", "uniform", "regular", "irregular", "blackbody", "d65", "srgb", "rawconstant",
-)  # fmt: skip
+_OTHER_TEXTURES: Final = ("mesh_attribute", "volume")

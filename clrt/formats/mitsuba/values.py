@@ -12,6 +12,7 @@ import numpy as np
 
 from clrt.base import notices
 from clrt.base.errors import decimal, fault, show
+from clrt.formats.mitsuba.spectra import SPECTRA, closed, flat
 from clrt.formats.xml_tree import Element, unknown
 
 if TYPE_CHECKING:
@@ -119,7 +120,18 @@ class Plugin:
     def color(self, name: str, default: float) -> Any:
         """A colour as scene files have it: a number, three, or [nm, value] pairs."""
         element = self.values.get(name)
+        for child in () if element is not None else self.objects:
+            if snake(child.keys.get("name", "")) == name and child.keys.get("type") in SPECTRA:
+                child.asked, element = True, child
         return default if element is None else color(element)
+
+    def numbers(self, name: str) -> list[float]:
+        """Numbers with commas or spaces between, one at least; SceneError where there are none."""
+        element = self.values.get(name)
+        if element is None:
+            raise self.element.says(f"the {self.element.tag} {self.type} needs its {name}")
+        words = element.get("value").replace(",", " ").split()
+        return numbers(element, element.get("value"), max(len(words), 1))
 
     def to_world(self, name: str = "to_world") -> Array:
         """The transform of that name, (4, 4) float64."""
@@ -168,29 +180,38 @@ def vector(element: Element, default: float) -> Rgb:
 
 
 _OF_LIGHT: Final = ("radiance", "intensity", "irradiance")
-_VISIBLE: Final = (360.0, 830.0)  # nm
 
 
 def color(element: Element) -> Any:
     """A colour as scene files have it."""
-    if element.tag == "blackbody":
-        text = 'a blackbody is not read; write <spectrum value="400:0.1, 700:0.2"/>'
-        raise element.says(f"{element.name}: {text}")
-    if element.tag == "spectrum" and "value" not in element.keys:
-        kind = "from a file" if "filename" in element.keys else f"of type {show(element.get('type'))}"
-        raise element.says(f'{element.name}: a spectrum {kind} is not read; write value="400:0.1, 700:0.2"')
+    of_light = snake(element.keys.get("name", "")) in _OF_LIGHT
+    if element.tag == "blackbody" or (element.tag == "spectrum" and "filename" in element.keys):
+        kind = "a blackbody of the first version" if element.tag == "blackbody" else "a spectrum from a file"
+        raise element.says(f'{element.name}: {kind} is not read; write <spectrum value="400:0.1, 700:0.2"/>')
+    if "type" in element.keys:
+        return _spectrum(element, of_light)
     text = element.get("value")
     if _HEX.fullmatch(text) and element.tag in ("rgb", "srgb"):
         return _decoded(element, [part / 255 for part in bytes.fromhex(text.strip()[1:])])
     if element.tag == "spectrum" and ":" in text:
         pairs = [pair.split(":") for pair in text.replace(",", " ").split()]
-        return _closed([numbers(element, " ".join(pair), 2) for pair in pairs])
+        return closed([numbers(element, " ".join(pair), 2) for pair in pairs])
     found = numbers(element, text, 1, 3)
     if len(found) > 1 or element.tag == "srgb":
         return _decoded(element, found if len(found) > 1 else found * 3)
-    if element.tag == "spectrum" and snake(element.get("name")) in _OF_LIGHT:  # as much of each wavelength
-        return [[nm, found[0]] for nm in _VISIBLE]
-    return found[0]
+    return flat(found[0]) if element.tag == "spectrum" and of_light else found[0]
+
+
+def _spectrum(element: Element, of_light: bool) -> Any:
+    """The colour of a spectrum that is a plugin."""
+    plugin = Plugin.of(element)
+    if plugin.type not in SPECTRA:
+        raise unknown(element, element.tag, plugin.type, [*SPECTRA])
+    make, known = SPECTRA[plugin.type]
+    for name, value in plugin.values.items():
+        if name not in known:
+            raise unknown(value, f"value of {element.tag} {show(plugin.type)} called", name, [*known])
+    return make(plugin, of_light)
 
 
 def _decoded(element: Element, parts: list[float]) -> list[float]:
@@ -202,29 +223,6 @@ def _decoded(element: Element, parts: list[float]) -> list[float]:
     from clrt.images.file import uncurved
 
     return [float(part) for part in uncurved(np.array(parts))]
-
-
-def _closed(pairs: list[list[float]]) -> list[list[float]]:
-    """Pairs that step to 0 at both ends within what is seen: there it is 0 beyond them, and here constant."""
-    low, high = pairs[0], pairs[-1]
-    if low[0] >= high[0]:  # no curve, which is said later
-        return pairs
-    before = [[low[0], 0.0]] if low[1] and low[0] > _VISIBLE[0] else []
-    return [*before, *pairs, *([[high[0], 0.0]] if high[1] and high[0] < _VISIBLE[1] else [])]
-
-
-def times(value: Any, factor: float) -> Any:
-    """A colour so many times as bright."""
-    if isinstance(value, float):
-        return plain(value * factor)
-    if isinstance(value[0], list):
-        return [[nm, plain(part * factor)] for nm, part in value]
-    return [plain(part * factor) for part in value]
-
-
-def plain(value: float) -> float:
-    """The number of 15 digits that is meant: what was multiplied by pi and divided again lost its last."""
-    return float(f"{value:.15g}")
 
 
 def transform(element: Element) -> Array:

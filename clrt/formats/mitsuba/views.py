@@ -10,7 +10,8 @@ import numpy as np
 
 from clrt.base.errors import fault, show
 from clrt.formats.mitsuba.file import Context
-from clrt.formats.mitsuba.values import Array, Plugin, looks, times
+from clrt.formats.mitsuba.spectra import times
+from clrt.formats.mitsuba.values import Array, Plugin, looks
 from clrt.formats.xml_tree import Element
 from clrt.scene.pinhole import ahead
 from clrt.scene.transforms import is_similarity
