@@ -6,8 +6,10 @@ import importlib.metadata
 import importlib.util
 import re
 import shlex
+import tomllib
 
 from clrt.base import child
+from clrt.base.resources import PACKAGE
 
 
 def pip_install(*packages: str) -> str:
@@ -27,9 +29,19 @@ def install_extra(extra: str) -> str:
     try:
         needed = importlib.metadata.requires("clrt") or []
     except importlib.metadata.PackageNotFoundError:  # a checkout that is not installed
-        needed = []
+        return _of_checkout(extra)
     mark = re.compile(rf"extra == ['\"]{re.escape(extra)}['\"]")
     found = [line for line in needed if mark.search(line)]
     # of the conditions only the extra's own is left out: pip knows the others
     packages = [re.sub(rf"\s*(and\s+|;\s*)?{mark.pattern}", "", line).strip() for line in found]
     return pip_install(*packages) if packages else pip_install(f"clrt[{extra}]")
+
+
+def _of_checkout(extra: str) -> str:
+    """The same where clrt runs from a folder: what its pyproject.toml says, for no index need have a `clrt`."""
+    file = PACKAGE.parent / "pyproject.toml"
+    try:
+        said = tomllib.loads(file.read_text("utf-8"))["project"]["optional-dependencies"]
+    except (OSError, ValueError, KeyError):
+        said = {}
+    return pip_install(*said.get(extra, [f"clrt[{extra}]"]))

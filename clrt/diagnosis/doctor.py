@@ -11,6 +11,7 @@ import json
 import os
 import platform
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -92,7 +93,7 @@ def _drivers() -> Iterator[Finding]:
         if vendor.fault:
             text = f"{vendor.file} names {vendor.library or 'nothing'}: {vendor.fault}"
             # another driver may do: then this one is only in the way
-            yield Finding("driver files", "advice", text, f"install that driver again, or: rm {vendor.file}")
+            yield Finding("driver files", "advice", text, f"install that driver again, or: rm {_quoted(vendor.file)}")
         else:
             yield Finding("driver files", "fine", f"{vendor.file} names {vendor.library}")
 
@@ -119,7 +120,7 @@ def _device(wanted: int | str | None) -> Iterator[Finding]:
         yield Finding("small render", "advice", text)
         return
     command = child.command("clrt.diagnosis.probe", *([] if wanted is None else [str(wanted)]))
-    clean = f"rm -r {kernelcache.usual_folder()}"
+    clean = _without_kernels()
     try:
         done = subprocess.run(
             command, capture_output=True, text=True, timeout=PROBE_SECONDS, check=False,
@@ -138,6 +139,17 @@ def _device(wanted: int | str | None) -> Iterator[Finding]:
         yield Finding("small render", "wrong", text, f"{clean}   (the usual cause is a damaged kernel cache)")
         return
     yield from _probed(told)
+
+
+def _without_kernels() -> str:
+    """What to type so that no kernel that was kept is used. A folder that the user chose may hold all he has."""
+    if kernelcache.given():
+        return f"unset {cachefolder.VARIABLE}"
+    return f"rm -r {_quoted(kernelcache.usual_folder())}"
+
+
+def _quoted(file: str | os.PathLike[str]) -> str:
+    return shlex.quote(os.fspath(file))
 
 
 def _probed(told: dict[str, Any]) -> Iterator[Finding]:

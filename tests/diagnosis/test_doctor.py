@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 import types
@@ -15,7 +16,7 @@ import pytest
 import clrt
 from clrt.base.install import install_extra
 from clrt.cli import main
-from clrt.device import kernelcache, platforms, trial, vendors
+from clrt.device import cachefolder, kernelcache, platforms, trial, vendors
 from clrt.device.platforms import devices
 from clrt.diagnosis import doctor
 
@@ -137,6 +138,23 @@ def test_a_missing_llvm_is_advice(monkeypatch: pytest.MonkeyPatch) -> None:
     (mitsuba,) = doctor._oracle()
     assert mitsuba.state == "advice"
     assert mitsuba.mend == install_extra("validation") and "only `clrt validate`" in mitsuba.text
+
+
+def test_no_advice_removes_what_the_user_may_keep(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A folder that he chose may hold all he has; what a shell reads is one word, whatever its name."""
+    monkeypatch.setattr(kernelcache, "_own", [])
+    monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
+    assert doctor._without_kernels() == "unset POCL_CACHE_DIR"
+    monkeypatch.delenv(cachefolder.VARIABLE)
+    monkeypatch.setattr(kernelcache, "user_cache_dir", lambda *_, **__: "/home/jane d'or/my cache")
+    command, option, folder = shlex.split(doctor._without_kernels())
+    assert (command, option) == ("rm", "-r") and folder.startswith("/home/jane d'or/my cache/kernels/")
+    broken = vendors.Vendor(Path("/a b/c.icd"), "lib.so", "is broken")
+    monkeypatch.setattr(vendors, "vendors", lambda: [broken])
+    (mend,) = (found.mend for found in doctor._drivers() if "is broken" in found.text)
+    assert mend.endswith("or: rm '/a b/c.icd'")
 
 
 def test_a_driver_that_ends_the_process_or_never_answers(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -32,11 +32,13 @@ def test_pip_knows_the_command() -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_where_there_is_no_pip_or_no_metadata(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_there_is_no_pip_or_no_metadata(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def missing(name: str) -> list[str]:
         raise importlib.metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr(importlib.metadata, "requires", missing)
+    test_pip_takes_what_an_extra_needs()  # of a folder that is not installed, what its own file says
+    monkeypatch.setattr(install, "PACKAGE", tmp_path / "clrt")
     assert install.install_extra("mesh").endswith("pip install 'clrt[mesh]'")
     monkeypatch.setattr(install.importlib.util, "find_spec", lambda name: None)
     assert install.pip_install("a b") == f"uv pip install --python {shlex.quote(sys.executable)} 'a b'"
