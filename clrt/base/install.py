@@ -38,7 +38,7 @@ def install_extra(extra: str) -> str:
 
 
 def _of_checkout(extra: str) -> str:
-    """The same where clrt runs from a folder: what its pyproject.toml says, for no index need have a `clrt`."""
+    """The same where clrt runs from a folder: as its pyproject.toml says, for no index need have a `clrt`."""
     file = PACKAGE.parent / "pyproject.toml"
     try:
         said = tomllib.loads(file.read_text("utf-8"))["project"]["optional-dependencies"]

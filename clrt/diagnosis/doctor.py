@@ -93,7 +93,8 @@ def _drivers() -> Iterator[Finding]:
         if vendor.fault:
             text = f"{vendor.file} names {vendor.library or 'nothing'}: {vendor.fault}"
             # another driver may do: then this one is only in the way
-            yield Finding("driver files", "advice", text, f"install that driver again, or: rm {_quoted(vendor.file)}")
+            again = f"install that driver again, or: rm {_quoted(vendor.file)}"
+            yield Finding("driver files", "advice", text, again)
         else:
             yield Finding("driver files", "fine", f"{vendor.file} names {vendor.library}")
 
@@ -142,7 +143,7 @@ def _device(wanted: int | str | None) -> Iterator[Finding]:
 
 
 def _without_kernels() -> str:
-    """What to type so that no kernel that was kept is used. A folder that the user chose may hold all he has."""
+    """What to type so that no kept kernel is used. A folder that the user chose may hold all he has."""
     if kernelcache.given():
         return f"unset {cachefolder.VARIABLE}"
     return f"rm -r {_quoted(kernelcache.usual_folder())}"

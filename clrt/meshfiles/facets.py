@@ -26,9 +26,9 @@ class Facets:
     """A surface: `f0` is what it reflects head-on where it is no metal, `alpha` how much of it is there.
 
     `weight` is the share of what is reflected where it is no metal, at all angles (glTF's `specularFactor`).
-    `transmission` is the share of what is no metal that light passes, `solid` whether it then enters a
-    medium, of `absorption` per unit of length. `picture` (an image of a scene file) multiplies `base`, `glow`
-    the `emission`.
+    `transmission` is the share of what is no metal that light passes, `lets` the colour that it lets pass, if
+    not `base`; `solid` whether it then enters a medium, of `absorption` per unit of length. `picture` (an
+    image of a scene file) multiplies `base`, `glow` the `emission`.
     """
 
     base: Rgb = (1.0, 1.0, 1.0)
@@ -42,6 +42,7 @@ class Facets:
     weight: float = 1.0
     alpha: float = 1.0
     transmission: float = 0.0
+    lets: Rgb | None = None
     solid: bool = False
     absorption: Rgb = (0.0, 0.0, 0.0)
     emission: Rgb = (0.0, 0.0, 0.0)
@@ -116,7 +117,7 @@ class Facets:
             "ior": max(self.ior, _UNBENT),
             "reflection": share,
             "transmission": share,
-            "transmission_color": shown(self.picture, self.base),
+            "transmission_color": shown(self.picture, self.base) if self.lets is None else list(self.lets),
             # in place of the lamp's mirror image
             "specular": min(specular * self._weight() * max(self._f0()), share),
             "shininess": shininess,

@@ -133,11 +133,20 @@ def test_a_rectangle_shows_its_picture_the_same_way_with_a_map(folder: Path) -> 
 @pytest.mark.parametrize(
     ("shape", "as_it_is"),
     [("sphere", (0, 0, 1, 1)), ("cube", (0, 1, 1, 0)), ("cylinder", (1, 0, 0, 1)), ("disk", (1, 0, 0, 1)),
-     ("obj", (0, 1, 1, 0)), ("rectangle", (0, 0, 0, 0))],
+     ("a.obj", (0, 0, 1, 1)), ("stated.obj", (0, 1, 1, 0)), ("back.obj", (1, 1, 0, 0)),
+     ("stated-back.obj", (1, 0, 0, 1)), ("a.ply", (0, 0, 1, 1)), ("rectangle", (0, 0, 0, 0))],
 )  # fmt: skip
 def test_green_that_leans_the_other_way_is_named(folder: Path, shape: str, as_it_is: tuple[int, ...]) -> None:
-    """As they are, mirrored, with normals flipped, both: where Mitsuba's own pictures differ from ours."""
-    file = '<string name="filename" value="a.obj"/>' if shape == "obj" else ""
+    """As they are, mirrored, with normals flipped, both: where Mitsuba's own pictures differ from ours.
+
+    Normals that a file states go with a mirror, others with the faces; u of a file may run back.
+    """
+    flat, turned = (folder / "a.obj").read_text(), "vt 0 0\nvt -1 0\nvt 0 1"
+    back = flat.replace("vt 0 0\nvt 1 0\nvt 0 1", turned)
+    stated = [text.replace("f 1/1 2/2 3/3", "vn 0 0 1\nf 1/1/1 2/2/1 3/3/1") for text in (flat, back)]
+    for name, text in {"stated": stated[0], "back": back, "stated-back": stated[1]}.items():
+        (folder / f"{name}.obj").write_text(text)
+    file, shape = (f'<string name="filename" value="{shape}"/>' if "." in shape else ""), shape.split(".")[-1]
     cases = [(across, flip) for flip in ("false", "true") for across in (1, -1)]
     for (across, flip), told in zip(cases, as_it_is, strict=True):
         with warnings.catch_warnings(record=True) as caught:

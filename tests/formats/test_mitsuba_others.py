@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 import warnings
 from pathlib import Path
@@ -12,7 +13,7 @@ import pytest
 
 import clrt
 from clrt.scene.textures import ImageTexture
-from tests.mitsuba_samples import BALL, SCENES, read, table
+from tests.mitsuba_samples import BALL, SCENES, lost, material, read, table
 
 FILE = '<string name="filename" value="{}"/>'
 
@@ -175,6 +176,38 @@ def test_plastic_in_another_medium(tmp_path: Path) -> None:
     for value in ('"specular" value="0"', '"eta" value="1"'):
         bsdf = f'<bsdf type="principled"><float name={value}/><float name="roughness" value="0.2"/></bsdf>'
         assert mirror(bsdf)[1] == 0
+
+
+def test_glass_of_principled_lets_the_root_of_its_colour_pass(tmp_path: Path) -> None:
+    """At each of the two surfaces of a body that light crosses; of a picture there is no root."""
+    shutil.copy(SCENES / "tiles.png", tmp_path / "a.png")
+    smooth = '<float name="roughness" value="0"/>'
+    body = f'<bsdf type="principled">{smooth}{{}}<float name="spec_trans" value="{{}}"/></bsdf>'
+    color = '<rgb name="base_color" value="0.25 0.64 1"/>'
+    glass = material(tmp_path, body.format(color, 1))
+    assert glass["transmission_color"] == pytest.approx([0.5, 0.8, 1]) and glass["transmission"] == 1
+    assert glass["color"] == [0.25, 0.64, 1]
+    picture = f'<texture type="bitmap" name="base_color">{FILE.format("a.png")}</texture>'
+    root = "the root of a picture by which glass lets light pass"
+    assert lost(tmp_path, BALL.format(body.format(picture, 1))) == root
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read(tmp_path, BALL.format(body.format(picture, 0)))
+
+
+def test_alpha_along_u_and_v(tmp_path: Path) -> None:
+    values = '<float name="alpha_u" value="{}"/><float name="alpha_v" value="{}"/>'
+    both = f'<bsdf type="roughconductor">{values}</bsdf>'
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert material(tmp_path, both.format(0.36, 0.36))["roughness"] == 0.6
+        assert material(tmp_path, '<bsdf type="roughconductor"/>')["roughness"] == math.sqrt(0.1)
+    apart = both.format(0.09, 0.16)
+    said = "alpha u and alpha v of roughconductor, but for their mean"
+    assert lost(tmp_path, BALL.format(apart)) == said
+    assert material(tmp_path, apart)["roughness"] == pytest.approx(math.sqrt(0.12))
+    with pytest.raises(clrt.ClrtError, match=r"alpha_v: 2\.0 is not allowed"):
+        read(tmp_path, BALL.format(both.format(0.1, 2)))
 
 
 @pytest.mark.parametrize(("metal", "mitsubas"), [

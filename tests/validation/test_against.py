@@ -238,6 +238,26 @@ def test_what_a_lossy_exr_loses_is_no_fault(
     assert "note: its pictures are an EXR" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("layer", "channel", "factor", "right"), [
+    ("depth", "V", 1, True), ("depth", "Z", 1, True), ("z", "Z", 1, True), ("z", "V", 1, False),
+    ("z", "Z", 1.01, False), ("depth", "Z", 1.01, False),
+])  # fmt: skip
+def test_depth_may_be_along_the_rays_or_planar(
+    tmp_path: Path, layer: str, channel: str, factor: float, right: bool
+) -> None:
+    """Of `depth.Z`, which compositors take for planar; `depth.V` is clrt's own name of the other."""
+    script = tmp_path / "deep.py"
+    script.write_text(
+        "import sys, clrt, numpy as np\n"
+        "from clrt.images.file import write\n"
+        f"image = clrt.render(sys.argv[1], layers=['{layer}'])\n"
+        f"deep = np.atleast_3d(image.layers['{layer}']).astype(np.float32) * np.float32({factor})\n"
+        f"write(sys.argv[2], [image.pixels, deep], ('R', 'G', 'B', 'depth.{channel}'))\n"
+    )
+    command = f"{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{scene.toml}} {{out.exr}}"
+    assert judge(command, "diffuse", seconds=0.0).passed == right
+
+
 def test_pictures_of_a_scene_are_laid_beside_it(tmp_path: Path) -> None:
     """A program gets what it reads by the names that the scene has for them, in folders, too."""
     (tmp_path / "own" / "in").mkdir(parents=True)

@@ -15,6 +15,7 @@ import clrt
 import compare_samples as samples
 from clrt.base.resources import validation_module
 from clrt.images.file import decode, encode
+from clrt.scene.scene import edited
 
 causes = validation_module("compare.causes")
 pictures = validation_module("compare.pictures")
@@ -249,6 +250,20 @@ def unreflecting() -> clrt.Scene:
 def test_what_is_wrong_with_the_scene_is_found(name: str):
     best = in_scene(stored(IN_SCENE[name]()))[0]
     assert best.name == name and best.proven, best
+
+
+def test_a_black_picture_has_no_strong_highlights():
+    """Without lights there are none: a factor of them is of what rounding left."""
+    bright = edited(samples.scene(), {"lights[0].intensity": 30.0, "lights[1].intensity": 20.0})
+    lit, black = clrt.render(bright).pixels, np.zeros((samples.HEIGHT, samples.WIDTH, 3), np.float32)
+    scene = Reference(bright, samples.WIDTH, samples.HEIGHT)
+    best = pictures.compare_pictures(black, lit, scene=scene).causes[0]
+    assert best.name == "all lights missing and ambient light missing and background missing" and best.proven
+
+
+def test_causes_are_compared_by_what_they_say():
+    first, second = (in_scene(stored(samples.picture()[::-1]))[0] for _ in range(2))
+    assert first == second and len({first, second}) == 1 and first.undone is not None
 
 
 ODD: dict[str, dict[str, Any]] = {

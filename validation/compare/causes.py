@@ -33,7 +33,7 @@ class Cause:
     name: str  # "vertical flip"; combinations joined by " and "
     text: str  # what was done wrong, for the picture's author
     left: float  # share of the error that is left when it is undone: 0 explains all
-    undone: Array | None = None  # the picture with the mistake undone
+    undone: Array | None = field(default=None, compare=False)  # the picture with the mistake undone
     certain: bool = True  # False: what was tested must hold for this cause, but could hold for others
     hinted: bool = False  # likely for another reason than `left`
     blurs: bool = False  # undoing it takes means of pixels, which hides what it does not explain

@@ -1,6 +1,7 @@
 """The layers of somebody else's .exr, under the names that clrt's own layers have in such a file.
 
-`diffuse.R`, `diffuse.G`, `diffuse.B` are a colour, `depth.V` (or `depth.Z`) and `shape.ID` one number.
+`diffuse.R`, `diffuse.G`, `diffuse.B` are a colour, `depth.V` (or `depth.Z`) and `shape.ID` one number. Others
+mean by `depth.Z` what clrt calls `z`: whether it is along the ray or planar is for who compares it to tell.
 Names that nobody here knows, and layers of other parts than the picture's own, are passed over.
 """
 
@@ -47,8 +48,7 @@ def read_layers(path: Path, limits: Limits) -> dict[str, np.ndarray]:
                 for name, channels in wanted.items()}  # fmt: skip
 
 
-# the last that a file has counts: `depth.Z` is what clrt wrote before `depth.V`
 _CHANNELS: Final = (
     *((name, tuple(f"{name}.{axis}" for axis in "RGB")) for name in _COLOURS),
-    ("depth", ("depth.Z",)), ("depth", ("depth.V",)), ("shape", ("shape.ID",)),
+    ("depth.Z", ("depth.Z",)), ("depth", ("depth.V",)), ("shape", ("shape.ID",)),
 )  # fmt: skip

@@ -98,6 +98,11 @@ def explain_by_scene(
         others = {name: part for name, part in parts.items() if not name.startswith("light ")}
         for mixture in ({**lights, **others}, parts) if lights else (parts,):
             cause = _mixed(picture, reference, list(mixture), list(mixture.values()), before, tolerance)
+            bare = {name: part for name, part in mixture.items() if name != "highlights"}
+            if "highlights" in mixture and "highlights missing" not in cause.name and bare:
+                # without lights there are none: their factor is then of what rounding left
+                plain = _mixed(picture, reference, list(bare), list(bare.values()), before, tolerance)
+                cause = plain if plain.left <= max(EXACT, cause.left) else cause
             causes += [cause] if cause.name else []
     # several parts may feign what one change does, so that a mixture has to be better
     changes = _falloffs(scene, reference, render)

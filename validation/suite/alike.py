@@ -38,13 +38,13 @@ def alike(
     assert rendered.pixels is not None
     terms = {ray_key(0, f"camera {name}"): rendered.layers[name] for name in TERMS if name in rendered.layers}
     by_ray = {key: values for key, values in reference.by_ray.items() if key in terms}
-    pixels, distance = rendered.pixels.astype(np.float64), rendered.layers.get("depth")
+    pixels, (distance, expected) = rendered.pixels.astype(np.float64), _depths(rendered, reference)
     if rendered.bits in (HALF, *LOSSY) and pixels.shape == reference.pixels.shape:
         apart = partial(told_apart, bits=rendered.bits) if rendered.bits in LOSSY else held
         pixels = apart(pixels, reference.pixels)
         terms = {key: apart(terms[key], values) for key, values in by_ray.items()}
-        if distance is not None and reference.t is not None:
-            distance = apart(distance.astype(np.float64), reference.t)
+        if distance is not None and expected is not None:
+            distance = apart(distance.astype(np.float64), expected)
     theirs = OracleImage(pixels, {key: terms[key] for key in by_ray}, distance, _shape(rendered),
                          program.name, rendered.seconds)  # fmt: skip
     pixels = reference.pixels
@@ -52,8 +52,22 @@ def alike(
         pixels = decode(encode(pixels.astype(np.float32))).astype(np.float64)
     elif program.integer:
         pixels = np.clip(pixels, 0.0, 1.0)
-    wanted = OracleImage(pixels, by_ray, reference.t, reference.shape, reference.name, reference.seconds)
+    wanted = OracleImage(pixels, by_ray, expected, reference.shape, reference.name, reference.seconds)
     return theirs, wanted
+
+
+def _depths(rendered: Rendered, reference: OracleImage) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """The program's distances and those to compare them with: along the rays, or of `depth.Z` planar, as
+    compositors have it, where these are nearer."""
+    along, planar = reference.t, reference.layers.get("z")
+    distance = rendered.layers.get("depth", either := rendered.layers.get("depth.Z"))
+    if distance is not either or distance is None or along is None or planar is None:
+        return distance, along
+    if distance.shape != along.shape:
+        return distance, along
+    seen = np.isfinite(along) & np.isfinite(distance)
+    off = [np.abs(distance[seen] - values[seen]).sum() for values in (along, planar)]
+    return distance, planar if off[1] < off[0] else along
 
 
 def _shape(rendered: Rendered) -> np.ndarray | None:

@@ -32,7 +32,7 @@ IOR: Final = {
 _DIFFUSE: Final = ("reflectance", "diffuse_reflectance", "base_color")
 """What a BSDF that is none of these may call the colour that it has most of."""
 METALS: Final = {"Au": "gold", "Ag": "silver", "Cu": "copper", "Al": "aluminium"}
-_ALPHA: Final = {"alpha": "alpha", "alpha_u": "", "alpha_v": "", "distribution": "distribution",
+_ALPHA: Final = {"alpha": "alpha", "alpha_u": "alpha", "alpha_v": "alpha", "distribution": "distribution",
                  "sample_visible": "-"}  # fmt: skip
 _DIELECTRIC: Final = {"int_ior": "ior", "ext_ior": "ior", "specular_reflectance": "tint",
                       "specular_transmittance": "tint"}  # fmt: skip
@@ -216,12 +216,17 @@ def _index(plugin: Plugin, name: str, default: float) -> float:
 
 
 def _alpha_of(plugin: Plugin, materials: Materials) -> float:
-    if materials.context.called(plugin, "alpha") is not None:
+    """Its alpha, or the mean of those along u and v by which the highlight has as much light."""
+    names = ("alpha_u", "alpha_v") if {"alpha_u", "alpha_v"} & plugin.values.keys() else ("alpha",)
+    if [name for name in ("alpha", "alpha_u", "alpha_v") if materials.context.called(plugin, name)]:
         materials.context.left_out["textures of roughness"] = None
-    value = plugin.number("alpha", 0.1)
-    if not 0 <= value <= 1:
-        raise plugin.values["alpha"].says(fault("", "alpha", value, "it must be a number from 0 to 1"))
-    return value
+    values = [plugin.number(name, 0.1) for name in names]
+    for name, value in zip(names, values, strict=True):
+        if not 0 <= value <= 1:
+            raise plugin.values[name].says(fault("", name, value, "it must be a number from 0 to 1"))
+    if len({*values}) > 1:
+        materials.context.left_out[f"alpha u and alpha v of {plugin.type}, but for their mean"] = None
+    return math.prod(values) ** (1 / len(values)) if len({*values}) > 1 else values[0]
 
 
 def _diffuse(plugin: Plugin, materials: Materials) -> Table:
@@ -306,10 +311,15 @@ def _principled(plugin: Plugin, materials: Materials) -> Table:
     color = materials.tint(plugin, "base_color", 0.5)
     picture = color if isinstance(color, dict) else None
     specular = 2 / (1 - math.sqrt(0.08 * min(max(plugin.number("specular", 0.5), 0.0), 1.0))) - 1
+    base = (1.0, 1.0, 1.0) if picture is not None else _rgb(color)
+    red, green, blue = (math.sqrt(max(part, 0.0)) for part in base)  # light crosses a body's surface twice
     found = Facets(
-        base=(1.0, 1.0, 1.0) if picture is not None else _rgb(color), picture=picture, metallic=shares[0],
-        roughness=shares[1], transmission=shares[2], solid=True, ior=_index(plugin, "eta", specular),
+        base=base, picture=picture, metallic=shares[0], roughness=shares[1], transmission=shares[2],
+        lets=None if picture is not None else (red, green, blue), solid=True,
+        ior=_index(plugin, "eta", specular),
     )  # fmt: skip
+    if picture is not None and found.passes > 0:
+        context.left_out["the root of a picture by which glass lets light pass"] = None
     if found.blurred:
         context.left_out["the roughness of glass"] = None
     return found.table()

@@ -49,6 +49,29 @@ def by_number(scene: Scene) -> Scene:
     return other
 
 
+def leans(mesh: Mesh, flipped: bool, limits: Limits) -> bool:
+    """Whether green of a normal map leans the other way on some of a mesh's file: there it is across the
+    normal and u, here up in the picture. flipped: `flip_normals` is true there."""
+    data = mesh.data()
+    if data.uv is None:
+        return False
+    faces = np.asarray(data.faces)
+    side = -_turns(data.uv[faces])  # of v downwards
+    path = mesh.__dict__["_path"]
+    if mesh.smooth and data.normals is not None and _states_normals(path, read_bytes(path, limits)):
+        a, b, c = (data.vertices[faces[:, k]] for k in range(3))
+        along = np.einsum("ij,ikj->i", np.cross(b - a, c - a), data.normals[faces])
+        side *= along if np.linalg.det(mesh.matrix[:3, :3]) > 0 else -along
+    return bool(((side > 0) if flipped else (side < 0)).any())
+
+
+def _turns(uv: np.ndarray) -> np.ndarray:
+    """Twice the areas (n,) of triangles (n, 3, 2), of those that turn from u to v above 0."""
+    (x, y), (u, v) = (uv[:, 1] - uv[:, 0]).T, (uv[:, 2] - uv[:, 0]).T
+    area: np.ndarray = x * v - y * u
+    return area
+
+
 def has_uv(path: Path, limits: Limits) -> bool:
     """Whether an OBJ or a PLY states uv; a file of another name may."""
     suffix = path.suffix.lower()
@@ -59,11 +82,16 @@ def has_uv(path: Path, limits: Limits) -> bool:
     return _UV[suffix].search(text, 0, end if end >= 0 else len(text)) is not None
 
 
+def _states_normals(path: Path, text: bytes) -> bool:
+    suffix = path.suffix.lower()
+    return _STATED[suffix].search(header(text) if suffix == ".ply" else text) is not None
+
+
 def _numbered(mesh: Mesh, scene: Scene) -> MeshData | None:
     """A mesh with Mitsuba's normals; None where they are those of the file, or as those over places."""
     path, data = mesh.__dict__["_path"], mesh.data()
     suffix, text = path.suffix.lower(), read_bytes(path, scene.limits)
-    if _STATED[suffix].search(header(text) if suffix == ".ply" else text) or data.normals is None:
+    if data.normals is None or _states_normals(path, text):
         return None
     vertices, faces, uv, usual = data.vertices, np.asarray(data.faces), data.uv, data.normals
     if suffix == ".obj" and b"usemtl" in text:  # it was read apart by material, and is one mesh there

@@ -18,8 +18,8 @@ from clrt.base.places import At, listed
 from clrt.formats import native
 from clrt.formats.mitsuba.bsdfs import Materials
 from clrt.formats.mitsuba.file import Context, opened
-from clrt.formats.mitsuba.normals import by_number
-from clrt.formats.mitsuba.shapes import Shapes
+from clrt.formats.mitsuba.normals import by_number, leans
+from clrt.formats.mitsuba.shapes import Shapes, green
 from clrt.formats.mitsuba.values import Plugin
 from clrt.formats.mitsuba.views import camera, depth, emitter
 from clrt.formats.xml_tree import Element
@@ -153,6 +153,10 @@ def _scene(tops: list[Element], context: Context) -> Scene:
     table |= {} if context.ior is None else {"medium_ior": context.ior}
     with notices.without("a surface makes light"):  # of coefficients that nobody stated here
         scene = read_scene(table, folder=context.folder, source=context.source, limits=context.limits)
+    for number, plugin in shapes.leaning.items():
+        mesh = scene.shapes[number]
+        if isinstance(mesh, Mesh) and leans(mesh, plugin.flag("flip_normals", False), context.limits):
+            context.left_out[green(plugin)] = None
     if context.left_out:
         text = f"left out, since there is no counterpart: {listed(context.left_out)}"
         notices.warn(context.source, "", text)

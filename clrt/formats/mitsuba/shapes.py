@@ -49,6 +49,7 @@ class Shapes:
     _called: dict[int, str] = field(default_factory=dict)
     _alike: dict[str, str] = field(default_factory=dict)
     _radiances: dict[int, Any] = field(default_factory=dict)
+    leaning: dict[int, Plugin] = field(default_factory=dict)  # files with a normal map, by number
     _with_uv: dict[str, bool] = field(default_factory=dict)  # by names of files
 
     def add(self, element: Element) -> None:
@@ -71,8 +72,10 @@ class Shapes:
         table = self._settled(self.materials.of(bsdf))
         if plugin.flag("flip_normals", False) and table.get("transmission"):
             context.left_out["flip normals of glass"] = None
-        if "normal_map" in table and _green_down(plugin):
-            context.left_out[f"the way that green of a normal map leans on a {plugin.type}"] = None
+        if "normal_map" in table and plugin.type in ("obj", "ply"):  # whose uv nobody has looked at yet
+            self.leaning[len(self.shapes)] = plugin
+        elif "normal_map" in table and _green_down(plugin):
+            context.left_out[green(plugin)] = None
         material = self._dressed(table, plugin)
         if radiance is not None:
             inwards = plugin.type == "sphere" and is_similarity(plugin.to_world())
@@ -227,6 +230,11 @@ def _upside_down(placement: Table) -> Table:
 def _turned(plugin: Plugin) -> bool:
     """Whether a normal is not that of the corners: a mirrored rectangle's is still (0, 0, 1)."""
     return plugin.flag("flip_normals", False) != bool(np.linalg.det(plugin.to_world()[:3, :3]) < 0)
+
+
+def green(plugin: Plugin) -> str:
+    """What is left out where a normal map's green is another one."""
+    return f"the way that green of a normal map leans on a {plugin.type}"
 
 
 def _green_down(plugin: Plugin) -> bool:
