@@ -28,6 +28,7 @@ DIGITS = {
     "SSIM": ".5f",
     "worst window": ".3f",
     "FLIP": ".5f",
+    "widest place": ".0f",
 }
 VERDICTS = {
     "identical": ("green", "the same pixels, bit for bit"),

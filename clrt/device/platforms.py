@@ -18,6 +18,7 @@ from clrt.base.elsewhere import relative, within
 from clrt.base.errors import DeviceError, show
 from clrt.base.resources import PACKAGE
 from clrt.device import intel, kernelcache, trial
+from clrt.device.harmful import left_out
 from clrt.device.info import DeviceInfo
 from clrt.device.opencl import cl
 from clrt.device.vendors import PLACES, install_command, why_none
@@ -58,7 +59,8 @@ def _platforms(beside: bool = True) -> list[cl.Platform]:
     wanted = os.environ.get(VARIABLE, "").strip().lower()
     with starting():
         try:
-            found, error = cl.get_platforms(), ""
+            with left_out():
+                found, error = cl.get_platforms(), ""
         except cl.Error as refused:
             found, error = [], f" ({refused})"
         if not _process:

@@ -16,7 +16,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -32,6 +32,7 @@ from clrt.device.info import DeviceInfo
 from clrt.device.processor import signature
 
 PATIENCE: Final = 120.0  # seconds: a busy machine takes 5
+_LISTED: Final = 30.0  # seconds, in which drivers are loaded
 _TRIAL: Final = "CLRT_TRIAL"
 """A variable of a trial's own process, which tries no further one."""
 _DAY: Final = 24 * 3600
@@ -55,6 +56,7 @@ _unkept: Final[dict[Path, str]] = {}  # verdicts of this process alone
 _UNKNOWN_PROCESSOR: Final = "unknown target CPU"
 _ENDS: Final = "it ends the process"
 _HANGS: Final = "a kernel of one line is not done"
+_WAITS: Final = "it does not go on"
 _LONGEST: Final = 300  # characters of a driver's log that a message shows
 
 
@@ -94,9 +96,19 @@ def check_listing() -> None:
                 f"allow at least {least // unit}"
             )
     if circumstances():
-        fault = _verdict(vendors.announced(), LISTING, lambda: _run(LISTING), anew=False)[0]
+        fault = listing(vendors.announced())[0]
         if fault:
             raise DeviceError(broken(f"the OpenCL driver: {fault}"))
+
+
+def listing(key: str, variables: Mapping[str, str] | None = None) -> tuple[str, bool]:
+    """As `verdict`, of drivers' start in a process that has these variables, too."""
+    return _verdict(key, LISTING, lambda: _run(LISTING, variables), anew=False)
+
+
+def is_listing() -> bool:
+    """Whether this process is a trial of all drivers' start."""
+    return os.environ.get(_TRIAL) == LISTING
 
 
 def broken(fault: str) -> str:
@@ -157,7 +169,7 @@ def _kept(file: Path) -> str | None:
 
 def ended(fault: str) -> bool:
     """Whether a driver ended or held up its trial, and did not just refuse: it may not do so again."""
-    return fault.startswith((_ENDS, _HANGS))
+    return fault.startswith((_ENDS, _HANGS, _WAITS))
 
 
 def plain(text: str) -> str:
@@ -179,18 +191,19 @@ def _tried(info: DeviceInfo) -> str | None:
     return _run(str(info.index))
 
 
-def _run(what: str) -> str | None:
+def _run(what: str, variables: Mapping[str, str] | None = None) -> str | None:
     """What goes wrong in a trial; None where there was none, since no process gets as far as the driver."""
     if os.environ.get(_TRIAL):  # this is one, whatever was started
         return None
+    patience = _LISTED if what == LISTING else PATIENCE
     try:
         done = subprocess.run(
             child.command("clrt.device.attempt", what),
-            capture_output=True, timeout=PATIENCE, check=False, stdin=subprocess.DEVNULL,
-            env=child.environment(**{_TRIAL: "1"}),
+            capture_output=True, timeout=patience, check=False, stdin=subprocess.DEVNULL,
+            env=child.environment(**{_TRIAL: what, **(variables or {})}),
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        return f"{_HANGS} after {PATIENCE:.0f} s"
+        return f"{_HANGS if what != LISTING else _WAITS} after {patience:.0f} s"
     except OSError:  # no process can be started here
         return None
     said = done.stdout.decode(errors="replace")

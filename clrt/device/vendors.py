@@ -63,10 +63,14 @@ def vendor_folders() -> list[Path]:
 def announced() -> str:
     """All that decides which drivers a loader starts here: another text means that others may be."""
     told = [f"{name}={os.environ.get(name)}" for name in PLACES if name != cachefolder.VARIABLE]
-    for folder in vendor_folders():
-        for file in [folder] if os.path.isfile(folder) else sorted(folder.glob("*.icd")):
-            told.append(f"{file} {file.stat().st_mtime_ns if file.exists() else 0}")
+    told += [f"{file} {file.stat().st_mtime_ns if file.exists() else 0}" for file in files()]
     return "\0".join(told)
+
+
+def files() -> list[Path]:
+    """The `.icd` files that a loader reads here, in that order."""
+    return [file for folder in vendor_folders() if os.path.exists(folder)  # False for what is no name
+            for file in ([folder] if os.path.isfile(folder) else sorted(folder.glob("*.icd")))]  # fmt: skip
 
 
 def bundled_folder() -> Path | None:
@@ -78,20 +82,19 @@ def bundled_folder() -> Path | None:
     return None
 
 
-def vendors() -> list[Vendor]:
-    """Every driver that is announced here."""
+def vendors(tried: bool = True) -> list[Vendor]:
+    """Every driver that is announced here. tried: load each library, in another process, for its fault."""
     found = []
-    for folder in vendor_folders():
-        for file in [folder] if os.path.isfile(folder) else sorted(folder.glob("*.icd")):
-            try:
-                text = file.read_text(encoding="utf-8", errors="replace")
-            except OSError as error:
-                found.append(Vendor(file, "", f"cannot be read: {error.strerror}"))
-                continue
-            library = "".join(text.splitlines()[:1]).strip()[:200]
-            near = (file.parent / library).absolute()  # pyopencl's own names a library beside it
-            path = str(near) if os.path.isfile(near) else library
-            found.append(Vendor(file, path, load_fault(path)))
+    for file in files():
+        try:
+            text = file.read_text(encoding="utf-8", errors="replace")
+        except OSError as error:
+            found.append(Vendor(file, "", f"cannot be read: {error.strerror}"))
+            continue
+        library = "".join(text.splitlines()[:1]).strip()[:200]
+        near = (file.parent / library).absolute()  # pyopencl's own names a library beside it
+        path = str(near) if os.path.isfile(near) else library
+        found.append(Vendor(file, path, load_fault(path) if tried else ""))
     return found
 
 
@@ -101,7 +104,7 @@ def loaders() -> list[str]:
         maps = Path("/proc/self/maps").read_text("utf-8", "replace")
     except OSError:
         return []
-    return sorted({line.split()[-1] for line in maps.splitlines() if "libOpenCL" in line})
+    return sorted({line.split(maxsplit=5)[-1] for line in maps.splitlines() if "libOpenCL" in line})
 
 
 def why_none() -> str:

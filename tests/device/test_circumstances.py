@@ -138,7 +138,7 @@ def test_what_is_kept_of_all_drivers_is_that_of_the_drivers_here(
 ) -> None:
     monkeypatch.setenv(cachefolder.VARIABLE, str(tmp_path))
     monkeypatch.setenv("POCL_AFFINITY", "1")
-    monkeypatch.setattr(trial, "_run", lambda what: tried.append(what) or "")
+    monkeypatch.setattr(trial, "_run", lambda what, _: tried.append(what) or "")
     folder, tried = tmp_path / "vendors", list[str]()
     folder.mkdir()
     for change in (None, ("OCL_ICD_VENDORS", str(folder)), ("OCL_ICD_FILENAMES", "x.so"), "a.icd"):

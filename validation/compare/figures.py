@@ -10,6 +10,7 @@ from ..types import Gate
 from .causes import BYTE
 from .metrics import (
     BORDER,
+    PLACE,
     Array,
     Where,
     blocks,
@@ -21,6 +22,7 @@ from .metrics import (
     share,
     ssim,
     to_white,
+    widest,
 )
 from .oracle import gate, limits
 
@@ -44,6 +46,7 @@ class _Sums:
     windows: float = 0.0
     inner: int = 0
     worst: float = 1.0
+    widest: int = 0
     perceived: float | None = 0.0
 
     def add_values(self, a: Array, b: Array, tolerance: float) -> None:
@@ -82,6 +85,7 @@ class _Sums:
             **({} if self.perceived is None else {"FLIP": self.perceived / count}),
             "PSNR": decibels(self.squares / (3 * count)),
             "worst window": self.worst,
+            "widest place": self.widest,
             "largest difference": self.largest_off,
             "mean difference": self.off / count,
             "largest, of 255": 255 * self.largest_shown,
@@ -111,6 +115,7 @@ def measured(a: Array, b: Array, mask: Array, tolerance: float) -> tuple[dict[st
         out = ~mask[block]
         sums.add_values(ours[here][out], right[here][out], tolerance)
         sums.add_seen(encoded(ours), encoded(right), here, out, inner[block])
+        sums.widest = max(sums.widest, widest(extended(ours) - extended(right)))
     metrics = {**sums.metrics(), "edges left out": share(mask)}
     if max(a.max(initial=0.0), b.max(initial=0.0)) > 1:
         metrics[_BRIGHT] = decibels(sums.bright_squares / (3 * max(sums.pixels, 1)))
@@ -128,6 +133,8 @@ def _gates(metrics: dict[str, float], masked: bool, tolerance: float) -> tuple[G
     if _BRIGHT in metrics:
         bright = "of what is brighter than white, where the others are blind"
         found.append(gate(_BRIGHT, metrics[_BRIGHT], limit.psnr, "high", bright))
+    place = "pixels a side of what is off by more than 8 of 255"
+    found.append(gate("widest place", metrics["widest place"], PLACE, "low", place))
     if masked:
         bound = 0.001 if tolerance < BYTE else 0.01
         found.append(gate("pixels that differ", metrics["pixels that differ"], bound, "low", "outside edges"))

@@ -27,6 +27,8 @@ _WINDOW = 11  # of SSIM: 2 * int(3.5 * 1.5 + 0.5) + 1 pixels
 BORDER = _WINDOW // 2  # pixels of a picture's border about which SSIM's windows are not whole
 _BLOCK = 1 << 20  # pixels that are looked at together: figures take ten arrays of float64 of as many
 HALO = 16  # pixels about a block that its figures depend on: half of FLIP's widest filter; SSIM's is 5
+PLAIN = 8 / 255  # of an encoded value: what an eye sees beside what it should be
+PLACE = 3  # pixels a side of what is off in pictures that show the same; 1 more is an object
 _DIM = 2.0**-8  # 13 of 255, as a screen shows it
 _LEAST_HALF = 2.0**-24  # the step of the smallest floats of 16 bits
 _ADDRESSES = 640 << 20  # with fewer, the linear algebra that scipy brings waits for more, without end
@@ -164,6 +166,20 @@ def decibels(square: float) -> float:
 def largest(difference: Array) -> Array:
     """Of a difference (h, w, 3), each pixel's largest channel without its sign: (h, w)."""
     return np.abs(difference).max(axis=-1)
+
+
+def widest(difference: Array) -> int:
+    """The side of the largest square all of whose pixels are off one way, by more than PLAIN of a channel.
+
+    difference: (h, w, 3), of `extended` pictures; up to HALO. What is not there is a place; the edges that
+    two right programs draw are a pixel or two wide, and noise has no way.
+    """
+    off = np.concatenate([difference > PLAIN, difference < -PLAIN], axis=-1)
+    side = 0
+    while side < HALO and off.any():
+        side += 1
+        off = off[1:, 1:] & off[1:, :-1] & off[:-1, 1:] & off[:-1, :-1]
+    return side
 
 
 def relative(difference: Array, reference: Array) -> Array:

@@ -14,7 +14,7 @@ from clrt.judging.verdict import HALF, LOSSY
 from ..compare.causes import BYTE
 from ..compare.layers import TERMS
 from ..compare.lossy import told_apart
-from ..compare.metrics import encoded, held, largest
+from ..compare.metrics import PLACE, encoded, extended, held, largest, widest
 from ..compare.oracle import Limits, compare, gate
 from ..ours import ray_key
 from ..types import Case, Comparison, OracleImage
@@ -77,8 +77,22 @@ def _shape(rendered: Rendered) -> np.ndarray | None:
 
 def compared(theirs: OracleImage, wanted: OracleImage, case: Case, eight: bool,
               edges: np.ndarray | None, limit: Limits) -> Comparison:  # fmt: skip
-    """The comparison; of pictures of 8 bits in their steps, which are larger than what is asked else."""
-    if not eight or theirs.pixels.shape != wanted.pixels.shape:
+    """The comparison; of pictures of 8 bits in their steps, which are larger than what is asked else.
+
+    Its shares of pixels pass an object that is small enough: so none may lack a place.
+    """
+    if theirs.pixels.shape != wanted.pixels.shape:
+        return compare(theirs, wanted, edges, case.spp, limit)
+    off = extended(theirs.pixels) - extended(wanted.pixels)
+    side = widest(off if edges is None else np.where(edges[..., None], 0.0, off))
+    place = gate("widest place", side, PLACE, "low", "pixels a side of what is off by more than 8 of 255")
+    found = _compared(theirs, wanted, case, eight, edges, limit)
+    return dataclasses.replace(found, gates=(*found.gates, place))
+
+
+def _compared(theirs: OracleImage, wanted: OracleImage, case: Case, eight: bool,
+              edges: np.ndarray | None, limit: Limits) -> Comparison:  # fmt: skip
+    if not eight:
         return compare(theirs, wanted, edges, case.spp, limit)
     rough = dataclasses.replace(limit, fine=None, coarse=None, mean=2e-3, masked=None, rays=None)
     near = largest(encoded(theirs.pixels) - encoded(wanted.pixels)) <= BYTE
