@@ -87,6 +87,7 @@ OTHER_WORDS: Final[dict[str, str]] = {
     "lookat": "target",
     "look_from": "origin",
     "eye": "origin",
+    "position": "origin",
     "field_of_view": "fov",
     "fovy": "fov",
     "fov_y": "fov",

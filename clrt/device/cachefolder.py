@@ -30,12 +30,16 @@ def make(folder: Path) -> None:
 def shared_with(folder: Path) -> str:
     """Who else may change what is in a folder, or put another in its place; '' where nobody can.
 
+    Of one that is not there those above it tell.
+
     Compiled kernels are programs. (Windows keeps a user's cache folder private by itself.)
     """
     if not hasattr(os, "geteuid"):
         return ""
     folder, user = folder.resolve(), os.geteuid()
     for place in (folder, *folder.parents):
+        if not place.exists():
+            continue
         status = place.stat()
         if status.st_uid not in (user, 0) or (place == folder and status.st_uid != user):
             return f"{place} belongs to user {status.st_uid}"

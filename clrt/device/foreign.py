@@ -54,8 +54,9 @@ def _named() -> Path | None:
     named = Path(given)
     missing = [name for name in KERNEL_FILES if not os.path.isfile(named / name)]
     if missing:
-        what = f"it must be a folder with all kernels, as {kernel_folder()} is"
-        raise ClrtError(f"{VARIABLE}: {show(given)} has no {missing[0]}; {what}")
+        what = f"it must be a folder with all kernels, as {kernel_folder()} is; else: unset {VARIABLE}"
+        where = "" if named.is_absolute() else f" in {os.getcwd()}"
+        raise ClrtError(f"{VARIABLE}: {show(given)}{where} has no {missing[0]}; {what}")
     if os.path.samefile(named, kernel_folder()):
         return None
     return named

@@ -82,8 +82,10 @@ def problem(folder: Path) -> str:
             f"and the driver takes {LONGEST}; set {VARIABLE} to a shorter one"
         )
     try:
-        make(folder)
-        intruder = shared_with(folder)
+        intruder = shared_with(folder)  # before anything is made in the folder of somebody else
+        if not intruder:
+            make(folder)
+            intruder = shared_with(folder)
         if intruder:
             return (
                 f"the kernel cache {folder} is not yours alone ({intruder}), so what it holds is not run; "

@@ -144,7 +144,9 @@ def _text(data: bytes, source: str) -> str:
 
 
 def _named(text: str, error: ValueError) -> str:
-    """'; ...' on what stands twice, where a TOML error says no more than its line."""
+    """'; ...' on what stands twice, or on a backslash, where an error says no more than its line."""
+    if re.search(r"hex value|escape", str(error)):
+        return '; within "" a backslash begins an escape: write names of files with /'
     place = re.search(r"(?:overwrite|twice|mutate).*\(at line (\d+), column", str(error))
     name = toml_key(text, int(place[1])) if place else ""
     return f"; {show(name)} is there already" if name else ""

@@ -147,7 +147,8 @@ def test_without_flip_the_other_gates_decide(folder: Path, capsys: Printed, monk
         assert "FLIP" not in out.replace(note, "") and "SSIM" in out and "nan" not in out
     _, out = compare(folder, capsys, "right.png", "right.exr", "--json")
     found = json.loads(out)
-    assert [gate["name"] for gate in found["gates"]] == ["SSIM", "PSNR"] and "FLIP" not in found["metrics"]
+    assert [gate["name"] for gate in found["gates"]] == ["SSIM", "PSNR", "widest place"]
+    assert "FLIP" not in found["metrics"]
     assert note.removeprefix("note: ") in found["notes"]
     code, out = many(folder, capsys, "right.exr", "right.png", "flipped.png")
     assert code == 1 and "1 of 2 show the same" in out and "FLIP was not run" in out and "nan" not in out

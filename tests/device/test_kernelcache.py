@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 import pytest
@@ -65,6 +66,25 @@ def test_the_cache_s_name_may_be_of_any_length_and_depth(deep: Path, folders: in
     done = subprocess.run(command, env=variables, capture_output=True, text=True, check=True)
     assert done.stderr == ""
     assert any(longest.rglob("*.so")) or any((longest / ".clrt" / "binaries").iterdir())
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows has no numbers of users")
+def test_nothing_is_made_in_a_folder_of_somebody_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As root with the HOME of a user, who could not write to his ~/.cache any more."""
+    status = Path.stat
+    numbers = {"st_uid": 12345}
+
+    def owned(path: Path, **more: bool) -> object:
+        found = status(path, **more)
+        fields = {name: getattr(found, name) for name in ("st_uid", "st_gid", "st_mode")}
+        return types.SimpleNamespace(**fields | (numbers if path == tmp_path else {}))
+
+    monkeypatch.setattr(Path, "stat", owned)
+    assert "belongs to user 12345" in kernelcache.problem(tmp_path / ".cache" / "clrt" / "kernels")
+    monkeypatch.undo()
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows has no numbers of users")

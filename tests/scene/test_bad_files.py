@@ -29,6 +29,8 @@ FILES: list[tuple[str, bytes, list[str]]] = [
     ("a.json", b'{"ambient": 1e999}', ["a.json", "ambient", "inf", "finite"]),
     ("a.json", b'{"ambient": ' + b"9" * 5000 + b"}", ["a.json", "digits"]),
     ("a.json", b"[1, 2]", ["a.json", "[1, 2]", "a table of keys"]),
+    ("a.toml", rb'a = "C:\Users\me"', ["a.toml", "wrong syntax", "a backslash begins an escape"]),
+    ("a.json", rb'{"a": "C:\dir"}', ["a.json", "wrong syntax", "a backslash begins an escape"]),
     ("a.json", b"", ["a.json", "wrong syntax", "line 1"]),
     ("a.json", b'{"materials": {"a\\nb": {"ior": 0}}}', ["a.json", "materials.'a\\nb'.ior", "0"]),
     ("a.json", b'{"materials": {"\\ud800": {"ior": 0}}}', ["a.json", "materials.'\\ud800'.ior", "0"]),
