@@ -219,6 +219,7 @@ def test_other_exceptions_pass() -> None:
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nobody looks for PoCL's linker")
+@pytest.mark.usefixtures("hasty")
 def test_without_a_linker_there_is_a_line_that_names_it_and_nothing_is_kept(tmp_path: Path) -> None:
     """PoCL ended the process at the first kernel that it had not kept. Where nothing was kept, a refusal was,
     for a day, and other processes, with a linker, got it."""

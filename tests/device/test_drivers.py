@@ -43,6 +43,7 @@ def beside_a_broken_driver(cache: Path, *arguments: str, **more: str) -> subproc
     )  # fmt: skip
 
 
+@pytest.mark.usefixtures("hasty")
 def test_a_driver_that_builds_nothing_is_passed_over_and_named_once(tmp_path: Path, scene: Path) -> None:
     picture = tmp_path / "picture.png"
     first = beside_a_broken_driver(tmp_path, "render", str(scene), "-o", str(picture))

@@ -48,6 +48,7 @@ def test_a_folder_s_name_may_be_relative(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("folders", [1200, 300])
+@pytest.mark.usefixtures("hasty")
 def test_the_cache_s_name_may_be_of_any_length_and_depth(deep: Path, folders: int) -> None:
     """The driver ends the process where a file's name in it has more than 1,024 bytes."""
     place = deep.joinpath(*["d"] * folders)
@@ -108,6 +109,7 @@ def test_such_a_folder_is_passed_over_with_a_warning(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.usefixtures("hasty")
 def test_no_pickles_are_written_or_read(tmp_path: Path) -> None:
     """pyopencl would keep its own beside clrt's: whoever may write there could run code here."""
     code = "import clrt, sys; clrt.render(clrt.load(sys.argv[1])); print('rendered')"

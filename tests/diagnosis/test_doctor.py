@@ -119,6 +119,7 @@ def test_no_driver_file_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert [(finding.state, finding.mend) for finding in found] == [("wrong", vendors.install_command())]
 
 
+@pytest.mark.usefixtures("hasty")
 def test_an_unwritable_kernel_cache_is_named_and_pictures_are_made_all_the_same() -> None:
     code, findings = doctors(POCL_CACHE_DIR=NOWHERE)
     (cache,) = about(findings, "kernel cache")

@@ -137,6 +137,7 @@ def test_a_program_that_never_builds_is_one_line_with_a_hint(monkeypatch: pytest
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("hasty")
 def test_processes_that_start_together_on_a_cold_cache() -> None:
     found = coldstarts.run(6, quietly, together=6)
     assert found.wrong == 0 and found.tried == 6, found
