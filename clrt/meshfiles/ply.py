@@ -24,7 +24,9 @@ from clrt.meshfiles.plylists import as_text
 
 _COLORS: Final = (b"red", b"green", b"blue")
 _OTHERS: Final = ((b"diffuse_red", b"diffuse_green", b"diffuse_blue"), (b"r", b"g", b"b"))
+_PLACE: Final = (b"x", b"y", b"z")
 _UV: Final = (b"texture_u", b"texture_v")
+_OTHER_PLACES: Final = ((b"X", b"Y", b"Z"),)
 _OTHER_UV: Final = ((b"texture_s", b"texture_t"), (b"u", b"v"), (b"s", b"t"))
 _PROPERTY: Final = re.compile(rb"(?<=\n)(property[ \t]+)(\w+)([ \t]+)(\w+)(?=[ \t]*\r?\n)")
 _ELEMENT: Final = re.compile(rb"(?<=\n)(?=element[ \t])")
@@ -50,7 +52,7 @@ def newlined(data: bytes) -> bytes:
 
 
 def plain_ply(data: bytes) -> bytes:
-    """The file's data with the usual names of colours and uv in its header, where they have others.
+    """The file's data with the usual names of places, colours and uv in its header, where they have others.
 
     Of a text file they are declared as double: trimesh would drop what is too large for their type.
     """
@@ -62,7 +64,8 @@ def plain_ply(data: bytes) -> bytes:
     spelt = as_text(data, start)
     if spelt is not None:
         return plain_ply(spelt)
-    elements = map(_named, _ELEMENT.split(head))
+    elements = [*map(_named, _ELEMENT.split(head))]
+    _check_places(elements)
     text = b"ascii" in b"".join(head.split(b"\n", 2)[1:2]).lower()
     declared = _Declared.of(head)
     if declared.lists > _LISTS:
@@ -232,16 +235,25 @@ def _types(data: bytes) -> dict[str, tuple[str, ...]]:
 
 
 def _named(element: bytes) -> bytes:
-    """An element of the header with the usual names of colours and uv, unless they stand there, too."""
+    """An element of the header with the usual names of places, colours and uv, unless they are there, too."""
     there = {name for *_, name in _PROPERTY.findall(element)}
     usual: dict[bytes, bytes] = {}
-    for wanted, others in ((_COLORS, _OTHERS), (_UV, _OTHER_UV)):
+    for wanted, others in ((_PLACE, _OTHER_PLACES), (_COLORS, _OTHERS), (_UV, _OTHER_UV)):
         found = next((names for names in others if there.issuperset(names)), None)
         if found is not None and there.isdisjoint(wanted):
             usual |= zip(found, wanted, strict=True)
     if not usual:
         return element
     return _PROPERTY.sub(lambda match: b"".join(match.groups()[:3]) + usual.get(match[4], match[4]), element)
+
+
+def _check_places(elements: list[bytes]) -> None:
+    """BrokenMesh where vertices have no place."""
+    for element in elements:
+        names = {name for *_, name in _PROPERTY.findall(element)}
+        if element.split(None, 2)[1:2] == [b"vertex"] and not names >= {*_PLACE}:
+            there = ", ".join(sorted(name.decode("latin-1") for name in names)) or "none"
+            raise BrokenMesh(f"its vertices have no properties x, y and z, but {show(there[:60])}")
 
 
 def _doubled(element: bytes) -> bytes:

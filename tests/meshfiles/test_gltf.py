@@ -17,6 +17,8 @@ from clrt.base.errors import LimitError, SceneError
 from clrt.base.limits import Limits
 from clrt.base.places import At
 from clrt.meshfiles.file import read_mesh_file
+from clrt.meshfiles.gltf.document import Node
+from clrt.meshfiles.gltf.nodes import matrix_of
 
 TRIANGLE = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 POSITIONS = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}
@@ -254,3 +256,9 @@ def test_nested_brackets_and_one_part_at_two_places(tmp_path: Path) -> None:
 
 def test_a_byte_order_mark_is_passed_over(tmp_path: Path) -> None:
     assert len(read(write(tmp_path, "\ufeff" + json.dumps(document())))[1]) == 1
+
+
+def test_the_last_row_of_a_matrix_may_be_rounded() -> None:
+    rounded = (1.0, 0, 0, 1e-7, 0, 1, 0, 0, 0, 0, 1, 0, 2, 3, 4, 1.0000001)
+    found = matrix_of(Node(matrix=rounded), 0, np.eye(4))
+    assert found[3].tolist() == [0, 0, 0, 1] and found[:3, 3].tolist() == [2, 3, 4]

@@ -174,6 +174,7 @@ def test_files_beside_it_count_together(tmp_path: Path) -> None:
          "is compressed"),
         ({"asset": {"version": "1.0"}}, "only glTF of version 2"),
         ({"asset": {"version": "2.0", "minVersion": "2.9"}}, r"it needs glTF of version 2\.9"),
+        ({"nodes": [{"mesh": 0, "matrix": [1, 0, 0, 2e-5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}]}, "last row"),
         ({"nodes": [{"mesh": 0, "matrix": [1, 0, 0, 0.5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}]}, "last row"),
         ({"extensionsRequired": ["FOO_bar"]}, "it needs the extension FOO_bar, which is not read"),
         ({"extensionsRequired": ["KHR_materials_ior", "EXT_mesh_gpu_instancing"]}, "EXT_mesh_gpu_instancing"),

@@ -87,3 +87,15 @@ def test_types_that_are_none_are_refused(tmp_path: Path) -> None:
     (tmp_path / "a.ply").write_bytes(data)
     with pytest.raises(clrt.ClrtError, match=r"a\.ply: cannot be read"):
         clrt.load(tmp_path / "a.ply")
+
+
+def test_places_in_capitals_and_vertices_without(tmp_path: Path) -> None:
+    names = "property float {}\nproperty float Y\nproperty float Z\n"
+    head = f"ply\nformat ascii 1.0\nelement vertex 3\n{names}element face 1\n"
+    rest = "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+    (tmp_path / "a.ply").write_text(head.format("X") + rest)
+    (mesh,) = clrt.load(tmp_path / "a.ply").shapes
+    assert isinstance(mesh, Mesh) and mesh.data().vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    (tmp_path / "a.ply").write_text(head.format("q") + rest)
+    with pytest.raises(clrt.ClrtError, match="its vertices have no properties x, y and z, but 'Y, Z, q'"):
+        clrt.load(tmp_path / "a.ply")

@@ -7,6 +7,7 @@ import numpy as np
 from clrt.meshfiles.broken import BrokenMesh
 from clrt.meshfiles.gltf.document import Node
 
+_ROUNDED = 1e-5  # that exporters leave in the last row of what they have multiplied
 
 def matrix_of(node: Node, number: int, above: np.ndarray) -> np.ndarray:
     """The matrix to the world of the node of a number, given that of the node above it."""
@@ -15,9 +16,11 @@ def matrix_of(node: Node, number: int, above: np.ndarray) -> np.ndarray:
         if parts:
             text = f"nodes[{number}] has a matrix and {' and '.join(parts)}"
             raise BrokenMesh(f"{text}; one or the other places it, leave one out")
-        if node.matrix[3::4] != (0.0, 0.0, 0.0, 1.0):
+        if not np.allclose(node.matrix[3::4], (0.0, 0.0, 0.0, 1.0), rtol=0.0, atol=_ROUNDED):
             raise BrokenMesh(f"the last row of nodes[{number}].matrix must be 0, 0, 0, 1")
-        return above @ np.array(node.matrix).reshape(4, 4).T
+        own = np.array(node.matrix).reshape(4, 4).T
+        own[3] = 0.0, 0.0, 0.0, 1.0
+        return above @ own
     if not parts:
         return above
     own = np.eye(4)
