@@ -37,6 +37,9 @@ end_header
 """
 
 
+FLIPPED = (0, 0, 1, 1)
+
+
 def bumps(how: str = "", inner: str = "", file: str = "tile-normals.png") -> str:
     return f"""<bsdf type="normalmap"><texture name="normalmap" type="bitmap">{how}
       <string name="filename" value="{file}"/></texture><bsdf type="diffuse">{inner}</bsdf></bsdf>"""
@@ -131,13 +134,18 @@ def test_a_rectangle_shows_its_picture_the_same_way_with_a_map(folder: Path) -> 
 
 
 @pytest.mark.parametrize(
-    ("shape", "as_it_is"),
-    [("sphere", (0, 0, 1, 1)), ("cube", (0, 1, 1, 0)), ("cylinder", (1, 0, 0, 1)), ("disk", (1, 0, 0, 1)),
-     ("a.obj", (0, 0, 1, 1)), ("stated.obj", (0, 1, 1, 0)), ("back.obj", (1, 1, 0, 0)),
-     ("stated-back.obj", (1, 0, 0, 1)), ("a.ply", (0, 0, 1, 1)), ("rectangle", (0, 0, 0, 0))],
+    ("shape", "as_it_is", "fronts"),
+    [("sphere", (0, 0, 1, 1), FLIPPED), ("cube", (0, 1, 1, 0), FLIPPED), ("cylinder", (1, 0, 0, 1), FLIPPED),
+     ("disk", (1, 0, 0, 1), FLIPPED), ("a.obj", (0, 0, 1, 1), (0, 1, 1, 0)),
+     ("stated.obj", (0, 1, 1, 0), FLIPPED), ("back.obj", (1, 1, 0, 0), (0, 1, 1, 0)),
+     ("stated-back.obj", (1, 0, 0, 1), FLIPPED), ("a.ply", (0, 0, 1, 1), (0, 1, 1, 0)),
+     ("rectangle", (0, 0, 0, 0), (0, 0, 0, 0))],
 )  # fmt: skip
-def test_green_that_leans_the_other_way_is_named(folder: Path, shape: str, as_it_is: tuple[int, ...]) -> None:
-    """As they are, mirrored, with normals flipped, both: where Mitsuba's own pictures differ from ours.
+def test_green_that_leans_the_other_way_is_named(
+    folder: Path, shape: str, as_it_is: tuple[int, ...], fronts: tuple[int, ...]
+) -> None:
+    """And where the front there is the back here, from which all of the map is turned over. As they
+    are, mirrored, with normals flipped, both: where Mitsuba's own pictures differ from ours.
 
     Normals that a file states go with a mirror, others with the faces; u of a file may run back.
     """
@@ -148,13 +156,14 @@ def test_green_that_leans_the_other_way_is_named(folder: Path, shape: str, as_it
         (folder / f"{name}.obj").write_text(text)
     file, shape = (f'<string name="filename" value="{shape}"/>' if "." in shape else ""), shape.split(".")[-1]
     cases = [(across, flip) for flip in ("false", "true") for across in (1, -1)]
-    for (across, flip), told in zip(cases, as_it_is, strict=True):
+    for (across, flip), told, front in zip(cases, as_it_is, fronts, strict=True):
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             read(folder, f"""<shape type="{shape}">{file}<boolean name="flip_normals" value="{flip}"/>
               <transform name="to_world"><scale x="{across}"/></transform>{bumps()}</shape>""")
         said = " ".join(str(warning.message) for warning in caught)
         assert (f"green of a normal map leans on a {shape}" in said) == bool(told), (across, flip)
+        assert (f"which side of a {shape} is the front of" in said) == bool(front), (across, flip)
 
 
 def test_shapes_that_refer_to_one_map_have_one_material(folder: Path) -> None:
@@ -163,3 +172,34 @@ def test_shapes_that_refer_to_one_map_have_one_material(folder: Path) -> None:
     scene = read(folder, f'{named}<shape type="rectangle">{refer}<shape type="rectangle">{refer}')
     one, other = (scene.material_of(shape) for shape in scene.shapes)
     assert one.normal_map is not None and one == other
+
+
+@pytest.mark.parametrize(
+    ("shape", "inside_out"),
+    [("sphere", (0, 1, 1, 0)), ("cube", (0, 0, 1, 1)), ("out.obj", (0, 1, 1, 0)),
+     ("stated.obj", (0, 0, 1, 1)), ("against.obj", (1, 1, 0, 0))],
+)  # fmt: skip
+def test_glass_that_is_inside_out_is_named(folder: Path, shape: str, inside_out: tuple[int, ...]) -> None:
+    """As they are, mirrored, with normals flipped, both; of a mesh the normals that it states tell there.
+
+    As compared with Mitsuba 3.9.1's pictures under an envmap. Thin glass has no inside.
+    """
+    points = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+    faces = [(1, 3, 2), (1, 2, 4), (1, 4, 3), (2, 3, 4)]
+    plain = "".join(f"f {a} {b} {c}\n" for a, b, c in faces)
+    normals = "vn -1 -1 -1\nvn 1 -1 -1\nvn -1 1 -1\nvn -1 -1 1\n"
+    stated = normals + "".join(f"f {a}//{a} {b}//{b} {c}//{c}\n" for a, b, c in faces)
+    against = normals + "".join(f"f {a}//{a} {c}//{c} {b}//{b}\n" for a, b, c in faces)
+    for name, text in {"out": plain, "stated": stated, "against": against}.items():
+        (folder / f"{name}.obj").write_text(points + text)
+    file, kind = (f'<string name="filename" value="{shape}"/>' if "." in shape else ""), shape.split(".")[-1]
+    cases = [(across, flip) for flip in ("false", "true") for across in (1, -1)]
+    for glass in ("dielectric", "thindielectric"):
+        for (across, flip), told in zip(cases, inside_out, strict=True):
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                how = f'<boolean name="flip_normals" value="{flip}"/><bsdf type="{glass}"/>'
+                how += f'<transform name="to_world"><scale x="{across}"/></transform>'
+                read(folder, f'<shape type="{kind}">{file}{how}</shape>')
+            said = " ".join(str(warning.message) for warning in caught)
+            assert ("which side of glass is its inside" in said) == bool(told and glass == "dielectric")

@@ -59,6 +59,9 @@ def test_what_is_nearer_than_the_near_clip_is_not_seen(tmp_path: Path) -> None:
         for clip, near in ("", 0.0), ('<float name="near_clip" value="1.5"/>', 1.5):
             camera = read(tmp_path, f'<sensor type="{kind}">{clip}</sensor>').camera
             assert camera is not None and camera.near == near
+    clip, scaled = '<float name="near_clip" value="1.5"/>', _turned('<scale x="2" y="2" z="3"/>')
+    camera = read(tmp_path, f'<sensor type="orthographic">{clip}{scaled}</sensor>').camera
+    assert camera is not None and (camera.near, camera.size) == (4.5, 4)
 
 
 @pytest.mark.parametrize(("steps", "scale", "offset", "named"), [

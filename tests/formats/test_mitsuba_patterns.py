@@ -57,7 +57,7 @@ CHECKER = '<texture type="checkerboard" name="{}">{}</texture>'
         ),
         (
             BALL.format('<boolean name="flip_normals" value="true"/><bsdf type="dielectric"/>'),
-            "flip normals of glass",
+            "which side of glass is its inside",
         ),
         (
             BALL.format(

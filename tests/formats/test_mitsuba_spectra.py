@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -82,9 +83,26 @@ def test_what_is_no_spectrum(tmp_path: Path, kind: str, values: str, says: str) 
         light(tmp_path, kind, values, "spectrum")
 
 
-def test_a_spectrum_that_many_refer_to(tmp_path: Path) -> None:
-    """An object of its own, with an id."""
-    spectrum = f'<texture type="uniform" id="a">{NUMBER.format("value", 0.25)}</texture>'
+@pytest.mark.parametrize("tag", ["spectrum", "texture"])
+def test_a_spectrum_that_many_refer_to(tmp_path: Path, tag: str) -> None:
+    """An object of its own, with an id: as much at each wavelength of lights, a number of surfaces."""
+    spectrum = f'<{tag} type="uniform" id="a">{NUMBER.format("value", 0.25)}</{tag}>'
     ball = '<shape type="sphere"><bsdf type="diffuse"><ref id="a" name="reflectance"/></bsdf></shape>'
-    scene = read(tmp_path, spectrum + 2 * ball)
-    assert [scene.material_of(shape).color for shape in scene.shapes] == [0.25, 0.25]
+    point = '<emitter type="point"><ref id="a" name="intensity"/></emitter>'
+    area = '<shape type="disk"><emitter type="area"><ref name="radiance" id="a"/></emitter></shape>'
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = read(tmp_path, spectrum + 2 * ball + point + area)
+    assert [found.material_of(shape).color for shape in found.shapes] == [0.25, 0.25]
+    lit, shed = (light["intensity" if light["type"] == "point" else "radiance"] for light in found.to_dict()["lights"])
+    assert shed == [[360, 0.25], [830, 0.25]] and lit == [[nm, pytest.approx(v / math.pi)] for nm, v in shed]
+
+
+def test_an_emitter_that_a_shape_refers_to_is_not_left_out(tmp_path: Path) -> None:
+    emitter = '<emitter type="area" id="e"><rgb name="radiance" value="2"/></emitter>'
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        (light,) = read(tmp_path, emitter + '<shape type="sphere"><ref id="e"/></shape>').lights
+    assert light.radiance == 2
+    with pytest.warns(clrt.ClrtWarning, match="the emitter area$"):
+        read(tmp_path, emitter)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import subprocess
 import sys
 import warnings
 from dataclasses import replace
@@ -14,6 +15,7 @@ import pytest
 from clrt.base.resources import validation_module
 from tests import report_samples
 from validation.reliability import code, kept
+from validation.reliability.rows import ROWS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -125,6 +127,40 @@ def test_parts_of_one_run_are_of_one_code(monkeypatch: pytest.MonkeyPatch, tmp_p
         found = json.loads((tmp_path / "validation.json").read_text())
         assert found["stamp"] == expected and len(found["runs"]) == 2
         assert "| oracle |" in (tmp_path / "validation.md").read_text()
+
+
+OWN = {
+    "bench": "import clrt.bench.suite",
+    "scaling": "import clrt.bench.scaling",
+    "povray": "import clrt.bench.frames",
+    "thesis": "import clrt.formats.thesis, clrt.cli.render",
+    "leaks": "from validation import proofs; proofs.leaks(proofs.Prover(), 1000)",
+}
+DRAWN = """
+import sys, clrt
+from clrt.bench import scenes
+from clrt.formats.shipped import load_scene
+made = scenes.terrain_frame(200), scenes.flake_frame(levels=1)
+for scene in (*made, load_scene("showcase"), load_scene("room")):
+    clrt.render(scene, width=8)
+print(*sys.modules)
+"""
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_figures_of_own_scenes_read_no_models(name: str) -> None:
+    """What is left out of their code (`code.UNREAD`) is not imported as they are measured, nor is more than
+    what their code has."""
+    told = [sys.executable, "-c", OWN[name] + DRAWN]
+    done = subprocess.run(told, capture_output=True, text=True, check=True)
+    files = {module: code.module_file(module) for module in done.stdout.split() if module.startswith("clrt.")}
+    imported = {module for module, file in files.items() if file and not code.holds_words(file)}
+    rows = {row.name: row.modules for row in ROWS}
+    modules = rows.get(name) or kept.FILES[f"performance/{name}.json"]
+    left_out = {module.removeprefix("-") for module in code.UNREAD}
+    assert "clrt.engine.tracer" in imported and not imported & left_out
+    assert {f"-{module}" for module in left_out} <= {*modules} and left_out <= code.closure((*left_out,))
+    assert not imported - code.closure((*modules, "clrt.bench.scenes", "clrt.formats.native"))
 
 
 def test_what_modules_read_beside_them_counts() -> None:

@@ -26,6 +26,7 @@ ENCLOSING = 192  # segments of meshes around ellipsoids, cylinders and cones
 APART = 1e-3  # of the radius: how far meshes around one surface lie from one another
 TINY = 1e-3, 5e-3  # of the scene's size: coordinates are counted from what is so small, see `_ball`
 NEAR = 20.0  # times the scene's size: where the middle part of a plane ends
+GROWTH = 20.0  # of a plane's rings
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,16 +267,22 @@ def _curved(number: int, mesh: Triangles, to_world: Array, form: Form) -> Part:
 
 
 def _plane(number: int, shape: Plane, center: Array, size: float) -> Iterator[Part]:
-    """A rectangle about the scene and four around that one: on a single large one Mitsuba's float32 is
-    coarse."""
+    """A rectangle about the scene, and rings of four around it, each GROWTH times as large.
+
+    On a large one Mitsuba's float32 is coarse: a tilted one is hit by rays that pass 1e-5 of its size beside
+    it, and such as reached from the scene to the horizon were hit by rays that start in it.
+    """
     normal = np.asarray(shape.normal, float) / np.linalg.norm(shape.normal)
     foot = center - ((center - np.asarray(shape.point)) @ normal) * normal
     form = forms.plane(shape.point, shape.normal)
-    near, far = NEAR * size, endless.FAR * size
-    width, middle = (far - 0.99 * near) / 2, (far + 0.99 * near) / 2
+    near, end = NEAR * size, endless.FAR * size
     rectangles = [(0.0, 0.0, near, near)]
-    for side in (-1, 1):
-        rectangles += [(side * middle, 0.0, width, far), (0.0, side * middle, near, width)]
+    while near < end:
+        far = min(GROWTH * near, end)
+        width, middle = (far - 0.99 * near) / 2, (far + 0.99 * near) / 2
+        for side in (-1, 1):
+            rectangles += [(side * middle, 0.0, width, far), (0.0, side * middle, near, width)]
+        near = far
     for x, y, half_width, half_height in rectangles:
         placed = np.diag([half_width, half_height, 1.0, 1.0])
         placed[:2, 3] = x, y

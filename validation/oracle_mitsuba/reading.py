@@ -33,6 +33,10 @@ from .shapes import SHAPES, Mesh, Shape
 COLORS = ("highlight_color", "reflection_color", "transmission_color", "emission", "absorption")
 
 
+_READS = ("openexr", "hdr", "png", "jpeg", "bmp")  # of what is read here, as OpenImageIO calls them
+_INKS = ("CMYK", "YCbCrK")
+
+
 class Untranslated(ValueError):
     """What a scene has and Mitsuba's side has no translation of."""
 
@@ -67,6 +71,7 @@ def read(source: Source) -> Scene:
         _check_stored(Path(scene.folder or ".") / name)
     if scene.background_path is not None:
         _check_stored(scene.background_path)
+        _check_readable(scene.background_path)
     return scene if source.max_depth is None else replace(scene, max_depth=source.max_depth)
 
 
@@ -82,6 +87,19 @@ def _check_stored(path: Path) -> None:
         raise Untranslated("pictures that their file says to turn are not translated")
     if exr and oiio.get_roi(spec) != oiio.get_roi_full(spec):
         raise Untranslated("pictures of which a file stores a part, or more, are not translated")
+
+
+def _check_readable(sky: Path) -> None:
+    """Mitsuba reads a picture of the sky itself."""
+    picture = oiio.ImageInput.open(str(sky))
+    if picture is None:
+        oiio.geterror()
+        return
+    name, inks = picture.format_name(), picture.spec().get_string_attribute("jpeg:ColorSpace")
+    picture.close()
+    if name not in _READS or inks in _INKS:
+        kind = f"{inks} JPEG" if inks in _INKS else name.upper()
+        raise Untranslated(f"a background that is a {kind}, which Mitsuba reads not; save it as EXR or PNG")
 
 
 def frozen(value: Any) -> Any:

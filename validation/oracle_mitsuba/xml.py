@@ -23,7 +23,7 @@ from clrt.scene.scene import Checker, Scene
 from .forms import Array
 from .handed import tables
 from .plugins import Plugin
-from .reading import read
+from .reading import Untranslated, read
 from .records import Source
 from .translate import translated
 
@@ -192,7 +192,10 @@ def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict
     folder: what names of pictures are relative to, None: nothing.
     """
     source = Source(tables(scene, whole=True), None if scene.folder is None else str(scene.folder))
-    plain, notes = translated(read(source))
+    try:
+        plain, notes = translated(read(source))
+    except Untranslated as error:
+        raise ClrtError(located(scene.source, "", f"cannot be written as Mitsuba's XML: {error}")) from None
     found: dict[str, Plugin | Path] = {}
     for key, plugin in plain.items():
         if isinstance(plugin, dict) and plugin["type"] == "mesh":

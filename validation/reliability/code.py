@@ -28,6 +28,13 @@ STATED: Final = (
 names of its rooms: left out by who counts the case's scene and the fault's text itself."""
 
 
+UNREAD: Final = tuple(f"-clrt.{name}" for name in (
+    "meshfiles.file", "meshfiles.pictures", "meshfiles.embedded", "view.notebook", "judging.verdict",
+    "engine.explain", "engine.raymesh", "engine.shown", "engine.watcher", "engine.apart", "images.dataset",
+    "raytree.document", "raytree.tree",
+))  # fmt: skip
+"""What reads files of models, judges pictures, and shows rays and windows: imported by who asks for it alone,
+and so left out of figures of clrt's own scenes (tests/validation/test_figure_stamps.py sees that none is)."""
 DATA: Final = {
     "clrt.spectra": (PACKAGE / "spectra" / "tables", "*.csv"),
     "clrt.exercises": (PACKAGE / "exercises", "*.toml"),
@@ -77,9 +84,13 @@ def forget() -> None:
 
 
 def closure(modules: Iterable[str], apart: Collection[str] = ()) -> set[str]:
-    """These modules and all of clrt's and validation's that they import, wherever in the file they do."""
+    """These modules and all of clrt's and validation's that they import, wherever in the file they do.
+
+    Those that begin with a "-" are left out, as `apart`, and what they alone import.
+    """
     found: set[str] = set()
-    waiting = list(modules)
+    apart = {*apart, *(module[1:] for module in modules if module.startswith("-"))}
+    waiting = [module for module in modules if not module.startswith("-")]
     while waiting:
         module = waiting.pop()
         if module not in found and module not in apart and module_file(module):

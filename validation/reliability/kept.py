@@ -23,18 +23,21 @@ CLUSTER: Final = "cluster.json"
 PROCESSORS: Final = "performance/processors.json"  # it has a stamp a kind of processor
 WORKERS, DISTURBED = (1, 2, 4), {"kill": 50, "pause": 20}  # what its runs are of, at least
 FAULTS: Final = 300  # that were drawn for mutants.json, at least
+_OWN: Final = ("clrt.formats.native", *code.UNREAD)  # scenes that ship, and others that are made
 FILES: Final[dict[str, tuple[str, ...]]] = {
-    "performance/bench.json": ("clrt.bench.suite",),
-    "performance/bench_lanes8.json": ("clrt.bench.suite",),
-    "performance/bench_avx2.json": ("clrt.bench.suite",),
-    "performance/bench_other.json": ("clrt.bench.suite",),
-    PROCESSORS: ("clrt.bench.suite",),
-    "performance/scaling.json": ("clrt.bench.scaling",),
-    "performance/queries.json": ("clrt.bench.suite",),
+    "performance/bench.json": ("clrt.bench.suite", *_OWN),
+    "performance/bench_lanes8.json": ("clrt.bench.suite", *_OWN),
+    "performance/bench_avx2.json": ("clrt.bench.suite", *_OWN),
+    "performance/bench_other.json": ("clrt.bench.suite", *_OWN),
+    PROCESSORS: ("clrt.bench.suite", *_OWN),
+    "performance/scaling.json": ("clrt.bench.scaling", *_OWN),
+    "performance/queries.json": ("clrt.bench.suite", *_OWN),
     "performance/large.json": ("clrt.bench.scenes", *code.program("render")),
-    "performance/povray.json": ("clrt.bench.frames",),
-    "performance/thesis.json": code.program("render"),
-    "performance/turns.json": ("clrt.bench.suite", *code.program("render", "bench")),
+    "performance/povray.json": ("clrt.bench.frames", *_OWN),
+    "performance/thesis.json": (*code.program("render"), "clrt.formats.thesis", *_OWN),
+    "performance/turns.json": (
+        "clrt.bench.suite", *code.program("render", "bench"), "clrt.formats.thesis", *_OWN,
+    ),
     CLUSTER: ("clrt.cluster.pictures", "clrt.cluster.connect", "clrt.cluster.calls"),
     "validation.json": ("validation.suite.run",),
     "mutants.json": ("validation.mutants.generated_run",),

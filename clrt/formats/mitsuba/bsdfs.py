@@ -108,6 +108,8 @@ class Materials:
         element = self.context.called(plugin, name)
         if element is None:
             return plugin.color(name, default)
+        if element.keys.get("type") in SPECTRA:
+            return color(element, name)
         if element.tag != "texture":
             raise plugin.element.says(f"{name}: a {element.tag} is no colour; give it a texture")
         if id(element) not in self._textures:

@@ -14,6 +14,7 @@ from clrt.base.files import read_text_bytes, resolve
 from clrt.base.limits import Limits, written
 from clrt.base.mark import unmarked
 from clrt.base.places import At
+from clrt.formats.mitsuba.spectra import SPECTRA
 from clrt.formats.mitsuba.values import OBJECTS, VALUES, Plugin, snake
 from clrt.formats.xml_tree import MOST, Element, filled, parse, unknown
 
@@ -101,6 +102,13 @@ class Context:
             self.left_out[f"the {plugin.element.tag} {plugin.type}"] = None
         else:
             self.other(plugin.element, plugin.element.tag, plugin.type, [*known, *others])
+
+    def lend_spectra(self, plugin: Plugin) -> None:
+        """Give a plugin the spectra that it refers to as if they stood there."""
+        for child in plugin.objects:
+            if child.tag == "ref" and self.referred(child).keys.get("type") in SPECTRA:
+                plugin.values.setdefault(snake(child.keys.get("name", "")), self.referred(child))
+                child.asked = True
 
     def lost(self, tops: list[Element]) -> None:
         """Name what nobody asked for in objects that are understood, once all is read."""
@@ -206,7 +214,7 @@ def _objects(
             aliases.append(child)
         elif child.tag == "path":
             context.look_in(child)
-        elif child.tag in OBJECTS:
+        elif child.tag in OBJECTS or (child.tag == "spectrum" and "id" in child.keys):
             yield child
         elif child.tag in VALUES and snake(child.get("name")).startswith(_TREES):
             pass

@@ -57,12 +57,44 @@ def leans(mesh: Mesh, flipped: bool, limits: Limits) -> bool:
         return False
     faces = np.asarray(data.faces)
     side = -_turns(data.uv[faces])  # of v downwards
-    path = mesh.__dict__["_path"]
-    if mesh.smooth and data.normals is not None and _states_normals(path, read_bytes(path, limits)):
-        a, b, c = (data.vertices[faces[:, k]] for k in range(3))
-        along = np.einsum("ij,ikj->i", np.cross(b - a, c - a), data.normals[faces])
-        side *= along if np.linalg.det(mesh.matrix[:3, :3]) > 0 else -along
+    if _keeps_normals(mesh, limits):
+        side *= -_along(data) if _mirrored(mesh) else _along(data)
     return bool(((side > 0) if flipped else (side < 0)).any())
+
+
+def fronts_differ(mesh: Mesh, flipped: bool, limits: Limits) -> bool:
+    """Whether the front of a mesh's file there is its back here: normals that are computed there go with the
+    faces where these are mirrored."""
+    return flipped != (_mirrored(mesh) and not _keeps_normals(mesh, limits))
+
+
+def inside_out(mesh: Mesh, flipped: bool, limits: Limits) -> bool:
+    """Whether what is inside a mesh's file there is outside here, where its faces tell.
+
+    There normals that it states do, wherever a mirror puts them, else the faces as a mirror leaves them.
+    """
+    keeps = _keeps_normals(mesh, limits)
+    return flipped != (bool(_along(mesh.data()).sum() < 0) if keeps else _mirrored(mesh))
+
+
+def _mirrored(mesh: Mesh) -> bool:
+    return bool(np.linalg.det(mesh.matrix[:3, :3]) < 0)
+
+
+def _along(data: MeshData) -> np.ndarray:
+    """How far normals (n,) of a mesh that has some go with its triangles."""
+    assert data.normals is not None
+    faces = np.asarray(data.faces)
+    a, b, c = (data.vertices[faces[:, k]] for k in range(3))
+    along: np.ndarray = np.einsum("ij,ikj->i", np.cross(b - a, c - a), data.normals[faces])
+    return along
+
+
+def _keeps_normals(mesh: Mesh, limits: Limits) -> bool:
+    """Whether the normals of a mesh's file are those that it states."""
+    path: Path = mesh.__dict__["_path"]
+    smooth = mesh.smooth and mesh.data().normals is not None
+    return bool(smooth) and _states_normals(path, read_bytes(path, limits))
 
 
 def _turns(uv: np.ndarray) -> np.ndarray:

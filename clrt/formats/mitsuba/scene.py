@@ -18,10 +18,10 @@ from clrt.base.places import At, listed
 from clrt.formats import native
 from clrt.formats.mitsuba.bsdfs import Materials
 from clrt.formats.mitsuba.file import Context, opened
-from clrt.formats.mitsuba.normals import by_number, leans
-from clrt.formats.mitsuba.shapes import Shapes, green
+from clrt.formats.mitsuba.normals import by_number, fronts_differ, inside_out, leans
+from clrt.formats.mitsuba.shapes import INSIDE_OUT, Shapes, front, green
 from clrt.formats.mitsuba.values import Plugin
-from clrt.formats.mitsuba.views import camera, depth, emitter
+from clrt.formats.mitsuba.views import ON_SHAPES, camera, depth, emitter
 from clrt.formats.xml_tree import Element
 from clrt.scene.mesh import Mesh, MeshData
 from clrt.scene.save import moved
@@ -128,10 +128,12 @@ def _scene(tops: list[Element], context: Context) -> Scene:
     materials = Materials(context)
     shapes = Shapes(materials)
     table: dict[str, Any] = {"lights": shapes.lights}
-    cameras = 0
+    cameras, areas = 0, list[Element]()
     for element in tops:
         if element.tag == "shape":
             shapes.add(element)
+        elif element.tag == "emitter" and element.keys.get("type") in ON_SHAPES:
+            areas.append(element)
         elif element.tag == "emitter":
             emitter(Plugin.of(element), context, table)
         elif element.tag == "sensor":
@@ -146,6 +148,9 @@ def _scene(tops: list[Element], context: Context) -> Scene:
             materials.of(element)  # so that what is wrong in it is said, though nothing should have it
         elif element.tag in ("medium", "phase", "volume"):
             context.left_out["media"] = None
+    for element in areas:  # which shapes refer to
+        if not shapes.refers_to(element):
+            emitter(Plugin.of(element), context, table)
     context.lost(tops)
     if cameras > 1:
         context.left_out["cameras but the first"] = None
@@ -153,10 +158,17 @@ def _scene(tops: list[Element], context: Context) -> Scene:
     table |= {} if context.ior is None else {"medium_ior": context.ior}
     with notices.without("a surface makes light"):  # of coefficients that nobody stated here
         scene = read_scene(table, folder=context.folder, source=context.source, limits=context.limits)
+    for number, plugin in shapes.glass.items():
+        mesh = scene.shapes[number]
+        assert isinstance(mesh, Mesh)
+        if inside_out(mesh, plugin.flag("flip_normals", False), context.limits):
+            context.left_out[INSIDE_OUT] = None
     for number, plugin in shapes.leaning.items():
         mesh = scene.shapes[number]
-        if isinstance(mesh, Mesh) and leans(mesh, plugin.flag("flip_normals", False), context.limits):
-            context.left_out[green(plugin)] = None
+        assert isinstance(mesh, Mesh)
+        flipped = plugin.flag("flip_normals", False)
+        context.left_out |= {green(plugin): None} if leans(mesh, flipped, context.limits) else {}
+        context.left_out |= {front(plugin): None} if fronts_differ(mesh, flipped, context.limits) else {}
     if context.left_out:
         text = f"left out, since there is no counterpart: {listed(context.left_out)}"
         notices.warn(context.source, "", text)

@@ -33,6 +33,7 @@ _PLAIN: Final = Element("bsdf", {"type": "diffuse"}, 0, "")  # of a shape that n
 _AS_IT_IS: Final[Table] = {"wrap": "repeat", "filter": "linear", "scale": [1.0, 1.0], "offset": [0.0, 0.0]}
 _UV: Final = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 _HALVES: Final = np.array([[0, 1, 2], [0, 2, 3]])
+INSIDE_OUT: Final = "which side of glass is its inside"
 _CHECKED: Final = ("rectangle", "sphere")  # may have a checker
 
 
@@ -50,6 +51,7 @@ class Shapes:
     _alike: dict[str, str] = field(default_factory=dict)
     _radiances: dict[int, Any] = field(default_factory=dict)
     leaning: dict[int, Plugin] = field(default_factory=dict)  # files with a normal map, by number
+    glass: dict[int, Plugin] = field(default_factory=dict)  # files that light enters
     _with_uv: dict[str, bool] = field(default_factory=dict)  # by names of files
 
     def add(self, element: Element) -> None:
@@ -70,12 +72,18 @@ class Shapes:
             return
         bsdf = context.first(plugin, "bsdf") or _PLAIN
         table = self._settled(self.materials.of(bsdf))
-        if plugin.flag("flip_normals", False) and table.get("transmission"):
-            context.left_out["flip normals of glass"] = None
-        if "normal_map" in table and plugin.type in ("obj", "ply"):  # whose uv nobody has looked at yet
+        flipped = plugin.flag("flip_normals", False)
+        file = plugin.type in ("obj", "ply")  # which nobody has looked at yet
+        # a mirrored sphere is inside out there, and with its normals flipped right side out again
+        turned = _turned(plugin) if plugin.type in ("sphere", "cylinder") else flipped
+        if table.get("transmission") and not table.get("thin"):
+            self.glass |= {len(self.shapes): plugin} if file else {}
+            context.left_out |= {INSIDE_OUT: None} if turned and not file else {}
+        if "normal_map" in table and file:
             self.leaning[len(self.shapes)] = plugin
-        elif "normal_map" in table and _green_down(plugin):
-            context.left_out[green(plugin)] = None
+        elif "normal_map" in table and plugin.type != "rectangle":
+            context.left_out |= {green(plugin): None} if _green_down(plugin) else {}
+            context.left_out |= {front(plugin): None} if flipped else {}
         material = self._dressed(table, plugin)
         if radiance is not None:
             inwards = plugin.type == "sphere" and is_similarity(plugin.to_world())
@@ -83,7 +91,7 @@ class Shapes:
             context.left_out[f"the light that {of}"] = None
             material = material | {"emission": radiance}
         shape = _MAKE[plugin.type](plugin)
-        if plugin.type in ("obj", "ply"):
+        if file:
             shape |= self._file(plugin)
             if _pictured(material) and not self._uv(shape["file"]):
                 context.left_out[textures_without_uv(bsdf.keys.get("id", plugin.type))] = None
@@ -140,6 +148,10 @@ class Shapes:
             raise plugin.element.says(f"the shape {plugin.type} needs its filename")
         name = self.materials.context.file(plugin.values["filename"])
         return {"file": name, "smooth": not plugin.flag("face_normals", False)}
+
+    def refers_to(self, emitter: Element) -> bool:
+        """Whether a shape has the light of this emitter."""
+        return id(emitter) in self._radiances
 
     def _uv(self, file: str) -> bool:
         if file not in self._with_uv:
@@ -237,13 +249,16 @@ def green(plugin: Plugin) -> str:
     return f"the way that green of a normal map leans on a {plugin.type}"
 
 
+def front(plugin: Plugin) -> str:
+    """What is left out where a normal map's front is the back here, from which all of it is turned over."""
+    return f"which side of a {plugin.type} is the front of its normal map"
+
+
 def _green_down(plugin: Plugin) -> bool:
     """Whether green, across normal and u there, leans to where v grows, and not to where it falls as with us.
 
     A rectangle becomes a mesh whose v is such that both are one way.
     """
-    if plugin.type == "rectangle":
-        return False
     if plugin.type == "sphere":  # a mirrored one keeps its normals
         return plugin.flag("flip_normals", False)
     return _turned(plugin) != (plugin.type in ("cylinder", "disk"))

@@ -123,7 +123,7 @@ class Plugin:
         for child in () if element is not None else self.objects:
             if snake(child.keys.get("name", "")) == name and child.keys.get("type") in SPECTRA:
                 child.asked, element = True, child
-        return default if element is None else color(element)
+        return default if element is None else color(element, name)
 
     def numbers(self, name: str) -> list[float]:
         """Numbers with commas or spaces between, one at least; SceneError where there are none."""
@@ -182,9 +182,9 @@ def vector(element: Element, default: float) -> Rgb:
 _OF_LIGHT: Final = ("radiance", "intensity", "irradiance")
 
 
-def color(element: Element) -> Any:
-    """A colour as scene files have it."""
-    of_light = snake(element.keys.get("name", "")) in _OF_LIGHT
+def color(element: Element, name: str = "") -> Any:
+    """A colour as scene files have it. name: of the value that it is, if not the element's own."""
+    of_light = (name or snake(element.keys.get("name", ""))) in _OF_LIGHT
     if element.tag == "blackbody" or (element.tag == "spectrum" and "filename" in element.keys):
         kind = "a blackbody of the first version" if element.tag == "blackbody" else "a spectrum from a file"
         raise element.says(f'{element.name}: {kind} is not read; write <spectrum value="400:0.1, 700:0.2"/>')

@@ -75,8 +75,8 @@ def camera(plugin: Plugin, context: Context) -> Table | None:
     orthographic = plugin.type == "orthographic"
     table: Table = _film(plugin, context) | _samples(plugin, context) | _place(plugin)
     width, height = table["width"], table["height"]
-    if near := plugin.number("near_clip", 0.0):
-        table["near"] = near
+    if near := plugin.number("near_clip", 0.0):  # in the sensor's own units
+        table["near"] = near * float(np.linalg.norm(plugin.to_world()[:3, 2]))
     if orthographic:
         across, up = np.linalg.norm(plugin.to_world()[:3, :2], axis=0).tolist()
         if abs(across - up) > 1e-6 * across:
@@ -218,6 +218,7 @@ def emitter(plugin: Plugin, context: Context, scene: Table) -> None:
         context.without(plugin, [*_EMITTERS], _OTHER_EMITTERS)
         return
     plugin.check(_EMITTERS[plugin.type] | {"sampling_weight": "-"}, context)
+    context.lend_spectra(plugin)
     if plugin.type in ("constant", "envmap") and "background" in scene:
         context.left_out["surroundings but the last"] = None
     if plugin.type == "constant":
@@ -266,8 +267,8 @@ def _spot(plugin: Plugin) -> Table:
     }  # fmt: skip
 
 
-_OTHER_EMITTERS: Final = ("projector", "sunsky", "timed_sunsky", "sky", "sun", "collimated",
-                          "area", "directionalarea")  # fmt: skip
+ON_SHAPES: Final = ("area", "directionalarea")
+_OTHER_EMITTERS: Final = ("projector", "sunsky", "timed_sunsky", "sky", "sun", "collimated", *ON_SHAPES)
 _LIGHTS: Final = {"point": _point, "directional": _directional, "spot": _spot}
 _EMITTERS: Final[dict[str, dict[str, str]]] = {
     "point": dict.fromkeys(("position", "to_world", "intensity"), "x"),
