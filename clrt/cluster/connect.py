@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any, Final
 
-from clrt.base import hush
+from clrt.base import hush, interrupts
 from clrt.base.errors import ClrtError, MissingPackage, exhausted, show
 from clrt.base.install import install_extra
 from clrt.base.scratch import scratch
@@ -178,8 +178,9 @@ def _quiet() -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", module=r"distributed|tornado|dask")
             yield
-    except KeyboardInterrupt:
-        levels.clear()  # their threads go on to say it until the process ends
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt) or interrupts.running():
+            levels.clear()  # their threads go on to say it until the process, clrt's own, ends
         raise
     finally:
         for log, level in levels.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import shutil
 import signal
@@ -18,6 +19,7 @@ import numpy as np
 import pytest
 
 import clrt
+from clrt.cluster import connect
 from clrt.cluster.connect import connected
 
 psutil = pytest.importorskip("psutil", reason="needs the optional dependency clrt[cluster]")
@@ -126,3 +128,19 @@ def test_a_scheduler_that_hangs_is_given_up(tmp_path: Path) -> None:
         ):
             clrt.render(clrt.load("bubble"), executor=executor, settings=settings, progress=stop, width=1600)
         assert time.monotonic() - stopped[0] < 45
+
+
+@pytest.mark.parametrize(("error", "command", "quiet"), [
+    (KeyboardInterrupt(), False, True), (clrt.ClrtError("lost"), True, True),
+    (clrt.ClrtError("lost"), False, False),
+])  # fmt: skip
+def test_dask_says_nothing_after_the_one_line(
+    error: BaseException, command: bool, quiet: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its threads say that they are lost as a command of clrt ends; a program has its levels again."""
+    log = logging.getLogger("distributed")
+    monkeypatch.setattr(log, "level", logging.WARNING)
+    monkeypatch.setattr(connect.interrupts, "running", lambda: command)
+    with pytest.raises(type(error)), connect._quiet():
+        raise error
+    assert (log.level == logging.CRITICAL) == quiet

@@ -108,6 +108,23 @@ def test_pictures_on_meshes_without_uv_are_left_out(tmp_path: Path) -> None:
             assert isinstance(shown.color, ImageTexture) and (shown.normal_map is None) == (inner == bsdf)
 
 
+@pytest.mark.parametrize(("integrator", "sky", "bsdf", "named"), [
+    ("direct", True, "conductor", 2), ("direct", True, "dielectric", 2), ("direct", True, "diffuse", 0),
+    ("direct", False, "conductor", 0), ("path", True, "conductor", 0),
+])  # fmt: skip
+def test_mirrors_show_lights_a_bounce_later(
+    tmp_path: Path, integrator: str, sky: bool, bsdf: str, named: int
+) -> None:
+    """A light in a mirror is a path of length 2 in Mitsuba, as is one on a wall; here a generation more."""
+    parts = f'<integrator type="{integrator}"/>' + BALL.format(f'<bsdf type="{bsdf}"/>')
+    parts += '<emitter type="constant"/>' if sky else '<emitter type="point"/>'
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        read(tmp_path, parts)
+    words = f"what mirrors and glass show of light at a max_depth of {named}"
+    assert [str(one.message).split(": ")[-1] for one in said] == ([words] if named else [])
+
+
 def test_what_builds_trees_changes_no_picture(tmp_path: Path) -> None:
     kinds = "".join(f'<shape type="{kind}"><boolean name="face_normals" value="true"/></shape>'
                     for kind in ("rectangle", "cube"))  # fmt: skip

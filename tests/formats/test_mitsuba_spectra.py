@@ -66,6 +66,12 @@ def test_a_black_body(tmp_path: Path) -> None:
     assert min(found) == 360 and max(found) == 830
     for nm, mitsubas in {400: 8743.565, 550: 12712.999, 700: 11811.964}.items():
         assert found[nm] == pytest.approx(2 * mitsubas, rel=1e-5)
+    ends = NUMBER.format("wavelength_min", 500) + NUMBER.format("wavelength_max", 604)
+    cut = light(tmp_path, "blackbody", values + ends, "spectrum")
+    assert [nm for nm, _ in cut] == pytest.approx([500, *np.linspace(500, 604, 12), 604])
+    assert cut[0][1] == cut[-1][1] == 0 < cut[1][1] < cut[-2][1] < 2 * 13000
+    outside = values + NUMBER.format("wavelength_min", 900)
+    assert light(tmp_path, "blackbody", outside, "texture") == 0
     assert sum(dict(light(tmp_path, "blackbody", NUMBER.format("temperature", 20), "texture")).values()) == 0
 
 
@@ -94,7 +100,7 @@ def test_a_spectrum_that_many_refer_to(tmp_path: Path, tag: str) -> None:
         warnings.simplefilter("error")
         found = read(tmp_path, spectrum + 2 * ball + point + area)
     assert [found.material_of(shape).color for shape in found.shapes] == [0.25, 0.25]
-    lit, shed = (light["intensity" if light["type"] == "point" else "radiance"] for light in found.to_dict()["lights"])
+    lit, shed = (light.get("intensity", light.get("radiance")) for light in found.to_dict()["lights"])
     assert shed == [[360, 0.25], [830, 0.25]] and lit == [[nm, pytest.approx(v / math.pi)] for nm, v in shed]
 
 

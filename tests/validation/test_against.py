@@ -258,6 +258,28 @@ def test_depth_may_be_along_the_rays_or_planar(
     assert judge(command, "diffuse", seconds=0.0).passed == right
 
 
+@pytest.mark.parametrize(("miss", "met", "right"), [
+    ("0", "1", True), ("1e10", "1", True), ("-1", "1", True), ("9.0", "1", False), ("0", "0", False),
+])  # fmt: skip
+def test_where_a_ray_meets_nothing_others_have_other_depths(
+    tmp_path: Path, miss: str, met: str, right: bool
+) -> None:
+    """Blender 1e10, Mitsuba 0; where something is met, 0 is wrong. The case "background" has both."""
+    script = tmp_path / "deep.py"
+    script.write_text(
+        "import sys, clrt, numpy as np\n"
+        "from clrt.images.file import write\n"
+        "image = clrt.render(sys.argv[1], layers=['z'])\n"
+        "z = image.layers['z']\n"
+        "assert np.isinf(z).any() and np.isfinite(z).any()\n"
+        f"deep = np.where(np.isinf(z), {miss}, z * {met}).astype(np.float32)[..., None]\n"
+        "write(sys.argv[2], [image.pixels, deep], ('R', 'G', 'B', 'depth.Z'))\n"
+    )
+    command = f"{shlex.quote(sys.executable)} {shlex.quote(str(script))} {{scene.toml}} {{out.exr}}"
+    found = judge(command, "background", seconds=0.0)
+    assert found.passed == right and not found.result.unproven
+
+
 def test_pictures_of_a_scene_are_laid_beside_it(tmp_path: Path) -> None:
     """A program gets what it reads by the names that the scene has for them, in folders, too."""
     (tmp_path / "own" / "in").mkdir(parents=True)

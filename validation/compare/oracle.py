@@ -235,6 +235,7 @@ def _layer_gates(layers: dict[str, float], limit: Limits) -> list[Gate]:
 
 # figure, field of Limits that bounds it, which side is better, what it is
 _GATES: tuple[tuple[str, str, Better, str], ...] = (
+    ("not finite", "not_finite", "low", "pixels with NaN or infinity"),
     ("SSIM", "ssim", "high", "structural similarity of the whole picture"),
     ("worst window", "window", "high", "structural similarity of its worst 11 x 11 pixels"),
     ("FLIP", "flip", "low", "difference that an eye sees, mean"),
@@ -246,7 +247,6 @@ _GATES: tuple[tuple[str, str, Better, str], ...] = (
     ("edges", "mask", "low", "pixels left out as the reference jumps there; a larger picture has fewer"),
     ("another shape", "shape", "low", "share of pixels that see another shape, outside edges"),
     ("distance", "distance", "low", "largest relative difference of a hit's distance, outside edges"),
-    ("not finite", "not_finite", "low", "pixels with NaN or infinity"),
     ("clipped", "clipped", "low", "share of the reference above 1, where SSIM and FLIP are blind"),
     ("lit", "lit", "high", "share of the reference that is not black"),
 )

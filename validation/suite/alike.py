@@ -20,6 +20,7 @@ from ..ours import ray_key
 from ..types import Case, Comparison, OracleImage
 from .program import Program, Rendered
 
+_FAR: Final = 65504.0  # the largest half
 _NEAR_BYTES: Final = 0.999  # share of pixels within 1.5 steps of 255, outside edges
 
 
@@ -58,12 +59,13 @@ def alike(
 
 def _depths(rendered: Rendered, reference: OracleImage) -> tuple[np.ndarray | None, np.ndarray | None]:
     """The program's distances and those to compare them with: along the rays, or of `depth.Z` planar, as
-    compositors have it, where these are nearer."""
+    compositors have it, where these are nearer. Where a ray meets nothing, others have 0 or what is far."""
     along, planar = reference.t, reference.layers.get("z")
-    distance = rendered.layers.get("depth", either := rendered.layers.get("depth.Z"))
-    if distance is not either or distance is None or along is None or planar is None:
+    distance = rendered.layers.get("depth", rendered.layers.get("depth.Z"))
+    if distance is None or along is None or distance.shape != along.shape:
         return distance, along
-    if distance.shape != along.shape:
+    distance = np.where(np.isinf(along) & ((distance <= 0) | (distance >= _FAR)), np.inf, distance)
+    if "depth" in rendered.layers or planar is None:
         return distance, along
     seen = np.isfinite(along) & np.isfinite(distance)
     off = [np.abs(distance[seen] - values[seen]).sum() for values in (along, planar)]

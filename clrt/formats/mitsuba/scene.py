@@ -30,6 +30,7 @@ from clrt.scene.scene import Scene, read_scene
 INSTRUCTION: Final = "clrt"
 """The target of the processing instruction that holds a seal and the scene itself, as JSON."""
 
+_SHALLOW: Final = 2  # generations of rays; of more it is seldom seen
 _DIGITS: Final = 8  # of a number of a mesh in JSON, at the least on an average
 
 
@@ -124,11 +125,30 @@ def _numbers(mesh: MeshData) -> int:
     return faces + sum(array.size for array in arrays)
 
 
+def _look_at_files(scene: Scene, shapes: Shapes, context: Context) -> None:
+    """Name what meshes of files, which have been read by now, have otherwise there."""
+    looks = ((shapes.glass, inside_out, lambda plugin: INSIDE_OUT), (shapes.leaning, leans, green),
+             (shapes.leaning, fronts_differ, front))  # fmt: skip
+    for plugins, differs, name in looks:
+        for number, plugin in plugins.items():
+            mesh = scene.shapes[number]
+            assert isinstance(mesh, Mesh)
+            if differs(mesh, plugin.flag("flip_normals", False), context.limits):
+                context.left_out[name(plugin)] = None
+
+
+def _shows_lights(scene: Scene) -> bool:
+    """Whether there is a mirror or glass, and light that a ray may meet: there that is one bounce less."""
+    seen = scene.background != 0 or any("radiance" in light.__struct_fields__ for light in scene.lights)
+    materials = map(scene.material_of, scene.shapes)
+    return seen and any(material.kr > 0 or material.kt > 0 for material in materials)
+
+
 def _scene(tops: list[Element], context: Context) -> Scene:
     materials = Materials(context)
     shapes = Shapes(materials)
     table: dict[str, Any] = {"lights": shapes.lights}
-    cameras, areas = 0, list[Element]()
+    cameras, areas, most = 0, list[Element](), None
     for element in tops:
         if element.tag == "shape":
             shapes.add(element)
@@ -142,8 +162,7 @@ def _scene(tops: list[Element], context: Context) -> Scene:
                 view = camera(Plugin.of(element), context)
                 table |= {} if view is None else {"camera": view}
         elif element.tag == "integrator":
-            most = depth(element, context)
-            table |= {} if most is None else {"max_depth": most}
+            most = most if (found := depth(element, context)) is None else found
         elif element.tag == "bsdf":
             materials.of(element)  # so that what is wrong in it is said, though nothing should have it
         elif element.tag in ("medium", "phase", "volume"):
@@ -154,21 +173,14 @@ def _scene(tops: list[Element], context: Context) -> Scene:
     context.lost(tops)
     if cameras > 1:
         context.left_out["cameras but the first"] = None
+    table |= {} if most is None else {"max_depth": most}
     table |= {"shapes": shapes.shapes, "materials": shapes.named}
     table |= {} if context.ior is None else {"medium_ior": context.ior}
     with notices.without("a surface makes light"):  # of coefficients that nobody stated here
         scene = read_scene(table, folder=context.folder, source=context.source, limits=context.limits)
-    for number, plugin in shapes.glass.items():
-        mesh = scene.shapes[number]
-        assert isinstance(mesh, Mesh)
-        if inside_out(mesh, plugin.flag("flip_normals", False), context.limits):
-            context.left_out[INSIDE_OUT] = None
-    for number, plugin in shapes.leaning.items():
-        mesh = scene.shapes[number]
-        assert isinstance(mesh, Mesh)
-        flipped = plugin.flag("flip_normals", False)
-        context.left_out |= {green(plugin): None} if leans(mesh, flipped, context.limits) else {}
-        context.left_out |= {front(plugin): None} if fronts_differ(mesh, flipped, context.limits) else {}
+    if most is not None and most <= _SHALLOW and _shows_lights(scene):
+        context.left_out[f"what mirrors and glass show of light at a max_depth of {most + 2}"] = None
+    _look_at_files(scene, shapes, context)
     if context.left_out:
         text = f"left out, since there is no counterpart: {listed(context.left_out)}"
         notices.warn(context.source, "", text)

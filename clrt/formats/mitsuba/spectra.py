@@ -73,13 +73,17 @@ def _irregular(plugin: Plugin, of_light: bool) -> Any:
 
 
 def _blackbody(plugin: Plugin, of_light: bool) -> Any:
-    """Planck's law, in W/(m^2 sr nm)."""
+    """Planck's law, in W/(m^2 sr nm); 0 where the plugin says that it ends within what is seen."""
     kelvin, scale = plugin.number("temperature", 5000.0), plugin.number("scale", 1.0)
     if not kelvin > 0:
         raise plugin.element.says(fault("", "temperature", kelvin, "it must be a number of kelvins > 0"))
-    count = round((VISIBLE[1] - VISIBLE[0]) / _STEP)
-    lengths = [VISIBLE[0] + _STEP * k for k in range(count + 1)]
-    return [[nm, plain(scale * _planck(nm, kelvin))] for nm in lengths]
+    low = max(plugin.number("wavelength_min", VISIBLE[0]), VISIBLE[0])
+    high = min(plugin.number("wavelength_max", VISIBLE[1]), VISIBLE[1])
+    if not low < high:
+        return 0.0
+    steps = math.ceil((high - low) / _STEP)
+    lengths = [low + (high - low) * k / steps for k in range(steps + 1)]
+    return closed([[nm, plain(scale * _planck(nm, kelvin))] for nm in lengths])
 
 
 def _planck(nm: float, kelvin: float) -> float:
