@@ -18,7 +18,7 @@ from clrt.base.collector import beginning
 from clrt.base.elsewhere import own_stack, relative, within
 from clrt.base.errors import ClrtError
 from clrt.base.resources import PACKAGE
-from clrt.device import kernelcache, trial, vendors
+from clrt.device import harmful, kernelcache, trial, vendors
 
 if TYPE_CHECKING:
     from clrt import layout
@@ -37,8 +37,14 @@ def loading() -> Iterator[None]:
         with beginning():
             yield
         return
+    known = False
     with suppress(ClrtError, OSError):
         kernelcache.prepare()  # PoCL looks at its folder once, now
+        known = harmful.is_known()
+    if not known:
+        with beginning():
+            yield
+        return
     with beginning():
         import_module("clrt.device.opencl")  # a loader in pyopencl's wheels ends a process that has not
         with within(PACKAGE), _beside(_load):

@@ -16,7 +16,7 @@ from clrt.base.errors import ClrtError
 from clrt.device.binaries import quietly
 from clrt.device.opencl import cl
 from clrt.device.platforms import listed
-from clrt.device.trial import LISTING, circumstances, plain
+from clrt.device.trial import DONE, LISTING, circumstances, plain
 
 # Under other circumstances it is another program, that no cache of the driver's has: by the number of a
 # work-item that there is not.
@@ -56,4 +56,5 @@ def _list() -> str:
 if __name__ == "__main__":
     fault = _list() if sys.argv[1] == LISTING else _try(int(sys.argv[1]))
     print(plain(fault) if fault else "")
+    print(DONE, file=sys.stderr)
     sys.exit(1 if fault else 0)

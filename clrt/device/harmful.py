@@ -26,13 +26,11 @@ _NONE: Final = "no-driver"  # a file that is not there: then none is loaded
 @cache
 def harmful() -> dict[Path, str]:
     """The `.icd` files whose driver ends or holds up who loads it, and how. Warns of what is new."""
-    files = vendors.files()
-    if trial.is_listing() or trial.circumstances() or any(map(os.environ.get, _OTHERS)):
+    if trial.is_listing() or trial.circumstances() or not _may_be_left_out():
         return {}  # with `circumstances`, who asks for devices is told of them
-    bundled = vendors.bundled_folder()
-    if all(file.parent == bundled for file in files) or not trial.listing(vendors.announced())[0]:
+    files, key = vendors.files(), vendors.announced()
+    if not trial.listing(key)[0]:
         return {}
-    key = vendors.announced()
     told = {file: trial.listing(f"{key}\0{file}", {vendors.VARIABLE: str(file)}) for file in files}
     found = {file: fault for file, (fault, _) in told.items() if fault}
     for file, fault in found.items():
@@ -40,6 +38,18 @@ def harmful() -> dict[Path, str]:
             what = f"the driver of {file} is left out: as it is loaded, {fault}"
             notices.warn("", "", f"{what}; install it again, or remove that file")
     return found
+
+
+def is_known() -> bool:
+    """Whether a loader may load all drivers, as far as that is known without a trial."""
+    return not _may_be_left_out() or trial.is_known_to_list(vendors.announced())
+
+
+def _may_be_left_out() -> bool:
+    """Whether there are others than the driver beside pyopencl, and all are named by files."""
+    bundled = vendors.bundled_folder()
+    others = any(file.parent != bundled for file in vendors.files())
+    return others and not any(map(os.environ.get, _OTHERS))
 
 
 @contextmanager

@@ -39,6 +39,7 @@ _DAY: Final = 24 * 3600
 _MOMENT: Final = 600
 _PROCESSORS: Final = "/sys/devices/system/cpu"
 LISTING: Final = "listing"  # a trial of the drivers' start alone
+DONE: Final = "clrt: the trial is done"  # a line of stderr: drivers may end a process with any exit code
 # limit of a process -> option of `ulimit` and its unit, what is plenty, what is the least. With 0.6 GB of
 # addresses or 14 files PoCL 3.1 ends the process, with 0.8 GB some of its builds fail; its largest file, a
 # program, takes 2.4 MB, and where that is cut short it ends the process.
@@ -104,6 +105,11 @@ def check_listing() -> None:
 def listing(key: str, variables: Mapping[str, str] | None = None) -> tuple[str, bool]:
     """As `verdict`, of drivers' start in a process that has these variables, too."""
     return _verdict(key, LISTING, lambda: _run(LISTING, variables), anew=False)
+
+
+def is_known_to_list(key: str) -> bool:
+    """Whether drivers' start has gone well before."""
+    return _kept(_file(key)) == ""
 
 
 def is_listing() -> bool:
@@ -206,13 +212,11 @@ def _run(what: str, variables: Mapping[str, str] | None = None) -> str | None:
         return f"{_HANGS if what != LISTING else _WAITS} after {patience:.0f} s"
     except OSError:  # no process can be started here
         return None
-    said = done.stdout.decode(errors="replace")
-    if done.returncode == 0:
-        return ""
-    if done.returncode == 1 and said.strip():
-        return said.strip()
-    if done.returncode == 1:  # as Python says that it found no module
+    told = done.stderr.decode(errors="replace").strip().splitlines()
+    if DONE in told:
+        return done.stdout.decode(errors="replace").strip() if done.returncode else ""
+    last = told[-1:]
+    if done.returncode == 1 and last and last[0].startswith("ModuleNotFoundError"):
         return None
-    last = done.stderr.decode(errors="replace").strip().splitlines()[-1:]
     why = f": {one_line(last[0])[-_LONGEST:]}" if last else ""
     return f"{_ENDS} (exit code {done.returncode}{why})"

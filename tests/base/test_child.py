@@ -70,7 +70,7 @@ def test_a_trial_tries_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def run(*_: object, env: dict[str, str], **__: object) -> subprocess.CompletedProcess[bytes]:
         found.append(env)
-        return subprocess.CompletedProcess([], 1, b"refused", b"")
+        return subprocess.CompletedProcess([], 1, b"refused", trial.DONE.encode())
 
     monkeypatch.setattr(trial.subprocess, "run", run)
     assert trial._run("0") == "refused"

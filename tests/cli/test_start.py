@@ -99,9 +99,14 @@ def test_drivers_load_in_a_folder_of_ours_while_the_block_runs(
     monkeypatch.setattr(ahead.kernelcache, "prepare", lambda: None)
     monkeypatch.setattr(ahead.interrupts, "running", lambda: True)
     monkeypatch.setattr(ahead.trial, "circumstances", list)
+    known = [True, False]
+    monkeypatch.setattr(ahead.harmful, "is_known", lambda: known.pop(0) if known else True)
     with ahead.loading():
         assert begun.wait(10)
     assert seen == [PACKAGE] and Path.cwd() == tmp_path
+    with ahead.loading():  # one of them may be harmful
+        assert Path.cwd() == tmp_path
+    assert len(seen) == 1
     monkeypatch.setattr(ahead.trial, "circumstances", lambda: ["POCL_DEBUG=all"])  # a driver may end there
     with ahead.loading():
         assert Path.cwd() == tmp_path

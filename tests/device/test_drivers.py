@@ -178,16 +178,22 @@ def test_a_verdict_is_kept_by_driver_and_processor_and_a_bad_one_for_a_day(
 
 
 @pytest.mark.parametrize(
-    ("code", "out", "says"),
+    ("code", "out", "told", "says"),
     [
-        (1, "error: unknown target CPU 'generic'\n", "error: unknown target CPU 'generic'"),
-        (0, "", ""),
-        (1, "", None),
-        (-6, "", "it ends the process (exit code -6: ModuleNotFoundError: no pyopencl)"),
+        (1, "error: unknown target CPU 'generic'\n", trial.DONE, "error: unknown target CPU 'generic'"),
+        (0, "", f"a driver's word\n{trial.DONE}\nits last", ""),
+        (1, "", "ModuleNotFoundError: no pyopencl", None),
+        (-6, "", "an assertion", "it ends the process (exit code -6: an assertion)"),
+        (1, "", "LLVM ERROR: x", "it ends the process (exit code 1: LLVM ERROR: x)"),
+        (1, "a driver's word", "", "it ends the process (exit code 1)"),
+        (0, "", "", "it ends the process (exit code 0)"),
     ],
 )
-def test_how_a_trial_ends(code: int, out: str, says: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
-    ended = subprocess.CompletedProcess([], code, out.encode(), b"ModuleNotFoundError: no pyopencl")
+def test_how_a_trial_ends(
+    code: int, out: str, told: str, says: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What ends before it has said that it is done was ended by a driver, whatever the code."""
+    ended = subprocess.CompletedProcess([], code, out.encode(), told.encode())
     monkeypatch.setattr(trial.subprocess, "run", lambda *_, **__: ended)
     assert trial._tried(platforms.DeviceInfo(0, "", "", "", "", 1, 1)) == says
 

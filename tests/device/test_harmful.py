@@ -15,7 +15,10 @@ from clrt.base.errors import ClrtWarning
 from clrt.device import harmful, trial, vendors
 
 ENDS = "it ends the process (exit code -6)"
-LIBRARY = "#include <stdlib.h>\n__attribute__((constructor)) static void begin(void) { abort(); }\n"
+LIBRARY = """#include <stdlib.h>
+#include <unistd.h>
+__attribute__((constructor)) static void begin(void) {{ {}; }}
+"""
 
 
 @pytest.fixture
@@ -71,6 +74,20 @@ def test_of_many_those_that_work_are_shown(folder: Path, monkeypatch: pytest.Mon
     assert shown() == ["libgood.so", "libother.so"]
 
 
+def test_what_is_not_known_is_not_loaded_ahead(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second thread would load them before anybody has tried."""
+    known: list[str] = []
+    monkeypatch.setattr(trial, "is_known_to_list", lambda key: key in known)
+    assert not harmful.is_known()
+    known.append(vendors.announced())
+    assert harmful.is_known()
+    (folder / "new.icd").write_text("libnew.so")
+    assert not harmful.is_known()
+    monkeypatch.setattr(vendors, "bundled_folder", lambda: folder)
+    monkeypatch.setattr(vendors, "vendor_folders", lambda: [folder])
+    assert harmful.is_known(), "the one beside pyopencl alone"
+
+
 def test_where_all_are_harmful_none_is_shown(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     tried(monkeypatch, "bad.icd", "good.icd", anew=False)
     assert shown() == []
@@ -106,13 +123,16 @@ def test_where_nothing_is_to_be_left_out_nobody_is_tried(
     assert shown() == ["libbad.so", "libgood.so"] and asked == []
 
 
+@pytest.mark.usefixtures("hasty")
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere no loader reads these files")
-def test_a_library_that_aborts(tmp_path: Path) -> None:
-    """A real one, with a loader and a driver; `clrt devices` ended with SIGABRT, without a word."""
+@pytest.mark.parametrize("ends", ["abort()", "exit(1)", "_exit(0)"])
+def test_a_library_that_ends_who_loads_it(ends: str, tmp_path: Path) -> None:
+    """A real one, with a loader and a driver; commands ended with it, without a word."""
     compiler = shutil.which("cc")
     if compiler is None:
         pytest.skip("no C compiler here, of which a driver that aborts is made: apt-get install gcc")
-    (tmp_path / "bad.c").write_text(LIBRARY)
+    (tmp_path / "bad.c").write_text(LIBRARY.format(ends))
+    (tmp_path / "scene.json").write_text('{"camera": {"origin": [0, 0, 4], "target": [0, 0, 0], "width": 4}}')
     bad, drivers = tmp_path / "libbad.so", tmp_path / "drivers"
     subprocess.run([compiler, "-shared", "-fPIC", "-o", bad, tmp_path / "bad.c"], check=True)
     drivers.mkdir()
@@ -120,10 +140,10 @@ def test_a_library_that_aborts(tmp_path: Path) -> None:
         (drivers / f"{number}.icd").write_text(f"{vendor.library}\n")
     (drivers / "bad.icd").write_text(f"{bad}\n")
     environment = {**os.environ, vendors.VARIABLE: str(drivers), "POCL_CACHE_DIR": str(tmp_path / "cache")}
-    for times in (1, 0):
+    for times, command in (1, ["hash", "scene.json"]), (0, ["devices"]):
         done = subprocess.run(
-            [sys.executable, "-m", "clrt", "devices"], env=environment, capture_output=True, text=True,
-            check=False,
+            [sys.executable, "-m", "clrt", *command], env=environment, capture_output=True, text=True,
+            check=False, cwd=tmp_path,
         )  # fmt: skip
-        assert done.returncode == 0 and "* 0  " in done.stdout, done
+        assert done.returncode == 0 and done.stdout, done
         assert done.stderr.count(f"the driver of {drivers / 'bad.icd'} is left out: ") == times

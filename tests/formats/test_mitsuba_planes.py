@@ -24,7 +24,7 @@ for name in sys.argv[1:]:
 
 
 def test_a_tilted_plane_does_not_shadow_itself(tmp_path: Path) -> None:
-    """Of the pieces that it is made of, those as large as a million scenes were met by rays far beside them."""
+    """Of its pieces those as large as a million scenes were met by rays far beside them."""
     files, ours = [], []
     for seed in SEEDS:
         tilt = random.Random(seed)
