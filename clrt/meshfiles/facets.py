@@ -53,9 +53,11 @@ class Facets:
         return self.transmission * (1.0 - self.metallic)
 
     @property
-    def blurred(self) -> bool:
-        """Whether light would be scattered as it passes, which it is not here."""
-        return self.passes > 0 and self.roughness >= SMOOTHEST
+    def lost(self) -> list[str]:
+        """What of it no material here has: what passes is not scattered, and no metal lets light pass."""
+        rough, alloyed = self.roughness >= SMOOTHEST, self.metallic > 0
+        lost = ["the roughness of glass"] * rough + ["the metal of what is glass, too"] * alloyed
+        return lost if self.passes > 0 else []
 
     def painted(self, color: Rgb) -> Facets:
         """The surface with a base of so many times the colour."""

@@ -29,6 +29,10 @@ _UV: Final = (b"texture_u", b"texture_v")
 _OTHER_PLACES: Final = ((b"X", b"Y", b"Z"),)
 _OTHER_UV: Final = ((b"texture_s", b"texture_t"), (b"u", b"v"), (b"s", b"t"))
 _PROPERTY: Final = re.compile(rb"(?<=\n)(property[ \t]+)(\w+)([ \t]+)(\w+)(?=[ \t]*\r?\n)")
+_WHOLE: Final = rb"u?(?:char|short|int)(?:8|16|32)?"
+_WHOLES: Final = re.compile(
+    rb"(?<=\n)(property[ \t]+list[ \t]+)(" + _WHOLE + rb")([ \t]+)" + _WHOLE + rb"(?=[ \t])"
+)
 _ELEMENT: Final = re.compile(rb"(?<=\n)(?=element[ \t])")
 _TEXTURE: Final = re.compile(rb"(?i)\ncomment[ \t]+texturefile[ \t]+([^\r\n]+)")
 _END: Final = b"end_header"
@@ -72,9 +76,10 @@ def plain_ply(data: bytes) -> bytes:
         raise BrokenMesh(f"its header declares {declared.lists} lists; at most {_LISTS} are read")
     if text:
         declared.check_text(len(data))
-        rest = _lines(data[len(head) :], 1 + declared.rows)
-        declared.check_rows(rest[1:], 1 + head.count(b"\n"))
-        return b"".join(map(_doubled, elements)) + "\n".join(rest).encode("utf-8", "surrogateescape")
+        first, *rest = _lines(data[len(head) :], declared)
+        declared.check_rows(rest, 1 + head.count(b"\n"))
+        rows = [first, *(line for line in rest if not declared.skips(line))]
+        return b"".join(map(_widened, elements)) + "\n".join(rows).encode("utf-8", "surrogateescape")
     plain = b"".join(elements)
     return data if plain == head else plain + data[len(head) :]
 
@@ -173,6 +178,8 @@ class _Declared:
         for name, count, lists in self.elements:
             for row in range(count):
                 number, line = next(left, (0, ""))
+                while number and self.skips(line):
+                    number, line = next(left, (0, ""))
                 if not number:
                     text = f"it has {row} of the {count} rows of {show(name)} that it declares"
                     raise BrokenMesh(f"it ends in line {before + len(lines)}: {text}")
@@ -184,6 +191,10 @@ class _Declared:
                 if len(words) < least:
                     text = f"row {row} of {show(name)} has {len(words)} of its {least} numbers"
                     raise BrokenMesh(f"line {number}: {text}")
+
+    def skips(self, line: str) -> bool:
+        """Whether a line is no row: empty, where no element's rows are, as three.js once wrote them."""
+        return not line.strip() and all(lists for _, _, lists in self.elements)
 
     def check_text(self, size: int) -> None:
         """Raise BrokenMesh where a text file of `size` bytes declares what would take too much memory, or
@@ -198,9 +209,18 @@ class _Declared:
             raise BrokenMesh(f"{text}; save it as binary, or leave the others out")
 
 
-def _lines(text: bytes, count: int) -> list[str]:
-    """The first lines of a text, as trimesh finds them: those after all rows would cost as much as rows."""
-    return text.decode("utf-8", "surrogateescape").splitlines()[:count]
+def _lines(text: bytes, declared: _Declared) -> list[str]:
+    """The rest of the header's last line and those with all rows, as trimesh finds them: those after them
+    would cost as much as rows."""
+    lines = text.decode("utf-8", "surrogateescape").splitlines()
+    left = 1 + declared.rows
+    if not any(map(declared.skips, lines[1 : left + 1])):
+        return lines[:left]
+    for at, line in enumerate(lines):
+        left -= at == 0 or not declared.skips(line)
+        if left == 0:
+            return lines[: at + 1]
+    return lines
 
 
 def _needs(words: list[str], lists: list[bool]) -> int:
@@ -256,9 +276,11 @@ def _check_places(elements: list[bytes]) -> None:
             raise BrokenMesh(f"its vertices have no properties x, y and z, but {show(there[:60])}")
 
 
-def _doubled(element: bytes) -> bytes:
-    """An element of the header with colours of the type double."""
-    return _PROPERTY.sub(
+def _widened(element: bytes) -> bytes:
+    """An element of the header with colours of the type double, and numbers of corners of the type int: of
+    others trimesh drops what is too large, or takes its last bits."""
+    element = _PROPERTY.sub(
         lambda match: match[1] + (b"double" if match[4] in _COLORS else match[2]) + match[3] + match[4],
         element,
     )
+    return _WHOLES.sub(rb"\1int\3int", element)

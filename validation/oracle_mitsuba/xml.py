@@ -13,11 +13,14 @@ from typing import Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+import OpenImageIO as oiio
 
 from clrt.base import notices
 from clrt.base.atomic import check_replaceable, replacing, write_text
 from clrt.base.errors import ClrtError, located
 from clrt.base.install import install_extra
+from clrt.base.scratch import scratch
+from clrt.images.file import read_image, write
 from clrt.scene.scene import Checker, Scene
 
 from .forms import Array
@@ -107,21 +110,47 @@ def write_xml(scene: Scene, path: str | os.PathLike[str], finish: Callable[[str]
     _refuse_spectra(scene)
     path = Path(path)
     folder = f"{_plain(path.stem)}_meshes"
-    try:
-        text, meshes = _document(scene, folder, path.parent)
-    except ModuleNotFoundError as error:
-        needs = f"{path}: its meshes need {error.name}; install it with: {install_extra('validation')}"
-        raise ClrtError(needs) from None
-    check_replaceable(path)
-    before = _own_files(path, folder)
-    with _files_beside(path.parent, folder, meshes):
-        write_text(path, finish(text))
+    with scratch() as place:
+        try:
+            text, meshes = _document(scene, folder, path.parent, _plain_sky(scene, place))
+        except ModuleNotFoundError as error:
+            needs = f"{path}: its meshes need {error.name}; install it with: {install_extra('validation')}"
+            raise ClrtError(needs) from None
+        check_replaceable(path)
+        before = _own_files(path, folder)
+        with _files_beside(path.parent, folder, meshes):
+            write_text(path, finish(text))
     left = sorted(name for name in before - _named(text, folder) if (path.parent / name).is_file())
     if left:
         more = f" and {len(left) - 1} more" if len(left) > 1 else ""
         said = f"{left[0]}{more} of the XML that was there stay; delete them if no other scene reads them"
         notices.warn(str(path), "", said)
     return text.count("<!--")
+
+
+def _plain_sky(scene: Scene, place: Path) -> Path | None:
+    """The picture of the sky as an EXR in a folder, where Mitsuba does not read its file as clrt does: other
+    formats, inks, parts, channels and primaries, and what is stored turned or in part."""
+    path = scene.background_path
+    picture = None if path is None else oiio.ImageInput.open(str(path))
+    if path is None or picture is None:  # who reads it says so
+        oiio.geterror()
+        return None
+    spec, name = picture.spec(), picture.format_name()
+    one, _ = not picture.seek_subimage(1, 0), picture.close()
+    plain = spec.get_int_attribute("Orientation", 1) == 1
+    if name == "openexr":
+        plain = plain and one and oiio.get_roi(spec) == oiio.get_roi_full(spec)
+        plain = plain and spec.channelnames in (("R", "G", "B"), ("R", "G", "B", "A"))
+        plain = plain and spec.getattribute("chromaticities") is None
+    else:
+        inks = spec.get_string_attribute("jpeg:ColorSpace") in ("CMYK", "YCbCrK")
+        plain = plain and name in ("png", "jpeg", "hdr") and not inks
+    if plain:
+        return None
+    sky = place / f"{path.stem}.exr"
+    write(sky, [np.asarray(read_image(path, scene.limits), np.float32)])
+    return sky
 
 
 def _plain(name: str) -> str:
@@ -186,12 +215,18 @@ def _digest(mesh: Plugin | Path) -> str:
     return hashlib.sha256(data).hexdigest()[:16]
 
 
-def _document(scene: Scene, meshes: str, folder: Path | None) -> tuple[str, dict[str, Plugin | Path]]:
+def _document(
+    scene: Scene, meshes: str, folder: Path | None, sky: Path | None = None
+) -> tuple[str, dict[str, Plugin | Path]]:
     """The XML; by file name the meshes, and a picture that does not lie among them, which is copied.
 
-    folder: what names of pictures are relative to, None: nothing.
+    folder: what names of pictures are relative to, None: nothing. sky: in place of the background's own file.
     """
-    source = Source(tables(scene, whole=True), None if scene.folder is None else str(scene.folder))
+    stated = tables(scene, whole=True) | ({} if sky is None else {"background": str(sky)})
+    named = {str(table.get("material")) for table in stated.get("shapes", ())}  # others may be beyond words
+    every = stated.get("materials", {})
+    stated["materials"] = {name: every[name] for name in every if name in named}
+    source = Source(stated, None if scene.folder is None else str(scene.folder))
     try:
         plain, notes = translated(read(source))
     except Untranslated as error:

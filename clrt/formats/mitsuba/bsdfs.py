@@ -162,6 +162,7 @@ _BITMAP: Final = _TO_UV | dict.fromkeys(("filename", "filter_type", "wrap_mode",
     "format": "-", "accel": "-"}  # fmt: skip
 _FILTERS: Final = dict.fromkeys(("bilinear", "trilinear", "ewa"), "linear") | {"nearest": "nearest"}
 """The second and third are of the first version."""
+_FLOATS: Final = (".exr", ".hdr", ".pfm")
 _ROUNDED: Final = 1e-6  # of a sine of half a turn, in files of seven digits
 _FILE_GAMMA: Final = -1.0  # in the first version: that of the file
 
@@ -322,8 +323,7 @@ def _principled(plugin: Plugin, materials: Materials) -> Table:
     )  # fmt: skip
     if picture is not None and found.passes > 0:
         context.left_out["the root of a picture by which glass lets light pass"] = None
-    if found.blurred:
-        context.left_out["the roughness of glass"] = None
+    context.left_out |= dict.fromkeys(found.lost)
     return found.table()
 
 
@@ -345,6 +345,11 @@ def _normal_map(plugin: Plugin, materials: Materials) -> Table:
     picture = materials.color(plugin, "normalmap", 0.5)
     if not isinstance(picture, dict) or picture["type"] != "image":
         raise plugin.element.says("a normalmap needs a bitmap called 'normalmap'")
+    left_out = materials.context.left_out
+    if "encoding" not in picture and not picture["file"].lower().endswith(_FLOATS):
+        left_out["that a normal map without raw is decoded from sRGB"] = None
+    if "normal_map" in found:
+        left_out["a normal map within another"] = None
     return found | {"normal_map": {"file": picture["file"], "placement": placement_of(picture)}}
 
 
@@ -357,6 +362,8 @@ def _blend(plugin: Plugin, materials: Materials) -> Table:
     if context.called(plugin, "weight") is not None:
         context.left_out["textures of a blend"] = None
     table: Table = {key: one[key] for one in (second, first) for key in ("normal_map",) if key in one}
+    if first.get("normal_map") != second.get("normal_map"):
+        context.left_out["that only a part of a blendbsdf has the normal map"] = None
     table["diffuse"] = 0.0
     shares = min(max(1 - weight, 0.0), 1.0), min(max(weight, 0.0), 1.0)
     for group, keys in _GROUPS.items():

@@ -22,8 +22,10 @@ from clrt.scene.scene import Scene
 
 _NEAR: Final = 1e-6
 _STATED: Final = {".obj": re.compile(rb"(?:^|[\r\n])[ \t]*vn[ \t]"), ".ply": re.compile(rb"\snx[ \t]*[\r\n]")}
-_UV: Final = {".obj": re.compile(rb"(?:^|[\r\n])[ \t]*vt[ \t]"),
-              ".ply": re.compile(rb"\s(?:u|s|texture_u|texture_s)[ \t]*[\r\n]")}  # fmt: skip
+_UV: Final = {  # signs of it, all of which are there
+    ".obj": (re.compile(rb"(?:^|[\r\n])[ \t]*f[ \t]+-?[0-9]+/-?[0-9]"),),
+    ".ply": tuple(re.compile(rb"\s(?:texture_)?%b[ \t]*[\r\n]" % name) for name in (b"[us]", b"[vt]")),
+}
 _USEMTL: Final = re.compile(rb"(?:(?<=[\r\n])|\A)[ \t]*usemtl\b[^\r\n]*")
 
 
@@ -105,13 +107,13 @@ def _turns(uv: np.ndarray) -> np.ndarray:
 
 
 def has_uv(path: Path, limits: Limits) -> bool:
-    """Whether an OBJ or a PLY states uv; a file of another name may."""
+    """Whether faces of an OBJ or vertices of a PLY have uv; those of a file of another name may."""
     suffix = path.suffix.lower()
     if suffix not in _UV:
         return True
     text = read_bytes(path, limits)  # of which nothing is known yet
     end = text.find(b"end_header") if suffix == ".ply" else -1
-    return _UV[suffix].search(text, 0, end if end >= 0 else len(text)) is not None
+    return all(sign.search(text, 0, end if end >= 0 else len(text)) for sign in _UV[suffix])
 
 
 def _states_normals(path: Path, text: bytes) -> bool:

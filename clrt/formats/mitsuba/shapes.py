@@ -194,9 +194,10 @@ class Shapes:
 
     def _fitted(self, table: Table, plugin: Plugin, over: bool) -> Table:
         changed: Table = {}
+        bare = plugin.type == "rectangle" and _pictured(table)  # it becomes a mesh
         for key, value in table.items():
             if _is_checker(value):
-                changed[key] = self._checker(value, plugin)
+                changed[key] = self._checker(value, plugin, bare)
             elif over and _is_image(value):
                 changed[key] = value | _upside_down(value)
         normals = table.get("normal_map")
@@ -204,9 +205,9 @@ class Shapes:
             changed["normal_map"] = normals | {"placement": _upside_down(normals.get("placement", _AS_IT_IS))}
         return table | changed if changed else table
 
-    def _checker(self, checker: Table, plugin: Plugin) -> Any:
+    def _checker(self, checker: Table, plugin: Plugin, bare: bool) -> Any:
         left_out = self.materials.context.left_out
-        if plugin.type in _CHECKED:
+        if plugin.type in _CHECKED and not bare:
             found, lost = checker_of(checker, plugin)
             left_out.update({lost: None} if lost else {})
             return found

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from clrt.base.errors import fault
 
 if TYPE_CHECKING:
@@ -81,17 +83,15 @@ def _blackbody(plugin: Plugin, of_light: bool) -> Any:
     high = min(plugin.number("wavelength_max", VISIBLE[1]), VISIBLE[1])
     if not low < high:
         return 0.0
-    steps = math.ceil((high - low) / _STEP)
-    lengths = [low + (high - low) * k / steps for k in range(steps + 1)]
-    return closed([[nm, plain(scale * _planck(nm, kelvin))] for nm in lengths])
+    lengths = np.linspace(low, high, math.ceil((high - low) / _STEP) + 1)
+    return closed(np.stack([lengths, scale * _planck(lengths, kelvin)], axis=1).tolist())
 
 
-def _planck(nm: float, kelvin: float) -> float:
+def _planck(nm: np.ndarray, kelvin: float) -> np.ndarray:
     metres = nm * 1e-9
-    power = _PLANCK * _LIGHT / (metres * _BOLTZMANN * kelvin)
-    if power > math.log(1e300):  # too cold to be seen
-        return 0.0
-    return 1e-9 * 2 * _PLANCK * _LIGHT**2 / metres**5 / math.expm1(power)
+    with np.errstate(over="ignore"):  # of what is too cold to be seen
+        seen: np.ndarray = 2e-9 * _PLANCK * _LIGHT**2 / metres**5
+        return seen / np.expm1(_PLANCK * _LIGHT / (metres * _BOLTZMANN * kelvin))
 
 
 Make = Callable[["Plugin", bool], Any]

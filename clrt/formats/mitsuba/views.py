@@ -256,8 +256,9 @@ def _spot(plugin: Plugin) -> Table:
     matrix: Array = plugin.to_world()
     angle = plugin.number("cutoff_angle", 20.0)
     inner = plugin.number("beam_width", 0.75 * angle)
-    if not 0 < angle <= 90 or not 0 <= inner <= angle:
-        text = "it must be from 0 to 90 degrees, and beam_width no more"
+    inner = min(inner, angle)  # a wider beam ends at the cutoff there, too
+    if not 0 < angle <= 90 or inner < 0:
+        text = "it must be from 0 to 90 degrees, and beam_width not below 0"
         raise plugin.element.says(fault("", "cutoff_angle", angle, text))
     return {
         "type": "spot", "position": matrix[:3, 3].tolist(),

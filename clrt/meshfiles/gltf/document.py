@@ -42,6 +42,7 @@ _SILENT: Final = (
 _EXTENSION: Final = re.compile(r"[A-Z][A-Z0-9]*_[A-Za-z]")  # as they are called; attributes end in _0
 
 
+_NULL: Final = re.compile(rb":\s*null\b")
 _DATA: Final = re.compile(rb'"data:[^"\\]*+"(?=\s*+[],}])')  # values, not keys
 
 
@@ -194,6 +195,8 @@ def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
     text, chunk = _chunks(data) if binary else (memoryview(data), None)
     text = unmarked(text)
     try:
+        if _NULL.search(text):
+            text = memoryview(_without_nulls(text))
         document = msgspec.json.decode(text, type=Document)
         met = _check_keys(text)
     except RecursionError:
@@ -209,6 +212,16 @@ def parse(data: bytes, binary: bool) -> tuple[Document, memoryview | None]:
             raise BrokenMesh(f"it needs the extension {name}, which is not read; save it without that")
     used = tuple(dict.fromkeys((*document.extensionsUsed, *met)))
     return msgspec.structs.replace(document, extensionsUsed=used), chunk
+
+
+def _without_nulls(text: memoryview) -> bytes:
+    """The JSON without what is null in its tables: several exporters write that for what is not stated."""
+
+    def stated(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        return unique([(key, value) for key, value in pairs if value is not None])
+
+    plain = bytes(text).decode("utf-8", "surrogateescape")
+    return json.dumps(json.loads(plain, object_pairs_hook=stated)).encode()
 
 
 def unread(document: Document) -> list[str]:

@@ -35,7 +35,7 @@ class Perspective(Table, frozen=True, gc=False):
 class Orthographic(Table, frozen=True, gc=False):
     xmag: float
     ymag: float
-    znear: NotNegative = 0.0
+    znear: float = 0.0
 
 
 class Camera(Table, frozen=True, gc=False):
@@ -54,7 +54,7 @@ class Light(Table, frozen=True, gc=False):
     type: Literal["point", "directional", "spot"]
     color: tuple[NotNegative, NotNegative, NotNegative] = (1.0, 1.0, 1.0)
     intensity: NotNegative = 1.0
-    range: Positive | None = None
+    range: float | None = None  # 0 and less: none, as several exporters write it
     spot: Cone = Cone()
 
 
@@ -110,7 +110,7 @@ def look_of(
         name = names.new(held.name or camera.name or f"camera {len(views)}")
         views[name] = _camera(camera, held, reach if reach > 0 else radius)
     found = [(item(known_lights, held.number, "lights"), held) for held in reversed(lights)]
-    if any(light.range is not None for light, _ in found):
+    if any((light.range or 0.0) > 0 for light, _ in found):
         left_out["the range of lights"] = None
     for extension in unread(document):
         if spelt(extension) not in left_out:  # of a material it is named already
@@ -134,7 +134,7 @@ def _camera(camera: Camera, held: Held, distance: float) -> SceneTable:
         if not (width > 0 and height > 0):
             raise BrokenMesh(f"cameras[{held.number}] has a view of no size")
         aspect = width / height
-        view = {"type": "orthographic", "size": 2 * width, "near": camera.orthographic.znear}
+        view = {"type": "orthographic", "size": 2 * width, "near": max(camera.orthographic.znear, 0.0)}
     if np.linalg.det(held.matrix[:3, :3]) < 0:
         view["mirror"] = True
     columns, rows = _pixels(aspect)

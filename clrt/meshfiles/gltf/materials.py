@@ -142,8 +142,7 @@ def _surface(
         absorption=absorption_of(volume.attenuationColor, volume.attenuationDistance or math.inf),
         emission=_rgb(max(c, 0.0) * strength for c in material.emissiveFactor),
     )
-    if found.blurred:
-        left_out["the roughness of glass"] = None
+    left_out |= dict.fromkeys(found.lost)
     if found.passes > 0 and found.weight < 1:
         left_out["the specularFactor of glass"] = None
     if found.passes > 0 and found.alpha < 1:

@@ -100,7 +100,7 @@ class Stored:
         found = item(self.document.bufferViews, view, "bufferViews")
         data = self._buffer(found.buffer, self.fetch)
         size = width * kind.itemsize
-        stride = size if found.byteStride is None else found.byteStride
+        stride = found.byteStride or size  # 0, as some write it, is none
         end = offset + (stride * (count - 1) + size if count else 0)
         if found.byteOffset + found.byteLength > len(data) or end > found.byteLength:
             raise BrokenMesh(f"{where} reaches beyond the {len(data)} bytes of its buffer, or of its view")

@@ -90,8 +90,7 @@ class Phong:
             light = (0.0, 0.0, 0.0)
         if self.pr is not None or self.pm is not None:
             facets = self._facets(light)
-            if facets.blurred:
-                self.left_out["the roughness of glass"] = None
+            self.left_out |= dict.fromkeys(facets.lost)
             return facets.table()
         if self.illum == 0:
             return unlit(self.map_kd, self._base, self.d)
